@@ -1,0 +1,182 @@
+//! Between a controller and physics: commands down, status up.
+
+use crate::header::Header;
+use crate::pose::Pose;
+use crate::validate::{
+    Check, Invalid, MAX_EFFORT, MAX_JOINT_POSITION, MAX_JOINT_VELOCITY, Validate, code,
+};
+use crate::wire::wire;
+use crate::{MAX_JOINTS, Text};
+
+code! {
+    /// What a process does about a lost or broken peer, mildest first. Worst
+    /// wins.
+    pub enum StopAction {
+        /// Normal operation.
+        None = 0,
+        /// Normal operation, something to report.
+        Warn = 1,
+        /// Reduced speed.
+        SlowDown = 2,
+        /// Category-2-style stop: motion ends on a ramp, drives stay on, the
+        /// gripper keeps what it has.
+        Hold = 3,
+        /// Category-1-style stop: ramp, then drives off and brakes.
+        Stop1 = 4,
+        /// Category-0-style stop: drives off at once and brakes.
+        Stop0 = 5,
+    }
+}
+
+code! {
+    /// Why a [`StopAction`] was chosen.
+    pub enum StopCause {
+        /// No cause.
+        None = 0,
+        /// No decision of the task within its age limit.
+        DecisionLost = 1,
+        /// No state of physics within its age limit.
+        StateLost = 2,
+        /// No command of the controller within its age limit.
+        CommandLost = 3,
+        /// Several refused messages in a short time.
+        InvalidMessages = 4,
+        /// Measured joints far from the command.
+        TrackingError = 5,
+        /// The simulation or the operator paused.
+        Paused = 6,
+        /// The engine had to disable a body of the arm.
+        Quarantine = 7,
+        /// Too many cycles were missed.
+        Overrun = 8,
+    }
+}
+
+wire! {
+    /// What the gripper is told. Owned by the controller: it is part of every
+    /// command, so silence of the task never opens a gripper.
+    pub struct GripperCommand {
+        /// Distance between the fingers, metres.
+        pub width: f64,
+        /// Force limit per finger, newtons.
+        pub force: f64,
+        /// Suction: 1 on, 0 off.
+        pub suction: u32,
+        /// Zero.
+        pub reserved: u32,
+    }
+}
+
+wire! {
+    /// Controller to physics, once per cycle: joint setpoints of the drives.
+    pub struct ArmCommand {
+        /// Header; `tick` is the tick of the state this answers.
+        pub header: Header,
+        /// Which arm of the cell, by its place in the cell file.
+        pub arm: u32,
+        /// Valid entries of the joint arrays.
+        pub joint_count: u32,
+        /// rad or m.
+        pub joint_positions: [f64; MAX_JOINTS],
+        /// rad/s or m/s.
+        pub joint_velocities: [f64; MAX_JOINTS],
+        /// rad/s² or m/s².
+        pub joint_accelerations: [f64; MAX_JOINTS],
+        /// Feed-forward (gravity, Coriolis, inertia), N·m or N.
+        pub joint_efforts: [f64; MAX_JOINTS],
+        /// The gripper.
+        pub gripper: GripperCommand,
+    }
+}
+
+wire! {
+    /// Controller to everybody, once per cycle: what it is doing and how far.
+    pub struct ArmStatus {
+        /// Header; `tick` is the tick of the state this was computed from.
+        pub header: Header,
+        /// Which arm of the cell.
+        pub arm: u32,
+        /// [`StopAction`] in force.
+        pub stop_action: u32,
+        /// [`StopCause`] of it.
+        pub stop_cause: u32,
+        /// 1 when a goal is being followed.
+        pub goal_active: u32,
+        /// Generation of the task whose goal is latched.
+        pub goal_generation: u32,
+        /// Selected controller (see [`crate::ArmGoal::selector`]).
+        pub selector: u32,
+        /// The latched goal.
+        pub goal_id: u64,
+        /// Tick of the decision that is latched.
+        pub decision_tick: u64,
+        /// Age of that decision, ticks.
+        pub decision_age_ticks: u64,
+        /// Distance of the measured TCP from the goal's position, metres.
+        pub position_error: f64,
+        /// Angle between measured TCP and the goal's orientation, radians.
+        pub orientation_error: f64,
+        /// Measured gripper width minus the commanded one, metres.
+        pub gripper_error: f64,
+        /// TCP of the controller's own integrated state, in the world frame.
+        pub setpoint: Pose,
+        /// The goal's pose, in the world frame.
+        pub target: Pose,
+        /// Smallest signed distance of a collision sphere from an obstacle,
+        /// metres; 1e3 where there is no obstacle.
+        pub min_clearance: f64,
+        /// Joints whose acceleration was clipped in this cycle, bit per joint.
+        pub clipped_joints: u64,
+        /// Cycles in which a joint was clipped.
+        pub clipped_cycles: u64,
+        /// Cycles run.
+        pub cycles: u64,
+        /// Cycles that found no new state within a period.
+        pub missed_cycles: u64,
+        /// Messages refused or fenced.
+        pub rejected: u64,
+        /// The latched gripper command.
+        pub gripper: GripperCommand,
+        /// Name of the selected controller.
+        pub controller: Text<32>,
+    }
+}
+
+impl GripperCommand {
+    pub(crate) fn check(&self, check: Check) -> Result<(), Invalid> {
+        check.within("gripper.width", &[self.width], 1.0)?;
+        check.within("gripper.force", &[self.force], MAX_EFFORT)
+    }
+}
+
+impl Validate for ArmCommand {
+    fn validate(&self) -> Result<(), Invalid> {
+        let check = Check;
+        check.count("joint_count", self.joint_count, MAX_JOINTS)?;
+        let n = self.joint_count as usize;
+        check.within("joint_positions", &self.joint_positions[..n], MAX_JOINT_POSITION)?;
+        check.within("joint_velocities", &self.joint_velocities[..n], MAX_JOINT_VELOCITY)?;
+        check.within("joint_accelerations", &self.joint_accelerations[..n], MAX_EFFORT)?;
+        check.within("joint_efforts", &self.joint_efforts[..n], MAX_EFFORT)?;
+        self.gripper.check(check)
+    }
+}
+
+impl Validate for ArmStatus {
+    fn validate(&self) -> Result<(), Invalid> {
+        let check = Check;
+        check.code("stop_action", self.stop_action, StopAction::from_code(self.stop_action))?;
+        check.code("stop_cause", self.stop_cause, StopCause::from_code(self.stop_cause))?;
+        let scalars = [
+            self.position_error,
+            self.orientation_error,
+            self.gripper_error,
+            self.min_clearance,
+        ];
+        check.within("errors", &scalars, 1.0e4)?;
+        self.setpoint.check(check)?;
+        self.target.check(check)?;
+        self.gripper.check(check)?;
+        self.controller.check("controller")
+    }
+}

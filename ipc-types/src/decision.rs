@@ -1,0 +1,159 @@
+//! What the task decides, for the controllers and for the cell's equipment.
+
+use crate::header::Header;
+use crate::pose::Pose;
+use crate::validate::{Check, Invalid, MAX_EFFORT, MAX_JOINT_POSITION, Validate, code};
+use crate::wire::wire;
+use crate::{MAX_ARMS, MAX_JOINTS, Text};
+
+/// Ids of placed objects a decision can name.
+pub const MAX_PLACED: usize = 48;
+
+code! {
+    /// What the arm shall do.
+    pub enum GoalKind {
+        /// Stay: motion ends on a ramp. Also what silence means.
+        Hold = 0,
+        /// Bring the TCP to `target`.
+        Pose = 1,
+        /// Bring the joints to `posture`.
+        Joints = 2,
+    }
+}
+
+code! {
+    /// What the gripper shall do.
+    pub enum GripperGoal {
+        /// Keep the command it has. Also what silence means.
+        Keep = 0,
+        /// Open fully, or let go.
+        Open = 1,
+        /// Close with the goal's force, or switch suction on.
+        Close = 2,
+    }
+}
+
+code! {
+    /// How a task stands.
+    pub enum Outcome {
+        /// Waiting for its start event.
+        Idle = 0,
+        /// At work.
+        Running = 1,
+        /// Finished as intended.
+        Done = 2,
+        /// Given up, see `reason`.
+        Failed = 3,
+        /// Stopped by the operator, keeps its place.
+        Paused = 4,
+    }
+}
+
+wire! {
+    /// Goal of one arm. Absolute: sending it again changes nothing.
+    pub struct ArmGoal {
+        /// Number of the goal, from 1 up; a new number is a new goal. Kept over
+        /// a restart of the task.
+        pub goal_id: u64,
+        /// [`GoalKind`].
+        pub kind: u32,
+        /// [`GripperGoal`].
+        pub gripper: u32,
+        /// Which controller of the selectable one: the demos key it by phase.
+        pub selector: u32,
+        /// 1 when `posture` is given.
+        pub has_posture: u32,
+        /// TCP in the world frame.
+        pub target: Pose,
+        /// Joint configuration to lean to, or to reach for
+        /// [`GoalKind::Joints`]; rad or m.
+        pub posture: [f64; MAX_JOINTS],
+        /// Force per finger when closing, newtons.
+        pub grip_force: f64,
+        /// Direction of the last part of the approach, scaled by its length in
+        /// metres, world frame; zero for a straight attraction.
+        pub approach: [f64; 3],
+        /// Width of the approach corridor (standard deviation), metres.
+        pub approach_std_dev: f64,
+        /// Obstacles of the cell file that count, bit per obstacle.
+        pub obstacle_mask: u64,
+    }
+}
+
+wire! {
+    /// What the task tells the cell's equipment, like a PLC's outputs.
+    pub struct CellIo {
+        /// 1 while the belt runs.
+        pub conveyor_running: u32,
+        /// Counts requests to drop parts.
+        pub drop_parts: u32,
+        /// Counts requests for a bin.
+        pub add_bin: u32,
+        /// Zero.
+        pub reserved: u32,
+    }
+}
+
+wire! {
+    /// Task to controllers and physics, every [`crate::DECISION_TICKS`] ticks.
+    pub struct Decision {
+        /// Header; `tick` is the tick of the state this answers.
+        pub header: Header,
+        /// Valid entries of `goals`.
+        pub arm_count: u32,
+        /// [`Outcome`].
+        pub outcome: u32,
+        /// Goals by arm.
+        pub goals: [ArmGoal; MAX_ARMS],
+        /// Equipment.
+        pub io: CellIo,
+        /// Name of the phase or state, for people and for scripts.
+        pub phase: Text<32>,
+        /// Name of the policy.
+        pub policy: Text<16>,
+        /// Stable name of the outcome's reason in snake_case, empty if none.
+        pub reason: Text<48>,
+        /// Counts entries into a phase, from 1 up.
+        pub phase_entry: u32,
+        /// Held objects that were lost.
+        pub drops: u32,
+        /// Pick-ups begun again because the object moved.
+        pub resyncs: u32,
+        /// Transfers turned back because the stack below was gone.
+        pub aborts: u32,
+        /// Recoveries of any other kind.
+        pub recoveries: u32,
+        /// Valid entries of `placed`.
+        pub placed_count: u32,
+        /// Objects that stand where they belong, by index in the cell file.
+        pub placed: [u32; MAX_PLACED],
+    }
+}
+
+impl Validate for ArmGoal {
+    fn validate(&self) -> Result<(), Invalid> {
+        let check = Check;
+        check.code("goal.kind", self.kind, GoalKind::from_code(self.kind))?;
+        check.code("goal.gripper", self.gripper, GripperGoal::from_code(self.gripper))?;
+        self.target.check(check)?;
+        check.within("goal.posture", &self.posture, MAX_JOINT_POSITION)?;
+        check.within("goal.grip_force", &[self.grip_force], MAX_EFFORT)?;
+        check.within("goal.approach", &self.approach, 2.0)?;
+        check.within("goal.approach_std_dev", &[self.approach_std_dev], 2.0)
+    }
+}
+
+impl Validate for Decision {
+    fn validate(&self) -> Result<(), Invalid> {
+        let check = Check;
+        check.count("arm_count", self.arm_count, MAX_ARMS)?;
+        check.count("placed_count", self.placed_count, MAX_PLACED)?;
+        check.code("outcome", self.outcome, Outcome::from_code(self.outcome))?;
+        for goal in &self.goals[..self.arm_count as usize] {
+            goal.validate()?;
+        }
+        self.phase.check("phase")?;
+        self.policy.check("policy")?;
+        self.reason.check("reason")
+    }
+}

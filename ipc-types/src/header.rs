@@ -1,0 +1,100 @@
+//! The header every message starts with.
+
+use crate::wire::wire;
+use crate::{MAX_INPUTS, Wire};
+
+wire! {
+    /// One message this message was computed from.
+    pub struct Input {
+        /// [`crate::topic::TopicId`] of the input; 0 marks an unused entry.
+        pub topic: u32,
+        /// Generation of the input's writer.
+        pub generation: u32,
+        /// Sequence number of the input.
+        pub seq: u64,
+        /// Age of the input that was used in the computation, in ticks: own
+        /// state tick minus the tick that caused the input.
+        pub age_ticks: u64,
+    }
+}
+
+wire! {
+    /// Who sent this message, when, and what it was computed from.
+    pub struct Header {
+        /// [`Wire::SCHEMA`] of the message.
+        pub schema: u64,
+        /// Identity of the cell run, chosen by the launcher, never 0.
+        pub run: u64,
+        /// Which start of the writing process this is, from 1 up. Readers drop
+        /// messages of an older generation than the newest they have seen.
+        pub generation: u32,
+        /// Number of valid entries in `inputs`.
+        pub input_count: u32,
+        /// Counts this writer's messages on this topic, from 1 up.
+        pub seq: u64,
+        /// The tick that caused this message: for a state the tick it ends, for
+        /// a command or a decision the tick of the state it answers.
+        pub tick: u64,
+        /// Simulated time of `tick` in nanoseconds.
+        pub sim_time_ns: u64,
+        /// `CLOCK_MONOTONIC` at publication in nanoseconds; for latency figures
+        /// only, never for a result.
+        pub publish_ns: u64,
+        /// What this message was computed from.
+        pub inputs: [Input; MAX_INPUTS],
+    }
+}
+
+impl Header {
+    /// The header of the message of type `T` that answers `tick`; the publisher
+    /// adds seq and time.
+    pub fn caused_by<T: Wire>(tick: u64) -> Self {
+        Self {
+            schema: T::SCHEMA,
+            tick,
+            sim_time_ns: tick * crate::TICK_NS,
+            ..Self::zeroed()
+        }
+    }
+
+    /// Names one more input; beyond [`MAX_INPUTS`] the input is left out.
+    pub fn push_input(&mut self, input: Input) {
+        if let Some(slot) = self.inputs.get_mut(self.input_count as usize) {
+            *slot = input;
+            self.input_count += 1;
+        }
+    }
+
+    /// The inputs named.
+    pub fn inputs(&self) -> &[Input] {
+        &self.inputs[..(self.input_count as usize).min(MAX_INPUTS)]
+    }
+}
+
+/// Messages that start with a [`Header`].
+pub trait Message: Wire + crate::Validate + iceoryx2::prelude::ZeroCopySend + core::fmt::Debug {
+    /// The header.
+    fn header(&self) -> &Header;
+    /// The header, for the writer.
+    fn header_mut(&mut self) -> &mut Header;
+}
+
+macro_rules! message {
+    ($($t:ty),* $(,)?) => {$(
+        impl Message for $t {
+            fn header(&self) -> &Header { &self.header }
+            fn header_mut(&mut self) -> &mut Header { &mut self.header }
+        }
+        const _: () = assert!(core::mem::offset_of!($t, header) == 0);
+    )*};
+}
+message!(
+    crate::WorldState,
+    crate::ArmCommand,
+    crate::ArmStatus,
+    crate::Decision,
+    crate::TraceLine,
+    crate::Health,
+    crate::OperatorRequest,
+    crate::OperatorReply,
+);

@@ -1,0 +1,74 @@
+//! How a process is doing, at 100 Hz.
+
+use crate::Text;
+use crate::header::Header;
+use crate::validate::{Check, Invalid, Validate, code};
+use crate::wire::wire;
+
+code! {
+    /// Scheduling a process was granted.
+    pub enum Scheduling {
+        /// The normal class.
+        Other = 0,
+        /// Real-time, first in first out.
+        Fifo = 1,
+    }
+}
+
+wire! {
+    /// Health of one process. A frozen `cycles` means it hangs.
+    pub struct Health {
+        /// Header.
+        pub header: Header,
+        /// Process id.
+        pub pid: u32,
+        /// [`Scheduling`].
+        pub scheduling: u32,
+        /// Cycles run since the start of the process.
+        pub cycles: u64,
+        /// Cycles that started late by more than a period, or found no input.
+        pub missed_cycles: u64,
+        /// Messages refused by validation.
+        pub rejected: u64,
+        /// Messages of an older generation.
+        pub fenced: u64,
+        /// Cycles per second over the last second.
+        pub rate_hz: f64,
+        /// Lateness of the cycle start over the last second, nanoseconds: p50.
+        pub lateness_p50_ns: f64,
+        /// p99 of the same.
+        pub lateness_p99_ns: f64,
+        /// Maximum of the same.
+        pub lateness_max_ns: f64,
+        /// Time a cycle takes, p50 over the last second, nanoseconds.
+        pub body_p50_ns: f64,
+        /// p99 of the same.
+        pub body_p99_ns: f64,
+        /// Age of the state when the newest command was applied, nanoseconds,
+        /// p50 over the last second (physics) ; 0 elsewhere.
+        pub apply_age_p50_ns: f64,
+        /// p99 of the same.
+        pub apply_age_p99_ns: f64,
+        /// Newest trouble in words, empty if none.
+        pub note: Text<96>,
+    }
+}
+
+impl Validate for Health {
+    fn validate(&self) -> Result<(), Invalid> {
+        let check = Check;
+        check.code("scheduling", self.scheduling, Scheduling::from_code(self.scheduling))?;
+        let values = [
+            self.rate_hz,
+            self.lateness_p50_ns,
+            self.lateness_p99_ns,
+            self.lateness_max_ns,
+            self.body_p50_ns,
+            self.body_p99_ns,
+            self.apply_age_p50_ns,
+            self.apply_age_p99_ns,
+        ];
+        check.within("figures", &values, 1.0e15)?;
+        self.note.check("note")
+    }
+}

@@ -1,0 +1,45 @@
+//! The contract between the processes of a cell.
+//!
+//! Plain `repr(C)` data of fixed capacity behind one [`Header`]; no behaviour,
+//! no ports. Who says what to whom stands in [`topic`]. Every message can be
+//! written in place in shared memory and read in place there: it has no
+//! padding, no pointer, and every bit pattern of it is a value, so a reader
+//! that [`Validate`]s it needs nothing else to be safe.
+
+pub mod arm;
+pub mod decision;
+pub mod header;
+pub mod health;
+pub mod operator;
+pub mod pose;
+pub mod text;
+pub mod topic;
+pub mod trace;
+pub mod validate;
+mod wire;
+pub mod world;
+
+pub use arm::{ArmCommand, ArmStatus, GripperCommand};
+pub use decision::{ArmGoal, Decision, GripperGoal};
+pub use header::{Header, Input};
+pub use health::Health;
+pub use operator::{OperatorReply, OperatorRequest};
+pub use pose::{Pose, Twist};
+pub use text::Text;
+pub use trace::TraceLine;
+pub use validate::{Invalid, Validate};
+pub use wire::Wire;
+pub use world::{ArmState, GripperState, ObjectState, OperatorPanel, WorldState};
+
+/// Arms in one cell.
+pub const MAX_ARMS: usize = 2;
+/// Controlled joints of one arm.
+pub const MAX_JOINTS: usize = 16;
+/// Movable objects of one cell: 36 bins and 100 parts fit.
+pub const MAX_OBJECTS: usize = 160;
+/// Inputs a message can name as its cause.
+pub const MAX_INPUTS: usize = 4;
+/// Length of one simulated tick in nanoseconds (1 ms).
+pub const TICK_NS: u64 = 1_000_000;
+/// The task decides on every tick that is a multiple of this (100 Hz).
+pub const DECISION_TICKS: u64 = 10;

@@ -1,0 +1,115 @@
+//! Requests of people and tools, each answered with the tick it took effect.
+
+use crate::header::Header;
+use crate::pose::Pose;
+use crate::validate::{Check, Invalid, Validate, code};
+use crate::wire::wire;
+use crate::{GripperGoal, Text};
+
+code! {
+    /// What is asked for.
+    pub enum OperatorAction {
+        /// Nothing: a question whether somebody listens.
+        Ping = 0,
+        /// Stop simulated time.
+        Pause = 1,
+        /// Let simulated time go on.
+        Resume = 2,
+        /// Run `count` ticks, then pause.
+        Step = 3,
+        /// Put the scene back to its beginning.
+        Reset = 4,
+        /// Pull `object` to `pose` by a spring for `seconds` at most.
+        Drag = 5,
+        /// Lead the arm: TCP target in the world frame.
+        Target = 6,
+        /// [`GripperGoal`] in `count`.
+        Gripper = 7,
+        /// Start event of the task.
+        TaskStart = 8,
+        /// Pause the task: the operator leads.
+        TaskPause = 9,
+        /// Let the task go on.
+        TaskResume = 10,
+        /// Put the task back to its beginning.
+        TaskReset = 11,
+        /// Drop `count` parts.
+        DropParts = 12,
+        /// Add a bin; `count` 1: upside down.
+        AddBin = 13,
+        /// The launcher acted on script line `count`; physics may go on.
+        ScriptDone = 14,
+        /// Pause at tick `count` at the latest; used before a kill at a tick.
+        End = 15,
+    }
+}
+
+code! {
+    /// What became of a request.
+    pub enum ReplyCode {
+        /// Done, or under way.
+        Accepted = 0,
+        /// The object is not in this cell.
+        UnknownObject = 1,
+        /// The arm is not in this cell.
+        UnknownArm = 2,
+        /// A value was out of range.
+        OutOfRange = 3,
+        /// This cell has nothing that could do it.
+        NotInThisCell = 4,
+    }
+}
+
+wire! {
+    /// One request.
+    pub struct OperatorRequest {
+        /// Header.
+        pub header: Header,
+        /// [`OperatorAction`].
+        pub action: u32,
+        /// Object by index in the cell file.
+        pub object: u32,
+        /// Arm by place in the cell file.
+        pub arm: u32,
+        /// See the action.
+        pub count: u32,
+        /// See the action; world frame.
+        pub pose: Pose,
+        /// See the action.
+        pub seconds: f64,
+    }
+}
+
+wire! {
+    /// The answer.
+    pub struct OperatorReply {
+        /// Header; `tick` is the tick at which the request took effect.
+        pub header: Header,
+        /// [`ReplyCode`].
+        pub code: u32,
+        /// Zero.
+        pub reserved: u32,
+        /// What to tell the person, empty when accepted.
+        pub message: Text<120>,
+    }
+}
+
+impl Validate for OperatorRequest {
+    fn validate(&self) -> Result<(), Invalid> {
+        let check = Check;
+        let action = OperatorAction::from_code(self.action);
+        check.code("action", self.action, action)?;
+        if action == Some(OperatorAction::Gripper) {
+            check.code("gripper", self.count, GripperGoal::from_code(self.count))?;
+        }
+        check.within("seconds", &[self.seconds], 3600.0)?;
+        self.pose.check(check)
+    }
+}
+
+impl Validate for OperatorReply {
+    fn validate(&self) -> Result<(), Invalid> {
+        Check.code("code", self.code, ReplyCode::from_code(self.code))?;
+        self.message.check("message")
+    }
+}

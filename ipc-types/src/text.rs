@@ -1,0 +1,86 @@
+//! Short text of fixed capacity.
+
+use crate::validate::Invalid;
+use crate::wire::{Wire, hash_start, hash_u64};
+
+/// UTF-8 text of at most `N` bytes; the rest is zeros.
+#[repr(C)]
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Text<const N: usize> {
+    bytes: [u8; N],
+}
+
+// SAFETY: an array of bytes.
+unsafe impl<const N: usize> Wire for Text<N> {
+    const SCHEMA: u64 = hash_u64(hash_start("text"), N as u64);
+}
+
+impl<const N: usize> Text<N> {
+    /// No text.
+    pub const EMPTY: Self = Self { bytes: [0; N] };
+
+    /// `text`, cut at the last character that fits.
+    pub fn new(text: &str) -> Self {
+        let mut end = text.len().min(N);
+        while !text.is_char_boundary(end) {
+            end -= 1;
+        }
+        let mut bytes = [0; N];
+        bytes[..end].copy_from_slice(&text.as_bytes()[..end]);
+        Self { bytes }
+    }
+
+    /// The text; empty where the bytes are not UTF-8.
+    pub fn as_str(&self) -> &str {
+        let end = self.bytes.iter().position(|b| *b == 0).unwrap_or(N);
+        core::str::from_utf8(&self.bytes[..end]).unwrap_or("")
+    }
+
+    /// Whether there is no text.
+    pub fn is_empty(&self) -> bool {
+        self.bytes.first().is_none_or(|b| *b == 0)
+    }
+
+    pub(crate) fn check(&self, field: &'static str) -> Result<(), Invalid> {
+        let end = self.bytes.iter().position(|b| *b == 0).unwrap_or(N);
+        match core::str::from_utf8(&self.bytes[..end]) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(Invalid {
+                field,
+                index: error.valid_up_to(),
+                value: f64::NAN,
+                allowed: "UTF-8 text",
+            }),
+        }
+    }
+}
+
+impl<const N: usize> core::fmt::Debug for Text<N> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{:?}", self.as_str())
+    }
+}
+
+impl<const N: usize> core::fmt::Display for Text<N> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl<const N: usize> From<&str> for Text<N> {
+    fn from(text: &str) -> Self {
+        Self::new(text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Text;
+
+    #[test]
+    fn long_text_is_cut_at_a_character() {
+        assert_eq!(Text::<4>::new("aßßß").as_str(), "aß");
+        assert_eq!(Text::<8>::new("LIFT").as_str(), "LIFT");
+        assert!(Text::<8>::new("").is_empty());
+    }
+}

@@ -1,0 +1,97 @@
+//! The one table of who says what to whom.
+
+/// A topic of the cell, by number in [`crate::Input::topic`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum TopicId {
+    /// Physics to all, 1 kHz.
+    WorldState,
+    /// Controller of an arm to physics, 1 kHz.
+    ArmCommand(u8),
+    /// Controller of an arm to all, 1 kHz.
+    ArmStatus(u8),
+    /// Task to controllers and physics, 100 Hz.
+    Decision,
+    /// Task to monitor, on change.
+    Trace,
+    /// A process to launcher and monitor, 100 Hz.
+    Health(Process),
+}
+
+/// A kind of process of the cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Process {
+    /// The robot and the world.
+    Physics,
+    /// The controller of one arm, by its place in the cell file.
+    Controller(u8),
+    /// The policy.
+    Task,
+    /// Window and hands.
+    Monitor,
+}
+
+impl Process {
+    /// `physics`, `controller-0`, `task`, `monitor`.
+    pub fn name(self) -> String {
+        match self {
+            Self::Physics => "physics".to_owned(),
+            Self::Controller(arm) => format!("controller-{arm}"),
+            Self::Task => "task".to_owned(),
+            Self::Monitor => "monitor".to_owned(),
+        }
+    }
+
+    /// All processes of a cell of `arms` arms, in the order they are started.
+    pub fn all(arms: u8) -> Vec<Self> {
+        let mut all = vec![Self::Physics];
+        all.extend((0..arms).map(Self::Controller));
+        all.extend([Self::Task, Self::Monitor]);
+        all
+    }
+}
+
+impl TopicId {
+    /// Number on the wire, never 0.
+    pub fn code(self) -> u32 {
+        match self {
+            Self::WorldState => 1,
+            Self::Decision => 2,
+            Self::Trace => 3,
+            Self::ArmCommand(arm) => 0x100 + u32::from(arm),
+            Self::ArmStatus(arm) => 0x200 + u32::from(arm),
+            Self::Health(Process::Physics) => 0x300,
+            Self::Health(Process::Task) => 0x301,
+            Self::Health(Process::Monitor) => 0x302,
+            Self::Health(Process::Controller(arm)) => 0x310 + u32::from(arm),
+        }
+    }
+
+    /// Service name inside the run's own root and prefix.
+    pub fn service(self) -> String {
+        match self {
+            Self::WorldState => "world/state".to_owned(),
+            Self::Decision => "task/decision".to_owned(),
+            Self::Trace => "task/trace".to_owned(),
+            Self::ArmCommand(arm) => format!("arm/{arm}/command"),
+            Self::ArmStatus(arm) => format!("arm/{arm}/status"),
+            Self::Health(process) => format!("health/{}", process.name()),
+        }
+    }
+
+    /// How many messages a reader can be behind before the oldest is dropped.
+    /// Control topics carry the newest value and nothing else.
+    pub fn depth(self) -> usize {
+        match self {
+            Self::Trace => 1024,
+            _ => 1,
+        }
+    }
+}
+
+/// Service name of the operator's requests.
+pub const OPERATOR_SERVICE: &str = "operator";
+
+/// Service name of the doorbell of a process that sleeps.
+pub fn doorbell(process: Process) -> String {
+    format!("bell/{}", process.name())
+}

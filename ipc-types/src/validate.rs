@@ -1,0 +1,101 @@
+//! Every message is validated once, where it is received.
+//!
+//! Not only finiteness: the physics engine takes a velocity of 1e30 without
+//! complaint, so values must be plausible, too.
+
+/// A coordinate further out than this is no place in a cell (m).
+pub const MAX_POSITION_M: f64 = 1.0e3;
+/// No body of a cell moves faster (m/s).
+pub const MAX_SPEED_M_S: f64 = 1.0e3;
+/// No body of a cell turns faster (rad/s).
+pub const MAX_RATE_RAD_S: f64 = 1.0e4;
+/// No joint stands further out (rad or m).
+pub const MAX_JOINT_POSITION: f64 = 1.0e2;
+/// No joint moves faster (rad/s or m/s).
+pub const MAX_JOINT_VELOCITY: f64 = 1.0e3;
+/// No drive pushes harder (N·m or N).
+pub const MAX_EFFORT: f64 = 1.0e5;
+
+/// Why a message was refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Invalid {
+    /// The field.
+    pub field: &'static str,
+    /// Index within the field where it is an array.
+    pub index: usize,
+    /// The value found.
+    pub value: f64,
+    /// What is allowed.
+    pub allowed: &'static str,
+}
+
+impl core::fmt::Display for Invalid {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { field, index, value, allowed } = self;
+        write!(f, "{field}[{index}] is {value}, allowed is {allowed}")
+    }
+}
+
+impl std::error::Error for Invalid {}
+
+/// A message that can say whether its content makes sense.
+pub trait Validate {
+    /// The first field that does not.
+    fn validate(&self) -> Result<(), Invalid>;
+}
+
+/// Checks of single fields; a zero-sized helper that keeps the rules in one
+/// place.
+#[derive(Clone, Copy)]
+pub(crate) struct Check;
+
+impl Check {
+    pub(crate) fn within(self, field: &'static str, values: &[f64], limit: f64) -> Result<(), Invalid> {
+        match values.iter().position(|v| !(v.abs() <= limit)) {
+            None => Ok(()),
+            Some(index) => Err(Invalid { field, index, value: values[index], allowed: "a finite, plausible value" }),
+        }
+    }
+
+    pub(crate) fn unit_quaternion(self, field: &'static str, q: &[f64; 4]) -> Result<(), Invalid> {
+        let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
+        if (norm - 1.0).abs() <= 1.0e-6 {
+            return Ok(());
+        }
+        Err(Invalid { field, index: 0, value: norm, allowed: "a norm of 1 within 1e-6" })
+    }
+
+    pub(crate) fn count(self, field: &'static str, count: u32, capacity: usize) -> Result<(), Invalid> {
+        if count as usize <= capacity {
+            return Ok(());
+        }
+        Err(Invalid { field, index: 0, value: f64::from(count), allowed: "a count within capacity" })
+    }
+
+    pub(crate) fn code<T>(self, field: &'static str, code: u32, known: Option<T>) -> Result<(), Invalid> {
+        match known {
+            Some(_) => Ok(()),
+            None => Err(Invalid { field, index: 0, value: f64::from(code), allowed: "a known code" }),
+        }
+    }
+}
+
+/// Declares an enum that travels as its `u32` code.
+macro_rules! code {
+    ($(#[$meta:meta])* pub enum $name:ident { $($(#[$vmeta:meta])* $variant:ident = $code:literal,)* }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+        #[repr(u32)]
+        pub enum $name { #[default] $($(#[$vmeta])* $variant = $code,)* }
+
+        impl $name {
+            /// The value of a code that arrived, if it is known.
+            pub fn from_code(code: u32) -> Option<Self> {
+                match code { $($code => Some(Self::$variant),)* _ => None }
+            }
+            /// The code to send.
+            pub fn code(self) -> u32 { self as u32 }
+        }
+    };
+}
+pub(crate) use code;

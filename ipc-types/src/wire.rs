@@ -1,0 +1,168 @@
+//! What makes a struct a message: no padding, no pointer, a schema hash in its
+//! type name.
+
+/// Plain data that can lie in memory shared between processes.
+///
+/// # Safety
+///
+/// The type is `repr(C)`, has no padding, no pointer and no value that depends
+/// on the process it lies in, and every bit pattern is a valid value of it.
+/// The `wire!` macro proves the first two at compile time.
+pub unsafe trait Wire: Copy + Send + Sync + 'static {
+    /// Hash of the names, offsets and types of all fields, recursively.
+    const SCHEMA: u64;
+
+    /// The message of all zeros, which is a valid value of every [`Wire`] type.
+    fn zeroed() -> Self {
+        // SAFETY: every bit pattern is a valid value (contract of the trait).
+        unsafe { core::mem::zeroed() }
+    }
+}
+
+const FNV_OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
+const FNV_PRIME: u64 = 0x0000_0100_0000_01b3;
+
+/// FNV-1a over the bytes of `text`, starting from `hash`.
+pub(crate) const fn hash_str(mut hash: u64, text: &str) -> u64 {
+    let bytes = text.as_bytes();
+    let mut i = 0;
+    while i < bytes.len() {
+        hash = (hash ^ bytes[i] as u64).wrapping_mul(FNV_PRIME);
+        i += 1;
+    }
+    hash
+}
+
+/// FNV-1a over the little-endian bytes of `value`, starting from `hash`.
+pub(crate) const fn hash_u64(mut hash: u64, value: u64) -> u64 {
+    let bytes = value.to_le_bytes();
+    let mut i = 0;
+    while i < bytes.len() {
+        hash = (hash ^ bytes[i] as u64).wrapping_mul(FNV_PRIME);
+        i += 1;
+    }
+    hash
+}
+
+/// Start value of a schema hash.
+pub(crate) const fn hash_start(name: &str) -> u64 {
+    hash_str(FNV_OFFSET, name)
+}
+
+/// Bytes of a type name with its schema hash: `NAME#0123456789abcdef`.
+pub(crate) const fn type_name_bytes<const N: usize>(name: &str, schema: u64) -> [u8; N] {
+    let digits = b"0123456789abcdef";
+    let mut out = [0u8; N];
+    let bytes = name.as_bytes();
+    let mut i = 0;
+    while i < bytes.len() {
+        out[i] = bytes[i];
+        i += 1;
+    }
+    out[i] = b'#';
+    let mut d = 0;
+    while d < 16 {
+        out[i + 1 + d] = digits[((schema >> (60 - 4 * d)) & 15) as usize];
+        d += 1;
+    }
+    out
+}
+
+macro_rules! primitive {
+    ($($t:ty),*) => {$(
+        // SAFETY: a number has no padding and no invalid bit pattern.
+        unsafe impl Wire for $t {
+            const SCHEMA: u64 = hash_start(stringify!($t));
+        }
+    )*};
+}
+primitive!(u8, u32, u64, i64, f64);
+
+// SAFETY: an array has no padding of its own.
+unsafe impl<T: Wire, const N: usize> Wire for [T; N] {
+    const SCHEMA: u64 = hash_u64(hash_u64(hash_start("array"), T::SCHEMA), N as u64);
+}
+
+/// Declares a `repr(C)` struct as [`Wire`] data, and as a message that iceoryx2
+/// accepts under a type name that carries the schema hash: another version is
+/// refused when a port is opened, not read as garbage.
+macro_rules! wire {
+    ($(#[$meta:meta])* pub struct $name:ident { $($(#[$fmeta:meta])* pub $field:ident: $ty:ty,)* }) => {
+        $(#[$meta])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $name { $($(#[$fmeta])* pub $field: $ty,)* }
+
+        const _: () = {
+            let fields = 0 $(+ size_of::<$ty>())*;
+            assert!(fields == size_of::<$name>(), concat!(stringify!($name), " has padding"));
+            assert!(align_of::<$name>() <= 8);
+        };
+
+        // SAFETY: repr(C), all fields are Wire, and the sizes of the fields add
+        // up to the size of the struct, so there is no padding.
+        unsafe impl $crate::wire::Wire for $name {
+            const SCHEMA: u64 = {
+                let mut hash = $crate::wire::hash_start(stringify!($name));
+                $(
+                    hash = $crate::wire::hash_str(hash, stringify!($field));
+                    hash = $crate::wire::hash_u64(hash, <$ty as $crate::wire::Wire>::SCHEMA);
+                    hash = $crate::wire::hash_u64(hash, core::mem::offset_of!($name, $field) as u64);
+                )*
+                $crate::wire::hash_u64(hash, size_of::<$name>() as u64)
+            };
+        }
+
+        // SAFETY: Wire data has no pointer and no resource; it means the same in
+        // every process.
+        unsafe impl iceoryx2::prelude::ZeroCopySend for $name {
+            unsafe fn type_name() -> &'static str {
+                const N: usize = stringify!($name).len() + 17;
+                const BYTES: [u8; N] = $crate::wire::type_name_bytes::<N>(
+                    stringify!($name),
+                    <$name as $crate::wire::Wire>::SCHEMA,
+                );
+                const TEXT: &str = match core::str::from_utf8(&BYTES) {
+                    Ok(text) => text,
+                    Err(_) => panic!("type names are ASCII"),
+                };
+                TEXT
+            }
+        }
+    };
+}
+pub(crate) use wire;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use iceoryx2::prelude::ZeroCopySend;
+
+    wire! {
+        /// Two numbers.
+        pub struct Sample { pub a: u64, pub b: f64, }
+    }
+    mod swapped {
+        wire! {
+            /// The same size, other meaning.
+            pub struct Sample { pub a: f64, pub b: u64, }
+        }
+        wire! {
+            /// The same types under other names.
+            pub struct Renamed { pub b: u64, pub a: f64, }
+        }
+    }
+
+    #[test]
+    fn a_change_of_types_or_names_changes_the_schema() {
+        assert_ne!(Sample::SCHEMA, swapped::Sample::SCHEMA);
+        assert_ne!(Sample::SCHEMA, swapped::Renamed::SCHEMA);
+    }
+
+    #[test]
+    fn the_type_name_carries_the_schema() {
+        // SAFETY: the function only returns a constant.
+        let name = unsafe { Sample::type_name() };
+        assert_eq!(name, format!("Sample#{:016x}", Sample::SCHEMA));
+    }
+}

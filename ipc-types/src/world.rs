@@ -1,0 +1,203 @@
+//! The state of the world, as physics publishes it.
+
+use crate::header::Header;
+use crate::pose::{Pose, Twist};
+use crate::validate::{Check, Invalid, MAX_EFFORT, MAX_JOINT_POSITION, MAX_JOINT_VELOCITY, Validate};
+use crate::wire::wire;
+use crate::{MAX_ARMS, MAX_JOINTS, MAX_OBJECTS};
+
+/// [`WorldState::flags`]: the simulation is paused; the same tick is published
+/// again and again, and nobody's ages count.
+pub const FLAG_PAUSED: u32 = 1;
+/// [`WorldState::flags`]: lockstep; physics waits for everybody.
+pub const FLAG_LOCKSTEP: u32 = 2;
+/// [`WorldState::flags`]: the run ends, everybody may go.
+pub const FLAG_ENDING: u32 = 4;
+
+/// [`ObjectState::flags`]: present in the simulation.
+pub const OBJECT_ENABLED: u32 = 1;
+/// [`ObjectState::flags`]: touched by a robot or its tool in this tick.
+pub const OBJECT_TOUCHED: u32 = 2;
+/// [`ObjectState::flags`]: pulled by the operator.
+pub const OBJECT_DRAGGED: u32 = 4;
+/// [`ObjectState::flags`]: at rest and asleep.
+pub const OBJECT_ASLEEP: u32 = 8;
+
+wire! {
+    /// The gripper as measured.
+    pub struct GripperState {
+        /// Distance between the fingers, metres.
+        pub width: f64,
+        /// Its rate, m/s.
+        pub width_velocity: f64,
+        /// Contact force between fingers and what they hold, newtons, the
+        /// smaller of the two sides.
+        pub grip_force: f64,
+        /// Suction: fraction of the break limit in use, 0 to 1.
+        pub load: f64,
+        /// Suction: 1 when something is attached.
+        pub attached: u32,
+        /// Index of the object held (in contact with both fingers, or
+        /// attached) plus 1; 0 for none.
+        pub held_object: u32,
+    }
+}
+
+wire! {
+    /// An arm as measured.
+    pub struct ArmState {
+        /// Valid entries of the joint arrays.
+        pub joint_count: u32,
+        /// [`crate::arm::StopAction`] physics' own watchdog has in force.
+        pub stop_action: u32,
+        /// rad or m.
+        pub joint_positions: [f64; MAX_JOINTS],
+        /// rad/s or m/s.
+        pub joint_velocities: [f64; MAX_JOINTS],
+        /// Drive efforts, N·m or N.
+        pub joint_efforts: [f64; MAX_JOINTS],
+        /// TCP in the world frame.
+        pub tcp: Pose,
+        /// The gripper.
+        pub gripper: GripperState,
+        /// Sequence number of the command applied in this tick.
+        pub command_seq: u64,
+        /// Tick that command answers.
+        pub command_tick: u64,
+        /// Generation of its writer.
+        pub command_generation: u32,
+        /// 1 when `fault` is latched until a reset.
+        pub fault: u32,
+        /// Accepted commands that broke a velocity, acceleration or jerk limit,
+        /// and measured positions outside the joint limits, per joint and tick.
+        pub limit_violations: u64,
+    }
+}
+
+wire! {
+    /// One movable object; its index in [`WorldState::objects`] is its index in
+    /// the cell file.
+    pub struct ObjectState {
+        /// `OBJECT_*` bits.
+        pub flags: u32,
+        /// Zero.
+        pub reserved: u32,
+        /// In the world frame.
+        pub pose: Pose,
+        /// In the world frame.
+        pub twist: Twist,
+    }
+}
+
+wire! {
+    /// The operator's panel: what people asked for, as levels and counters, so
+    /// that a reader that missed a state misses no request.
+    pub struct OperatorPanel {
+        /// Counts start requests to the task.
+        pub task_start: u32,
+        /// Counts reset requests to the task.
+        pub task_reset: u32,
+        /// 1 while the operator has paused the task.
+        pub task_paused: u32,
+        /// Arm `target` is for.
+        pub target_arm: u32,
+        /// Counts targets given; 0: never.
+        pub target_seq: u32,
+        /// Counts gripper requests; 0: never.
+        pub gripper_seq: u32,
+        /// [`crate::GripperGoal`] of the newest gripper request.
+        pub gripper: u32,
+        /// Counts requests to drop parts.
+        pub drop_parts: u32,
+        /// Counts requests for a bin.
+        pub add_bin: u32,
+        /// Zero.
+        pub reserved: u32,
+        /// TCP target in the world frame, valid when `target_seq` > 0.
+        pub target: Pose,
+    }
+}
+
+wire! {
+    /// Physics to everybody, at the end of every tick.
+    pub struct WorldState {
+        /// Header; `tick` is the tick this state ends.
+        pub header: Header,
+        /// `FLAG_*` bits.
+        pub flags: u32,
+        /// Valid entries of `arms`.
+        pub arm_count: u32,
+        /// Valid entries of `objects`.
+        pub object_count: u32,
+        /// Script line physics waits with (lockstep) or passed (real time) and
+        /// the launcher has to act on, as its number from 1 up; 0 for none.
+        pub script_line: u32,
+        /// Script lines that have not fired yet.
+        pub script_left: u32,
+        /// Bodies the engine had to disable (non-finite), since the start.
+        pub quarantined: u32,
+        /// Ticks physics started late, since the start (real time only).
+        pub overruns: u64,
+        /// Hash over bodies, joints and tick: equal for equal runs.
+        pub state_hash: u64,
+        /// What people asked for.
+        pub panel: OperatorPanel,
+        /// Arms, by their place in the cell file.
+        pub arms: [ArmState; MAX_ARMS],
+        /// Objects, by their place in the cell file.
+        pub objects: [ObjectState; MAX_OBJECTS],
+    }
+}
+
+impl WorldState {
+    /// Whether `flag` is set.
+    pub fn has(&self, flag: u32) -> bool {
+        self.flags & flag != 0
+    }
+
+    /// The arms of the cell.
+    pub fn arms(&self) -> &[ArmState] {
+        &self.arms[..(self.arm_count as usize).min(MAX_ARMS)]
+    }
+
+    /// The objects of the cell.
+    pub fn objects(&self) -> &[ObjectState] {
+        &self.objects[..(self.object_count as usize).min(MAX_OBJECTS)]
+    }
+}
+
+impl Validate for ArmState {
+    fn validate(&self) -> Result<(), Invalid> {
+        let check = Check;
+        check.count("joint_count", self.joint_count, MAX_JOINTS)?;
+        let n = self.joint_count as usize;
+        check.within("joint_positions", &self.joint_positions[..n], MAX_JOINT_POSITION)?;
+        check.within("joint_velocities", &self.joint_velocities[..n], MAX_JOINT_VELOCITY)?;
+        check.within("joint_efforts", &self.joint_efforts[..n], MAX_EFFORT)?;
+        self.tcp.check(check)?;
+        let gripper = &self.gripper;
+        let scalars = [gripper.width, gripper.width_velocity, gripper.grip_force, gripper.load];
+        check.within("gripper", &scalars, MAX_EFFORT)
+    }
+}
+
+impl Validate for WorldState {
+    fn validate(&self) -> Result<(), Invalid> {
+        let check = Check;
+        check.count("arm_count", self.arm_count, MAX_ARMS)?;
+        check.count("object_count", self.object_count, MAX_OBJECTS)?;
+        for arm in self.arms() {
+            arm.validate()?;
+        }
+        for object in self.objects() {
+            object.pose.check(check)?;
+            object.twist.check(check)?;
+        }
+        if self.panel.target_seq > 0 {
+            self.panel.target.check(check)?;
+        }
+        check.count("panel.target_arm", self.panel.target_arm, MAX_ARMS - 1)?;
+        let gripper = self.panel.gripper;
+        check.code("panel.gripper", gripper, crate::GripperGoal::from_code(gripper))
+    }
+}
