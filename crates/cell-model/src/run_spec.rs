@@ -1,0 +1,157 @@
+//! What one run of a cell is: written by the launcher into the run directory,
+//! read by every process at its start.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::script::ScriptLine;
+
+/// How simulated time goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Speed {
+    /// One tick each millisecond; late messages are late.
+    #[default]
+    RealTime,
+    /// Lockstep as fast as it goes: physics waits for everybody.
+    Max,
+    /// Lockstep, paced at this multiple of real time.
+    Factor(f64),
+}
+
+impl Speed {
+    /// Whether physics waits for everybody.
+    pub fn is_lockstep(self) -> bool {
+        self != Self::RealTime
+    }
+}
+
+impl std::str::FromStr for Speed {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "1" => Ok(Self::RealTime),
+            "max" => Ok(Self::Max),
+            _ => match text.parse::<f64>() {
+                Ok(factor) if factor == 1.0 => Ok(Self::RealTime),
+                Ok(factor) if (0.01..=50.0).contains(&factor) => Ok(Self::Factor(factor)),
+                _ => Err(format!(
+                    "speed is {text:?}; allowed are 1 (real time), max, or a factor from 0.01 to 50"
+                )),
+            },
+        }
+    }
+}
+
+/// Files of a user's own robot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotFiles {
+    /// Kinematics and inertias.
+    pub urdf: PathBuf,
+    /// Collision spheres, default posture, acceleration and jerk limits.
+    pub xrdf: Option<PathBuf>,
+    /// RMPflow tuning.
+    pub rmpflow: Option<PathBuf>,
+}
+
+/// One run of a cell.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunSpec {
+    /// Identity of the run, never 0; in every message.
+    pub run: u64,
+    /// Name of the cell, for `--cell`.
+    pub cell: String,
+    /// Name of the demo: `cells/DEMO.toml`.
+    pub demo: String,
+    /// Policy of the task.
+    pub policy: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// How simulated time goes.
+    pub speed: Speed,
+    /// Folder with `cells/` and `robots/`; the built-in one where missing.
+    pub data_dir: Option<PathBuf>,
+    /// The run directory.
+    pub run_dir: PathBuf,
+    /// iceoryx2's root path, inside the run directory.
+    pub root: PathBuf,
+    /// Prefix of iceoryx2's names.
+    pub prefix: String,
+    /// Arms of the cell.
+    pub arms: u8,
+    /// The user's own robot in place of the cell's.
+    pub robot: Option<RobotFiles>,
+    /// Script, in the order of its lines.
+    pub script: Vec<ScriptLine>,
+    /// Set the scene up and wait for resume.
+    pub paused: bool,
+    /// Try for real-time scheduling and locked memory.
+    pub real_time: bool,
+}
+
+/// A run file that cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum RunSpecError {
+    /// The file system said no.
+    #[error("{path}: {source}; the launcher writes this file, start the cell with `robocell run`")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Not a run file of this version.
+    #[error("{path}: {source}; launcher and process are of different versions")]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
+}
+
+impl RunSpec {
+    /// Name of the file inside the run directory.
+    pub const FILE: &'static str = "run.json";
+
+    /// Reads the file at `path`.
+    pub fn load(path: &Path) -> Result<Self, RunSpecError> {
+        let text = std::fs::read_to_string(path).map_err(|source| RunSpecError::Io {
+            path: path.to_owned(),
+            source,
+        })?;
+        serde_json::from_str(&text).map_err(|source| RunSpecError::Format {
+            path: path.to_owned(),
+            source,
+        })
+    }
+
+    /// Writes the file at `path`.
+    pub fn save(&self, path: &Path) -> Result<(), RunSpecError> {
+        let text = serde_json::to_string_pretty(self).map_err(|source| RunSpecError::Format {
+            path: path.to_owned(),
+            source,
+        })?;
+        std::fs::write(path, text).map_err(|source| RunSpecError::Io {
+            path: path.to_owned(),
+            source,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Speed;
+
+    #[test]
+    fn speeds_are_read_as_people_write_them() {
+        assert_eq!("1".parse(), Ok(Speed::RealTime));
+        assert_eq!("max".parse(), Ok(Speed::Max));
+        assert_eq!("2.5".parse(), Ok(Speed::Factor(2.5)));
+        for bad in ["0", "nan", "-1", "fast", "1e9"] {
+            assert!(bad.parse::<Speed>().is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! When to stop: one pure function per side, ages and flags in, action out.
+//!
+//! Both the controller and physics decide by this table, so that a lost peer
+//! means the same thing everywhere. The words are those of the standards
+//! (category 2: controlled stop, power stays on), used for a simulation; no
+//! safety function is claimed.
+
+use ipc_types::arm::{StopAction, StopCause};
+
+/// Physics brakes when the newest command is older than this (ticks).
+pub const COMMAND_AGE_TICKS: u64 = 20;
+/// Drives count as stopped by category 1 after this long without commands
+/// (ticks).
+pub const COMMAND_LOST_TICKS: u64 = 2_000;
+/// The controller freezes when physics is silent for longer (ns).
+pub const STATE_AGE_NS: u64 = 20_000_000;
+/// Age limit of a decision where real-time scheduling was granted (ticks).
+pub const DECISION_AGE_FIFO_TICKS: u64 = 30;
+/// Age limit of a decision where it was not (ticks).
+pub const DECISION_AGE_OTHER_TICKS: u64 = 100;
+/// A commanded joint further than this from the measured one is a fault
+/// (rad or m).
+pub const TRACKING_LIMIT: f64 = 0.25;
+
+/// An action and why.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stop {
+    /// What to do.
+    pub action: StopAction,
+    /// Why.
+    pub cause: StopCause,
+}
+
+impl Stop {
+    /// Normal operation.
+    pub const NONE: Self = Self {
+        action: StopAction::None,
+        cause: StopCause::None,
+    };
+
+    const fn new(action: StopAction, cause: StopCause) -> Self {
+        Self { action, cause }
+    }
+
+    /// The worse of two; the first where they are equally bad.
+    fn worst(self, other: Self) -> Self {
+        if other.action > self.action {
+            other
+        } else {
+            self
+        }
+    }
+
+    /// Whether motion has to end.
+    pub fn stops_motion(self) -> bool {
+        self.action >= StopAction::Hold
+    }
+}
+
+/// What the controller knows when it asks.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ControllerFlags {
+    /// Age of the newest decision, `None` when there never was one (ticks).
+    pub decision_age_ticks: Option<u64>,
+    /// Age limit in force (ticks).
+    pub decision_limit_ticks: u64,
+    /// Largest distance of a commanded joint from the measured one (rad, m).
+    pub tracking_error: f64,
+    /// Physics latched a fault of this arm.
+    pub fault: bool,
+}
+
+/// The controller's stop policy.
+pub fn controller_stop(flags: &ControllerFlags) -> Stop {
+    let decision = match flags.decision_age_ticks {
+        Some(age) if age <= flags.decision_limit_ticks => Stop::NONE,
+        _ => Stop::new(StopAction::Hold, StopCause::DecisionLost),
+    };
+    // Written so that a NaN counts as too far.
+    let tracking = if flags.tracking_error <= TRACKING_LIMIT {
+        Stop::NONE
+    } else {
+        Stop::new(StopAction::Hold, StopCause::TrackingError)
+    };
+    let fault = if flags.fault {
+        Stop::new(StopAction::Hold, StopCause::Quarantine)
+    } else {
+        Stop::NONE
+    };
+    fault.worst(tracking).worst(decision)
+}
+
+/// What physics knows of one arm when it asks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PhysicsFlags {
+    /// Age of the newest accepted command, `None` before the first (ticks).
+    pub command_age_ticks: Option<u64>,
+    /// The engine disabled a body of this arm.
+    pub quarantined: bool,
+}
+
+/// Physics' stop policy for one arm. Before the first command the arm holds its
+/// pose and nothing is wrong.
+pub fn physics_stop(flags: PhysicsFlags) -> Stop {
+    let command = match flags.command_age_ticks {
+        Some(age) if age > COMMAND_LOST_TICKS => {
+            Stop::new(StopAction::Stop1, StopCause::CommandLost)
+        }
+        Some(age) if age > COMMAND_AGE_TICKS => Stop::new(StopAction::Hold, StopCause::CommandLost),
+        _ => Stop::NONE,
+    };
+    if flags.quarantined {
+        Stop::new(StopAction::Stop0, StopCause::Quarantine).worst(command)
+    } else {
+        command
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn healthy() -> ControllerFlags {
+        ControllerFlags {
+            decision_age_ticks: Some(0),
+            decision_limit_ticks: DECISION_AGE_FIFO_TICKS,
+            tracking_error: 0.0,
+            fault: false,
+        }
+    }
+
+    #[test]
+    fn a_silent_task_means_hold_and_a_fresh_one_clears_it() {
+        let mut flags = healthy();
+        for (age, action) in [
+            (Some(30), StopAction::None),
+            (Some(31), StopAction::Hold),
+            (None, StopAction::Hold),
+            (Some(1), StopAction::None),
+        ] {
+            flags.decision_age_ticks = age;
+            assert_eq!(controller_stop(&flags).action, action, "{age:?}");
+        }
+    }
+
+    #[test]
+    fn a_fault_wins_over_a_silent_task_and_nan_counts_as_far() {
+        let flags = ControllerFlags {
+            decision_age_ticks: None,
+            fault: true,
+            ..healthy()
+        };
+        assert_eq!(controller_stop(&flags).cause, StopCause::Quarantine);
+        let flags = ControllerFlags {
+            tracking_error: f64::NAN,
+            ..healthy()
+        };
+        assert_eq!(controller_stop(&flags).cause, StopCause::TrackingError);
+    }
+
+    #[test]
+    fn physics_brakes_after_twenty_ticks_of_silence() {
+        for (age, action) in [
+            (None, StopAction::None),
+            (Some(20), StopAction::None),
+            (Some(21), StopAction::Hold),
+            (Some(2_001), StopAction::Stop1),
+        ] {
+            let flags = PhysicsFlags {
+                command_age_ticks: age,
+                quarantined: false,
+            };
+            assert_eq!(physics_stop(flags).action, action, "{age:?}");
+        }
+        let flags = PhysicsFlags {
+            command_age_ticks: Some(5_000),
+            quarantined: true,
+        };
+        assert_eq!(physics_stop(flags).action, StopAction::Stop0);
+    }
+}
