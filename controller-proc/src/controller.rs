@@ -1,0 +1,317 @@
+//! What a controller is, and the ones that are made of others.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::robot_state::RobotState;
+
+/// What a controller shall bring about; a missing part keeps its last value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setpoint {
+    /// TCP position in the arm's base frame (m).
+    pub position: Option<Vector3<f64>>,
+    /// TCP orientation in the arm's base frame; only with `position`.
+    pub orientation: Option<UnitQuaternion<f64>>,
+    /// Joint values: a posture to lean to, or another controller's output.
+    pub joints: RobotState,
+    /// Obstacles that count, bit per obstacle.
+    pub obstacle_mask: u64,
+}
+
+impl Setpoint {
+    /// Nothing is asked.
+    pub const EMPTY: Self = Self {
+        position: None,
+        orientation: None,
+        joints: RobotState::EMPTY,
+        obstacle_mask: u64::MAX,
+    };
+}
+
+/// A piece of control: one call per cycle.
+pub trait Controller {
+    /// Starts from the measured state; `false` where that is impossible.
+    fn reset(&mut self, measured: &RobotState) -> bool;
+
+    /// The command of this cycle (1 ms), `None` where there is none.
+    fn forward(&mut self, measured: &RobotState, setpoint: &Setpoint) -> Option<RobotState>;
+}
+
+/// A controller that is part of several others and keeps its integrated state
+/// when they are switched: only its first reset takes effect.
+pub struct Shared<C> {
+    inner: Rc<RefCell<C>>,
+    started: Rc<std::cell::Cell<bool>>,
+}
+
+impl<C> Clone for Shared<C> {
+    fn clone(&self) -> Self {
+        Self {
+            inner: Rc::clone(&self.inner),
+            started: Rc::clone(&self.started),
+        }
+    }
+}
+
+impl<C: Controller> Shared<C> {
+    /// Shares `controller`, which has not been reset yet.
+    pub fn new(controller: C) -> Self {
+        Self {
+            inner: Rc::new(RefCell::new(controller)),
+            started: Rc::new(std::cell::Cell::new(false)),
+        }
+    }
+
+    /// Looks at the controller, or changes it; `None` from within its own call.
+    pub fn with<R>(&self, f: impl FnOnce(&mut C) -> R) -> Option<R> {
+        self.inner
+            .try_borrow_mut()
+            .ok()
+            .map(|mut inner| f(&mut inner))
+    }
+
+    /// Lets the next reset take effect again.
+    pub fn restart(&self) {
+        self.started.set(false);
+    }
+}
+
+impl<C: Controller> Controller for Shared<C> {
+    fn reset(&mut self, measured: &RobotState) -> bool {
+        if self.started.replace(true) {
+            return true;
+        }
+        self.with(|inner| inner.reset(measured)).unwrap_or(false)
+    }
+
+    fn forward(&mut self, measured: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
+        self.with(|inner| inner.forward(measured, setpoint))
+            .flatten()
+    }
+}
+
+/// Two controllers at once, on different joints. Both must answer.
+pub struct CombinedController<A, B> {
+    first: A,
+    second: B,
+}
+
+impl<A: Controller, B: Controller> CombinedController<A, B> {
+    /// Both together.
+    pub fn new(first: A, second: B) -> Self {
+        Self { first, second }
+    }
+}
+
+impl<A: Controller, B: Controller> Controller for CombinedController<A, B> {
+    fn reset(&mut self, measured: &RobotState) -> bool {
+        self.first.reset(measured) && self.second.reset(measured)
+    }
+
+    fn forward(&mut self, measured: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
+        let first = self.first.forward(measured, setpoint)?;
+        let second = self.second.forward(measured, setpoint)?;
+        // Two writers of one joint: no command is better than half a command.
+        first.combine(&second).ok()
+    }
+}
+
+/// One after the other: what the first commands is the second's setpoint.
+pub struct SequentialController<A, B> {
+    first: A,
+    second: B,
+}
+
+impl<A: Controller, B: Controller> SequentialController<A, B> {
+    /// `first` feeding `second`.
+    pub fn new(first: A, second: B) -> Self {
+        Self { first, second }
+    }
+}
+
+impl<A: Controller, B: Controller> Controller for SequentialController<A, B> {
+    fn reset(&mut self, measured: &RobotState) -> bool {
+        self.first.reset(measured) && self.second.reset(measured)
+    }
+
+    fn forward(&mut self, measured: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
+        let joints = self.first.forward(measured, setpoint)?;
+        self.second.forward(
+            measured,
+            &Setpoint {
+                joints,
+                ..*setpoint
+            },
+        )
+    }
+}
+
+/// One of several controllers, chosen by key. A switch takes effect at the next
+/// forward and resets the newcomer the first time it becomes active.
+pub struct SelectableController<K> {
+    choices: Vec<Choice<K>>,
+    active: usize,
+    next: usize,
+}
+
+struct Choice<K> {
+    key: K,
+    name: &'static str,
+    controller: Box<dyn Controller>,
+    started: bool,
+}
+
+/// A key no controller stands under.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no controller stands under the selected key")]
+pub struct UnknownKey;
+
+impl<K: PartialEq> SelectableController<K> {
+    /// A choice with one entry, which is active.
+    pub fn new(key: K, name: &'static str, controller: Box<dyn Controller>) -> Self {
+        let choice = Choice {
+            key,
+            name,
+            controller,
+            started: false,
+        };
+        Self {
+            choices: vec![choice],
+            active: 0,
+            next: 0,
+        }
+    }
+
+    /// Adds an entry.
+    #[must_use]
+    pub fn or(mut self, key: K, name: &'static str, controller: Box<dyn Controller>) -> Self {
+        self.choices.push(Choice {
+            key,
+            name,
+            controller,
+            started: false,
+        });
+        self
+    }
+
+    /// Chooses; takes effect at the next forward.
+    pub fn select(&mut self, key: &K) -> Result<(), UnknownKey> {
+        let found = self.choices.iter().position(|c| c.key == *key);
+        self.next = found.ok_or(UnknownKey)?;
+        Ok(())
+    }
+
+    /// Name of the active controller.
+    pub fn active_name(&self) -> &'static str {
+        self.choices.get(self.active).map_or("", |c| c.name)
+    }
+}
+
+impl<K: PartialEq> Controller for SelectableController<K> {
+    fn reset(&mut self, _measured: &RobotState) -> bool {
+        self.choices.iter_mut().for_each(|c| c.started = false);
+        true
+    }
+
+    fn forward(&mut self, measured: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
+        self.active = self.next;
+        let choice = self.choices.get_mut(self.active)?;
+        if !choice.started {
+            choice.started = choice.controller.reset(measured);
+        }
+        if !choice.started {
+            return None;
+        }
+        choice.controller.forward(measured, setpoint)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Counts its resets in the velocity, its calls in the position of a joint.
+    struct Counter {
+        joint: usize,
+        resets: f64,
+        calls: f64,
+    }
+
+    impl Counter {
+        fn on(joint: usize) -> Self {
+            Self {
+                joint,
+                resets: 0.0,
+                calls: 0.0,
+            }
+        }
+    }
+
+    impl Controller for Counter {
+        fn reset(&mut self, _: &RobotState) -> bool {
+            self.resets += 1.0;
+            true
+        }
+
+        fn forward(&mut self, _: &RobotState, _: &Setpoint) -> Option<RobotState> {
+            self.calls += 1.0;
+            let mut state = RobotState::EMPTY;
+            state.positions.set(self.joint, self.calls);
+            state.velocities.set(self.joint, self.resets);
+            Some(state)
+        }
+    }
+
+    fn call(controller: &mut impl Controller) -> Option<RobotState> {
+        controller.forward(&RobotState::EMPTY, &Setpoint::EMPTY)
+    }
+
+    #[test]
+    fn a_switch_keeps_the_arm_and_resets_a_newcomer_once() {
+        let arm = Shared::new(Counter::on(0));
+        let pair = |finger| Box::new(CombinedController::new(arm.clone(), Counter::on(finger)));
+        let mut choice =
+            SelectableController::new("open", "open", pair(1)).or("close", "close", pair(2));
+        assert_eq!(choice.select(&"ajar"), Err(UnknownKey));
+        call(&mut choice).unwrap();
+        choice.select(&"close").unwrap();
+        assert_eq!(choice.active_name(), "open");
+        call(&mut choice).unwrap();
+        assert_eq!(choice.active_name(), "close");
+        choice.select(&"open").unwrap();
+        let last = call(&mut choice).unwrap();
+        // Three calls and one reset of the arm; two calls, one reset of the finger.
+        assert_eq!(
+            (last.positions.get(0), last.velocities.get(0)),
+            (Some(3.0), Some(1.0))
+        );
+        assert_eq!(
+            (last.positions.get(1), last.velocities.get(1)),
+            (Some(2.0), Some(1.0))
+        );
+        assert_eq!(last.positions.get(2), None);
+    }
+
+    #[test]
+    fn two_writers_of_one_joint_give_no_command() {
+        let mut both = CombinedController::new(Counter::on(0), Counter::on(0));
+        assert_eq!(call(&mut both), None);
+    }
+
+    #[test]
+    fn the_output_of_the_first_is_the_setpoint_of_the_second() {
+        struct Echo;
+        impl Controller for Echo {
+            fn reset(&mut self, _: &RobotState) -> bool {
+                true
+            }
+            fn forward(&mut self, _: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
+                Some(setpoint.joints)
+            }
+        }
+        let mut chain = SequentialController::new(Counter::on(4), Echo);
+        assert_eq!(call(&mut chain).unwrap().positions.get(4), Some(1.0));
+    }
+}
