@@ -87,6 +87,10 @@ pub struct RunSpec {
     pub script: Vec<ScriptLine>,
     /// Set the scene up and wait for resume.
     pub paused: bool,
+    /// End the run when the task is done or has failed.
+    pub until_done: bool,
+    /// End the run at this simulated time at the latest (s).
+    pub time_limit_s: Option<f64>,
     /// Try for real-time scheduling and locked memory.
     pub real_time: bool,
 }

@@ -1,0 +1,227 @@
+//! The world with its clock switch: pause, step, script and the end of a run.
+//!
+//! [`Plant`] is what the physics process and the one-process cell have in
+//! common: both ask [`Plant::before_step`] what to do at a tick, and step.
+
+use cell_model::Cell;
+use cell_model::run_spec::RunSpec;
+use cell_model::script::{GripperWord, ScriptAction, ScriptRunner};
+use ipc_types::decision::Outcome;
+use ipc_types::operator::{OperatorAction, ReplyCode};
+use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED};
+use ipc_types::{
+    Decision, GripperGoal, Header, OperatorReply, OperatorRequest, Pose, TICK_NS, Text, Wire,
+    WorldState,
+};
+
+use crate::world::{StepInput, World, WorldError};
+
+/// What to do at a tick boundary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    /// Simulate the next tick.
+    Step,
+    /// Publish the same tick again: paused, ended, or waiting for the launcher.
+    Wait,
+}
+
+/// The world, and whether it goes on.
+pub struct Plant {
+    world: World,
+    script: ScriptRunner,
+    objects: Vec<String>,
+    lockstep: bool,
+    until_done: bool,
+    limit_tick: u64,
+    paused: bool,
+    steps_left: Option<u64>,
+    ending: bool,
+    /// A script line the launcher has to act on.
+    waiting: Option<(u32, ScriptAction)>,
+}
+
+impl Plant {
+    /// Sets the scene of `cell` up for the run `spec`.
+    pub fn new(cell: &Cell, spec: &RunSpec) -> Result<Self, WorldError> {
+        Ok(Self {
+            world: World::new(cell)?,
+            script: ScriptRunner::new(&spec.script),
+            objects: cell.objects.iter().map(|o| o.name.clone()).collect(),
+            lockstep: spec.speed.is_lockstep(),
+            until_done: spec.until_done,
+            limit_tick: spec.time_limit_s.map_or(u64::MAX, ticks),
+            paused: spec.paused,
+            steps_left: None,
+            ending: false,
+            waiting: None,
+        })
+    }
+
+    /// The world.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Acts on the script and says whether to step. `decision` is the newest
+    /// one caused by the present tick or earlier.
+    pub fn before_step(&mut self, decision: Option<&Decision>) -> Next {
+        self.run_script(decision);
+        self.check_end(decision);
+        let held = self.waiting.is_some() && self.lockstep;
+        if self.paused || self.ending || held {
+            return Next::Wait;
+        }
+        if let Some(left) = &mut self.steps_left {
+            *left -= 1;
+            self.paused = *left == 0;
+        }
+        if self.paused {
+            self.steps_left = None;
+        }
+        Next::Step
+    }
+
+    /// Simulates one tick.
+    pub fn step(&mut self, input: &StepInput<'_>) {
+        self.world.step(input);
+    }
+
+    /// Writes the present state, all but what the publisher stamps.
+    pub fn write_state(&self, state: &mut WorldState) {
+        self.world.write_state(state);
+        state.flags = if self.paused { FLAG_PAUSED } else { 0 }
+            | if self.lockstep { FLAG_LOCKSTEP } else { 0 }
+            | if self.ending { FLAG_ENDING } else { 0 };
+        state.script_line = self.waiting.as_ref().map_or(0, |(line, _)| *line);
+        state.script_left = self.script.left();
+    }
+
+    /// The script line the launcher has to act on.
+    pub fn waiting(&self) -> Option<&(u32, ScriptAction)> {
+        self.waiting.as_ref()
+    }
+
+    /// Whether the run has come to its end.
+    pub fn is_ending(&self) -> bool {
+        self.ending
+    }
+
+    /// Acts on a request and answers it.
+    pub fn operate(&mut self, request: &OperatorRequest) -> OperatorReply {
+        let (code, message) = match OperatorAction::from_code(request.action) {
+            None => (ReplyCode::OutOfRange, format!("action {} is unknown", request.action)),
+            Some(action) => self.act(action, request),
+        };
+        OperatorReply {
+            header: Header::caused_by::<OperatorReply>(self.world.tick()),
+            code: code.code(),
+            reserved: 0,
+            message: Text::new(&message),
+        }
+    }
+
+    fn act(&mut self, action: OperatorAction, request: &OperatorRequest) -> (ReplyCode, String) {
+        match action {
+            OperatorAction::Ping => {}
+            OperatorAction::Pause => self.pause(),
+            OperatorAction::Resume => {
+                self.paused = false;
+                self.steps_left = None;
+            }
+            OperatorAction::Step => {
+                let steps = u64::from(request.count.max(1));
+                self.paused = false;
+                self.steps_left = Some(steps);
+            }
+            OperatorAction::ScriptDone => {
+                self.waiting.take_if(|(line, _)| *line == request.count);
+            }
+            OperatorAction::End => self.ending = true,
+            other => return self.world.operate(other, request),
+        }
+        (ReplyCode::Accepted, String::new())
+    }
+
+    fn pause(&mut self) {
+        self.paused = true;
+        self.steps_left = None;
+    }
+
+    fn run_script(&mut self, decision: Option<&Decision>) {
+        let tick = self.world.tick();
+        if let Some(decision) = decision {
+            self.script.observe(tick, decision.phase.as_str(), decision.phase_entry);
+        }
+        while self.waiting.is_none() {
+            let Some((line, action)) = self.script.next_due(tick) else {
+                return;
+            };
+            if action.is_for_launcher() {
+                self.waiting = Some((line, action));
+            } else if let Some(request) = self.request_of(&action) {
+                let _reply = self.operate(&request);
+            }
+        }
+    }
+
+    fn check_end(&mut self, decision: Option<&Decision>) {
+        let outcome = decision.and_then(|d| Outcome::from_code(d.outcome));
+        let done = matches!(outcome, Some(Outcome::Done | Outcome::Failed));
+        self.ending |= (self.until_done && done) || self.world.tick() >= self.limit_tick;
+    }
+
+    fn request_of(&self, action: &ScriptAction) -> Option<OperatorRequest> {
+        let mut request = OperatorRequest::zeroed();
+        request.pose = Pose::IDENTITY;
+        let code = match action {
+            ScriptAction::Drag { object, to, for_s } => {
+                request.object = index_of(&self.objects, object)?;
+                request.pose.position = *to;
+                request.seconds = *for_s;
+                OperatorAction::Drag
+            }
+            ScriptAction::Gripper { to, arm } => {
+                request.arm = *arm;
+                request.count = match to {
+                    GripperWord::Open => GripperGoal::Open.code(),
+                    GripperWord::Close => GripperGoal::Close.code(),
+                };
+                OperatorAction::Gripper
+            }
+            ScriptAction::Target { position, orientation_wxyz, arm } => {
+                request.arm = *arm;
+                request.pose = Pose { position: *position, orientation_wxyz: *orientation_wxyz };
+                OperatorAction::Target
+            }
+            ScriptAction::DropParts { count } => {
+                request.count = *count;
+                OperatorAction::DropParts
+            }
+            ScriptAction::AddBin {} => OperatorAction::AddBin,
+            ScriptAction::TaskStart {} => OperatorAction::TaskStart,
+            ScriptAction::TaskPause {} => OperatorAction::TaskPause,
+            ScriptAction::TaskResume {} => OperatorAction::TaskResume,
+            ScriptAction::TaskReset {} => OperatorAction::TaskReset,
+            ScriptAction::Pause {} => OperatorAction::Pause,
+            ScriptAction::Resume {} => OperatorAction::Resume,
+            ScriptAction::Reset {} => OperatorAction::Reset,
+            ScriptAction::Kill { .. } | ScriptAction::Stop { .. } => return None,
+        };
+        request.action = code.code();
+        Some(request)
+    }
+}
+
+fn index_of(names: &[String], name: &str) -> Option<u32> {
+    let index = names.iter().position(|n| n == name)?;
+    u32::try_from(index).ok()
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "time limits are checked to be positive and below 1e6 s"
+)]
+fn ticks(seconds: f64) -> u64 {
+    (seconds * 1.0e9 / TICK_NS as f64).round() as u64
+}
