@@ -111,8 +111,9 @@ wire! {
         pub drop_parts: u32,
         /// Counts requests for a bin.
         pub add_bin: u32,
-        /// Zero.
-        pub reserved: u32,
+        /// Counts resets of the scene: whoever integrates or remembers starts
+        /// again from what is measured.
+        pub scene_reset: u32,
         /// TCP target in the world frame, valid when `target_seq` > 0.
         pub target: Pose,
     }

@@ -1,0 +1,141 @@
+//! What a run ended with, as printed by `--json`.
+
+use ipc_types::decision::Outcome;
+use ipc_types::{Decision, TICK_NS, WorldState};
+use serde::{Deserialize, Serialize};
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RunOutcome {
+    /// The task finished.
+    Done,
+    /// The task gave up; see `reason`.
+    Failed,
+    /// The time limit came first.
+    Timeout,
+}
+
+/// The last line of a run with `--json`; the keys and their order are a
+/// contract.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunSummary {
+    /// Name of the demo.
+    pub demo: String,
+    /// Name of the policy.
+    pub policy: String,
+    /// Seed of the run.
+    pub seed: u64,
+    /// How it ended.
+    pub outcome: RunOutcome,
+    /// Stable name of the reason, if any.
+    pub reason: Option<String>,
+    /// Simulated time (s).
+    pub sim_time_s: f64,
+    /// Time it took (s).
+    pub wall_time_s: f64,
+    /// Ticks simulated.
+    pub ticks: u64,
+    /// Objects in place, by name.
+    pub placed: Vec<String>,
+    /// Held objects that were lost.
+    pub drops: u32,
+    /// Pick-ups begun again.
+    pub resyncs: u32,
+    /// Transfers turned back.
+    pub aborts: u32,
+    /// Recoveries of any other kind.
+    pub recoveries: u32,
+    /// Starts of the task after the first.
+    pub task_restarts: u32,
+    /// Cycles of controllers without a new state.
+    pub missed_cycles: u64,
+    /// Commands and positions outside the limits of a joint.
+    pub limit_violations: u64,
+    /// Script lines that never fired.
+    pub script_left: u32,
+    /// Hash of the last state, 16 hexadecimal digits.
+    pub state_hash: String,
+}
+
+/// What is known of a run beside its messages.
+#[derive(Clone, Copy, Debug)]
+pub struct RunFacts<'a> {
+    /// Name of the demo.
+    pub demo: &'a str,
+    /// Name of the policy the run began with.
+    pub policy: &'a str,
+    /// Seed of the run.
+    pub seed: u64,
+    /// Names of the objects, in the order of the cell file.
+    pub objects: &'a [String],
+    /// Time it took (s).
+    pub wall_time_s: f64,
+    /// Starts of the task after the first.
+    pub task_restarts: u32,
+    /// Cycles of controllers without a new state.
+    pub missed_cycles: u64,
+}
+
+impl RunSummary {
+    /// The summary of a run that ended with `state` and `decision`.
+    pub fn new(facts: &RunFacts<'_>, state: &WorldState, decision: &Decision) -> Self {
+        let outcome = match Outcome::from_code(decision.outcome) {
+            Some(Outcome::Done) => RunOutcome::Done,
+            Some(Outcome::Failed) => RunOutcome::Failed,
+            _ => RunOutcome::Timeout,
+        };
+        let policy = decision.policy.as_str();
+        let placed = &decision.placed[..(decision.placed_count as usize).min(decision.placed.len())];
+        let name = |index: &u32| facts.objects.get(*index as usize).cloned();
+        Self {
+            demo: facts.demo.to_owned(),
+            policy: if policy.is_empty() { facts.policy } else { policy }.to_owned(),
+            seed: facts.seed,
+            outcome,
+            reason: (!decision.reason.is_empty()).then(|| decision.reason.as_str().to_owned()),
+            sim_time_s: (state.header.tick * TICK_NS) as f64 * 1.0e-9,
+            wall_time_s: facts.wall_time_s,
+            ticks: state.header.tick,
+            placed: placed.iter().filter_map(name).collect(),
+            drops: decision.drops,
+            resyncs: decision.resyncs,
+            aborts: decision.aborts,
+            recoveries: decision.recoveries,
+            task_restarts: facts.task_restarts,
+            missed_cycles: facts.missed_cycles,
+            limit_violations: state.arms().iter().map(|a| a.limit_violations).sum(),
+            script_left: state.script_left,
+            state_hash: format!("{:016x}", state.state_hash),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ipc_types::Wire;
+
+    #[test]
+    fn the_keys_and_their_order_are_the_published_ones() {
+        let facts = RunFacts {
+            demo: "franka-stack",
+            policy: "fsm",
+            seed: 3,
+            objects: &["red_cube".to_owned()],
+            wall_time_s: 1.5,
+            task_restarts: 0,
+            missed_cycles: 0,
+        };
+        let mut decision = Decision::zeroed();
+        decision.outcome = Outcome::Done.code();
+        decision.placed_count = 1;
+        let mut state = WorldState::zeroed();
+        state.header.tick = 1500;
+        let line = serde_json::to_string(&RunSummary::new(&facts, &state, &decision)).unwrap();
+        assert_eq!(
+            line,
+            r#"{"demo":"franka-stack","policy":"fsm","seed":3,"outcome":"done","reason":null,"sim_time_s":1.5,"wall_time_s":1.5,"ticks":1500,"placed":["red_cube"],"drops":0,"resyncs":0,"aborts":0,"recoveries":0,"task_restarts":0,"missed_cycles":0,"limit_violations":0,"script_left":0,"state_hash":"0000000000000000"}"#
+        );
+    }
+}
