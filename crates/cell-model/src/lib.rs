@@ -1,6 +1,34 @@
 //! What a robot, a scene, a run and a stop are; no engine, no bus.
+//!
+//! [`Cell::load`] is the way in: it reads `cells/NAME.toml` and the robots it
+//! names from a [`Data`] source, checks everything, and places the objects for
+//! a seed.
+#![forbid(unsafe_code)]
 
+pub mod cell;
+mod cell_check;
+pub mod cell_file;
+pub mod data;
+pub mod error;
+pub mod random;
+pub mod robot;
+mod robot_file;
+mod robot_load;
+pub mod robot_user;
 pub mod run_spec;
 pub mod script;
+pub mod shape;
 pub mod stop;
+pub mod suggest;
 pub mod task_spec;
+mod toml_text;
+pub mod urdf;
+mod urdf_check;
+mod urdf_scan;
+
+pub use cell::{ArmSpec, Cell, FixtureSpec, ObjectSpec};
+pub use data::Data;
+pub use error::ModelError;
+pub use robot::{JointSpec, ParallelGripper, Robot};
+pub use robot_user::RobotFiles;
+pub use shape::{Link, LinkShape, Shape};

@@ -1,0 +1,214 @@
+//! A cell ready to run: robots loaded, objects placed by the seed.
+
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion};
+
+use crate::cell_check;
+use crate::cell_file::{CellFile, ObjectTable};
+use crate::data::Data;
+use crate::error::ModelError;
+use crate::random::Random;
+use crate::robot::Robot;
+use crate::robot_user::RobotFiles;
+use crate::shape::Shape;
+use crate::task_spec::TaskSpec;
+use crate::{suggest, toml_text};
+
+pub use crate::cell_file::{Camera, SpawnArea};
+
+/// A cell.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// Name of the demo.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// Policies that can run it.
+    pub policies: Vec<String>,
+    /// The one that runs where none is named.
+    pub default_policy: String,
+    /// Simulated time after which the run has failed (s).
+    pub time_limit_s: f64,
+    /// Arms in the order of commands and states.
+    pub arms: Vec<ArmSpec>,
+    /// Movable objects in the order of [`ipc_types::WorldState::objects`].
+    pub objects: Vec<ObjectSpec>,
+    /// What stands still.
+    pub fixtures: Vec<FixtureSpec>,
+    /// What the policies work with.
+    pub task: TaskSpec,
+    /// Where a picture is taken from.
+    pub camera: Camera,
+}
+
+/// An arm of a cell.
+#[derive(Clone, Debug)]
+pub struct ArmSpec {
+    /// Name in the cell.
+    pub name: String,
+    /// The robot.
+    pub robot: Robot,
+    /// Pose of its base in the world frame.
+    pub base: Isometry3<f64>,
+    /// Controlled joints at the start (rad or m).
+    pub home: Vec<f64>,
+}
+
+/// A movable object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectSpec {
+    /// Name in the cell.
+    pub name: String,
+    /// Its shape.
+    pub shape: Shape,
+    /// Mass (kg).
+    pub mass: f64,
+    /// Friction coefficient for this seed.
+    pub friction: f64,
+    /// Pose at the start for this seed, world frame.
+    pub pose: Isometry3<f64>,
+    /// Pose without the seed's variation, world frame.
+    pub nominal: Isometry3<f64>,
+    /// How far a seed may move it from there.
+    pub spawn: SpawnArea,
+    /// Red, green, blue from 0 to 1.
+    pub colour: [f64; 3],
+}
+
+/// Something that stands still.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FixtureSpec {
+    /// Name in the cell.
+    pub name: String,
+    /// Its shape.
+    pub shape: Shape,
+    /// Pose in the world frame.
+    pub pose: Isometry3<f64>,
+    /// Friction coefficient.
+    pub friction: f64,
+    /// Whether motion policies keep away from it.
+    pub obstacle: bool,
+    /// Red, green, blue from 0 to 1.
+    pub colour: [f64; 3],
+}
+
+impl Cell {
+    /// Loads a demo. The seed places every object within its spawn area and
+    /// picks its friction; `robot` replaces the robot of every arm.
+    ///
+    /// # Errors
+    /// [`ModelError`] for an unknown demo and for any file that is wrong.
+    pub fn load(data: &Data, demo: &str, seed: u64, robot: Option<&RobotFiles>) -> Result<Self, ModelError> {
+        let demos = data.demos();
+        if !demos.iter().any(|(name, _)| name == demo) {
+            let names: Vec<&str> = demos.iter().map(|(name, _)| name.as_str()).collect();
+            return Err(ModelError::UnknownName { what: "demo", name: demo.to_owned(), advice: suggest::advice(demo, &names) });
+        }
+        let file = format!("cells/{demo}.toml");
+        let text = data.read(&file)?;
+        Self::from_text(data, demo, &file, &text, seed, robot)
+    }
+
+    /// Loads a cell from the text of its file; `file` is its name in messages.
+    ///
+    /// # Errors
+    /// As [`Cell::load`].
+    pub fn from_text(data: &Data, name: &str, file: &str, text: &str, seed: u64, robot: Option<&RobotFiles>) -> Result<Self, ModelError> {
+        let table: CellFile = toml_text::parse(file, text)?;
+        cell_check::check(file, text, &table)?;
+        let mut arms = Vec::new();
+        for (index, arm) in table.arms.iter().enumerate() {
+            let loaded = match robot {
+                Some(files) => Robot::from_files(files)?,
+                None => Robot::load(data, &arm.robot)?,
+            };
+            let home = match (&arm.home_joint_positions, robot) {
+                (Some(home), None) => home.clone(),
+                _ => loaded.home(),
+            };
+            cell_check::home(file, text, index, &home, &loaded)?;
+            arms.push(ArmSpec { name: arm.name.clone(), base: pose(arm.base_position_m, arm.base_yaw_rad), robot: loaded, home });
+        }
+        let mut random = Random::new(seed);
+        Ok(Self {
+            name: name.to_owned(),
+            objects: table.objects.iter().map(|object| place(object, &mut random)).collect(),
+            fixtures: table.fixtures.iter().map(fixture).collect(),
+            description: table.description,
+            policies: table.policies,
+            default_policy: table.default_policy,
+            time_limit_s: table.time_limit_s,
+            arms,
+            task: table.task,
+            camera: table.camera,
+        })
+    }
+
+    /// Index of an object by name.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownName`] with the nearest name.
+    pub fn object_index(&self, name: &str) -> Result<usize, ModelError> {
+        let names: Vec<&str> = self.objects.iter().map(|object| object.name.as_str()).collect();
+        names.iter().position(|known| *known == name).ok_or_else(|| ModelError::UnknownName {
+            what: "object",
+            name: name.to_owned(),
+            advice: suggest::advice(name, &names),
+        })
+    }
+
+    /// Fixtures that motion policies keep away from, in the order of
+    /// [`ipc_types::ArmGoal::obstacle_mask`].
+    pub fn obstacles(&self) -> impl Iterator<Item = &FixtureSpec> {
+        self.fixtures.iter().filter(|fixture| fixture.obstacle)
+    }
+}
+
+impl ObjectSpec {
+    /// Another pose of the spawn area.
+    pub fn respawn(&mut self, random: &mut Random) {
+        self.pose = vary(&self.nominal, self.spawn, random);
+    }
+}
+
+/// Four numbers are drawn for every object, used or not: x, y, yaw, friction.
+fn place(object: &ObjectTable, random: &mut Random) -> ObjectSpec {
+    let nominal = pose(object.position_m, object.yaw_rad);
+    let varied = vary(&nominal, object.spawn, random);
+    ObjectSpec {
+        name: object.name.clone(),
+        shape: object.shape.clone(),
+        mass: object.mass_kg,
+        friction: object.friction + random.around_zero(object.friction_spread),
+        pose: varied,
+        nominal,
+        spawn: object.spawn,
+        colour: object.colour,
+    }
+}
+
+fn vary(nominal: &Isometry3<f64>, spawn: SpawnArea, random: &mut Random) -> Isometry3<f64> {
+    let (x, y) = (random.around_zero(spawn.x_m), random.around_zero(spawn.y_m));
+    let turn = yaw(random.around_zero(spawn.yaw_rad));
+    Isometry3::from_parts(Translation3::new(x, y, 0.0) * nominal.translation, turn * nominal.rotation)
+}
+
+fn fixture(table: &crate::cell_file::FixtureTable) -> FixtureSpec {
+    FixtureSpec {
+        name: table.name.clone(),
+        shape: table.shape.clone(),
+        pose: pose(table.position_m, table.yaw_rad),
+        friction: table.friction,
+        obstacle: table.obstacle,
+        colour: table.colour,
+    }
+}
+
+fn pose([x, y, z]: [f64; 3], yaw_rad: f64) -> Isometry3<f64> {
+    Isometry3::from_parts(Translation3::new(x, y, z), yaw(yaw_rad))
+}
+
+/// A turn about z (rad).
+fn yaw(angle: f64) -> UnitQuaternion<f64> {
+    let (sin, cos) = (libm::sin(0.5 * angle), libm::cos(0.5 * angle));
+    Unit::new_unchecked(nalgebra::Quaternion::new(cos, 0.0, 0.0, sin))
+}

@@ -1,0 +1,135 @@
+//! Where robots and cells come from: built into the program, or a directory.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use crate::error::ModelError;
+use crate::{suggest, toml_text};
+
+/// Files larger than this are no robot and no cell (bytes).
+pub const MAX_FILE_BYTES: u64 = 4 << 20;
+
+macro_rules! embedded {
+    ($($path:literal),* $(,)?) => {
+        &[$(($path, include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../", $path)))),*]
+    };
+}
+
+/// Path and text of every file of `robots/` and `cells/`.
+const EMBEDDED: &[(&str, &str)] = embedded![
+    "cells/franka-stack.toml",
+    "cells/reach.toml",
+    "robots/panda/robot.toml",
+    "robots/panda/panda.urdf",
+    "robots/panda/panda.xrdf",
+    "robots/panda/panda_rmpflow.yaml",
+];
+
+/// A source of robots and cells.
+#[derive(Clone, Debug, Default)]
+pub struct Data {
+    dir: Option<PathBuf>,
+}
+
+impl Data {
+    /// What is built into the program.
+    pub fn embedded() -> Self {
+        Self { dir: None }
+    }
+
+    /// A directory with `robots/` and `cells/` (option `--data DIR`).
+    pub fn dir(dir: impl Into<PathBuf>) -> Self {
+        Self { dir: Some(dir.into()) }
+    }
+
+    /// Text of a file by its path within the data, for instance
+    /// `cells/franka-stack.toml`.
+    ///
+    /// # Errors
+    /// [`ModelError::Read`] where it is missing, unreadable or larger than
+    /// [`MAX_FILE_BYTES`].
+    pub fn read(&self, path: &str) -> Result<Cow<'static, str>, ModelError> {
+        if let Some(dir) = &self.dir {
+            return read_text(&dir.join(path)).map(Cow::Owned);
+        }
+        match EMBEDDED.iter().find(|(name, _)| *name == path) {
+            Some((_, text)) => Ok(Cow::Borrowed(text)),
+            None => Err(ModelError::Read {
+                file: path.to_owned(),
+                reason: "not built into this program".to_owned(),
+                advice: suggest::advice(path, &EMBEDDED.iter().map(|(name, _)| *name).collect::<Vec<_>>()),
+            }),
+        }
+    }
+
+    /// Name and one-line description of every demo, by name. A cell file that
+    /// cannot be read is listed with the reason.
+    pub fn demos(&self) -> Vec<(String, String)> {
+        let mut demos: Vec<_> = self
+            .cell_names()
+            .into_iter()
+            .map(|name| {
+                let text = self.read(&format!("cells/{name}.toml"));
+                let description = match text {
+                    Ok(text) => toml_text::top_level_string(&text, "description").unwrap_or_default(),
+                    Err(error) => error.to_string(),
+                };
+                (name, description)
+            })
+            .collect();
+        demos.sort();
+        demos
+    }
+
+    /// Names of the cell files.
+    fn cell_names(&self) -> Vec<String> {
+        let stem = |file: &str| file.strip_suffix(".toml").map(str::to_owned);
+        let Some(dir) = &self.dir else {
+            let files = EMBEDDED.iter().filter_map(|(path, _)| path.strip_prefix("cells/"));
+            return files.filter_map(stem).collect();
+        };
+        let entries = std::fs::read_dir(dir.join("cells")).into_iter().flatten().flatten();
+        entries.filter_map(|entry| stem(&entry.file_name().to_string_lossy())).collect()
+    }
+}
+
+/// Text of a file of the user.
+///
+/// # Errors
+/// [`ModelError::Read`] where it is missing, unreadable, not UTF-8 or larger
+/// than [`MAX_FILE_BYTES`].
+pub fn read_text(path: &Path) -> Result<String, ModelError> {
+    let refuse = |reason: String, advice: &str| ModelError::Read {
+        file: path.display().to_string(),
+        reason,
+        advice: advice.to_owned(),
+    };
+    let meta = std::fs::metadata(path).map_err(|error| refuse(error.to_string(), "check the path"))?;
+    if !meta.is_file() {
+        return Err(refuse("it is not a file".to_owned(), "name a file"));
+    }
+    if meta.len() > MAX_FILE_BYTES {
+        let size = format!("it has {} bytes, at most {MAX_FILE_BYTES} are read", meta.len());
+        return Err(refuse(size, "remove what does not belong there"));
+    }
+    std::fs::read_to_string(path).map_err(|error| refuse(error.to_string(), "it must be readable UTF-8 text"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_built_in_demos_have_descriptions() {
+        let demos = Data::embedded().demos();
+        assert!(demos.iter().any(|(name, text)| name == "franka-stack" && !text.is_empty()), "{demos:?}");
+    }
+
+    #[test]
+    fn a_missing_file_is_named() {
+        let error = Data::dir("/nonexistent").read("cells/reach.toml").unwrap_err().to_string();
+        assert!(error.contains("/nonexistent/cells/reach.toml"), "{error}");
+        let error = Data::embedded().read("cells/raech.toml").unwrap_err().to_string();
+        assert!(error.contains("did you mean 'cells/reach.toml'?"), "{error}");
+    }
+}

@@ -1,0 +1,198 @@
+//! What the URDF parser lets pass and a robot must not have.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix3, SymmetricEigen};
+use urdf_rs::{Geometry, Joint, JointType, Link, Robot};
+
+use crate::error::{ModelError, Place};
+use crate::suggest;
+
+/// Coordinates beyond this belong to no robot (m, rad).
+const MAX_COORDINATE: f64 = 100.0;
+/// Nothing in a cell is heavier (kg), turns harder (kg·m²) or pushes harder (N·m).
+const MAX_QUANTITY: f64 = 1.0e5;
+
+/// Refuses a robot that is not one tree of uniquely named links with finite,
+/// plausible numbers.
+///
+/// # Errors
+/// [`ModelError::Value`] naming file, link or joint, value and what to do.
+pub(crate) fn check(file: &str, robot: &Robot) -> Result<(), ModelError> {
+    let checker = Checker { file };
+    checker.names(robot)?;
+    checker.tree(robot)?;
+    robot.links.iter().try_for_each(|link| checker.link(link))?;
+    robot.joints.iter().try_for_each(|joint| checker.joint(joint, robot))
+}
+
+struct Checker<'a> {
+    file: &'a str,
+}
+
+impl Checker<'_> {
+    fn refuse(&self, key: impl Into<String>, value: impl std::fmt::Display, allowed: impl Into<String>) -> ModelError {
+        ModelError::value(Place::file(self.file), key, value, allowed)
+    }
+
+    fn names(&self, robot: &Robot) -> Result<(), ModelError> {
+        let links = robot.links.iter().map(|link| link.name.as_str());
+        let joints = robot.joints.iter().map(|joint| joint.name.as_str());
+        self.unique("link", links)?;
+        self.unique("joint", joints)
+    }
+
+    fn unique<'b>(&self, what: &str, names: impl Iterator<Item = &'b str>) -> Result<(), ModelError> {
+        let mut seen = BTreeMap::new();
+        for name in names {
+            if name.is_empty() {
+                return Err(self.refuse(format!("name of a {what}"), "empty", "give it a name"));
+            }
+            if seen.insert(name, ()).is_some() {
+                return Err(self.refuse(format!("{what} '{name}'"), "defined twice", "rename one of them"));
+            }
+        }
+        Ok(())
+    }
+
+    /// One root, every link reached from it once.
+    fn tree(&self, robot: &Robot) -> Result<(), ModelError> {
+        let links: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
+        let mut parent_joint: BTreeMap<&str, &str> = BTreeMap::new();
+        for joint in &robot.joints {
+            for end in [&joint.parent.link, &joint.child.link] {
+                if !links.contains(&end.as_str()) {
+                    let allowed = format!("no such link; {}", suggest::advice(end, &links));
+                    return Err(self.refuse(format!("joint '{}'", joint.name), format!("attached to '{end}'"), allowed));
+                }
+            }
+            if let Some(other) = parent_joint.insert(&joint.child.link, &joint.name) {
+                let value = format!("the child of joints '{other}' and '{}'", joint.name);
+                return Err(self.refuse(format!("link '{}'", joint.child.link), value, "a link has one parent; loops cannot be loaded"));
+            }
+        }
+        let roots: Vec<&str> = links.iter().copied().filter(|link| !parent_joint.contains_key(link)).collect();
+        match roots.as_slice() {
+            [root] => self.reached(robot, root),
+            [] => Err(self.refuse("root link", "missing", "every link has a parent, so the joints form a cycle; remove one joint")),
+            _ => Err(self.refuse("root link", format!("one of {}", roots.join(", ")), "join them by fixed joints or remove the loose ones")),
+        }
+    }
+
+    fn reached(&self, robot: &Robot, root: &str) -> Result<(), ModelError> {
+        let mut children: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for joint in &robot.joints {
+            children.entry(&joint.parent.link).or_default().push(&joint.child.link);
+        }
+        let mut open = vec![root];
+        let mut reached = BTreeMap::new();
+        while let Some(link) = open.pop() {
+            reached.insert(link, ());
+            open.extend(children.get(link).into_iter().flatten());
+        }
+        match robot.links.iter().find(|link| !reached.contains_key(link.name.as_str())) {
+            None => Ok(()),
+            Some(link) => Err(self.refuse(format!("link '{}'", link.name), "part of a cycle", "remove one joint of the cycle")),
+        }
+    }
+
+    fn finite(&self, owner: &str, key: &str, values: &[f64], limit: f64) -> Result<(), ModelError> {
+        // Written so that NaN fails, too.
+        match values.iter().find(|value| !(value.abs() <= limit)) {
+            None => Ok(()),
+            Some(value) => Err(self.refuse(format!("{owner}: {key}"), value, format!("a number from {} to {limit} is needed", -limit))),
+        }
+    }
+
+    fn link(&self, link: &Link) -> Result<(), ModelError> {
+        let owner = format!("link '{}'", link.name);
+        self.pose(&owner, "inertial origin", &link.inertial.origin)?;
+        let mass = link.inertial.mass.value;
+        if !(0.0..=MAX_QUANTITY).contains(&mass) {
+            return Err(self.refuse(format!("{owner}: mass"), mass, format!("0 to {MAX_QUANTITY} kg is allowed")));
+        }
+        self.inertia(&owner, link)?;
+        for collision in &link.collision {
+            self.pose(&owner, "collision origin", &collision.origin)?;
+            self.geometry(&owner, &collision.geometry)?;
+        }
+        Ok(())
+    }
+
+    fn inertia(&self, owner: &str, link: &Link) -> Result<(), ModelError> {
+        let i = &link.inertial.inertia;
+        let key = "inertia";
+        self.finite(owner, key, &[i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz], MAX_QUANTITY)?;
+        let matrix = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
+        let smallest = SymmetricEigen::new(matrix).eigenvalues.min();
+        // Identified inertias miss definiteness by rounding only.
+        if smallest < -1.0e-6 * matrix.norm() {
+            return Err(self.refuse(format!("{owner}: {key}"), format!("not positive (eigenvalue {smallest})"), "check the signs and the order ixx ixy ixz iyy iyz izz"));
+        }
+        Ok(())
+    }
+
+    fn geometry(&self, owner: &str, geometry: &Geometry) -> Result<(), ModelError> {
+        let lengths = match geometry {
+            Geometry::Box { size } => size.to_vec(),
+            Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => vec![*radius, *length],
+            Geometry::Sphere { radius } => vec![*radius],
+            Geometry::Mesh { .. } => vec![],
+        };
+        match lengths.iter().find(|length| !(**length >= 0.0 && **length <= MAX_COORDINATE)) {
+            None => Ok(()),
+            Some(length) => Err(self.refuse(format!("{owner}: collision size"), length, format!("0 to {MAX_COORDINATE} m is allowed"))),
+        }
+    }
+
+    fn pose(&self, owner: &str, key: &str, pose: &urdf_rs::Pose) -> Result<(), ModelError> {
+        self.finite(owner, key, &pose.xyz.0, MAX_COORDINATE)?;
+        self.finite(owner, key, &pose.rpy.0, MAX_COORDINATE)
+    }
+
+    fn joint(&self, joint: &Joint, robot: &Robot) -> Result<(), ModelError> {
+        let owner = format!("joint '{}'", joint.name);
+        self.pose(&owner, "origin", &joint.origin)?;
+        self.finite(&owner, "axis", &joint.axis.xyz.0, MAX_COORDINATE)?;
+        match joint.joint_type {
+            JointType::Fixed => return Ok(()),
+            JointType::Floating | JointType::Planar | JointType::Spherical => {
+                let value = format!("{:?}", joint.joint_type).to_lowercase();
+                return Err(self.refuse(format!("{owner}: type"), value, "fixed, revolute, continuous and prismatic can be loaded"));
+            }
+            JointType::Revolute | JointType::Continuous | JointType::Prismatic => {}
+        }
+        if joint.axis.xyz.iter().map(|x| x * x).sum::<f64>().sqrt() < 1.0e-9 {
+            return Err(self.refuse(format!("{owner}: axis"), "zero", "a moving joint needs a direction"));
+        }
+        if let Some(mimic) = &joint.mimic {
+            let names: Vec<&str> = robot.joints.iter().map(|joint| joint.name.as_str()).collect();
+            if !names.contains(&mimic.joint.as_str()) {
+                return Err(self.refuse(format!("{owner}: mimic"), &mimic.joint, format!("no such joint; {}", suggest::advice(&mimic.joint, &names))));
+            }
+        }
+        self.limit(&owner, joint)
+    }
+
+    fn limit(&self, owner: &str, joint: &Joint) -> Result<(), ModelError> {
+        let limit = &joint.limit;
+        let continuous = joint.joint_type == JointType::Continuous;
+        for (key, value) in [("effort", limit.effort), ("velocity", limit.velocity)] {
+            if !(0.0..=MAX_QUANTITY).contains(&value) && !(continuous && value == f64::INFINITY) {
+                return Err(self.refuse(format!("{owner}: limit {key}"), value, format!("0 to {MAX_QUANTITY} is allowed")));
+            }
+        }
+        if continuous {
+            return Ok(());
+        }
+        if limit.lower == 0.0 && limit.upper == 0.0 {
+            return Err(self.refuse(format!("{owner}: limit"), "missing", "add <limit lower= upper= velocity= effort=/>, or make the joint fixed or continuous"));
+        }
+        self.finite(owner, "limit lower", &[limit.lower], MAX_COORDINATE)?;
+        self.finite(owner, "limit upper", &[limit.upper], MAX_COORDINATE)?;
+        if limit.lower >= limit.upper {
+            return Err(self.refuse(format!("{owner}: limit lower"), limit.lower, format!("it must be less than upper, {}", limit.upper)));
+        }
+        Ok(())
+    }
+}
