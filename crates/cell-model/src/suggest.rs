@@ -1,14 +1,14 @@
 //! "Did you mean": the nearest known name to a mistyped one.
 
-/// Names further apart than this are no typing errors of each other (Jaro-Winkler
-/// similarity, 0 to 1).
-const SIMILAR: f64 = 0.8;
+/// Names less alike than this are no typing errors of each other (Damerau-
+/// Levenshtein similarity, 0 to 1).
+const SIMILAR: f64 = 0.6;
 
 /// The known name nearest to `name`, if one is near.
 pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     let mut best = (SIMILAR, None);
     for candidate in known {
-        let similarity = strsim::jaro_winkler(&name.to_lowercase(), &candidate.to_lowercase());
+        let similarity = strsim::normalized_damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase());
         if similarity > best.0 {
             best = (similarity, Some(*candidate));
         }

@@ -1,0 +1,142 @@
+//! The brake ramp: from any commanded motion to standstill within acceleration
+//! and jerk limits, one tick at a time.
+//!
+//! Limits hold for difference quotients over the tick, as they are counted:
+//! acceleration is the change of commanded velocity over a tick, jerk the change
+//! of that.
+
+use rmp::JointLimits;
+
+/// Below this speed, with no acceleration left, a joint stands (rad/s or m/s).
+/// Far below what a limit's tolerance can see.
+const STANDSTILL: f64 = 1.0e-12;
+
+/// Commanded motion of one joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RampState {
+    /// rad or m.
+    pub position: f64,
+    /// rad/s or m/s.
+    pub velocity: f64,
+    /// Change of velocity in the last tick (rad/s² or m/s²).
+    pub acceleration: f64,
+}
+
+impl RampState {
+    /// The motion one tick later, braking as hard as the limits allow.
+    ///
+    /// The deceleration `s` is the one from which taking it back by the jerk
+    /// limit in every tick uses up exactly the velocity that is left: the sum of
+    /// `s`, `s - J`, `s - 2 J`, ... over the ticks, `J` being jerk times tick. A
+    /// start outside the limits comes back at the jerk limit.
+    pub fn brake(self, acceleration_limit: f64, jerk_limit: f64, dt: f64) -> Self {
+        let change = jerk_limit * dt;
+        let wanted = -self.velocity.signum() * deceleration(self.velocity.abs() / dt, change).min(acceleration_limit);
+        let acceleration = wanted.clamp(self.acceleration - change, self.acceleration + change);
+        let mut velocity = self.velocity + acceleration * dt;
+        if velocity.abs() <= STANDSTILL && acceleration.abs() <= change {
+            velocity = 0.0;
+        }
+        Self {
+            position: self.position + 0.5 * (self.velocity + velocity) * dt,
+            velocity,
+            acceleration: (velocity - self.velocity) / dt,
+        }
+    }
+
+    /// Whether the motion has ended.
+    pub fn stands(&self) -> bool {
+        self.velocity == 0.0 && self.acceleration == 0.0
+    }
+}
+
+/// Brakes every joint by one tick; true when all stand. Slices and limits have
+/// one entry per joint.
+pub fn brake_all(joints: &mut [RampState], limits: &JointLimits, dt: f64) -> bool {
+    let limits = limits.acceleration.iter().zip(&limits.jerk);
+    for (joint, (acceleration, jerk)) in joints.iter_mut().zip(limits) {
+        *joint = joint.brake(*acceleration, *jerk, dt);
+    }
+    joints.iter().all(RampState::stands)
+}
+
+/// First deceleration `s` of a falling series `s`, `s - change`, ... (as long
+/// as positive) whose sum is `sum`.
+fn deceleration(sum: f64, change: f64) -> f64 {
+    let terms = sum / change;
+    // The last k with k (k + 1) / 2 <= terms.
+    let k = (0.5 * ((1.0 + 8.0 * terms).sqrt() - 1.0)).floor().max(0.0);
+    (sum + change * 0.5 * k * (k + 1.0)) / (k + 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    const DT: f64 = 1.0e-3;
+
+    /// Brakes to standstill and checks the limits on the way.
+    fn stop(start: RampState, acceleration: f64, jerk: f64) -> RampState {
+        let (mut before, mut ticks) = (start, 0);
+        loop {
+            let after = before.brake(acceleration, jerk, DT);
+            let quotient = (after.velocity - before.velocity) / DT;
+            assert!(quotient.abs() <= acceleration * (1.0 + 1e-6), "{start:?}: {quotient}");
+            assert!((quotient - before.acceleration).abs() / DT <= jerk * (1.0 + 1e-6), "{start:?} at {ticks}");
+            if after.stands() {
+                return after;
+            }
+            before = after;
+            ticks += 1;
+            assert!(ticks < 5_000, "{start:?} never stands: {after:?}");
+        }
+    }
+
+    #[test]
+    fn every_motion_ends_within_the_limits() {
+        let mut random = Random::new(3);
+        for _ in 0..5_000 {
+            let acceleration = 12.5 + random.around_zero(7.5);
+            let jerk = 5_000.0 + random.around_zero(4_500.0);
+            let start = RampState {
+                position: random.around_zero(2.0),
+                velocity: random.around_zero(2.6),
+                acceleration: random.around_zero(acceleration),
+            };
+            stop(start, acceleration, jerk);
+        }
+    }
+
+    #[test]
+    fn braking_takes_no_longer_than_physics_asks() {
+        // 2 rad/s at 10 rad/s² and 5000 rad/s³: v²/2a plus half the ramp times.
+        let start = RampState { position: 0.0, velocity: 2.0, acceleration: 0.0 };
+        let path = stop(start, 10.0, 5_000.0).position;
+        assert!((path - 0.202).abs() < 2e-3, "{path}");
+    }
+
+    #[test]
+    fn a_joint_that_stands_stays() {
+        let still = RampState { position: 0.7, ..RampState::default() };
+        assert_eq!(still.brake(10.0, 5_000.0, DT), still);
+    }
+
+    #[test]
+    fn joints_brake_independently() {
+        let limits = JointLimits {
+            lower: vec![-1.0; 2],
+            upper: vec![1.0; 2],
+            velocity: vec![2.0; 2],
+            acceleration: vec![10.0, 5.0],
+            jerk: vec![5_000.0, 500.0],
+        };
+        let mut joints = [RampState { velocity: 1.0, ..RampState::default() }, RampState::default()];
+        let mut ticks = 0;
+        while !brake_all(&mut joints, &limits, DT) {
+            ticks += 1;
+        }
+        assert!((100..110).contains(&ticks), "{ticks}");
+        assert_eq!(joints[1], RampState::default());
+    }
+}
