@@ -154,9 +154,21 @@ impl Validate for ArmCommand {
         let check = Check;
         check.count("joint_count", self.joint_count, MAX_JOINTS)?;
         let n = self.joint_count as usize;
-        check.within("joint_positions", &self.joint_positions[..n], MAX_JOINT_POSITION)?;
-        check.within("joint_velocities", &self.joint_velocities[..n], MAX_JOINT_VELOCITY)?;
-        check.within("joint_accelerations", &self.joint_accelerations[..n], MAX_EFFORT)?;
+        check.within(
+            "joint_positions",
+            &self.joint_positions[..n],
+            MAX_JOINT_POSITION,
+        )?;
+        check.within(
+            "joint_velocities",
+            &self.joint_velocities[..n],
+            MAX_JOINT_VELOCITY,
+        )?;
+        check.within(
+            "joint_accelerations",
+            &self.joint_accelerations[..n],
+            MAX_EFFORT,
+        )?;
         check.within("joint_efforts", &self.joint_efforts[..n], MAX_EFFORT)?;
         self.gripper.check(check)
     }
@@ -165,8 +177,16 @@ impl Validate for ArmCommand {
 impl Validate for ArmStatus {
     fn validate(&self) -> Result<(), Invalid> {
         let check = Check;
-        check.code("stop_action", self.stop_action, StopAction::from_code(self.stop_action))?;
-        check.code("stop_cause", self.stop_cause, StopCause::from_code(self.stop_cause))?;
+        check.code(
+            "stop_action",
+            self.stop_action,
+            StopAction::from_code(self.stop_action),
+        )?;
+        check.code(
+            "stop_cause",
+            self.stop_cause,
+            StopCause::from_code(self.stop_cause),
+        )?;
         let scalars = [
             self.position_error,
             self.orientation_error,

@@ -134,7 +134,11 @@ impl Validate for ArmGoal {
     fn validate(&self) -> Result<(), Invalid> {
         let check = Check;
         check.code("goal.kind", self.kind, GoalKind::from_code(self.kind))?;
-        check.code("goal.gripper", self.gripper, GripperGoal::from_code(self.gripper))?;
+        check.code(
+            "goal.gripper",
+            self.gripper,
+            GripperGoal::from_code(self.gripper),
+        )?;
         self.target.check(check)?;
         check.within("goal.posture", &self.posture, MAX_JOINT_POSITION)?;
         check.within("goal.grip_force", &[self.grip_force], MAX_EFFORT)?;

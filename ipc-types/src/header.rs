@@ -72,7 +72,9 @@ impl Header {
 }
 
 /// Messages that start with a [`Header`].
-pub trait Message: Wire + crate::Validate + iceoryx2::prelude::ZeroCopySend + core::fmt::Debug {
+pub trait Message:
+    Wire + crate::Validate + iceoryx2::prelude::ZeroCopySend + core::fmt::Debug
+{
     /// The header.
     fn header(&self) -> &Header;
     /// The header, for the writer.

@@ -57,7 +57,11 @@ wire! {
 impl Validate for Health {
     fn validate(&self) -> Result<(), Invalid> {
         let check = Check;
-        check.code("scheduling", self.scheduling, Scheduling::from_code(self.scheduling))?;
+        check.code(
+            "scheduling",
+            self.scheduling,
+            Scheduling::from_code(self.scheduling),
+        )?;
         let values = [
             self.rate_hz,
             self.lateness_p50_ns,

@@ -31,7 +31,12 @@ pub struct Invalid {
 
 impl core::fmt::Display for Invalid {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Self { field, index, value, allowed } = self;
+        let Self {
+            field,
+            index,
+            value,
+            allowed,
+        } = self;
         write!(f, "{field}[{index}] is {value}, allowed is {allowed}")
     }
 }
@@ -50,10 +55,20 @@ pub trait Validate {
 pub(crate) struct Check;
 
 impl Check {
-    pub(crate) fn within(self, field: &'static str, values: &[f64], limit: f64) -> Result<(), Invalid> {
+    pub(crate) fn within(
+        self,
+        field: &'static str,
+        values: &[f64],
+        limit: f64,
+    ) -> Result<(), Invalid> {
         match values.iter().position(|v| !(v.abs() <= limit)) {
             None => Ok(()),
-            Some(index) => Err(Invalid { field, index, value: values[index], allowed: "a finite, plausible value" }),
+            Some(index) => Err(Invalid {
+                field,
+                index,
+                value: values[index],
+                allowed: "a finite, plausible value",
+            }),
         }
     }
 
@@ -62,20 +77,45 @@ impl Check {
         if (norm - 1.0).abs() <= 1.0e-6 {
             return Ok(());
         }
-        Err(Invalid { field, index: 0, value: norm, allowed: "a norm of 1 within 1e-6" })
+        Err(Invalid {
+            field,
+            index: 0,
+            value: norm,
+            allowed: "a norm of 1 within 1e-6",
+        })
     }
 
-    pub(crate) fn count(self, field: &'static str, count: u32, capacity: usize) -> Result<(), Invalid> {
+    pub(crate) fn count(
+        self,
+        field: &'static str,
+        count: u32,
+        capacity: usize,
+    ) -> Result<(), Invalid> {
         if count as usize <= capacity {
             return Ok(());
         }
-        Err(Invalid { field, index: 0, value: f64::from(count), allowed: "a count within capacity" })
+        Err(Invalid {
+            field,
+            index: 0,
+            value: f64::from(count),
+            allowed: "a count within capacity",
+        })
     }
 
-    pub(crate) fn code<T>(self, field: &'static str, code: u32, known: Option<T>) -> Result<(), Invalid> {
+    pub(crate) fn code<T>(
+        self,
+        field: &'static str,
+        code: u32,
+        known: Option<T>,
+    ) -> Result<(), Invalid> {
         match known {
             Some(_) => Ok(()),
-            None => Err(Invalid { field, index: 0, value: f64::from(code), allowed: "a known code" }),
+            None => Err(Invalid {
+                field,
+                index: 0,
+                value: f64::from(code),
+                allowed: "a known code",
+            }),
         }
     }
 }

@@ -2,7 +2,9 @@
 
 use crate::header::Header;
 use crate::pose::{Pose, Twist};
-use crate::validate::{Check, Invalid, MAX_EFFORT, MAX_JOINT_POSITION, MAX_JOINT_VELOCITY, Validate};
+use crate::validate::{
+    Check, Invalid, MAX_EFFORT, MAX_JOINT_POSITION, MAX_JOINT_VELOCITY, Validate,
+};
 use crate::wire::wire;
 use crate::{MAX_ARMS, MAX_JOINTS, MAX_OBJECTS};
 
@@ -56,6 +58,14 @@ wire! {
         pub joint_velocities: [f64; MAX_JOINTS],
         /// Drive efforts, N·m or N.
         pub joint_efforts: [f64; MAX_JOINTS],
+        /// What the drives follow in this tick, the accepted command or
+        /// physics' own brake ramp; a new controller starts from it without a
+        /// bump. rad or m.
+        pub setpoint_positions: [f64; MAX_JOINTS],
+        /// rad/s or m/s.
+        pub setpoint_velocities: [f64; MAX_JOINTS],
+        /// rad/s² or m/s².
+        pub setpoint_accelerations: [f64; MAX_JOINTS],
         /// TCP in the world frame.
         pub tcp: Pose,
         /// The gripper.
@@ -172,12 +182,40 @@ impl Validate for ArmState {
         let check = Check;
         check.count("joint_count", self.joint_count, MAX_JOINTS)?;
         let n = self.joint_count as usize;
-        check.within("joint_positions", &self.joint_positions[..n], MAX_JOINT_POSITION)?;
-        check.within("joint_velocities", &self.joint_velocities[..n], MAX_JOINT_VELOCITY)?;
+        check.within(
+            "joint_positions",
+            &self.joint_positions[..n],
+            MAX_JOINT_POSITION,
+        )?;
+        check.within(
+            "joint_velocities",
+            &self.joint_velocities[..n],
+            MAX_JOINT_VELOCITY,
+        )?;
         check.within("joint_efforts", &self.joint_efforts[..n], MAX_EFFORT)?;
+        check.within(
+            "setpoint_positions",
+            &self.setpoint_positions[..n],
+            MAX_JOINT_POSITION,
+        )?;
+        check.within(
+            "setpoint_velocities",
+            &self.setpoint_velocities[..n],
+            MAX_JOINT_VELOCITY,
+        )?;
+        check.within(
+            "setpoint_accelerations",
+            &self.setpoint_accelerations[..n],
+            MAX_EFFORT,
+        )?;
         self.tcp.check(check)?;
         let gripper = &self.gripper;
-        let scalars = [gripper.width, gripper.width_velocity, gripper.grip_force, gripper.load];
+        let scalars = [
+            gripper.width,
+            gripper.width_velocity,
+            gripper.grip_force,
+            gripper.load,
+        ];
         check.within("gripper", &scalars, MAX_EFFORT)
     }
 }
@@ -199,6 +237,10 @@ impl Validate for WorldState {
         }
         check.count("panel.target_arm", self.panel.target_arm, MAX_ARMS - 1)?;
         let gripper = self.panel.gripper;
-        check.code("panel.gripper", gripper, crate::GripperGoal::from_code(gripper))
+        check.code(
+            "panel.gripper",
+            gripper,
+            crate::GripperGoal::from_code(gripper),
+        )
     }
 }
