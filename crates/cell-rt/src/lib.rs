@@ -1,1 +1,29 @@
-//! cell-rt
+//! What a real-time process asks of the operating system, and nothing else:
+//! a clock, a periodic grid, scheduling and locked memory, a mapped slot file,
+//! signals and parent death.
+//!
+//! Together with `ipc-types` this is the only crate with `unsafe` code: every
+//! block is a call into the C library or an access to mapped memory, with its
+//! reason beside it.
+
+#![deny(unsafe_op_in_unsafe_fn)]
+
+pub mod alloc;
+pub mod clock;
+mod crc;
+pub mod histogram;
+pub mod lock;
+pub mod memory;
+pub mod periodic;
+pub mod priority;
+pub mod process;
+pub mod seqlock;
+pub mod shared;
+pub mod signal;
+pub mod slot;
+
+pub use clock::{monotonic_ns, sleep_until};
+pub use histogram::Histogram;
+pub use lock::Lock;
+pub use periodic::{Grid, Wake};
+pub use slot::SlotFile;

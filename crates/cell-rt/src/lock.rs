@@ -1,0 +1,55 @@
+//! A lock on a file that ends with its holder, however that ends.
+
+use std::fs::{File, OpenOptions};
+use std::io;
+use std::os::fd::AsRawFd;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+
+/// An exclusive lock. The kernel releases it when the process dies; children
+/// do not inherit it.
+#[derive(Debug)]
+pub struct Lock {
+    file: File,
+}
+
+impl Lock {
+    /// Takes the lock at `path`, creating the file (mode 0600) if needed. The
+    /// content of the file is left as it is. `Ok(None)`: somebody else has it.
+    pub fn try_new(path: &Path) -> io::Result<Option<Self>> {
+        let file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .mode(0o600)
+            .open(path)?;
+        // SAFETY: the descriptor is open for the whole call.
+        if unsafe { libc::flock(file.as_raw_fd(), libc::LOCK_EX | libc::LOCK_NB) } == 0 {
+            return Ok(Some(Self { file }));
+        }
+        let error = io::Error::last_os_error();
+        if error.kind() == io::ErrorKind::WouldBlock { Ok(None) } else { Err(error) }
+    }
+
+    /// The locked file, for the holder's name in it.
+    pub fn file(&mut self) -> &mut File {
+        &mut self.file
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_second_taker_is_told_and_gets_it_after_the_first() {
+        let path = std::env::temp_dir().join(format!("cell-rt-lock-{}", std::process::id()));
+        let first = Lock::try_new(&path).unwrap();
+        assert!(first.is_some());
+        assert!(Lock::try_new(&path).unwrap().is_none());
+        drop(first);
+        assert!(Lock::try_new(&path).unwrap().is_some());
+        std::fs::remove_file(path).unwrap();
+    }
+}

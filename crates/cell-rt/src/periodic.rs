@@ -1,0 +1,202 @@
+//! An absolute grid of deadlines: sleep most of the way, spin the rest.
+
+use crate::clock::{monotonic_ns, sleep_until};
+
+/// How long before a deadline a real-time thread stops sleeping: longer than
+/// nearly every wake-up of a sleeping thread.
+pub const SPIN_FIFO_NS: u64 = 150_000;
+/// The same for a thread of the normal class, which must not hold a core long.
+pub const SPIN_OTHER_NS: u64 = 50_000;
+
+/// When a cycle should have started and when it did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wake {
+    /// Planned start, [`monotonic_ns`].
+    pub deadline_ns: u64,
+    /// Actual start.
+    pub woke_ns: u64,
+}
+
+impl Wake {
+    /// How late the cycle started, nanoseconds.
+    pub fn lateness_ns(&self) -> u64 {
+        self.woke_ns.saturating_sub(self.deadline_ns)
+    }
+}
+
+/// Deadlines one period apart. A cycle that runs over its period shifts the
+/// whole grid: there is always a rest of an eighth of a period between the end
+/// of one cycle and the start of the next, so others can answer, and missed
+/// cycles are never caught up in a burst.
+#[derive(Clone, Debug)]
+pub struct Grid {
+    period_ns: u64,
+    spin_ns: u64,
+    deadline_ns: u64,
+    overruns: u64,
+}
+
+impl Grid {
+    /// A grid whose first deadline is one period from `now_ns`. `fifo` says
+    /// whether the thread has real-time priority.
+    pub fn new(period_ns: u64, now_ns: u64, fifo: bool) -> Self {
+        let spin_ns = if fifo { SPIN_FIFO_NS } else { SPIN_OTHER_NS };
+        Self { period_ns, spin_ns, deadline_ns: now_ns + period_ns, overruns: 0 }
+    }
+
+    /// Starts over, one period from `now_ns`: after a pause of the loop.
+    pub fn restart(&mut self, now_ns: u64) {
+        self.deadline_ns = now_ns + self.period_ns;
+    }
+
+    /// Next deadline.
+    pub fn deadline_ns(&self) -> u64 {
+        self.deadline_ns
+    }
+
+    /// Cycles that were not done at their successor's deadline.
+    pub fn overruns(&self) -> u64 {
+        self.overruns
+    }
+
+    /// Waits for the next deadline.
+    pub fn wait(&mut self) -> Wake {
+        self.wait_with(|| {})
+    }
+
+    /// As [`Self::wait`], and calls `poll` while it spins: serving late work or
+    /// warming a cache. `poll` must be short.
+    pub fn wait_with(&mut self, mut poll: impl FnMut()) -> Wake {
+        let deadline_ns = self.plan(monotonic_ns());
+        sleep_until(deadline_ns.saturating_sub(self.spin_ns));
+        let mut woke_ns = monotonic_ns();
+        while woke_ns < deadline_ns {
+            poll();
+            core::hint::spin_loop();
+            woke_ns = monotonic_ns();
+        }
+        self.woke(woke_ns);
+        Wake { deadline_ns, woke_ns }
+    }
+
+    /// The deadline for a cycle that is waited for from `now_ns` on, shifting
+    /// the grid if the cycle before ran over.
+    fn plan(&mut self, now_ns: u64) -> u64 {
+        if now_ns > self.deadline_ns {
+            self.overruns += 1;
+        }
+        self.deadline_ns = self.deadline_ns.max(now_ns + self.period_ns / 8);
+        self.deadline_ns
+    }
+
+    /// Sets the deadline after a cycle that started at `woke_ns`. Ordinary
+    /// lateness keeps the grid: no drift. A cycle that started a whole period
+    /// late is a new beginning.
+    fn woke(&mut self, woke_ns: u64) {
+        if woke_ns >= self.deadline_ns + self.period_ns {
+            self.overruns += 1;
+            self.deadline_ns = woke_ns;
+        }
+        self.deadline_ns += self.period_ns;
+    }
+}
+
+/// Waits until `poll` says true: sleeps until shortly before `expected_ns`,
+/// spins around it, and from then on sleeps in short naps until `give_up_ns`.
+/// Returns whether `poll` said true.
+pub fn wait_until_with(
+    expected_ns: u64,
+    give_up_ns: u64,
+    fifo: bool,
+    mut poll: impl FnMut() -> bool,
+) -> bool {
+    let spin_ns = if fifo { SPIN_FIFO_NS } else { SPIN_OTHER_NS };
+    // A first look: what is already there needs no sleep.
+    if poll() {
+        return true;
+    }
+    sleep_until(expected_ns.saturating_sub(spin_ns).min(give_up_ns));
+    loop {
+        if poll() {
+            return true;
+        }
+        let now_ns = monotonic_ns();
+        if now_ns >= give_up_ns {
+            return false;
+        }
+        if now_ns > expected_ns + spin_ns {
+            // What is this late may take long; a spinning thread would keep
+            // the sender from its core.
+            sleep_until((now_ns + NAP_NS).min(give_up_ns));
+        } else {
+            core::hint::spin_loop();
+        }
+    }
+}
+
+/// Length of a nap of [`wait_until_with`].
+const NAP_NS: u64 = 50_000;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    #[test]
+    fn lateness_does_not_move_the_grid() {
+        let mut grid = Grid::new(MS, 0, true);
+        for cycle in 1..100 {
+            assert_eq!(grid.plan(cycle * MS - 700_000), cycle * MS);
+            grid.woke(cycle * MS + 90_000);
+        }
+        assert_eq!(grid.overruns(), 0);
+    }
+
+    #[test]
+    fn an_overrun_shifts_the_grid_and_leaves_a_rest() {
+        let mut grid = Grid::new(MS, 0, true);
+        assert_eq!(grid.plan(0), MS);
+        grid.woke(MS);
+        // The body took 5.3 periods.
+        let next = grid.plan(6_300_000);
+        assert_eq!(next, 6_300_000 + MS / 8);
+        grid.woke(next);
+        assert_eq!(grid.plan(next + 100_000), next + MS, "no burst to catch up");
+        assert_eq!(grid.overruns(), 1);
+    }
+
+    #[test]
+    fn a_cycle_that_slept_over_starts_a_new_grid() {
+        let mut grid = Grid::new(MS, 0, true);
+        grid.plan(0);
+        grid.woke(9 * MS);
+        assert_eq!(grid.plan(9 * MS + 10), 10 * MS);
+        assert_eq!(grid.overruns(), 1);
+    }
+
+    #[test]
+    fn no_cycle_starts_before_its_deadline() {
+        let mut grid = Grid::new(MS, monotonic_ns(), false);
+        let mut last = 0;
+        for _ in 0..20 {
+            let wake = grid.wait();
+            assert!(wake.woke_ns >= wake.deadline_ns);
+            assert!(wake.deadline_ns > last);
+            last = wake.deadline_ns;
+        }
+    }
+
+    #[test]
+    fn waiting_ends_with_the_event_or_at_the_limit() {
+        let now = monotonic_ns();
+        let mut calls = 0;
+        assert!(wait_until_with(now + 10, now + 100 * MS, false, || {
+            calls += 1;
+            calls == 3
+        }));
+        let limit = monotonic_ns() + 2 * MS;
+        assert!(!wait_until_with(0, limit, true, || false));
+        assert!(monotonic_ns() >= limit);
+    }
+}

@@ -1,0 +1,49 @@
+//! A request to end, from a terminal or a supervisor, as a flag.
+
+use std::io;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+static STOP: AtomicBool = AtomicBool::new(false);
+static COUNT: AtomicU32 = AtomicU32::new(0);
+
+extern "C" fn on_signal(_signal: libc::c_int) {
+    // Only lock-free atomics: everything else is forbidden in a handler.
+    COUNT.fetch_add(1, Ordering::Relaxed);
+    STOP.store(true, Ordering::Release);
+}
+
+/// Makes SIGTERM and SIGINT set the flag of [`stop_requested`] in place of
+/// ending the process. Blocking calls return early (`EINTR`) when one arrives.
+pub fn install_stop_handler() -> io::Result<()> {
+    for signal in [libc::SIGTERM, libc::SIGINT] {
+        // SAFETY: sigaction is plain data, all zeros is a value of it.
+        let mut action: libc::sigaction = unsafe { core::mem::zeroed() };
+        action.sa_sigaction = on_signal as extern "C" fn(libc::c_int) as libc::sighandler_t;
+        // SAFETY: the pointers are to a live action with a handler that only
+        // touches atomics; no old action is asked for.
+        let result = unsafe {
+            libc::sigemptyset(&raw mut action.sa_mask);
+            libc::sigaction(signal, &raw const action, core::ptr::null_mut())
+        };
+        if result != 0 {
+            return Err(io::Error::last_os_error());
+        }
+    }
+    Ok(())
+}
+
+/// Whether somebody asked this process to end.
+#[inline]
+pub fn stop_requested() -> bool {
+    STOP.load(Ordering::Acquire)
+}
+
+/// How often somebody asked; a second Ctrl-C means now.
+pub fn stop_count() -> u32 {
+    COUNT.load(Ordering::Relaxed)
+}
+
+/// Sets the flag from within, so that a process has one way to end.
+pub fn request_stop() {
+    STOP.store(true, Ordering::Release);
+}

@@ -1,0 +1,134 @@
+//! A record that survives `kill -9` at any instant.
+//!
+//! Two slots in a mapped file, written in turn, each with a checksum over
+//! everything in it. While one is being written the other one is whole.
+
+use std::io;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering, fence};
+
+use crate::crc::crc32;
+use crate::shared::SharedWords;
+
+/// Marks a file of this layout (`RCSLOT01`).
+const MAGIC: u64 = u64::from_le_bytes(*b"RCSLOT01");
+/// Words before the first slot: magic, capacity in bytes.
+const FILE_HEADER: usize = 2;
+/// Words before a slot's content: seq, length in bytes, checksum.
+const SLOT_HEADER: usize = 3;
+/// Largest record.
+const MAX_CAPACITY: usize = 64 * 1024 * 1024;
+
+/// The two-slot file. Writing allocates nothing and calls nobody.
+#[derive(Debug)]
+pub struct SlotFile {
+    memory: SharedWords,
+    capacity: usize,
+    next: usize,
+}
+
+impl SlotFile {
+    /// Opens or creates the file at `path` (on tmpfs) for records of up to
+    /// `capacity` bytes. A file of another layout or capacity is begun anew:
+    /// what is in it is not ours to read.
+    pub fn open(path: &Path, capacity: usize) -> io::Result<Self> {
+        if capacity == 0 || capacity > MAX_CAPACITY {
+            let text = format!("a slot of {capacity} bytes; 1 to {MAX_CAPACITY} are possible");
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
+        }
+        let words = FILE_HEADER + 2 * (SLOT_HEADER + capacity.div_ceil(8));
+        let memory = SharedWords::open(path, words)?;
+        let mut this = Self { memory, capacity, next: 0 };
+        let [magic, stored] = [0, 1].map(|i| this.memory.words()[i].load(Ordering::Relaxed));
+        if magic != MAGIC || stored != capacity as u64 {
+            for word in this.memory.words() {
+                word.store(0, Ordering::Relaxed);
+            }
+            this.memory.words()[1].store(capacity as u64, Ordering::Relaxed);
+            this.memory.words()[0].store(MAGIC, Ordering::Release);
+        }
+        // The older slot is the one to write next.
+        this.next = match this.newest_slot() {
+            Some((slot, _)) => 1 - slot,
+            None => 0,
+        };
+        Ok(this)
+    }
+
+    /// Largest record in bytes.
+    pub fn capacity(&self) -> usize {
+        self.capacity
+    }
+
+    /// Writes a record. `seq` says which record is the newest and must grow.
+    /// False, and nothing is written, when the record is too long.
+    pub fn write(&mut self, seq: u64, record: &[u8]) -> bool {
+        if record.len() > self.capacity {
+            return false;
+        }
+        let slot = self.slot(self.next);
+        // Not valid while it is being written: no record has a checksum above
+        // 32 bits.
+        slot[2].store(u64::MAX, Ordering::Relaxed);
+        fence(Ordering::SeqCst);
+        slot[0].store(seq, Ordering::Relaxed);
+        slot[1].store(record.len() as u64, Ordering::Relaxed);
+        for (word, bytes) in slot[SLOT_HEADER..].iter().zip(record.chunks(8)) {
+            word.store(word_of(bytes), Ordering::Relaxed);
+        }
+        fence(Ordering::SeqCst);
+        slot[2].store(u64::from(checksum(seq, record)), Ordering::Release);
+        self.next = 1 - self.next;
+        true
+    }
+
+    /// The newest whole record with its `seq`.
+    pub fn newest(&self) -> Option<(u64, Vec<u8>)> {
+        let (slot, seq) = self.newest_slot()?;
+        self.read(slot).filter(|(read_seq, _)| *read_seq == seq)
+    }
+
+    /// Forgets both records.
+    pub fn clear(&mut self) {
+        for slot in [0, 1] {
+            self.slot(slot)[2].store(u64::MAX, Ordering::Release);
+        }
+    }
+
+    fn newest_slot(&self) -> Option<(usize, u64)> {
+        let seqs = [0, 1].map(|slot| self.read(slot).map(|(seq, _)| (slot, seq)));
+        seqs.into_iter().flatten().max_by_key(|(_, seq)| *seq)
+    }
+
+    fn slot(&self, index: usize) -> &[AtomicU64] {
+        let length = SLOT_HEADER + self.capacity.div_ceil(8);
+        &self.memory.words()[FILE_HEADER + index * length..][..length]
+    }
+
+    fn read(&self, index: usize) -> Option<(u64, Vec<u8>)> {
+        let slot = self.slot(index);
+        let stored = slot[2].load(Ordering::Acquire);
+        let seq = slot[0].load(Ordering::Relaxed);
+        let length = usize::try_from(slot[1].load(Ordering::Relaxed)).ok()?;
+        if length > self.capacity {
+            return None;
+        }
+        let mut record = Vec::with_capacity(length.next_multiple_of(8));
+        for word in &slot[SLOT_HEADER..SLOT_HEADER + length.div_ceil(8)] {
+            record.extend_from_slice(&word.load(Ordering::Relaxed).to_le_bytes());
+        }
+        record.truncate(length);
+        (stored == u64::from(checksum(seq, &record))).then_some((seq, record))
+    }
+}
+
+fn word_of(bytes: &[u8]) -> u64 {
+    let mut word = [0; 8];
+    word[..bytes.len()].copy_from_slice(bytes);
+    u64::from_le_bytes(word)
+}
+
+fn checksum(seq: u64, record: &[u8]) -> u32 {
+    let start = crc32(crc32(0, &MAGIC.to_le_bytes()), &seq.to_le_bytes());
+    crc32(crc32(start, &(record.len() as u64).to_le_bytes()), record)
+}
