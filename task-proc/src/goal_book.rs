@@ -1,0 +1,126 @@
+//! The goals the last decision carried: what new feedback is graded against,
+//! and what the next number is.
+
+use ipc_types::{ArmGoal, GripperGoal, MAX_ARMS, Pose, decision::GoalKind};
+use serde::{Deserialize, Serialize};
+
+/// What makes a goal the same goal: its kind, and a key its author chose.
+type Identity = (u32, u64);
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Entry {
+    goal_id: u64,
+    identity: Option<Identity>,
+    position: [f64; 3],
+    orientation_wxyz: [f64; 4],
+    gripper: u32,
+}
+
+/// The goals of all arms as published with the previous decision.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GoalBook {
+    entries: [Entry; MAX_ARMS],
+}
+
+/// One arm's goal of the previous decision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PreviousGoal {
+    /// Its number.
+    pub goal_id: u64,
+    /// The key its author gave it.
+    pub key: u64,
+    /// What it asked for.
+    pub kind: GoalKind,
+    /// TCP target in the world frame.
+    pub target: Pose,
+    /// What the gripper was told with it.
+    pub gripper: GripperGoal,
+}
+
+impl Default for GoalBook {
+    fn default() -> Self {
+        let pose = Pose::IDENTITY;
+        let entry = Entry {
+            goal_id: 0,
+            identity: None,
+            position: pose.position,
+            orientation_wxyz: pose.orientation_wxyz,
+            gripper: GripperGoal::Keep.code(),
+        };
+        Self {
+            entries: [entry.clone(), entry],
+        }
+    }
+}
+
+impl GoalBook {
+    /// The goal `arm` was given with the previous decision; `None` before the
+    /// first one and after [`GoalBook::forget`].
+    pub fn previous(&self, arm: usize) -> Option<PreviousGoal> {
+        let entry = self.entries.get(arm)?;
+        let (kind, key) = entry.identity?;
+        Some(PreviousGoal {
+            goal_id: entry.goal_id,
+            key,
+            kind: GoalKind::from_code(kind)?,
+            target: Pose {
+                position: entry.position,
+                orientation_wxyz: entry.orientation_wxyz,
+            },
+            gripper: GripperGoal::from_code(entry.gripper)?,
+        })
+    }
+
+    /// Numbers `goal`: a new kind or `key` is a new goal, the same ones are the
+    /// same goal, with its target moved at most.
+    pub(crate) fn publish(&mut self, arm: usize, key: u64, goal: &mut ArmGoal) {
+        let Some(entry) = self.entries.get_mut(arm) else {
+            return;
+        };
+        let identity = Some((goal.kind, key));
+        if entry.identity != identity {
+            entry.identity = identity;
+            entry.goal_id += 1;
+        }
+        entry.position = goal.target.position;
+        entry.orientation_wxyz = goal.target.orientation_wxyz;
+        entry.gripper = goal.gripper;
+        goal.goal_id = entry.goal_id;
+    }
+
+    /// Makes the next goal of every arm a new one; numbers go on counting.
+    pub(crate) fn forget(&mut self) {
+        for entry in &mut self.entries {
+            entry.identity = None;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ipc_types::Wire;
+
+    fn published(book: &mut GoalBook, kind: GoalKind, key: u64) -> u64 {
+        let mut goal = ArmGoal {
+            kind: kind.code(),
+            target: Pose::IDENTITY,
+            ..ArmGoal::zeroed()
+        };
+        book.publish(0, key, &mut goal);
+        goal.goal_id
+    }
+
+    #[test]
+    fn a_goal_keeps_its_number_until_its_kind_or_key_changes() {
+        let mut book = GoalBook::default();
+        assert_eq!(book.previous(0), None);
+        assert_eq!(published(&mut book, GoalKind::Pose, 7), 1);
+        assert_eq!(published(&mut book, GoalKind::Pose, 7), 1);
+        assert_eq!(published(&mut book, GoalKind::Pose, 8), 2);
+        assert_eq!(published(&mut book, GoalKind::Hold, 8), 3);
+        book.forget();
+        assert_eq!(book.previous(0), None);
+        assert_eq!(published(&mut book, GoalKind::Hold, 8), 4);
+    }
+}

@@ -1,0 +1,140 @@
+//! What every policy of a demo knows about its job: the part of the record that
+//! a policy of another kind can take over in the middle of it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::time::PolicyTime;
+
+/// Where an object belongs: its centre in the world frame (m) and its yaw (rad).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Place {
+    /// Centre, world frame (m).
+    pub position: [f64; 3],
+    /// Turn about the vertical axis (rad).
+    pub yaw: f64,
+}
+
+/// What happened so far, as the decision reports it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counters {
+    /// Entries into a phase.
+    pub phase_entry: u32,
+    /// Held objects that were lost.
+    pub drops: u32,
+    /// Pick-ups begun again because the object moved.
+    pub resyncs: u32,
+    /// Transfers turned back because the stack below was gone.
+    pub aborts: u32,
+    /// Recoveries of any other kind.
+    pub recoveries: u32,
+}
+
+/// Why a job was given up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Failure {
+    /// The next cube stayed too far from the arm.
+    CubeOutOfReach,
+    /// A cube was lost again and again before it was set down.
+    CubeCannotBeGripped,
+    /// A cube did not stay where it was set down, again and again.
+    CubeCannotBePlaced,
+    /// A cube fell off the table.
+    CubeLost,
+    /// The gripper did not open.
+    GripperBlocked,
+}
+
+impl Failure {
+    /// Stable name in the summary and in the decision.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Self::CubeOutOfReach => "cube_out_of_reach",
+            Self::CubeCannotBeGripped => "cube_cannot_be_gripped",
+            Self::CubeCannotBePlaced => "cube_cannot_be_placed",
+            Self::CubeLost => "cube_lost",
+            Self::GripperBlocked => "gripper_blocked",
+        }
+    }
+}
+
+/// Failures of one object, in a row.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Attempts {
+    /// Pick-ups that lost it.
+    pub pick: u32,
+    /// Set-downs it did not stay at.
+    pub place: u32,
+}
+
+/// The job as all policies of a demo see it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Job {
+    /// Object in the gripper, by index in the cell file.
+    pub held: Option<usize>,
+    /// Where the held object goes.
+    pub destination: Option<Place>,
+    /// The held object goes back instead of onto the stack.
+    pub aborted: bool,
+    /// Objects where they belong, by index in the cell file.
+    pub placed: Vec<u32>,
+    /// By object index.
+    pub attempts: Vec<Attempts>,
+    /// What happened so far.
+    pub counters: Counters,
+    /// Why the job was given up, if it was.
+    pub failure: Option<Failure>,
+    /// All objects were in place at the last decision.
+    pub done: bool,
+    /// Since when the next object is out of reach.
+    pub unreachable_since: Option<PolicyTime>,
+}
+
+impl Job {
+    /// A job not begun, with room for `objects` objects.
+    pub fn new(objects: usize) -> Self {
+        Self {
+            placed: Vec::with_capacity(ipc_types::decision::MAX_PLACED),
+            attempts: vec![Attempts::default(); objects],
+            ..Self::default()
+        }
+    }
+
+    /// Begins anew.
+    pub(crate) fn reset(&mut self) {
+        *self = Self::new(self.attempts.len());
+    }
+
+    /// Becomes `other`, keeping the memory of the lists.
+    pub(crate) fn take(&mut self, other: Self) {
+        let mut placed = std::mem::take(&mut self.placed);
+        placed.clear();
+        placed.extend_from_slice(&other.placed);
+        *self = Self { placed, ..other };
+    }
+
+    /// Forgets a failure and what led to it; the operator asked to try again.
+    pub(crate) fn retry(&mut self) {
+        self.failure = None;
+        self.unreachable_since = None;
+        self.attempts.fill(Attempts::default());
+    }
+
+    /// The failures of object `index`.
+    pub fn attempts(&self, index: usize) -> Attempts {
+        self.attempts.get(index).copied().unwrap_or_default()
+    }
+
+    /// The failures of object `index`, to change.
+    pub(crate) fn attempts_mut(&mut self, index: usize) -> Option<&mut Attempts> {
+        self.attempts.get_mut(index)
+    }
+
+    /// Whether this record can belong to a cell with `objects` objects.
+    pub(crate) fn fits(&self, objects: usize) -> bool {
+        let in_range = |i: u32| (i as usize) < objects;
+        self.attempts.len() == objects
+            && self.held.is_none_or(|i| i < objects)
+            && self.placed.len() <= ipc_types::decision::MAX_PLACED
+            && self.placed.iter().all(|i| in_range(*i))
+    }
+}

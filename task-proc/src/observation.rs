@@ -1,0 +1,105 @@
+//! What a policy sees: one coherent sample of the cell.
+
+use ipc_types::{ArmState, ArmStatus, MAX_ARMS, ObjectState, OperatorPanel, Pose, WorldState};
+use nalgebra::Vector3;
+
+use crate::time::PolicyTime;
+
+/// What a controller says about the goal it follows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControllerEcho {
+    /// 1-based number of the goal the controller has latched.
+    pub goal_id: u64,
+    /// Start of the task process whose goal that is. Goal ids are kept over a
+    /// restart, so it is for display only.
+    pub goal_generation: u32,
+    /// Whether the goal is being followed; false while the controller holds.
+    pub goal_active: bool,
+    /// Distance of the measured TCP from the goal (m).
+    pub position_error: f64,
+    /// Measured gripper width minus the commanded one (m).
+    pub gripper_error: f64,
+}
+
+impl From<&ArmStatus> for ControllerEcho {
+    fn from(status: &ArmStatus) -> Self {
+        Self {
+            goal_id: status.goal_id,
+            goal_generation: status.goal_generation,
+            goal_active: status.goal_active == 1,
+            position_error: status.position_error,
+            gripper_error: status.gripper_error,
+        }
+    }
+}
+
+/// One immutable sample: the world at one tick, and the newest word of every
+/// controller that was sent before it. Poses are in the world frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Observation<'a> {
+    state: &'a WorldState,
+    echoes: [Option<ControllerEcho>; MAX_ARMS],
+    time: PolicyTime,
+}
+
+impl<'a> Observation<'a> {
+    /// The sample of `state`; `status` is indexed by arm, `None` where a
+    /// controller was not heard yet.
+    pub fn new(state: &'a WorldState, status: &[Option<&ArmStatus>], time: PolicyTime) -> Self {
+        let mut echoes = [None; MAX_ARMS];
+        for (echo, status) in echoes.iter_mut().zip(status) {
+            *echo = status.map(ControllerEcho::from);
+        }
+        Self {
+            state,
+            echoes,
+            time,
+        }
+    }
+
+    /// Number of the sample: the tick it shows.
+    pub fn sample_id(&self) -> u64 {
+        self.state.header.tick
+    }
+
+    /// Simulated time minus the time the task was paused.
+    pub fn time(&self) -> PolicyTime {
+        self.time
+    }
+
+    /// An arm as measured.
+    pub fn arm(&self, arm: usize) -> Option<&'a ArmState> {
+        self.state.arms().get(arm)
+    }
+
+    /// What the controller of `arm` last said.
+    pub fn echo(&self, arm: usize) -> Option<ControllerEcho> {
+        self.echoes.get(arm).copied().flatten()
+    }
+
+    /// Measured TCP of `arm`.
+    pub fn tcp(&self, arm: usize) -> Option<Pose> {
+        self.arm(arm).map(|a| a.tcp)
+    }
+
+    /// Index of the object the gripper of `arm` holds, as measured.
+    pub fn held_object(&self, arm: usize) -> Option<usize> {
+        let held = self.arm(arm)?.gripper.held_object;
+        (held > 0).then(|| held as usize - 1)
+    }
+
+    /// An object by its place in the cell file.
+    pub fn object(&self, index: usize) -> Option<&'a ObjectState> {
+        self.state.objects().get(index)
+    }
+
+    /// Centre of an object (m).
+    pub fn object_position(&self, index: usize) -> Option<Vector3<f64>> {
+        self.object(index).map(|o| Vector3::from(o.pose.position))
+    }
+
+    /// What the operator asked for.
+    pub fn panel(&self) -> &'a OperatorPanel {
+        &self.state.panel
+    }
+}

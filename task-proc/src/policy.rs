@@ -1,0 +1,42 @@
+//! The one interface every kind of policy has.
+
+use crate::job::Job;
+use crate::observation::Observation;
+use crate::output::Output;
+
+/// A pure decision maker: what it says depends on the observations since its
+/// reset and on nothing else, and all it remembers is in its record.
+pub trait Policy: Send {
+    /// Name on the command line.
+    fn name(&self) -> &'static str;
+
+    /// Begins anew.
+    fn reset(&mut self);
+
+    /// One decision, every [`ipc_types::DECISION_TICKS`] ticks. `out` comes
+    /// empty: an arm that is not spoken for holds and keeps its gripper.
+    fn tick(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output);
+
+    /// Name of the phase it is in, empty between transfers.
+    fn phase(&self) -> &'static str;
+
+    /// What it remembers beyond the [`Job`]; see [`Policy::restore`].
+    fn save(&self) -> Vec<u8>;
+
+    /// Takes back what [`Policy::save`] gave.
+    ///
+    /// # Errors
+    /// When `record` is not of this policy.
+    fn restore(&mut self, record: &[u8]) -> Result<(), bincode::Error>;
+
+    /// Whether the operator's targets are its job: then a pause does not take
+    /// the arm from it.
+    fn follows_operator(&self) -> bool {
+        false
+    }
+
+    /// Compares what it believes with what is seen: after missed decisions,
+    /// after the operator led the arm, at a start with something in the hand,
+    /// and when it takes over a `job` of another kind of policy.
+    fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output);
+}

@@ -1,0 +1,311 @@
+//! The task: a policy, what it remembers, and the operator's panel.
+
+use std::sync::Arc;
+
+use cell_model::Cell;
+use cell_model::task_spec::TaskSpec;
+use ipc_types::decision::{MAX_PLACED, Outcome};
+use ipc_types::{ArmStatus, Decision, Header, Text, WorldState};
+use nalgebra::Vector2;
+
+use crate::job::{Job, Place};
+use crate::observation::Observation;
+use crate::operator::{PanelChange, PanelMemory, log_change};
+use crate::output::{Output, TraceLineText};
+use crate::policy::Policy;
+use crate::reach::Follow;
+use crate::record::{self, RECORD_VERSION, RecordError, TaskRecord};
+use crate::stack::{SetupError, StackSetup, geometry};
+use crate::stack_fsm::StackFsm;
+use crate::stack_ifelse::StackIfElse;
+use crate::time::{PolicyClock, PolicyTime};
+
+/// Closing force where neither cell nor robot names one (N).
+const DEFAULT_GRIP_FORCE_N: f64 = 20.0;
+/// Shown instead of a phase once the job was given up.
+const FAILED: &str = "FAILED";
+
+/// Why a task cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum TaskError {
+    /// No such policy for this demo.
+    #[error("there is no policy '{policy}' for demo '{demo}'; {advice}")]
+    UnknownPolicy {
+        /// What was asked for.
+        policy: String,
+        /// The demo.
+        demo: String,
+        /// The nearest name, or all of them.
+        advice: String,
+    },
+    /// The cell file's numbers do not make a task.
+    #[error("cells/{demo}.toml: {source}")]
+    Setup {
+        /// The demo.
+        demo: String,
+        /// What is wrong.
+        source: SetupError,
+    },
+    /// Nobody to do it.
+    #[error("cells/{demo}.toml has no [[arm]]; a task needs one")]
+    NoArm {
+        /// The demo.
+        demo: String,
+    },
+}
+
+/// A task of a cell. [`Task::decide`] depends on its arguments and on the record
+/// only, so a task made anew and restored goes on bit by bit.
+pub struct Task {
+    demo: String,
+    arm_count: usize,
+    grip_force: f64,
+    policy: Box<dyn Policy>,
+    job: Job,
+    clock: PolicyClock,
+    panel: PanelMemory,
+    out: Output,
+    /// Belief and world have to be compared before the next decision.
+    unsure: bool,
+}
+
+impl Task {
+    /// A task that has not begun, with the named policy.
+    ///
+    /// # Errors
+    /// [`TaskError`] for a policy the demo does not have, with advice, and for a
+    /// `[task]` table that does not fit the cell.
+    pub fn new(cell: &Cell, policy: &str) -> Result<Self, TaskError> {
+        let arm = cell.arms.first().ok_or_else(|| TaskError::NoArm {
+            demo: cell.name.clone(),
+        })?;
+        let robot_force = arm.robot.gripper.as_ref().map(|g| g.default_force);
+        let (policy, grip_force): (Box<dyn Policy>, f64) = match &cell.task {
+            TaskSpec::Stack(spec) => {
+                let base = Vector2::new(arm.base.translation.x, arm.base.translation.y);
+                let setup = StackSetup::new(spec, &spawn_places(cell), base).map_err(|source| {
+                    TaskError::Setup {
+                        demo: cell.name.clone(),
+                        source,
+                    }
+                })?;
+                let setup = Arc::new(setup);
+                let policy: Box<dyn Policy> = match policy {
+                    StackFsm::NAME => Box::new(StackFsm::new(setup)),
+                    StackIfElse::NAME => Box::new(StackIfElse::new(setup)),
+                    _ => return Err(unknown(cell, policy, &[StackFsm::NAME, StackIfElse::NAME])),
+                };
+                (policy, spec.grip_force_n)
+            }
+            TaskSpec::Reach(spec) => {
+                let force = robot_force.unwrap_or(DEFAULT_GRIP_FORCE_N);
+                match policy {
+                    Follow::NAME => (Box::new(Follow::new(spec.clone(), force)), force),
+                    _ => return Err(unknown(cell, policy, &[Follow::NAME])),
+                }
+            }
+        };
+        Ok(Self::with_policy(
+            &cell.name,
+            cell.arms.len(),
+            cell.objects.len(),
+            grip_force,
+            policy,
+        ))
+    }
+
+    /// A task around any policy. `grip_force` is used when the operator closes
+    /// the gripper (N).
+    pub fn with_policy(
+        demo: &str,
+        arm_count: usize,
+        object_count: usize,
+        grip_force: f64,
+        policy: Box<dyn Policy>,
+    ) -> Self {
+        Self {
+            demo: demo.to_owned(),
+            arm_count,
+            grip_force,
+            policy,
+            job: Job::new(object_count),
+            clock: PolicyClock::default(),
+            panel: PanelMemory::default(),
+            out: Output::default(),
+            unsure: true,
+        }
+    }
+
+    /// One decision, to be called on every [`ipc_types::DECISION_TICKS`]th tick.
+    /// `status` is indexed by arm. Fills `out` but for the parts of the header
+    /// its writer knows, and appends to `trace`.
+    pub fn decide(
+        &mut self,
+        state: &WorldState,
+        status: &[Option<&ArmStatus>],
+        out: &mut Decision,
+        trace: &mut Vec<TraceLineText>,
+    ) {
+        let change = self.panel.update(&state.panel);
+        let now = self.clock.advance(state.header.tick, self.panel.paused());
+        let observation = Observation::new(state, status, now);
+        self.out.begin();
+        self.obey(change);
+        let leads = self.panel.paused() && !self.policy.follows_operator();
+        if leads {
+            let (arm, intent) = self.panel.lead(&state.panel, self.grip_force);
+            self.out.arm(arm, intent);
+            self.out.phase = self.policy.phase();
+        } else {
+            if std::mem::take(&mut self.unsure) {
+                self.policy
+                    .reconcile(&observation, &mut self.job, &mut self.out);
+            }
+            self.work(&observation);
+        }
+        if self.panel.paused() {
+            self.out.outcome = Outcome::Paused;
+        }
+        self.out.finish(self.arm_count, out, trace);
+        self.fill(state.header.tick, out);
+    }
+
+    /// Everything the task remembers, as plain bytes; see [`Task::restore`].
+    pub fn record(&self) -> Vec<u8> {
+        record::to_bytes(&TaskRecord {
+            version: RECORD_VERSION,
+            demo: self.demo.clone(),
+            policy: self.policy.name().to_owned(),
+            job: self.job.clone(),
+            clock: self.clock.clone(),
+            panel: self.panel.clone(),
+            goals: self.out.book().clone(),
+            unsure: self.unsure,
+            policy_state: self.policy.save(),
+        })
+    }
+
+    /// Takes back what [`Task::record`] gave. The record of another policy of
+    /// the same demo is taken, too: its job goes on, with what is in the hand.
+    ///
+    /// # Errors
+    /// [`RecordError`], with the task unchanged, for a record that is damaged,
+    /// of another version or of another cell.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), RecordError> {
+        let found = record::version(bytes)?;
+        if found != RECORD_VERSION {
+            return Err(RecordError::Version { found });
+        }
+        let record: TaskRecord = record::from_bytes(bytes)?;
+        if record.demo != self.demo || !record.job.fits(self.job.attempts.len()) {
+            return Err(RecordError::OtherCell {
+                found: record.demo,
+                expected: self.demo.clone(),
+            });
+        }
+        let same_policy = record.policy == self.policy.name();
+        if same_policy {
+            self.policy.restore(&record.policy_state)?;
+        } else {
+            self.policy.reset();
+        }
+        self.job.take(record.job);
+        self.clock = record.clock;
+        self.panel = record.panel;
+        *self.out.book_mut() = record.goals;
+        self.unsure = record.unsure || !same_policy;
+        Ok(())
+    }
+
+    /// To be called once, before the next decision, when decisions were missed:
+    /// that decision then compares what the record believes (what is in the
+    /// hand, what was reached) with what it observes. `state` is not needed
+    /// beyond that: the observation of the decision is as new or newer.
+    pub fn reconcile(&mut self, _state: &WorldState) {
+        self.unsure = true;
+    }
+
+    /// Name of the policy.
+    pub fn policy_name(&self) -> &'static str {
+        self.policy.name()
+    }
+
+    /// Policy time of the last decision.
+    pub fn time(&self) -> PolicyTime {
+        self.clock.now()
+    }
+
+    fn obey(&mut self, change: PanelChange) {
+        log_change(change, &mut self.out);
+        if change.reset {
+            self.policy.reset();
+            self.job.reset();
+            self.out.book_mut().forget();
+        }
+        if change.start && self.job.failure.is_some() {
+            self.job.retry();
+            self.out.lifecycle(format_args!("[task] started again"));
+        }
+        if change.resume {
+            self.unsure = true;
+        }
+    }
+
+    /// Lets the policy decide, unless the job was given up: then the arm holds
+    /// and the gripper keeps what it has.
+    fn work(&mut self, observation: &Observation<'_>) {
+        if self.job.failure.is_none() {
+            self.policy.tick(observation, &mut self.job, &mut self.out);
+        } else {
+            self.out.phase = FAILED;
+        }
+        if let Some(failure) = self.job.failure {
+            self.out.outcome = Outcome::Failed;
+            self.out.reason = failure.reason();
+        }
+    }
+
+    fn fill(&self, tick: u64, out: &mut Decision) {
+        let counters = self.job.counters;
+        out.header = Header::caused_by::<Decision>(tick);
+        out.policy = Text::new(self.policy.name());
+        out.phase_entry = counters.phase_entry;
+        out.drops = counters.drops;
+        out.resyncs = counters.resyncs;
+        out.aborts = counters.aborts;
+        out.recoveries = counters.recoveries;
+        out.placed = [0; MAX_PLACED];
+        out.placed_count = 0;
+        for (slot, object) in out.placed.iter_mut().zip(&self.job.placed) {
+            *slot = *object;
+            out.placed_count += 1;
+        }
+    }
+}
+
+fn spawn_places(cell: &Cell) -> Vec<(&str, Place)> {
+    let place = |pose: &nalgebra::Isometry3<f64>| {
+        let q = pose.rotation.quaternion();
+        let position = pose.translation.vector.into();
+        let wire = ipc_types::Pose {
+            position,
+            orientation_wxyz: [q.w, q.i, q.j, q.k],
+        };
+        Place {
+            position,
+            yaw: geometry::yaw(&wire),
+        }
+    };
+    cell.objects
+        .iter()
+        .map(|o| (o.name.as_str(), place(&o.pose)))
+        .collect()
+}
+
+fn unknown(cell: &Cell, policy: &str, known: &[&str]) -> TaskError {
+    TaskError::UnknownPolicy {
+        policy: policy.to_owned(),
+        demo: cell.name.clone(),
+        advice: cell_model::suggest::advice(policy, known),
+    }
+}

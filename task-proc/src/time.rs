@@ -1,0 +1,96 @@
+//! Policy time: simulated time minus the time the task was paused.
+
+use serde::{Deserialize, Serialize};
+
+/// Ticks in a second.
+const TICKS_PER_SECOND: f64 = 1.0e9 / ipc_types::TICK_NS as f64;
+
+/// Policy time, or a length of it, in whole ticks of 1 ms: sums and comparisons
+/// are exact, so a deadline falls on the same decision in every run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct PolicyTime(u64);
+
+impl PolicyTime {
+    /// `ticks` of 1 ms.
+    pub const fn from_ticks(ticks: u64) -> Self {
+        Self(ticks)
+    }
+
+    /// The nearest whole tick; zero for negative or non-finite `seconds`.
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the conversion saturates, and a negative or NaN length is no length"
+    )]
+    pub fn from_seconds(seconds: f64) -> Self {
+        Self((seconds * TICKS_PER_SECOND).round() as u64)
+    }
+
+    /// Seconds.
+    pub fn seconds(self) -> f64 {
+        self.0 as f64 / TICKS_PER_SECOND
+    }
+
+    /// Length since `earlier`, zero where that lies ahead.
+    pub fn since(self, earlier: Self) -> Self {
+        Self(self.0.saturating_sub(earlier.0))
+    }
+}
+
+/// Counts policy time from the ticks of the decisions.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PolicyClock {
+    last_tick: Option<u64>,
+    elapsed: PolicyTime,
+    paused_ticks: u64,
+}
+
+impl PolicyClock {
+    /// Moves on to the decision at `tick`; the interval before it counts unless
+    /// the task is `paused`. Missed decisions count like made ones.
+    pub fn advance(&mut self, tick: u64, paused: bool) -> PolicyTime {
+        let interval = tick.saturating_sub(self.last_tick.unwrap_or(tick));
+        self.last_tick = Some(tick);
+        if paused {
+            self.paused_ticks += interval;
+        } else {
+            self.elapsed = PolicyTime(self.elapsed.0 + interval);
+        }
+        self.elapsed
+    }
+
+    /// Policy time of the last decision.
+    pub fn now(&self) -> PolicyTime {
+        self.elapsed
+    }
+
+    /// Time the task was paused, all together.
+    pub fn paused(&self) -> PolicyTime {
+        PolicyTime(self.paused_ticks)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pausing_the_task_stops_policy_time() {
+        let mut clock = PolicyClock::default();
+        assert_eq!(clock.advance(1000, false).seconds(), 0.0);
+        assert_eq!(clock.advance(1250, false).seconds(), 0.25);
+        assert_eq!(clock.advance(5000, true).seconds(), 0.25);
+        assert_eq!(clock.advance(5010, false).seconds(), 0.26);
+        assert_eq!(clock.paused().seconds(), 3.75);
+    }
+
+    #[test]
+    fn a_nonsense_length_is_none() {
+        assert_eq!(PolicyTime::from_seconds(f64::NAN), PolicyTime::default());
+        assert_eq!(PolicyTime::from_seconds(-1.0), PolicyTime::default());
+        assert_eq!(
+            PolicyTime::from_seconds(0.2500004),
+            PolicyTime::from_ticks(250)
+        );
+    }
+}
