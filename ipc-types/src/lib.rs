@@ -10,6 +10,7 @@ pub mod arm;
 pub mod decision;
 pub mod header;
 pub mod health;
+pub mod loan;
 pub mod operator;
 pub mod pose;
 pub mod text;

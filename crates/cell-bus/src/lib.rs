@@ -1,1 +1,37 @@
-//! cell-bus
+//! The wires between the processes of a cell: iceoryx2 ports with the cell's
+//! rules built in, and nothing else.
+//!
+//! The launcher's [`Keeper`] creates every service of a run; processes
+//! [`Bus::join`] and open what the table in [`ipc_types::topic`] gives them.
+//! A [`Publisher`] writes a message in place and never blocks. A [`Subscriber`]
+//! takes the newest, drops what an older start of the writer sent or what makes
+//! no sense, counts what it dropped and keeps the last good one. A [`Gate`]
+//! keeps a message back until the tick from which it may be used.
+
+#![forbid(unsafe_code)]
+
+mod bell;
+mod bus;
+mod cleanup;
+mod error;
+mod fence;
+mod gate;
+mod keeper;
+mod operator;
+mod publisher;
+mod qos;
+mod site;
+mod subscriber;
+
+pub use bell::{Doorbell, Sleeper};
+pub use bus::Bus;
+pub use cleanup::{preflight, segments, wipe};
+pub use error::{BusError, PublishError, RequestError};
+pub use fence::Counts;
+pub use gate::Gate;
+pub use keeper::Keeper;
+pub use operator::{OperatorClient, OperatorServer};
+pub use publisher::Publisher;
+pub use qos::needed_bytes;
+pub use site::RunSite;
+pub use subscriber::{Latest, Subscriber};

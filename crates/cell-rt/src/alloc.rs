@@ -30,7 +30,9 @@ pub fn count() -> u64 {
 fn add_one() {
     // A thread that is ending has no counter any more and needs none, so that
     // error is nobody's concern.
-    COUNT.try_with(|count| count.set(count.get() + 1)).unwrap_or_default();
+    COUNT
+        .try_with(|count| count.set(count.get() + 1))
+        .unwrap_or_default();
 }
 
 // SAFETY: every call goes to the system's allocator with the same arguments;

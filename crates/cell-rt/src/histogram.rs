@@ -46,7 +46,11 @@ fn highest_of(bucket: usize) -> u64 {
 impl Histogram {
     /// An empty histogram; the only place that allocates.
     pub fn new() -> Self {
-        Self { counts: Box::new([0; BUCKETS]), count: 0, max: 0 }
+        Self {
+            counts: Box::new([0; BUCKETS]),
+            count: 0,
+            max: 0,
+        }
     }
 
     /// Counts one duration.
@@ -113,7 +117,10 @@ mod tests {
             for percent in [1.0, 50.0, 99.0, 99.9] {
                 let exact = percent * 10.0 * scale as f64;
                 let found = histogram.percentile(percent) as f64;
-                assert!(found >= exact && found <= exact * 1.02 + 1.0, "{found} for {exact}");
+                assert!(
+                    found >= exact && found <= exact * 1.02 + 1.0,
+                    "{found} for {exact}"
+                );
             }
             assert_eq!(histogram.max(), 1000 * scale);
         }

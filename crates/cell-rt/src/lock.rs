@@ -29,7 +29,11 @@ impl Lock {
             return Ok(Some(Self { file }));
         }
         let error = io::Error::last_os_error();
-        if error.kind() == io::ErrorKind::WouldBlock { Ok(None) } else { Err(error) }
+        if error.kind() == io::ErrorKind::WouldBlock {
+            Ok(None)
+        } else {
+            Err(error)
+        }
     }
 
     /// The locked file, for the holder's name in it.

@@ -41,7 +41,12 @@ impl Grid {
     /// whether the thread has real-time priority.
     pub fn new(period_ns: u64, now_ns: u64, fifo: bool) -> Self {
         let spin_ns = if fifo { SPIN_FIFO_NS } else { SPIN_OTHER_NS };
-        Self { period_ns, spin_ns, deadline_ns: now_ns + period_ns, overruns: 0 }
+        Self {
+            period_ns,
+            spin_ns,
+            deadline_ns: now_ns + period_ns,
+            overruns: 0,
+        }
     }
 
     /// Starts over, one period from `now_ns`: after a pause of the loop.
@@ -76,7 +81,10 @@ impl Grid {
             woke_ns = monotonic_ns();
         }
         self.woke(woke_ns);
-        Wake { deadline_ns, woke_ns }
+        Wake {
+            deadline_ns,
+            woke_ns,
+        }
     }
 
     /// The deadline for a cycle that is waited for from `now_ns` on, shifting

@@ -27,7 +27,9 @@ pub fn request(priority: i32, core: Option<usize>) -> Granted {
     let mut granted = Granted::default();
     // Without this every sleep of a normal thread ends 50 µs late.
     if let Err(error) = set_timer_slack_ns(1) {
-        granted.refused.push(format!("timer slack of 1 ns: {error}"));
+        granted
+            .refused
+            .push(format!("timer slack of 1 ns: {error}"));
     }
     match set_fifo(priority) {
         Ok(()) => granted.fifo = true,
@@ -56,7 +58,9 @@ pub fn request(priority: i32, core: Option<usize>) -> Granted {
 
 /// Puts the calling thread into SCHED_FIFO at `priority` (1 to 99).
 pub fn set_fifo(priority: i32) -> io::Result<()> {
-    let param = libc::sched_param { sched_priority: priority };
+    let param = libc::sched_param {
+        sched_priority: priority,
+    };
     // SAFETY: the pointer is to a live parameter; 0 names the calling thread.
     check(unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const param) })
 }
@@ -99,7 +103,11 @@ fn set_timer_slack_ns(slack: libc::c_ulong) -> io::Result<()> {
 }
 
 fn check(result: libc::c_int) -> io::Result<()> {
-    if result == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
+    if result == 0 {
+        Ok(())
+    } else {
+        Err(io::Error::last_os_error())
+    }
 }
 
 #[cfg(test)]
@@ -109,7 +117,13 @@ mod tests {
     #[test]
     fn what_is_refused_is_said() {
         let granted = request(PHYSICS_PRIORITY, Some(0));
-        assert_eq!(granted.fifo, !granted.refused.iter().any(|line| line.contains("SCHED_FIFO")));
+        assert_eq!(
+            granted.fifo,
+            !granted
+                .refused
+                .iter()
+                .any(|line| line.contains("SCHED_FIFO"))
+        );
         set_other().unwrap();
     }
 

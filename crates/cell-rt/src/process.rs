@@ -13,7 +13,10 @@ fn checked_pid(pid: u32) -> io::Result<libc::pid_t> {
     // 0 and negative ids address groups of processes, never one.
     match libc::pid_t::try_from(pid) {
         Ok(pid) if pid > 0 => Ok(pid),
-        _ => Err(io::Error::new(io::ErrorKind::InvalidInput, format!("{pid} is not a process id"))),
+        _ => Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            format!("{pid} is not a process id"),
+        )),
     }
 }
 
@@ -23,7 +26,11 @@ pub fn kill(pid: u32, signal: i32) -> io::Result<()> {
     let pid = checked_pid(pid)?;
     // SAFETY: kill takes two integers; the id is positive, so it names one
     // process.
-    if unsafe { libc::kill(pid, signal) } == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
+    if unsafe { libc::kill(pid, signal) } == 0 {
+        Ok(())
+    } else {
+        Err(io::Error::last_os_error())
+    }
 }
 
 /// Whether a process of this id exists. One that ended but was not waited for
@@ -96,7 +103,10 @@ mod tests {
 
     #[test]
     fn a_killed_child_is_dead_before_it_is_waited_for() {
-        let mut child = std::process::Command::new("sleep").arg("100").spawn().unwrap();
+        let mut child = std::process::Command::new("sleep")
+            .arg("100")
+            .spawn()
+            .unwrap();
         assert!(is_alive(child.id()));
         kill(child.id(), SIGKILL).unwrap();
         while is_alive(child.id()) {

@@ -20,7 +20,10 @@ pub struct Seqlock {
 impl Seqlock {
     /// Opens or creates the value of `words` words in a file of its own.
     pub fn open(path: &Path, words: usize) -> io::Result<Self> {
-        Ok(Self { memory: SharedWords::open(path, VALUE + words)?, words })
+        Ok(Self {
+            memory: SharedWords::open(path, VALUE + words)?,
+            words,
+        })
     }
 
     /// Writes the value number `count` (from 1 up), word by word.
@@ -69,7 +72,12 @@ mod tests {
         while !reader.read(20_000, &mut value) {
             for count in [1, 10_000, 19_999] {
                 if reader.read(count, &mut value) {
-                    assert!(value.iter().enumerate().all(|(i, v)| *v == count * 1000 + i as u64));
+                    assert!(
+                        value
+                            .iter()
+                            .enumerate()
+                            .all(|(i, v)| *v == count * 1000 + i as u64)
+                    );
                 }
             }
         }

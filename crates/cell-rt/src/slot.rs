@@ -38,7 +38,11 @@ impl SlotFile {
         }
         let words = FILE_HEADER + 2 * (SLOT_HEADER + capacity.div_ceil(8));
         let memory = SharedWords::open(path, words)?;
-        let mut this = Self { memory, capacity, next: 0 };
+        let mut this = Self {
+            memory,
+            capacity,
+            next: 0,
+        };
         let [magic, stored] = [0, 1].map(|i| this.memory.words()[i].load(Ordering::Relaxed));
         if magic != MAGIC || stored != capacity as u64 {
             for word in this.memory.words() {

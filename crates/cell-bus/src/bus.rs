@@ -1,0 +1,209 @@
+//! One process's membership in a run.
+
+use std::time::Duration;
+
+use cell_rt::{monotonic_ns, sleep_until};
+use iceoryx2::prelude::{
+    Config, LogLevel, MessagingPattern, Node, NodeBuilder, NodeName, Service, ServiceName,
+    SignalHandlingMode, ipc, set_log_level,
+};
+use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError as OpenError;
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
+use ipc_types::header::Message;
+use ipc_types::topic::{Process, TopicId};
+use ipc_types::{OperatorReply, OperatorRequest};
+
+use crate::bell::{Doorbell, Sleeper};
+use crate::error::BusError;
+use crate::operator::{OperatorClient, OperatorServer};
+use crate::publisher::Publisher;
+use crate::site::RunSite;
+use crate::subscriber::{Latest, Subscriber};
+
+/// How long a service that should exist may take to be opened: another process
+/// may be cleaning up after a dead one at this moment.
+const OPEN_LIMIT: Duration = Duration::from_secs(2);
+const RETRY_PAUSE_NS: u64 = 5_000_000;
+
+/// Who a process is: stamped on all it sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Identity {
+    pub(crate) run: u64,
+    pub(crate) generation: u32,
+}
+
+/// One process's membership in a run. Do all work that may fail before joining:
+/// a process that dies while it joins may leave files behind that only the
+/// wipe after the run removes.
+#[derive(Debug)]
+pub struct Bus {
+    node: Node<ipc::Service>,
+    config: Config,
+    identity: Identity,
+}
+
+impl Bus {
+    /// Joins run `run` at `site` as start number `generation` of the process
+    /// called `name`. Signals stay the caller's business.
+    pub fn join(site: &RunSite, run: u64, generation: u32, name: &str) -> Result<Self, BusError> {
+        // The transport reports expected races as errors on the terminal.
+        set_log_level(LogLevel::Fatal);
+        let config = site.config()?;
+        let failed = |reason: String| BusError::Join {
+            root: site.root.clone(),
+            reason,
+        };
+        let name = NodeName::new(name).map_err(|error| failed(format!("{error:?}")))?;
+        let node = NodeBuilder::new()
+            .name(&name)
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map_err(|error| failed(format!("{error:?}")))?;
+        Ok(Self {
+            node,
+            config,
+            identity: Identity { run, generation },
+        })
+    }
+
+    /// Identity of the run.
+    pub fn run(&self) -> u64 {
+        self.identity.run
+    }
+
+    /// Which start of this process.
+    pub fn generation(&self) -> u32 {
+        self.identity.generation
+    }
+
+    /// The writing end of a topic.
+    pub fn publisher<T: Message>(&self, topic: TopicId) -> Result<Publisher<T>, BusError> {
+        let service = self.open_topic::<T>(topic)?;
+        Publisher::new(&service, topic, self.identity)
+    }
+
+    /// A reading end of a topic: the newest message, read in place.
+    pub fn subscriber<T: Message>(&self, topic: TopicId) -> Result<Subscriber<T>, BusError> {
+        let service = self.open_topic::<T>(topic)?;
+        Subscriber::new(&service, topic, self.identity.run)
+    }
+
+    /// A reading end that keeps a copy of the newest message.
+    pub fn latest<T: Message>(&self, topic: TopicId) -> Result<Latest<T>, BusError> {
+        Ok(Latest::new(self.subscriber(topic)?))
+    }
+
+    /// The button of a sleeping process's doorbell.
+    pub fn doorbell(&self, process: Process) -> Result<Doorbell, BusError> {
+        let name = ipc_types::topic::doorbell(process);
+        let service = self.open(&name, || self.builder(&name)?.event().open().map_err(text))?;
+        Doorbell::new(&service, &name)
+    }
+
+    /// The bell itself, for the process that sleeps.
+    pub fn sleeper(&self, process: Process) -> Result<Sleeper, BusError> {
+        let name = ipc_types::topic::doorbell(process);
+        let service = self.open(&name, || self.builder(&name)?.event().open().map_err(text))?;
+        Sleeper::new(&service, &name)
+    }
+
+    /// For people and tools: asks, and waits for the answer.
+    pub fn operator_client(&self) -> Result<OperatorClient, BusError> {
+        OperatorClient::new(&self.open_operator()?, self.identity)
+    }
+
+    /// For physics: answers.
+    pub fn operator_server(&self) -> Result<OperatorServer, BusError> {
+        OperatorServer::new(&self.open_operator()?, self.identity)
+    }
+
+    fn open_operator(&self) -> Result<crate::operator::Factory, BusError> {
+        let name = ipc_types::topic::OPERATOR_SERVICE;
+        self.open(name, || {
+            self.builder(name)?
+                .request_response::<OperatorRequest, OperatorReply>()
+                .open()
+                .map_err(text)
+        })
+    }
+
+    fn open_topic<T: Message>(
+        &self,
+        topic: TopicId,
+    ) -> Result<PortFactory<ipc::Service, T, ()>, BusError> {
+        let name = topic.service();
+        self.open(&name, || {
+            match self.builder(&name)?.publish_subscribe::<T>().open() {
+                Ok(service) => Ok(service),
+                Err(OpenError::IncompatibleTypes) => Err(self.version_error::<T>(&name)),
+                Err(error) => Err(text(error)),
+            }
+        })
+    }
+
+    /// Tries until it works, the error is final, or the time is over.
+    fn open<S>(
+        &self,
+        name: &str,
+        mut open: impl FnMut() -> Result<S, Refusal>,
+    ) -> Result<S, BusError> {
+        let start_ns = monotonic_ns();
+        loop {
+            let reason = match open() {
+                Ok(service) => return Ok(service),
+                Err(Refusal::Final(error)) => return Err(error),
+                Err(Refusal::Passing(reason)) => reason,
+            };
+            let waited = Duration::from_nanos(monotonic_ns().saturating_sub(start_ns));
+            if waited >= OPEN_LIMIT {
+                let waited_ms = u64::try_from(waited.as_millis()).unwrap_or(u64::MAX);
+                return Err(BusError::Open {
+                    service: name.to_owned(),
+                    reason,
+                    waited_ms,
+                });
+            }
+            sleep_until(monotonic_ns() + RETRY_PAUSE_NS);
+        }
+    }
+
+    fn builder(
+        &self,
+        name: &str,
+    ) -> Result<iceoryx2::service::builder::Builder<ipc::Service>, Refusal> {
+        Ok(self
+            .node
+            .service_builder(&ServiceName::new(name).map_err(text)?))
+    }
+
+    fn version_error<T: Message>(&self, name: &str) -> Refusal {
+        let path = core::any::type_name::<T>();
+        let short = path.rsplit("::").next().unwrap_or(path);
+        let ours = format!("{short}#{:016x}", T::SCHEMA);
+        let theirs = ServiceName::new(name).ok().and_then(|service| {
+            let pattern = MessagingPattern::PublishSubscribe;
+            let details = ipc::Service::details(&service, &self.config, pattern).ok()??;
+            let types = details
+                .static_details
+                .publish_subscribe()
+                .message_type_details();
+            Some(types.payload.type_name().to_string())
+        });
+        Refusal::Final(BusError::Version {
+            service: name.to_owned(),
+            theirs: theirs.unwrap_or_else(|| "another type".to_owned()),
+            ours,
+        })
+    }
+}
+
+/// Why an attempt to open failed.
+enum Refusal {
+    Passing(String),
+    Final(BusError),
+}
+
+fn text(error: impl core::fmt::Debug) -> Refusal {
+    Refusal::Passing(format!("{error:?}"))
+}

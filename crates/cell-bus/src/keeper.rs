@@ -1,0 +1,143 @@
+//! The launcher's hold on every service of a run.
+
+use std::any::Any;
+use std::fs::DirBuilder;
+use std::os::unix::fs::DirBuilderExt;
+
+use iceoryx2::prelude::{
+    LogLevel, Node, NodeBuilder, NodeName, ServiceName, SignalHandlingMode, ipc, set_log_level,
+};
+use iceoryx2::service::builder::Builder;
+use ipc_types::header::Message;
+use ipc_types::topic::{OPERATOR_SERVICE, Process, TopicId, doorbell};
+use ipc_types::{ArmCommand, ArmStatus, Decision, Health, TraceLine, WorldState};
+
+use crate::error::BusError;
+use crate::operator::create_service;
+use crate::qos;
+use crate::site::RunSite;
+
+/// Creates every service of a run, before any process starts, and holds them:
+/// no process of the cell ever creates one, so none can leave a half-made one
+/// behind, and a service outlives the restart of all its users.
+#[derive(Debug)]
+pub struct Keeper {
+    // Services before the node: they are given back in this order.
+    services: Vec<Box<dyn Any>>,
+    node: Node<ipc::Service>,
+    run: u64,
+}
+
+impl Keeper {
+    /// Creates the services of run `run` for a cell of `arms` arms at `site`,
+    /// after a look whether shared memory has room for them.
+    pub fn create(site: &RunSite, run: u64, arms: u8) -> Result<Self, BusError> {
+        set_log_level(LogLevel::Fatal);
+        let config = site.config()?;
+        crate::cleanup::preflight(arms)?;
+        DirBuilder::new()
+            .recursive(true)
+            .mode(0o700)
+            .create(&site.root)
+            .map_err(|source| BusError::Io {
+                path: site.root.clone(),
+                source,
+            })?;
+        let failed = |reason: String| BusError::Join {
+            root: site.root.clone(),
+            reason,
+        };
+        let name = NodeName::new("keeper").map_err(|error| failed(format!("{error:?}")))?;
+        let node = NodeBuilder::new()
+            .name(&name)
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map_err(|error| failed(format!("{error:?}")))?;
+        let mut keeper = Self {
+            services: Vec::new(),
+            node,
+            run,
+        };
+        for topic in qos::topics(arms) {
+            keeper.create_topic(topic)?;
+        }
+        for process in Process::all(arms) {
+            keeper.create_bell(&doorbell(process))?;
+        }
+        let operator = create_service(keeper.builder(OPERATOR_SERVICE)?)
+            .map_err(|reason| create_error(OPERATOR_SERVICE, reason))?;
+        keeper.services.push(Box::new(operator));
+        Ok(keeper)
+    }
+
+    /// Identity of the run.
+    pub fn run(&self) -> u64 {
+        self.run
+    }
+
+    /// Number of services held.
+    pub fn len(&self) -> usize {
+        self.services.len()
+    }
+
+    /// Whether it holds none; never, after [`Self::create`].
+    pub fn is_empty(&self) -> bool {
+        self.services.is_empty()
+    }
+
+    fn create_topic(&mut self, topic: TopicId) -> Result<(), BusError> {
+        match topic {
+            TopicId::WorldState => self.create_topic_of::<WorldState>(topic),
+            TopicId::ArmCommand(_) => self.create_topic_of::<ArmCommand>(topic),
+            TopicId::ArmStatus(_) => self.create_topic_of::<ArmStatus>(topic),
+            TopicId::Decision => self.create_topic_of::<Decision>(topic),
+            TopicId::Trace => self.create_topic_of::<TraceLine>(topic),
+            TopicId::Health(_) => self.create_topic_of::<Health>(topic),
+        }
+    }
+
+    fn create_topic_of<T: Message>(&mut self, topic: TopicId) -> Result<(), BusError> {
+        let name = topic.service();
+        let service = self
+            .builder(&name)?
+            .publish_subscribe::<T>()
+            .max_publishers(qos::MAX_PUBLISHERS)
+            .max_subscribers(qos::max_subscribers(topic))
+            .max_nodes(qos::MAX_NODES)
+            .history_size(qos::HISTORY)
+            .subscriber_max_buffer_size(topic.depth())
+            .subscriber_max_borrowed_samples(qos::MAX_BORROWED)
+            .enable_safe_overflow(true)
+            .create()
+            .map_err(|error| create_error(&name, error))?;
+        self.services.push(Box::new(service));
+        Ok(())
+    }
+
+    fn create_bell(&mut self, name: &str) -> Result<(), BusError> {
+        let service = self
+            .builder(name)?
+            .event()
+            .max_notifiers(qos::MAX_NODES)
+            .max_listeners(qos::MAX_PUBLISHERS)
+            .max_nodes(qos::MAX_NODES)
+            .event_id_max_value(1)
+            .create()
+            .map_err(|error| create_error(name, error))?;
+        self.services.push(Box::new(service));
+        Ok(())
+    }
+
+    fn builder(&self, name: &str) -> Result<Builder<ipc::Service>, BusError> {
+        let name = ServiceName::new(name).map_err(|error| create_error(name, error))?;
+        Ok(self.node.service_builder(&name))
+    }
+}
+
+fn create_error(service: &str, reason: impl core::fmt::Debug) -> BusError {
+    BusError::Create {
+        service: service.to_owned(),
+        reason: format!("{reason:?}"),
+    }
+}

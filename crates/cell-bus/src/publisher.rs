@@ -1,0 +1,103 @@
+//! The writing end of a topic.
+
+use cell_rt::monotonic_ns;
+use iceoryx2::port::publisher::Publisher as Port;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::{BackpressureStrategy, ipc};
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
+use ipc_types::Wire;
+use ipc_types::header::{Header, Message};
+use ipc_types::topic::TopicId;
+
+use crate::bus::Identity;
+use crate::error::{BusError, PublishError};
+
+/// Sends messages that are written where their readers find them. Never blocks:
+/// a reader that is behind loses the oldest.
+#[derive(Debug)]
+pub struct Publisher<T: Message> {
+    port: Port<ipc::Service, T, ()>,
+    identity: Identity,
+    seq: u64,
+    errors: u64,
+}
+
+impl<T: Message> Publisher<T> {
+    pub(crate) fn new(
+        service: &PortFactory<ipc::Service, T, ()>,
+        topic: TopicId,
+        identity: Identity,
+    ) -> Result<Self, BusError> {
+        let port = service
+            .publisher_builder()
+            // Overflow makes room, so this never applies; blocking must not be
+            // what happens if it ever does.
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+            .map_err(|error| BusError::Port {
+                service: topic.service(),
+                reason: format!("{error:?}"),
+            })?;
+        Ok(Self {
+            port,
+            identity,
+            seq: 0,
+            errors: 0,
+        })
+    }
+
+    /// Has `write` fill one message in place and sends it; returns its sequence
+    /// number, from 1 up.
+    ///
+    /// The message holds what an earlier one left in the same place, or zeros,
+    /// so `write` sets every field that counts. The header is fresh: `write`
+    /// sets `tick`, `sim_time_ns` and inputs (a whole [`Header::caused_by`]
+    /// does); schema, run, generation, seq and time are stamped afterwards.
+    pub fn publish(&mut self, write: impl FnOnce(&mut T)) -> Result<u64, PublishError> {
+        let sent = self.try_publish(write);
+        if sent.is_err() {
+            self.errors += 1;
+        }
+        sent
+    }
+
+    fn try_publish(&mut self, write: impl FnOnce(&mut T)) -> Result<u64, PublishError> {
+        let mut sample = ipc_types::loan::loan(&self.port).map_err(PublishError::Loan)?;
+        let message = sample.payload_mut();
+        *message.header_mut() = Header::zeroed();
+        write(message);
+        let header = message.header_mut();
+        header.schema = T::SCHEMA;
+        header.run = self.identity.run;
+        header.generation = self.identity.generation;
+        header.seq = self.seq + 1;
+        header.publish_ns = monotonic_ns();
+        sample.send().map_err(PublishError::Send)?;
+        self.seq += 1;
+        Ok(self.seq)
+    }
+
+    /// Sends a copy of `message`, stamped as by [`Self::publish`].
+    pub fn publish_copy(&mut self, message: &T) -> Result<u64, PublishError> {
+        self.publish(|place| *place = *message)
+    }
+
+    /// Lets readers that joined since the last message in, and gives them that
+    /// message. A writer that waits for others or is slow calls this every few
+    /// milliseconds.
+    pub fn update_connections(&mut self) {
+        if self.port.update_connections().is_err() {
+            self.errors += 1;
+        }
+    }
+
+    /// Sequence number of the last message sent, 0 before the first.
+    pub fn seq(&self) -> u64 {
+        self.seq
+    }
+
+    /// Messages that were not sent.
+    pub fn errors(&self) -> u64 {
+        self.errors
+    }
+}

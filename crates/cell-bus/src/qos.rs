@@ -1,0 +1,61 @@
+//! Settings of the services: made by the keeper, taken over by everybody else.
+
+use ipc_types::topic::{Process, TopicId};
+use ipc_types::{ArmCommand, ArmStatus, Decision, Health, TraceLine, WorldState};
+
+/// One writer is legal (the fence sees to it); the rest is slack for slots of
+/// writers killed while they started, which are never given back.
+pub(crate) const MAX_PUBLISHERS: usize = 8;
+/// Processes of a cell, tools that look on, and slack as above.
+pub(crate) const MAX_NODES: usize = 32;
+/// A reader keeps the last good message while it looks at the next.
+pub(crate) const MAX_BORROWED: usize = 2;
+/// A late joiner gets the newest message.
+pub(crate) const HISTORY: usize = 1;
+/// Loans of one publisher at a time.
+const MAX_LOANED: usize = 2;
+
+/// Readers of a topic. Deep buffers are memory times readers, so they get few.
+pub(crate) fn max_subscribers(topic: TopicId) -> usize {
+    if topic.depth() > 1 { 6 } else { 16 }
+}
+
+/// All topics of a cell of `arms` arms.
+pub(crate) fn topics(arms: u8) -> Vec<TopicId> {
+    let mut topics = vec![TopicId::WorldState, TopicId::Decision, TopicId::Trace];
+    for arm in 0..arms {
+        topics.extend([TopicId::ArmCommand(arm), TopicId::ArmStatus(arm)]);
+    }
+    topics.extend(Process::all(arms).into_iter().map(TopicId::Health));
+    topics
+}
+
+fn message_size(topic: TopicId) -> usize {
+    match topic {
+        TopicId::WorldState => size_of::<WorldState>(),
+        TopicId::ArmCommand(_) => size_of::<ArmCommand>(),
+        TopicId::ArmStatus(_) => size_of::<ArmStatus>(),
+        TopicId::Decision => size_of::<Decision>(),
+        TopicId::Trace => size_of::<TraceLine>(),
+        TopicId::Health(_) => size_of::<Health>(),
+    }
+}
+
+/// Messages a publisher's segment has room for: what all readers can hold and
+/// have waiting, the history and the loans.
+fn segment_messages(topic: TopicId) -> usize {
+    max_subscribers(topic) * (topic.depth() + MAX_BORROWED) + HISTORY + MAX_LOANED
+}
+
+/// Shared memory a cell of `arms` arms needs, in bytes: two publishers per
+/// topic (one may still be dead), and room for the transport's own records.
+pub fn needed_bytes(arms: u8) -> u64 {
+    // Bookkeeping of services, connections and the operator's service: 4 MiB
+    // is twice of what a full cell was seen to take.
+    const BOOKKEEPING: u64 = 4 << 20;
+    const PER_MESSAGE: usize = 128;
+    let segments = topics(arms)
+        .into_iter()
+        .map(|topic| 2 * (segment_messages(topic) * (message_size(topic) + PER_MESSAGE)) as u64);
+    segments.sum::<u64>() + BOOKKEEPING
+}

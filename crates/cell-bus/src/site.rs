@@ -1,0 +1,104 @@
+//! Where the files of one run lie.
+
+use std::path::PathBuf;
+
+use iceoryx2::prelude::{Config, FileName, Path as BusPath, SemanticString};
+
+use crate::error::BusError;
+
+/// Longest root plus prefix. The transport appends a directory, an id of 39
+/// digits and a suffix to make the name of a socket, which ends at 108 bytes.
+const MAX_LENGTH: usize = 61;
+/// Shortest prefix: segments of all runs of the machine lie side by side, and
+/// the wipe must not take another's.
+const MIN_PREFIX: usize = 4;
+
+/// The place of one run: nothing of it lies anywhere else.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunSite {
+    /// Directory of the run's service files and sockets; its own, on tmpfs.
+    pub root: PathBuf,
+    /// Start of the names of its segments in shared memory; its own, 4
+    /// characters or more of `a-z A-Z 0-9 _ -`, ending in `_`, so that no
+    /// prefix is the start of another.
+    pub prefix: String,
+}
+
+impl RunSite {
+    /// Checks both names.
+    pub fn check(&self) -> Result<(), BusError> {
+        let root = self.root.display().to_string();
+        if !self.root.is_absolute() || self.root.to_str().is_none() {
+            return Err(site(
+                "root",
+                root,
+                "an absolute path in UTF-8 is needed".to_owned(),
+            ));
+        }
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        let prefix = self.prefix.as_str();
+        if prefix.len() < MIN_PREFIX || !prefix.ends_with('_') || !prefix.chars().all(plain) {
+            let allowed = format!("{MIN_PREFIX} or more of a-z, A-Z, 0-9, _ and -, ending in _");
+            return Err(site("prefix", prefix.to_owned(), allowed));
+        }
+        let length = root.len() + prefix.len();
+        if length > MAX_LENGTH {
+            let allowed = format!(
+                "root and prefix `{prefix}` are {length} characters together, {MAX_LENGTH} are \
+                 possible; set ROBOCELL_RUN_DIR to a shorter path"
+            );
+            return Err(site("root", root, allowed));
+        }
+        Ok(())
+    }
+
+    /// The transport's settings for this run, whatever files it would read.
+    pub(crate) fn config(&self) -> Result<Config, BusError> {
+        self.check()?;
+        let mut config = Config::default();
+        let root = self.root.display().to_string();
+        let path = BusPath::new(root.as_bytes())
+            .map_err(|error| site("root", root.clone(), format!("{error:?}")))?;
+        config.global.set_root_path(&path);
+        config.global.prefix = FileName::new(self.prefix.as_bytes())
+            .map_err(|error| site("prefix", self.prefix.clone(), format!("{error:?}")))?;
+        Ok(config)
+    }
+}
+
+fn site(what: &'static str, value: String, allowed: String) -> BusError {
+    BusError::Site {
+        what,
+        value,
+        allowed,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(root: &str, prefix: &str) -> Result<(), BusError> {
+        RunSite {
+            root: root.into(),
+            prefix: prefix.to_owned(),
+        }
+        .check()
+    }
+
+    #[test]
+    fn names_that_would_break_later_are_refused_now() {
+        assert!(at("/dev/shm/r/cell/b0", "rc0_").is_ok());
+        assert!(at("relative", "rc0_").is_err());
+        for prefix in ["", "_", "rc0", "r/c_", "../_", "rc 0_"] {
+            assert!(at("/dev/shm/r", prefix).is_err(), "{prefix}");
+        }
+        let long = at(&format!("/dev/shm/{}", "x".repeat(60)), "rc0_")
+            .unwrap_err()
+            .to_string();
+        assert!(
+            long.contains("ROBOCELL_RUN_DIR") && long.contains("61"),
+            "{long}"
+        );
+    }
+}

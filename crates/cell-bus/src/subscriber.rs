@@ -1,0 +1,158 @@
+//! The reading end of a topic.
+
+use iceoryx2::port::subscriber::Subscriber as Port;
+use iceoryx2::prelude::ipc;
+use iceoryx2::sample::Sample;
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
+use ipc_types::Invalid;
+use ipc_types::header::Message;
+use ipc_types::topic::TopicId;
+
+use crate::error::BusError;
+use crate::fence::{Counts, Fence, Verdict};
+
+/// Takes messages and reads them in place. Every message is judged once: of
+/// this run, of the newest generation of its writer, newer than the last, and
+/// valid in every field. What fails is dropped and counted; the last good one
+/// stays.
+#[derive(Debug)]
+pub struct Subscriber<T: Message> {
+    port: Port<ipc::Service, T, ()>,
+    current: Option<Sample<ipc::Service, T, ()>>,
+    fence: Fence,
+    invalid: Option<Invalid>,
+    errors: u64,
+}
+
+impl<T: Message> Subscriber<T> {
+    pub(crate) fn new(
+        service: &PortFactory<ipc::Service, T, ()>,
+        topic: TopicId,
+        run: u64,
+    ) -> Result<Self, BusError> {
+        let port = service
+            .subscriber_builder()
+            .create()
+            .map_err(|error| BusError::Port {
+                service: topic.service(),
+                reason: format!("{error:?}"),
+            })?;
+        let fence = Fence::new(run, T::SCHEMA);
+        Ok(Self {
+            port,
+            current: None,
+            fence,
+            invalid: None,
+            errors: 0,
+        })
+    }
+
+    /// The newest message, if one arrived since the last call. It lies in
+    /// shared memory and stays there until a newer one is taken.
+    #[inline]
+    pub fn take(&mut self) -> Option<&T> {
+        let mut fresh = false;
+        while let Some(sample) = self.receive() {
+            self.current = Some(sample);
+            fresh = true;
+        }
+        if fresh { self.current() } else { None }
+    }
+
+    /// The last good message, however old.
+    #[inline]
+    pub fn current(&self) -> Option<&T> {
+        self.current.as_ref().map(|sample| sample.payload())
+    }
+
+    /// Hands every message that waits to `each`, oldest first; returns how many
+    /// there were. Gaps are in [`Counts::late`].
+    pub fn take_all(&mut self, mut each: impl FnMut(&T)) -> usize {
+        let mut taken = 0;
+        while let Some(sample) = self.receive() {
+            each(sample.payload());
+            taken += 1;
+            self.current = Some(sample);
+        }
+        taken
+    }
+
+    /// What was accepted and dropped since the topic was opened.
+    pub fn counts(&self) -> Counts {
+        self.fence.counts
+    }
+
+    /// Generation of the newest writer heard; 0 before the first.
+    pub fn writer_generation(&self) -> u32 {
+        self.fence.generation()
+    }
+
+    /// The newest reason for a rejection, and forgets it.
+    pub fn take_invalid(&mut self) -> Option<Invalid> {
+        self.invalid.take()
+    }
+
+    /// Times the transport could not read from a writer, such as one that died
+    /// while it joined.
+    pub fn errors(&self) -> u64 {
+        self.errors
+    }
+
+    /// The next message that may be used.
+    fn receive(&mut self) -> Option<Sample<ipc::Service, T, ()>> {
+        loop {
+            let sample = match self.port.receive() {
+                Ok(sample) => sample?,
+                Err(_) => {
+                    self.errors += 1;
+                    return None;
+                }
+            };
+            let message = sample.payload();
+            let checked = message.validate();
+            if self.fence.judge(message.header(), checked.is_ok()) == Verdict::Accept {
+                return Some(sample);
+            }
+            self.invalid = checked.err().or(self.invalid);
+        }
+    }
+}
+
+/// Keeps its own copy of the newest message: for readers that look at it long,
+/// or after its writer is gone.
+#[derive(Debug)]
+pub struct Latest<T: Message> {
+    subscriber: Subscriber<T>,
+    copy: Option<Box<T>>,
+}
+
+impl<T: Message> Latest<T> {
+    pub(crate) fn new(subscriber: Subscriber<T>) -> Self {
+        Self {
+            subscriber,
+            copy: None,
+        }
+    }
+
+    /// Looks for a newer message; true when there was one.
+    pub fn refresh(&mut self) -> bool {
+        let Some(message) = self.subscriber.take() else {
+            return false;
+        };
+        match &mut self.copy {
+            Some(copy) => **copy = *message,
+            None => self.copy = Some(Box::new(*message)),
+        }
+        true
+    }
+
+    /// The newest message seen by [`Self::refresh`].
+    pub fn get(&self) -> Option<&T> {
+        self.copy.as_deref()
+    }
+
+    /// The reading end underneath, for its counts.
+    pub fn subscriber(&self) -> &Subscriber<T> {
+        &self.subscriber
+    }
+}
