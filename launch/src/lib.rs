@@ -1,1 +1,33 @@
-//! launch
+//! The launcher: run directory, services, supervision, and the commands that
+//! talk to a running cell. It runs no control code and links no process.
+#![forbid(unsafe_code)]
+
+mod app;
+mod child;
+pub mod cli;
+mod client;
+mod control;
+mod e2e;
+pub mod failure;
+mod leftovers;
+pub mod lock;
+mod run;
+pub mod rundir;
+mod say;
+mod sim;
+pub mod supervisor;
+
+use std::process::ExitCode;
+
+/// Does what the command line says and turns a failure into its exit code.
+pub fn main_of(cli: &cli::Cli) -> ExitCode {
+    match app::dispatch(cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            if !failure.message.is_empty() {
+                say::warn(&failure);
+            }
+            failure.code.into()
+        }
+    }
+}

@@ -1,1 +1,11 @@
-//! robocell-tests
+//! Black-box tests on the built programs: every cell in its own run directory,
+//! every wait for a condition, never for a time.
+//!
+//! The programs are taken from the target folder this test was built into;
+//! `cargo build --workspace --bins` builds them.
+#![forbid(unsafe_code)]
+
+pub mod assert;
+pub mod cell;
+pub mod fault;
+pub mod program;

@@ -1,0 +1,80 @@
+//! From the command line to what does it.
+
+use clap::CommandFactory;
+use ipc_types::operator::OperatorAction;
+
+use crate::cli::{BenchArgs, BenchKind, Cli, Command, EvalArgs};
+use crate::failure::{Context, Failure};
+use crate::{client, e2e, run, sim};
+
+/// Does what the command line says.
+pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
+    match &cli.command {
+        Command::Run(args) => run::run(args),
+        Command::List(args) => client::list(args),
+        Command::Status(args) => client::status(args),
+        Command::Top(args) => client::top(args),
+        Command::Down(args) => client::down(args),
+        Command::Doctor(args) => client::doctor(args),
+        Command::Logs(args) => client::logs(args),
+        Command::Restart(args) => client::restart(args),
+        Command::Pause(args) => client::plain(args, OperatorAction::Pause),
+        Command::Resume(args) => client::plain(args, OperatorAction::Resume),
+        Command::Reset(args) => client::plain(args, OperatorAction::Reset),
+        Command::Step(args) => client::step(args),
+        Command::Task(args) => client::task(args),
+        Command::Target(args) => client::target(args),
+        Command::Gripper(args) => client::gripper(args),
+        Command::Drag(args) => client::drag(args),
+        Command::Bench(args) => bench(args),
+        Command::Eval(args) => eval(args),
+        Command::Completions { shell } => {
+            clap_complete::generate(
+                *shell,
+                &mut Cli::command(),
+                "robocell",
+                &mut std::io::stdout(),
+            );
+            Ok(())
+        }
+    }
+}
+
+fn bench(args: &BenchArgs) -> Result<(), Failure> {
+    match args.kind {
+        BenchKind::E2e => e2e::run(args.seconds, args.json),
+        BenchKind::Control => core_bench("control", args.json),
+        BenchKind::Physics => core_bench("physics", args.json),
+        BenchKind::Ipc | BenchKind::Loop => Err(Failure::usage("this bench is not built in yet")),
+    }
+}
+
+fn core_bench(kind: &str, json: bool) -> Result<(), Failure> {
+    let mut arguments = vec!["bench".to_owned(), kind.to_owned()];
+    arguments.extend(json.then(|| "--json".to_owned()));
+    sim::run(&arguments)
+}
+
+/// Names are checked here, so that a typo is answered before anything starts.
+fn eval(args: &EvalArgs) -> Result<(), Failure> {
+    let cell = run::plan::load(args.data.data.as_deref(), &args.demo, args.seeds.0, None)?;
+    let policy = run::plan::choose(
+        args.policy.as_deref(),
+        &cell.policies,
+        &cell.default_policy,
+        &args.demo,
+    )?;
+    let seeds = format!("{}..{}", args.seeds.0, args.seeds.1);
+    let jobs = args.jobs.to_string();
+    let mut arguments: Vec<String> = [
+        "eval", &args.demo, "--seeds", &seeds, "--policy", &policy, "--jobs", &jobs,
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    if let Some(dir) = &args.data.data {
+        let dir = std::fs::canonicalize(dir).cannot(format!("find {}", dir.display()))?;
+        arguments.extend(["--data".to_owned(), dir.display().to_string()]);
+    }
+    arguments.extend(args.json.then(|| "--json".to_owned()));
+    sim::run(&arguments)
+}

@@ -1,0 +1,210 @@
+//! Starts, signals and reaps the processes of a cell.
+//!
+//! A child asks the kernel to end it when the thread that started it dies, so
+//! everything here is called from the launcher's main thread only.
+
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Seek, SeekFrom};
+use std::os::unix::fs::OpenOptionsExt;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use cell_rt::process::{SIGCONT, SIGKILL, SIGTERM, kill};
+use ipc_types::topic::Process;
+
+use crate::failure::Failure;
+use crate::leftovers::ChildId;
+use crate::rundir::RunDir;
+use crate::supervisor::Exit;
+
+/// The program of a process.
+pub(crate) fn program(process: Process) -> &'static str {
+    match process {
+        Process::Physics => "physics-proc",
+        Process::Controller(_) => "controller-proc",
+        Process::Task => "task-proc",
+        Process::Monitor => "monitor-proc",
+    }
+}
+
+/// The path of `program` beside our own executable.
+pub(crate) fn beside(program: &str) -> Result<PathBuf, Failure> {
+    let own = std::env::current_exe().map_err(Failure::configuration)?;
+    let path = own.with_file_name(program);
+    if path.is_file() {
+        return Ok(path);
+    }
+    Err(Failure::configuration(format!(
+        "{} is missing: robocell looks for its processes beside its own executable; \
+         `cargo build --workspace --bins` builds them all",
+        path.display()
+    )))
+}
+
+/// `command` with nothing of our environment but what a process may use.
+pub(crate) fn clean(command: &mut Command) {
+    command.env_clear();
+    let keep = |key: &str| key == "PATH" || key == "RUST_BACKTRACE" || key.starts_with("ROBOCELL_");
+    for (key, value) in std::env::vars_os() {
+        if key.to_str().is_some_and(keep) {
+            command.env(key, value);
+        }
+    }
+}
+
+#[derive(Debug)]
+struct Running {
+    process: Process,
+    generation: u32,
+    id: Option<ChildId>,
+    child: Child,
+}
+
+/// The processes of one cell.
+#[derive(Debug)]
+pub(crate) struct Children {
+    dir: RunDir,
+    running: Vec<Running>,
+}
+
+impl Children {
+    pub(crate) fn new(dir: RunDir) -> Self {
+        Self {
+            dir,
+            running: Vec::new(),
+        }
+    }
+
+    /// Starts `process` as its start number `generation`.
+    pub(crate) fn spawn(&mut self, process: Process, generation: u32) -> Result<(), String> {
+        let path = beside(program(process)).map_err(|failure| failure.to_string())?;
+        let log =
+            append(&self.dir.log(&process.name())).map_err(|error| format!("its log: {error}"))?;
+        let log_too = log
+            .try_clone()
+            .map_err(|error| format!("its log: {error}"))?;
+        let mut command = Command::new(&path);
+        command.arg("--spec").arg(self.dir.spec());
+        command.args(["--generation", &generation.to_string()]);
+        if let Process::Controller(arm) = process {
+            command.args(["--arm", &arm.to_string()]);
+        }
+        clean(&mut command);
+        // Its own process group: Ctrl-C in a terminal is for the launcher.
+        command
+            .current_dir("/")
+            .stdin(Stdio::null())
+            .stdout(log)
+            .stderr(log_too)
+            .process_group(0);
+        let child = command
+            .spawn()
+            .map_err(|error| format!("{}: {error}", path.display()))?;
+        let id = ChildId::of(child.id());
+        self.running.push(Running {
+            process,
+            generation,
+            id,
+            child,
+        });
+        self.write_down();
+        Ok(())
+    }
+
+    /// Process id of `process`, while it runs.
+    pub(crate) fn pid(&self, process: Process) -> Option<u32> {
+        self.running
+            .iter()
+            .rev()
+            .find(|r| r.process == process)
+            .map(|r| r.child.id())
+    }
+
+    /// Asks `process` to end.
+    pub(crate) fn terminate(&self, process: Process) {
+        self.signal(process, SIGTERM);
+        // A stopped one has to run to hear it.
+        self.signal(process, SIGCONT);
+    }
+
+    /// Ends `process`.
+    pub(crate) fn kill(&self, process: Process) {
+        self.signal(process, SIGKILL);
+    }
+
+    /// Sends `signal`. The pid is ours until the child is reaped, so nobody
+    /// else is hit.
+    pub(crate) fn signal(&self, process: Process, signal: i32) {
+        if let Some(pid) = self.pid(process) {
+            // It may have ended on its own a moment ago.
+            kill(pid, signal).ok();
+        }
+    }
+
+    /// Those that ended since the last call.
+    pub(crate) fn reap(&mut self) -> Vec<(Process, u32, Exit)> {
+        let mut ended = Vec::new();
+        self.running
+            .retain_mut(|running| match running.child.try_wait() {
+                Ok(None) => true,
+                Ok(Some(status)) => {
+                    let exit = status
+                        .signal()
+                        .map_or_else(|| Exit::Code(status.code().unwrap_or(-1)), Exit::Signal);
+                    ended.push((running.process, running.generation, exit));
+                    false
+                }
+                Err(_) => {
+                    ended.push((running.process, running.generation, Exit::Code(-1)));
+                    false
+                }
+            });
+        if !ended.is_empty() {
+            self.write_down();
+        }
+        ended
+    }
+
+    /// For the next start, should the launcher not live to clean up itself.
+    fn write_down(&self) {
+        let ids: Vec<ChildId> = self.running.iter().filter_map(|r| r.id).collect();
+        if let Ok(text) = serde_json::to_string(&ids) {
+            std::fs::write(self.dir.children(), text).ok();
+        }
+    }
+}
+
+impl Drop for Children {
+    fn drop(&mut self) {
+        for running in &mut self.running {
+            running.child.kill().ok();
+            running.child.wait().ok();
+        }
+    }
+}
+
+fn append(path: &Path) -> std::io::Result<File> {
+    OpenOptions::new()
+        .append(true)
+        .create(true)
+        .mode(0o600)
+        .open(path)
+}
+
+/// The last `count` lines of a log.
+pub(crate) fn last_lines(path: &Path, count: usize) -> Vec<String> {
+    let read = || -> std::io::Result<Vec<u8>> {
+        let mut file = File::open(path)?;
+        let length = file.metadata()?.len();
+        file.seek(SeekFrom::Start(length.saturating_sub(16 << 10)))?;
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes)?;
+        Ok(bytes)
+    };
+    let text = read()
+        .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+        .unwrap_or_default();
+    let lines: Vec<_> = text.lines().map(str::to_owned).collect();
+    lines[lines.len().saturating_sub(count)..].to_vec()
+}

@@ -1,0 +1,437 @@
+//! The command line: a contract that scripts depend on. Only what works is here.
+
+use std::path::PathBuf;
+
+use cell_model::run_spec::Speed;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+
+/// Name of a cell when nothing else is said.
+pub const DEFAULT_CELL: &str = "cell";
+
+/// Runs simulated robot cells.
+#[derive(Debug, Parser)]
+#[command(
+    name = "robocell",
+    version,
+    about,
+    max_term_width = 100,
+    propagate_version = true
+)]
+#[command(
+    after_help = "Exit codes: 0 done, 2 usage, 3 configuration or already running, 4 not running, \
+5 the task failed or timed out, 6 a process gave up."
+)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// One command.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Start a cell and stay with it until it ends or Ctrl-C
+    Run(Box<RunArgs>),
+    /// List the demos with their policies, and the cells that run
+    List(ListArgs),
+    /// Say how a running cell is doing (exit code 4 when nothing runs)
+    Status(ReportArgs),
+    /// Watch a running cell in the terminal
+    Top(TopArgs),
+    /// Stop a running cell
+    Down(CellArgs),
+    /// Check this machine and say how to fix what is missing
+    Doctor(ReportArgs),
+    /// Print what the processes of a cell wrote
+    Logs(LogsArgs),
+    /// Stop one process of a running cell and start it again
+    Restart(RestartArgs),
+    /// Stop simulated time
+    Pause(CellArgs),
+    /// Let simulated time go on
+    Resume(CellArgs),
+    /// Run some ticks of 1 ms, then pause
+    Step(StepArgs),
+    /// Put the scene back to its beginning
+    Reset(CellArgs),
+    /// Start, pause, resume or reset the task
+    Task(TaskArgs),
+    /// Lead the arm: set the target of the tool
+    Target(TargetArgs),
+    /// Open or close the gripper (while the task is paused, or with `reach`)
+    Gripper(GripperArgs),
+    /// Pull an object to a place by a bounded spring
+    Drag(DragArgs),
+    /// Measure, and print a table or one JSON object
+    Bench(BenchArgs),
+    /// Run many seeds in one process and count what became of them
+    Eval(EvalArgs),
+    /// Print completions for a shell
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
+}
+
+/// Which cell.
+#[derive(Clone, Debug, Args)]
+pub struct CellArgs {
+    /// Name of the cell; its run directory bears the same name
+    #[arg(long, value_name = "NAME", default_value = DEFAULT_CELL, value_parser = cell_name)]
+    pub cell: String,
+}
+
+/// Where robots and cell files are.
+#[derive(Clone, Debug, Args)]
+pub struct DataArgs {
+    /// Directory with `cells/` and `robots/` to use in place of the built-in ones
+    #[arg(long, value_name = "DIR")]
+    pub data: Option<PathBuf>,
+}
+
+/// `robocell run`.
+#[derive(Clone, Debug, Args)]
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "each is a flag of the command line"
+)]
+pub struct RunArgs {
+    /// Name of the demo; `robocell list` names them
+    pub demo: String,
+    /// Policy of the task; the demo's default otherwise
+    #[arg(long, value_name = "P")]
+    pub policy: Option<String>,
+    /// Varies poses and friction within the bounds of the cell file
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// `1`: real time; `max` or another factor: lockstep
+    #[arg(long, value_name = "1|max|X", default_value = "1", value_parser = str::parse::<Speed>)]
+    pub speed: Speed,
+    /// Start no page
+    #[arg(long)]
+    pub headless: bool,
+    /// Everything in one process, without shared memory
+    #[arg(long)]
+    pub one_process: bool,
+    /// End with the task
+    #[arg(long)]
+    pub until_done: bool,
+    /// End at this simulated time at the latest
+    #[arg(long, value_name = "SIM_S", value_parser = positive_seconds)]
+    pub timeout: Option<f64>,
+    /// Things to do at given times or phases, one JSON object a line
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub script: Option<PathBuf>,
+    /// Set the scene up and wait for `robocell resume`
+    #[arg(long)]
+    pub paused: bool,
+    /// Robot to use in place of the demo's
+    #[arg(long, value_name = "URDF")]
+    pub robot: Option<PathBuf>,
+    /// Its collision spheres and limits
+    #[arg(long, value_name = "FILE", requires = "robot")]
+    pub xrdf: Option<PathBuf>,
+    /// Its RMPflow tuning
+    #[arg(long, value_name = "FILE", requires = "robot")]
+    pub rmpflow: Option<PathBuf>,
+    /// Print one JSON object when the run has ended
+    #[arg(long)]
+    pub json: bool,
+    /// Never kill a process that seems to hang (for debuggers)
+    #[arg(long)]
+    pub no_watchdog: bool,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub data: DataArgs,
+}
+
+/// `robocell list`.
+#[derive(Clone, Debug, Args)]
+pub struct ListArgs {
+    /// Only the cell of this name
+    #[arg(long, value_name = "NAME", value_parser = cell_name)]
+    pub cell: Option<String>,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub data: DataArgs,
+}
+
+/// `robocell status` and `robocell doctor`.
+#[derive(Clone, Debug, Args)]
+pub struct ReportArgs {
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// `robocell top`.
+#[derive(Clone, Debug, Args)]
+pub struct TopArgs {
+    /// Print one frame as text and end
+    #[arg(long)]
+    pub once: bool,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// `robocell logs`.
+#[derive(Clone, Debug, Args)]
+pub struct LogsArgs {
+    /// Go on printing what is added
+    #[arg(short, long)]
+    pub follow: bool,
+    /// Only this process
+    #[arg(value_name = "PROC")]
+    pub process: Option<String>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// A process a person can name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ProcessName {
+    /// The policy.
+    Task,
+    /// The controllers of all arms.
+    Controller,
+    /// The robot and the world.
+    Physics,
+    /// Window and hands.
+    Monitor,
+}
+
+/// `robocell restart`.
+#[derive(Clone, Debug, Args)]
+pub struct RestartArgs {
+    /// Which one
+    pub process: ProcessName,
+    /// Go on with another policy (task only)
+    #[arg(long, value_name = "P")]
+    pub policy: Option<String>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// `robocell step`.
+#[derive(Clone, Debug, Args)]
+pub struct StepArgs {
+    /// Ticks of 1 ms
+    #[arg(default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub ticks: u32,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// What to do with the task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TaskVerb {
+    /// Give the start event.
+    Start,
+    /// Pause it: the operator leads.
+    Pause,
+    /// Let it go on.
+    Resume,
+    /// Put it back to its beginning.
+    Reset,
+}
+
+/// `robocell task`.
+#[derive(Clone, Debug, Args)]
+pub struct TaskArgs {
+    /// What to do
+    pub verb: TaskVerb,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// `robocell target`.
+#[derive(Clone, Debug, Args)]
+pub struct TargetArgs {
+    /// Position in metres, then roll, pitch, yaw in radians (world frame);
+    /// without an orientation the tool keeps the one it has
+    #[arg(value_names = ["X", "Y", "Z", "R", "P", "YAW"], num_args = 3..=6, required = true,
+          allow_negative_numbers = true, value_parser = finite)]
+    pub values: Vec<f64>,
+    /// Arm by its place in the cell file
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub arm: u32,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// What to do with the gripper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum GripperVerb {
+    /// Open fully, or let go.
+    Open,
+    /// Close, or switch suction on.
+    Close,
+}
+
+/// `robocell gripper`.
+#[derive(Clone, Debug, Args)]
+pub struct GripperArgs {
+    /// What to do
+    pub verb: GripperVerb,
+    /// Arm by its place in the cell file
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub arm: u32,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// `robocell drag`.
+#[derive(Clone, Debug, Args)]
+pub struct DragArgs {
+    /// Name of the object in the cell file
+    pub object: String,
+    /// Where to, metres in the world frame
+    #[arg(long, value_names = ["X", "Y", "Z"], num_args = 3, required = true,
+          allow_negative_numbers = true, value_parser = finite)]
+    pub to: Vec<f64>,
+    /// Let go after this many seconds at the latest
+    #[arg(long = "for", value_name = "S", default_value_t = 2.0, value_parser = positive_seconds)]
+    pub seconds: f64,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// What to measure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BenchKind {
+    /// Round trips between two processes
+    Ipc,
+    /// Lateness of the 1 kHz loop
+    Loop,
+    /// Age of the state when its command is applied
+    E2e,
+    /// The controller's tick
+    Control,
+    /// The physics step
+    Physics,
+}
+
+/// `robocell bench`.
+#[derive(Clone, Debug, Args)]
+pub struct BenchArgs {
+    /// What to measure
+    pub kind: BenchKind,
+    /// Print one JSON object as the last line
+    #[arg(long)]
+    pub json: bool,
+    /// How long `e2e` measures
+    #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = positive_seconds)]
+    pub seconds: f64,
+}
+
+/// `robocell eval`.
+#[derive(Clone, Debug, Args)]
+pub struct EvalArgs {
+    /// Name of the demo
+    pub demo: String,
+    /// First and last seed
+    #[arg(long, value_name = "A..B", value_parser = seed_range)]
+    pub seeds: (u64, u64),
+    /// Policy of the task; the demo's default otherwise
+    #[arg(long, value_name = "P")]
+    pub policy: Option<String>,
+    /// Runs at the same time
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub jobs: u32,
+    /// Print one JSON object a seed
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub data: DataArgs,
+}
+
+fn cell_name(text: &str) -> Result<String, String> {
+    let fine = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if (1..=24).contains(&text.len()) && text.chars().all(fine) && !text.starts_with('-') {
+        return Ok(text.to_owned());
+    }
+    Err("a cell's name has 1 to 24 letters, digits, `-` or `_`".to_owned())
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value.abs() <= 1000.0 => Ok(value),
+        _ => Err("a finite number between -1000 and 1000".to_owned()),
+    }
+}
+
+fn positive_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1.0e6 => Ok(value),
+        _ => Err("seconds, more than 0 and at most 1000000".to_owned()),
+    }
+}
+
+fn seed_range(text: &str) -> Result<(u64, u64), String> {
+    let wanted = || "A..B with A up to B, for example 1..50".to_owned();
+    let (first, end) = text.split_once("..").ok_or_else(wanted)?;
+    let parse = |part: &str| part.parse::<u64>().map_err(|_| wanted());
+    let (first, end) = (parse(first)?, parse(end)?);
+    if first <= end {
+        Ok((first, end))
+    } else {
+        Err(wanted())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_target_takes_negative_numbers_and_refuses_nan() {
+        let cli = Cli::try_parse_from(["robocell", "target", "0.4", "-0.1", "0.3"]).unwrap();
+        let Command::Target(target) = cli.command else {
+            panic!("target")
+        };
+        assert_eq!(target.values, [0.4, -0.1, 0.3]);
+        assert!(Cli::try_parse_from(["robocell", "target", "nan", "0", "0"]).is_err());
+    }
+
+    #[test]
+    fn a_cell_name_cannot_leave_the_run_directory() {
+        for bad in ["", "..", "a/b", "-x", "a b", "ä"] {
+            assert!(cell_name(bad).is_err(), "{bad}");
+        }
+        assert!(cell_name("left_arm-2").is_ok());
+    }
+
+    #[test]
+    fn seeds_are_a_range_with_both_ends() {
+        assert_eq!(seed_range("3..10"), Ok((3, 10)));
+        assert_eq!(seed_range("5..5"), Ok((5, 5)));
+        for bad in ["3", "9..2", "..", "a..b"] {
+            assert!(seed_range(bad).is_err(), "{bad}");
+        }
+    }
+}

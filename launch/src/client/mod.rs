@@ -1,0 +1,51 @@
+//! Commands that talk to a running cell.
+
+mod doctor;
+mod list;
+mod logs;
+mod operate;
+mod picture;
+mod status;
+mod top;
+
+pub(crate) use doctor::doctor;
+pub(crate) use list::list;
+pub(crate) use logs::logs;
+pub(crate) use operate::{down, drag, gripper, plain, restart, step, target, task};
+pub(crate) use status::status;
+pub(crate) use top::top;
+
+use cell_bus::{Bus, RunSite};
+use cell_model::run_spec::RunSpec;
+
+use crate::failure::{Context, Failure};
+use crate::lock::Holder;
+use crate::rundir::RunDir;
+
+/// A running cell, seen from outside.
+pub(crate) struct Session {
+    pub(crate) dir: RunDir,
+    pub(crate) spec: RunSpec,
+    pub(crate) holder: Holder,
+}
+
+impl Session {
+    /// The running cell of this name.
+    pub(crate) fn of(cell: &str) -> Result<Self, Failure> {
+        let dir = RunDir::of(cell);
+        let holder = dir.holder().ok_or_else(|| Failure::not_running(cell))?;
+        // A cell that starts at this moment has no run file yet.
+        let spec = RunSpec::load(&dir.spec()).map_err(Failure::configuration)?;
+        Ok(Self { dir, spec, holder })
+    }
+
+    /// Joins its bus as a reader and asker.
+    pub(crate) fn join(&self) -> Result<Bus, Failure> {
+        let site = RunSite {
+            root: self.spec.root.clone(),
+            prefix: self.spec.prefix.clone(),
+        };
+        Bus::join(&site, self.spec.run, 1, "client")
+            .cannot(format!("join cell `{}`", self.spec.cell))
+    }
+}

@@ -1,0 +1,92 @@
+//! One coherent look at a running cell, for `status` and `top`.
+
+use std::time::{Duration, Instant};
+
+use cell_bus::{Bus, Latest};
+use ipc_types::topic::{Process, TopicId};
+use ipc_types::{Decision, Health, WorldState};
+
+use super::Session;
+use crate::failure::{Context, Failure};
+
+/// Health arrives at 100 Hz; who is silent for this long is silent.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// Keeps the newest of everything a person wants to see.
+pub(crate) struct Picture {
+    healths: Vec<(Process, Latest<Health>, Instant)>,
+    state: Latest<WorldState>,
+    decision: Latest<Decision>,
+    /// Keeps the ports alive.
+    _bus: Bus,
+}
+
+impl Picture {
+    pub(crate) fn open(session: &Session) -> Result<Self, Failure> {
+        let bus = session.join()?;
+        let what = "read the cell's topics";
+        let mut healths = Vec::new();
+        for process in Process::all(session.spec.arms) {
+            healths.push((
+                process,
+                bus.latest(TopicId::Health(process)).cannot(what)?,
+                Instant::now(),
+            ));
+        }
+        Ok(Self {
+            healths,
+            state: bus.latest(TopicId::WorldState).cannot(what)?,
+            decision: bus.latest(TopicId::Decision).cannot(what)?,
+            _bus: bus,
+        })
+    }
+
+    /// Takes what is new.
+    pub(crate) fn update(&mut self) {
+        self.state.refresh();
+        self.decision.refresh();
+        for (_, latest, at) in &mut self.healths {
+            if latest.refresh() {
+                *at = Instant::now();
+            }
+        }
+    }
+
+    /// Waits until everybody was heard, or for half a second.
+    pub(crate) fn fill(&mut self) {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            self.update();
+            let full = self
+                .healths
+                .iter()
+                .all(|(_, latest, _)| latest.get().is_some());
+            if (full && self.state.get().is_some() && self.decision.get().is_some())
+                || Instant::now() > until
+            {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    pub(crate) fn state(&self) -> Option<&WorldState> {
+        self.state.get()
+    }
+
+    pub(crate) fn decision(&self) -> Option<&Decision> {
+        self.decision.get()
+    }
+
+    /// Each process with its newest health, unless it has fallen silent.
+    pub(crate) fn healths(&self) -> impl Iterator<Item = (Process, Option<&Health>)> {
+        self.healths.iter().map(|(process, latest, at)| {
+            let health = if at.elapsed() <= 2 * PATIENCE {
+                latest.get()
+            } else {
+                None
+            };
+            (*process, health)
+        })
+    }
+}

@@ -1,0 +1,177 @@
+//! `robocell status`.
+
+use ipc_types::decision::Outcome;
+use ipc_types::health::Scheduling;
+use ipc_types::world::FLAG_PAUSED;
+use serde::Serialize;
+
+use super::Session;
+use super::picture::Picture;
+use crate::cli::ReportArgs;
+use crate::failure::Failure;
+use crate::say;
+
+/// How a cell is doing.
+#[derive(Debug, Serialize)]
+struct Status {
+    cell: String,
+    demo: String,
+    policy: String,
+    seed: u64,
+    pid: u32,
+    since: String,
+    paused: bool,
+    tick: Option<u64>,
+    sim_time_s: Option<f64>,
+    outcome: Option<String>,
+    phase: Option<String>,
+    reason: Option<String>,
+    placed: u32,
+    drops: u32,
+    resyncs: u32,
+    aborts: u32,
+    limit_violations: u64,
+    processes: Vec<ProcessStatus>,
+}
+
+/// How a process is doing; without a pid it is silent.
+#[derive(Debug, Serialize)]
+struct ProcessStatus {
+    name: String,
+    pid: Option<u32>,
+    generation: Option<u32>,
+    scheduling: Option<&'static str>,
+    rate_hz: Option<f64>,
+    lateness_p50_us: Option<f64>,
+    lateness_p99_us: Option<f64>,
+    missed_cycles: Option<u64>,
+    rejected: Option<u64>,
+    note: Option<String>,
+}
+
+/// Prints how the cell is doing.
+pub(crate) fn status(args: &ReportArgs) -> Result<(), Failure> {
+    let session = Session::of(&args.cell.cell)?;
+    let mut picture = Picture::open(&session)?;
+    picture.fill();
+    let status = describe(&session, &picture);
+    if args.json {
+        say::line(serde_json::to_string(&status).map_err(Failure::configuration)?);
+    } else {
+        print(&status);
+    }
+    Ok(())
+}
+
+/// A task's outcome in one word.
+pub(crate) fn word(outcome: u32) -> String {
+    let known = Outcome::from_code(outcome).map(|o| format!("{o:?}").to_lowercase());
+    known.unwrap_or_else(|| format!("outcome {outcome}"))
+}
+
+fn describe(session: &Session, picture: &Picture) -> Status {
+    let (state, decision) = (picture.state(), picture.decision());
+    let spec = &session.spec;
+    let policy = decision
+        .map(|d| d.policy.as_str().to_owned())
+        .filter(|p| !p.is_empty());
+    Status {
+        cell: spec.cell.clone(),
+        demo: spec.demo.clone(),
+        policy: policy.unwrap_or_else(|| spec.policy.clone()),
+        seed: spec.seed,
+        pid: session.holder.pid,
+        since: session.holder.since.clone(),
+        paused: state.is_some_and(|s| s.has(FLAG_PAUSED)),
+        tick: state.map(|s| s.header.tick),
+        sim_time_s: state.map(|s| s.header.sim_time_ns as f64 * 1.0e-9),
+        outcome: decision.map(|d| word(d.outcome)),
+        phase: decision.map(|d| d.phase.as_str().to_owned()),
+        reason: decision
+            .map(|d| d.reason.as_str().to_owned())
+            .filter(|r| !r.is_empty()),
+        placed: decision.map_or(0, |d| d.placed_count),
+        drops: decision.map_or(0, |d| d.drops),
+        resyncs: decision.map_or(0, |d| d.resyncs),
+        aborts: decision.map_or(0, |d| d.aborts),
+        limit_violations: state.map_or(0, |s| s.arms().iter().map(|a| a.limit_violations).sum()),
+        processes: processes(picture),
+    }
+}
+
+fn processes(picture: &Picture) -> Vec<ProcessStatus> {
+    let describe = |(process, health): (ipc_types::topic::Process, Option<&ipc_types::Health>)| {
+        ProcessStatus {
+            name: process.name(),
+            pid: health.map(|h| h.pid),
+            generation: health.map(|h| h.header.generation),
+            scheduling: health.map(|h| {
+                if h.scheduling == Scheduling::Fifo.code() {
+                    "fifo"
+                } else {
+                    "other"
+                }
+            }),
+            rate_hz: health.map(|h| h.rate_hz),
+            lateness_p50_us: health.map(|h| h.lateness_p50_ns * 1.0e-3),
+            lateness_p99_us: health.map(|h| h.lateness_p99_ns * 1.0e-3),
+            missed_cycles: health.map(|h| h.missed_cycles),
+            rejected: health.map(|h| h.rejected),
+            note: health
+                .map(|h| h.note.as_str().to_owned())
+                .filter(|n| !n.is_empty()),
+        }
+    };
+    picture.healths().map(describe).collect()
+}
+
+fn print(status: &Status) {
+    let pause = if status.paused { ", paused" } else { "" };
+    let time = status
+        .sim_time_s
+        .map_or_else(|| "no state of physics".to_owned(), |t| format!("{t:.3} s"));
+    say::line(format_args!(
+        "cell {}: {}, policy {}, seed {}, {time}{pause}; launcher pid {} since {}",
+        status.cell, status.demo, status.policy, status.seed, status.pid, status.since
+    ));
+    let outcome = status.outcome.as_deref().unwrap_or("no decision");
+    let reason = status
+        .reason
+        .as_ref()
+        .map(|r| format!(" ({r})"))
+        .unwrap_or_default();
+    say::line(format_args!(
+        "task: {outcome}{reason}, phase {}, {} placed, {} drops, {} resyncs, {} aborts; {} limit violations",
+        status.phase.as_deref().unwrap_or("-"),
+        status.placed,
+        status.drops,
+        status.resyncs,
+        status.aborts,
+        status.limit_violations
+    ));
+    say::line(
+        "process        pid      start  rate Hz  late p50 us  late p99 us  missed  refused  scheduling",
+    );
+    for process in &status.processes {
+        say::line(row(process));
+    }
+}
+
+fn row(process: &ProcessStatus) -> String {
+    let (Some(pid), Some(generation)) = (process.pid, process.generation) else {
+        return format!("{:<14} silent", process.name);
+    };
+    format!(
+        "{:<14} {pid:<8} {generation:>5} {:>8.1} {:>12.1} {:>12.1} {:>7} {:>8}  {} {}",
+        process.name,
+        process.rate_hz.unwrap_or(0.0),
+        process.lateness_p50_us.unwrap_or(0.0),
+        process.lateness_p99_us.unwrap_or(0.0),
+        process.missed_cycles.unwrap_or(0),
+        process.rejected.unwrap_or(0),
+        process.scheduling.unwrap_or("-"),
+        process.note.as_deref().unwrap_or("")
+    )
+    .trim_end()
+    .to_owned()
+}

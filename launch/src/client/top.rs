@@ -1,0 +1,119 @@
+//! `robocell top`: a running cell in the terminal.
+
+mod draw;
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use cell_bus::Subscriber;
+use crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
+use ipc_types::TraceLine;
+use ipc_types::topic::TopicId;
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+
+use super::Session;
+use super::picture::Picture;
+use crate::cli::TopArgs;
+use crate::failure::{Context, Failure};
+use crate::say;
+
+/// How often a frame is drawn.
+const FRAME: Duration = Duration::from_millis(100);
+/// Lines of the task's log that are kept.
+const KEPT_LINES: usize = 200;
+/// Size of the frame printed by `--once`, in characters.
+const ONCE: (u16, u16) = (110, 30);
+
+/// What is drawn.
+pub(crate) struct View {
+    pub(crate) session: Session,
+    pub(crate) picture: Picture,
+    trace: Subscriber<TraceLine>,
+    /// Newest last: simulated seconds and text.
+    pub(crate) log: VecDeque<(f64, String)>,
+}
+
+impl View {
+    fn open(cell: &str) -> Result<Self, Failure> {
+        let session = Session::of(cell)?;
+        let bus = session.join()?;
+        let trace = bus
+            .subscriber(TopicId::Trace)
+            .cannot("read the task's log")?;
+        let picture = Picture::open(&session)?;
+        Ok(Self {
+            session,
+            picture,
+            trace,
+            log: VecDeque::new(),
+        })
+    }
+
+    fn update(&mut self) {
+        self.picture.update();
+        let log = &mut self.log;
+        self.trace.take_all(|line| {
+            log.push_back((
+                line.header.sim_time_ns as f64 * 1.0e-9,
+                line.text.as_str().to_owned(),
+            ));
+        });
+        while self.log.len() > KEPT_LINES {
+            self.log.pop_front();
+        }
+    }
+}
+
+/// Shows the cell until `q`, or prints one frame.
+pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
+    let mut view = View::open(&args.cell.cell)?;
+    view.picture.fill();
+    if args.once {
+        view.update();
+        return once(&view);
+    }
+    let mut terminal = ratatui::init();
+    let result = watch(&mut terminal, &mut view);
+    ratatui::restore();
+    result
+}
+
+fn watch(terminal: &mut ratatui::DefaultTerminal, view: &mut View) -> Result<(), Failure> {
+    loop {
+        view.update();
+        terminal
+            .draw(|frame| draw::draw(frame, view))
+            .cannot("draw")?;
+        if event::poll(FRAME).cannot("read the keyboard")?
+            && let Event::Key(key) = event::read().cannot("read the keyboard")?
+            && key.kind == KeyEventKind::Press
+        {
+            let is_ctrl_c =
+                key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
+            if is_ctrl_c || matches!(key.code, KeyCode::Char('q') | KeyCode::Esc) {
+                return Ok(());
+            }
+        }
+        if view.session.dir.holder().is_none() {
+            return Ok(());
+        }
+    }
+}
+
+/// One frame as plain text.
+fn once(view: &View) -> Result<(), Failure> {
+    let mut terminal = Terminal::new(TestBackend::new(ONCE.0, ONCE.1)).cannot("draw")?;
+    terminal
+        .draw(|frame| draw::draw(frame, view))
+        .cannot("draw")?;
+    let buffer = terminal.backend().buffer();
+    for y in 0..buffer.area.height {
+        let line: String = (0..buffer.area.width)
+            .filter_map(|x| buffer.cell((x, y)))
+            .map(|c| c.symbol())
+            .collect();
+        say::line(line.trim_end());
+    }
+    Ok(())
+}

@@ -1,0 +1,168 @@
+//! One frame of `top`.
+
+use ipc_types::health::Scheduling;
+use ipc_types::world::FLAG_PAUSED;
+use ipc_types::{ArmState, Health};
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Modifier, Style};
+use ratatui::text::Line;
+use ratatui::widgets::{Block, Paragraph, Row, Table};
+
+use super::View;
+use crate::client::status::word;
+
+/// Draws everything.
+pub(super) fn draw(frame: &mut Frame<'_>, view: &View) {
+    let arms = view.picture.state().map_or(0, |s| s.arms().len());
+    let arm_rows = u16::try_from(3 * arms).unwrap_or(6).max(1) + 2;
+    let process_rows = u16::try_from(view.picture.healths().count()).unwrap_or(4) + 3;
+    let heights = [
+        Constraint::Length(2),
+        Constraint::Length(process_rows),
+        Constraint::Length(arm_rows),
+        Constraint::Min(3),
+    ];
+    let [head, processes, joints, log] = Layout::vertical(heights).areas(frame.area());
+    frame.render_widget(Paragraph::new(headline(view)), head);
+    draw_processes(frame, processes, view);
+    draw_arms(frame, joints, view);
+    draw_log(frame, log, view);
+}
+
+fn headline(view: &View) -> Vec<Line<'static>> {
+    let spec = &view.session.spec;
+    let (state, decision) = (view.picture.state(), view.picture.decision());
+    let time = state.map_or_else(
+        || "no state".to_owned(),
+        |s| format!("{:.2} s", s.header.sim_time_ns as f64 * 1e-9),
+    );
+    let pause = if state.is_some_and(|s| s.has(FLAG_PAUSED)) {
+        "  PAUSED"
+    } else {
+        ""
+    };
+    let first = format!(
+        "{}  cell {}  seed {}  {time}{pause}  (q quits)",
+        spec.demo, spec.cell, spec.seed
+    );
+    let second = decision.map_or_else(
+        || "no decision".to_owned(),
+        |d| {
+            let outcome = word(d.outcome);
+            format!(
+                "{}: {outcome} {}  phase {}  placed {}  drops {}  resyncs {}  aborts {}",
+                d.policy, d.reason, d.phase, d.placed_count, d.drops, d.resyncs, d.aborts
+            )
+        },
+    );
+    vec![
+        Line::from(first).style(Style::new().add_modifier(Modifier::BOLD)),
+        Line::from(second),
+    ]
+}
+
+fn draw_processes(frame: &mut Frame<'_>, area: Rect, view: &View) {
+    let header = [
+        "process",
+        "pid",
+        "start",
+        "rate Hz",
+        "late p50 us",
+        "p99 us",
+        "missed",
+        "refused",
+        "class",
+        "note",
+    ];
+    let widths = [13, 8, 6, 8, 12, 9, 7, 8, 6, 24].map(Constraint::Length);
+    let rows = view.picture.healths().map(|(process, health)| {
+        let mut cells = vec![process.name()];
+        cells.extend(health.map_or_else(|| vec!["silent".to_owned()], figures));
+        Row::new(cells)
+    });
+    let head = Row::new(header).style(Style::new().add_modifier(Modifier::BOLD));
+    let table = Table::new(rows, widths)
+        .header(head)
+        .block(Block::bordered().title("processes"));
+    frame.render_widget(table, area);
+}
+
+fn figures(health: &Health) -> Vec<String> {
+    let fifo = health.scheduling == Scheduling::Fifo.code();
+    vec![
+        health.pid.to_string(),
+        health.header.generation.to_string(),
+        format!("{:.1}", health.rate_hz),
+        format!("{:.1}", health.lateness_p50_ns * 1e-3),
+        format!("{:.1}", health.lateness_p99_ns * 1e-3),
+        health.missed_cycles.to_string(),
+        health.rejected.to_string(),
+        if fifo { "fifo" } else { "other" }.to_owned(),
+        health.note.as_str().to_owned(),
+    ]
+}
+
+fn draw_arms(frame: &mut Frame<'_>, area: Rect, view: &View) {
+    let arms = view.picture.state().map(|s| s.arms()).unwrap_or_default();
+    let mut lines: Vec<Line<'_>> = arms
+        .iter()
+        .enumerate()
+        .flat_map(|(i, arm)| arm_lines(i, arm))
+        .collect();
+    if lines.is_empty() {
+        lines.push(Line::from("no state of physics"));
+    }
+    frame.render_widget(
+        Paragraph::new(lines).block(Block::bordered().title("arms")),
+        area,
+    );
+}
+
+fn arm_lines(index: usize, arm: &ArmState) -> [Line<'static>; 3] {
+    let count = (arm.joint_count as usize).min(arm.joint_positions.len());
+    let list = |values: &[f64]| {
+        values
+            .iter()
+            .map(|v| format!("{v:>8.3}"))
+            .collect::<String>()
+    };
+    let [x, y, z] = arm.tcp.position;
+    let gripper = &arm.gripper;
+    let held = if gripper.held_object == 0 {
+        "nothing".to_owned()
+    } else {
+        format!("object {}", gripper.held_object - 1)
+    };
+    [
+        Line::from(format!(
+            "{index} joints rad  {}",
+            list(&arm.joint_positions[..count])
+        )),
+        Line::from(format!(
+            "  efforts     {}",
+            list(&arm.joint_efforts[..count])
+        )),
+        Line::from(format!(
+            "  tcp {x:.3} {y:.3} {z:.3} m  gripper {:.1} mm {:.1} N holds {held}  limit violations {}",
+            gripper.width * 1e3,
+            gripper.grip_force,
+            arm.limit_violations
+        )),
+    ]
+}
+
+fn draw_log(frame: &mut Frame<'_>, area: Rect, view: &View) {
+    let room = usize::from(area.height.saturating_sub(2));
+    let first = view.log.len().saturating_sub(room);
+    let lines: Vec<_> = view
+        .log
+        .iter()
+        .skip(first)
+        .map(|(at, text)| Line::from(format!("{at:>9.3}  {text}")))
+        .collect();
+    frame.render_widget(
+        Paragraph::new(lines).block(Block::bordered().title("task")),
+        area,
+    );
+}

@@ -1,0 +1,382 @@
+//! A running cell: the launcher's loop around the supervisor.
+
+use std::time::Duration;
+
+use cell_bus::{Bus, Keeper, OperatorClient, RunSite};
+use cell_model::run_spec::RunSpec;
+use cell_model::summary::{RunFacts, RunSummary};
+use cell_rt::clock::monotonic_ns;
+use cell_rt::process::{SIGCONT, SIGSTOP, private_umask};
+use cell_rt::signal::{install_stop_handler, stop_count};
+use ipc_types::decision::Outcome;
+use ipc_types::operator::OperatorAction;
+use ipc_types::topic::Process;
+use ipc_types::world::FLAG_ENDING;
+use ipc_types::{Decision, OperatorRequest, Wire};
+
+use super::faults::{FaultStep, Faults, named};
+use super::plan::{Plan, choose};
+use super::watch::Watch;
+use crate::child::{Children, beside, last_lines, program};
+use crate::control::{Reply, Request, Server};
+use crate::failure::{Context, Failure};
+use crate::lock::Lock;
+use crate::supervisor::{Action, Event, Rules, Supervisor};
+use crate::{leftovers, say};
+
+/// How often the launcher looks.
+const TURN: Duration = Duration::from_millis(5);
+/// How long physics may take to answer a request.
+const OPERATOR_PATIENCE: Duration = Duration::from_millis(100);
+
+/// How a run ended.
+pub(crate) enum End {
+    /// With the task, or at its time limit.
+    Finished(Box<RunSummary>),
+    /// Because somebody asked.
+    Stopped,
+    /// Because a process could not be kept running.
+    GaveUp(String),
+}
+
+/// A cell that runs. Fields are dropped in this order: first the processes
+/// end, then the services go, then the lock.
+pub(crate) struct LiveCell {
+    children: Children,
+    watch: Watch,
+    operator: OperatorClient,
+    _bus: Bus,
+    _keeper: Keeper,
+    control: Server,
+    supervisor: Supervisor,
+    faults: Faults,
+    processes: Vec<Process>,
+    plan: Plan,
+    started_ns: u64,
+    start_event_given: bool,
+    end: Option<End>,
+    _lock: Lock,
+}
+
+impl LiveCell {
+    /// Takes the run directory, prepares the bus; processes start with
+    /// [`LiveCell::stay`].
+    pub(crate) fn start(plan: Plan) -> Result<Self, Failure> {
+        let processes = Process::all(plan.spec.arms);
+        for process in &processes {
+            beside(program(*process))?;
+        }
+        install_stop_handler().cannot("listen to signals")?;
+        private_umask();
+        let lock = plan.dir.take(&plan.spec.cell)?;
+        if let Some(line) = leftovers::wipe(&plan.dir)? {
+            say::warn(line);
+        }
+        std::fs::create_dir_all(plan.dir.logs()).cannot("make the directory of the logs")?;
+        plan.spec
+            .save(&plan.dir.spec())
+            .map_err(Failure::configuration)?;
+        let site = RunSite {
+            root: plan.spec.root.clone(),
+            prefix: plan.spec.prefix.clone(),
+        };
+        let keeper =
+            Keeper::create(&site, plan.spec.run, plan.spec.arms).cannot("prepare shared memory")?;
+        let bus = Bus::join(&site, plan.spec.run, 1, "launch").cannot("join the cell's bus")?;
+        let watch = Watch::open(&bus, &processes)?;
+        let operator = bus
+            .operator_client()
+            .cannot("reach the operator's service")?;
+        let control = Server::open(&plan.dir.control())?;
+        let rules = Rules {
+            watchdog: plan.watchdog,
+            lockstep: plan.spec.speed.is_lockstep(),
+        };
+        Ok(Self {
+            children: Children::new(plan.dir.clone()),
+            watch,
+            operator,
+            _bus: bus,
+            _keeper: keeper,
+            control,
+            supervisor: Supervisor::new(&processes, rules),
+            faults: Faults::new(&plan.spec.script, &processes),
+            processes,
+            plan,
+            started_ns: monotonic_ns(),
+            start_event_given: false,
+            end: None,
+            _lock: lock,
+        })
+    }
+
+    /// One line about what is started.
+    pub(crate) fn announce(&self) {
+        say::line(super::banner::title(&self.plan.spec));
+    }
+
+    /// What the processes were told.
+    pub(crate) fn spec(&self) -> &RunSpec {
+        &self.plan.spec
+    }
+
+    /// What is heard of the processes.
+    pub(crate) fn watch(&self) -> &Watch {
+        &self.watch
+    }
+
+    /// The processes with their pids.
+    pub(crate) fn pids(&self) -> Vec<(Process, Option<u32>)> {
+        self.processes
+            .iter()
+            .map(|p| (*p, self.children.pid(*p)))
+            .collect()
+    }
+
+    /// Stops the cell from outside, as Ctrl-C would.
+    pub(crate) fn stop(&mut self) {
+        self.finish_with(End::Stopped);
+    }
+
+    /// Whether every process has shown itself.
+    pub(crate) fn is_ready(&self) -> bool {
+        self.supervisor.is_ready()
+    }
+
+    /// Keeps the cell running to its end; `look` is called at every turn.
+    pub(crate) fn stay(mut self, mut look: impl FnMut(&mut Self)) -> End {
+        while !self.supervisor.is_down() {
+            self.turn();
+            look(&mut self);
+            std::thread::sleep(TURN);
+        }
+        let end = self.end.take().unwrap_or(End::Stopped);
+        let (dir, root) = (self.plan.dir.clone(), self.plan.spec.root.clone());
+        let Self {
+            children,
+            watch,
+            operator,
+            _bus,
+            _keeper,
+            control,
+            _lock,
+            ..
+        } = self;
+        drop((children, watch, operator, _bus, _keeper, control));
+        if let Err(failure) = leftovers::tidy(&dir, &root) {
+            say::warn(failure);
+        }
+        end
+    }
+
+    /// One look at everything.
+    pub(crate) fn turn(&mut self) {
+        let now = monotonic_ns();
+        for (process, generation, exit) in self.children.reap() {
+            self.tell(
+                now,
+                Event::Exited {
+                    process,
+                    generation,
+                    exit,
+                },
+            );
+        }
+        for event in self.watch.poll() {
+            self.tell(now, event);
+        }
+        self.look_for_the_end();
+        self.act_on_script(now);
+        self.answer_clients(now);
+        match stop_count() {
+            0 => {}
+            1 => self.finish_with(End::Stopped),
+            _ => self.tell(now, Event::Abort),
+        }
+        let mut actions = Vec::new();
+        self.supervisor.poll(now, &mut actions);
+        self.obey(now, actions);
+    }
+
+    fn tell(&mut self, now: u64, event: Event) {
+        let mut actions = Vec::new();
+        self.supervisor.handle(now, event, &mut actions);
+        self.obey(now, actions);
+    }
+
+    fn obey(&mut self, now: u64, actions: Vec<Action>) {
+        for action in actions {
+            match action {
+                Action::Spawn {
+                    process,
+                    generation,
+                } => {
+                    if let Err(why) = self.children.spawn(process, generation) {
+                        self.tell(
+                            now,
+                            Event::SpawnFailed {
+                                process,
+                                generation,
+                                why,
+                            },
+                        );
+                    }
+                }
+                Action::Terminate { process } => self.children.terminate(process),
+                Action::Kill { process } => self.children.kill(process),
+                Action::Ready => {}
+                Action::Lost { process, what } => {
+                    say::warn(format_args!(
+                        "{} {what}; it is started again",
+                        process.name()
+                    ));
+                }
+                Action::GaveUp { process, reason } => self.give_up(process, &reason),
+            }
+        }
+    }
+
+    /// Without its monitor a cell still works; without any other it does not.
+    fn give_up(&mut self, process: Process, reason: &str) {
+        let name = process.name();
+        let lines = last_lines(&self.plan.dir.log(&name), 10);
+        let log = if lines.is_empty() {
+            "its log is empty".to_owned()
+        } else {
+            lines.join("\n  ")
+        };
+        let message = format!("{name} is given up: {reason}. Its last words:\n  {log}");
+        if process == Process::Monitor {
+            say::warn(message);
+        } else {
+            self.finish_with(End::GaveUp(message));
+        }
+    }
+
+    /// The first end counts; then everything stops in order.
+    fn finish_with(&mut self, end: End) {
+        if self.end.is_none() {
+            self.end = Some(end);
+            self.supervisor
+                .handle(monotonic_ns(), Event::Stop, &mut Vec::new());
+        }
+    }
+
+    fn look_for_the_end(&mut self) {
+        if self.end.is_some() {
+            return;
+        }
+        let Some(state) = self.watch.state() else {
+            return;
+        };
+        if state.has(FLAG_ENDING) {
+            let objects = &self.plan.objects;
+            let facts = RunFacts {
+                demo: &self.plan.spec.demo,
+                policy: &self.plan.spec.policy,
+                seed: self.plan.spec.seed,
+                objects,
+                wall_time_s: (monotonic_ns() - self.started_ns) as f64 * 1.0e-9,
+                task_restarts: self.supervisor.restarts(Process::Task),
+                missed_cycles: self.watch.missed_cycles(),
+            };
+            let none = Decision::zeroed();
+            let decision = self.watch.decision().unwrap_or(&none);
+            let summary = RunSummary::new(&facts, state, decision);
+            self.finish_with(End::Finished(Box::new(summary)));
+        } else if self.plan.spec.until_done && !self.start_event_given && self.supervisor.is_ready()
+        {
+            self.give_start_event();
+        }
+    }
+
+    /// `--until-done` starts a task that waits to be started.
+    fn give_start_event(&mut self) {
+        let Some(decision) = self.watch.decision() else {
+            return;
+        };
+        self.start_event_given =
+            decision.outcome != Outcome::Idle.code() || self.request(OperatorAction::TaskStart, 0);
+    }
+
+    fn act_on_script(&mut self, now: u64) {
+        let line = self.watch.state().map_or(0, |state| state.script_line);
+        let (children, supervisor) = (&self.children, &self.supervisor);
+        let generation = |p: Process| children.pid(p).map(|_| supervisor.generation(p));
+        for step in self.faults.poll(now, line, generation) {
+            match step {
+                FaultStep::Kill(process) => self.tell(now, Event::KillAndRestart { process }),
+                FaultStep::Freeze(process) => self.children.signal(process, SIGSTOP),
+                FaultStep::Thaw(process, generation) => {
+                    if self.supervisor.generation(process) == generation {
+                        self.children.signal(process, SIGCONT);
+                    }
+                }
+                FaultStep::Tell(line) => {
+                    self.request(OperatorAction::ScriptDone, line);
+                }
+            }
+        }
+    }
+
+    /// Asks physics; what is not answered is asked again by whoever needs it.
+    fn request(&mut self, action: OperatorAction, count: u32) -> bool {
+        let mut request = OperatorRequest::zeroed();
+        request.action = action.code();
+        request.count = count;
+        request.pose = ipc_types::Pose::IDENTITY;
+        self.operator.request(request, OPERATOR_PATIENCE).is_ok()
+    }
+
+    fn answer_clients(&mut self, now: u64) {
+        let mut asked = None;
+        let (plan, processes) = (&mut self.plan, &self.processes);
+        self.control.poll(|request| {
+            let reply = consider(plan, processes, &request);
+            if reply.ok {
+                asked = Some(request);
+            }
+            reply
+        });
+        match asked {
+            None => {}
+            Some(Request::Down) => self.finish_with(End::Stopped),
+            Some(Request::Restart { process, .. }) => {
+                for process in named(&self.processes, &process) {
+                    self.tell(now, Event::Restart { process });
+                }
+            }
+        }
+    }
+}
+
+/// Whether a client's wish can be fulfilled. Another policy is written down
+/// where the next start of the task reads it.
+fn consider(plan: &mut Plan, processes: &[Process], request: &Request) -> Reply {
+    let refuse = |message: String| Reply { ok: false, message };
+    let Request::Restart { process, policy } = request else {
+        return Reply {
+            ok: true,
+            message: "stopping".to_owned(),
+        };
+    };
+    if named(processes, process).is_empty() {
+        return refuse(format!("this cell has no process `{process}`"));
+    }
+    if let Some(policy) = policy {
+        if process != "task" {
+            return refuse("--policy goes with `restart task` only".to_owned());
+        }
+        match choose(Some(policy), &plan.policies, "", &plan.spec.demo) {
+            Ok(policy) => plan.spec.policy = policy,
+            Err(failure) => return refuse(failure.to_string()),
+        }
+        if let Err(error) = plan.spec.save(&plan.dir.spec()) {
+            return refuse(error.to_string());
+        }
+    }
+    Reply {
+        ok: true,
+        message: format!("restarting {process}"),
+    }
+}

@@ -1,0 +1,63 @@
+//! `robocell run`: one cell from its first file to its last line.
+
+mod banner;
+mod faults;
+mod live;
+mod one_process;
+pub(crate) mod plan;
+mod watch;
+
+use cell_model::summary::{RunOutcome, RunSummary};
+
+use crate::cli::RunArgs;
+use crate::failure::{Code, Failure};
+use crate::say;
+pub(crate) use live::{End, LiveCell};
+pub(crate) use plan::Plan;
+
+/// Runs a cell as the command line says.
+pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
+    let plan = Plan::resolve(args)?;
+    if args.one_process {
+        return one_process::run(&plan, args.json);
+    }
+    let mut greet = plan.stays && !args.json;
+    let live = LiveCell::start(plan)?;
+    if !args.json {
+        live.announce();
+    }
+    let end = live.stay(|live| {
+        if greet && live.is_ready() {
+            greet = false;
+            banner::ready(live);
+        }
+    });
+    report(&end, args.json)
+}
+
+/// The last words of a run, and its exit code.
+fn report(end: &End, json: bool) -> Result<(), Failure> {
+    match end {
+        End::Finished(summary) => {
+            if json {
+                say::line(serde_json::to_string(summary).map_err(Failure::configuration)?);
+            } else {
+                say::line(banner::outcome(summary));
+            }
+            code_of(summary)
+        }
+        End::Stopped => Ok(()),
+        End::GaveUp(message) => Err(Failure {
+            code: Code::GaveUp,
+            message: message.clone(),
+        }),
+    }
+}
+
+/// The exit code a summary asks for.
+pub(crate) fn code_of(summary: &RunSummary) -> Result<(), Failure> {
+    match summary.outcome {
+        RunOutcome::Done => Ok(()),
+        RunOutcome::Failed | RunOutcome::Timeout => Err(Failure::silent(Code::TaskFailed)),
+    }
+}

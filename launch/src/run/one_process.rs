@@ -1,0 +1,35 @@
+//! The same cell inside one process: `cell-sim` beside our executable.
+
+use std::os::unix::fs::DirBuilderExt;
+
+use super::plan::Plan;
+use crate::failure::{Context, Failure};
+use crate::rundir::{RunDir, base};
+use crate::sim;
+
+/// Runs `plan` in one process. It needs no shared memory and no name, so many
+/// can run side by side.
+pub(crate) fn run(plan: &Plan, json: bool) -> Result<(), Failure> {
+    let dir = RunDir::at(base().join(format!(".one-{}", std::process::id())));
+    std::fs::DirBuilder::new()
+        .recursive(true)
+        .mode(0o700)
+        .create(dir.path())
+        .cannot("make a run directory")?;
+    let mut spec = plan.spec.clone();
+    dir.path().clone_into(&mut spec.run_dir);
+    let result = spec
+        .save(&dir.spec())
+        .map_err(Failure::configuration)
+        .and_then(|()| {
+            let mut arguments = vec![
+                "run".to_owned(),
+                "--spec".to_owned(),
+                dir.spec().display().to_string(),
+            ];
+            arguments.extend(json.then(|| "--json".to_owned()));
+            sim::run(&arguments)
+        });
+    std::fs::remove_dir_all(dir.path()).ok();
+    result
+}

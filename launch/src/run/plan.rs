@@ -1,0 +1,203 @@
+//! Everything a run needs, found out before anything is started.
+
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use cell_model::run_spec::{RobotFiles, RunSpec, Speed};
+use cell_model::script::{self, ScriptAction, ScriptLine};
+use cell_model::{Cell, Data};
+
+use crate::cli::RunArgs;
+use crate::failure::{Context, Failure};
+use crate::rundir::RunDir;
+
+/// A run that can be started.
+#[derive(Debug)]
+pub(crate) struct Plan {
+    /// What the processes are told.
+    pub(crate) spec: RunSpec,
+    /// Where the run lives.
+    pub(crate) dir: RunDir,
+    /// Names of the objects, in the order of the cell file.
+    pub(crate) objects: Vec<String>,
+    /// Policies the task can go on with.
+    pub(crate) policies: Vec<String>,
+    /// The run has no end of its own.
+    pub(crate) stays: bool,
+    /// Kill what seems to hang.
+    pub(crate) watchdog: bool,
+}
+
+impl Plan {
+    /// Resolves the command line; the first thing that is wrong is the error.
+    pub(crate) fn resolve(args: &RunArgs) -> Result<Self, Failure> {
+        let data_dir = args.data.data.as_deref().map(absolute).transpose()?;
+        let robot = robot_files(args)?;
+        let cell = load(data_dir.as_deref(), &args.demo, args.seed, robot.as_ref())?;
+        let policy = choose(
+            args.policy.as_deref(),
+            &cell.policies,
+            &cell.default_policy,
+            &args.demo,
+        )?;
+        let objects: Vec<String> = cell.objects.iter().map(|o| o.name.clone()).collect();
+        let script = args
+            .script
+            .as_deref()
+            .map(|path| read_script(path, &objects))
+            .transpose()?;
+        let dir = RunDir::of(&args.cell.cell);
+        let run = random_run()?;
+        let (root, prefix) = dir.site(run);
+        let limit = args
+            .timeout
+            .or(args.until_done.then_some(cell.time_limit_s));
+        let spec = RunSpec {
+            run,
+            cell: args.cell.cell.clone(),
+            demo: args.demo.clone(),
+            policy,
+            seed: args.seed,
+            speed: args.speed,
+            data_dir,
+            run_dir: dir.path().to_owned(),
+            root,
+            prefix,
+            arms: u8::try_from(cell.arms.len()).unwrap_or(u8::MAX),
+            robot,
+            script: script.unwrap_or_default(),
+            paused: args.paused,
+            until_done: args.until_done,
+            time_limit_s: limit,
+            real_time: args.speed == Speed::RealTime,
+        };
+        Ok(Self {
+            spec,
+            dir,
+            objects,
+            policies: cell.policies,
+            stays: limit.is_none(),
+            watchdog: !args.no_watchdog,
+        })
+    }
+}
+
+/// The cell of `demo`, from a directory or from what is built in.
+pub(crate) fn load(
+    data_dir: Option<&Path>,
+    demo: &str,
+    seed: u64,
+    robot: Option<&RobotFiles>,
+) -> Result<Cell, Failure> {
+    let data = data_dir.map_or_else(Data::embedded, Data::dir);
+    let files = robot.map(|files| cell_model::RobotFiles {
+        urdf: files.urdf.clone(),
+        xrdf: files.xrdf.clone(),
+        rmpflow: files.rmpflow.clone(),
+    });
+    Cell::load(&data, demo, seed, files.as_ref()).map_err(Failure::configuration)
+}
+
+/// `asked`, if the demo has it, else its default.
+pub(crate) fn choose(
+    asked: Option<&str>,
+    known: &[String],
+    default: &str,
+    demo: &str,
+) -> Result<String, Failure> {
+    let Some(asked) = asked else {
+        return Ok(default.to_owned());
+    };
+    if known.iter().any(|policy| policy == asked) {
+        return Ok(asked.to_owned());
+    }
+    let near = did_you_mean(asked, known);
+    Err(Failure::configuration(format!(
+        "policy `{asked}` is unknown{near}; {demo} has {}",
+        known.join(", ")
+    )))
+}
+
+/// `, did you mean ...?`, where a known name is near.
+pub(crate) fn did_you_mean(asked: &str, known: &[String]) -> String {
+    let distance = |name: &String| strsim::damerau_levenshtein(asked, name);
+    match known.iter().min_by_key(|name| distance(name)) {
+        Some(name) if distance(name) <= 2.max(asked.len() / 3) => {
+            format!(", did you mean `{name}`?")
+        }
+        _ => String::new(),
+    }
+}
+
+fn absolute(path: &Path) -> Result<PathBuf, Failure> {
+    fs::canonicalize(path).map_err(|error| {
+        Failure::configuration(format!(
+            "{}: {error}; give the path of an existing file or directory",
+            path.display()
+        ))
+    })
+}
+
+/// Paths are made absolute: the processes work in another directory.
+fn robot_files(args: &RunArgs) -> Result<Option<RobotFiles>, Failure> {
+    let Some(urdf) = &args.robot else {
+        return Ok(None);
+    };
+    Ok(Some(RobotFiles {
+        urdf: absolute(urdf)?,
+        xrdf: args.xrdf.as_deref().map(absolute).transpose()?,
+        rmpflow: args.rmpflow.as_deref().map(absolute).transpose()?,
+    }))
+}
+
+fn read_script(path: &Path, objects: &[String]) -> Result<Vec<ScriptLine>, Failure> {
+    let file = path.display().to_string();
+    let text = fs::read_to_string(path).cannot(format!("read the script {file}"))?;
+    let lines = script::parse(&text, &file).map_err(Failure::configuration)?;
+    for line in &lines {
+        if let ScriptAction::Drag { object, .. } = &line.action
+            && !objects.contains(object)
+        {
+            let near = did_you_mean(object, objects);
+            let known = objects.join(", ");
+            return Err(Failure::configuration(format!(
+                "{file}: object `{object}` is unknown{near}; this cell has {known}"
+            )));
+        }
+    }
+    Ok(lines)
+}
+
+fn random_run() -> Result<u64, Failure> {
+    let mut bytes = [0_u8; 8];
+    let mut source = fs::File::open("/dev/urandom").cannot("open /dev/urandom")?;
+    source.read_exact(&mut bytes).cannot("read /dev/urandom")?;
+    Ok(u64::from_ne_bytes(bytes).max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unknown_policy_is_answered_with_the_near_and_the_known_ones() {
+        let known = ["fsm".to_owned(), "ifelse".to_owned()];
+        assert_eq!(choose(None, &known, "fsm", "d").unwrap(), "fsm");
+        assert_eq!(
+            choose(Some("ifelse"), &known, "fsm", "d").unwrap(),
+            "ifelse"
+        );
+        let message = choose(Some("ifels"), &known, "fsm", "d")
+            .unwrap_err()
+            .to_string();
+        assert!(
+            message.contains("did you mean `ifelse`?") && message.contains("fsm"),
+            "{message}"
+        );
+        let message = choose(Some("quantum"), &known, "fsm", "d")
+            .unwrap_err()
+            .to_string();
+        assert!(!message.contains("did you mean"), "{message}");
+    }
+}

@@ -1,0 +1,109 @@
+//! What the supervisor is told and what it asks for.
+
+use ipc_types::topic::Process;
+
+/// How strict the supervisor is.
+#[derive(Clone, Copy, Debug)]
+pub struct Rules {
+    /// Whether a process that seems to hang is killed.
+    pub watchdog: bool,
+    /// Whether physics waits for everybody: then one that waits does not hang.
+    pub lockstep: bool,
+}
+
+/// How a process ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// By itself, with this exit code.
+    Code(i32),
+    /// By this signal.
+    Signal(i32),
+}
+
+/// Something happened.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// A health message arrived.
+    Health {
+        /// Who sent it.
+        process: Process,
+        /// Which start of it.
+        generation: u32,
+        /// Its count of cycles.
+        cycles: u64,
+        /// Whether it has real-time scheduling.
+        fifo: bool,
+    },
+    /// A process is gone.
+    Exited {
+        /// Which.
+        process: Process,
+        /// Which start of it.
+        generation: u32,
+        /// How.
+        exit: Exit,
+    },
+    /// A process could not even be started.
+    SpawnFailed {
+        /// Which.
+        process: Process,
+        /// Which start of it.
+        generation: u32,
+        /// Why, in words.
+        why: String,
+    },
+    /// Somebody asked for an orderly restart.
+    Restart {
+        /// Of which process.
+        process: Process,
+    },
+    /// Somebody asked for SIGKILL and a new start.
+    KillAndRestart {
+        /// Of which process.
+        process: Process,
+    },
+    /// The run ends by itself: processes leave and are not started again.
+    Ending,
+    /// Stop everything in order.
+    Stop,
+    /// Kill everything at once.
+    Abort,
+}
+
+/// Something has to be done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Start `process` as its start number `generation`.
+    Spawn {
+        /// Which.
+        process: Process,
+        /// From 1 up.
+        generation: u32,
+    },
+    /// Ask it to end (SIGTERM).
+    Terminate {
+        /// Which.
+        process: Process,
+    },
+    /// End it (SIGKILL).
+    Kill {
+        /// Which.
+        process: Process,
+    },
+    /// Every process has shown itself for the first time.
+    Ready,
+    /// It died or hung and comes back; say so.
+    Lost {
+        /// Which.
+        process: Process,
+        /// What happened, in words.
+        what: String,
+    },
+    /// It is not started again.
+    GaveUp {
+        /// Which.
+        process: Process,
+        /// Why, in words.
+        reason: String,
+    },
+}

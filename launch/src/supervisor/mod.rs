@@ -1,0 +1,202 @@
+//! The supervisor as a pure state machine: (time, event) in, actions out.
+//!
+//! Time is monotonic nanoseconds and always an argument, so that every order
+//! of events can be tried in a test. What an action does stands in
+//! [`crate::child`].
+
+mod event;
+mod slot;
+#[cfg(test)]
+mod tests;
+
+pub use event::{Action, Event, Exit, Rules};
+
+use ipc_types::topic::Process;
+use slot::{Slot, State};
+
+/// Nanoseconds in a millisecond.
+pub(crate) const MS: u64 = 1_000_000;
+
+/// How the cell as a whole stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    /// Keeping every process up.
+    Keeping,
+    /// The run ended by itself: whoever leaves is not brought back.
+    Ending,
+    /// Stopping in reverse order.
+    Stopping,
+}
+
+/// Keeps the processes of one cell running.
+#[derive(Debug)]
+pub struct Supervisor {
+    rules: Rules,
+    phase: Phase,
+    was_ready: bool,
+    slots: Vec<Slot>,
+}
+
+impl Supervisor {
+    /// A supervisor of `processes`, started in that order.
+    pub fn new(processes: &[Process], rules: Rules) -> Self {
+        let slots = processes.iter().map(|p| Slot::new(*p)).collect();
+        Self {
+            rules,
+            phase: Phase::Keeping,
+            was_ready: false,
+            slots,
+        }
+    }
+
+    /// Whether every process has shown itself since the start of the cell.
+    pub fn is_ready(&self) -> bool {
+        self.was_ready
+    }
+
+    /// Whether no process is left.
+    pub fn is_down(&self) -> bool {
+        self.slots.iter().all(|slot| slot.state == State::Down)
+    }
+
+    /// Which start of `process` is the newest; 0: none yet.
+    pub fn generation(&self, process: Process) -> u32 {
+        self.slots
+            .iter()
+            .find(|s| s.process == process)
+            .map_or(0, |s| s.generation)
+    }
+
+    /// Restarts of `process` so far.
+    pub fn restarts(&self, process: Process) -> u32 {
+        self.generation(process).saturating_sub(1)
+    }
+
+    /// Takes note of `event` at `now`.
+    pub fn handle(&mut self, now: u64, event: Event, out: &mut Vec<Action>) {
+        match event {
+            Event::Health {
+                process,
+                generation,
+                cycles,
+                fifo,
+            } => {
+                if let Some(slot) = self.slot(process, generation) {
+                    slot.alive(cycles, fifo);
+                }
+                self.note_ready(out);
+            }
+            Event::Exited {
+                process,
+                generation,
+                exit,
+            } => self.exited(now, process, generation, exit, out),
+            Event::SpawnFailed {
+                process,
+                generation,
+                why,
+            } => {
+                let keep = self.phase == Phase::Keeping;
+                if let Some(slot) = self.slot(process, generation) {
+                    slot.state = State::Down;
+                    if keep {
+                        out.push(Action::GaveUp {
+                            process,
+                            reason: why,
+                        });
+                    }
+                }
+            }
+            Event::Restart { process } => self.restart(now, process, true),
+            Event::KillAndRestart { process } => self.restart(now, process, false),
+            Event::Ending => {
+                if self.phase == Phase::Keeping {
+                    self.phase = Phase::Ending;
+                }
+            }
+            Event::Stop => self.phase = Phase::Stopping,
+            Event::Abort => self.abort(out),
+        }
+    }
+
+    /// What is due at `now`.
+    pub fn poll(&mut self, now: u64, out: &mut Vec<Action>) {
+        match self.phase {
+            Phase::Keeping => self.keep(now, out),
+            Phase::Ending => self.slots.iter_mut().for_each(Slot::forget_plans),
+            Phase::Stopping => self.stop_next(now, out),
+        }
+    }
+
+    fn slot(&mut self, process: Process, generation: u32) -> Option<&mut Slot> {
+        self.slots
+            .iter_mut()
+            .find(|s| s.process == process && s.generation == generation)
+    }
+
+    fn note_ready(&mut self, out: &mut Vec<Action>) {
+        if !self.was_ready && self.slots.iter().all(|s| s.state == State::Up) {
+            self.was_ready = true;
+            out.push(Action::Ready);
+        }
+    }
+
+    fn exited(
+        &mut self,
+        now: u64,
+        process: Process,
+        generation: u32,
+        exit: Exit,
+        out: &mut Vec<Action>,
+    ) {
+        let keeping = self.phase == Phase::Keeping;
+        let Some(slot) = self.slot(process, generation) else {
+            return;
+        };
+        if keeping {
+            slot.exited(now, exit, out);
+        } else {
+            slot.state = State::Down;
+        }
+    }
+
+    fn restart(&mut self, now: u64, process: Process, gently: bool) {
+        if self.phase == Phase::Keeping
+            && let Some(slot) = self.slots.iter_mut().find(|s| s.process == process)
+        {
+            slot.ask_restart(now, gently);
+        }
+    }
+
+    fn abort(&mut self, out: &mut Vec<Action>) {
+        self.phase = Phase::Stopping;
+        for slot in &mut self.slots {
+            slot.forget_plans();
+            if slot.runs() {
+                slot.state = State::Killed;
+                out.push(Action::Kill {
+                    process: slot.process,
+                });
+            }
+        }
+    }
+
+    /// Starts what is due, in order, and looks for hangs.
+    fn keep(&mut self, now: u64, out: &mut Vec<Action>) {
+        let mut all_before_up = true;
+        for slot in &mut self.slots {
+            slot.keep(now, &self.rules, all_before_up, out);
+            all_before_up &= slot.state == State::Up;
+        }
+    }
+
+    /// Stops the last process that runs; those before it wait for their turn.
+    fn stop_next(&mut self, now: u64, out: &mut Vec<Action>) {
+        for slot in &mut self.slots {
+            slot.forget_plans();
+        }
+        if let Some(slot) = self.slots.iter_mut().rev().find(|s| s.runs()) {
+            slot.stop(now, out);
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! One process under supervision.
+
+use std::collections::VecDeque;
+
+use ipc_types::topic::Process;
+
+use super::{Action, Exit, MS, Rules};
+
+/// A process shows its first health message within this.
+const READY_DEADLINE: u64 = 2_000 * MS;
+/// It is left alone for this long after its start: a signal during start-up
+/// can leave a slot of the shared memory taken for ever.
+const MIN_RUN: u64 = 50 * MS;
+/// Between SIGTERM and SIGKILL.
+const STOP_GRACE: u64 = 1_000 * MS;
+/// First delay before a restart; doubles with each crash.
+const BACKOFF_FIRST: u64 = 50 * MS;
+/// Longest delay before a restart.
+const BACKOFF_MAX: u64 = 2_000 * MS;
+/// More crashes than this within the window, and it is given up.
+const MAX_CRASHES: usize = 5;
+/// So many starts in a row without a sign of life, and it is given up: they
+/// take too long to fill the window.
+const MAX_HUNG_STARTS: u32 = 3;
+/// The window crashes are counted in.
+const CRASH_WINDOW: u64 = 10_000 * MS;
+/// Time between two polls counts at most this much towards a hang, so that a
+/// launcher that was not scheduled accuses nobody.
+const MAX_POLL_GAP: u64 = 20 * MS;
+/// Hang limit while physics waits for everybody.
+const HANG_LOCKSTEP: u64 = 5_000 * MS;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum State {
+    /// Never started.
+    NotStarted,
+    /// Started, no health message yet.
+    Starting,
+    /// Shows itself.
+    Up,
+    /// SIGTERM sent at that time, to be started again.
+    Leaving(u64),
+    /// SIGKILL sent.
+    Killed,
+    /// Comes back at that time.
+    Waiting(u64),
+    /// Gone for good.
+    Down,
+}
+
+#[derive(Debug)]
+pub(super) struct Slot {
+    pub(super) process: Process,
+    pub(super) state: State,
+    pub(super) generation: u32,
+    spawned_at: u64,
+    crashes: VecDeque<u64>,
+    hung_starts: u32,
+    /// The next exit was asked for and counts as no crash.
+    commanded: bool,
+    /// A restart was asked for: `Some(gently)`.
+    wanted: Option<bool>,
+    fifo: bool,
+    cycles: u64,
+    frozen_ns: u64,
+    polled_at: u64,
+}
+
+impl Slot {
+    pub(super) fn new(process: Process) -> Self {
+        Self {
+            process,
+            state: State::NotStarted,
+            generation: 0,
+            spawned_at: 0,
+            crashes: VecDeque::new(),
+            hung_starts: 0,
+            commanded: false,
+            wanted: None,
+            fifo: false,
+            cycles: 0,
+            frozen_ns: 0,
+            polled_at: 0,
+        }
+    }
+
+    /// Whether a process exists.
+    pub(super) fn runs(&self) -> bool {
+        matches!(
+            self.state,
+            State::Starting | State::Up | State::Leaving(_) | State::Killed
+        )
+    }
+
+    pub(super) fn alive(&mut self, cycles: u64, fifo: bool) {
+        if self.state == State::Starting {
+            self.state = State::Up;
+            self.frozen_ns = 0;
+            self.hung_starts = 0;
+        }
+        self.fifo = fifo;
+        if cycles != self.cycles {
+            self.cycles = cycles;
+            self.frozen_ns = 0;
+        }
+    }
+
+    pub(super) fn ask_restart(&mut self, now: u64, gently: bool) {
+        match self.state {
+            State::Starting | State::Up => self.wanted = Some(gently),
+            State::Waiting(_) => self.state = State::Waiting(now),
+            State::NotStarted | State::Leaving(_) | State::Killed | State::Down => {}
+        }
+    }
+
+    /// A process that does not exist now will not exist later.
+    pub(super) fn forget_plans(&mut self) {
+        self.wanted = None;
+        if matches!(self.state, State::NotStarted | State::Waiting(_)) {
+            self.state = State::Down;
+        }
+    }
+
+    pub(super) fn exited(&mut self, now: u64, exit: Exit, out: &mut Vec<Action>) {
+        let process = self.process;
+        let hung = self.state == State::Killed;
+        self.wanted = None;
+        if self.commanded {
+            self.commanded = false;
+            self.state = State::Waiting(now);
+            return;
+        }
+        if let Some(reason) = self.verdict(now, exit) {
+            self.state = State::Down;
+            out.push(Action::GaveUp { process, reason });
+            return;
+        }
+        self.state = State::Waiting(now.max(self.spawned_at + MIN_RUN) + self.backoff());
+        if !hung {
+            out.push(Action::Lost {
+                process,
+                what: describe(exit),
+            });
+        }
+    }
+
+    /// Why another start would be useless, if it would.
+    fn verdict(&mut self, now: u64, exit: Exit) -> Option<String> {
+        if let Exit::Code(2 | 3) = exit {
+            return Some(format!("it {}", describe(exit)));
+        }
+        if self.hung_starts >= MAX_HUNG_STARTS {
+            return Some(format!(
+                "{MAX_HUNG_STARTS} starts in a row gave no sign of life within 2 s"
+            ));
+        }
+        self.crashes.push_back(now);
+        while self
+            .crashes
+            .front()
+            .is_some_and(|t| now.saturating_sub(*t) > CRASH_WINDOW)
+        {
+            self.crashes.pop_front();
+        }
+        let count = self.crashes.len();
+        (count > MAX_CRASHES).then(|| {
+            format!(
+                "it ended {count} times within 10 s; the last time it {}",
+                describe(exit)
+            )
+        })
+    }
+
+    /// The first crash is answered at once, the following ones with a delay.
+    fn backoff(&self) -> u64 {
+        match self.crashes.len() {
+            0 | 1 => 0,
+            n => BACKOFF_MAX.min(BACKOFF_FIRST << (n - 2)),
+        }
+    }
+
+    pub(super) fn keep(&mut self, now: u64, rules: &Rules, may_start: bool, out: &mut Vec<Action>) {
+        let gap = now.saturating_sub(self.polled_at).min(MAX_POLL_GAP);
+        self.polled_at = now;
+        match self.state {
+            State::NotStarted if may_start => self.spawn(now, out),
+            State::Waiting(until) if now >= until => self.spawn(now, out),
+            State::Leaving(since) if now >= since + STOP_GRACE => self.kill(out),
+            State::Starting | State::Up => {
+                self.frozen_ns += gap;
+                self.watch(now, rules, out);
+            }
+            _ => {}
+        }
+    }
+
+    fn spawn(&mut self, now: u64, out: &mut Vec<Action>) {
+        self.generation += 1;
+        self.state = State::Starting;
+        self.spawned_at = now;
+        self.cycles = 0;
+        self.frozen_ns = 0;
+        out.push(Action::Spawn {
+            process: self.process,
+            generation: self.generation,
+        });
+    }
+
+    fn watch(&mut self, now: u64, rules: &Rules, out: &mut Vec<Action>) {
+        let age = now.saturating_sub(self.spawned_at);
+        if let Some(gently) = self.wanted
+            && age >= MIN_RUN
+        {
+            self.wanted = None;
+            self.commanded = true;
+            if gently {
+                self.state = State::Leaving(now);
+                out.push(Action::Terminate {
+                    process: self.process,
+                });
+            } else {
+                self.kill(out);
+            }
+            return;
+        }
+        if !rules.watchdog {
+            return;
+        }
+        let what = match self.state {
+            State::Starting if self.frozen_ns >= READY_DEADLINE => {
+                self.hung_starts += 1;
+                "gave no sign of life within 2 s of its start".to_owned()
+            }
+            State::Up if self.frozen_ns >= self.hang_limit(rules) => {
+                format!("hangs: no new cycle for {} ms", self.frozen_ns / MS)
+            }
+            _ => return,
+        };
+        out.push(Action::Lost {
+            process: self.process,
+            what,
+        });
+        self.kill(out);
+    }
+
+    fn kill(&mut self, out: &mut Vec<Action>) {
+        self.state = State::Killed;
+        out.push(Action::Kill {
+            process: self.process,
+        });
+    }
+
+    /// For how long `cycles` may stand still. Without real-time scheduling a
+    /// busy machine alone can hold a process back for longer than 100 ms.
+    fn hang_limit(&self, rules: &Rules) -> u64 {
+        match self.process {
+            Process::Monitor => 2_000 * MS,
+            _ if rules.lockstep => HANG_LOCKSTEP,
+            Process::Physics | Process::Controller(_) if self.fifo => 100 * MS,
+            Process::Physics | Process::Controller(_) | Process::Task => 500 * MS,
+        }
+    }
+
+    /// One step of an orderly stop.
+    pub(super) fn stop(&mut self, now: u64, out: &mut Vec<Action>) {
+        match self.state {
+            State::Starting | State::Up if now >= self.spawned_at + MIN_RUN => {
+                self.state = State::Leaving(now);
+                out.push(Action::Terminate {
+                    process: self.process,
+                });
+            }
+            State::Leaving(since) if now >= since + STOP_GRACE => self.kill(out),
+            _ => {}
+        }
+    }
+}
+
+/// An exit in words a person can act on.
+fn describe(exit: Exit) -> String {
+    match exit {
+        Exit::Code(0) => "ended without being asked".to_owned(),
+        Exit::Code(101) => "panicked (exit code 101)".to_owned(),
+        Exit::Code(code) => format!("ended with exit code {code}"),
+        Exit::Signal(7) => {
+            "was ended by SIGBUS: shared memory is full; free space in /dev/shm".to_owned()
+        }
+        Exit::Signal(9) => "was killed (SIGKILL)".to_owned(),
+        Exit::Signal(11) => "was ended by SIGSEGV".to_owned(),
+        Exit::Signal(signal) => format!("was ended by signal {signal}"),
+    }
+}

@@ -1,0 +1,394 @@
+//! Orders of events, with explicit time.
+
+use super::*;
+use ipc_types::topic::Process::{Controller, Monitor, Physics, Task};
+
+const ALL: [Process; 4] = [Physics, Controller(0), Task, Monitor];
+const REAL_TIME: Rules = Rules {
+    watchdog: true,
+    lockstep: false,
+};
+
+struct Bench {
+    supervisor: Supervisor,
+    now: u64,
+    cycles: u64,
+    alive: Vec<(Process, u32)>,
+    log: Vec<(u64, Action)>,
+}
+
+impl Bench {
+    fn new(rules: Rules) -> Self {
+        Self {
+            supervisor: Supervisor::new(&ALL, rules),
+            now: 1_000 * MS,
+            cycles: 0,
+            alive: vec![],
+            log: vec![],
+        }
+    }
+
+    fn up(rules: Rules) -> Self {
+        let mut bench = Self::new(rules);
+        bench.run(100);
+        assert!(bench.supervisor.is_ready());
+        bench.log.clear();
+        bench
+    }
+
+    fn tell(&mut self, event: Event) {
+        let mut out = vec![];
+        self.supervisor.handle(self.now, event, &mut out);
+        self.obey(out);
+    }
+
+    /// Whatever is spawned lives and shows itself; SIGTERM is obeyed at once.
+    fn obey(&mut self, actions: Vec<Action>) {
+        for action in actions {
+            self.log.push((self.now / MS, action.clone()));
+            match action {
+                Action::Spawn {
+                    process,
+                    generation,
+                } => self.alive.push((process, generation)),
+                Action::Terminate { process } => self.end(process, Exit::Code(0)),
+                Action::Kill { process } => self.end(process, Exit::Signal(9)),
+                _ => {}
+            }
+        }
+    }
+
+    fn end(&mut self, process: Process, exit: Exit) {
+        let Some(at) = self.alive.iter().position(|(p, _)| *p == process) else {
+            return;
+        };
+        let (_, generation) = self.alive.remove(at);
+        self.tell(Event::Exited {
+            process,
+            generation,
+            exit,
+        });
+    }
+
+    fn run_without(&mut self, ms: u64, silent: &[Process]) {
+        for _ in 0..ms / 5 {
+            self.now += 5 * MS;
+            self.cycles += 5;
+            for (process, generation) in self.alive.clone() {
+                if !silent.contains(&process) {
+                    self.tell(Event::Health {
+                        process,
+                        generation,
+                        cycles: self.cycles,
+                        fifo: true,
+                    });
+                }
+            }
+            let mut out = vec![];
+            self.supervisor.poll(self.now, &mut out);
+            self.obey(out);
+        }
+    }
+
+    fn run(&mut self, ms: u64) {
+        self.run_without(ms, &[]);
+    }
+
+    fn spawns(&self, process: Process) -> Vec<u64> {
+        let of = |(at, action): &(u64, Action)| match action {
+            Action::Spawn { process: p, .. } if *p == process => Some(*at),
+            _ => None,
+        };
+        self.log.iter().filter_map(of).collect()
+    }
+
+    fn gave_up(&self) -> Option<Process> {
+        self.log.iter().find_map(|(_, a)| match a {
+            Action::GaveUp { process, .. } => Some(*process),
+            _ => None,
+        })
+    }
+}
+
+#[test]
+fn processes_start_one_after_the_other_and_stop_in_reverse() {
+    let mut bench = Bench::new(REAL_TIME);
+    bench.run(100);
+    let order: Vec<_> = bench.alive.iter().map(|(p, _)| *p).collect();
+    assert_eq!(order, ALL);
+    bench.log.clear();
+    bench.tell(Event::Stop);
+    bench.run(100);
+    let ended: Vec<_> = bench.log.iter().map(|(_, a)| a.clone()).collect();
+    let wanted: Vec<_> = ALL
+        .iter()
+        .rev()
+        .map(|p| Action::Terminate { process: *p })
+        .collect();
+    assert_eq!(ended, wanted);
+    assert!(bench.supervisor.is_down());
+}
+
+#[test]
+fn nothing_starts_before_its_predecessor_shows_itself() {
+    let mut bench = Bench::new(REAL_TIME);
+    bench.run_without(500, &[Physics]);
+    assert_eq!(bench.alive, [(Physics, 1)]);
+}
+
+#[test]
+fn a_dead_process_comes_back_at_once_with_a_new_generation() {
+    let mut bench = Bench::up(REAL_TIME);
+    bench.end(Task, Exit::Signal(9));
+    bench.run(10);
+    assert!(bench.alive.contains(&(Task, 2)));
+    assert_eq!(bench.supervisor.restarts(Task), 1);
+    assert_eq!(bench.supervisor.restarts(Physics), 0);
+}
+
+#[test]
+fn a_crash_loop_slows_down_and_is_given_up() {
+    let mut bench = Bench::up(REAL_TIME);
+    for _ in 0..6 {
+        while !bench.alive.iter().any(|(p, _)| *p == Controller(0)) {
+            bench.run(5);
+        }
+        bench.end(Controller(0), Exit::Code(101));
+    }
+    let gaps: Vec<u64> = bench
+        .spawns(Controller(0))
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .collect();
+    assert!(gaps.windows(2).all(|w| w[1] > w[0]), "{gaps:?}");
+    assert_eq!(bench.gave_up(), Some(Controller(0)));
+    bench.run(5_000);
+    assert!(!bench.alive.iter().any(|(p, _)| *p == Controller(0)));
+}
+
+#[test]
+fn crashes_far_apart_never_add_up() {
+    let mut bench = Bench::up(REAL_TIME);
+    for _ in 0..20 {
+        bench.end(Task, Exit::Signal(11));
+        bench.run(3_000);
+    }
+    assert_eq!(bench.gave_up(), None);
+    assert!(bench.alive.contains(&(Task, 21)));
+}
+
+#[test]
+fn restarts_on_command_are_no_crash_loop() {
+    let mut bench = Bench::up(REAL_TIME);
+    for round in 0..20 {
+        let process = Task;
+        bench.tell(if round % 2 == 0 {
+            Event::Restart { process }
+        } else {
+            Event::KillAndRestart { process }
+        });
+        bench.run(60);
+    }
+    assert_eq!(bench.gave_up(), None);
+    assert!(bench.alive.contains(&(Task, 21)));
+}
+
+#[test]
+fn a_process_is_never_signalled_during_its_start_up() {
+    let mut bench = Bench::up(REAL_TIME);
+    bench.end(Task, Exit::Signal(9));
+    bench.run(5);
+    let born = bench.now / MS;
+    bench.tell(Event::Restart { process: Task });
+    bench.run(100);
+    let asked = bench
+        .log
+        .iter()
+        .find(|(_, a)| *a == Action::Terminate { process: Task })
+        .unwrap()
+        .0;
+    assert!(asked >= born + 50, "{asked} after {born}");
+    bench.end(Physics, Exit::Signal(9));
+    bench.run(5);
+    bench.log.clear();
+    bench.tell(Event::Stop);
+    bench.run(40);
+    assert!(
+        !bench
+            .log
+            .iter()
+            .any(|(_, a)| *a == Action::Terminate { process: Physics })
+    );
+    bench.run(60);
+    assert!(bench.supervisor.is_down());
+}
+
+#[test]
+fn a_hang_is_killed_after_its_limit() {
+    for (process, limit) in [
+        (Physics, 100),
+        (Controller(0), 100),
+        (Task, 500),
+        (Monitor, 2_000),
+    ] {
+        let mut bench = Bench::up(REAL_TIME);
+        let from = bench.now / MS;
+        bench.run_without(limit + 50, &[process]);
+        let (at, _) = bench
+            .log
+            .iter()
+            .find(|(_, a)| *a == Action::Kill { process })
+            .expect("killed");
+        assert!(
+            at - from >= limit && at - from <= limit + 20,
+            "{process:?} after {}",
+            at - from
+        );
+        bench.run(100);
+        assert!(bench.alive.contains(&(process, 2)));
+    }
+}
+
+#[test]
+fn messages_without_new_cycles_are_a_hang_too() {
+    let mut bench = Bench::up(REAL_TIME);
+    for _ in 0..40 {
+        bench.run_without(5, &[Physics]);
+        bench.tell(Event::Health {
+            process: Physics,
+            generation: 1,
+            cycles: 7,
+            fifo: true,
+        });
+    }
+    assert!(
+        bench
+            .log
+            .iter()
+            .any(|(_, a)| *a == Action::Kill { process: Physics })
+    );
+}
+
+#[test]
+fn a_launcher_that_was_not_scheduled_accuses_nobody() {
+    let mut bench = Bench::up(REAL_TIME);
+    bench.now += 3_000 * MS;
+    bench.run(50);
+    assert!(bench.log.is_empty(), "{:?}", bench.log);
+}
+
+#[test]
+fn the_watchdog_can_be_switched_off_and_waits_in_lockstep() {
+    let mut bench = Bench::up(Rules {
+        watchdog: false,
+        lockstep: false,
+    });
+    bench.run_without(10_000, &ALL);
+    assert!(bench.log.is_empty());
+    let mut bench = Bench::up(Rules {
+        watchdog: true,
+        lockstep: true,
+    });
+    bench.run_without(1_000, &[Physics, Controller(0), Task]);
+    assert!(bench.log.is_empty(), "{:?}", bench.log);
+}
+
+#[test]
+fn a_start_that_hangs_is_found() {
+    let mut bench = Bench::new(REAL_TIME);
+    bench.run_without(2_100, &[Physics]);
+    assert_eq!(bench.spawns(Physics).len(), 2);
+    bench.run_without(10_000, &[Physics]);
+    assert_eq!(bench.gave_up(), Some(Physics));
+    assert_eq!(bench.spawns(Physics).len(), 3);
+}
+
+#[test]
+fn a_stop_during_backoff_starts_nothing() {
+    let mut bench = Bench::up(REAL_TIME);
+    for _ in 0..3 {
+        bench.end(Task, Exit::Signal(9));
+        bench.run(5);
+        while !bench.alive.iter().any(|(p, _)| *p == Task) {
+            bench.run(5);
+        }
+    }
+    bench.end(Task, Exit::Signal(9));
+    bench.log.clear();
+    bench.tell(Event::Stop);
+    bench.run(3_000);
+    assert!(bench.spawns(Task).is_empty());
+    assert!(bench.supervisor.is_down());
+}
+
+#[test]
+fn a_configuration_error_is_not_tried_again() {
+    let mut bench = Bench::up(REAL_TIME);
+    bench.end(Physics, Exit::Code(3));
+    assert_eq!(bench.gave_up(), Some(Physics));
+}
+
+#[test]
+fn an_old_generation_changes_nothing() {
+    let mut bench = Bench::up(REAL_TIME);
+    bench.end(Task, Exit::Signal(9));
+    bench.run(100);
+    bench.log.clear();
+    bench.tell(Event::Exited {
+        process: Task,
+        generation: 1,
+        exit: Exit::Signal(9),
+    });
+    bench.run(50);
+    assert!(bench.log.is_empty());
+}
+
+#[test]
+fn who_leaves_at_the_end_of_the_run_stays_away() {
+    let mut bench = Bench::up(REAL_TIME);
+    bench.tell(Event::Ending);
+    for process in ALL {
+        bench.end(process, Exit::Code(0));
+    }
+    bench.run(100);
+    assert!(bench.log.is_empty());
+    assert!(bench.supervisor.is_down());
+}
+
+#[test]
+fn abort_kills_everything_at_once() {
+    let mut bench = Bench::up(REAL_TIME);
+    bench.tell(Event::Abort);
+    assert_eq!(bench.log.len(), 4);
+    assert!(bench.supervisor.is_down());
+}
+
+/// Every order of events to depth 5: no process exists twice, and a stop
+/// always ends with nothing running.
+#[test]
+fn every_order_of_events_ends_clean() {
+    let steps = 6_u32;
+    for code in 0..steps.pow(5) {
+        let mut bench = Bench::new(REAL_TIME);
+        for place in 0..5 {
+            match code / steps.pow(place) % steps {
+                0 => bench.run(5),
+                1 => bench.run_without(120, &[Physics]),
+                2 => bench.end(Physics, Exit::Signal(9)),
+                3 => bench.tell(Event::Restart { process: Physics }),
+                4 => bench.tell(Event::KillAndRestart { process: Task }),
+                _ => bench.run(60),
+            }
+            let mut processes: Vec<_> = bench.alive.iter().map(|(p, _)| *p).collect();
+            processes.sort_unstable();
+            processes.dedup();
+            assert_eq!(processes.len(), bench.alive.len(), "{code}");
+        }
+        bench.tell(Event::Stop);
+        bench.run(400);
+        assert!(
+            bench.supervisor.is_down() && bench.alive.is_empty(),
+            "{code}"
+        );
+    }
+}

@@ -1,0 +1,160 @@
+//! A cell started from the built programs, in a run directory of its own.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::program::{Said, finish, robocell, wait_for};
+
+/// A short directory in memory: names of sockets in it are limited to 108
+/// bytes.
+///
+/// # Panics
+/// Where it cannot be made.
+pub fn base() -> TempDir {
+    tempfile::Builder::new()
+        .prefix("rt")
+        .tempdir_in("/dev/shm")
+        .expect("a directory in memory")
+}
+
+/// A launcher that runs; dropping it kills it, and its processes with it.
+#[derive(Debug)]
+pub struct TestCell {
+    base: TempDir,
+    child: Option<Child>,
+}
+
+impl TestCell {
+    /// `robocell run ARGUMENTS` in its own run directory.
+    pub fn start(arguments: &[&str]) -> Self {
+        Self::start_in(base(), arguments)
+    }
+
+    /// As [`TestCell::start`], in a directory an earlier one may have used.
+    ///
+    /// # Panics
+    /// Where the program cannot be started.
+    pub fn start_in(base: TempDir, arguments: &[&str]) -> Self {
+        let all: Vec<&str> = ["run"].iter().chain(arguments).copied().collect();
+        let out = std::fs::File::create(base.path().join("stdout")).expect("a file for stdout");
+        let err = std::fs::File::create(base.path().join("stderr")).expect("a file for stderr");
+        let mut command = robocell(base.path(), &all);
+        let child = command
+            .stdout(Stdio::from(out))
+            .stderr(Stdio::from(err))
+            .spawn()
+            .expect("robocell starts");
+        Self {
+            base,
+            child: Some(child),
+        }
+    }
+
+    /// Where the run directories lie.
+    pub fn base(&self) -> &Path {
+        self.base.path()
+    }
+
+    /// The run directory.
+    pub fn run_dir(&self) -> PathBuf {
+        self.base.path().join("cell")
+    }
+
+    /// Process id of the launcher.
+    ///
+    /// # Panics
+    /// After its end.
+    pub fn launcher(&self) -> u32 {
+        self.child.as_ref().expect("the launcher runs").id()
+    }
+
+    /// Another `robocell` command about this cell.
+    pub fn ask(&self, arguments: &[&str]) -> Said {
+        finish(robocell(self.base.path(), arguments))
+    }
+
+    /// What `status --json` says, if the cell answers.
+    pub fn status(&self) -> Option<Value> {
+        let said = self.ask(&["status", "--json"]);
+        (said.code == 0).then(|| said.json())
+    }
+
+    /// Waits until `status --json` fulfils `condition`.
+    pub fn wait_status(&self, what: &str, condition: impl Fn(&Value) -> bool) -> Value {
+        wait_for(what, || self.status().filter(|status| condition(status)))
+    }
+
+    /// Waits until every process shows itself.
+    pub fn wait_up(&self) -> Value {
+        self.wait_status("all processes", |status| {
+            let processes = status["processes"].as_array();
+            processes.is_some_and(|all| all.iter().all(|process| process["pid"].is_u64()))
+        })
+    }
+
+    /// Waits for the launcher to end by itself.
+    ///
+    /// # Panics
+    /// Where it does not.
+    pub fn wait_end(&mut self) -> Said {
+        let mut child = self.child.take().expect("the launcher runs");
+        let status = wait_for("the end of the run", || {
+            child.try_wait().expect("its state is known")
+        });
+        let read =
+            |name: &str| std::fs::read_to_string(self.base.path().join(name)).unwrap_or_default();
+        Said {
+            code: status.code().unwrap_or(-1),
+            stdout: read("stdout"),
+            stderr: read("stderr"),
+        }
+    }
+
+    /// Ends the launcher without a word, as a crash would; gives the directory
+    /// back for the next start.
+    ///
+    /// # Panics
+    /// Where the launcher cannot be killed.
+    pub fn crash(mut self) -> TempDir {
+        let mut child = self.child.take().expect("the launcher runs");
+        child.kill().expect("it can be killed");
+        child.wait().expect("it ends");
+        std::mem::replace(&mut self.base, base())
+    }
+}
+
+impl Drop for TestCell {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.child {
+            child.kill().ok();
+            child.wait().ok();
+        }
+    }
+}
+
+/// The process `name` in a status, if it shows itself.
+pub fn process<'a>(status: &'a Value, name: &str) -> Option<&'a Value> {
+    status["processes"]
+        .as_array()?
+        .iter()
+        .find(|process| process["name"] == name && process["pid"].is_u64())
+}
+
+/// The pid of `name` in a status.
+///
+/// # Panics
+/// Where it does not show itself.
+pub fn pid(status: &Value, name: &str) -> u32 {
+    let pid = process(status, name).and_then(|process| process["pid"].as_u64());
+    u32::try_from(pid.unwrap_or_else(|| panic!("{name} is silent: {status}"))).expect("a pid")
+}
+
+/// The start count of `name` in a status; 0 where it is silent.
+pub fn generation(status: &Value, name: &str) -> u64 {
+    process(status, name)
+        .and_then(|process| process["generation"].as_u64())
+        .unwrap_or(0)
+}

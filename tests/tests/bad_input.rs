@@ -1,0 +1,227 @@
+//! Whatever a person gets wrong: one clear error, the documented exit code,
+//! nothing started.
+
+use std::path::Path;
+
+use robocell_tests::assert::{nothing_started, refused};
+use robocell_tests::cell::base;
+use robocell_tests::program::{Said, finish, robocell};
+
+/// `robocell ARGUMENTS` that has to be refused before anything is started.
+fn refuse(arguments: &[&str], code: i32, words: &[&str]) -> Said {
+    let base = base();
+    let said = finish(robocell(base.path(), arguments));
+    refused(&said, code, words);
+    nothing_started(base.path());
+    said
+}
+
+#[test]
+fn an_unknown_demo_is_answered_with_the_near_one() {
+    refuse(&["run", "franka-stak"], 3, &["franka-stak", "franka-stack"]);
+    refuse(
+        &["eval", "franka-stak", "--seeds", "1..2"],
+        3,
+        &["franka-stack"],
+    );
+}
+
+#[test]
+fn an_unknown_policy_is_answered_with_the_near_one() {
+    refuse(
+        &["run", "franka-stack", "--policy", "ifels"],
+        3,
+        &["ifels", "did you mean `ifelse`?", "fsm"],
+    );
+    refuse(
+        &["run", "franka-stack", "--one-process", "--policy", "x"],
+        3,
+        &["fsm, ifelse"],
+    );
+}
+
+#[test]
+fn a_wrong_command_line_is_usage() {
+    refuse(&["run"], 2, &["DEMO"]);
+    refuse(&["runn"], 2, &["run"]);
+    refuse(&["run", "franka-stack", "--sped", "1"], 2, &["--speed"]);
+    refuse(&["run", "franka-stack", "--speed", "fast"], 2, &["max"]);
+    refuse(
+        &["run", "franka-stack", "--timeout", "nan"],
+        2,
+        &["--timeout"],
+    );
+    refuse(&["run", "franka-stack", "--timeout", "-1"], 2, &["timeout"]);
+    refuse(&["run", "franka-stack", "--cell", "../x"], 2, &["letters"]);
+    refuse(
+        &["run", "franka-stack", "--xrdf", "a.xrdf"],
+        2,
+        &["--robot"],
+    );
+    refuse(&["target", "0.1", "nan", "0.2"], 2, &["finite"]);
+    refuse(&["target", "0.1", "0.1", "0.1", "0.2"], 2, &["roll"]);
+}
+
+#[test]
+fn a_missing_file_is_named() {
+    refuse(
+        &["run", "franka-stack", "--script", "/no/such.jsonl"],
+        3,
+        &["/no/such.jsonl"],
+    );
+    refuse(
+        &["run", "reach", "--robot", "/no/arm.urdf"],
+        3,
+        &["/no/arm.urdf"],
+    );
+    refuse(
+        &["run", "franka-stack", "--data", "/no/data"],
+        3,
+        &["/no/data"],
+    );
+}
+
+#[test]
+fn a_bad_script_is_named_with_its_line() {
+    let dir = base();
+    let path = dir.path().join("s.jsonl");
+    let file = path.to_str().unwrap();
+    for (text, words) in [
+        (
+            "{\"at_s\": 1, \"do\": \"pause\"}\n{\"at_s\": 1, \"do\": \"dragg\"}",
+            ["s.jsonl:2", "dragg"],
+        ),
+        (
+            "{\"at_s\": 1, \"do\": \"drag\", \"object\": \"blue_cub\", \"to\": [0, 0, 0]}",
+            ["blue_cub", "blue_cube"],
+        ),
+        ("{\"at_s\": -3, \"do\": \"pause\"}", ["s.jsonl:1", "at_s"]),
+    ] {
+        std::fs::write(&path, text).unwrap();
+        refuse(&["run", "franka-stack", "--script", file], 3, &words);
+    }
+}
+
+/// The shipped data with one line of a file changed.
+fn data_with(dir: &Path, file: &str, from: &str, to: &str) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    for folder in ["cells", "robots/panda"] {
+        std::fs::create_dir_all(dir.join(folder)).unwrap();
+        for entry in std::fs::read_dir(root.join(folder)).unwrap().flatten() {
+            if entry.path().is_file() {
+                std::fs::copy(entry.path(), dir.join(folder).join(entry.file_name())).unwrap();
+            }
+        }
+    }
+    let text = std::fs::read_to_string(dir.join(file)).unwrap();
+    assert!(text.contains(from), "{file} has no {from:?}");
+    std::fs::write(dir.join(file), text.replacen(from, to, 1)).unwrap();
+}
+
+fn refuse_cell(from: &str, to: &str, words: &[&str]) {
+    let dir = base();
+    data_with(dir.path(), "cells/franka-stack.toml", from, to);
+    refuse(
+        &[
+            "run",
+            "franka-stack",
+            "--data",
+            dir.path().to_str().unwrap(),
+        ],
+        3,
+        words,
+    );
+}
+
+#[test]
+fn a_typo_in_a_cell_file_is_answered_with_the_near_key() {
+    refuse_cell(
+        "clearance_m",
+        "clearence_m",
+        &["franka-stack.toml", "clearence_m", "clearance_m"],
+    );
+}
+
+#[test]
+fn nan_in_a_cell_file_is_named_with_its_key() {
+    refuse_cell(
+        "clearance_m = 0.1",
+        "clearance_m = nan #",
+        &["franka-stack.toml", "clearance_m", "nan"],
+    );
+}
+
+#[test]
+fn broken_toml_is_named_with_its_line() {
+    refuse_cell("[task]", "[task", &["franka-stack.toml"]);
+}
+
+fn refuse_urdf(text: &str, words: &[&str]) {
+    let dir = base();
+    let path = dir.path().join("arm.urdf");
+    std::fs::write(&path, text).unwrap();
+    refuse(
+        &["run", "reach", "--robot", path.to_str().unwrap()],
+        3,
+        words,
+    );
+}
+
+#[test]
+fn a_urdf_that_nests_20000_deep_is_refused() {
+    let text = format!(
+        "<robot name=\"a\">{}{}</robot>",
+        "<x>".repeat(20_000),
+        "</x>".repeat(20_000)
+    );
+    refuse_urdf(&text, &["arm.urdf", "deep"]);
+}
+
+#[test]
+fn a_urdf_whose_joints_form_a_circle_is_refused() {
+    let joint = |name: &str, parent: &str, child: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"{child}\"/>\
+             <axis xyz=\"0 0 1\"/><limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>"
+        )
+    };
+    let text = format!(
+        "<robot name=\"a\"><link name=\"a\"/><link name=\"b\"/>{}{}</robot>",
+        joint("j1", "a", "b"),
+        joint("j2", "b", "a")
+    );
+    refuse_urdf(&text, &["arm.urdf"]);
+}
+
+#[test]
+fn an_empty_or_cut_urdf_is_refused() {
+    for text in [
+        "",
+        "<robot name=\"a\">",
+        "\u{0}\u{1}\u{2}",
+        "<robot name=\"a\"></robot>",
+    ] {
+        refuse_urdf(text, &["arm.urdf"]);
+    }
+}
+
+#[test]
+fn what_needs_a_running_cell_says_that_there_is_none() {
+    for arguments in [
+        ["status"].as_slice(),
+        &["top", "--once"],
+        &["down"],
+        &["pause"],
+        &["resume"],
+        &["step", "5"],
+        &["reset"],
+        &["task", "pause"],
+        &["restart", "task"],
+        &["gripper", "open"],
+        &["target", "0.4", "-0.1", "0.3"],
+        &["drag", "red_cube", "--to", "0.4", "-0.1", "0.03"],
+        &["logs"],
+    ] {
+        refuse(arguments, 4, &["no cell `cell` is running", "robocell run"]);
+    }
+}

@@ -1,0 +1,140 @@
+//! The launcher as the keeper of its processes.
+
+use robocell_tests::assert::{all_gone, prefix, refused, segments};
+use robocell_tests::cell::{TestCell, generation, pid};
+use robocell_tests::fault::{freeze_and_wait, kill_and_wait};
+use robocell_tests::program::{finish, robocell, wait_for};
+
+const NAMES: [&str; 4] = ["physics", "controller-0", "task", "monitor"];
+
+fn idle_cell() -> TestCell {
+    TestCell::start(&["franka-stack", "--headless", "--paused"])
+}
+
+#[test]
+fn a_cell_comes_up_answers_and_goes_down_without_a_trace() {
+    let mut cell = idle_cell();
+    let status = cell.wait_up();
+    assert_eq!(
+        (&status["demo"], &status["paused"]),
+        (&"franka-stack".into(), &true.into())
+    );
+    let pids: Vec<u32> = NAMES.iter().map(|name| pid(&status, name)).collect();
+    let prefix = prefix(&cell.run_dir());
+    assert!(!segments(&prefix).is_empty());
+
+    let frame = cell.ask(&["top", "--once"]);
+    assert!(
+        NAMES.iter().all(|name| frame.stdout.contains(name)),
+        "{frame:?}"
+    );
+    assert_eq!(cell.ask(&["logs"]).code, 0);
+
+    assert_eq!(cell.ask(&["down"]).code, 0);
+    let said = cell.wait_end();
+    assert_eq!(said.code, 0, "{said:?}");
+    all_gone(&pids);
+    assert_eq!(segments(&prefix), Vec::<String>::new());
+    refused(&cell.ask(&["status"]), 4, &["no cell `cell`"]);
+}
+
+#[test]
+fn a_second_run_of_the_same_cell_is_told_who_was_first() {
+    let cell = idle_cell();
+    cell.wait_up();
+    let said = finish(robocell(cell.base(), &["run", "franka-stack"]));
+    refused(
+        &said,
+        3,
+        &[
+            "running already",
+            &format!("pid {}", cell.launcher()),
+            "UTC",
+            "robocell down",
+        ],
+    );
+    assert!(cell.status().is_some(), "the first one still runs");
+}
+
+#[test]
+fn each_process_is_brought_back_after_kill_9() {
+    let cell = idle_cell();
+    for name in NAMES {
+        kill_and_wait(&cell, name);
+    }
+    cell.wait_up();
+}
+
+#[test]
+fn a_stopped_process_is_replaced() {
+    let cell = idle_cell();
+    freeze_and_wait(&cell, "task");
+    freeze_and_wait(&cell, "controller-0");
+}
+
+#[test]
+fn restart_starts_one_process_anew_with_another_policy() {
+    let cell = idle_cell();
+    let before = cell.wait_up();
+    refused(
+        &cell.ask(&["restart", "task", "--policy", "ifels"]),
+        3,
+        &["did you mean `ifelse`?"],
+    );
+    let said = cell.ask(&["restart", "task", "--policy", "ifelse"]);
+    assert_eq!(said.code, 0, "{said:?}");
+    let after = cell.wait_status("a new task", |status| {
+        generation(status, "task") > generation(&before, "task")
+    });
+    assert_eq!(pid(&before, "physics"), pid(&after, "physics"));
+}
+
+#[test]
+fn children_end_with_a_launcher_that_was_killed_and_the_next_start_is_clean() {
+    let cell = idle_cell();
+    let status = cell.wait_up();
+    let pids: Vec<u32> = NAMES.iter().map(|name| pid(&status, name)).collect();
+    let old = prefix(&cell.run_dir());
+    let base = cell.crash();
+    all_gone(&pids);
+
+    let cell = TestCell::start_in(base, &["franka-stack", "--headless", "--paused"]);
+    cell.wait_up();
+    assert_eq!(segments(&old), Vec::<String>::new());
+    let said = std::fs::read_to_string(cell.base().join("stderr")).unwrap();
+    assert_eq!(
+        said.matches("removed what a run that crashed had left")
+            .count(),
+        1,
+        "{said}"
+    );
+}
+
+#[test]
+fn two_cells_run_side_by_side() {
+    let cell = idle_cell();
+    let base = cell.base().to_owned();
+    let mut other = robocell(
+        &base,
+        &[
+            "run",
+            "franka-stack",
+            "--headless",
+            "--paused",
+            "--cell",
+            "other",
+        ],
+    );
+    let mut other = other.stdout(std::process::Stdio::null()).spawn().unwrap();
+    cell.wait_up();
+    wait_for("the other cell", || {
+        let said = finish(robocell(&base, &["status", "--cell", "other", "--json"]));
+        (said.code == 0).then_some(())
+    });
+    assert_eq!(
+        finish(robocell(&base, &["down", "--cell", "other"])).code,
+        0
+    );
+    assert!(other.wait().unwrap().success());
+    assert!(cell.status().is_some());
+}
