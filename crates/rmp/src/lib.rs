@@ -11,13 +11,35 @@
 #![deny(unsafe_code)]
 
 mod chain;
+mod error;
+mod evaluate;
+mod flow;
+mod kinematics;
+mod lanes;
+mod leaves;
 mod limits;
+mod obstacles;
 mod parameters;
+mod pullback;
+mod resolve;
+mod setup;
+mod simd;
+mod state;
+mod tree;
+mod validate;
 
 pub use chain::{Chain, ChainError, Frame, Joint, JointKind, MAX_JOINTS};
+pub use error::{FlowError, ParameterError, SetupError};
+pub use flow::{Clearance, CollisionSphere, RmpFlow, RmpFlowSetup, StepReport, TargetId};
+pub use kinematics::PointMotion;
 pub use limits::{JointLimits, LimitsError};
+pub use obstacles::{Obstacle, ObstacleError, ObstacleId, ObstacleSet};
 pub use parameters::{
     AxisTargetParameters, BodyCapsule, BodyCollisionController, CanonicalResolveParameters,
     CollisionParameters, CspaceTargetParameters, DampingParameters, JointLimitParameters,
     JointVelocityCapParameters, RmpFlowParameters, TargetParameters,
 };
+pub use pullback::Root;
+pub use resolve::cell::{ClipFlags, brake};
+pub use resolve::exact::Outcome;
+pub use state::MotionState;

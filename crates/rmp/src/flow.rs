@@ -1,0 +1,369 @@
+//! The controller: leaves, their sum, and the two ways to step.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, Isometry3, Matrix3, UnitQuaternion, Vector3};
+
+use crate::kinematics::Kinematics;
+use crate::leaves::collision::Constants;
+use crate::leaves::joint_limit::Range;
+use crate::obstacles::Block;
+use crate::pullback::Pullback;
+use crate::resolve::cell::CellResolve;
+use crate::resolve::cholesky::Cholesky;
+use crate::resolve::exact;
+use crate::setup;
+use crate::simd::Path;
+use crate::state::check_values;
+use crate::tree::Attachment;
+use crate::{
+    Chain, ClipFlags, FlowError, JointLimits, MotionState, ObstacleSet, Outcome, RmpFlowParameters,
+    Root, SetupError,
+};
+
+/// A sphere of the robot that keeps away from obstacles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CollisionSphere {
+    /// Name of the frame that carries it.
+    pub frame: String,
+    /// Centre in that frame, m.
+    pub center: Vector3<f64>,
+    /// Radius, m, >= 0.
+    pub radius: f64,
+}
+
+/// What an [`RmpFlow`] is built from.
+#[derive(Debug, Clone, Copy)]
+pub struct RmpFlowSetup<'a> {
+    /// The robot.
+    pub chain: &'a Chain,
+    /// The controlled joints in the order of every joint vector.
+    pub joint_names: &'a [String],
+    /// Default positions by joint name (rad or m): the posture of the controlled
+    /// joints, and where all others stand for good. A joint not named stands at
+    /// zero moved into its limits.
+    pub default_positions: &'a BTreeMap<String, f64>,
+    /// Spheres that keep away from obstacles.
+    pub spheres: &'a [CollisionSphere],
+    /// The tuning.
+    pub parameters: &'a RmpFlowParameters,
+    /// Most obstacles there will ever be.
+    pub obstacle_capacity: usize,
+}
+
+/// Names one target frame of an [`RmpFlow`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TargetId(usize);
+
+/// A frame with its targets, if any.
+#[derive(Debug, Clone)]
+pub(crate) struct TargetFrame {
+    pub(crate) attachment: Attachment,
+    pub(crate) position: Option<Vector3<f64>>,
+    pub(crate) orientation: Option<Matrix3<f64>>,
+}
+
+/// A sphere at an attachment's origin.
+#[derive(Debug, Clone)]
+pub(crate) struct Ball {
+    pub(crate) attachment: Attachment,
+    pub(crate) radius: f64,
+}
+
+/// The nearest approach of the robot's spheres to an enabled obstacle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Clearance {
+    /// Signed distance of the surfaces, m.
+    pub distance: f64,
+    /// Index of the sphere in [`RmpFlowSetup::spheres`].
+    pub sphere: usize,
+}
+
+/// What happened in one step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepReport {
+    /// Nearest approach before the step; `None` without obstacles or spheres.
+    pub clearance: Option<Clearance>,
+    /// Which limits were active; always clear for `step_exact`.
+    pub clips: ClipFlags,
+    /// How the resolve ended. In `step_cell`, `Shortened` says that a limit was
+    /// active, `Singular` that the joints braked instead.
+    pub outcome: Outcome,
+}
+
+/// The controller. After construction nothing allocates, except errors and
+/// [`RmpFlow::add_target_frame`].
+#[derive(Debug, Clone)]
+pub struct RmpFlow {
+    pub(crate) chain: Chain,
+    pub(crate) parameters: RmpFlowParameters,
+    pub(crate) constants: Constants,
+    pub(crate) kinematics: Kinematics,
+    pub(crate) ranges: Vec<Range>,
+    pub(crate) posture: Vec<f64>,
+    pub(crate) targets: Vec<TargetFrame>,
+    pub(crate) balls: Vec<Ball>,
+    pub(crate) body_balls: Vec<Ball>,
+    pub(crate) body_blocks: Vec<Block>,
+    pub(crate) obstacles: ObstacleSet,
+    pub(crate) path: Path,
+    pub(crate) pullback: Pullback,
+    pub(crate) root: Root,
+    pub(crate) clearance: Option<Clearance>,
+    pub(crate) factor: Cholesky,
+    pub(crate) scratch: Vec<f64>,
+    pub(crate) acceleration: Vec<f64>,
+    pub(crate) cell: CellResolve,
+}
+
+impl RmpFlow {
+    /// Builds a controller with its posture at the default positions, no target
+    /// frame and no obstacle, at rest in its default configuration.
+    ///
+    /// # Errors
+    /// [`SetupError`] for names the robot does not have and numbers out of range.
+    pub fn new(setup: &RmpFlowSetup) -> Result<Self, SetupError> {
+        setup::build(setup)
+    }
+
+    /// Number of controlled joints.
+    pub fn joint_count(&self) -> usize {
+        self.posture.len()
+    }
+
+    /// The posture (c-space attractor), rad or m.
+    pub fn posture(&self) -> &[f64] {
+        &self.posture
+    }
+
+    /// Sets the posture, rad or m.
+    ///
+    /// # Errors
+    /// [`SetupError::Length`] or [`SetupError::NotFinite`]; nothing is changed.
+    pub fn set_posture(&mut self, posture: &[f64]) -> Result<(), SetupError> {
+        check_values("posture", posture, self.joint_count())?;
+        self.posture.copy_from_slice(posture);
+        Ok(())
+    }
+
+    /// Adds a frame that can be given targets. Its drag and inertia act at once.
+    ///
+    /// # Errors
+    /// [`SetupError::UnknownFrame`].
+    pub fn add_target_frame(&mut self, name: &str) -> Result<TargetId, SetupError> {
+        let attachment = self.attachment(name, "as target frame")?;
+        self.targets.push(TargetFrame {
+            attachment,
+            position: None,
+            orientation: None,
+        });
+        Ok(TargetId(self.targets.len() - 1))
+    }
+
+    /// Sets or clears the position target of a frame, m in the base frame.
+    ///
+    /// # Errors
+    /// [`SetupError::NotFinite`]; nothing is changed.
+    pub fn set_position_target(
+        &mut self,
+        id: TargetId,
+        position: Option<Vector3<f64>>,
+    ) -> Result<(), SetupError> {
+        if let Some(&value) = position
+            .as_ref()
+            .and_then(|p| p.iter().find(|x| !x.is_finite()))
+        {
+            return Err(SetupError::NotFinite {
+                what: "position target".into(),
+                value,
+            });
+        }
+        if let Some(frame) = self.targets.get_mut(id.0) {
+            frame.position = position;
+        }
+        Ok(())
+    }
+
+    /// Sets or clears the orientation target of a frame, in the base frame.
+    ///
+    /// # Errors
+    /// [`SetupError::NotFinite`]; nothing is changed.
+    pub fn set_orientation_target(
+        &mut self,
+        id: TargetId,
+        orientation: Option<UnitQuaternion<f64>>,
+    ) -> Result<(), SetupError> {
+        let coords = orientation.map(|o| o.coords);
+        if let Some(&value) = coords
+            .as_ref()
+            .and_then(|c| c.iter().find(|x| !x.is_finite()))
+        {
+            return Err(SetupError::NotFinite {
+                what: "orientation target".into(),
+                value,
+            });
+        }
+        if let Some(frame) = self.targets.get_mut(id.0) {
+            frame.orientation = orientation.map(|o| o.to_rotation_matrix().into_inner());
+        }
+        Ok(())
+    }
+
+    /// The obstacles.
+    pub fn obstacles(&self) -> &ObstacleSet {
+        &self.obstacles
+    }
+
+    /// The obstacles, to be moved, enabled and disabled between steps.
+    pub fn obstacles_mut(&mut self) -> &mut ObstacleSet {
+        &mut self.obstacles
+    }
+
+    /// Sums all leaves at joint positions `q` (rad or m) and velocities `qd`
+    /// (rad/s or m/s).
+    ///
+    /// # Errors
+    /// [`SetupError::Length`] or [`SetupError::NotFinite`].
+    pub fn evaluate(&mut self, q: &[f64], qd: &[f64]) -> Result<&Root, SetupError> {
+        let joints = self.joint_count();
+        check_values("joint positions", q, joints)?;
+        check_values("joint velocities", qd, joints)?;
+        self.sum_leaves(q, qd);
+        Ok(&self.root)
+    }
+
+    /// The sum of the last evaluation.
+    pub fn root(&self) -> &Root {
+        &self.root
+    }
+
+    /// Nearest approach found by the last evaluation.
+    pub fn clearance(&self) -> Option<Clearance> {
+        self.clearance
+    }
+
+    /// Resolves the last evaluation as published: `M^-1 f` within the trust region
+    /// on the norm. rad/s^2 or m/s^2.
+    pub fn resolve_exact(&mut self) -> (&[f64], Outcome) {
+        let outcome = exact::resolve(
+            &mut self.factor,
+            &mut self.scratch,
+            &self.root.metric,
+            &self.root.force,
+            self.parameters.canonical_resolve.max_acceleration_norm,
+            &mut self.acceleration,
+        );
+        (&self.acceleration, outcome)
+    }
+
+    /// Evaluates, resolves exactly and integrates `state` by `dt` seconds with
+    /// explicit Euler: the positions move with the old velocities.
+    ///
+    /// # Errors
+    /// [`FlowError`]; `state` is left as it is.
+    pub fn step_exact(
+        &mut self,
+        state: &mut MotionState,
+        dt: f64,
+    ) -> Result<StepReport, FlowError> {
+        check_dt(dt)?;
+        state.check(self.joint_count())?;
+        self.sum_leaves(&state.positions, &state.velocities);
+        let (_, outcome) = self.resolve_exact();
+        state.integrate(&self.acceleration, dt);
+        Ok(StepReport {
+            clearance: self.clearance,
+            clips: ClipFlags::default(),
+            outcome,
+        })
+    }
+
+    /// Evaluates, resolves within `limits` and integrates `state` by `dt` seconds
+    /// with explicit Euler. `state` must hold the previous command.
+    ///
+    /// # Errors
+    /// [`FlowError`]; `state` is left as it is.
+    pub fn step_cell(
+        &mut self,
+        state: &mut MotionState,
+        limits: &JointLimits,
+        dt: f64,
+    ) -> Result<StepReport, FlowError> {
+        check_dt(dt)?;
+        state.check(self.joint_count())?;
+        limits.validate(self.joint_count())?;
+        self.sum_leaves(&state.positions, &state.velocities);
+        let (clips, solved) =
+            self.cell
+                .resolve(&self.root, state, limits, dt, &mut self.acceleration);
+        state.integrate(&self.acceleration, dt);
+        let outcome = match (solved, clips.is_clear()) {
+            (false, _) => Outcome::Singular,
+            (true, true) => Outcome::Free,
+            (true, false) => Outcome::Shortened,
+        };
+        Ok(StepReport {
+            clearance: self.clearance,
+            clips,
+            outcome,
+        })
+    }
+
+    /// Pose of a target frame at the last evaluation, base frame.
+    pub fn target_frame_pose(&self, id: TargetId) -> Option<Isometry3<f64>> {
+        let frame = self.targets.get(id.0)?;
+        Some(self.kinematics.pose(&frame.attachment))
+    }
+
+    /// Pose of a target frame at joint positions `q`, base frame. The kinematics
+    /// stay at `q` until the next evaluation.
+    ///
+    /// # Errors
+    /// [`SetupError::Length`] or [`SetupError::NotFinite`].
+    pub fn target_frame_pose_at(
+        &mut self,
+        id: TargetId,
+        q: &[f64],
+    ) -> Result<Option<Isometry3<f64>>, SetupError> {
+        check_values("joint positions", q, self.joint_count())?;
+        self.scratch.fill(0.0);
+        self.kinematics.update(q, &self.scratch);
+        Ok(self.target_frame_pose(id))
+    }
+
+    /// Writes the 6 x N Jacobian of a target frame's origin at the last
+    /// evaluation: rows linear then angular, base frame. `out` must be 6 x N.
+    ///
+    /// # Errors
+    /// [`SetupError::Length`] when `out` has another size.
+    pub fn target_frame_jacobian(
+        &self,
+        id: TargetId,
+        out: &mut DMatrix<f64>,
+    ) -> Result<(), SetupError> {
+        if out.shape() != (6, self.joint_count()) {
+            return Err(SetupError::Length {
+                what: "Jacobian (6 rows, one column a joint)",
+                found: out.ncols(),
+                expected: self.joint_count(),
+            });
+        }
+        if let Some(frame) = self.targets.get(id.0) {
+            self.kinematics.jacobian(&frame.attachment, out);
+        }
+        Ok(())
+    }
+
+    fn attachment(&self, name: &str, wanted_by: &str) -> Result<Attachment, SetupError> {
+        setup::attach(&self.chain, &self.kinematics.tree, name, wanted_by)
+    }
+}
+
+/// A step must be a positive time of at most a second.
+pub(crate) fn check_dt(dt: f64) -> Result<(), FlowError> {
+    if dt > 0.0 && dt <= 1.0 {
+        Ok(())
+    } else {
+        Err(FlowError::Step { dt })
+    }
+}

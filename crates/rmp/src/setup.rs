@@ -1,0 +1,164 @@
+//! Building a controller from checked data.
+
+use nalgebra::Vector3;
+
+use crate::flow::Ball;
+use crate::kinematics::Kinematics;
+use crate::leaves::collision::Constants;
+use crate::leaves::joint_limit::Range;
+use crate::pullback::Pullback;
+use crate::resolve::cell::CellResolve;
+use crate::resolve::cholesky::Cholesky;
+use crate::simd::Path;
+use crate::tree::{Attachment, Tree, default_of};
+use crate::{
+    Chain, Obstacle, ObstacleSet, RmpFlow, RmpFlowParameters, RmpFlowSetup, Root, SetupError,
+};
+
+pub(crate) fn build(setup: &RmpFlowSetup) -> Result<RmpFlow, SetupError> {
+    let parameters = setup.parameters.clone();
+    parameters.validate()?;
+    let tree = Tree::new(setup.chain, setup.joint_names, setup.default_positions)?;
+    let joints = setup.joint_names.len();
+    let mut flow = RmpFlow {
+        chain: setup.chain.clone(),
+        constants: Constants::new(&parameters.collision),
+        ranges: ranges(setup)?,
+        posture: posture(setup),
+        targets: Vec::new(),
+        balls: balls(setup, &tree)?,
+        body_balls: body_balls(setup.chain, &tree, &parameters)?,
+        body_blocks: body_capsules(&parameters)?.blocks().to_vec(),
+        obstacles: ObstacleSet::with_capacity(setup.obstacle_capacity),
+        path: Path::best(),
+        kinematics: Kinematics::new(tree),
+        pullback: Pullback::new(joints),
+        root: Root::new(joints),
+        clearance: None,
+        factor: Cholesky::new(joints),
+        scratch: vec![0.0; joints],
+        acceleration: vec![0.0; joints],
+        cell: CellResolve::new(joints),
+        parameters,
+    };
+    let (q, qd) = (flow.posture.clone(), vec![0.0; joints]);
+    flow.sum_leaves(&q, &qd);
+    Ok(flow)
+}
+
+/// Attaches the named frame, or says who wanted it.
+pub(crate) fn attach(
+    chain: &Chain,
+    tree: &Tree,
+    name: &str,
+    wanted_by: &str,
+) -> Result<Attachment, SetupError> {
+    attach_at(chain, tree, name, Vector3::zeros(), wanted_by)
+}
+
+fn attach_at(
+    chain: &Chain,
+    tree: &Tree,
+    name: &str,
+    local: Vector3<f64>,
+    wanted_by: &str,
+) -> Result<Attachment, SetupError> {
+    chain
+        .frames()
+        .iter()
+        .find(|frame| frame.name == name)
+        .map(|frame| tree.attach(frame, local))
+        .ok_or_else(|| SetupError::UnknownFrame {
+            name: name.to_owned(),
+            wanted_by: wanted_by.to_owned(),
+        })
+}
+
+/// Position limits of the controlled joints less their buffers.
+fn ranges(setup: &RmpFlowSetup) -> Result<Vec<Range>, SetupError> {
+    let buffers = &setup.parameters.joint_limit_buffers;
+    if buffers.len() != setup.joint_names.len() {
+        return Err(SetupError::Length {
+            what: "joint_limit_buffers",
+            found: buffers.len(),
+            expected: setup.joint_names.len(),
+        });
+    }
+    let joint = |name: &String| setup.chain.joints().iter().find(|j| j.name == *name);
+    let mut ranges = Vec::with_capacity(buffers.len());
+    for (name, &buffer) in setup.joint_names.iter().zip(buffers) {
+        let joint = joint(name).ok_or_else(|| SetupError::UnknownJoint { name: name.clone() })?;
+        let range = Range {
+            lower: joint.lower + buffer,
+            upper: joint.upper - buffer,
+        };
+        if range.lower >= range.upper {
+            return Err(SetupError::Buffer {
+                joint: name.clone(),
+                lower: joint.lower,
+                upper: joint.upper,
+                buffer,
+            });
+        }
+        ranges.push(range);
+    }
+    Ok(ranges)
+}
+
+fn posture(setup: &RmpFlowSetup) -> Vec<f64> {
+    let joints = setup.chain.joints();
+    let default = |name: &String| {
+        let joint = joints.iter().find(|j| j.name == *name);
+        joint.map_or(0.0, |j| default_of(j, setup.default_positions))
+    };
+    setup.joint_names.iter().map(default).collect()
+}
+
+/// The spheres that move; one that stands still in the base has no leaf.
+fn balls(setup: &RmpFlowSetup, tree: &Tree) -> Result<Vec<Ball>, SetupError> {
+    let mut balls = Vec::with_capacity(setup.spheres.len());
+    for sphere in setup.spheres {
+        let numbers = sphere.center.iter().chain(std::iter::once(&sphere.radius));
+        for &value in numbers {
+            if !value.is_finite() || sphere.radius < 0.0 {
+                return Err(SetupError::NotFinite {
+                    what: format!("a collision sphere of frame '{}'", sphere.frame),
+                    value,
+                });
+            }
+        }
+        let wanted_by = "a collision sphere";
+        let attachment = attach_at(setup.chain, tree, &sphere.frame, sphere.center, wanted_by)?;
+        balls.push(Ball {
+            attachment,
+            radius: sphere.radius,
+        });
+    }
+    Ok(balls)
+}
+
+fn body_balls(
+    chain: &Chain,
+    tree: &Tree,
+    parameters: &RmpFlowParameters,
+) -> Result<Vec<Ball>, SetupError> {
+    let mut balls = Vec::with_capacity(parameters.body_collision_controllers.len());
+    for controller in &parameters.body_collision_controllers {
+        let attachment = attach(chain, tree, &controller.name, "body_collision_controllers")?;
+        if attachment.joint.is_some() {
+            balls.push(Ball {
+                attachment,
+                radius: controller.radius,
+            });
+        }
+    }
+    Ok(balls)
+}
+
+fn body_capsules(parameters: &RmpFlowParameters) -> Result<ObstacleSet, SetupError> {
+    let mut set = ObstacleSet::with_capacity(parameters.body_capsules.len());
+    for capsule in &parameters.body_capsules {
+        set.add(Obstacle::capsule(capsule.pt1, capsule.pt2, capsule.radius))?;
+    }
+    Ok(set)
+}

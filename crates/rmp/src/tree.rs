@@ -1,0 +1,150 @@
+//! The controlled part of a [`Chain`]: joints that do not move are folded into
+//! constants, and every axis is turned onto the local z axis, so that a joint
+//! costs one mixing of two columns.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+
+use crate::{Chain, Joint, JointKind, SetupError};
+
+/// One controlled joint, z being its axis.
+#[derive(Debug, Clone)]
+pub(crate) struct TreeJoint {
+    pub(crate) parent: Option<usize>,
+    /// Index in the caller's order of controlled joints.
+    pub(crate) slot: usize,
+    pub(crate) kind: JointKind,
+    /// Rotation and offset in the parent's aligned frame at position zero.
+    pub(crate) rotation: Matrix3<f64>,
+    pub(crate) offset: Vector3<f64>,
+}
+
+/// A pose that moves rigidly with one controlled joint, or with none.
+#[derive(Debug, Clone)]
+pub(crate) struct Attachment {
+    /// Index in evaluation order; `None` stands still in the base.
+    pub(crate) joint: Option<usize>,
+    pub(crate) rotation: Matrix3<f64>,
+    pub(crate) offset: Vector3<f64>,
+}
+
+/// Controlled joints in evaluation order (parents first).
+#[derive(Debug, Clone)]
+pub(crate) struct Tree {
+    pub(crate) joints: Vec<TreeJoint>,
+    /// For each joint of the chain: what carries its child frame.
+    carriers: Vec<(Option<usize>, Isometry3<f64>)>,
+}
+
+impl Tree {
+    /// Folds `chain` down to the joints named in `controlled`; all others stand
+    /// at their default position (zero moved into their limits where none given).
+    pub(crate) fn new(
+        chain: &Chain,
+        controlled: &[String],
+        defaults: &BTreeMap<String, f64>,
+    ) -> Result<Self, SetupError> {
+        check_names(chain, controlled, defaults)?;
+        let mut tree = Self {
+            joints: Vec::with_capacity(controlled.len()),
+            carriers: Vec::with_capacity(chain.joints().len()),
+        };
+        for joint in chain.joints() {
+            let (carrier, pose) = tree.carrier(joint.parent);
+            let origin = pose * joint.origin;
+            let folded = match controlled.iter().position(|name| *name == joint.name) {
+                Some(slot) => tree.add(joint, slot, carrier, &origin),
+                None => (carrier, origin * motion(joint, default_of(joint, defaults))),
+            };
+            tree.carriers.push(folded);
+        }
+        Ok(tree)
+    }
+
+    /// Where a frame of the chain, moved by `local` (m, in the frame), is attached.
+    pub(crate) fn attach(&self, frame: &crate::Frame, local: Vector3<f64>) -> Attachment {
+        let (joint, pose) = self.carrier(frame.joint);
+        let pose = pose * frame.pose * Translation3::from(local);
+        Attachment {
+            joint,
+            rotation: pose.rotation.to_rotation_matrix().into_inner(),
+            offset: pose.translation.vector,
+        }
+    }
+
+    fn carrier(&self, chain_joint: Option<usize>) -> (Option<usize>, Isometry3<f64>) {
+        chain_joint
+            .and_then(|j| self.carriers.get(j).copied())
+            .unwrap_or((None, Isometry3::identity()))
+    }
+
+    fn add(
+        &mut self,
+        joint: &Joint,
+        slot: usize,
+        carrier: Option<usize>,
+        origin: &Isometry3<f64>,
+    ) -> (Option<usize>, Isometry3<f64>) {
+        // No rotation is unique when the axis is -z: half a turn about x serves.
+        let align = UnitQuaternion::rotation_between(&Vector3::z(), &joint.axis)
+            .unwrap_or_else(|| UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0.0, 1.0, 0.0, 0.0)));
+        self.joints.push(TreeJoint {
+            parent: carrier,
+            slot,
+            kind: joint.kind,
+            rotation: (origin.rotation * align).to_rotation_matrix().into_inner(),
+            offset: origin.translation.vector,
+        });
+        let child = Isometry3::from_parts(Translation3::identity(), align.inverse());
+        (Some(self.joints.len() - 1), child)
+    }
+}
+
+fn motion(joint: &Joint, position: f64) -> Isometry3<f64> {
+    match joint.kind {
+        JointKind::Revolute => Isometry3::from_parts(
+            Translation3::identity(),
+            UnitQuaternion::new(joint.axis * position),
+        ),
+        JointKind::Prismatic => Isometry3::from(Translation3::from(joint.axis * position)),
+    }
+}
+
+/// Default position of a joint: as given, else zero moved into the limits.
+pub(crate) fn default_of(joint: &Joint, defaults: &BTreeMap<String, f64>) -> f64 {
+    defaults
+        .get(&joint.name)
+        .copied()
+        .unwrap_or_else(|| 0.0_f64.max(joint.lower).min(joint.upper))
+}
+
+fn check_names(
+    chain: &Chain,
+    controlled: &[String],
+    defaults: &BTreeMap<String, f64>,
+) -> Result<(), SetupError> {
+    if controlled.is_empty() {
+        return Err(SetupError::NoJoints);
+    }
+    for (index, name) in controlled.iter().enumerate() {
+        if chain.joint_index(name).is_none() {
+            return Err(SetupError::UnknownJoint { name: name.clone() });
+        }
+        if controlled.iter().take(index).any(|other| other == name) {
+            return Err(SetupError::RepeatedJoint { name: name.clone() });
+        }
+    }
+    for (name, &value) in defaults {
+        if chain.joint_index(name).is_none() {
+            return Err(SetupError::UnknownJoint { name: name.clone() });
+        }
+        if !value.is_finite() {
+            return Err(SetupError::NotFinite {
+                what: format!("default position of joint '{name}'"),
+                value,
+            });
+        }
+    }
+    Ok(())
+}
