@@ -1,0 +1,63 @@
+//! The one place where the engine's vectors meet nalgebra's and the wire's.
+
+use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use rapier3d_f64::math::{Matrix, Pose, Rotation, Vector};
+
+/// nalgebra to engine.
+pub(crate) fn to_vector(v: &Vector3<f64>) -> Vector {
+    Vector::new(v.x, v.y, v.z)
+}
+
+/// Engine to nalgebra.
+pub(crate) fn from_vector(v: Vector) -> Vector3<f64> {
+    Vector3::new(v.x, v.y, v.z)
+}
+
+/// nalgebra to engine.
+pub(crate) fn to_pose(pose: &Isometry3<f64>) -> Pose {
+    let q = pose.rotation;
+    Pose::from_parts(to_vector(&pose.translation.vector), Rotation::from_xyzw(q.i, q.j, q.k, q.w))
+}
+
+/// Engine to nalgebra.
+pub(crate) fn from_pose(pose: &Pose) -> Isometry3<f64> {
+    let q = pose.rotation;
+    let rotation = UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z));
+    Isometry3::from_parts(Translation3::from(from_vector(pose.translation)), rotation)
+}
+
+/// nalgebra to engine, by columns.
+pub(crate) fn to_matrix(m: &Matrix3<f64>) -> Matrix {
+    Matrix::from_cols_array(&[m[(0, 0)], m[(1, 0)], m[(2, 0)], m[(0, 1)], m[(1, 1)], m[(2, 1)], m[(0, 2)], m[(1, 2)], m[(2, 2)]])
+}
+
+/// nalgebra to the wire, normalised there.
+pub(crate) fn to_wire(pose: &Isometry3<f64>) -> ipc_types::Pose {
+    let q = UnitQuaternion::new_normalize(*pose.rotation.quaternion());
+    ipc_types::Pose {
+        position: pose.translation.vector.into(),
+        orientation_wxyz: [q.w, q.i, q.j, q.k],
+    }
+}
+
+/// Wire to nalgebra.
+pub(crate) fn from_wire(pose: &ipc_types::Pose) -> Isometry3<f64> {
+    let [w, x, y, z] = pose.orientation_wxyz;
+    let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+    Isometry3::from_parts(Translation3::from(Vector3::from(pose.position)), rotation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pose_comes_back_from_the_engine_and_from_the_wire() {
+        let rotation = UnitQuaternion::from_euler_angles(0.3, -0.2, 1.1);
+        let pose = Isometry3::from_parts(Translation3::new(1.0, -2.0, 3.0), rotation);
+        assert!((from_pose(&to_pose(&pose)).to_matrix() - pose.to_matrix()).norm() < 1e-15);
+        assert!((from_wire(&to_wire(&pose)).to_matrix() - pose.to_matrix()).norm() < 1e-15);
+        let turned = to_matrix(rotation.to_rotation_matrix().matrix()) * Vector::new(1.0, 2.0, 3.0);
+        assert!((from_vector(turned) - rotation * Vector3::new(1.0, 2.0, 3.0)).norm() < 1e-15);
+    }
+}

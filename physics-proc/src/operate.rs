@@ -1,0 +1,110 @@
+//! Requests of people.
+
+use ipc_types::operator::{OperatorAction, ReplyCode};
+use ipc_types::{OperatorRequest, Validate};
+
+use crate::drag::Drag;
+use crate::world::World;
+
+/// An answer: a code, and what to tell the person (empty when accepted).
+type Reply = (ReplyCode, String);
+
+impl World {
+    /// Acts on a request. Pause, resume, step, script and end belong to the
+    /// process around the world and are refused here.
+    pub fn operate(&mut self, action: OperatorAction, request: &OperatorRequest) -> Reply {
+        if let Err(invalid) = request.validate() {
+            return (ReplyCode::OutOfRange, invalid.to_string());
+        }
+        match action {
+            OperatorAction::Ping => accepted(),
+            OperatorAction::Reset => self.reset_scene(),
+            OperatorAction::Drag => self.drag(request),
+            OperatorAction::Target => self.target(request),
+            OperatorAction::Gripper => self.gripper(request),
+            OperatorAction::TaskStart => count(&mut self.memory.panel.task_start),
+            OperatorAction::TaskReset => count(&mut self.memory.panel.task_reset),
+            OperatorAction::TaskPause => self.pause_task(true),
+            OperatorAction::TaskResume => self.pause_task(false),
+            OperatorAction::DropParts | OperatorAction::AddBin => {
+                (ReplyCode::NotInThisCell, "this cell has no dispenser and no conveyor".to_owned())
+            }
+            OperatorAction::Pause
+            | OperatorAction::Resume
+            | OperatorAction::Step
+            | OperatorAction::ScriptDone
+            | OperatorAction::End => (ReplyCode::NotInThisCell, "the world has no clock of its own".to_owned()),
+        }
+    }
+
+    fn reset_scene(&mut self) -> Reply {
+        match self.reset() {
+            Ok(()) => accepted(),
+            Err(error) => (ReplyCode::OutOfRange, error.to_string()),
+        }
+    }
+
+    fn drag(&mut self, request: &OperatorRequest) -> Reply {
+        let object = request.object as usize;
+        let Some(pose) = self.object_pose(object) else {
+            let count = self.objects.len();
+            return (ReplyCode::UnknownObject, format!("object {object} is not here; this cell has {count}"));
+        };
+        let target = request.pose.position;
+        let far = target.iter().any(|x| x.abs() > 20.0);
+        if far || request.seconds < 0.0 {
+            return (ReplyCode::OutOfRange, "the place must be within 20 m and the time not negative".to_owned());
+        }
+        self.memory.drags.retain(|drag| drag.object != object);
+        self.memory.drags.push(Drag::new(object, &pose, target, request.seconds));
+        self.memory.drags.sort_by_key(|drag| drag.object);
+        accepted()
+    }
+
+    fn arm_of(&self, request: &OperatorRequest) -> Result<u32, Reply> {
+        if (request.arm as usize) < self.arms.len() {
+            return Ok(request.arm);
+        }
+        let message = format!("arm {} is not here; this cell has {}", request.arm, self.arms.len());
+        Err((ReplyCode::UnknownArm, message))
+    }
+
+    fn target(&mut self, request: &OperatorRequest) -> Reply {
+        let arm = match self.arm_of(request) {
+            Ok(arm) => arm,
+            Err(reply) => return reply,
+        };
+        let panel = &mut self.memory.panel;
+        panel.target_arm = arm;
+        panel.target_position = request.pose.position;
+        panel.target_orientation_wxyz = request.pose.orientation_wxyz;
+        count(&mut panel.target_seq)
+    }
+
+    fn gripper(&mut self, request: &OperatorRequest) -> Reply {
+        let arm = match self.arm_of(request) {
+            Ok(arm) => arm as usize,
+            Err(reply) => return reply,
+        };
+        if self.arms.get(arm).is_none_or(|arm| arm.robot.gripper.is_none()) {
+            return (ReplyCode::NotInThisCell, "this arm has no gripper".to_owned());
+        }
+        self.memory.panel.gripper = request.count;
+        count(&mut self.memory.panel.gripper_seq)
+    }
+
+    fn pause_task(&mut self, paused: bool) -> Reply {
+        self.memory.panel.task_paused = paused;
+        accepted()
+    }
+}
+
+fn accepted() -> Reply {
+    (ReplyCode::Accepted, String::new())
+}
+
+/// Counts a request; 0 stays "never".
+fn count(counter: &mut u32) -> Reply {
+    *counter = counter.checked_add(1).unwrap_or(1);
+    accepted()
+}

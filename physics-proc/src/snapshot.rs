@@ -1,0 +1,96 @@
+//! Snapshots: the whole world as bytes, for reset, restart and replay. A world
+//! that was restored goes on bit for bit as the one that was saved.
+
+use bincode::Options;
+use cell_model::Cell;
+use rapier3d_f64::prelude::PhysicsWorld;
+
+use crate::hash::StateHash;
+use crate::memory::Memory;
+use crate::world::{World, WorldError};
+
+/// A snapshot larger than this is none (bytes).
+const MAX_BYTES: u64 = 64 << 20;
+
+/// What a snapshot begins with: another engine or another cell is refused.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+struct Stamp {
+    magic: [u8; 8],
+    engine: String,
+    cell: u64,
+}
+
+fn stamp(fingerprint: u64) -> Stamp {
+    Stamp { magic: *b"robocell", engine: rapier3d_f64::VERSION.to_owned(), cell: fingerprint }
+}
+
+fn codec() -> impl Options {
+    bincode::DefaultOptions::new().with_fixint_encoding().with_limit(MAX_BYTES)
+}
+
+/// Number of a cell as it was set up: names, masses, frictions, poses.
+pub(crate) fn fingerprint(cell: &Cell) -> u64 {
+    let mut hash = StateHash::new(1);
+    let mut name = |text: &str| hash.numbers(&text.bytes().map(f64::from).collect::<Vec<_>>());
+    name(&cell.name);
+    cell.arms.iter().for_each(|arm| name(&arm.robot.name));
+    cell.objects.iter().for_each(|object| name(&object.name));
+    for arm in &cell.arms {
+        hash.numbers(&arm.home);
+        hash.numbers(&arm.robot.links.iter().map(|link| link.mass).collect::<Vec<_>>());
+    }
+    for object in &cell.objects {
+        hash.numbers(&[object.mass, object.friction]);
+        hash.numbers(object.pose.translation.vector.as_slice());
+        hash.numbers(object.pose.rotation.coords.as_slice());
+    }
+    hash.finish()
+}
+
+impl World {
+    /// The present state as bytes; empty if the engine cannot be written, which
+    /// no state of a cell causes.
+    pub fn snapshot(&self) -> Vec<u8> {
+        let parts = (stamp(self.fingerprint), &self.memory, &self.engine);
+        codec().serialize(&parts).unwrap_or_default()
+    }
+
+    /// Goes back to a snapshot of this cell, its tick included.
+    ///
+    /// # Errors
+    /// [`WorldError::Snapshot`] for bytes of another cell, engine or program;
+    /// the world is unchanged then.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), WorldError> {
+        let (memory, engine) = self.decode(bytes)?;
+        self.memory = memory;
+        self.engine = engine;
+        self.inputs.clear();
+        self.read_back();
+        Ok(())
+    }
+
+    /// Puts the scene back to its beginning. The tick goes on, so that time
+    /// never runs backwards for anybody; requests and counts stay.
+    ///
+    /// # Errors
+    /// As [`World::restore`].
+    pub fn reset(&mut self) -> Result<(), WorldError> {
+        let (memory, engine) = self.decode(&self.initial)?;
+        self.memory.reset_to(memory);
+        self.engine = engine;
+        self.inputs.clear();
+        self.read_back();
+        Ok(())
+    }
+
+    fn decode(&self, bytes: &[u8]) -> Result<(Memory, PhysicsWorld), WorldError> {
+        let refuse = |reason: String| WorldError::Snapshot { reason };
+        let mut reader = bytes;
+        let found: Stamp = codec().allow_trailing_bytes().deserialize_from(&mut reader).map_err(|e| refuse(format!("it is damaged ({e})")))?;
+        let own = stamp(self.fingerprint);
+        if found != own {
+            return Err(refuse("it is of another cell, seed or engine version".to_owned()));
+        }
+        codec().deserialize_from(reader).map_err(|e| refuse(format!("it is damaged ({e})")))
+    }
+}

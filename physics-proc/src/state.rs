@@ -1,0 +1,122 @@
+//! Writes [`WorldState`].
+
+use ipc_types::world::{OBJECT_ASLEEP, OBJECT_DRAGGED, OBJECT_ENABLED, OBJECT_TOUCHED};
+use ipc_types::{ArmState, GripperState, Header, ObjectState, Twist, Wire, WorldState};
+use nalgebra::Vector3;
+
+use crate::convert;
+use crate::hash::StateHash;
+use crate::world::World;
+
+impl World {
+    /// Writes the present state; the publisher adds run, generation, seq and
+    /// time, the process flags and script.
+    pub fn write_state(&self, out: &mut WorldState) {
+        let script = (out.flags, out.script_line, out.script_left, out.overruns);
+        *out = WorldState::zeroed();
+        (out.flags, out.script_line, out.script_left, out.overruns) = script;
+        out.header = Header::caused_by::<WorldState>(self.memory.tick);
+        for input in &self.inputs {
+            out.header.push_input(*input);
+        }
+        out.quarantined = self.memory.quarantined;
+        out.state_hash = self.state_hash();
+        out.panel = self.memory.panel.to_wire();
+        for (index, slot) in out.arms.iter_mut().enumerate().take(self.arms.len()) {
+            self.write_arm(index, slot);
+            out.arm_count += 1;
+        }
+        for (index, slot) in out.objects.iter_mut().enumerate().take(self.objects.len()) {
+            self.write_object(index, slot);
+            out.object_count += 1;
+        }
+    }
+
+    /// Hash over bodies, joints and tick: equal for equal runs.
+    pub fn state_hash(&self) -> u64 {
+        let mut hash = StateHash::new(self.memory.tick);
+        for (_, body) in self.engine.bodies.iter() {
+            let (pose, linear, angular) = (body.position(), body.linvel(), body.angvel());
+            let (p, q) = (pose.translation, pose.rotation);
+            hash.numbers(&[p.x, p.y, p.z, q.x, q.y, q.z, q.w]);
+            hash.numbers(&[linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]);
+        }
+        for measured in &self.measured {
+            hash.numbers(&measured.positions);
+            hash.numbers(&measured.velocities);
+        }
+        hash.finish()
+    }
+
+    fn write_arm(&self, index: usize, out: &mut ArmState) {
+        let (arm, measured, memory) = (&self.arms[index], &self.measured[index], &self.memory.arms[index]);
+        out.stop_action = memory.stop_action;
+        let setpoints = memory.watchdog.setpoint();
+        for (slot, (&joint, setpoint)) in arm.robot.arm_joints.iter().zip(setpoints).enumerate() {
+            let (position, velocity) = (measured.positions[joint], measured.velocities[joint]);
+            out.joint_positions[slot] = position;
+            out.joint_velocities[slot] = velocity;
+            out.joint_efforts[slot] = arm.effort(joint, &self.targets[index][joint], position, velocity);
+            out.setpoint_positions[slot] = setpoint.position;
+            out.setpoint_velocities[slot] = setpoint.velocity;
+            out.setpoint_accelerations[slot] = setpoint.acceleration;
+            out.joint_count += 1;
+        }
+        out.tcp = convert::to_wire(&self.finite_tcp(index));
+        out.gripper = self.gripper_state(index);
+        if let Some(accepted) = memory.watchdog.accepted() {
+            out.command_seq = accepted.seq;
+            out.command_tick = accepted.tick;
+            out.command_generation = accepted.generation;
+        }
+        out.fault = u32::from(memory.watchdog.fault);
+        out.limit_violations = memory.watchdog.violations;
+    }
+
+    /// From the engine, or from the last good joints where that is lost.
+    fn finite_tcp(&self, index: usize) -> nalgebra::Isometry3<f64> {
+        let arm = &self.arms[index];
+        let tcp = arm.tcp(&self.engine);
+        if tcp.translation.vector.iter().chain(tcp.rotation.coords.iter()).all(|x| x.is_finite()) {
+            return tcp;
+        }
+        let base = arm.bodies.first().and_then(|base| self.engine.bodies.get(*base));
+        let base = base.map_or_else(nalgebra::Isometry3::identity, |base| convert::from_pose(base.position()));
+        base * arm.robot.frame_pose(arm.robot.tcp_frame, &self.measured[index].positions).unwrap_or_default()
+    }
+
+    fn gripper_state(&self, index: usize) -> GripperState {
+        let mut out = GripperState::zeroed();
+        let Some(gripper) = &self.arms[index].robot.gripper else { return out };
+        let measured = &self.measured[index];
+        for joint in gripper.finger_joints {
+            out.width += measured.positions[joint];
+            out.width_velocity += measured.velocities[joint];
+        }
+        let grip = self.contacts.grips[index];
+        out.grip_force = grip.force;
+        out.held_object = grip.held.map_or(0, |object| u32::try_from(object + 1).unwrap_or(0));
+        out
+    }
+
+    fn write_object(&self, index: usize, out: &mut ObjectState) {
+        out.pose = ipc_types::Pose::IDENTITY;
+        let Some(body) = self.engine.bodies.get(self.objects[index]) else { return };
+        let flag = |set: bool, bit: u32| if set { bit } else { 0 };
+        let pose = self.object_pose(index);
+        out.flags = flag(body.is_enabled() && pose.is_some(), OBJECT_ENABLED)
+            | flag(self.contacts.touched[index], OBJECT_TOUCHED)
+            | flag(self.memory.drags.iter().any(|drag| drag.object == index), OBJECT_DRAGGED)
+            | flag(body.is_sleeping(), OBJECT_ASLEEP);
+        let Some(pose) = pose else { return };
+        out.pose = convert::to_wire(&pose);
+        out.twist = Twist {
+            linear: finite(convert::from_vector(body.linvel())),
+            angular: finite(convert::from_vector(body.angvel())),
+        };
+    }
+}
+
+fn finite(v: Vector3<f64>) -> [f64; 3] {
+    if v.iter().all(|x| x.is_finite()) { v.into() } else { [0.0; 3] }
+}

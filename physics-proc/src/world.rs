@@ -1,0 +1,270 @@
+//! The world: one pure step per tick.
+
+use cell_model::{Cell, Dynamics, ModelError};
+use ipc_types::{ArmCommand, Decision, MAX_ARMS, TICK_NS};
+use nalgebra::Vector3;
+use rapier3d_f64::prelude::*;
+use rmp::JointLimits;
+use thiserror::Error;
+
+use crate::arm::{Arm, DriveTarget};
+use crate::contacts::{self, Contacts};
+use crate::measured::Measured;
+use crate::memory::Memory;
+use crate::settings::{self, FRESH, FreshContacts, GRAVITY};
+use crate::{convert, objects, spawn, violations};
+
+/// Why a cell cannot be simulated.
+#[derive(Debug, Error)]
+pub enum WorldError {
+    /// Two things start inside each other.
+    #[error("object '{object}' starts {:.1} mm inside '{other}'; move it or make its spawn area smaller", depth * 1.0e3)]
+    Overlap {
+        /// The object.
+        object: String,
+        /// What it overlaps.
+        other: String,
+        /// How deep (m).
+        depth: f64,
+    },
+    /// The cell does not fit the messages.
+    #[error("the cell has {count} {what}; at most {limit} are possible")]
+    TooMany {
+        /// What there is too much of.
+        what: &'static str,
+        /// How many.
+        count: usize,
+        /// How many are possible.
+        limit: usize,
+    },
+    /// The model is wrong.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A snapshot is not of this cell and this program.
+    #[error("the snapshot cannot be restored: {reason}; start from the beginning instead")]
+    Snapshot {
+        /// What does not fit.
+        reason: String,
+    },
+}
+
+/// Input of one tick.
+#[derive(Clone, Copy, Default)]
+pub struct StepInput<'a> {
+    /// Newest accepted command of each arm, of any age.
+    pub commands: [Option<&'a ArmCommand>; MAX_ARMS],
+    /// Newest decision, for the cell's equipment.
+    pub decision: Option<&'a Decision>,
+}
+
+/// The robot and the world.
+pub struct World {
+    pub(crate) engine: PhysicsWorld,
+    pub(crate) arms: Vec<Arm>,
+    pub(crate) objects: Vec<RigidBodyHandle>,
+    pub(crate) memory: Memory,
+    pub(crate) contacts: Contacts,
+    pub(crate) measured: Vec<Measured>,
+    /// By arm: what its drives were told in the last tick, by joint of the
+    /// chain.
+    pub(crate) targets: Vec<Vec<DriveTarget>>,
+    pub(crate) limits: Vec<JointLimits>,
+    pub(crate) dynamics: Vec<Dynamics>,
+    /// Gravity in the base frame of each arm (m/s²).
+    base_gravity: Vec<Vector3<f64>>,
+    pub(crate) inputs: Vec<ipc_types::Input>,
+    pub(crate) initial: Vec<u8>,
+    /// Same for the same cell and program: stamps snapshots.
+    pub(crate) fingerprint: u64,
+}
+
+impl World {
+    /// Sets the scene up at tick 0.
+    ///
+    /// # Errors
+    /// [`WorldError`] where something overlaps or does not fit.
+    pub fn new(cell: &Cell) -> Result<Self, WorldError> {
+        spawn::check(cell)?;
+        too_many("arms", cell.arms.len(), MAX_ARMS)?;
+        too_many("objects", cell.objects.len(), ipc_types::MAX_OBJECTS)?;
+        for arm in &cell.arms {
+            too_many("controlled joints", arm.robot.arm_joints.len(), ipc_types::MAX_JOINTS)?;
+        }
+        let mut engine = settings::empty_world();
+        objects::insert_fixtures(&mut engine, cell);
+        let objects = objects::insert(&mut engine, cell);
+        let arms: Vec<Arm> = cell.arms.iter().enumerate().map(|(index, spec)| Arm::insert(&mut engine, index, spec)).collect();
+        let gravity = Vector3::from(GRAVITY);
+        let mut world = Self {
+            memory: Memory::new(cell),
+            contacts: Contacts::new(arms.len(), objects.len()),
+            measured: arms.iter().map(|arm| Measured::new(&arm.robot)).collect(),
+            targets: arms.iter().map(|arm| vec![DriveTarget::default(); arm.robot.joints.len()]).collect(),
+            limits: arms.iter().map(|arm| arm.robot.limits()).collect(),
+            dynamics: arms.iter().map(|arm| Dynamics::new(&arm.robot)).collect(),
+            base_gravity: cell.arms.iter().map(|arm| arm.base.rotation.inverse() * gravity).collect(),
+            inputs: Vec::new(),
+            initial: Vec::new(),
+            fingerprint: crate::snapshot::fingerprint(cell),
+            engine,
+            arms,
+            objects,
+        };
+        world.read_back();
+        world.initial = world.snapshot();
+        Ok(world)
+    }
+
+    /// The tick the present state ends; 0 at the start.
+    pub fn tick(&self) -> u64 {
+        self.memory.tick
+    }
+
+    /// Simulates one tick.
+    pub fn step(&mut self, input: &StepInput<'_>) {
+        self.inputs.clear();
+        for (index, command) in input.commands.iter().enumerate().take(self.arms.len()) {
+            self.drive_arm(index, *command);
+            self.drive_hand(index);
+            self.note_input(index);
+        }
+        self.apply_drags();
+        self.engine.step_with_events(&FreshContacts, &());
+        self.memory.tick += 1;
+        self.read_quarantine();
+        self.read_back();
+        self.count_outside();
+    }
+
+    /// Commands refused since the start: too far from the setpoint in force, or
+    /// with implausible numbers.
+    pub fn refused_commands(&self) -> u64 {
+        self.memory.arms.iter().map(|arm| arm.watchdog.refused).sum()
+    }
+
+    /// Deepest penetration of any two shapes in contact (m).
+    pub fn penetration(&self) -> f64 {
+        contacts::deepest(&self.engine)
+    }
+
+    fn drive_arm(&mut self, index: usize, command: Option<&ArmCommand>) {
+        let arm = &self.arms[index];
+        let memory = &mut self.memory.arms[index];
+        let verdict = memory.watchdog.update(self.memory.tick, command, &arm.robot, &self.limits[index]);
+        memory.stop_action = verdict.stop.action.code();
+        if let (true, Some(command), Some(gripper)) = (verdict.accepted, command, &arm.robot.gripper) {
+            memory.gripper.command(&command.gripper, gripper);
+        }
+        let setpoint: Vec<_> = memory.watchdog.setpoint().collect();
+        let efforts = if verdict.own {
+            let of = |value: fn(&cell_model::ramp::RampState) -> f64| setpoint.iter().map(value).collect::<Vec<f64>>();
+            let gravity = &self.base_gravity[index];
+            self.dynamics[index].inverse_dynamics(&of(|s| s.position), &of(|s| s.velocity), &of(|s| s.acceleration), gravity)
+        } else {
+            memory.watchdog.efforts()
+        };
+        for (&joint, (state, effort)) in arm.robot.arm_joints.iter().zip(setpoint.iter().zip(efforts)) {
+            let target = DriveTarget {
+                position: state.position,
+                velocity: state.velocity,
+                effort: *effort,
+                max_effort: arm.robot.joints[joint].effort,
+            };
+            arm.drive(&mut self.engine, joint, &target);
+            self.targets[index][joint] = target;
+        }
+    }
+
+    fn drive_hand(&mut self, index: usize) {
+        let arm = &self.arms[index];
+        let Some(gripper) = &arm.robot.gripper else { return };
+        let [left, right] = gripper.finger_joints;
+        let finger = 0.5 * (self.measured[index].positions[left] + self.measured[index].positions[right]);
+        let target = self.memory.arms[index].gripper.step(gripper, arm.robot.joints[left].stiffness, finger);
+        for joint in gripper.finger_joints {
+            arm.drive(&mut self.engine, joint, &target);
+            self.targets[index][joint] = target;
+        }
+    }
+
+    fn note_input(&mut self, index: usize) {
+        let Some(accepted) = self.memory.arms[index].watchdog.accepted() else { return };
+        let arm = u8::try_from(index).unwrap_or(u8::MAX);
+        self.inputs.push(ipc_types::Input {
+            topic: ipc_types::topic::TopicId::ArmCommand(arm).code(),
+            generation: accepted.generation,
+            seq: accepted.seq,
+            age_ticks: self.memory.tick.saturating_sub(accepted.tick),
+        });
+    }
+
+    fn apply_drags(&mut self) {
+        let (bodies, objects) = (&mut self.engine.bodies, &self.objects);
+        self.memory.drags.retain_mut(|drag| {
+            let body = objects.get(drag.object).and_then(|handle| bodies.get_mut(*handle));
+            body.is_some_and(|body| drag.apply(body))
+        });
+    }
+
+    /// Bodies the engine had to disable: an arm with such a link is at fault.
+    fn read_quarantine(&mut self) {
+        for body in self.engine.quarantine().bodies() {
+            self.memory.quarantined += 1;
+            let at_fault = self.arms.iter().position(|arm| arm.bodies.contains(body));
+            if let Some(arm) = at_fault {
+                self.memory.arms[arm].watchdog.fault = true;
+            }
+        }
+    }
+
+    /// Reads joints and contacts back from the engine.
+    pub(crate) fn read_back(&mut self) {
+        for ((arm, measured), memory) in self.arms.iter().zip(&mut self.measured).zip(&self.memory.arms) {
+            if !memory.watchdog.fault {
+                measured.read(arm, &self.engine);
+            }
+        }
+        self.contacts.read(&self.engine, &self.arms);
+        self.refresh_held();
+    }
+
+    /// Contacts of held objects are computed anew in every tick, as those of
+    /// the hand.
+    fn refresh_held(&mut self) {
+        for (index, handle) in self.objects.iter().enumerate() {
+            let held = self.contacts.grips.iter().any(|grip| grip.held == Some(index));
+            let hooks = if held { FRESH } else { ActiveHooks::empty() };
+            for collider in self.engine.bodies.get(*handle).map_or(&[][..], RigidBody::colliders) {
+                let colliders = &mut self.engine.colliders;
+                let differs = colliders.get(*collider).is_some_and(|c| c.active_hooks() != hooks);
+                if let Some(collider) = colliders.get_mut(*collider).filter(|_| differs) {
+                    collider.set_active_hooks(hooks);
+                }
+            }
+        }
+    }
+
+    fn count_outside(&mut self) {
+        for ((arm, measured), memory) in self.arms.iter().zip(&self.measured).zip(&mut self.memory.arms) {
+            let joints = arm.robot.arm_joints.iter().filter(|&&joint| violations::outside(measured.positions[joint], &arm.robot.joints[joint]));
+            memory.watchdog.violations += joints.count() as u64;
+        }
+    }
+
+    /// Simulated time of the present state (ns).
+    pub fn sim_time_ns(&self) -> u64 {
+        self.memory.tick * TICK_NS
+    }
+
+    /// Pose of an object in the world frame, if it exists and is finite.
+    pub(crate) fn object_pose(&self, index: usize) -> Option<nalgebra::Isometry3<f64>> {
+        let body = self.engine.bodies.get(*self.objects.get(index)?)?;
+        let pose = convert::from_pose(body.position());
+        let finite = pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|x| x.is_finite());
+        finite.then_some(pose)
+    }
+}
+
+fn too_many(what: &'static str, count: usize, limit: usize) -> Result<(), WorldError> {
+    if count <= limit { Ok(()) } else { Err(WorldError::TooMany { what, count, limit }) }
+}
