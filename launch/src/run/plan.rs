@@ -4,9 +4,9 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use cell_model::run_spec::{RobotFiles, RunSpec, Speed};
+use cell_model::run_spec::{RunSpec, Speed};
 use cell_model::script::{self, ScriptAction, ScriptLine};
-use cell_model::{Cell, Data};
+use cell_model::{Cell, Data, RobotFiles};
 
 use crate::cli::RunArgs;
 use crate::failure::{Context, Failure};
@@ -91,12 +91,7 @@ pub(crate) fn load(
     robot: Option<&RobotFiles>,
 ) -> Result<Cell, Failure> {
     let data = data_dir.map_or_else(Data::embedded, Data::dir);
-    let files = robot.map(|files| cell_model::RobotFiles {
-        urdf: files.urdf.clone(),
-        xrdf: files.xrdf.clone(),
-        rmpflow: files.rmpflow.clone(),
-    });
-    Cell::load(&data, demo, seed, files.as_ref()).map_err(Failure::configuration)
+    Cell::load(&data, demo, seed, robot).map_err(Failure::configuration)
 }
 
 /// `asked`, if the demo has it, else its default.
