@@ -125,7 +125,8 @@ pub enum RequestError {
     Send(String),
     /// Physics did not answer.
     #[error(
-        "no answer within {0} ms: physics is being started, hangs or has ended; see `robocell status`"
+        "no answer within {0} ms: physics is being started, refused the request, hangs or has ended; \
+         see `robocell status`"
     )]
     NoAnswer(u128),
 }

@@ -103,3 +103,94 @@ impl<T: Message> Gate<T> {
         self.waiting.clear();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ipc_types::{Decision, Header, Wire};
+
+    fn decision(generation: u32, tick: u64) -> Decision {
+        let mut decision = Decision::zeroed();
+        decision.header = Header {
+            generation,
+            ..Header::caused_by::<Decision>(tick)
+        };
+        decision
+    }
+
+    fn used(gate: &mut Gate<Decision>, tick: u64) -> Option<(u32, u64)> {
+        gate.advance(tick)
+            .map(|decision| (decision.header.generation, decision.header.tick))
+    }
+
+    #[test]
+    fn a_message_is_used_from_the_tick_after_its_cause() {
+        let mut gate = Gate::new();
+        gate.offer(&decision(1, 10));
+        assert_eq!(used(&mut gate, 10), None);
+        assert_eq!(used(&mut gate, 11), Some((1, 10)));
+        gate.offer(&decision(1, 20));
+        for tick in 12..=20 {
+            assert_eq!(used(&mut gate, tick), Some((1, 10)), "tick {tick}");
+        }
+        assert_eq!(used(&mut gate, 21), Some((1, 20)));
+    }
+
+    #[test]
+    fn it_does_not_matter_when_a_message_arrived() {
+        // The same messages, each as early and as late as it can arrive.
+        let (mut early, mut late) = (Gate::new(), Gate::new());
+        for tick in 0..100_u64 {
+            if tick % 10 == 0 {
+                early.offer(&decision(1, tick));
+            }
+            if tick % 10 == 1 {
+                late.offer(&decision(1, tick - 1));
+            }
+            assert_eq!(used(&mut early, tick), used(&mut late, tick), "tick {tick}");
+        }
+    }
+
+    #[test]
+    fn a_reader_that_is_behind_still_uses_the_right_one() {
+        let mut gate = Gate::new();
+        for tick in [10, 20, 30] {
+            gate.offer(&decision(1, tick));
+        }
+        assert_eq!(used(&mut gate, 15), Some((1, 10)));
+        assert_eq!(used(&mut gate, 31), Some((1, 30)));
+    }
+
+    #[test]
+    fn after_a_reset_nothing_of_before_is_used() {
+        let mut gate = Gate::new();
+        gate.offer(&decision(1, 500));
+        assert!(gate.advance(501).is_some());
+        gate.offer(&decision(1, 0));
+        assert_eq!(used(&mut gate, 0), None);
+        assert_eq!(used(&mut gate, 1), Some((1, 0)));
+    }
+
+    #[test]
+    fn a_restarted_writer_replaces_what_still_waits() {
+        let mut gate = Gate::new();
+        gate.offer(&decision(1, 10));
+        gate.advance(11);
+        gate.offer(&decision(1, 20));
+        gate.offer(&decision(2, 20));
+        assert_eq!(used(&mut gate, 20), Some((1, 10)));
+        assert_eq!(used(&mut gate, 21), Some((2, 20)));
+    }
+
+    #[test]
+    fn a_message_sent_again_for_the_same_tick_replaces_the_first() {
+        let mut gate = Gate::new();
+        for drops in 1..=20 {
+            gate.offer(&Decision {
+                drops,
+                ..decision(1, 10)
+            });
+        }
+        assert_eq!(gate.advance(11).map(|decision| decision.drops), Some(20));
+    }
+}

@@ -7,6 +7,9 @@
 //! takes the newest, drops what an older start of the writer sent or what makes
 //! no sense, counts what it dropped and keeps the last good one. A [`Gate`]
 //! keeps a message back until the tick from which it may be used.
+//!
+//! A bus and its ports stay on the thread that made them; another thread joins
+//! for itself.
 
 #![forbid(unsafe_code)]
 

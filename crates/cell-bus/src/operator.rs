@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use cell_rt::{monotonic_ns, sleep_until};
+use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client;
 use iceoryx2::port::server::Server;
 use iceoryx2::prelude::{BackpressureStrategy, ipc};
@@ -92,32 +93,46 @@ impl OperatorClient {
         request.validate().map_err(RequestError::Invalid)?;
         let start_ns = monotonic_ns();
         let end_ns = start_ns.saturating_add(u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX));
-        while monotonic_ns() < end_ns {
+        loop {
             self.seq += 1;
             stamp(&mut request, self.identity, self.seq);
             let pending = self
                 .port
                 .send_copy(request)
                 .map_err(|error| RequestError::Send(format!("{error:?}")))?;
-            // Nobody to hear it, or the one who did is gone: ask again.
-            while pending.number_of_server_connections() > 0 && pending.is_connected() {
-                if let Some(reply) = pending.receive().ok().flatten() {
-                    let reply = *reply.payload();
-                    let ours = reply.header.run == self.identity.run && reply.validate().is_ok();
-                    return if ours {
-                        Ok(reply)
-                    } else {
-                        Err(RequestError::Send("bad reply".to_owned()))
-                    };
-                }
-                if monotonic_ns() >= end_ns {
-                    return Err(RequestError::NoAnswer(timeout.as_millis()));
-                }
-                sleep_until(monotonic_ns() + POLL_NS);
+            if pending.number_of_server_connections() > 0 {
+                return wait_for_reply(&pending, self.identity.run, end_ns)
+                    .ok_or(RequestError::NoAnswer(timeout.as_millis()));
+            }
+            // Nobody was there to hear it, so it may be said again.
+            if monotonic_ns() >= end_ns {
+                return Err(RequestError::NoAnswer(timeout.as_millis()));
             }
             sleep_until((monotonic_ns() + 10 * POLL_NS).min(end_ns));
         }
-        Err(RequestError::NoAnswer(timeout.as_millis()))
+    }
+}
+
+/// Looks for a reply until it is there, the server let the request go without
+/// one, or the time is over.
+fn wait_for_reply(
+    pending: &PendingResponse<ipc::Service, OperatorRequest, (), OperatorReply, ()>,
+    run: u64,
+    end_ns: u64,
+) -> Option<OperatorReply> {
+    loop {
+        // A reply also ends the connection, so look at that before the reply.
+        let connected = pending.is_connected();
+        while let Some(reply) = pending.receive().ok().flatten() {
+            let reply = *reply.payload();
+            if reply.header.run == run && reply.validate().is_ok() {
+                return Some(reply);
+            }
+        }
+        if !connected || monotonic_ns() >= end_ns {
+            return None;
+        }
+        sleep_until(monotonic_ns() + POLL_NS);
     }
 }
 

@@ -136,3 +136,84 @@ fn checksum(seq: u64, record: &[u8]) -> u32 {
     let start = crc32(crc32(0, &MAGIC.to_le_bytes()), &seq.to_le_bytes());
     crc32(crc32(start, &(record.len() as u64).to_le_bytes()), record)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::PathBuf;
+
+    struct Place(PathBuf);
+
+    impl Place {
+        fn new(name: &str) -> Self {
+            let file = format!("cell-rt-slot-{name}-{}", std::process::id());
+            Self(std::env::temp_dir().join(file))
+        }
+    }
+
+    impl Drop for Place {
+        fn drop(&mut self) {
+            std::fs::remove_file(&self.0).unwrap();
+        }
+    }
+
+    #[test]
+    fn the_newest_record_is_found_after_reopening() {
+        let place = Place::new("newest");
+        let mut file = SlotFile::open(&place.0, 100).unwrap();
+        assert_eq!(file.newest(), None);
+        for seq in 1..=7 {
+            assert!(file.write(seq, format!("record {seq}").as_bytes()));
+        }
+        assert!(!file.write(8, &[0; 101]), "too long");
+        drop(file);
+        let mut file = SlotFile::open(&place.0, 100).unwrap();
+        assert_eq!(file.newest(), Some((7, b"record 7".to_vec())));
+        assert!(file.write(8, b""));
+        assert_eq!(
+            SlotFile::open(&place.0, 100).unwrap().newest(),
+            Some((8, Vec::new()))
+        );
+        file.clear();
+        assert_eq!(file.newest(), None);
+    }
+
+    #[test]
+    fn a_record_that_was_being_written_gives_way_to_the_one_before() {
+        let place = Place::new("torn");
+        let mut file = SlotFile::open(&place.0, 64).unwrap();
+        file.write(1, &[1; 64]);
+        file.write(2, &[2; 64]);
+        let slot = usize::from(file.newest_slot().unwrap().0 == 1);
+        for word in 0..SLOT_HEADER + 8 {
+            let victim = &file.slot(slot)[word];
+            let whole = victim.load(Ordering::Relaxed);
+            for bit in [0, 17, 63] {
+                victim.store(whole ^ (1 << bit), Ordering::Relaxed);
+                assert_eq!(
+                    file.newest(),
+                    Some((1, vec![1; 64])),
+                    "word {word} bit {bit}"
+                );
+            }
+            victim.store(whole, Ordering::Relaxed);
+        }
+        assert_eq!(file.newest(), Some((2, vec![2; 64])));
+    }
+
+    #[test]
+    fn foreign_content_is_not_taken_for_ours() {
+        let place = Place::new("foreign");
+        std::fs::write(&place.0, vec![0x5a; 5000]).unwrap();
+        assert_eq!(SlotFile::open(&place.0, 64).unwrap().newest(), None);
+        let mut file = SlotFile::open(&place.0, 64).unwrap();
+        file.write(1, b"ours");
+        assert_eq!(
+            SlotFile::open(&place.0, 128).unwrap().newest(),
+            None,
+            "other capacity"
+        );
+        assert!(SlotFile::open(&place.0, 0).is_err());
+        assert!(SlotFile::open(&place.0, usize::MAX / 4).is_err());
+    }
+}

@@ -1,5 +1,7 @@
 //! A private run for one test: its own root and prefix, wiped at the end.
 
+#![allow(dead_code, unreachable_pub, reason = "each test file uses its part")]
+
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use cell_bus::{Bus, Keeper, RunSite};
