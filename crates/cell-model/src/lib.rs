@@ -13,6 +13,7 @@ pub mod dynamics;
 pub mod error;
 pub mod ramp;
 pub mod random;
+pub mod rmpflow_file;
 pub mod robot;
 mod robot_file;
 mod robot_load;
@@ -29,6 +30,7 @@ pub mod urdf;
 mod urdf_check;
 mod urdf_scan;
 pub mod worker_args;
+pub mod xrdf;
 
 pub use cell::{ArmSpec, Cell, FixtureSpec, ObjectSpec};
 pub use data::Data;
