@@ -22,6 +22,10 @@ pub struct PanelMemory {
 
 /// What changed on the panel since the last decision.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "four buttons, each pressed or not"
+)]
 pub struct PanelChange {
     /// The task was asked to start.
     pub start: bool,

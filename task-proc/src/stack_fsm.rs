@@ -16,7 +16,7 @@ use crate::stack::phase::{DoneReason, PhaseClock, Progress};
 use crate::stack::resume::{InHand, in_hand};
 use crate::stack::scene::ARM;
 use crate::stack::selection::{self, Assignment};
-use crate::stack::{Phase, Scene, StackSetup, command, feedback, grip, recovery};
+use crate::stack::{Phase, Scene, StackSetup, command, feedback, geometry, grip, recovery};
 use crate::time::PolicyTime;
 
 /// One cube on its way.
@@ -200,7 +200,7 @@ impl PickPlaceState {
                 yaw: self.grip_yaw,
             });
         }
-        let broken = recovery::stack_below_broken(tick.setup, &tick.scene, self.cube);
+        let broken = selection::destination_lost(tick.setup, &tick.scene, self.cube);
         if phase.holding() && !self.aborted && broken {
             self.destination = recovery::note_abort(tick.setup, &tick.scene, self.cube, job, out);
             self.aborted = true;
@@ -232,7 +232,8 @@ impl PickPlaceState {
     /// picked up, or where it goes.
     fn place(&mut self, scene: &Scene) -> Place {
         match (self.phase, self.pickup) {
-            (Phase::Grasp | Phase::Lift, Some(pickup)) => pickup,
+            (Phase::Grasp, Some(pickup)) => pickup,
+            (Phase::Lift, Some(pickup)) => geometry::lift_place(pickup, self.destination),
             (Phase::PreGrasp | Phase::Approach | Phase::Grasp | Phase::Lift, _) => {
                 self.grip_yaw = grip::follow(scene, self.cube, self.grip_yaw);
                 Place {

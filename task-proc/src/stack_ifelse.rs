@@ -16,7 +16,9 @@ use crate::record;
 use crate::stack::phase::{PhaseClock, Progress};
 use crate::stack::resume::in_hand;
 use crate::stack::scene::ARM;
-use crate::stack::{Phase, Scene, StackSetup, command, feedback, grip, recovery, selection};
+use crate::stack::{
+    Phase, Scene, StackSetup, command, feedback, geometry, grip, recovery, selection,
+};
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -163,7 +165,7 @@ impl StackIfElse {
         } else if phase == Phase::Release {
             recovery::note_carried(&setup, cube, job);
         }
-        let broken = phase.holding() && recovery::stack_below_broken(&setup, scene, cube);
+        let broken = phase.holding() && selection::destination_lost(&setup, scene, cube);
         if broken && !self.memory.aborted {
             self.memory.destination = Some(recovery::note_abort(&setup, scene, cube, job, out));
             self.memory.aborted = true;
@@ -187,6 +189,9 @@ impl StackIfElse {
                 yaw: self.memory.grip_yaw,
                 ..scene.cube(cube).place()
             })
+        } else if phase == Phase::Lift.index() {
+            let (pickup, destination) = (self.memory.pickup?, self.memory.destination?);
+            Some(geometry::lift_place(pickup, destination))
         } else if phase < 4 {
             self.memory.pickup
         } else {

@@ -89,7 +89,7 @@ mod tests {
         assert_eq!(PolicyTime::from_seconds(f64::NAN), PolicyTime::default());
         assert_eq!(PolicyTime::from_seconds(-1.0), PolicyTime::default());
         assert_eq!(
-            PolicyTime::from_seconds(0.2500004),
+            PolicyTime::from_seconds(0.250_000_4),
             PolicyTime::from_ticks(250)
         );
     }

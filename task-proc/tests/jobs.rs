@@ -272,3 +272,42 @@ fn fingers_do_not_go_where_a_neighbour_stands() {
     assert!((c.abs() - s.abs()).abs() < 0.2, "{c} {s}");
     cell.run_to_done();
 }
+
+#[test]
+fn a_cube_dragged_to_the_place_of_the_held_one_is_cleared_before_it_is_tried_again() {
+    for policy in BOTH {
+        let mut cell = FakeCell::stack(policy);
+        cell.run_until_carrying(RED, "LIFT");
+        cell.drag(GREEN, [0.56, 0.22, 0.025]);
+        cell.run_to_done();
+        assert_eq!(
+            cell.decided()[..3],
+            ["stack red_cube", "clear green_cube", "stack red_cube"]
+        );
+        assert_eq!(cell.decision.aborts, 1);
+    }
+}
+
+#[test]
+fn a_cube_at_the_foot_of_the_stack_is_lifted_above_it_first() {
+    for policy in BOTH {
+        let mut cell = FakeCell::stack(policy);
+        cell.run_until(100.0, |c| c.decided().last() == Some(&"stack yellow_cube"));
+        cell.drag(YELLOW, [0.55, 0.29, 0.025]);
+        cell.run_until(10.0, |c| c.phase() == "GRASP");
+        let [_, c, s, _] = cell.decision.goals[0].target.orientation_wxyz;
+        assert!(
+            (c - s.abs()).abs() < 0.2,
+            "the hand stands along the stack's side"
+        );
+        cell.run_until(10.0, |c| c.phase() == "LIFT");
+        let [x, y, z] = cell.decision.goals[0].target.position;
+        assert_eq!([x, y], cell.position(YELLOW)[..2]);
+        assert!(
+            (z - 0.275).abs() < 1e-9,
+            "as high as the place in the stack: {z}"
+        );
+        cell.run_to_done();
+        assert_eq!(cell.decision.recoveries, 0);
+    }
+}

@@ -59,6 +59,26 @@ pub fn tcp_target(setup: &StackSetup, phase: Phase, place: Place) -> Pose {
     }
 }
 
+/// A destination nearer than this in the plane is beside the pick-up (m).
+const BESIDE_M: f64 = 0.2;
+
+/// What LIFT rises above: the pick-up, as in the demos, or the height of a
+/// higher destination right beside it, since a cube that lies at the foot of
+/// the stack would knock it over on a slanted way up.
+pub fn lift_place(pickup: Place, destination: Place) -> Place {
+    let beside = plane_distance(pickup.position.into(), destination.position.into()) < BESIDE_M;
+    let [x, y, z] = pickup.position;
+    let height = if beside {
+        z.max(destination.position[2])
+    } else {
+        z
+    };
+    Place {
+        position: [x, y, height],
+        ..pickup
+    }
+}
+
 /// How near the TCP has to come (m). The demos know one tolerance, 0.08 m,
 /// wider than a cube; where the fingers meet a cube ours is finer.
 pub fn tolerance(setup: &StackSetup, phase: Phase) -> f64 {

@@ -14,6 +14,11 @@ use super::setup::StackSetup;
 const FINGER_REACH_M: f64 = 0.09;
 /// Half a finger's breadth and half of a turned cube (m).
 const FINGER_BREADTH_M: f64 = 0.045;
+/// The same for what is as high as the palm: half of the hand, which is 0.2 m
+/// long and 0.063 m broad, and half of a turned cube (m).
+const HAND_REACH_M: f64 = 0.135;
+/// See [`HAND_REACH_M`] (m).
+const HAND_BREADTH_M: f64 = 0.065;
 /// A wrist turned further than this (rad) starts again from the nearest quarter.
 const MAX_TURN_RAD: f64 = 1.8;
 
@@ -51,10 +56,16 @@ fn crowding(setup: &StackSetup, scene: &Scene, cube: usize, yaw: f64) -> usize {
     let along = Vector2::new(-across.y, across.x);
     let in_the_way = |other: &usize| {
         let offset = scene.cube(*other).position - centre;
+        // A palm is about a cube above the TCP.
+        let (reach, breadth) = if offset.z > 0.5 * setup.spec.layer_height_m {
+            (HAND_REACH_M, HAND_BREADTH_M)
+        } else {
+            (FINGER_REACH_M, FINGER_BREADTH_M)
+        };
         *other != cube
             && offset.z > -0.7 * setup.spec.layer_height_m
-            && offset.xy().dot(&along).abs() < FINGER_REACH_M
-            && offset.xy().dot(&across).abs() < FINGER_BREADTH_M
+            && offset.xy().dot(&along).abs() < reach
+            && offset.xy().dot(&across).abs() < breadth
     };
     (0..setup.cubes.len()).filter(in_the_way).count()
 }

@@ -105,7 +105,7 @@ pub fn note_abort(
 ) -> Place {
     job.counters.aborts += 1;
     out.log(format_args!(
-        "[abort] the stack below is broken, {} goes back to its spawn",
+        "[abort] the stack is broken, {} goes back to its spawn",
         setup.name(cube)
     ));
     free_spawn(setup, scene, cube)
@@ -158,25 +158,32 @@ fn note_failed_pick(setup: &StackSetup, cube: usize, job: &mut Job) {
     }
 }
 
-/// The cube's own spawn, or the first one nothing stands on; its own if all are
-/// taken.
+/// The cube's own spawn, or the first one with room around it where something
+/// stands on its own; its own if there is none.
 pub fn free_spawn(setup: &StackSetup, scene: &Scene, cube: usize) -> Place {
-    let own = setup.cube(cube).into_iter();
-    let place = own.chain(&setup.cubes).map(|c| c.spawn).find(|spawn| {
-        let free_of = |other: usize| {
-            let distance = plane_distance(scene.cube(other).position, spawn.position.into());
-            other == cube || distance > CROWD_LAYERS * setup.spec.layer_height_m
-        };
-        (0..setup.cubes.len()).all(free_of)
-    });
-    place
-        .or(setup.cube(cube).map(|c| c.spawn))
-        .unwrap_or(Place {
-            position: [0.0; 3],
-            yaw: 0.0,
-        })
+    let own = setup.cube(cube).map(|c| c.spawn).unwrap_or(NOWHERE);
+    let nearest = |place: &Place| {
+        let others = (0..setup.cubes.len()).filter(|other| *other != cube);
+        let distance = |other| plane_distance(scene.cube(other).position, place.position.into());
+        others.map(distance).fold(f64::INFINITY, f64::min)
+    };
+    // At the start all cubes stood at their spawns, however close.
+    if nearest(&own) > OVERLAP_LAYERS * setup.spec.layer_height_m {
+        return own;
+    }
+    let room = CROWD_LAYERS * setup.spec.layer_height_m;
+    let mut spawns = setup.cubes.iter().map(|c| c.spawn);
+    spawns.find(|spawn| nearest(spawn) > room).unwrap_or(own)
 }
+
+/// For a cube that is not in the order, which nobody asks for.
+const NOWHERE: Place = Place {
+    position: [0.0; 3],
+    yaw: 0.0,
+};
 
 /// Two cubes of one layer with centres nearer than this many cube sizes leave
 /// no room for the open gripper between them.
 pub const CROWD_LAYERS: f64 = 1.6;
+/// Nearer than this they stand in each other.
+const OVERLAP_LAYERS: f64 = 1.1;

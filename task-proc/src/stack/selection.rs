@@ -1,7 +1,9 @@
 //! Which cube is moved next, and where to.
 
 use super::geometry::plane_distance;
-use super::recovery::{CROWD_LAYERS, at_goal, fallen, free_spawn, reachable, seated};
+use super::recovery::{
+    CROWD_LAYERS, at_goal, fallen, free_spawn, reachable, seated, stack_below_broken,
+};
 use super::scene::Scene;
 use super::setup::StackSetup;
 use crate::job::{Failure, Job, Place};
@@ -53,6 +55,13 @@ pub fn select(setup: &StackSetup, scene: &Scene, job: &Job) -> Selection {
         cube if reachable(setup, scene, cube) => Selection::Move(assignment),
         cube => Selection::OutOfReach(cube),
     }
+}
+
+/// Whether a held cube cannot go onto the stack any more: a lower cube is not
+/// where it belongs, or another one got to its own place.
+pub fn destination_lost(setup: &StackSetup, scene: &Scene, cube: usize) -> bool {
+    let taken = |goal| intruder(setup, scene, cube, goal).is_some();
+    stack_below_broken(setup, scene, cube) || setup.cube(cube).is_some_and(|c| taken(c.goal))
 }
 
 /// Selects, and notes what came of it: the log line, the wait for a cube out of

@@ -1,6 +1,7 @@
 //! A cell without physics: the TCP goes straight to its goal, a closed gripper
 //! takes the cube between its fingers along, and cubes stand on what is below.
 #![allow(dead_code, reason = "every test file uses a part of it")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use cell_model::{Cell, Data};
 use ipc_types::decision::{GoalKind, Outcome};
