@@ -1,4 +1,9 @@
 //! An arm in the engine: one reduced-coordinate multibody.
+//!
+//! Gravity acts on the links as joint efforts, computed in every tick from the
+//! measured joints. That is the same physics as a force on each body, but the
+//! engine would take in such forces in each substep before its drives answer,
+//! and that lets a held object creep (measured: 0.03 mm in 10 s against 0.0007).
 
 use cell_model::{ArmSpec, JointSpec, Link, Robot};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -11,6 +16,9 @@ use crate::{convert, shapes};
 
 /// Friction of links that are not pads.
 const LINK_FRICTION: f64 = 0.5;
+
+/// Share of its effort limit a drive keeps in any case.
+const LEAST_EFFORT: f64 = 0.05;
 
 /// Where an arm is in the engine.
 pub(crate) struct Arm {
@@ -33,6 +41,8 @@ pub(crate) struct DriveTarget {
     pub(crate) velocity: f64,
     /// Feed-forward (N·m or N).
     pub(crate) effort: f64,
+    /// Gravity on the arm at this joint, to be carried (N·m or N).
+    pub(crate) gravity: f64,
     /// Limit of the effort (N·m or N).
     pub(crate) max_effort: f64,
 }
@@ -97,17 +107,18 @@ impl Arm {
         multibody.update_rigid_bodies(&mut world.bodies, true);
     }
 
-    /// Sets the drive of a joint of the chain. Feed-forward shifts the target of
-    /// the spring, so the effort limit holds for the sum.
+    /// Sets the drive of a joint of the chain. Feed-forward and gravity shift the
+    /// target of the spring. The engine limits the sum of drive and gravity, so
+    /// what gravity may take is kept back from the drive's limit.
     pub(crate) fn drive(&self, world: &mut PhysicsWorld, joint: usize, target: &DriveTarget) {
         let Some((multibody, _)) = self.handle.and_then(|handle| world.multibody_joints.get_mut(handle)) else { return };
         let (Some(&(link, axis)), Some(spec)) = (self.places.get(joint), self.robot.joints.get(joint)) else { return };
         let Some(link) = multibody.link_mut(link) else { return };
         let motor = &mut link.joint.data.motors[axis];
         let effort = target.effort.clamp(-target.max_effort, target.max_effort);
-        motor.target_pos = target.position + effort / spec.stiffness;
+        motor.target_pos = target.position + (effort - target.gravity) / spec.stiffness;
         motor.target_vel = target.velocity;
-        motor.max_force = target.max_effort;
+        motor.max_force = (target.max_effort - target.gravity.abs()).max(LEAST_EFFORT * target.max_effort);
     }
 
     /// Position and velocity of every joint of the chain.
@@ -151,7 +162,7 @@ fn friction_of(robot: &Robot, link: usize) -> f64 {
 fn insert_link(world: &mut PhysicsWorld, tag: Tag, link: &Link, pose: &Isometry3<f64>, friction: f64) -> RigidBodyHandle {
     let base = matches!(tag, Tag::Link { link: 0, .. });
     let builder = if base { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
-    let mut builder = builder.pose(convert::to_pose(pose)).can_sleep(false);
+    let mut builder = builder.pose(convert::to_pose(pose)).can_sleep(false).gravity_scale(0.0);
     if !base {
         let center = convert::to_vector(&link.center_of_mass);
         builder = builder.additional_mass_properties(MassProperties::with_inertia_matrix(center, link.mass, convert::to_matrix(&link.inertia)));

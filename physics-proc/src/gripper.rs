@@ -47,7 +47,7 @@ impl GripperDrive {
         let target = (self.target + step).clamp(measured - lead, measured + lead);
         let velocity = if step.abs() < reach { 0.0 } else { step / TICK_S };
         self.target = target.clamp(0.0, 0.5 * gripper.max_width);
-        DriveTarget { position: self.target, velocity, effort: 0.0, max_effort: self.force }
+        DriveTarget { position: self.target, velocity, effort: 0.0, gravity: 0.0, max_effort: self.force }
     }
 }
 

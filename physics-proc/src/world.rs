@@ -155,19 +155,23 @@ impl World {
         if let (true, Some(command), Some(gripper)) = (verdict.accepted, command, &arm.robot.gripper) {
             memory.gripper.command(&command.gripper, gripper);
         }
+        let gravity = &self.base_gravity[index];
+        let measured: Vec<f64> = arm.robot.arm_joints.iter().map(|&joint| self.measured[index].positions[joint]).collect();
+        let carried = self.dynamics[index].inverse_dynamics(&measured, &[], &[], gravity).to_vec();
         let setpoint: Vec<_> = memory.watchdog.setpoint().collect();
         let efforts = if verdict.own {
             let of = |value: fn(&cell_model::ramp::RampState) -> f64| setpoint.iter().map(value).collect::<Vec<f64>>();
-            let gravity = &self.base_gravity[index];
             self.dynamics[index].inverse_dynamics(&of(|s| s.position), &of(|s| s.velocity), &of(|s| s.acceleration), gravity)
         } else {
             memory.watchdog.efforts()
         };
-        for (&joint, (state, effort)) in arm.robot.arm_joints.iter().zip(setpoint.iter().zip(efforts)) {
+        let efforts = efforts.iter().zip(&carried);
+        for (&joint, (state, (effort, gravity))) in arm.robot.arm_joints.iter().zip(setpoint.iter().zip(efforts)) {
             let target = DriveTarget {
                 position: state.position,
                 velocity: state.velocity,
                 effort: *effort,
+                gravity: *gravity,
                 max_effort: arm.robot.joints[joint].effort,
             };
             arm.drive(&mut self.engine, joint, &target);
