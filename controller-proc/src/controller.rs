@@ -18,6 +18,8 @@ pub struct Setpoint {
     pub joints: RobotState,
     /// Obstacles that count, bit per obstacle.
     pub obstacle_mask: u64,
+    /// End every motion and stay.
+    pub hold: bool,
 }
 
 impl Setpoint {
@@ -27,16 +29,18 @@ impl Setpoint {
         orientation: None,
         joints: RobotState::EMPTY,
         obstacle_mask: u64::MAX,
+        hold: false,
     };
 }
 
 /// A piece of control: one call per cycle.
 pub trait Controller {
-    /// Starts from the measured state; `false` where that is impossible.
-    fn reset(&mut self, measured: &RobotState) -> bool;
+    /// Starts from `estimated`, the state the drives follow; `false` where that
+    /// is impossible.
+    fn reset(&mut self, estimated: &RobotState) -> bool;
 
     /// The command of this cycle (1 ms), `None` where there is none.
-    fn forward(&mut self, measured: &RobotState, setpoint: &Setpoint) -> Option<RobotState>;
+    fn forward(&mut self, estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState>;
 }
 
 /// A controller that is part of several others and keeps its integrated state
@@ -79,15 +83,15 @@ impl<C: Controller> Shared<C> {
 }
 
 impl<C: Controller> Controller for Shared<C> {
-    fn reset(&mut self, measured: &RobotState) -> bool {
+    fn reset(&mut self, estimated: &RobotState) -> bool {
         if self.started.replace(true) {
             return true;
         }
-        self.with(|inner| inner.reset(measured)).unwrap_or(false)
+        self.with(|inner| inner.reset(estimated)).unwrap_or(false)
     }
 
-    fn forward(&mut self, measured: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
-        self.with(|inner| inner.forward(measured, setpoint))
+    fn forward(&mut self, estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
+        self.with(|inner| inner.forward(estimated, setpoint))
             .flatten()
     }
 }
@@ -106,13 +110,13 @@ impl<A: Controller, B: Controller> CombinedController<A, B> {
 }
 
 impl<A: Controller, B: Controller> Controller for CombinedController<A, B> {
-    fn reset(&mut self, measured: &RobotState) -> bool {
-        self.first.reset(measured) && self.second.reset(measured)
+    fn reset(&mut self, estimated: &RobotState) -> bool {
+        self.first.reset(estimated) && self.second.reset(estimated)
     }
 
-    fn forward(&mut self, measured: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
-        let first = self.first.forward(measured, setpoint)?;
-        let second = self.second.forward(measured, setpoint)?;
+    fn forward(&mut self, estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
+        let first = self.first.forward(estimated, setpoint)?;
+        let second = self.second.forward(estimated, setpoint)?;
         // Two writers of one joint: no command is better than half a command.
         first.combine(&second).ok()
     }
@@ -132,14 +136,14 @@ impl<A: Controller, B: Controller> SequentialController<A, B> {
 }
 
 impl<A: Controller, B: Controller> Controller for SequentialController<A, B> {
-    fn reset(&mut self, measured: &RobotState) -> bool {
-        self.first.reset(measured) && self.second.reset(measured)
+    fn reset(&mut self, estimated: &RobotState) -> bool {
+        self.first.reset(estimated) && self.second.reset(estimated)
     }
 
-    fn forward(&mut self, measured: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
-        let joints = self.first.forward(measured, setpoint)?;
+    fn forward(&mut self, estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
+        let joints = self.first.forward(estimated, setpoint)?;
         self.second.forward(
-            measured,
+            estimated,
             &Setpoint {
                 joints,
                 ..*setpoint
@@ -210,21 +214,21 @@ impl<K: PartialEq> SelectableController<K> {
 }
 
 impl<K: PartialEq> Controller for SelectableController<K> {
-    fn reset(&mut self, _measured: &RobotState) -> bool {
+    fn reset(&mut self, _estimated: &RobotState) -> bool {
         self.choices.iter_mut().for_each(|c| c.started = false);
         true
     }
 
-    fn forward(&mut self, measured: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
+    fn forward(&mut self, estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
         self.active = self.next;
         let choice = self.choices.get_mut(self.active)?;
         if !choice.started {
-            choice.started = choice.controller.reset(measured);
+            choice.started = choice.controller.reset(estimated);
         }
         if !choice.started {
             return None;
         }
-        choice.controller.forward(measured, setpoint)
+        choice.controller.forward(estimated, setpoint)
     }
 }
 

@@ -20,14 +20,19 @@ impl GripperController {
             width,
         }
     }
+
+    /// Another width (m).
+    pub fn set_width(&mut self, width: f64) {
+        self.width = width;
+    }
 }
 
 impl Controller for GripperController {
-    fn reset(&mut self, _measured: &RobotState) -> bool {
+    fn reset(&mut self, _estimated: &RobotState) -> bool {
         true
     }
 
-    fn forward(&mut self, _measured: &RobotState, _setpoint: &Setpoint) -> Option<RobotState> {
+    fn forward(&mut self, _estimated: &RobotState, _setpoint: &Setpoint) -> Option<RobotState> {
         let mut state = RobotState::EMPTY;
         for finger in 0..self.fingers {
             let share = self.width / self.fingers as f64;

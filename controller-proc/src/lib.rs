@@ -6,6 +6,11 @@
 #![forbid(unsafe_code)]
 
 pub mod controller;
+mod convert;
 pub mod corridor;
+pub mod cycle;
+pub mod goal;
 pub mod gripper_controller;
+pub mod process;
+pub mod rmpflow_controller;
 pub mod robot_state;

@@ -65,6 +65,14 @@ impl Header {
         }
     }
 
+    /// Whether the message was computed from a state of physics' `generation`:
+    /// what an earlier start of physics caused is about another world.
+    pub fn answers(&self, generation: u32) -> bool {
+        let state = crate::topic::TopicId::WorldState.code();
+        let is_it = |input: &Input| input.topic == state && input.generation == generation;
+        self.inputs().iter().any(is_it)
+    }
+
     /// The inputs named.
     pub fn inputs(&self) -> &[Input] {
         &self.inputs[..(self.input_count as usize).min(MAX_INPUTS)]

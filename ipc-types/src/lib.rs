@@ -13,6 +13,7 @@ pub mod health;
 pub mod loan;
 pub mod operator;
 pub mod pose;
+pub mod probe;
 pub mod text;
 pub mod topic;
 pub mod trace;

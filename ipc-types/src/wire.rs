@@ -17,6 +17,23 @@ pub unsafe trait Wire: Copy + Send + Sync + 'static {
         // SAFETY: every bit pattern is a valid value (contract of the trait).
         unsafe { core::mem::zeroed() }
     }
+
+    /// The bytes of the message, in the order of the machine.
+    fn as_bytes(&self) -> &[u8] {
+        // SAFETY: no padding (contract of the trait), so every byte is
+        // initialised; the slice lives as long as the borrow of `self`.
+        unsafe { core::slice::from_raw_parts((&raw const *self).cast::<u8>(), size_of::<Self>()) }
+    }
+
+    /// The message those bytes are; `None` when there are more or fewer.
+    fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        if bytes.len() != size_of::<Self>() {
+            return None;
+        }
+        // SAFETY: the length was checked, the read needs no alignment, and every
+        // bit pattern is a valid value (contract of the trait).
+        Some(unsafe { bytes.as_ptr().cast::<Self>().read_unaligned() })
+    }
 }
 
 const FNV_OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
@@ -157,6 +174,13 @@ mod tests {
     fn a_change_of_types_or_names_changes_the_schema() {
         assert_ne!(Sample::SCHEMA, swapped::Sample::SCHEMA);
         assert_ne!(Sample::SCHEMA, swapped::Renamed::SCHEMA);
+    }
+
+    #[test]
+    fn bytes_go_there_and_back() {
+        let sample = Sample { a: 7, b: -0.5 };
+        assert_eq!(Sample::from_bytes(sample.as_bytes()), Some(sample));
+        assert_eq!(Sample::from_bytes(&sample.as_bytes()[1..]), None);
     }
 
     #[test]

@@ -10,10 +10,12 @@
 
 pub mod goal_book;
 pub mod job;
+pub mod memory;
 pub mod observation;
 pub mod operator;
 pub mod output;
 pub mod policy;
+pub mod process;
 pub mod reach;
 pub mod record;
 pub mod stack;

@@ -17,6 +17,7 @@ pub mod rmpflow_file;
 pub mod robot;
 mod robot_file;
 mod robot_load;
+mod robot_motion;
 pub mod robot_user;
 pub mod run_spec;
 pub mod script;

@@ -1,7 +1,7 @@
 //! A robot as every process needs it: kinematics, masses, limits, drives, hand.
 
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion};
-use rmp::{Chain, JointKind, JointLimits};
+use rmp::{Chain, JointKind, JointLimits, RmpFlowParameters};
 
 use crate::shape::Link;
 
@@ -86,6 +86,8 @@ pub struct Robot {
     /// Positions motion policies take for joints they do not control, by joint
     /// of the chain (rad or m).
     pub fixed_joint_positions: Vec<f64>,
+    /// Tuning of the motion policies.
+    pub rmpflow: RmpFlowParameters,
 }
 
 impl Robot {

@@ -5,7 +5,7 @@ use crate::error::{ModelError, Place};
 use crate::robot::{JointSpec, ParallelGripper, Robot};
 use crate::robot_file::{self, GripperTable, RobotFile};
 use crate::urdf::{self, UrdfRobot};
-use crate::{suggest, toml_text};
+use crate::{suggest, toml_text, xrdf};
 
 impl Robot {
     /// A robot of the data directory, for instance `panda`.
@@ -19,7 +19,12 @@ impl Robot {
         let table = robot_file::parse(&file, &text)?;
         let urdf_file = format!("{dir}/{}", table.urdf);
         let urdf = urdf::parse(&urdf_file, &data.read(&urdf_file)?)?;
-        Loader { file: &file, text: &text, table: &table, urdf }.finish()
+        let mut robot = Loader { file: &file, text: &text, table: &table, urdf }.finish()?;
+        let xrdf_file = format!("{dir}/{}", table.xrdf);
+        robot.take_xrdf(&xrdf_file, &xrdf::parse(&xrdf_file, &data.read(&xrdf_file)?)?)?;
+        let tuning_file = format!("{dir}/{}", table.rmpflow);
+        robot.take_tuning(&tuning_file, &data.read(&tuning_file)?)?;
+        Ok(robot)
     }
 }
 
@@ -42,6 +47,7 @@ impl Loader<'_> {
         let tcp_frame = self.frame("tcp_frame", &self.table.tcp_frame)?;
         let home: Vec<f64> = joints.iter().map(|spec| spec.home).collect();
         Ok(Robot {
+            rmpflow: Robot::general_tuning(arm_joints.len())?,
             name: self.table.name.clone(),
             default_joint_positions: arm_joints.iter().filter_map(|&j| home.get(j).copied()).collect(),
             fixed_joint_positions: home,

@@ -2,12 +2,14 @@
 
 use std::path::PathBuf;
 
-use crate::data;
-use crate::error::ModelError;
+use crate::error::{ModelError, Place};
 use crate::robot::Robot;
+use crate::robot_motion::read;
+use crate::suggest;
+use crate::xrdf::{self, Xrdf};
 
 /// Files of a user's arm (`--robot`, `--xrdf`, `--rmpflow`).
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct RobotFiles {
     /// The URDF.
     pub urdf: PathBuf,
@@ -23,17 +25,34 @@ impl Robot {
     /// # Errors
     /// [`ModelError`] where a file is missing or wrong.
     pub fn from_files(files: &RobotFiles) -> Result<Self, ModelError> {
-        let file = files.urdf.display().to_string();
-        let urdf = crate::urdf::parse(&file, &data::read_text(&files.urdf)?)?;
-        Ok(assemble(urdf))
+        let (file, text) = read(&files.urdf)?;
+        let urdf = crate::urdf::parse(&file, &text)?;
+        let xrdf = match &files.xrdf {
+            None => None,
+            Some(path) => {
+                let (file, text) = read(path)?;
+                let xrdf = xrdf::parse(&file, &text)?;
+                Some((file, xrdf))
+            }
+        };
+        let mut robot = assemble(urdf, xrdf.as_ref().map(|(file, xrdf)| (file.as_str(), xrdf)))?;
+        if let Some(path) = &files.rmpflow {
+            let (file, text) = read(path)?;
+            robot.take_tuning(&file, &text)?;
+        }
+        Ok(robot)
     }
 }
 
-fn assemble(urdf: crate::urdf::UrdfRobot) -> Robot {
+fn assemble(urdf: crate::urdf::UrdfRobot, xrdf: Option<(&str, &Xrdf)>) -> Result<Robot, ModelError> {
     let joints = crate::robot_load::plain_specs(&urdf);
-    let arm_joints = longest_arm(&urdf.chain);
+    let arm_joints = match xrdf {
+        None => longest_arm(&urdf.chain),
+        Some((file, xrdf)) => named_joints(&urdf.chain, file, &xrdf.joint_names)?,
+    };
     let home: Vec<f64> = joints.iter().map(|spec| spec.home).collect();
-    Robot {
+    let mut robot = Robot {
+        rmpflow: Robot::general_tuning(arm_joints.len())?,
         name: urdf.name,
         default_joint_positions: arm_joints.iter().map(|&joint| home[joint]).collect(),
         fixed_joint_positions: home,
@@ -44,7 +63,27 @@ fn assemble(urdf: crate::urdf::UrdfRobot) -> Robot {
         arm_joints,
         gripper: None,
         spheres: Vec::new(),
+    };
+    if let Some((file, xrdf)) = xrdf {
+        robot.take_xrdf(file, xrdf)?;
+        robot.take_tool(file, xrdf)?;
+        // A user's arm starts in its default posture.
+        for (spec, position) in robot.joints.iter_mut().zip(&robot.fixed_joint_positions) {
+            spec.home = *position;
+        }
     }
+    Ok(robot)
+}
+
+fn named_joints(chain: &rmp::Chain, file: &str, names: &[String]) -> Result<Vec<usize>, ModelError> {
+    let known: Vec<&str> = chain.joints().iter().map(|joint| joint.name.as_str()).collect();
+    let index = |name: &String| {
+        chain.joint_index(name).ok_or_else(|| {
+            let allowed = format!("no such moving joint in the URDF; {}", suggest::advice(name, &known));
+            ModelError::value(Place::file(file), "cspace.joint_names", name, allowed)
+        })
+    };
+    names.iter().map(index).collect()
 }
 
 /// Joints from the base to where the tree ends or branches: a hand with several

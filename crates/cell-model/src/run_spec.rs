@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::robot_user::RobotFiles;
 use crate::script::ScriptLine;
 
 /// How simulated time goes.
@@ -43,17 +44,6 @@ impl std::str::FromStr for Speed {
             },
         }
     }
-}
-
-/// Files of a user's own robot.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RobotFiles {
-    /// Kinematics and inertias.
-    pub urdf: PathBuf,
-    /// Collision spheres, default posture, acceleration and jerk limits.
-    pub xrdf: Option<PathBuf>,
-    /// RMPflow tuning.
-    pub rmpflow: Option<PathBuf>,
 }
 
 /// One run of a cell.

@@ -1,0 +1,23 @@
+//! Between poses as they travel and poses to calculate with.
+
+use ipc_types::Pose;
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+
+/// A pose to calculate with. The orientation was validated to be of norm 1.
+pub fn isometry(pose: &Pose) -> Isometry3<f64> {
+    let [x, y, z] = pose.position;
+    let [w, i, j, k] = pose.orientation_wxyz;
+    Isometry3::from_parts(
+        Translation3::new(x, y, z),
+        UnitQuaternion::new_normalize(Quaternion::new(w, i, j, k)),
+    )
+}
+
+/// A pose to send.
+pub fn pose(isometry: &Isometry3<f64>) -> Pose {
+    let r = isometry.rotation;
+    Pose {
+        position: isometry.translation.vector.into(),
+        orientation_wxyz: [r.w, r.i, r.j, r.k],
+    }
+}

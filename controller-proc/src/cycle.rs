@@ -1,0 +1,295 @@
+//! The 1 kHz cycle of one arm, as a pure function of what arrived.
+
+use cell_model::stop::{ControllerFlags, Stop, controller_stop};
+use cell_model::{Cell, Dynamics};
+use ipc_types::decision::GoalKind;
+use ipc_types::{
+    ArmCommand, ArmGoal, ArmState, ArmStatus, Decision, GripperCommand, GripperGoal, Header, Input,
+    MAX_JOINTS, Pose, Text, WorldState,
+};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+
+use crate::controller::{CombinedController, Controller, SelectableController, Setpoint, Shared};
+use crate::convert::{isometry, pose};
+use crate::corridor::Corridor;
+use crate::goal::GoalLatch;
+use crate::gripper_controller::GripperController;
+use crate::rmpflow_controller::{RmpFlowController, RmpFlowError};
+use crate::robot_state::RobotState;
+
+/// Standard gravity in the world frame (m/s²).
+const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+/// Above this the hand counts as holding something when a controller starts (N).
+const HOLDING_FORCE_N: f64 = 1.0;
+
+/// The controller of one arm.
+pub struct Cycle {
+    arm: usize,
+    joint_count: usize,
+    base: Isometry3<f64>,
+    gripper: Option<cell_model::ParallelGripper>,
+    motion: Shared<RmpFlowController>,
+    kept_width: Shared<GripperController>,
+    pairs: SelectableController<GripperGoal>,
+    dynamics: Dynamics,
+    latch: GoalLatch,
+    /// The last command; also what is measured against.
+    last: RobotState,
+    /// Generation of physics and count of scene resets this motion began with.
+    began_with: Option<(u32, u32)>,
+    cycles: u64,
+    clipped_cycles: u64,
+    missed_cycles: u64,
+    last_tick: Option<u64>,
+}
+
+impl Cycle {
+    /// The controller of arm `arm` of `cell`.
+    ///
+    /// # Errors
+    ///
+    /// Where the robot's tuning does not fit the robot.
+    pub fn new(cell: &Cell, arm: usize) -> Result<Self, RmpFlowError> {
+        let spec = cell.arms.get(arm).ok_or(RmpFlowError::NoSuchArm(arm))?;
+        let motion = Shared::new(RmpFlowController::new(cell, spec)?);
+        let joint_count = spec.robot.arm_joints.len();
+        let fingers = if spec.robot.gripper.is_some() { 2 } else { 0 };
+        let open = spec.robot.gripper.as_ref().map_or(0.0, |g| g.max_width);
+        let hand = |width| GripperController::new(joint_count, fingers, width);
+        let kept_width = Shared::new(hand(open));
+        let pairs = SelectableController::new(
+            GripperGoal::Keep,
+            "move, keep",
+            Box::new(CombinedController::new(motion.clone(), kept_width.clone())),
+        )
+        .or(GripperGoal::Open, "move, open", Box::new(CombinedController::new(motion.clone(), hand(open))))
+        .or(GripperGoal::Close, "move, close", Box::new(CombinedController::new(motion.clone(), hand(0.0))));
+        Ok(Self {
+            arm,
+            joint_count,
+            base: spec.base,
+            gripper: spec.robot.gripper.clone(),
+            motion,
+            kept_width,
+            pairs,
+            dynamics: Dynamics::new(&spec.robot),
+            latch: GoalLatch::default(),
+            last: RobotState::EMPTY,
+            began_with: None,
+            cycles: 0,
+            clipped_cycles: 0,
+            missed_cycles: 0,
+            last_tick: None,
+        })
+    }
+
+    /// One cycle: from the newest state and the newest decision caused by an
+    /// earlier tick to the command and the status, which are written in place.
+    pub fn update(
+        &mut self,
+        state: &WorldState,
+        decision: Option<&Decision>,
+        decision_limit_ticks: u64,
+        command: &mut ArmCommand,
+        status: &mut ArmStatus,
+    ) {
+        let Some(arm) = state.arms().get(self.arm) else {
+            return;
+        };
+        let drives = drives(arm, self.joint_count);
+        self.begin(state, arm, &drives);
+        if let Some(decision) = decision {
+            self.latch.take(decision, self.arm);
+        }
+        let stop = self.stop(state.header.tick, arm, decision_limit_ticks);
+        let setpoint = self.setpoint(stop);
+        // A key that is not there cannot be selected: the latch knows three.
+        let _unknown = self.pairs.select(&self.latch.gripper()).is_err();
+        if let Some(joints) = self.pairs.forward(&drives, &setpoint) {
+            self.last = joints;
+        }
+        self.count(state.header.tick);
+        self.write_command(state, command);
+        self.write_status(state, arm, stop, status);
+    }
+
+    /// Joint positions of the last command (rad or m).
+    pub fn joint_positions(&self) -> &[f64] {
+        self.last.positions.first(self.joint_count)
+    }
+
+    /// Starts from what the drives follow, so without a bump: at the first
+    /// state, when physics was restarted, and when the scene was reset.
+    fn begin(&mut self, state: &WorldState, arm: &ArmState, drives: &RobotState) {
+        let now = (state.header.generation, state.panel.scene_reset);
+        if self.began_with == Some(now) {
+            return;
+        }
+        self.began_with = Some(now);
+        self.last = *drives;
+        self.last_tick = None;
+        self.motion.restart();
+        self.pairs.reset(drives);
+        // A hand that holds something keeps holding it.
+        let holding = arm.gripper.grip_force > HOLDING_FORCE_N;
+        let width = if holding { 0.0 } else { arm.gripper.width };
+        self.kept_width.with(|hand| hand.set_width(width));
+    }
+
+    fn stop(&self, tick: u64, arm: &ArmState, decision_limit_ticks: u64) -> Stop {
+        let commanded = self.last.positions.first(self.joint_count);
+        let tracking_error = commanded
+            .iter()
+            .zip(&arm.joint_positions)
+            .fold(0.0_f64, |worst, (c, m)| worst.max((c - m).abs()));
+        controller_stop(&ControllerFlags {
+            decision_age_ticks: self.latch.decision_tick().map(|d| tick.saturating_sub(d)),
+            decision_limit_ticks,
+            tracking_error,
+            fault: arm.fault != 0,
+        })
+    }
+
+    fn setpoint(&self, stop: Stop) -> Setpoint {
+        let goal = self.latch.goal();
+        let kind = if stop.stops_motion() { GoalKind::Hold } else { self.latch.kind() };
+        let mut setpoint = Setpoint { obstacle_mask: goal.obstacle_mask, ..Setpoint::EMPTY };
+        if goal.has_posture != 0 || kind == GoalKind::Joints {
+            let posture = &goal.posture[..self.joint_count.min(MAX_JOINTS)];
+            setpoint.joints.positions.set_from(0, posture);
+        }
+        match kind {
+            GoalKind::Hold => setpoint.hold = true,
+            GoalKind::Joints => {}
+            GoalKind::Pose => {
+                let target = self.base.inverse() * isometry(&goal.target);
+                setpoint.position = Some(self.approach(goal, &target));
+                setpoint.orientation = Some(target.rotation);
+            }
+        }
+        setpoint
+    }
+
+    /// The target's position, shifted back into the approach corridor.
+    fn approach(&self, goal: &ArmGoal, target: &Isometry3<f64>) -> Vector3<f64> {
+        let corridor = Corridor {
+            direction: self.base.rotation.inverse() * Vector3::from(goal.approach),
+            std_dev: goal.approach_std_dev,
+        };
+        let tool = self.tool();
+        let wanted = (target.translation.vector, Some(target.rotation));
+        corridor.shift(wanted, (tool.translation.vector, tool.rotation))
+    }
+
+    /// TCP of the integrated state in the base frame.
+    fn tool(&self) -> Isometry3<f64> {
+        self.motion.with(|motion| motion.tool_pose()).unwrap_or_default()
+    }
+
+    fn count(&mut self, tick: u64) {
+        self.cycles += 1;
+        if let Some(last) = self.last_tick {
+            self.missed_cycles += tick.saturating_sub(last).saturating_sub(1);
+        }
+        self.last_tick = Some(tick);
+        let clipped = self.motion.with(|motion| motion.clipped_joints()).unwrap_or(0);
+        self.clipped_cycles += u64::from(clipped != 0);
+    }
+
+    fn inputs(&self, state: &WorldState, header: &mut Header) {
+        header.push_input(Input {
+            topic: ipc_types::topic::TopicId::WorldState.code(),
+            generation: state.header.generation,
+            seq: state.header.seq,
+            age_ticks: 0,
+        });
+        if let Some(tick) = self.latch.decision_tick() {
+            header.push_input(Input {
+                topic: ipc_types::topic::TopicId::Decision.code(),
+                generation: self.latch.generation(),
+                seq: self.latch.seq(),
+                age_ticks: state.header.tick.saturating_sub(tick),
+            });
+        }
+    }
+
+    fn write_command(&mut self, state: &WorldState, command: &mut ArmCommand) {
+        command.header = Header::caused_by::<ArmCommand>(state.header.tick);
+        self.inputs(state, &mut command.header);
+        command.arm = u32::try_from(self.arm).unwrap_or(u32::MAX);
+        command.joint_count = u32::try_from(self.joint_count).unwrap_or(u32::MAX);
+        let n = self.joint_count.min(MAX_JOINTS);
+        let (q, qd, qdd) = (
+            self.last.positions.first(n),
+            self.last.velocities.first(n),
+            self.last.accelerations.first(n),
+        );
+        command.joint_positions[..n].copy_from_slice(q);
+        command.joint_velocities[..n].copy_from_slice(qd);
+        command.joint_accelerations[..n].copy_from_slice(qdd);
+        let gravity = self.base.rotation.inverse() * GRAVITY;
+        let efforts = self.dynamics.inverse_dynamics(q, qd, qdd, &gravity);
+        for (slot, effort) in command.joint_efforts.iter_mut().zip(efforts) {
+            *slot = *effort;
+        }
+        command.gripper = self.gripper_command();
+    }
+
+    fn gripper_command(&self) -> GripperCommand {
+        let fingers = [self.joint_count, self.joint_count + 1];
+        let width = fingers.iter().filter_map(|j| self.last.positions.get(*j)).sum();
+        let asked = self.latch.goal().grip_force;
+        let force = self.gripper.as_ref().map_or(0.0, |g| {
+            let wanted = if asked > 0.0 { asked } else { g.default_force };
+            wanted.min(g.max_force)
+        });
+        GripperCommand { width, force, suction: 0, reserved: 0 }
+    }
+
+    fn write_status(&self, state: &WorldState, arm: &ArmState, stop: Stop, status: &mut ArmStatus) {
+        let goal = self.latch.goal();
+        let tcp = isometry(&arm.tcp);
+        let target = isometry(&goal.target);
+        let gripper = self.gripper_command();
+        status.header = Header::caused_by::<ArmStatus>(state.header.tick);
+        self.inputs(state, &mut status.header);
+        status.arm = u32::try_from(self.arm).unwrap_or(u32::MAX);
+        status.stop_action = stop.action.code();
+        status.stop_cause = stop.cause.code();
+        status.goal_active = u32::from(self.latch.kind() != GoalKind::Hold && !stop.stops_motion());
+        status.goal_generation = self.latch.generation();
+        status.selector = goal.selector;
+        status.goal_id = goal.goal_id;
+        status.decision_tick = self.latch.decision_tick().unwrap_or(0);
+        status.decision_age_ticks = state.header.tick.saturating_sub(status.decision_tick);
+        status.position_error = (tcp.translation.vector - target.translation.vector).norm();
+        status.orientation_error = angle(&tcp.rotation, &target.rotation);
+        status.gripper_error = arm.gripper.width - gripper.width;
+        status.setpoint = pose(&(self.base * self.tool()));
+        status.target = if goal.goal_id == 0 { Pose::IDENTITY } else { goal.target };
+        let report = self.motion.with(|m| (m.min_clearance(), m.clipped_joints()));
+        (status.min_clearance, status.clipped_joints) = report.unwrap_or((1.0e3, 0));
+        status.clipped_cycles = self.clipped_cycles;
+        status.cycles = self.cycles;
+        status.missed_cycles = self.missed_cycles;
+        status.rejected = 0;
+        status.gripper = gripper;
+        status.controller = Text::new(self.pairs.active_name());
+    }
+}
+
+/// What the drives follow.
+fn drives(arm: &ArmState, joint_count: usize) -> RobotState {
+    let n = joint_count.min(MAX_JOINTS);
+    let mut state = RobotState::EMPTY;
+    state.positions.set_from(0, &arm.setpoint_positions[..n]);
+    state.velocities.set_from(0, &arm.setpoint_velocities[..n]);
+    state.accelerations.set_from(0, &arm.setpoint_accelerations[..n]);
+    state
+}
+
+/// Angle between two orientations (rad).
+fn angle(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>) -> f64 {
+    let difference = a.inverse() * b;
+    2.0 * libm::atan2(difference.imag().norm(), difference.scalar().abs())
+}

@@ -1,0 +1,103 @@
+//! The latched goal: the newest the task asked for, kept when it falls silent.
+
+use ipc_types::decision::{GoalKind, GripperGoal};
+use ipc_types::{ArmGoal, Decision, Pose, Wire};
+
+/// What an arm has been asked to do.
+#[derive(Clone, Copy, Debug)]
+pub struct GoalLatch {
+    goal: ArmGoal,
+    generation: u32,
+    seq: u64,
+    decision_tick: Option<u64>,
+    gripper: GripperGoal,
+}
+
+impl Default for GoalLatch {
+    fn default() -> Self {
+        let mut goal = ArmGoal::zeroed();
+        goal.target = Pose::IDENTITY;
+        Self {
+            goal,
+            generation: 0,
+            seq: 0,
+            decision_tick: None,
+            gripper: GripperGoal::Keep,
+        }
+    }
+}
+
+impl GoalLatch {
+    /// Takes the goal of `arm` from a decision. A goal is absolute, so one that
+    /// was seen before, also from another generation of the task, changes
+    /// nothing.
+    pub fn take(&mut self, decision: &Decision, arm: usize) {
+        let count = decision.arm_count as usize;
+        let Some(goal) = decision.goals.get(arm).filter(|_| arm < count) else {
+            return;
+        };
+        self.goal = *goal;
+        self.generation = decision.header.generation;
+        self.seq = decision.header.seq;
+        self.decision_tick = Some(decision.header.tick);
+        match GripperGoal::from_code(goal.gripper) {
+            None | Some(GripperGoal::Keep) => {}
+            Some(gripper) => self.gripper = gripper,
+        }
+    }
+
+    /// The goal.
+    pub fn goal(&self) -> &ArmGoal {
+        &self.goal
+    }
+
+    /// Its kind; [`GoalKind::Hold`] before the first decision.
+    pub fn kind(&self) -> GoalKind {
+        GoalKind::from_code(self.goal.kind).unwrap_or_default()
+    }
+
+    /// What the gripper was asked to do last; Keep if it never was.
+    pub fn gripper(&self) -> GripperGoal {
+        self.gripper
+    }
+
+    /// Generation of the task that sent the goal.
+    pub fn generation(&self) -> u32 {
+        self.generation
+    }
+
+    /// Sequence number of the newest decision.
+    pub fn seq(&self) -> u64 {
+        self.seq
+    }
+
+    /// Tick of the newest decision, `None` before the first.
+    pub fn decision_tick(&self) -> Option<u64> {
+        self.decision_tick
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn decision(goal_id: u64, gripper: GripperGoal) -> Decision {
+        let mut decision = Decision::zeroed();
+        decision.arm_count = 1;
+        decision.goals[0].goal_id = goal_id;
+        decision.goals[0].gripper = gripper.code();
+        decision
+    }
+
+    #[test]
+    fn keep_keeps_the_gripper_goal() {
+        let mut latch = GoalLatch::default();
+        assert_eq!(latch.gripper(), GripperGoal::Keep);
+        latch.take(&decision(1, GripperGoal::Close), 0);
+        latch.take(&decision(2, GripperGoal::Keep), 0);
+        assert_eq!((latch.goal().goal_id, latch.gripper()), (2, GripperGoal::Close));
+        // A decision for fewer arms says nothing about this one.
+        latch.take(&decision(3, GripperGoal::Open), 1);
+        assert_eq!((latch.goal().goal_id, latch.gripper()), (2, GripperGoal::Close));
+    }
+}

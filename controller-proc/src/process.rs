@@ -1,0 +1,218 @@
+//! The controller on the bus: for each new state, one cycle.
+
+use std::time::Duration;
+
+use cell_bus::{Bus, BusError, Doorbell, Gate, Publisher, Sleeper, Subscriber};
+use cell_model::stop::{DECISION_AGE_FIFO_TICKS, DECISION_AGE_OTHER_TICKS};
+use cell_rt::periodic::{SPIN_FIFO_NS, SPIN_OTHER_NS};
+use cell_rt::priority::CONTROLLER_PRIORITY;
+use cell_rt::signal::stop_requested;
+use cell_rt::{monotonic_ns, sleep_until};
+use cell_worker::{HealthReporter, SetupError, Start};
+use ipc_types::topic::{Process, TopicId};
+use ipc_types::world::FLAG_LOCKSTEP;
+use ipc_types::{
+    ArmCommand, ArmStatus, DECISION_TICKS, Decision, TICK_NS, Wire, WorldState,
+};
+
+use crate::cycle::Cycle;
+use crate::rmpflow_controller::RmpFlowError;
+
+/// How long lockstep polls before it sleeps (ns): longer than a step of physics
+/// takes.
+const SPIN_LOCKSTEP_NS: u64 = 300_000;
+/// How often a waiting controller says again what it said.
+const NUDGE: Duration = Duration::from_millis(5);
+/// A state that does not come within this is given up for this cycle (ns).
+const PATIENCE_NS: u64 = 5_000_000;
+
+/// Why a controller cannot run.
+#[derive(Debug, thiserror::Error)]
+pub enum ProcessError {
+    /// The run file or the cell.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The robot's tuning.
+    #[error(transparent)]
+    Tuning(#[from] RmpFlowError),
+    /// The bus.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+}
+
+/// Runs the controller until it is asked to stop.
+///
+/// # Errors
+///
+/// When the tuning does not fit the robot or the bus cannot be joined.
+pub fn run(start: &Start) -> Result<(), ProcessError> {
+    let cycle = Cycle::new(&start.cell, usize::from(start.arm))?;
+    let fifo = start.real_time(CONTROLLER_PRIORITY, 1 + usize::from(start.arm));
+    let bus = start.join(Process::Controller(start.arm))?;
+    let mut process = ControllerProcess::new(&bus, cycle, start.arm, fifo)?;
+    while !stop_requested() {
+        process.turn();
+    }
+    Ok(())
+}
+
+struct ControllerProcess {
+    cycle: Cycle,
+    state: Subscriber<WorldState>,
+    decision: Subscriber<Decision>,
+    gate: Gate<Decision>,
+    command: Publisher<ArmCommand>,
+    status: Publisher<ArmStatus>,
+    sent: ArmCommand,
+    report: ArmStatus,
+    physics_bell: Doorbell,
+    task_bell: Doorbell,
+    sleeper: Sleeper,
+    health: HealthReporter,
+    spin_ns: u64,
+    decision_limit_ticks: u64,
+    /// Generation of physics and tick answered last.
+    answered: Option<(u32, u64)>,
+    lockstep: bool,
+    expected_ns: u64,
+}
+
+impl ControllerProcess {
+    fn new(bus: &Bus, cycle: Cycle, arm: u8, fifo: bool) -> Result<Self, BusError> {
+        let limit = if fifo { DECISION_AGE_FIFO_TICKS } else { DECISION_AGE_OTHER_TICKS };
+        Ok(Self {
+            cycle,
+            state: bus.subscriber(TopicId::WorldState)?,
+            decision: bus.subscriber(TopicId::Decision)?,
+            gate: Gate::new(),
+            command: bus.publisher(TopicId::ArmCommand(arm))?,
+            status: bus.publisher(TopicId::ArmStatus(arm))?,
+            sent: ArmCommand::zeroed(),
+            report: ArmStatus::zeroed(),
+            physics_bell: bus.doorbell(Process::Physics)?,
+            task_bell: bus.doorbell(Process::Task)?,
+            sleeper: bus.sleeper(Process::Controller(arm))?,
+            health: HealthReporter::new(bus, Process::Controller(arm), fifo)?,
+            spin_ns: if fifo { SPIN_FIFO_NS } else { SPIN_OTHER_NS },
+            decision_limit_ticks: limit,
+            answered: None,
+            lockstep: false,
+            expected_ns: 0,
+        })
+    }
+
+    /// Waits for the next state and answers it.
+    fn turn(&mut self) {
+        let waited = self.wait_for_state();
+        let woke_ns = monotonic_ns();
+        if let Some((generation, tick)) = waited.then(|| self.newest()).flatten()
+            && self.answered != Some((generation, tick))
+        {
+            self.answer(generation, tick);
+        }
+        let late_ns = woke_ns.saturating_sub(self.expected_ns.max(1));
+        self.expected_ns = woke_ns + TICK_NS;
+        let now_ns = monotonic_ns();
+        if waited && !self.lockstep {
+            self.health.cycle(late_ns, now_ns.saturating_sub(woke_ns));
+        } else if waited {
+            self.health.cycle(0, now_ns.saturating_sub(woke_ns));
+        } else {
+            self.health.idle();
+            self.command.update_connections();
+            self.status.update_connections();
+        }
+        let counts = self.decision.counts();
+        let states = self.state.counts();
+        let missed = self.report.missed_cycles;
+        self.health.totals(missed, counts.rejected + states.rejected, counts.fenced + states.fenced);
+        self.health.publish_if_due(self.answered.map_or(0, |(_, tick)| tick), now_ns);
+    }
+
+    /// The cycle: take the newest, decide on stopping, update, limit (all in
+    /// [`Cycle::update`]), publish.
+    fn answer(&mut self, generation: u32, tick: u64) {
+        if self.answered.is_none_or(|(g, t)| g != generation || t > tick) {
+            self.gate.clear();
+        }
+        let decided = self.take_decision(generation, tick);
+        let Some(state) = self.state.current() else { return };
+        let decision = decided.then(|| self.gate.current()).flatten();
+        let (command, report) = (&mut self.sent, &mut self.report);
+        self.cycle.update(state, decision, self.decision_limit_ticks, command, report);
+        // Status before command: who has seen the command may rely on it.
+        let _sent = self.status.publish(|message| *message = *report).is_ok();
+        let _sent = self.command.publish(|message| *message = *command).is_ok();
+        self.answered = Some((generation, tick));
+        if self.lockstep {
+            self.physics_bell.ring();
+            self.task_bell.ring();
+        }
+    }
+
+    /// The newest decision caused by an earlier tick of this physics. In
+    /// lockstep that is the one of the last tenth tick, and it is waited for.
+    fn take_decision(&mut self, generation: u32, tick: u64) -> bool {
+        let wanted = tick.checked_sub(1).map(|t| t - t % DECISION_TICKS);
+        let patient_until_ns = monotonic_ns() + PATIENCE_NS;
+        loop {
+            self.gate.pull(&mut self.decision);
+            let found = self.gate.advance(tick).filter(|d| d.header.answers(generation));
+            let complete = found.map(|d| d.header.tick) >= wanted;
+            if !self.lockstep || complete || monotonic_ns() > patient_until_ns || stop_requested() {
+                return found.is_some();
+            }
+            std::thread::yield_now();
+        }
+    }
+
+    fn newest(&self) -> Option<(u32, u64)> {
+        self.state.current().map(|s| (s.header.generation, s.header.tick))
+    }
+
+    /// `false` when none came in time.
+    fn wait_for_state(&mut self) -> bool {
+        if self.lockstep { self.wait_in_lockstep() } else { self.wait_in_real_time() }
+    }
+
+    /// Sleeps until shortly before the next state is due, then polls.
+    fn wait_in_real_time(&mut self) -> bool {
+        sleep_until(self.expected_ns.saturating_sub(self.spin_ns));
+        let patient_until_ns = monotonic_ns() + PATIENCE_NS;
+        loop {
+            if self.take_state() {
+                return true;
+            }
+            let now_ns = monotonic_ns();
+            if now_ns > patient_until_ns || stop_requested() {
+                return false;
+            }
+            if now_ns > self.expected_ns + self.spin_ns {
+                // Overdue: physics is late, starting or gone.
+                sleep_until(now_ns + self.spin_ns);
+            } else {
+                std::hint::spin_loop();
+            }
+        }
+    }
+
+    fn wait_in_lockstep(&mut self) -> bool {
+        let patient_until_ns = monotonic_ns() + SPIN_LOCKSTEP_NS;
+        while monotonic_ns() < patient_until_ns {
+            if self.take_state() {
+                return true;
+            }
+            std::thread::yield_now();
+        }
+        self.sleeper.wait(NUDGE);
+        self.take_state()
+    }
+
+    fn take_state(&mut self) -> bool {
+        let Some(state) = self.state.take() else {
+            return false;
+        };
+        self.lockstep = state.has(FLAG_LOCKSTEP);
+        true
+    }
+}

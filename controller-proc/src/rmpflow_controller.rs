@@ -1,0 +1,256 @@
+//! RMPflow as a controller: it integrates its own state, so its command never
+//! jumps, and resolves within the limits of the robot.
+
+use std::collections::BTreeMap;
+
+use cell_model::{ArmSpec, Cell, FixtureSpec, Robot, Shape};
+use nalgebra::{Isometry3, Vector3};
+use rmp::{
+    CollisionSphere, JointLimits, MotionState, Obstacle, ObstacleId, RmpFlow, RmpFlowSetup,
+    TargetId,
+};
+
+use crate::controller::{Controller, Setpoint};
+use crate::robot_state::RobotState;
+
+/// Length of a cycle (s).
+const CYCLE_S: f64 = 1.0e-3;
+/// A joint slower than this stands (rad/s or m/s).
+const STANDSTILL: f64 = 1.0e-6;
+/// Clearance that is reported when there is no obstacle (m).
+const NO_OBSTACLE_M: f64 = 1.0e3;
+
+/// Why an arm cannot be controlled.
+#[derive(Debug, thiserror::Error)]
+pub enum RmpFlowError {
+    /// The cell has no such arm.
+    #[error("the cell has no arm number {0}; arms count from 0 in the order of the cell file")]
+    NoSuchArm(usize),
+    /// Robot and tuning do not fit.
+    #[error("robot '{robot}': {source}; check its RMPflow file and its spheres")]
+    Setup {
+        /// The robot.
+        robot: String,
+        /// What does not fit.
+        source: rmp::SetupError,
+    },
+    /// An obstacle of the cell cannot be one.
+    #[error("fixture '{fixture}': {source}")]
+    Obstacle {
+        /// The fixture.
+        fixture: String,
+        /// What is wrong.
+        source: rmp::ObstacleError,
+    },
+    /// The robot's limits cannot be kept.
+    #[error("robot '{robot}': {source}")]
+    Limits {
+        /// The robot.
+        robot: String,
+        /// What is wrong.
+        source: rmp::LimitsError,
+    },
+}
+
+/// What the controller is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mode {
+    /// Following the setpoint.
+    Follow,
+    /// Ending the motion within the limits.
+    Brake,
+    /// At rest: stays where it stopped, and still evades obstacles.
+    Stay,
+}
+
+/// The arm's motion.
+pub struct RmpFlowController {
+    flow: RmpFlow,
+    tool: TargetId,
+    state: MotionState,
+    limits: JointLimits,
+    default_posture: Vec<f64>,
+    posture: Vec<f64>,
+    obstacles: Vec<ObstacleId>,
+    obstacle_mask: u64,
+    mode: Mode,
+    tool_pose: Isometry3<f64>,
+    min_clearance: f64,
+    clipped_joints: u64,
+}
+
+impl RmpFlowController {
+    /// The motion of `arm` among the fixtures of `cell` that are obstacles.
+    ///
+    /// # Errors
+    ///
+    /// Where the robot's files contradict each other.
+    pub fn new(cell: &Cell, arm: &ArmSpec) -> Result<Self, RmpFlowError> {
+        let robot = &arm.robot;
+        let limits = robot.limits();
+        let joints = robot.arm_joints.len();
+        let name = || robot.name.clone();
+        limits
+            .validate(joints)
+            .map_err(|source| RmpFlowError::Limits { robot: name(), source })?;
+        let mut flow = flow(cell, robot).map_err(|source| RmpFlowError::Setup { robot: name(), source })?;
+        let tool = flow
+            .add_target_frame(robot.tcp_frame_name())
+            .map_err(|source| RmpFlowError::Setup { robot: name(), source })?;
+        let mut obstacles = Vec::new();
+        for fixture in cell.obstacles() {
+            let added = flow.obstacles_mut().add(obstacle(fixture, &arm.base));
+            obstacles.push(added.map_err(|source| RmpFlowError::Obstacle {
+                fixture: fixture.name.clone(),
+                source,
+            })?);
+        }
+        Ok(Self {
+            tool,
+            state: MotionState::at_rest(&arm.home),
+            limits,
+            default_posture: robot.default_joint_positions.clone(),
+            posture: robot.default_joint_positions.clone(),
+            obstacles,
+            obstacle_mask: u64::MAX,
+            mode: Mode::Stay,
+            tool_pose: Isometry3::identity(),
+            min_clearance: NO_OBSTACLE_M,
+            clipped_joints: 0,
+            flow,
+        })
+    }
+
+    /// TCP of the integrated state in the base frame.
+    pub fn tool_pose(&self) -> Isometry3<f64> {
+        self.tool_pose
+    }
+
+    /// Smallest distance of a sphere from an obstacle in the last cycle (m).
+    pub fn min_clearance(&self) -> f64 {
+        self.min_clearance
+    }
+
+    /// Joints held back by a limit in the last cycle, bit per joint.
+    pub fn clipped_joints(&self) -> u64 {
+        self.clipped_joints
+    }
+
+    fn apply(&mut self, setpoint: &Setpoint) -> Result<(), rmp::SetupError> {
+        if setpoint.obstacle_mask != self.obstacle_mask {
+            self.obstacle_mask = setpoint.obstacle_mask;
+            for (bit, id) in self.obstacles.iter().enumerate() {
+                let enabled = self.obstacle_mask >> bit.min(63) & 1 == 1;
+                // The id came from this set, so it is there.
+                let _known = self.flow.obstacles_mut().set_enabled(*id, enabled).is_ok();
+            }
+        }
+        if setpoint.hold {
+            return self.hold();
+        }
+        self.mode = Mode::Follow;
+        for (joint, slot) in self.posture.iter_mut().enumerate() {
+            let wanted = setpoint.joints.positions.get(joint);
+            *slot = wanted.or(self.default_posture.get(joint).copied()).unwrap_or(*slot);
+        }
+        self.flow.set_posture(&self.posture)?;
+        self.flow.set_position_target(self.tool, setpoint.position)?;
+        self.flow.set_orientation_target(self.tool, setpoint.orientation)
+    }
+
+    /// Ends the motion, then stays at the pose it ended in.
+    fn hold(&mut self) -> Result<(), rmp::SetupError> {
+        if self.mode == Mode::Follow {
+            self.mode = Mode::Brake;
+        }
+        let stands = self.state.velocities.iter().all(|v| v.abs() < STANDSTILL);
+        if self.mode == Mode::Brake && stands {
+            self.mode = Mode::Stay;
+            self.stay()?;
+        }
+        Ok(())
+    }
+
+    fn stay(&mut self) -> Result<(), rmp::SetupError> {
+        let pose = self.flow.target_frame_pose_at(self.tool, &self.state.positions)?;
+        self.flow.set_posture(&self.state.positions)?;
+        self.flow.set_position_target(self.tool, pose.map(|p| p.translation.vector))?;
+        self.flow.set_orientation_target(self.tool, pose.map(|p| p.rotation))
+    }
+
+    fn step(&mut self) -> Result<(), rmp::FlowError> {
+        if self.mode == Mode::Brake {
+            let clips = rmp::brake(&mut self.state, &self.limits, CYCLE_S)?;
+            self.clipped_joints = clips.acceleration | clips.jerk;
+        } else {
+            let report = self.flow.step_cell(&mut self.state, &self.limits, CYCLE_S)?;
+            self.min_clearance = report.clearance.map_or(NO_OBSTACLE_M, |c| c.distance);
+            let clips = report.clips;
+            self.clipped_joints =
+                clips.position | clips.velocity | clips.acceleration | clips.jerk | clips.conflict;
+        }
+        if let Some(pose) = self.flow.target_frame_pose_at(self.tool, &self.state.positions)? {
+            self.tool_pose = pose;
+        }
+        Ok(())
+    }
+}
+
+impl Controller for RmpFlowController {
+    fn reset(&mut self, estimated: &RobotState) -> bool {
+        let n = self.state.positions.len();
+        self.state.positions.copy_from_slice(estimated.positions.first(n));
+        self.state.velocities.copy_from_slice(estimated.velocities.first(n));
+        self.state.accelerations.copy_from_slice(estimated.accelerations.first(n));
+        self.mode = Mode::Brake;
+        true
+    }
+
+    fn forward(&mut self, _estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
+        self.apply(setpoint).ok()?;
+        self.step().ok()?;
+        let mut command = RobotState::EMPTY;
+        command.positions.set_from(0, &self.state.positions);
+        command.velocities.set_from(0, &self.state.velocities);
+        command.accelerations.set_from(0, &self.state.accelerations);
+        Some(command)
+    }
+}
+
+fn flow(cell: &Cell, robot: &Robot) -> Result<RmpFlow, rmp::SetupError> {
+    let names = robot.arm_joint_names();
+    let mut defaults = BTreeMap::new();
+    for (joint, position) in robot.chain.joints().iter().zip(&robot.fixed_joint_positions) {
+        defaults.insert(joint.name.clone(), *position);
+    }
+    for (name, position) in names.iter().zip(&robot.default_joint_positions) {
+        defaults.insert(name.clone(), *position);
+    }
+    let sphere = |s: &cell_model::robot::CollisionSphere| CollisionSphere {
+        frame: s.frame.clone(),
+        center: Vector3::from(s.center),
+        radius: s.radius,
+    };
+    let spheres: Vec<CollisionSphere> = robot.spheres.iter().map(sphere).collect();
+    RmpFlow::new(&RmpFlowSetup {
+        chain: &robot.chain,
+        joint_names: &names,
+        default_positions: &defaults,
+        spheres: &spheres,
+        parameters: &robot.rmpflow,
+        obstacle_capacity: cell.obstacles().count(),
+    })
+}
+
+/// A fixture as an obstacle in the base frame. A cylinder counts as the box
+/// around it.
+fn obstacle(fixture: &FixtureSpec, base: &Isometry3<f64>) -> Obstacle {
+    let pose = base.inverse() * fixture.pose;
+    let (half_extents, radius) = match fixture.shape {
+        Shape::Box { size_m } => (Vector3::from(size_m) * 0.5, 0.0),
+        Shape::Sphere { radius_m } => (Vector3::zeros(), radius_m),
+        Shape::Cylinder { radius_m, height_m } => (Vector3::new(radius_m, radius_m, 0.5 * height_m), 0.0),
+        Shape::Capsule { radius_m, height_m } => (Vector3::new(0.0, 0.0, 0.5 * height_m), radius_m),
+    };
+    Obstacle { pose, half_extents, radius }
+}

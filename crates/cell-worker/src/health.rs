@@ -1,0 +1,109 @@
+//! The health of this process, published at 100 Hz.
+
+use cell_bus::{Bus, BusError, Publisher};
+use cell_rt::Histogram;
+use ipc_types::health::Scheduling;
+use ipc_types::topic::{Process, TopicId};
+use ipc_types::{Header, Health, Text};
+
+/// Period of the message (ns).
+const PERIOD_NS: u64 = 10_000_000;
+/// Length of the window the figures are of (ns).
+const WINDOW_NS: u64 = 1_000_000_000;
+
+/// Measures the cycles of a process and publishes how it is doing.
+pub struct HealthReporter {
+    publisher: Publisher<Health>,
+    message: Health,
+    lateness: Histogram,
+    body: Histogram,
+    apply_age: Histogram,
+    window_began_ns: u64,
+    window_cycles: u64,
+    next_ns: u64,
+}
+
+impl HealthReporter {
+    /// The reporter of `process`.
+    pub fn new(bus: &Bus, process: Process, fifo: bool) -> Result<Self, BusError> {
+        let mut message: Health = ipc_types::Wire::zeroed();
+        message.pid = std::process::id();
+        message.scheduling = if fifo { Scheduling::Fifo } else { Scheduling::Other }.code();
+        Ok(Self {
+            publisher: bus.publisher(TopicId::Health(process))?,
+            message,
+            lateness: Histogram::new(),
+            body: Histogram::new(),
+            apply_age: Histogram::new(),
+            window_began_ns: cell_rt::monotonic_ns(),
+            window_cycles: 0,
+            next_ns: 0,
+        })
+    }
+
+    /// Counts a cycle that began `late_ns` after it should have and took
+    /// `body_ns`.
+    pub fn cycle(&mut self, late_ns: u64, body_ns: u64) {
+        self.message.cycles += 1;
+        self.window_cycles += 1;
+        self.lateness.record(late_ns);
+        self.body.record(body_ns);
+    }
+
+    /// Counts a turn of a process that waits: it lives, but has nothing to do.
+    pub fn idle(&mut self) {
+        self.message.cycles += 1;
+    }
+
+    /// Age of the state whose command is applied now (ns).
+    pub fn applied(&mut self, age_ns: u64) {
+        self.apply_age.record(age_ns);
+    }
+
+    /// Totals since the start of the process.
+    pub fn totals(&mut self, missed_cycles: u64, rejected: u64, fenced: u64) {
+        self.message.missed_cycles = missed_cycles;
+        self.message.rejected = rejected;
+        self.message.fenced = fenced;
+    }
+
+    /// Newest trouble in words; empty for none.
+    pub fn note(&mut self, note: &str) {
+        if self.message.note.as_str() != note {
+            self.message.note = Text::new(note);
+        }
+    }
+
+    /// Publishes if it is time; `tick` is the newest this process has seen.
+    pub fn publish_if_due(&mut self, tick: u64, now_ns: u64) {
+        if now_ns < self.next_ns {
+            return;
+        }
+        self.next_ns = now_ns + PERIOD_NS;
+        let window_ns = now_ns.saturating_sub(self.window_began_ns);
+        if window_ns >= WINDOW_NS {
+            self.close_window(window_ns);
+            self.window_began_ns = now_ns;
+        }
+        self.message.header = Header::caused_by::<Health>(tick);
+        let message = &self.message;
+        // A message that was not sent is followed by another in 10 ms.
+        let _sent = self.publisher.publish(|slot| *slot = *message).is_ok();
+    }
+
+    fn close_window(&mut self, window_ns: u64) {
+        let figures = &mut self.message;
+        figures.rate_hz = self.window_cycles as f64 * 1.0e9 / window_ns as f64;
+        figures.lateness_p50_ns = self.lateness.percentile(50.0) as f64;
+        figures.lateness_p99_ns = self.lateness.percentile(99.0) as f64;
+        figures.lateness_max_ns = self.lateness.max() as f64;
+        figures.body_p50_ns = self.body.percentile(50.0) as f64;
+        figures.body_p99_ns = self.body.percentile(99.0) as f64;
+        figures.apply_age_p50_ns = self.apply_age.percentile(50.0) as f64;
+        figures.apply_age_p99_ns = self.apply_age.percentile(99.0) as f64;
+        self.window_cycles = 0;
+        for histogram in [&mut self.lateness, &mut self.body, &mut self.apply_age] {
+            histogram.clear();
+        }
+    }
+}

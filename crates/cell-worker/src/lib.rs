@@ -1,0 +1,9 @@
+//! What every process of a cell has in common: how it starts, how it joins the
+//! run, and how it says how it is doing.
+#![forbid(unsafe_code)]
+
+mod health;
+mod start;
+
+pub use health::HealthReporter;
+pub use start::{SetupError, Start, main};

@@ -1,0 +1,101 @@
+//! The start of a process: all that can fail comes before the bus is touched.
+
+use std::process::ExitCode;
+
+use cell_bus::{Bus, BusError, RunSite};
+use cell_model::run_spec::{RunSpec, RunSpecError};
+use cell_model::worker_args::{WorkerArgs, WorkerArgsError};
+use cell_model::{Cell, Data, ModelError};
+use cell_rt::{priority, process, signal};
+use ipc_types::topic::Process;
+
+/// Configuration that cannot be used.
+const EXIT_CONFIGURATION: u8 = 3;
+
+/// Why a process cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum SetupError {
+    /// The arguments.
+    #[error(transparent)]
+    Args(#[from] WorkerArgsError),
+    /// The run file.
+    #[error(transparent)]
+    Spec(#[from] RunSpecError),
+    /// The cell.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The operating system.
+    #[error("start-up: {0}")]
+    System(#[from] std::io::Error),
+    /// The launcher is gone already.
+    #[error("the launcher ended while this process was starting")]
+    Orphan,
+}
+
+/// A process that knows its run and has not joined it yet.
+pub struct Start {
+    /// The run.
+    pub spec: RunSpec,
+    /// The cell, set up for the run's seed.
+    pub cell: Cell,
+    /// Which start of this process it is.
+    pub generation: u32,
+    /// Which arm, for a controller.
+    pub arm: u8,
+}
+
+impl Start {
+    /// Reads arguments, run file and cell, and ties this process to the
+    /// launcher: it ends when the launcher ends.
+    pub fn from_arguments() -> Result<Self, SetupError> {
+        process::private_umask();
+        signal::install_stop_handler()?;
+        let parent = process::parent_pid();
+        if !process::die_with_parent(process::SIGTERM, parent)? {
+            return Err(SetupError::Orphan);
+        }
+        let args = WorkerArgs::parse(std::env::args().skip(1))?;
+        let spec = RunSpec::load(&args.spec)?;
+        let data = match &spec.data_dir {
+            Some(dir) => Data::dir(dir.clone()),
+            None => Data::embedded(),
+        };
+        let cell = Cell::load(&data, &spec.demo, spec.seed, spec.robot.as_ref())?;
+        Ok(Self { spec, cell, generation: args.generation, arm: args.arm })
+    }
+
+    /// Asks for real-time scheduling where the run wants it; says in the log
+    /// what was refused. Whether SCHED_FIFO was granted.
+    pub fn real_time(&self, fifo_priority: i32, core: usize) -> bool {
+        if !self.spec.real_time || self.spec.speed.is_lockstep() {
+            return false;
+        }
+        let core = (priority::core_count() > 1).then_some(core % priority::core_count());
+        let granted = priority::request(fifo_priority, core);
+        for line in &granted.refused {
+            eprintln!("warning: no {line}");
+        }
+        granted.fifo
+    }
+
+    /// Joins the run as `process`.
+    pub fn join(&self, process: Process) -> Result<Bus, BusError> {
+        let site = RunSite { root: self.spec.root.clone(), prefix: self.spec.prefix.clone() };
+        Bus::join(&site, self.spec.run, self.generation, &process.name())
+    }
+}
+
+/// `main` of a process: runs it and turns its error into one line and a code.
+pub fn main<E: std::fmt::Display + From<SetupError>>(
+    name: &str,
+    run: impl FnOnce(&Start) -> Result<(), E>,
+) -> ExitCode {
+    let result = Start::from_arguments().map_err(E::from).and_then(|start| run(&start));
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{name}: {error}");
+            ExitCode::from(EXIT_CONFIGURATION)
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! Physics on the bus: take the newest inputs, step, publish the state.
+
+use std::time::Duration;
+
+use cell_bus::{Bus, BusError, Doorbell, Latest, OperatorServer, Publisher, Sleeper};
+use cell_model::run_spec::{RunSpec, Speed};
+use cell_rt::priority::PHYSICS_PRIORITY;
+use cell_rt::signal::stop_requested;
+use cell_rt::{Grid, monotonic_ns};
+use cell_worker::{HealthReporter, SetupError, Start};
+use ipc_types::topic::{Process, TopicId};
+use ipc_types::{ArmCommand, DECISION_TICKS, Decision, Header, MAX_ARMS, TICK_NS, WorldState};
+
+use crate::plant::{Next, Plant};
+use crate::world::StepInput;
+
+/// How long lockstep polls before it sleeps (ns): longer than a cycle of a
+/// controller takes.
+const SPIN_NS: u64 = 200_000;
+/// How often a waiting physics says again what it waits with.
+const NUDGE: Duration = Duration::from_millis(5);
+/// Publication times kept for the age of applied commands.
+const PUBLISHED: usize = 64;
+/// Requests answered in one tick.
+const REQUESTS_PER_TICK: usize = 8;
+
+/// Why physics cannot run.
+#[derive(Debug, thiserror::Error)]
+pub enum ProcessError {
+    /// The run file or the cell.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The scene.
+    #[error(transparent)]
+    World(#[from] crate::world::WorldError),
+    /// The bus.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+}
+
+/// Runs physics until it is asked to stop.
+///
+/// # Errors
+///
+/// When the scene cannot be set up or the bus cannot be joined. Everything that
+/// can fail happens before the bus is touched.
+pub fn run(start: &Start) -> Result<(), ProcessError> {
+    let plant = Plant::new(&start.cell, &start.spec)?;
+    let fifo = start.real_time(PHYSICS_PRIORITY, 0);
+    let bus = start.join(Process::Physics)?;
+    let mut process = PhysicsProcess::new(&bus, plant, &start.spec, fifo)?;
+    match start.spec.speed {
+        Speed::RealTime => process.real_time(fifo),
+        Speed::Max => process.lockstep(0),
+        Speed::Factor(factor) => process.lockstep(paced_period_ns(factor)),
+    }
+    Ok(())
+}
+
+struct PhysicsProcess {
+    plant: Plant,
+    generation: u32,
+    tick: u64,
+    state: Publisher<WorldState>,
+    commands: Vec<Latest<ArmCommand>>,
+    decision: Latest<Decision>,
+    operator: OperatorServer,
+    health: HealthReporter,
+    controller_bells: Vec<Doorbell>,
+    task_bell: Doorbell,
+    monitor_bell: Doorbell,
+    sleeper: Sleeper,
+    published_ns: [u64; PUBLISHED],
+    overruns: u64,
+}
+
+impl PhysicsProcess {
+    fn new(bus: &Bus, plant: Plant, spec: &RunSpec, fifo: bool) -> Result<Self, BusError> {
+        let commands = (0..spec.arms).map(|arm| bus.latest(TopicId::ArmCommand(arm)));
+        let bells = (0..spec.arms).map(|arm| bus.doorbell(Process::Controller(arm)));
+        Ok(Self {
+            tick: plant.world().tick(),
+            plant,
+            generation: bus.generation(),
+            state: bus.publisher(TopicId::WorldState)?,
+            commands: commands.collect::<Result<_, _>>()?,
+            decision: bus.latest(TopicId::Decision)?,
+            operator: bus.operator_server()?,
+            health: HealthReporter::new(bus, Process::Physics, fifo)?,
+            controller_bells: bells.collect::<Result<_, _>>()?,
+            task_bell: bus.doorbell(Process::Task)?,
+            monitor_bell: bus.doorbell(Process::Monitor)?,
+            sleeper: bus.sleeper(Process::Physics)?,
+            published_ns: [0; PUBLISHED],
+            overruns: 0,
+        })
+    }
+
+    /// One tick each millisecond on an absolute grid; nobody is waited for.
+    fn real_time(&mut self, fifo: bool) {
+        let mut grid = Grid::new(TICK_NS, monotonic_ns(), fifo);
+        self.publish();
+        while !stop_requested() {
+            let wake = grid.wait();
+            self.overruns = grid.overruns();
+            self.take_inputs();
+            self.step();
+            self.publish();
+            let now_ns = monotonic_ns();
+            self.health.cycle(wake.lateness_ns(), now_ns.saturating_sub(wake.woke_ns));
+            self.health.publish_if_due(self.tick, now_ns);
+        }
+    }
+
+    /// A tick when everybody has answered the one before, at most one in
+    /// `period_ns`.
+    fn lockstep(&mut self, period_ns: u64) {
+        let mut grid = Grid::new(period_ns.max(1), monotonic_ns(), false);
+        self.publish();
+        while !stop_requested() {
+            let began_ns = monotonic_ns();
+            if !self.wait_for_answers() {
+                break;
+            }
+            if period_ns > 0 {
+                grid.wait();
+            }
+            if self.step() == Next::Wait {
+                self.sleeper.wait(NUDGE);
+                self.health.idle();
+            } else {
+                self.health.cycle(0, monotonic_ns().saturating_sub(began_ns));
+            }
+            self.publish();
+            self.health.publish_if_due(self.tick, monotonic_ns());
+        }
+    }
+
+    /// Takes what arrived; what another physics caused is not for this one.
+    fn take_inputs(&mut self) {
+        for command in &mut self.commands {
+            command.refresh();
+        }
+        self.decision.refresh();
+        let plant = &mut self.plant;
+        self.operator.poll(REQUESTS_PER_TICK, |request| plant.operate(request));
+    }
+
+    fn step(&mut self) -> Next {
+        let generation = self.generation;
+        let mine = |header: &Header| header.answers(generation);
+        let decision = self.decision.get().filter(|d| mine(&d.header));
+        let next = self.plant.before_step(decision);
+        if next == Next::Step {
+            let mut commands = [None; MAX_ARMS];
+            for (slot, command) in commands.iter_mut().zip(&self.commands) {
+                *slot = command.get().filter(|c| mine(&c.header));
+            }
+            if let Some(command) = commands[0] {
+                let age = self.tick.saturating_sub(command.header.tick);
+                let published_ns = self.published_ns[index(command.header.tick)];
+                if age < PUBLISHED as u64 {
+                    self.health.applied(monotonic_ns().saturating_sub(published_ns));
+                }
+            }
+            self.plant.step(&StepInput { commands, decision });
+        }
+        next
+    }
+
+    fn publish(&mut self) {
+        let (plant, overruns) = (&self.plant, self.overruns);
+        // A state that was not sent is followed by another; the port counts it.
+        let _sent = self.state.publish(|state| {
+            plant.write_state(state);
+            state.overruns = overruns;
+        });
+        self.tick = self.plant.world().tick();
+        self.published_ns[index(self.tick)] = monotonic_ns();
+        let counts = self.commands.iter().map(|c| c.subscriber().counts());
+        let (rejected, fenced) = counts
+            .chain([self.decision.subscriber().counts()])
+            .fold((0, 0), |(r, f), c| (r + c.rejected, f + c.fenced));
+        self.health.totals(self.overruns, rejected, fenced);
+        self.ring();
+    }
+
+    fn ring(&mut self) {
+        self.controller_bells.iter_mut().for_each(Doorbell::ring);
+        if self.tick.is_multiple_of(DECISION_TICKS) {
+            self.task_bell.ring();
+            self.monitor_bell.ring();
+        }
+    }
+
+    /// Waits until every controller has answered this tick and, on every tenth,
+    /// the task. `false` when asked to stop.
+    fn wait_for_answers(&mut self) -> bool {
+        let mut patient_until_ns = monotonic_ns() + SPIN_NS;
+        loop {
+            self.take_inputs();
+            match self.missing() {
+                None => {
+                    self.health.note("");
+                    return true;
+                }
+                // A cell that stands still has time to ask people again.
+                Some(_) if self.plant.is_ending() => return true,
+                Some(_) if monotonic_ns() < patient_until_ns => std::thread::yield_now(),
+                Some(process) => {
+                    if stop_requested() {
+                        return false;
+                    }
+                    if self.sleeper.wait(NUDGE) {
+                        continue;
+                    }
+                    self.health.idle();
+                    self.health.note(&format!("tick {} waits for {}", self.tick, process.name()));
+                    self.health.publish_if_due(self.tick, monotonic_ns());
+                    self.state.update_connections();
+                    self.ring_all();
+                    patient_until_ns = monotonic_ns() + SPIN_NS;
+                }
+            }
+        }
+    }
+
+    fn ring_all(&mut self) {
+        self.controller_bells.iter_mut().for_each(Doorbell::ring);
+        self.task_bell.ring();
+    }
+
+    /// Who has not answered this tick yet.
+    fn missing(&self) -> Option<Process> {
+        let answered = |header: &Header| header.tick >= self.tick && header.answers(self.generation);
+        for (arm, command) in (0_u8..).zip(&self.commands) {
+            if !command.get().is_some_and(|c| answered(&c.header)) {
+                return Some(Process::Controller(arm));
+            }
+        }
+        let due = self.tick.is_multiple_of(DECISION_TICKS);
+        if due && !self.decision.get().is_some_and(|d| answered(&d.header)) {
+            return Some(Process::Task);
+        }
+        None
+    }
+}
+
+fn index(tick: u64) -> usize {
+    usize::try_from(tick % PUBLISHED as u64).unwrap_or(0)
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the factor was checked to be between 0.01 and 50"
+)]
+fn paced_period_ns(factor: f64) -> u64 {
+    (TICK_NS as f64 / factor) as u64
+}

@@ -1,0 +1,253 @@
+//! The task on the bus: on every tenth tick observe, decide, write it down,
+//! publish.
+
+use std::time::Duration;
+
+use cell_bus::{Bus, BusError, Doorbell, Gate, Publisher, Sleeper, Subscriber};
+use cell_rt::{monotonic_ns, signal::stop_requested};
+use cell_worker::{HealthReporter, SetupError, Start};
+use ipc_types::topic::{Process, TopicId};
+use ipc_types::world::{FLAG_LOCKSTEP, FLAG_PAUSED};
+use ipc_types::{
+    ArmStatus, DECISION_TICKS, Decision, Header, Input, MAX_ARMS, TraceLine, Wire, WorldState,
+};
+
+use crate::memory::{Memory, MemoryError};
+use crate::output::TraceLineText;
+use crate::{Task, TaskError};
+
+/// Longest sleep between two looks at the state.
+const NUDGE: Duration = Duration::from_millis(5);
+/// Longest wait for the controllers' words on the tick before (ns).
+const PATIENCE_NS: u64 = 5_000_000;
+
+/// Why a task cannot run.
+#[derive(Debug, thiserror::Error)]
+pub enum ProcessError {
+    /// The run file or the cell.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The policy.
+    #[error(transparent)]
+    Task(#[from] TaskError),
+    /// The two-slot file.
+    #[error(transparent)]
+    Memory(#[from] MemoryError),
+    /// The bus.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+}
+
+/// Runs the task until it is asked to stop.
+///
+/// # Errors
+///
+/// When the policy is unknown, the two-slot file cannot be mapped, or the bus
+/// cannot be joined.
+pub fn run(start: &Start) -> Result<(), ProcessError> {
+    let task = Task::new(&start.cell, &start.spec.policy)?;
+    let memory = Memory::open(&start.spec.run_dir, start.spec.run)?;
+    let bus = start.join(Process::Task)?;
+    let mut process = TaskProcess::new(&bus, task, memory, start.spec.arms)?;
+    while !stop_requested() {
+        process.turn();
+    }
+    Ok(())
+}
+
+struct TaskProcess {
+    task: Task,
+    memory: Memory,
+    state: Subscriber<WorldState>,
+    statuses: Vec<(Subscriber<ArmStatus>, Gate<ArmStatus>)>,
+    decision: Publisher<Decision>,
+    trace: Publisher<TraceLine>,
+    lines: Vec<TraceLineText>,
+    bells: Vec<Doorbell>,
+    sleeper: Sleeper,
+    health: HealthReporter,
+    message: Decision,
+    /// Generation of physics and tick decided on last.
+    decided: Option<(u32, u64)>,
+    begun: bool,
+}
+
+impl TaskProcess {
+    fn new(bus: &Bus, task: Task, memory: Memory, arms: u8) -> Result<Self, BusError> {
+        let mut bells = vec![bus.doorbell(Process::Physics)?];
+        let mut statuses = Vec::new();
+        for arm in 0..arms {
+            bells.push(bus.doorbell(Process::Controller(arm))?);
+            statuses.push((bus.subscriber(TopicId::ArmStatus(arm))?, Gate::new()));
+        }
+        Ok(Self {
+            task,
+            memory,
+            state: bus.subscriber(TopicId::WorldState)?,
+            statuses,
+            decision: bus.publisher(TopicId::Decision)?,
+            trace: bus.publisher(TopicId::Trace)?,
+            lines: Vec::with_capacity(16),
+            bells,
+            sleeper: bus.sleeper(Process::Task)?,
+            health: HealthReporter::new(bus, Process::Task, false)?,
+            message: Decision::zeroed(),
+            decided: None,
+            begun: false,
+        })
+    }
+
+    /// Looks at the newest state and decides if it is time to.
+    fn turn(&mut self) {
+        let woke_ns = monotonic_ns();
+        if self.state.take().is_some() {
+            self.work();
+        }
+        let now_ns = monotonic_ns();
+        self.health.publish_if_due(self.decided.map_or(0, |(_, tick)| tick), now_ns);
+        self.decision.update_connections();
+        self.trace.update_connections();
+        if !self.sleeper.wait(NUDGE) {
+            self.health.idle();
+        }
+        let _awake_ns = woke_ns;
+    }
+
+    fn work(&mut self) {
+        let Some(state) = self.state.current() else { return };
+        let (generation, tick) = (state.header.generation, state.header.tick);
+        let lockstep = state.has(FLAG_LOCKSTEP);
+        if !self.begun {
+            self.begun = true;
+            self.begin(generation, tick);
+        }
+        let Some(state) = self.state.current() else { return };
+        let due = match self.decided {
+            Some((g, last)) if g == generation && tick >= last => {
+                let on_the_tick = tick.is_multiple_of(DECISION_TICKS) && tick > last;
+                on_the_tick || (!lockstep && tick / DECISION_TICKS > last / DECISION_TICKS)
+            }
+            _ => !lockstep || tick.is_multiple_of(DECISION_TICKS),
+        };
+        let paused = state.has(FLAG_PAUSED) && self.decided.is_some();
+        if due && !paused {
+            self.decide(generation, tick, lockstep);
+        }
+    }
+
+    /// Goes on from the record of the process before, if there is one.
+    fn begin(&mut self, generation: u32, tick: u64) {
+        let Some(saved) = self.memory.newest(generation) else { return };
+        match self.task.restore(&saved.record) {
+            Ok(()) => self.say("[task] goes on from its record"),
+            Err(error) => {
+                // What happened before is lost; what is seen is not.
+                eprintln!("warning: {error}");
+                self.say("[task] starts from what it sees");
+                return;
+            }
+        }
+        if tick / DECISION_TICKS > saved.tick / DECISION_TICKS + 1 {
+            if let Some(state) = self.state.current() {
+                self.task.reconcile(state);
+            }
+        }
+        self.decided = Some((generation, saved.tick));
+        self.message = saved.decision;
+        if tick == saved.tick {
+            // The decision of this tick was made, perhaps not heard.
+            self.publish();
+        }
+    }
+
+    fn decide(&mut self, generation: u32, tick: u64, lockstep: bool) {
+        let began_ns = monotonic_ns();
+        self.take_statuses(generation, tick, lockstep);
+        let Some(state) = self.state.current() else { return };
+        let mut statuses = [None; MAX_ARMS];
+        for (slot, (_, gate)) in statuses.iter_mut().zip(&self.statuses) {
+            *slot = gate.current().filter(|s| s.header.answers(generation));
+        }
+        self.lines.clear();
+        self.task.decide(state, &statuses, &mut self.message, &mut self.lines);
+        name_inputs(&mut self.message.header, state, &statuses);
+        self.decided = Some((generation, tick));
+        let record = self.task.record();
+        if !self.memory.write(generation, tick, &self.message, &record) {
+            self.health.note("the task's record is too long to be kept");
+        }
+        self.publish();
+        let lines = std::mem::take(&mut self.lines);
+        for line in &lines {
+            self.send_line(tick, line);
+        }
+        self.lines = lines;
+        self.health.cycle(0, monotonic_ns().saturating_sub(began_ns));
+    }
+
+    /// The newest status caused by an earlier tick; in lockstep that of the
+    /// tick before, which is waited for.
+    fn take_statuses(&mut self, generation: u32, tick: u64, lockstep: bool) {
+        let patient_until_ns = monotonic_ns() + PATIENCE_NS;
+        if self.decided.is_none_or(|(g, t)| g != generation || t > tick) {
+            self.statuses.iter_mut().for_each(|(_, gate)| gate.clear());
+        }
+        for (subscriber, gate) in &mut self.statuses {
+            loop {
+                gate.pull(subscriber);
+                let found = gate.advance(tick).filter(|s| s.header.answers(generation));
+                let complete = found.map(|s| s.header.tick) >= tick.checked_sub(1);
+                if !lockstep || complete || monotonic_ns() > patient_until_ns {
+                    break;
+                }
+                std::thread::yield_now();
+            }
+        }
+    }
+
+    fn publish(&mut self) {
+        let message = &self.message;
+        // One that was not sent is followed by another on the next tenth tick.
+        let _sent = self.decision.publish(|slot| *slot = *message).is_ok();
+        self.bells.iter_mut().for_each(Doorbell::ring);
+    }
+
+    fn say(&mut self, text: &str) {
+        let line = TraceLineText {
+            kind: ipc_types::trace::TraceKind::Lifecycle,
+            text: ipc_types::Text::new(text),
+        };
+        self.send_line(self.decided.map_or(0, |(_, tick)| tick), &line);
+    }
+
+    fn send_line(&mut self, tick: u64, line: &TraceLineText) {
+        let write = |message: &mut TraceLine| {
+            message.header = Header::caused_by::<TraceLine>(tick);
+            message.kind = line.kind.code();
+            message.reserved = 0;
+            message.text = line.text;
+        };
+        // A line that was not sent leaves a gap in the sequence, which counts.
+        let _sent = self.trace.publish(write).is_ok();
+    }
+}
+
+fn name_inputs(header: &mut Header, state: &WorldState, statuses: &[Option<&ArmStatus>]) {
+    header.input_count = 0;
+    header.push_input(Input {
+        topic: TopicId::WorldState.code(),
+        generation: state.header.generation,
+        seq: state.header.seq,
+        age_ticks: 0,
+    });
+    for (arm, status) in (0_u8..).zip(statuses) {
+        if let Some(status) = status {
+            header.push_input(Input {
+                topic: TopicId::ArmStatus(arm).code(),
+                generation: status.header.generation,
+                seq: status.header.seq,
+                age_ticks: state.header.tick.saturating_sub(status.header.tick),
+            });
+        }
+    }
+}
