@@ -87,8 +87,10 @@ impl Tree {
         origin: &Isometry3<f64>,
     ) -> (Option<usize>, Isometry3<f64>) {
         // No rotation is unique when the axis is -z: half a turn about x serves.
-        let align = UnitQuaternion::rotation_between(&Vector3::z(), &joint.axis)
-            .unwrap_or_else(|| UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0.0, 1.0, 0.0, 0.0)));
+        let align =
+            UnitQuaternion::rotation_between(&Vector3::z(), &joint.axis).unwrap_or_else(|| {
+                UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0.0, 1.0, 0.0, 0.0))
+            });
         self.joints.push(TreeJoint {
             parent: carrier,
             slot,

@@ -52,7 +52,8 @@ pub(crate) struct Interval {
 
 /// Halvings when a position limit binds: 2^-30 of the jerk interval is left.
 const HALVINGS: usize = 30;
-/// How far rounding may carry a braking motion over a position limit, rad or m.
+/// How far rounding may carry a braking motion over a position limit before that
+/// counts as a conflict, rad or m.
 const SLACK: f64 = 1e-11;
 
 /// The interval of accelerations allowed in the next step of `dt` seconds. Jerk and
@@ -152,22 +153,22 @@ fn upper_side(limit: &Limit, last: &Last, dt: f64, floor: Bound, ceiling: Bound)
             reason: Reason::Velocity,
         };
     }
-    if !limit.upper.is_finite() || keeps_position(limit, last, dt, high.value) {
+    if !limit.upper.is_finite() || keeps_position(limit, last, dt, high.value, 0.0) {
         return (high, failed);
     }
     let mut good = floor.value;
     let mut bad = high.value;
-    if keeps_position(limit, last, dt, good) {
+    if keeps_position(limit, last, dt, good, 0.0) {
         for _ in 0..HALVINGS {
             let middle = 0.5 * (good + bad);
-            if keeps_position(limit, last, dt, middle) {
+            if keeps_position(limit, last, dt, middle, 0.0) {
                 good = middle;
             } else {
                 bad = middle;
             }
         }
     } else {
-        failed = true;
+        failed |= !keeps_position(limit, last, dt, good, SLACK);
     }
     let bound = Bound {
         value: good,
@@ -190,12 +191,13 @@ pub(crate) fn greatest_gain(room: f64, step: f64, dt: f64) -> f64 {
     (rate + 0.5 * step * n * (n + 1.0)) / (n + 1.0)
 }
 
-/// Whether the braking sequence that begins with `a` stays below the upper limit,
+/// Whether the braking sequence that begins with `a` stays below the upper limit
+/// plus `slack`,
 /// or at least comes no further out than the next position, already decided, is.
-fn keeps_position(limit: &Limit, last: &Last, dt: f64, a: f64) -> bool {
+fn keeps_position(limit: &Limit, last: &Last, dt: f64, a: f64, slack: f64) -> bool {
     let next = last.position + last.velocity * dt;
     let farthest = next + dt * climb(limit, last.velocity, dt, a);
-    farthest <= limit.upper.max(next) + SLACK
+    farthest <= next.max(limit.upper + slack)
 }
 
 /// Sum of the velocities of the braking sequence up to its last positive one, m/s
@@ -213,7 +215,7 @@ fn climb(limit: &Limit, velocity: f64, dt: f64, a: f64) -> f64 {
     let m = turning.min(ramp);
     let ramped =
         m * velocity + dt * (a * m * (m + 1.0) / 2.0 - step * (m - 1.0) * m * (m + 1.0) / 6.0);
-    if turning <= ramp {
+    if turning < ramp {
         return ramped;
     }
     let left = velocity + dt * (m * a - step * m * (m - 1.0) / 2.0);
