@@ -118,7 +118,7 @@ pub struct RunArgs {
     #[arg(long)]
     pub until_done: bool,
     /// End at this simulated time at the latest
-    #[arg(long, value_name = "SIM_S", value_parser = positive_seconds)]
+    #[arg(long, value_name = "SIM_S", allow_negative_numbers = true, value_parser = positive_seconds)]
     pub timeout: Option<f64>,
     /// Things to do at given times or phases, one JSON object a line
     #[arg(long, value_name = "FILE.jsonl")]
@@ -307,7 +307,7 @@ pub struct DragArgs {
           allow_negative_numbers = true, value_parser = finite)]
     pub to: Vec<f64>,
     /// Let go after this many seconds at the latest
-    #[arg(long = "for", value_name = "S", default_value_t = 2.0, value_parser = positive_seconds)]
+    #[arg(long = "for", value_name = "S", allow_negative_numbers = true, default_value_t = 2.0, value_parser = positive_seconds)]
     pub seconds: f64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
@@ -338,7 +338,7 @@ pub struct BenchArgs {
     #[arg(long)]
     pub json: bool,
     /// How long `e2e` measures
-    #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = positive_seconds)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 5.0, value_parser = positive_seconds)]
     pub seconds: f64,
 }
 

@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod app;
+pub mod bench;
 mod child;
 pub mod cli;
 mod client;

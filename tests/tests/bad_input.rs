@@ -51,7 +51,11 @@ fn a_wrong_command_line_is_usage() {
         2,
         &["--timeout"],
     );
-    refuse(&["run", "franka-stack", "--timeout", "-1"], 2, &["timeout"]);
+    refuse(
+        &["run", "franka-stack", "--timeout", "-1"],
+        2,
+        &["more than 0"],
+    );
     refuse(&["run", "franka-stack", "--cell", "../x"], 2, &["letters"]);
     refuse(
         &["run", "franka-stack", "--xrdf", "a.xrdf"],
@@ -174,7 +178,7 @@ fn a_urdf_that_nests_20000_deep_is_refused() {
         "<x>".repeat(20_000),
         "</x>".repeat(20_000)
     );
-    refuse_urdf(&text, &["arm.urdf", "deep"]);
+    refuse_urdf(&text, &["arm.urdf", "nesting", "64"]);
 }
 
 #[test]

@@ -83,26 +83,25 @@ pub(crate) fn drag(args: &DragArgs) -> Result<(), Failure> {
 
 /// `robocell target X Y Z [R P Y]`.
 pub(crate) fn target(args: &TargetArgs) -> Result<(), Failure> {
-    let [x, y, z, rest @ ..] = args.values.as_slice() else {
-        return Err(Failure::usage(
-            "a target has three values, or six with roll, pitch and yaw",
-        ));
-    };
-    let session = Session::of(&args.cell.cell)?;
-    let orientation = match rest {
-        [] => present_orientation(&session, args.arm)?,
-        [roll, pitch, yaw] => quaternion(*roll, *pitch, *yaw),
+    let (position, angles) = match *args.values.as_slice() {
+        [x, y, z] => ([x, y, z], None),
+        [x, y, z, roll, pitch, yaw] => ([x, y, z], Some([roll, pitch, yaw])),
         _ => {
             return Err(Failure::usage(
                 "a target has three values, or six with roll, pitch and yaw",
             ));
         }
     };
+    let session = Session::of(&args.cell.cell)?;
+    let orientation_wxyz = match angles {
+        None => present_orientation(&session, args.arm)?,
+        Some([roll, pitch, yaw]) => quaternion(roll, pitch, yaw),
+    };
     let mut wish = request(OperatorAction::Target);
     wish.arm = args.arm;
     wish.pose = Pose {
-        position: [*x, *y, *z],
-        orientation_wxyz: orientation,
+        position,
+        orientation_wxyz,
     };
     send(&session, wish)
 }

@@ -75,7 +75,7 @@ fn draw_processes(frame: &mut Frame<'_>, area: Rect, view: &View) {
         "class",
         "note",
     ];
-    let widths = [13, 8, 6, 8, 12, 9, 7, 8, 6, 24].map(Constraint::Length);
+    let widths = [13, 8, 6, 8, 12, 9, 7, 8, 6, 16].map(Constraint::Length);
     let rows = view.picture.healths().map(|(process, health)| {
         let mut cells = vec![process.name()];
         cells.extend(health.map_or_else(|| vec!["silent".to_owned()], figures));

@@ -1,0 +1,110 @@
+//! Where the two processes of the bench meet.
+
+use std::fs::DirBuilder;
+use std::os::unix::fs::DirBuilderExt;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use cell_bus::RunSite;
+use cell_rt::shared::SharedWords;
+use cell_rt::{monotonic_ns, sleep_until};
+
+use super::{BenchError, io};
+
+/// Time the other process has for any answer.
+pub(crate) const PATIENCE_NS: u64 = 2_000_000_000;
+/// Identity of the bench's run.
+pub(crate) const RUN: u64 = 1;
+
+/// A directory on tmpfs with the bus's root, the raw values, the socket and the
+/// control words in it. The process that made it wipes it.
+#[derive(Debug)]
+pub(crate) struct Place {
+    pub(crate) dir: PathBuf,
+    pub(crate) site: RunSite,
+    owned: bool,
+}
+
+impl Place {
+    /// Makes a new one, named by the own process id.
+    pub(crate) fn create() -> Result<Self, BenchError> {
+        let id = std::process::id();
+        let dir = PathBuf::from(format!("/dev/shm/robocell-bench-{id:x}"));
+        let prefix = format!("rcb{id:x}_");
+        cell_rt::process::private_umask();
+        DirBuilder::new().mode(0o700).create(&dir).map_err(io("make its directory"))?;
+        Ok(Self { site: RunSite { root: dir.join("b"), prefix }, dir, owned: true })
+    }
+
+    /// The one another process made.
+    pub(crate) fn join(dir: PathBuf, prefix: String) -> Self {
+        Self { site: RunSite { root: dir.join("b"), prefix }, dir, owned: false }
+    }
+
+    pub(crate) fn socket(&self) -> PathBuf {
+        self.dir.join("socket")
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        if self.owned {
+            // What cannot be deleted now is no result of the bench; the name
+            // tells the next person what it is.
+            cell_bus::wipe(&self.site).ok();
+            std::fs::remove_dir_all(&self.dir).ok();
+        }
+    }
+}
+
+/// Words through which one process tells the other what to do next.
+#[derive(Debug)]
+pub(crate) struct Control(SharedWords);
+
+/// One block of messages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Block {
+    /// Which link.
+    pub(crate) link: u64,
+    /// How many messages.
+    pub(crate) count: u64,
+}
+
+impl Control {
+    pub(crate) fn open(place: &Place) -> Result<Self, BenchError> {
+        SharedWords::open(&place.dir.join("control"), 4).map(Self).map_err(io("share its control words"))
+    }
+
+    fn word(&self, index: usize) -> &AtomicU64 {
+        &self.0.words()[index]
+    }
+
+    /// Orders block number `number` (from 1 up) and waits until the other
+    /// process is on it.
+    pub(crate) fn order(&self, number: u64, block: Block) -> Result<(), BenchError> {
+        self.word(1).store(block.link, Ordering::Relaxed);
+        self.word(2).store(block.count, Ordering::Relaxed);
+        self.word(0).store(number, Ordering::Release);
+        let end_ns = monotonic_ns() + PATIENCE_NS;
+        while self.word(3).load(Ordering::Acquire) != number {
+            if monotonic_ns() > end_ns {
+                return Err(BenchError::Silent);
+            }
+            sleep_until(monotonic_ns() + 20_000);
+        }
+        Ok(())
+    }
+
+    /// Waits for block number `number`; `None` when `alive` says no.
+    pub(crate) fn await_order(&self, number: u64, alive: impl Fn() -> bool) -> Option<Block> {
+        while self.word(0).load(Ordering::Acquire) != number {
+            if !alive() {
+                return None;
+            }
+            sleep_until(monotonic_ns() + 50_000);
+        }
+        let [link, count] = [1, 2].map(|index| self.word(index).load(Ordering::Relaxed));
+        self.word(3).store(number, Ordering::Release);
+        Some(Block { link, count })
+    }
+}
