@@ -1,1 +1,44 @@
-//! cell-sim
+//! The cores of a cell in one process, without a bus: the same seed and script
+//! give the same state hash as four processes in lockstep.
+#![forbid(unsafe_code)]
+
+pub mod bench;
+pub mod eval;
+pub mod one_process;
+pub mod run;
+
+pub use one_process::OneProcess;
+
+/// Why a cell cannot run in this process.
+#[derive(Debug, thiserror::Error)]
+pub enum SimError {
+    /// The run file.
+    #[error(transparent)]
+    Spec(#[from] cell_model::run_spec::RunSpecError),
+    /// The cell file or a robot.
+    #[error(transparent)]
+    Model(#[from] cell_model::ModelError),
+    /// The scene cannot be set up.
+    #[error(transparent)]
+    World(#[from] physics_proc::world::WorldError),
+    /// The controller does not fit the robot.
+    #[error(transparent)]
+    Controller(#[from] controller_proc::rmpflow_controller::RmpFlowError),
+    /// The policy.
+    #[error(transparent)]
+    Task(#[from] task_proc::TaskError),
+    /// A script that cannot be read.
+    #[error("{path}: {source}")]
+    ScriptFile {
+        /// The file.
+        path: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A script with a wrong line.
+    #[error(transparent)]
+    Script(#[from] cell_model::script::ScriptError),
+    /// A record of the task that the task does not take back.
+    #[error(transparent)]
+    Record(#[from] task_proc::RecordError),
+}

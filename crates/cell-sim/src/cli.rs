@@ -1,0 +1,142 @@
+//! The command line of `cell-sim`; people use `robocell`, which passes on what
+//! stands here.
+#![allow(clippy::print_stdout, reason = "the results go to stdout")]
+
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use cell_model::run_spec::RunSpec;
+use cell_model::summary::{RunOutcome, RunSummary};
+use cell_sim::{SimError, bench, eval, run};
+use clap::{Parser, Subcommand};
+
+/// A task that failed or timed out.
+const TASK_FAILED: u8 = 5;
+
+#[derive(Parser)]
+#[command(name = "cell-sim", about = "The cores of a cell in one process")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run a cell to its end.
+    Run {
+        /// The run file.
+        #[arg(long)]
+        spec: PathBuf,
+        /// Print the summary as one JSON object.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Run many seeds, one row each.
+    Eval {
+        /// Name of the demo.
+        demo: String,
+        /// First and last seed.
+        #[arg(long, value_parser = seeds)]
+        seeds: RangeInclusive<u64>,
+        /// Policy; the cell's default where missing.
+        #[arg(long)]
+        policy: Option<String>,
+        /// Runs at the same time.
+        #[arg(long, default_value_t = 1)]
+        jobs: usize,
+        /// Folder with cells/ and robots/.
+        #[arg(long)]
+        data: Option<PathBuf>,
+        /// A script for every run.
+        #[arg(long)]
+        script: Option<PathBuf>,
+        /// Rows as JSON objects.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Cost of a core.
+    Bench {
+        /// control or physics.
+        what: String,
+        /// One JSON object.
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
+    let hint = || format!("{text:?} is no range of seeds; write 1..50");
+    let (first, last) = text.split_once("..").ok_or_else(hint)?;
+    let last = last.strip_prefix('=').unwrap_or(last);
+    let parse = |part: &str| part.parse::<u64>().map_err(|_not_a_number| hint());
+    let range = parse(first)?..=parse(last)?;
+    if range.is_empty() { Err(hint()) } else { Ok(range) }
+}
+
+pub(crate) fn run() -> Result<ExitCode, SimError> {
+    match Cli::parse().command {
+        Command::Run { spec, json } => {
+            let spec = RunSpec::load(&spec)?;
+            let summary = run::to_the_end(&spec, |tick, line| {
+                if !json {
+                    println!("{:9.3} s  {line}", tick as f64 * 1.0e-3);
+                }
+            })?;
+            print_summary(&summary);
+            Ok(code(summary.outcome == RunOutcome::Done))
+        }
+        Command::Eval { demo, seeds, policy, jobs, data, script, json } => {
+            let mut spec = eval::template(&demo, policy.as_deref().unwrap_or_default());
+            spec.data_dir = data;
+            if let Some(path) = script {
+                spec.script = run::script(&path)?;
+            }
+            let cell = run::cell_of(&spec)?;
+            if spec.policy.is_empty() {
+                spec.policy = cell.default_policy;
+            }
+            evaluate(&eval::Plan { spec, seeds, jobs }, json)
+        }
+        Command::Bench { what, json } => {
+            bench::run(&what, json)?;
+            Ok(ExitCode::SUCCESS)
+        }
+    }
+}
+
+fn evaluate(plan: &eval::Plan, json: bool) -> Result<ExitCode, SimError> {
+    let (done, all) = eval::evaluate(plan, |row| {
+        if json {
+            print_summary(row);
+        } else {
+            println!(
+                "seed {:5}  {:8}  {:6.2} s  placed {}  drops {}  resyncs {}  aborts {}  violations {}  {}",
+                row.seed,
+                format!("{:?}", row.outcome).to_lowercase(),
+                row.sim_time_s,
+                row.placed.len(),
+                row.drops,
+                row.resyncs,
+                row.aborts,
+                row.limit_violations,
+                row.reason.as_deref().unwrap_or_default(),
+            );
+        }
+    })?;
+    if !json {
+        println!("{done} of {all} done");
+    }
+    Ok(code(done == all))
+}
+
+fn code(done: bool) -> ExitCode {
+    if done { ExitCode::SUCCESS } else { ExitCode::from(TASK_FAILED) }
+}
+
+fn print_summary(summary: &RunSummary) {
+    match serde_json::to_string(summary) {
+        Ok(line) => println!("{line}"),
+        Err(error) => eprintln!("cell-sim: the summary cannot be written: {error}"),
+    }
+}

@@ -1,0 +1,184 @@
+//! The cores of a cell in one process, in the order the messages would take.
+
+use cell_model::Cell;
+use cell_model::run_spec::RunSpec;
+use cell_model::script::ScriptAction;
+use cell_model::stop::DECISION_AGE_FIFO_TICKS;
+use controller_proc::cycle::Cycle;
+use ipc_types::{
+    ArmCommand, ArmStatus, DECISION_TICKS, Decision, MAX_ARMS, OperatorReply, OperatorRequest,
+    Wire, WorldState,
+};
+use physics_proc::plant::{Next, Plant};
+use physics_proc::world::StepInput;
+use task_proc::Task;
+
+use crate::SimError;
+
+/// A cell without a bus. One call of [`OneProcess::tick`] is one tick of the
+/// cell: physics, controllers, and on every tenth tick the task.
+pub struct OneProcess {
+    cell: Cell,
+    policy: String,
+    plant: Plant,
+    cycles: Vec<Cycle>,
+    task: Task,
+    state: Box<WorldState>,
+    commands: Vec<ArmCommand>,
+    statuses: Vec<ArmStatus>,
+    /// The decision in force, and the one of the present tick, which counts
+    /// from the next tick on.
+    decision: Decision,
+    decided: bool,
+    trace: Vec<(u64, String)>,
+    lines: Vec<task_proc::TraceLineText>,
+    task_restarts: u32,
+}
+
+impl OneProcess {
+    /// Sets the cell of `spec` up and lets everybody answer its first state.
+    pub fn new(spec: &RunSpec, cell: Cell) -> Result<Self, SimError> {
+        let plant = Plant::new(&cell, spec)?;
+        let cycles = cycles(&cell)?;
+        let task = Task::new(&cell, &spec.policy)?;
+        let mut sim = Self {
+            policy: spec.policy.clone(),
+            plant,
+            commands: vec![ArmCommand::zeroed(); cycles.len()],
+            statuses: vec![ArmStatus::zeroed(); cycles.len()],
+            cycles,
+            task,
+            state: Box::new(WorldState::zeroed()),
+            decision: Decision::zeroed(),
+            decided: false,
+            trace: Vec::new(),
+            lines: Vec::new(),
+            task_restarts: 0,
+            cell,
+        };
+        sim.answer();
+        Ok(sim)
+    }
+
+    /// The newest state.
+    pub fn state(&self) -> &WorldState {
+        &self.state
+    }
+
+    /// The newest decision.
+    pub fn decision(&self) -> &Decision {
+        &self.decision
+    }
+
+    /// The newest status of each arm.
+    pub fn statuses(&self) -> &[ArmStatus] {
+        &self.statuses
+    }
+
+    /// The plant, for measuring.
+    pub fn plant(&self) -> &Plant {
+        &self.plant
+    }
+
+    /// Log lines of the task since the last call, with their ticks.
+    pub fn take_trace(&mut self) -> Vec<(u64, String)> {
+        std::mem::take(&mut self.trace)
+    }
+
+    /// Starts of the task after the first.
+    pub fn task_restarts(&self) -> u32 {
+        self.task_restarts
+    }
+
+    /// Whether the run has come to its end.
+    pub fn is_ending(&self) -> bool {
+        self.plant.is_ending()
+    }
+
+    /// An operator's request.
+    pub fn operate(&mut self, request: &OperatorRequest) -> OperatorReply {
+        self.plant.operate(request)
+    }
+
+    /// One tick. `false` when the cell stands still: paused, or at its end.
+    pub fn tick(&mut self) -> Result<bool, SimError> {
+        let decision = self.decided.then_some(&self.decision);
+        let mut next = self.plant.before_step(decision);
+        while let Some((line, action)) = self.plant.waiting().cloned() {
+            self.act(&action)?;
+            let mut done = OperatorRequest::zeroed();
+            done.action = ipc_types::operator::OperatorAction::ScriptDone.code();
+            done.count = line;
+            self.plant.operate(&done);
+            next = self.plant.before_step(self.decided.then_some(&self.decision));
+        }
+        if next == Next::Wait {
+            self.plant.write_state(&mut self.state);
+            return Ok(false);
+        }
+        let mut commands = [None; MAX_ARMS];
+        for (slot, command) in commands.iter_mut().zip(&self.commands) {
+            *slot = Some(command);
+        }
+        let decision = self.decided.then_some(&self.decision);
+        self.plant.step(&StepInput { commands, decision });
+        self.answer();
+        Ok(true)
+    }
+
+    /// What everybody answers to the present state.
+    fn answer(&mut self) {
+        self.plant.write_state(&mut self.state);
+        let tick = self.state.header.tick;
+        let previous = self.decided.then_some(self.decision);
+        if tick.is_multiple_of(DECISION_TICKS) {
+            self.decide(tick);
+        }
+        let answers = self.cycles.iter_mut().zip(&mut self.commands).zip(&mut self.statuses);
+        for ((cycle, command), status) in answers {
+            cycle.update(&self.state, previous.as_ref(), DECISION_AGE_FIFO_TICKS, command, status);
+        }
+    }
+
+    fn decide(&mut self, tick: u64) {
+        let mut statuses = [None; MAX_ARMS];
+        for (slot, status) in statuses.iter_mut().zip(&self.statuses) {
+            *slot = (tick > 0).then_some(status);
+        }
+        self.lines.clear();
+        self.task.decide(&self.state, &statuses, &mut self.decision, &mut self.lines);
+        self.decided = true;
+        self.trace.extend(self.lines.iter().map(|line| (tick, line.text.as_str().to_owned())));
+    }
+
+    /// What a launcher would do to a process.
+    fn act(&mut self, action: &ScriptAction) -> Result<(), SimError> {
+        let ScriptAction::Kill { process } = action else {
+            return Ok(());
+        };
+        match process.as_str() {
+            "task" => self.restart_task(),
+            word if word.starts_with("controller") => {
+                self.cycles = cycles(&self.cell)?;
+                Ok(())
+            }
+            // The world is this process, and a monitor there is none.
+            _ => Ok(()),
+        }
+    }
+
+    /// Drops the task and goes on with a new one from its record.
+    pub fn restart_task(&mut self) -> Result<(), SimError> {
+        let record = self.task.record();
+        self.task = Task::new(&self.cell, &self.policy)?;
+        self.task.restore(&record)?;
+        self.task_restarts += 1;
+        Ok(())
+    }
+}
+
+fn cycles(cell: &Cell) -> Result<Vec<Cycle>, SimError> {
+    (0..cell.arms.len())
+        .map(|arm| Cycle::new(cell, arm).map_err(SimError::from))
+        .collect()
+}

@@ -1,0 +1,57 @@
+//! One run to its end, and its summary.
+
+use std::path::Path;
+use std::time::Instant;
+
+use cell_model::Cell;
+use cell_model::data::Data;
+use cell_model::run_spec::RunSpec;
+use cell_model::script::ScriptLine;
+use cell_model::summary::{RunFacts, RunSummary};
+
+use crate::{OneProcess, SimError};
+
+/// The cell of a run.
+pub fn cell_of(spec: &RunSpec) -> Result<Cell, SimError> {
+    let data = match &spec.data_dir {
+        Some(dir) => Data::dir(dir.clone()),
+        None => Data::embedded(),
+    };
+    Ok(Cell::load(&data, &spec.demo, spec.seed, spec.robot.as_ref())?)
+}
+
+/// Runs `spec` until its task is done or its time limit is reached. `on_line`
+/// gets each log line of the task with its tick.
+pub fn to_the_end(spec: &RunSpec, mut on_line: impl FnMut(u64, &str)) -> Result<RunSummary, SimError> {
+    let began = Instant::now();
+    let cell = cell_of(spec)?;
+    let objects: Vec<String> = cell.objects.iter().map(|o| o.name.clone()).collect();
+    let limit_s = spec.time_limit_s.unwrap_or(cell.time_limit_s);
+    let spec = RunSpec { time_limit_s: Some(limit_s), ..spec.clone() };
+    let mut sim = OneProcess::new(&spec, cell)?;
+    // A cell that stands still before its end was paused by its script, and
+    // nobody is here to resume it.
+    while sim.tick()? {
+        for (tick, line) in sim.take_trace() {
+            on_line(tick, &line);
+        }
+    }
+    let facts = RunFacts {
+        demo: &spec.demo,
+        policy: &spec.policy,
+        seed: spec.seed,
+        objects: &objects,
+        wall_time_s: began.elapsed().as_secs_f64(),
+        task_restarts: sim.task_restarts(),
+        missed_cycles: sim.statuses().iter().map(|s| s.missed_cycles).sum(),
+    };
+    Ok(RunSummary::new(&facts, sim.state(), sim.decision()))
+}
+
+/// Reads a script file.
+pub fn script(path: &Path) -> Result<Vec<ScriptLine>, SimError> {
+    let name = path.display().to_string();
+    let text = std::fs::read_to_string(path)
+        .map_err(|source| SimError::ScriptFile { path: name.clone(), source })?;
+    Ok(cell_model::script::parse(&text, &name)?)
+}
