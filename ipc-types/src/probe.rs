@@ -85,13 +85,24 @@ probe!(
 /// Every value finite and plausible, as for the efforts of a command.
 fn plausible(values: &[f64]) -> Result<(), Invalid> {
     // Without an early exit the good case runs several values at a time.
-    let good = values.iter().map(|v| u64::from(v.abs() <= MAX_EFFORT)).sum::<u64>();
+    let good = values
+        .iter()
+        .map(|v| u64::from(v.abs() <= MAX_EFFORT))
+        .sum::<u64>();
     if good == values.len() as u64 {
         return Ok(());
     }
-    let index = values.iter().position(|v| !(v.abs() <= MAX_EFFORT)).unwrap_or(0);
+    let index = values
+        .iter()
+        .position(|v| !(v.abs() <= MAX_EFFORT))
+        .unwrap_or(0);
     let value = values.get(index).copied().unwrap_or(f64::NAN);
-    Err(Invalid { field: "values", index, value, allowed: "a finite, plausible value" })
+    Err(Invalid {
+        field: "values",
+        index,
+        value,
+        allowed: "a finite, plausible value",
+    })
 }
 
 #[cfg(test)]

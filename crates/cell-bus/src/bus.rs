@@ -79,14 +79,24 @@ impl Bus {
 
     /// The writing end of a topic.
     pub fn publisher<T: Message>(&self, topic: TopicId) -> Result<Publisher<T>, BusError> {
-        let service = self.open_topic::<T>(topic)?;
-        Publisher::new(&service, topic, self.identity)
+        self.publisher_of(&topic.service())
     }
 
     /// A reading end of a topic: the newest message, read in place.
     pub fn subscriber<T: Message>(&self, topic: TopicId) -> Result<Subscriber<T>, BusError> {
-        let service = self.open_topic::<T>(topic)?;
-        Subscriber::new(&service, topic, self.identity.run)
+        self.subscriber_of(&topic.service())
+    }
+
+    /// As [`Self::publisher`], for a topic added by
+    /// [`crate::Keeper::add_topic`].
+    pub fn publisher_of<T: Message>(&self, name: &str) -> Result<Publisher<T>, BusError> {
+        Publisher::new(&self.open_topic::<T>(name)?, name, self.identity)
+    }
+
+    /// As [`Self::subscriber`], for a topic added by
+    /// [`crate::Keeper::add_topic`].
+    pub fn subscriber_of<T: Message>(&self, name: &str) -> Result<Subscriber<T>, BusError> {
+        Subscriber::new(&self.open_topic::<T>(name)?, name, self.identity.run)
     }
 
     /// A reading end that keeps a copy of the newest message.
@@ -130,13 +140,12 @@ impl Bus {
 
     fn open_topic<T: Message>(
         &self,
-        topic: TopicId,
+        name: &str,
     ) -> Result<PortFactory<ipc::Service, T, ()>, BusError> {
-        let name = topic.service();
-        self.open(&name, || {
-            match self.builder(&name)?.publish_subscribe::<T>().open() {
+        self.open(name, || {
+            match self.builder(name)?.publish_subscribe::<T>().open() {
                 Ok(service) => Ok(service),
-                Err(OpenError::IncompatibleTypes) => Err(self.version_error::<T>(&name)),
+                Err(OpenError::IncompatibleTypes) => Err(self.version_error::<T>(name)),
                 Err(error) => Err(text(error)),
             }
         })

@@ -98,19 +98,30 @@ impl Keeper {
     }
 
     fn create_topic_of<T: Message>(&mut self, topic: TopicId) -> Result<(), BusError> {
-        let name = topic.service();
+        self.add_topic::<T>(&topic.service(), topic.depth(), qos::max_subscribers(topic))
+    }
+
+    /// Creates one more topic, for a tool or a test that has its own: `name`,
+    /// messages a reader can be behind, and readers at most. Ports of it come
+    /// from [`crate::Bus::publisher_of`] and [`crate::Bus::subscriber_of`].
+    pub fn add_topic<T: Message>(
+        &mut self,
+        name: &str,
+        depth: usize,
+        readers: usize,
+    ) -> Result<(), BusError> {
         let service = self
-            .builder(&name)?
+            .builder(name)?
             .publish_subscribe::<T>()
             .max_publishers(qos::MAX_PUBLISHERS)
-            .max_subscribers(qos::max_subscribers(topic))
+            .max_subscribers(readers)
             .max_nodes(qos::MAX_NODES)
             .history_size(qos::HISTORY)
-            .subscriber_max_buffer_size(topic.depth())
+            .subscriber_max_buffer_size(depth)
             .subscriber_max_borrowed_samples(qos::MAX_BORROWED)
             .enable_safe_overflow(true)
             .create()
-            .map_err(|error| create_error(&name, error))?;
+            .map_err(|error| create_error(name, error))?;
         self.services.push(Box::new(service));
         Ok(())
     }

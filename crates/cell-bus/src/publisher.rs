@@ -7,7 +7,6 @@ use iceoryx2::prelude::{BackpressureStrategy, ipc};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use ipc_types::Wire;
 use ipc_types::header::{Header, Message};
-use ipc_types::topic::TopicId;
 
 use crate::bus::Identity;
 use crate::error::{BusError, PublishError};
@@ -25,7 +24,7 @@ pub struct Publisher<T: Message> {
 impl<T: Message> Publisher<T> {
     pub(crate) fn new(
         service: &PortFactory<ipc::Service, T, ()>,
-        topic: TopicId,
+        name: &str,
         identity: Identity,
     ) -> Result<Self, BusError> {
         let port = service
@@ -35,7 +34,7 @@ impl<T: Message> Publisher<T> {
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
             .map_err(|error| BusError::Port {
-                service: topic.service(),
+                service: name.to_owned(),
                 reason: format!("{error:?}"),
             })?;
         Ok(Self {

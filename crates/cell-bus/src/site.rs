@@ -53,7 +53,7 @@ impl RunSite {
     }
 
     /// The transport's settings for this run, whatever files it would read.
-    pub(crate) fn config(&self) -> Result<Config, BusError> {
+    pub fn config(&self) -> Result<Config, BusError> {
         self.check()?;
         let mut config = Config::default();
         let root = self.root.display().to_string();

@@ -6,7 +6,6 @@ use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use ipc_types::Invalid;
 use ipc_types::header::Message;
-use ipc_types::topic::TopicId;
 
 use crate::error::BusError;
 use crate::fence::{Counts, Fence, Verdict};
@@ -27,14 +26,14 @@ pub struct Subscriber<T: Message> {
 impl<T: Message> Subscriber<T> {
     pub(crate) fn new(
         service: &PortFactory<ipc::Service, T, ()>,
-        topic: TopicId,
+        name: &str,
         run: u64,
     ) -> Result<Self, BusError> {
         let port = service
             .subscriber_builder()
             .create()
             .map_err(|error| BusError::Port {
-                service: topic.service(),
+                service: name.to_owned(),
                 reason: format!("{error:?}"),
             })?;
         let fence = Fence::new(run, T::SCHEMA);

@@ -2,15 +2,47 @@
 
 use std::io;
 
-/// Locks all pages of this process, present and future, into memory. Fails
-/// without the right to (`RLIMIT_MEMLOCK`).
+/// A limit below this would be hit by a later allocation, which would then
+/// fail, and end the process.
+const ENOUGH_TO_LOCK: u64 = 1 << 30;
+/// Number of the capability that ignores the limit.
+const CAP_IPC_LOCK: u32 = 14;
+
+/// Locks all pages of this process, present and future, into memory. Refused
+/// without the right to lock 1 GiB or more (`RLIMIT_MEMLOCK`, `CAP_IPC_LOCK`):
+/// memory beyond the limit could not be allocated any more.
 pub fn lock_all() -> io::Result<()> {
+    if lock_limit()? < ENOUGH_TO_LOCK && !has_capability(CAP_IPC_LOCK) {
+        let text = "the limit of locked memory is below 1 GiB";
+        return Err(io::Error::new(io::ErrorKind::PermissionDenied, text));
+    }
     // SAFETY: mlockall takes flags and touches no memory of ours.
     if unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) } == 0 {
         Ok(())
     } else {
         Err(io::Error::last_os_error())
     }
+}
+
+/// Bytes this process may lock, without capabilities.
+fn lock_limit() -> io::Result<u64> {
+    let mut limit = libc::rlimit {
+        rlim_cur: 0,
+        rlim_max: 0,
+    };
+    // SAFETY: the pointer is to a live limit.
+    if unsafe { libc::getrlimit(libc::RLIMIT_MEMLOCK, &raw mut limit) } != 0 {
+        return Err(io::Error::last_os_error());
+    }
+    Ok(limit.rlim_cur)
+}
+
+/// Whether the process holds capability number `bit`.
+fn has_capability(bit: u32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("CapEff:"));
+    let held = line.and_then(|hex| u64::from_str_radix(hex.trim(), 16).ok());
+    held.is_some_and(|held| held >> bit & 1 == 1)
 }
 
 /// Bytes of stack [`prefault_stack`] touches.

@@ -30,7 +30,11 @@ pub struct Plan {
 
 impl Default for Plan {
     fn default() -> Self {
-        Self { rounds: 12, hot: 1000, paced: 100 }
+        Self {
+            rounds: 12,
+            hot: 1000,
+            paced: 100,
+        }
     }
 }
 
@@ -43,10 +47,15 @@ pub fn run(json: bool) -> Result<(), BenchError> {
     let program = std::env::current_exe().map_err(io("find its own program"))?;
     let command = |place: &Place| {
         let mut command = Command::new(&program);
-        command.arg("bench-peer").arg(&place.dir).arg(&place.site.prefix);
+        command
+            .arg("bench-peer")
+            .arg(&place.dir)
+            .arg(&place.site.prefix);
         command
     };
-    measure(Plan::default(), command)?.print(json).map_err(io("print"))
+    measure(Plan::default(), command)?
+        .print(json)
+        .map_err(io("print"))
 }
 
 fn measure(plan: Plan, command: impl Fn(&Place) -> Command) -> Result<Report, BenchError> {
@@ -107,7 +116,11 @@ fn add<T: Probe>(keeper: &mut Keeper) -> Result<(), BenchError> {
 }
 
 fn samples(links: &Links, count: usize) -> Vec<Samples> {
-    links.all.iter().map(|_| Samples::with_capacity(count)).collect()
+    links
+        .all
+        .iter()
+        .map(|_| Samples::with_capacity(count))
+        .collect()
 }
 
 struct Bench {
@@ -123,11 +136,18 @@ struct Bench {
 impl Bench {
     fn run_block(&mut self, index: usize, count: usize, paced: bool) -> Result<(), BenchError> {
         self.block += 1;
-        let block = Block { link: index as u64, count: (WARM_UP + count) as u64 };
+        let block = Block {
+            link: index as u64,
+            count: (WARM_UP + count) as u64,
+        };
         self.control.order(self.block, block)?;
         let link = &mut self.links.all[index];
         let number = &mut self.counts[index];
-        let samples = if paced { &mut self.paced[index] } else { &mut self.hot[index] };
+        let samples = if paced {
+            &mut self.paced[index]
+        } else {
+            &mut self.hot[index]
+        };
         let mut grid = Grid::new(PERIOD_NS, monotonic_ns(), self.fifo);
         for round_trip in 0..WARM_UP + count {
             let measured = round_trip >= WARM_UP;
@@ -150,15 +170,25 @@ impl Bench {
     fn fill(&mut self, report: &mut Report) {
         let name = |way: &str, payload: usize, pace: &str| format!("{way}/{payload}/{pace}");
         for (pace, all) in [("hot", &mut self.hot), ("paced", &mut self.paced)] {
-            let rows = PAYLOADS.iter().flat_map(|payload| WAYS.map(|way| name(way, *payload, pace)));
-            report.rows.extend(all.drain(..).zip(rows).map(|(samples, name)| samples.into_row(name)));
+            let rows = PAYLOADS
+                .iter()
+                .flat_map(|payload| WAYS.map(|way| name(way, *payload, pace)));
+            report.rows.extend(
+                all.drain(..)
+                    .zip(rows)
+                    .map(|(samples, name)| samples.into_row(name)),
+            );
         }
         for pace in ["hot", "paced"] {
             for payload in PAYLOADS {
                 for way in WAYS.iter().filter(|way| **way != "raw") {
                     // Our layer answers for what it adds to the transport, the
                     // transports for what they add to bare memory.
-                    let base = if way.starts_with("topic") { "bare" } else { "raw" };
+                    let base = if way.starts_with("topic") {
+                        "bare"
+                    } else {
+                        "raw"
+                    };
                     report.compare(&name(way, payload, pace), &name(base, payload, pace));
                 }
             }
@@ -179,24 +209,36 @@ impl Peer {
             .stdout(Stdio::piped())
             .spawn()
             .map_err(io("start its second process"))?;
-        Ok(Self { child, output: None })
+        Ok(Self {
+            child,
+            output: None,
+        })
     }
 
     fn connect(&mut self, listener: &UnixListener) -> Result<Wires, BenchError> {
-        let (Some(input), Some(output)) = (self.child.stdin.take(), self.child.stdout.take()) else {
+        let (Some(input), Some(output)) = (self.child.stdin.take(), self.child.stdout.take())
+        else {
             return Err(BenchError::Silent);
         };
         let from = OwnedFd::from(output);
-        self.output = Some(File::from(from.try_clone().map_err(io("copy a descriptor"))?));
+        self.output = Some(File::from(
+            from.try_clone().map_err(io("copy a descriptor"))?,
+        ));
         listener.set_nonblocking(true).map_err(io("listen"))?;
         let end_ns = monotonic_ns() + super::place::PATIENCE_NS;
         loop {
             match listener.accept() {
                 Ok((socket, _)) => {
                     socket.set_nonblocking(false).map_err(io("listen"))?;
-                    return Ok(Wires { from, to: OwnedFd::from(input), socket });
+                    return Ok(Wires {
+                        from,
+                        to: OwnedFd::from(input),
+                        socket,
+                    });
                 }
-                Err(_) if monotonic_ns() < end_ns => cell_rt::sleep_until(monotonic_ns() + 1_000_000),
+                Err(_) if monotonic_ns() < end_ns => {
+                    cell_rt::sleep_until(monotonic_ns() + 1_000_000)
+                }
                 Err(_) => return Err(BenchError::Silent),
             }
         }
@@ -208,7 +250,9 @@ impl Peer {
         let mut heard = Vec::new();
         while !heard.ends_with(READY) {
             let mut byte = [0];
-            output.read_exact(&mut byte).map_err(io("hear its second process"))?;
+            output
+                .read_exact(&mut byte)
+                .map_err(io("hear its second process"))?;
             heard.extend(byte);
         }
         Ok(())
@@ -230,14 +274,20 @@ mod tests {
     #[test]
     #[ignore = "run by the other test as a process of its own"]
     fn helper_is_the_second_process() {
-        let Ok(spec) = std::env::var("BENCH_PEER") else { return };
+        let Ok(spec) = std::env::var("BENCH_PEER") else {
+            return;
+        };
         let (prefix, dir) = spec.split_once(' ').unwrap();
         super::super::peer::run(dir.as_ref(), prefix).unwrap();
     }
 
     #[test]
     fn every_way_carries_every_payload_and_nothing_is_left() {
-        let plan = Plan { rounds: 2, hot: 20, paced: 3 };
+        let plan = Plan {
+            rounds: 2,
+            hot: 20,
+            paced: 3,
+        };
         let dir = std::cell::RefCell::new(None);
         let report = measure(plan, |place| {
             dir.replace(Some(place.dir.clone()));
@@ -245,13 +295,25 @@ mod tests {
             command
                 .args(["--exact", "bench::ipc::tests::helper_is_the_second_process"])
                 .args(["--ignored", "--nocapture"])
-                .env("BENCH_PEER", format!("{} {}", place.site.prefix, place.dir.display()));
+                .env(
+                    "BENCH_PEER",
+                    format!("{} {}", place.site.prefix, place.dir.display()),
+                );
             command
         })
         .unwrap();
         assert_eq!(report.rows.len(), 2 * PAYLOADS.len() * WAYS.len());
-        assert!(report.rows.iter().all(|row| row.p50 > 0.0 && (row.n == 40 || row.n == 6)));
-        let topic = report.rows.iter().find(|row| row.name == "topic/1024/hot").unwrap();
+        assert!(
+            report
+                .rows
+                .iter()
+                .all(|row| row.p50 > 0.0 && (row.n == 40 || row.n == 6))
+        );
+        let topic = report
+            .rows
+            .iter()
+            .find(|row| row.name == "topic/1024/hot")
+            .unwrap();
         assert_eq!(topic.against.as_deref(), Some("bare/1024/hot"));
         assert!(topic.ratio.unwrap() > 0.0);
         assert!(!dir.take().unwrap().exists());

@@ -36,10 +36,19 @@ fn fill(values: &mut [f64], number: u64) {
 
 /// Looks at every value, and at the first one closely.
 fn check(values: &[f64], number: u64) -> Result<(), BenchError> {
-    let sum = values.iter().fold(0_u64, |sum, value| sum.wrapping_add(value.to_bits()));
+    let sum = values
+        .iter()
+        .fold(0_u64, |sum, value| sum.wrapping_add(value.to_bits()));
     core::hint::black_box(sum);
-    let (sent, got) = (first_value(number), values.first().copied().unwrap_or(f64::NAN));
-    if sent.to_bits() == got.to_bits() { Ok(()) } else { Err(BenchError::Wrong { sent, got }) }
+    let (sent, got) = (
+        first_value(number),
+        values.first().copied().unwrap_or(f64::NAN),
+    );
+    if sent.to_bits() == got.to_bits() {
+        Ok(())
+    } else {
+        Err(BenchError::Wrong { sent, got })
+    }
 }
 
 /// Spins until `poll` gives something, but not for ever.
@@ -70,7 +79,11 @@ pub(crate) struct Topic<T: Probe> {
 /// Names of a pair of topics, seen from either side.
 pub(crate) fn names(kind: &str, payload: usize, first: bool) -> (String, String) {
     let name = |direction: &str| format!("bench/{kind}/{payload}/{direction}");
-    if first { (name("there"), name("back")) } else { (name("back"), name("there")) }
+    if first {
+        (name("there"), name("back"))
+    } else {
+        (name("back"), name("there"))
+    }
 }
 
 impl<T: Probe> Topic<T> {
@@ -102,7 +115,11 @@ impl<T: Probe> Link for Topic<T> {
         let (subscriber, whole) = (&mut self.subscriber, self.whole);
         spin(|| {
             let message = subscriber.take()?;
-            Some(if whole { check(message.values(), number) } else { Ok(()) })
+            Some(if whole {
+                check(message.values(), number)
+            } else {
+                Ok(())
+            })
         })?
     }
 }
@@ -153,7 +170,11 @@ impl<T: Probe> Link for Bare<T> {
         let subscriber = &self.subscriber;
         spin(|| {
             let sample = subscriber.receive().transpose()?;
-            Some(sample.map_err(bus).and_then(|sample| check(sample.payload().values(), number)))
+            Some(
+                sample
+                    .map_err(bus)
+                    .and_then(|sample| check(sample.payload().values(), number)),
+            )
         })?
     }
 }
@@ -174,7 +195,12 @@ impl Raw {
             Seqlock::open(&path, payload / 8).map_err(io("map its memory"))
         };
         let copy = vec![0; payload / 8];
-        Ok(Self { to: open(&to)?, from: open(&from)?, copy, values: vec![0.0; payload / 8] })
+        Ok(Self {
+            to: open(&to)?,
+            from: open(&from)?,
+            copy,
+            values: vec![0.0; payload / 8],
+        })
     }
 }
 
@@ -188,7 +214,9 @@ impl Link for Raw {
     }
 
     fn receive(&mut self, number: u64) -> Result<(), BenchError> {
-        let Self { from, copy, values, .. } = self;
+        let Self {
+            from, copy, values, ..
+        } = self;
         spin(|| from.read(number, copy).then_some(()))?;
         // Bits to values costs nothing; it keeps the reading the same.
         for (value, word) in values.iter_mut().zip(copy.iter()) {
@@ -208,7 +236,12 @@ pub(crate) struct Stream<R, W> {
 
 impl<R: Read, W: Write> Stream<R, W> {
     pub(crate) fn new(from: R, to: W, payload: usize) -> Self {
-        Self { from, to, bytes: vec![0; payload], values: vec![0.0; payload / 8] }
+        Self {
+            from,
+            to,
+            bytes: vec![0; payload],
+            values: vec![0.0; payload / 8],
+        }
     }
 }
 
@@ -218,11 +251,15 @@ impl<R: Read, W: Write> Link for Stream<R, W> {
         for (bytes, value) in self.bytes.chunks_exact_mut(8).zip(&self.values) {
             bytes.copy_from_slice(&value.to_le_bytes());
         }
-        self.to.write_all(&self.bytes).map_err(io("write to its second process"))
+        self.to
+            .write_all(&self.bytes)
+            .map_err(io("write to its second process"))
     }
 
     fn receive(&mut self, number: u64) -> Result<(), BenchError> {
-        self.from.read_exact(&mut self.bytes).map_err(io("read from its second process"))?;
+        self.from
+            .read_exact(&mut self.bytes)
+            .map_err(io("read from its second process"))?;
         for (value, bytes) in self.values.iter_mut().zip(self.bytes.chunks_exact(8)) {
             *value = f64::from_le_bytes(bytes.try_into().unwrap_or_default());
         }

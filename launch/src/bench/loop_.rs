@@ -35,14 +35,19 @@ pub fn run(json: bool) -> Result<(), BenchError> {
     report.notes.push(format!(
         "lateness of the start of a cycle of 1 ms on core {core}, rows in turns of one second"
     ));
-    report.rows = vec![grid.into_row("grid".to_owned()), sleep.into_row("nanosleep".to_owned())];
+    report.rows = vec![
+        grid.into_row("grid".to_owned()),
+        sleep.into_row("nanosleep".to_owned()),
+    ];
     let base = match cyclictest {
         Some(samples) => {
             report.rows.push(cyclictest_row(samples));
             "cyclictest"
         }
         None => {
-            report.notes.push("cyclictest is not installed; compared with a plain sleep".to_owned());
+            report
+                .notes
+                .push("cyclictest is not installed; compared with a plain sleep".to_owned());
             "nanosleep"
         }
     };
@@ -83,8 +88,17 @@ fn cyclictest_block(
     fifo: bool,
 ) -> Result<Option<Samples>, BenchError> {
     let mut command = Command::new("cyclictest");
-    command.args(["--quiet", "--mlockall", "--nsecs", "--threads=1", "--interval=1000"]);
-    command.arg(format!("--affinity={core}")).arg(format!("--loops={BLOCK}")).arg("--verbose");
+    command.args([
+        "--quiet",
+        "--mlockall",
+        "--nsecs",
+        "--threads=1",
+        "--interval=1000",
+    ]);
+    command
+        .arg(format!("--affinity={core}"))
+        .arg(format!("--loops={BLOCK}"))
+        .arg("--verbose");
     if fifo {
         command.args(["--policy=fifo", &format!("--priority={PHYSICS_PRIORITY}")]);
     }

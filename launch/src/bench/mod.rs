@@ -27,7 +27,9 @@ pub enum BenchError {
     #[error("the bench has no transport: {0}")]
     Bus(String),
     /// The other process did not answer.
-    #[error("the bench's second process did not answer within 2 s; the machine may be overloaded, run it again")]
+    #[error(
+        "the bench's second process did not answer within 2 s; the machine may be overloaded, run it again"
+    )]
     Silent,
     /// What arrived is not what was sent.
     #[error("the bench received {got} for {sent}: this is a defect, please report it")]

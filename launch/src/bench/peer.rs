@@ -19,8 +19,12 @@ pub(crate) const PRIORITY: i32 = 60;
 /// The ways, in the order of [`links_of`].
 pub(crate) const WAYS: [&str; 6] = ["raw", "bare", "topic", "topic-untouched", "pipe", "socket"];
 /// Payloads in bytes, in the order of [`Links::open`].
-pub(crate) const PAYLOADS: [usize; 4] =
-    [Probe64::PAYLOAD, Probe1K::PAYLOAD, Probe4K::PAYLOAD, Probe16K::PAYLOAD];
+pub(crate) const PAYLOADS: [usize; 4] = [
+    Probe64::PAYLOAD,
+    Probe1K::PAYLOAD,
+    Probe4K::PAYLOAD,
+    Probe16K::PAYLOAD,
+];
 /// What the second process says when everything is open.
 pub(crate) const READY: &[u8] = b"\nbench peer ready\n";
 
@@ -48,13 +52,23 @@ impl Links {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<ipc::Service>()
             .map_err(bus)?;
-        let ends = Ends { place, wires, bus: &bus_, node: &node, first };
+        let ends = Ends {
+            place,
+            wires,
+            bus: &bus_,
+            node: &node,
+            first,
+        };
         let mut all = Vec::new();
         all.extend(links_of::<Probe64>(&ends)?);
         all.extend(links_of::<Probe1K>(&ends)?);
         all.extend(links_of::<Probe4K>(&ends)?);
         all.extend(links_of::<Probe16K>(&ends)?);
-        Ok(Self { all, _bus: bus_, _node: node })
+        Ok(Self {
+            all,
+            _bus: bus_,
+            _node: node,
+        })
     }
 }
 
@@ -67,14 +81,27 @@ struct Ends<'a> {
 }
 
 fn links_of<T: Probe>(ends: &Ends) -> Result<[Box<dyn Link>; 6], BenchError> {
-    let copy = |end: &OwnedFd| end.try_clone().map(File::from).map_err(io("copy a descriptor"));
-    let socket = || ends.wires.socket.try_clone().map_err(io("copy a descriptor"));
+    let copy = |end: &OwnedFd| {
+        end.try_clone()
+            .map(File::from)
+            .map_err(io("copy a descriptor"))
+    };
+    let socket = || {
+        ends.wires
+            .socket
+            .try_clone()
+            .map_err(io("copy a descriptor"))
+    };
     Ok([
         Box::new(Raw::open(ends.place, T::PAYLOAD, ends.first)?),
         Box::new(Bare::<T>::open(ends.node, ends.first)?),
         Box::new(Topic::<T>::open(ends.bus, ends.first, true)?),
         Box::new(Topic::<T>::open(ends.bus, ends.first, false)?),
-        Box::new(Stream::new(copy(&ends.wires.from)?, copy(&ends.wires.to)?, T::PAYLOAD)),
+        Box::new(Stream::new(
+            copy(&ends.wires.from)?,
+            copy(&ends.wires.to)?,
+            T::PAYLOAD,
+        )),
         Box::new(Stream::new(socket()?, socket()?, T::PAYLOAD)),
     ])
 }
@@ -107,9 +134,13 @@ pub fn run(dir: &Path, prefix: &str) -> Result<(), BenchError> {
     let alive = || cell_rt::process::parent_pid() == parent;
     let mut counts = vec![0; links.all.len()];
     for number in 1.. {
-        let Some(block) = control.await_order(number, alive) else { break };
+        let Some(block) = control.await_order(number, alive) else {
+            break;
+        };
         let index = usize::try_from(block.link).unwrap_or(usize::MAX);
-        let (Some(link), Some(count)) = (links.all.get_mut(index), counts.get_mut(index)) else { break };
+        let (Some(link), Some(count)) = (links.all.get_mut(index), counts.get_mut(index)) else {
+            break;
+        };
         for _ in 0..block.count {
             *count += 1;
             link.receive(*count)?;

@@ -32,13 +32,30 @@ impl Place {
         let dir = PathBuf::from(format!("/dev/shm/robocell-bench-{id:x}"));
         let prefix = format!("rcb{id:x}_");
         cell_rt::process::private_umask();
-        DirBuilder::new().mode(0o700).create(&dir).map_err(io("make its directory"))?;
-        Ok(Self { site: RunSite { root: dir.join("b"), prefix }, dir, owned: true })
+        DirBuilder::new()
+            .mode(0o700)
+            .create(&dir)
+            .map_err(io("make its directory"))?;
+        Ok(Self {
+            site: RunSite {
+                root: dir.join("b"),
+                prefix,
+            },
+            dir,
+            owned: true,
+        })
     }
 
     /// The one another process made.
     pub(crate) fn join(dir: PathBuf, prefix: String) -> Self {
-        Self { site: RunSite { root: dir.join("b"), prefix }, dir, owned: false }
+        Self {
+            site: RunSite {
+                root: dir.join("b"),
+                prefix,
+            },
+            dir,
+            owned: false,
+        }
     }
 
     pub(crate) fn socket(&self) -> PathBuf {
@@ -72,7 +89,9 @@ pub(crate) struct Block {
 
 impl Control {
     pub(crate) fn open(place: &Place) -> Result<Self, BenchError> {
-        SharedWords::open(&place.dir.join("control"), 4).map(Self).map_err(io("share its control words"))
+        SharedWords::open(&place.dir.join("control"), 4)
+            .map(Self)
+            .map_err(io("share its control words"))
     }
 
     fn word(&self, index: usize) -> &AtomicU64 {

@@ -79,13 +79,22 @@ pub(crate) struct Report {
 impl Report {
     pub(crate) fn new(bench: &'static str, granted: &Granted) -> Self {
         let scheduling = if granted.fifo { "fifo" } else { "other" };
-        Self { bench, scheduling, notes: granted.refused.clone(), rows: Vec::new() }
+        Self {
+            bench,
+            scheduling,
+            notes: granted.refused.clone(),
+            rows: Vec::new(),
+        }
     }
 
     /// Holds the row `name` against the row `base`.
     pub(crate) fn compare(&mut self, name: &str, base: &str) {
-        let Some(base) = self.rows.iter().find(|row| row.name == base).cloned() else { return };
-        let Some(row) = self.rows.iter_mut().find(|row| row.name == name) else { return };
+        let Some(base) = self.rows.iter().find(|row| row.name == base).cloned() else {
+            return;
+        };
+        let Some(row) = self.rows.iter_mut().find(|row| row.name == name) else {
+            return;
+        };
         let ratio = |a: f64, b: f64| (b > 0.0).then(|| a / b);
         row.ratio = ratio(row.p50, base.p50);
         row.ratio_p99 = ratio(row.p99, base.p99);
@@ -99,7 +108,11 @@ impl Report {
         if json {
             return writeln!(out, "{}", serde_json::to_string(self)?);
         }
-        writeln!(out, "{}: scheduling {}, times in us", self.bench, self.scheduling)?;
+        writeln!(
+            out,
+            "{}: scheduling {}, times in us",
+            self.bench, self.scheduling
+        )?;
         for note in &self.notes {
             writeln!(out, "  {note}")?;
         }
@@ -109,7 +122,9 @@ impl Report {
             "", "n", "p50", "p99", "p99.9", "max", "ratio"
         )?;
         for row in &self.rows {
-            let ratio = row.ratio.map_or(String::new(), |ratio| format!("{ratio:.3}"));
+            let ratio = row
+                .ratio
+                .map_or(String::new(), |ratio| format!("{ratio:.3}"));
             writeln!(
                 out,
                 "{:<28} {:>7} {:>9.2} {:>9.2} {:>9.2} {:>9.2}  {ratio:>7}  {}",
@@ -139,17 +154,32 @@ mod tests {
     #[test]
     fn percentiles_are_ranks() {
         let row = row("a", (1..=1000).rev().map(|value| value * 1000));
-        assert_eq!((row.p50, row.p99, row.p999, row.max), (500.0, 990.0, 999.0, 1000.0));
+        assert_eq!(
+            (row.p50, row.p99, row.p999, row.max),
+            (500.0, 990.0, 999.0, 1000.0)
+        );
         assert_eq!(self::row("none", std::iter::empty()).p50, 0.0);
     }
 
     #[test]
     fn the_json_has_what_scripts_read() {
-        let mut report = Report::new("ipc", &Granted { fifo: true, ..Granted::default() });
-        report.rows = vec![row("base", [2000].into_iter()), row("ours", [3000].into_iter())];
+        let mut report = Report::new(
+            "ipc",
+            &Granted {
+                fifo: true,
+                ..Granted::default()
+            },
+        );
+        report.rows = vec![
+            row("base", [2000].into_iter()),
+            row("ours", [3000].into_iter()),
+        ];
         report.compare("ours", "base");
         let json = serde_json::to_value(&report).unwrap();
-        assert_eq!((&json["bench"], &json["scheduling"]), (&"ipc".into(), &"fifo".into()));
+        assert_eq!(
+            (&json["bench"], &json["scheduling"]),
+            (&"ipc".into(), &"fifo".into())
+        );
         assert_eq!(json["rows"][0]["ratio"], serde_json::Value::Null);
         assert_eq!(json["rows"][1]["ratio"], 1.5);
         assert_eq!(json["rows"][1]["against"], "base");
