@@ -178,15 +178,20 @@ fn on_top_of(setup: &StackSetup, scene: &Scene, cube: usize) -> Option<usize> {
     })
 }
 
-/// A cube in the layer of `goal` or above it, too near for the open gripper,
-/// that does not belong there. Lower cubes of the stack lie below that layer.
+/// A cube that has to go before `cube` can be set down at `goal`: one in that
+/// layer or above it, too near for the open gripper, or one below it that is no
+/// part of the stack and would be built over.
 fn intruder(setup: &StackSetup, scene: &Scene, cube: usize, goal: Place) -> Option<usize> {
     let layer = setup.spec.layer_height_m;
-    let crowd = CROWD_LAYERS * layer;
     (0..setup.cubes.len()).find(|other| {
         let position = scene.cube(*other).position;
-        *other != cube
-            && position.z > goal.position[2] - 0.6 * layer
-            && plane_distance(position, goal.position.into()) < crowd
+        let distance = plane_distance(position, goal.position.into());
+        let beside = position.z > goal.position[2] - 0.6 * layer;
+        let in_the_way = if beside {
+            distance < CROWD_LAYERS * layer
+        } else {
+            distance < layer && !at_goal(setup, scene, *other)
+        };
+        *other != cube && in_the_way
     })
 }
