@@ -179,11 +179,11 @@ impl Watchdog {
         self.source = Source::Commands;
     }
 
-    /// One tick without a command: constant velocity, within the limits.
+    /// One tick without a command: constant velocity, within the joint's range.
     fn coast(&mut self, robot: &Robot) {
         for (setpoint, spec) in self.setpoint.iter_mut().zip(robot.arm_specs()) {
-            setpoint.position = (setpoint.position + setpoint.velocity * TICK_S).clamp(spec.lower, spec.upper);
-            setpoint.acceleration = 0.0;
+            let next = ramp_state(*setpoint).coast(spec.jerk, TICK_S);
+            *setpoint = Point { position: next.position.clamp(spec.lower, spec.upper), ..point(next) };
         }
     }
 

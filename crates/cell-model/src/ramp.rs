@@ -44,6 +44,15 @@ impl RampState {
         }
     }
 
+    /// The motion one tick later at constant velocity, the acceleration that is
+    /// left being taken back by the jerk limit.
+    pub fn coast(self, jerk_limit: f64, dt: f64) -> Self {
+        let change = jerk_limit * dt;
+        let acceleration = self.acceleration - self.acceleration.clamp(-change, change);
+        let velocity = self.velocity + acceleration * dt;
+        Self { position: self.position + 0.5 * (self.velocity + velocity) * dt, velocity, acceleration }
+    }
+
     /// Whether the motion has ended.
     pub fn stands(&self) -> bool {
         self.velocity == 0.0 && self.acceleration == 0.0
@@ -114,6 +123,16 @@ mod tests {
         let start = RampState { position: 0.0, velocity: 2.0, acceleration: 0.0 };
         let path = stop(start, 10.0, 5_000.0).position;
         assert!((path - 0.202).abs() < 2e-3, "{path}");
+    }
+
+    #[test]
+    fn coasting_ends_acceleration_within_the_jerk_limit() {
+        let mut state = RampState { position: 0.0, velocity: 1.0, acceleration: 12.0 };
+        for expected in [7.0, 2.0, 0.0, 0.0] {
+            state = state.coast(5_000.0, DT);
+            assert!((state.acceleration - expected).abs() < 1e-12, "{state:?}");
+        }
+        assert!((state.velocity - 1.009).abs() < 1e-12);
     }
 
     #[test]
