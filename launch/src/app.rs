@@ -5,7 +5,7 @@ use ipc_types::operator::OperatorAction;
 
 use crate::cli::{BenchArgs, BenchKind, Cli, Command, EvalArgs};
 use crate::failure::{Context, Failure};
-use crate::{client, e2e, run, sim};
+use crate::{bench, client, e2e, run, sim};
 
 /// Does what the command line says.
 pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
@@ -26,7 +26,10 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Target(args) => client::target(args),
         Command::Gripper(args) => client::gripper(args),
         Command::Drag(args) => client::drag(args),
-        Command::Bench(args) => bench(args),
+        Command::Bench(args) => run_bench(args),
+        Command::BenchPeer { dir, prefix } => {
+            bench::peer::run(dir, prefix).map_err(Failure::configuration)
+        }
         Command::Eval(args) => eval(args),
         Command::Completions { shell } => {
             clap_complete::generate(
@@ -40,12 +43,13 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
     }
 }
 
-fn bench(args: &BenchArgs) -> Result<(), Failure> {
+fn run_bench(args: &BenchArgs) -> Result<(), Failure> {
     match args.kind {
         BenchKind::E2e => e2e::run(args.seconds, args.json),
         BenchKind::Control => core_bench("control", args.json),
         BenchKind::Physics => core_bench("physics", args.json),
-        BenchKind::Ipc | BenchKind::Loop => Err(Failure::usage("this bench is not built in yet")),
+        BenchKind::Ipc => bench::ipc::run(args.json).map_err(Failure::configuration),
+        BenchKind::Loop => bench::loop_::run(args.json).map_err(Failure::configuration),
     }
 }
 

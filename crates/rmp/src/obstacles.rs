@@ -133,6 +133,10 @@ const PARKED: f64 = 1e7;
 const EMPTY_BLOCK: Block = {
     let mut rows = [[0.0; LANES]; ROWS];
     rows[0] = [PARKED; LANES];
+    // Axes of the identity.
+    rows[3] = [1.0; LANES];
+    rows[7] = [1.0; LANES];
+    rows[11] = [1.0; LANES];
     Block(rows)
 };
 

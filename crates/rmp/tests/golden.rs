@@ -124,7 +124,7 @@ fn rollout(files: &Files) -> Vec<f64> {
         flow.set_position_target(id, Some(Vector3::new(0.8, y, 0.35)))
             .unwrap();
         let report = flow.step_exact(&mut state, 0.01).unwrap();
-        assert_ne!(report.outcome, Outcome::Singular, "step {k}");
+        assert_ne!(report.outcome, Outcome::Singular, "step {k}");if k==0 {println!("{report:?}");}
         assert!(report.clearance.unwrap().distance > 0.0, "step {k}");
     }
     state.positions
