@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
 
+use cell_rt::process::{SIGTERM, kill};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -20,7 +22,10 @@ pub fn base() -> TempDir {
         .expect("a directory in memory")
 }
 
-/// A launcher that runs; dropping it kills it, and its processes with it.
+/// An orderly stop takes at most a second for each process.
+const PATIENCE: Duration = Duration::from_secs(15);
+
+/// A launcher that runs; dropping it ends it, and its processes with it.
 #[derive(Debug)]
 pub struct TestCell {
     base: TempDir,
@@ -127,10 +132,19 @@ impl TestCell {
 }
 
 impl Drop for TestCell {
+    /// Ends the cell in order, so that nothing stays in shared memory; one that
+    /// does not listen is killed.
     fn drop(&mut self) {
-        if let Some(child) = &mut self.child {
-            child.kill().ok();
-            child.wait().ok();
+        let Some(mut child) = self.child.take() else {
+            return;
+        };
+        kill(child.id(), SIGTERM).ok();
+        let asked = Instant::now();
+        while matches!(child.try_wait(), Ok(None)) {
+            if asked.elapsed() > PATIENCE {
+                child.kill().ok();
+            }
+            std::thread::sleep(Duration::from_millis(2));
         }
     }
 }
