@@ -11,7 +11,7 @@ use crate::arm::{Arm, DriveTarget};
 use crate::contacts::{self, Contacts};
 use crate::measured::Measured;
 use crate::memory::Memory;
-use crate::settings::{self, FRESH, FreshContacts, GRAVITY};
+use crate::settings::{self, FEW_OBJECTS, FRESH, FreshContacts, GRAVITY};
 use crate::{convert, objects, spawn, violations};
 
 /// Why a cell cannot be simulated.
@@ -233,11 +233,12 @@ impl World {
     }
 
     /// Contacts of held objects are computed anew in every tick, as those of
-    /// the hand.
+    /// the hand; where there are few objects, those of all.
     fn refresh_held(&mut self) {
+        let few = self.objects.len() <= FEW_OBJECTS;
         for (index, handle) in self.objects.iter().enumerate() {
             let held = self.contacts.grips.iter().any(|grip| grip.held == Some(index));
-            let hooks = if held || true { FRESH } else { ActiveHooks::empty() };
+            let hooks = if held || few { FRESH } else { ActiveHooks::empty() };
             for collider in self.engine.bodies.get(*handle).map_or(&[][..], RigidBody::colliders) {
                 let colliders = &mut self.engine.colliders;
                 let differs = colliders.get(*collider).is_some_and(|c| c.active_hooks() != hooks);
