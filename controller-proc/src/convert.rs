@@ -4,7 +4,7 @@ use ipc_types::Pose;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 /// A pose to calculate with. The orientation was validated to be of norm 1.
-pub fn isometry(pose: &Pose) -> Isometry3<f64> {
+pub(crate) fn isometry(pose: &Pose) -> Isometry3<f64> {
     let [x, y, z] = pose.position;
     let [w, i, j, k] = pose.orientation_wxyz;
     Isometry3::from_parts(
@@ -14,7 +14,7 @@ pub fn isometry(pose: &Pose) -> Isometry3<f64> {
 }
 
 /// A pose to send.
-pub fn pose(isometry: &Isometry3<f64>) -> Pose {
+pub(crate) fn pose(isometry: &Isometry3<f64>) -> Pose {
     let r = isometry.rotation;
     Pose {
         position: isometry.translation.vector.into(),

@@ -37,7 +37,7 @@ impl<W: Write> Journal<W> {
 
     /// Writes one line.
     pub fn line(&mut self, line: &TraceLine) {
-        let time_s = (line.header.tick * TICK_NS) as f64 * 1.0e-9;
+        let time_s = (line.header.tick * TICK_NS) as f64 / 1.0e9;
         let mark = match TraceKind::from_code(line.kind) {
             Some(TraceKind::Lifecycle) => "* ",
             _ => "  ",

@@ -99,7 +99,6 @@ impl TaskProcess {
 
     /// Looks at the newest state and decides if it is time to.
     fn turn(&mut self) {
-        let woke_ns = monotonic_ns();
         if self.state.take().is_some() {
             self.work();
         }
@@ -110,7 +109,6 @@ impl TaskProcess {
         if !self.sleeper.wait(NUDGE) {
             self.health.idle();
         }
-        let _awake_ns = woke_ns;
     }
 
     fn work(&mut self) {
@@ -139,11 +137,11 @@ impl TaskProcess {
     fn begin(&mut self, generation: u32, tick: u64) {
         let Some(saved) = self.memory.newest(generation) else { return };
         match self.task.restore(&saved.record) {
-            Ok(()) => self.say("[task] goes on from its record"),
+            Ok(()) => self.say(tick, "[task] goes on from its record"),
             Err(error) => {
                 // What happened before is lost; what is seen is not.
                 eprintln!("warning: {error}");
-                self.say("[task] starts from what it sees");
+                self.say(tick, "[task] starts from what it sees");
                 return;
             }
         }
@@ -212,12 +210,12 @@ impl TaskProcess {
         self.bells.iter_mut().for_each(Doorbell::ring);
     }
 
-    fn say(&mut self, text: &str) {
+    fn say(&mut self, tick: u64, text: &str) {
         let line = TraceLineText {
             kind: ipc_types::trace::TraceKind::Lifecycle,
             text: ipc_types::Text::new(text),
         };
-        self.send_line(self.decided.map_or(0, |(_, tick)| tick), &line);
+        self.send_line(tick, &line);
     }
 
     fn send_line(&mut self, tick: u64, line: &TraceLineText) {

@@ -5,6 +5,7 @@
 //! a seed.
 #![forbid(unsafe_code)]
 
+pub mod bench_report;
 pub mod cell;
 mod cell_check;
 pub mod cell_file;

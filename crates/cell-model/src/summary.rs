@@ -94,7 +94,7 @@ impl RunSummary {
             seed: facts.seed,
             outcome,
             reason: (!decision.reason.is_empty()).then(|| decision.reason.as_str().to_owned()),
-            sim_time_s: (state.header.tick * TICK_NS) as f64 * 1.0e-9,
+            sim_time_s: (state.header.tick * TICK_NS) as f64 / 1.0e9,
             wall_time_s: facts.wall_time_s,
             ticks: state.header.tick,
             placed: placed.iter().filter_map(name).collect(),

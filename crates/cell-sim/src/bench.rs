@@ -1,8 +1,153 @@
 //! Costs of the cores, each in one run.
 
-use crate::SimError;
+use std::collections::BTreeMap;
+use std::hint::black_box;
+use std::io::stdout;
 
-/// Runs the bench `what`.
-pub fn run(_what: &str, _json: bool) -> Result<(), SimError> {
-    Ok(())
+use cell_model::bench_report::{Report, Row, Samples};
+use cell_model::random::Random;
+use cell_model::{Data, Robot};
+use cell_rt::monotonic_ns;
+use cell_rt::priority::{self, CONTROLLER_PRIORITY};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use rmp::{CollisionSphere, JointLimits, MotionState, Obstacle, RmpFlow, RmpFlowSetup, TargetId};
+
+use crate::eval::template;
+use crate::{OneProcess, SimError, run};
+
+/// Obstacles of the control bench.
+const OBSTACLES: [usize; 4] = [0, 10, 20, 50];
+/// Rounds through all rows, so that a slow minute meets all of them.
+const ROUNDS: usize = 20;
+/// Random states a round.
+const STATES: usize = 500;
+/// Length of a control cycle (s).
+const CYCLE_S: f64 = 1.0e-3;
+/// Demo of the physics bench.
+const DEMO: &str = "franka-stack";
+
+/// Runs the bench `what`: `control` or `physics`.
+///
+/// # Errors
+///
+/// When there is no such bench, or what it measures cannot be set up.
+pub fn run(what: &str, json: bool) -> Result<(), SimError> {
+    let report = match what {
+        "control" => control()?,
+        "physics" => physics()?,
+        _ => return Err(SimError::UnknownBench(what.to_owned())),
+    };
+    report.write(&mut stdout().lock(), json).map_err(SimError::Output)
+}
+
+/// The RMPflow cycle of the Panda with all its spheres among random obstacles:
+/// evaluate, resolve within limits, integrate.
+fn control() -> Result<Report, SimError> {
+    let granted = priority::request(CONTROLLER_PRIORITY, Some(0));
+    let mut report = Report::new("control", granted.fifo, &granted.refused);
+    let robot = Robot::load(&Data::embedded(), "panda")?;
+    let mut flows = Vec::new();
+    for count in OBSTACLES {
+        flows.push((flow(&robot, count)?, Samples::with_capacity(ROUNDS * STATES)));
+    }
+    let limits = robot.limits();
+    let mut random = Random::new(7);
+    for _ in 0..ROUNDS {
+        let states: Vec<MotionState> = (0..STATES).map(|_| state(&limits, &mut random)).collect();
+        for ((flow, _), samples) in &mut flows {
+            for state in &states {
+                let mut state = state.clone();
+                let began_ns = monotonic_ns();
+                let stepped = flow.step_cell(&mut state, &limits, CYCLE_S);
+                samples.record(monotonic_ns().saturating_sub(began_ns));
+                black_box((stepped.is_ok(), state));
+            }
+        }
+    }
+    let spheres = robot.spheres.len();
+    for (count, (_, samples)) in OBSTACLES.into_iter().zip(flows) {
+        report.rows.push(samples.into_row(format!("{spheres} spheres x {count} obstacles")));
+    }
+    Ok(report)
+}
+
+fn flow(robot: &Robot, obstacles: usize) -> Result<(RmpFlow, TargetId), SimError> {
+    let spheres: Vec<CollisionSphere> = robot
+        .spheres
+        .iter()
+        .map(|s| CollisionSphere { frame: s.frame.clone(), center: s.center.into(), radius: s.radius })
+        .collect();
+    let mut flow = RmpFlow::new(&RmpFlowSetup {
+        chain: &robot.chain,
+        joint_names: &robot.arm_joint_names(),
+        default_positions: &BTreeMap::new(),
+        spheres: &spheres,
+        parameters: &robot.rmpflow,
+        obstacle_capacity: obstacles,
+    })?;
+    let tool = flow.add_target_frame(robot.tcp_frame_name())?;
+    flow.set_position_target(tool, Some(Vector3::new(0.5, 0.1, 0.4)))?;
+    flow.set_orientation_target(tool, Some(UnitQuaternion::from_euler_angles(3.1, 0.1, 0.0)))?;
+    let mut random = Random::new(42);
+    for index in 0..obstacles {
+        // An obstacle that is refused would make the bench faster than it is.
+        flow.obstacles_mut().add(random_obstacle(index, &mut random))?;
+    }
+    Ok((flow, tool))
+}
+
+/// Somewhere in the workspace; every third one a ball.
+fn random_obstacle(index: usize, random: &mut Random) -> Obstacle {
+    let mut within = |low: f64, high: f64| 0.5 * (low + high) + random.around_zero(0.5 * (high - low));
+    let center = Vector3::new(within(0.3, 0.85), within(-0.6, 0.6), within(0.0, 0.9));
+    let size = Vector3::new(within(0.02, 0.08), within(0.02, 0.08), within(0.02, 0.08));
+    if index % 3 == 2 {
+        return Obstacle::sphere(center, size.x);
+    }
+    let turn = UnitQuaternion::from_euler_angles(within(-3.0, 3.0), within(-1.5, 1.5), within(-3.0, 3.0));
+    Obstacle::cuboid(Isometry3::from_parts(Translation3::from(center), turn), 2.0 * size)
+}
+
+fn state(limits: &JointLimits, random: &mut Random) -> MotionState {
+    let positions: Vec<f64> = limits
+        .lower
+        .iter()
+        .zip(&limits.upper)
+        .map(|(low, high)| 0.5 * (low + high) + random.around_zero(0.45 * (high - low)))
+        .collect();
+    let mut state = MotionState::at_rest(&positions);
+    state.velocities.iter_mut().for_each(|v| *v = random.around_zero(0.5));
+    state
+}
+
+/// A whole job in one process: the bare step of the engine, and the tick with
+/// everything in it.
+fn physics() -> Result<Report, SimError> {
+    let granted = priority::request(CONTROLLER_PRIORITY, Some(0));
+    let mut report = Report::new("physics", granted.fifo, &granted.refused);
+    let spec = template(DEMO, "fsm");
+    let cell = run::cell_of(&spec)?;
+    let mut sim = OneProcess::new(&spec, cell)?;
+    let (mut steps, mut ticks) = (Samples::default(), Samples::default());
+    loop {
+        let (began_ns, mut stepped_ns) = (monotonic_ns(), (0, 0));
+        let going = sim.tick_observed(|before| {
+            if before {
+                stepped_ns.0 = monotonic_ns();
+            } else {
+                stepped_ns.1 = monotonic_ns();
+            }
+        })?;
+        if !going {
+            break;
+        }
+        steps.record(stepped_ns.1.saturating_sub(stepped_ns.0));
+        ticks.record(monotonic_ns().saturating_sub(began_ns));
+    }
+    let step: Row = steps.into_row("physics step".to_owned());
+    let tick: Row = ticks.into_row("tick in one process".to_owned());
+    report.notes.push(format!("{DEMO}, seed 0; real-time factor of the tick {:.1}", 1000.0 / tick.p50.max(1.0e-3)));
+    report.rows.extend([step, tick]);
+    report.compare("tick in one process", "physics step");
+    Ok(report)
 }

@@ -38,6 +38,18 @@ pub enum SimError {
     /// A script with a wrong line.
     #[error(transparent)]
     Script(#[from] cell_model::script::ScriptError),
+    /// There is no such bench.
+    #[error("there is no bench '{0}' of a core; there are control and physics")]
+    UnknownBench(String),
+    /// RMPflow does not take the robot.
+    #[error(transparent)]
+    Flow(#[from] rmp::SetupError),
+    /// RMPflow does not take an obstacle.
+    #[error(transparent)]
+    Obstacle(#[from] rmp::ObstacleError),
+    /// Nobody takes the results.
+    #[error("the results cannot be written: {0}")]
+    Output(std::io::Error),
     /// A record of the task that the task does not take back.
     #[error(transparent)]
     Record(#[from] task_proc::RecordError),

@@ -102,6 +102,12 @@ impl OneProcess {
 
     /// One tick. `false` when the cell stands still: paused, or at its end.
     pub fn tick(&mut self) -> Result<bool, SimError> {
+        self.tick_observed(|_| {})
+    }
+
+    /// As [`OneProcess::tick`]; `observe` is called right before the step of
+    /// physics (`true`) and right after it (`false`), for measuring.
+    pub fn tick_observed(&mut self, mut observe: impl FnMut(bool)) -> Result<bool, SimError> {
         let decision = self.decided.then_some(&self.decision);
         let mut next = self.plant.before_step(decision);
         while let Some((line, action)) = self.plant.waiting().cloned() {
@@ -121,7 +127,9 @@ impl OneProcess {
             *slot = Some(command);
         }
         let decision = self.decided.then_some(&self.decision);
+        observe(true);
         self.plant.step(&StepInput { commands, decision });
+        observe(false);
         self.answer();
         Ok(true)
     }
