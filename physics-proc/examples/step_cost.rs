@@ -10,7 +10,10 @@ use ipc_types::{Wire, WorldState};
 use physics_proc::world::{StepInput, World, WorldError};
 
 fn main() -> Result<(), WorldError> {
-    let ticks = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(20_000);
+    let ticks = std::env::args()
+        .nth(1)
+        .and_then(|text| text.parse().ok())
+        .unwrap_or(20_000);
     let cell = Cell::load(&Data::embedded(), "franka-stack", 1, None)?;
     let mut world = World::new(&cell)?;
     let mut state = Box::new(WorldState::zeroed());
@@ -31,12 +34,22 @@ fn main() -> Result<(), WorldError> {
     let saved = start.elapsed();
     let start = Instant::now();
     world.restore(&snapshot)?;
-    println!("snapshot {} bytes, out {saved:?}, in {:?}", snapshot.len(), start.elapsed());
+    println!(
+        "snapshot {} bytes, out {saved:?}, in {:?}",
+        snapshot.len(),
+        start.elapsed()
+    );
     Ok(())
 }
 
 fn print(name: &str, times: &mut [u128]) {
     times.sort_unstable();
-    let at = |share: usize| times.get(times.len() * share / 1000).copied().unwrap_or(0) as f64 / 1e3;
-    println!("{name}: n {} median {:.1} us, p99 {:.1} us", times.len(), at(500), at(990));
+    let at =
+        |share: usize| times.get(times.len() * share / 1000).copied().unwrap_or(0) as f64 / 1e3;
+    println!(
+        "{name}: n {} median {:.1} us, p99 {:.1} us",
+        times.len(),
+        at(500),
+        at(990)
+    );
 }

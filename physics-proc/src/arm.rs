@@ -53,37 +53,77 @@ impl Arm {
         let robot = spec.robot.clone();
         let home = robot.with_arm_positions(&spec.home);
         let poses = robot.link_poses(&home);
-        let bodies = robot.links.iter().zip(&poses).enumerate().map(|(link, (body, pose))| {
-            let friction = friction_of(&robot, link);
-            insert_link(world, Tag::Link { arm: index, link }, body, &(spec.base * pose), friction)
-        });
+        let bodies = robot
+            .links
+            .iter()
+            .zip(&poses)
+            .enumerate()
+            .map(|(link, (body, pose))| {
+                let friction = friction_of(&robot, link);
+                insert_link(
+                    world,
+                    Tag::Link { arm: index, link },
+                    body,
+                    &(spec.base * pose),
+                    friction,
+                )
+            });
         let bodies: Vec<RigidBodyHandle> = bodies.collect();
-        let mut arm = Self { robot, bodies, handle: None, places: Vec::new() };
+        let mut arm = Self {
+            robot,
+            bodies,
+            handle: None,
+            places: Vec::new(),
+        };
         arm.join(world);
         arm.set_positions(world, &home);
         arm
     }
 
     fn join(&mut self, world: &mut PhysicsWorld) {
-        let joints = self.robot.chain.joints().iter().zip(&self.robot.joints).enumerate();
+        let joints = self
+            .robot
+            .chain
+            .joints()
+            .iter()
+            .zip(&self.robot.joints)
+            .enumerate();
         for (index, (joint, spec)) in joints {
             let parent = self.bodies[joint.parent.map_or(0, |parent| parent + 1)];
-            let inserted = world.multibody_joints.insert(parent, self.bodies[index + 1], engine_joint(joint, spec), true);
+            let inserted = world.multibody_joints.insert(
+                parent,
+                self.bodies[index + 1],
+                engine_joint(joint, spec),
+                true,
+            );
             self.handle = inserted.or(self.handle);
-            let link = world.multibody_joints.rigid_body_link(self.bodies[index + 1]);
-            self.places.push((link.map_or(0, |link| link.id), axis_of(joint.kind)));
+            let link = world
+                .multibody_joints
+                .rigid_body_link(self.bodies[index + 1]);
+            self.places
+                .push((link.map_or(0, |link| link.id), axis_of(joint.kind)));
         }
     }
 
     /// Puts the joints somewhere (all joints of the chain) and sets up what the
     /// engine only knows once they are joined.
     fn set_positions(&self, world: &mut PhysicsWorld, positions: &[f64]) {
-        let Some((multibody, _)) = self.handle.and_then(|handle| world.multibody_joints.get_mut(handle)) else { return };
+        let Some((multibody, _)) = self
+            .handle
+            .and_then(|handle| world.multibody_joints.get_mut(handle))
+        else {
+            return;
+        };
         multibody.set_self_contacts_enabled(false);
         // Only this fixes the type of the root and with it the coordinates.
         multibody.forward_kinematics(&world.bodies, true);
         let mut displacements = vec![0.0; multibody.ndofs()];
-        let places: Vec<usize> = self.places.iter().filter_map(|(link, _)| multibody.link(*link)).map(MultibodyLink::assembly_id).collect();
+        let places: Vec<usize> = self
+            .places
+            .iter()
+            .filter_map(|(link, _)| multibody.link(*link))
+            .map(MultibodyLink::assembly_id)
+            .collect();
         for ((&place, position), spec) in places.iter().zip(positions).zip(&self.robot.joints) {
             displacements[place] = *position;
             multibody.armature_mut()[place] = spec.armature;
@@ -111,24 +151,48 @@ impl Arm {
     /// target of the spring. The engine limits the sum of drive and gravity, so
     /// what gravity may take is kept back from the drive's limit.
     pub(crate) fn drive(&self, world: &mut PhysicsWorld, joint: usize, target: &DriveTarget) {
-        let Some((multibody, _)) = self.handle.and_then(|handle| world.multibody_joints.get_mut(handle)) else { return };
-        let (Some(&(link, axis)), Some(spec)) = (self.places.get(joint), self.robot.joints.get(joint)) else { return };
-        let Some(link) = multibody.link_mut(link) else { return };
+        let Some((multibody, _)) = self
+            .handle
+            .and_then(|handle| world.multibody_joints.get_mut(handle))
+        else {
+            return;
+        };
+        let (Some(&(link, axis)), Some(spec)) =
+            (self.places.get(joint), self.robot.joints.get(joint))
+        else {
+            return;
+        };
+        let Some(link) = multibody.link_mut(link) else {
+            return;
+        };
         let motor = &mut link.joint.data.motors[axis];
         let effort = target.effort.clamp(-target.max_effort, target.max_effort);
         motor.target_pos = target.position + (effort - target.gravity) / spec.stiffness;
         motor.target_vel = target.velocity;
-        motor.max_force = (target.max_effort - target.gravity.abs()).max(LEAST_EFFORT * target.max_effort);
+        motor.max_force =
+            (target.max_effort - target.gravity.abs()).max(LEAST_EFFORT * target.max_effort);
     }
 
     /// Position and velocity of every joint of the chain.
-    pub(crate) fn measure(&self, world: &PhysicsWorld, positions: &mut [f64], velocities: &mut [f64]) {
-        let Some((multibody, _)) = self.handle.and_then(|handle| world.multibody_joints.get(handle)) else { return };
+    pub(crate) fn measure(
+        &self,
+        world: &PhysicsWorld,
+        positions: &mut [f64],
+        velocities: &mut [f64],
+    ) {
+        let Some((multibody, _)) = self
+            .handle
+            .and_then(|handle| world.multibody_joints.get(handle))
+        else {
+            return;
+        };
         let rates = multibody.generalized_velocity();
         let outputs = positions.iter_mut().zip(velocities.iter_mut());
         for ((link, axis), (position, velocity)) in self.places.iter().zip(outputs) {
-            let Some(link) = multibody.link(*link) else { continue };
-            let coordinates: [f64; 6] = link.joint.coords().into();
+            let Some(link) = multibody.link(*link) else {
+                continue;
+            };
+            let coordinates = link.joint.coords();
             *position = coordinates[*axis];
             *velocity = rates[link.assembly_id()];
         }
@@ -136,36 +200,71 @@ impl Arm {
 
     /// Effort the drive of a joint of the chain gives at a measured state: the
     /// engine solves this law within the tick and does not report it (N·m, N).
-    pub(crate) fn effort(&self, joint: usize, target: &DriveTarget, position: f64, velocity: f64) -> f64 {
-        let Some(spec) = self.robot.joints.get(joint) else { return 0.0 };
-        let spring = spec.stiffness * (target.position - position) + spec.damping * (target.velocity - velocity);
+    pub(crate) fn effort(
+        &self,
+        joint: usize,
+        target: &DriveTarget,
+        position: f64,
+        velocity: f64,
+    ) -> f64 {
+        let Some(spec) = self.robot.joints.get(joint) else {
+            return 0.0;
+        };
+        let spring = spec.stiffness * (target.position - position)
+            + spec.damping * (target.velocity - velocity);
         (spring + target.effort).clamp(-target.max_effort, target.max_effort)
     }
 
     /// Pose of the tool centre point in the world frame.
     pub(crate) fn tcp(&self, world: &PhysicsWorld) -> Isometry3<f64> {
-        let Some(frame) = self.robot.chain.frames().get(self.robot.tcp_frame) else { return Isometry3::identity() };
+        let Some(frame) = self.robot.chain.frames().get(self.robot.tcp_frame) else {
+            return Isometry3::identity();
+        };
         let body = self.bodies[frame.joint.map_or(0, |joint| joint + 1)];
-        let link = world.bodies.get(body).map_or(Isometry3::identity(), |body| convert::from_pose(body.position()));
+        let link = world
+            .bodies
+            .get(body)
+            .map_or(Isometry3::identity(), |body| {
+                convert::from_pose(body.position())
+            });
         link * frame.pose
     }
 }
 
 fn friction_of(robot: &Robot, link: usize) -> f64 {
-    let finger = |gripper: &cell_model::ParallelGripper| gripper.finger_joints.iter().any(|joint| joint + 1 == link);
+    let finger = |gripper: &cell_model::ParallelGripper| {
+        gripper.finger_joints.iter().any(|joint| joint + 1 == link)
+    };
     match &robot.gripper {
         Some(gripper) if finger(gripper) => gripper.pad_friction,
         _ => LINK_FRICTION,
     }
 }
 
-fn insert_link(world: &mut PhysicsWorld, tag: Tag, link: &Link, pose: &Isometry3<f64>, friction: f64) -> RigidBodyHandle {
+fn insert_link(
+    world: &mut PhysicsWorld,
+    tag: Tag,
+    link: &Link,
+    pose: &Isometry3<f64>,
+    friction: f64,
+) -> RigidBodyHandle {
     let base = matches!(tag, Tag::Link { link: 0, .. });
-    let builder = if base { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
-    let mut builder = builder.pose(convert::to_pose(pose)).can_sleep(false).gravity_scale(0.0);
+    let builder = if base {
+        RigidBodyBuilder::fixed()
+    } else {
+        RigidBodyBuilder::dynamic()
+    };
+    let mut builder = builder
+        .pose(convert::to_pose(pose))
+        .can_sleep(false)
+        .gravity_scale(0.0);
     if !base {
         let center = convert::to_vector(&link.center_of_mass);
-        builder = builder.additional_mass_properties(MassProperties::with_inertia_matrix(center, link.mass, convert::to_matrix(&link.inertia)));
+        builder = builder.additional_mass_properties(MassProperties::with_inertia_matrix(
+            center,
+            link.mass,
+            convert::to_matrix(&link.inertia),
+        ));
     }
     let body = world.bodies.insert(builder.build());
     for part in &link.shapes {
@@ -176,7 +275,9 @@ fn insert_link(world: &mut PhysicsWorld, tag: Tag, link: &Link, pose: &Isometry3
             .friction(friction)
             .active_hooks(FRESH)
             .user_data(tag.encode());
-        world.colliders.insert_with_parent(collider.build(), body, &mut world.bodies);
+        world
+            .colliders
+            .insert_with_parent(collider.build(), body, &mut world.bodies);
     }
     body
 }
@@ -194,8 +295,9 @@ fn engine_joint(joint: &rmp::Joint, spec: &JointSpec) -> GenericJoint {
         JointKind::Prismatic => (JointAxesMask::LOCKED_PRISMATIC_AXES, JointAxis::LinX),
         JointKind::Revolute => (JointAxesMask::LOCKED_REVOLUTE_AXES, JointAxis::AngX),
     };
-    let turn = UnitQuaternion::rotation_between(&Vector3::x(), &joint.axis)
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::PI));
+    let turn = UnitQuaternion::rotation_between(&Vector3::x(), &joint.axis).unwrap_or_else(|| {
+        UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::PI)
+    });
     let turn = Isometry3::from_parts(Translation3::identity(), turn);
     let mut engine = GenericJoint::new(locked);
     engine.local_frame1 = convert::to_pose(&(joint.origin * turn));

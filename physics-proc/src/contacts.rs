@@ -46,7 +46,11 @@ impl Contacts {
             self.pressed[index].fill([0.0; 2]);
             for (link, body) in arm.bodies.iter().enumerate() {
                 let side = finger_of(arm, link);
-                for collider in world.bodies.get(*body).map_or(&[][..], RigidBody::colliders) {
+                for collider in world
+                    .bodies
+                    .get(*body)
+                    .map_or(&[][..], RigidBody::colliders)
+                {
                     self.read_collider(world, *collider, index, side);
                 }
             }
@@ -54,14 +58,34 @@ impl Contacts {
         }
     }
 
-    fn read_collider(&mut self, world: &PhysicsWorld, collider: ColliderHandle, arm: usize, side: Option<usize>) {
-        for pair in world.narrow_phase.contact_pairs_with(collider).filter(|pair| pair.has_any_active_contact()) {
-            let other = if pair.collider1 == collider { pair.collider2 } else { pair.collider1 };
-            let Some(Tag::Object(object)) = world.colliders.get(other).map(|c| Tag::decode(c.user_data)) else { continue };
+    fn read_collider(
+        &mut self,
+        world: &PhysicsWorld,
+        collider: ColliderHandle,
+        arm: usize,
+        side: Option<usize>,
+    ) {
+        for pair in world
+            .narrow_phase
+            .contact_pairs_with(collider)
+            .filter(|pair| pair.has_any_active_contact())
+        {
+            let other = if pair.collider1 == collider {
+                pair.collider2
+            } else {
+                pair.collider1
+            };
+            let Some(Tag::Object(object)) =
+                world.colliders.get(other).map(|c| Tag::decode(c.user_data))
+            else {
+                continue;
+            };
             if let Some(touched) = self.touched.get_mut(object) {
                 *touched = true;
             }
-            if let Some(force) = side.and_then(|side| self.pressed[arm].get_mut(object)?.get_mut(side)) {
+            if let Some(force) =
+                side.and_then(|side| self.pressed[arm].get_mut(object)?.get_mut(side))
+            {
                 *force += pair.total_impulse_magnitude() / TICK_S;
             }
         }
@@ -71,7 +95,10 @@ impl Contacts {
 /// Which finger a link is.
 fn finger_of(arm: &Arm, link: usize) -> Option<usize> {
     let gripper = arm.robot.gripper.as_ref()?;
-    gripper.finger_joints.iter().position(|joint| joint + 1 == link)
+    gripper
+        .finger_joints
+        .iter()
+        .position(|joint| joint + 1 == link)
 }
 
 fn grip(pressed: &[[f64; 2]]) -> Grip {
@@ -79,7 +106,10 @@ fn grip(pressed: &[[f64; 2]]) -> Grip {
     for (object, [left, right]) in pressed.iter().enumerate() {
         let force = left.min(*right);
         if force > HELD_N && force > best.force {
-            best = Grip { force, held: Some(object) };
+            best = Grip {
+                force,
+                held: Some(object),
+            };
         }
     }
     best
@@ -87,6 +117,9 @@ fn grip(pressed: &[[f64; 2]]) -> Grip {
 
 /// Deepest penetration of any contact pair (m).
 pub(crate) fn deepest(world: &PhysicsWorld) -> f64 {
-    let points = world.contact_pairs().flat_map(|pair| pair.manifolds()).flat_map(|manifold| &manifold.points);
+    let points = world
+        .contact_pairs()
+        .flat_map(ContactPair::manifolds)
+        .flat_map(|manifold| &manifold.points);
     points.fold(0.0, |deepest, point| deepest.max(-point.dist))
 }

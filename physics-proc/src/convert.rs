@@ -16,7 +16,10 @@ pub(crate) fn from_vector(v: Vector) -> Vector3<f64> {
 /// nalgebra to engine.
 pub(crate) fn to_pose(pose: &Isometry3<f64>) -> Pose {
     let q = pose.rotation;
-    Pose::from_parts(to_vector(&pose.translation.vector), Rotation::from_xyzw(q.i, q.j, q.k, q.w))
+    Pose::from_parts(
+        to_vector(&pose.translation.vector),
+        Rotation::from_xyzw(q.i, q.j, q.k, q.w),
+    )
 }
 
 /// Engine to nalgebra.
@@ -28,7 +31,17 @@ pub(crate) fn from_pose(pose: &Pose) -> Isometry3<f64> {
 
 /// nalgebra to engine, by columns.
 pub(crate) fn to_matrix(m: &Matrix3<f64>) -> Matrix {
-    Matrix::from_cols_array(&[m[(0, 0)], m[(1, 0)], m[(2, 0)], m[(0, 1)], m[(1, 1)], m[(2, 1)], m[(0, 2)], m[(1, 2)], m[(2, 2)]])
+    Matrix::from_cols_array(&[
+        m[(0, 0)],
+        m[(1, 0)],
+        m[(2, 0)],
+        m[(0, 1)],
+        m[(1, 1)],
+        m[(2, 1)],
+        m[(0, 2)],
+        m[(1, 2)],
+        m[(2, 2)],
+    ])
 }
 
 /// nalgebra to the wire, normalised there.

@@ -44,9 +44,22 @@ pub(crate) struct Drag {
 
 impl Drag {
     /// Takes hold of an object at `pose`.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds are validated to 0..3600")]
-    pub(crate) fn new(object: usize, pose: &Isometry3<f64>, target: [f64; 3], seconds: f64) -> Self {
-        let seconds = if seconds > 0.0 { seconds } else { DEFAULT_SECONDS };
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "seconds are validated to 0..3600"
+    )]
+    pub(crate) fn new(
+        object: usize,
+        pose: &Isometry3<f64>,
+        target: [f64; 3],
+        seconds: f64,
+    ) -> Self {
+        let seconds = if seconds > 0.0 {
+            seconds
+        } else {
+            DEFAULT_SECONDS
+        };
         Self {
             object,
             hand: pose.translation.vector.into(),
@@ -77,14 +90,20 @@ impl Drag {
         let hand = Vector3::from(self.hand);
         let way = target - hand;
         let speed = (APPROACH_PER_S * way.norm()).min(SPEED_M_S);
-        let next = if way.norm() > speed * TICK_S { hand + way.normalize() * speed * TICK_S } else { target };
+        let next = if way.norm() > speed * TICK_S {
+            hand + way.normalize() * speed * TICK_S
+        } else {
+            target
+        };
         self.hand = next.into();
     }
 
     fn force(&self, body: &RigidBody, position: &Vector3<f64>) -> Vector3<f64> {
         let velocity = convert::from_vector(body.linvel());
         let stretch = Vector3::from(self.hand) - position;
-        let acceleration = stretch * (SPRING_RAD_S * SPRING_RAD_S) - velocity * (2.0 * SPRING_RAD_S) - Vector3::from(GRAVITY);
+        let acceleration = stretch * (SPRING_RAD_S * SPRING_RAD_S)
+            - velocity * (2.0 * SPRING_RAD_S)
+            - Vector3::from(GRAVITY);
         bounded(acceleration * body.mass(), MAX_FORCE_N)
     }
 
@@ -100,11 +119,18 @@ impl Drag {
         let spin = convert::from_vector(body.angvel());
         let inertia = body.mass_properties().local_mprops.principal_inertia();
         let scale = (inertia.x + inertia.y + inertia.z) / 3.0;
-        bounded((angle * (TURN_RAD_S * TURN_RAD_S) - spin * (2.0 * TURN_RAD_S)) * scale, MAX_TORQUE_NM)
+        bounded(
+            (angle * (TURN_RAD_S * TURN_RAD_S) - spin * (2.0 * TURN_RAD_S)) * scale,
+            MAX_TORQUE_NM,
+        )
     }
 }
 
 fn bounded(vector: Vector3<f64>, limit: f64) -> Vector3<f64> {
     let norm = vector.norm();
-    if norm > limit { vector * (limit / norm) } else { vector }
+    if norm > limit {
+        vector * (limit / norm)
+    } else {
+        vector
+    }
 }

@@ -24,30 +24,57 @@ pub(crate) struct GripperDrive {
 
 impl GripperDrive {
     /// Of an arm without a gripper.
-    pub(crate) const NONE: Self = Self { target: 0.0, wanted: 0.0, force: 0.0 };
+    pub(crate) const NONE: Self = Self {
+        target: 0.0,
+        wanted: 0.0,
+        force: 0.0,
+    };
 
     /// Standing open at `finger` (m, half a width).
     pub(crate) fn new(gripper: &ParallelGripper, finger: f64) -> Self {
-        Self { target: finger, wanted: finger, force: gripper.default_force }
+        Self {
+            target: finger,
+            wanted: finger,
+            force: gripper.default_force,
+        }
     }
 
     /// Takes the gripper part of an accepted command. A force of zero means the
     /// gripper's own.
     pub(crate) fn command(&mut self, command: &GripperCommand, gripper: &ParallelGripper) {
         self.wanted = 0.5 * command.width.clamp(0.0, gripper.max_width);
-        let force = if command.force > 0.0 { command.force } else { gripper.default_force };
+        let force = if command.force > 0.0 {
+            command.force
+        } else {
+            gripper.default_force
+        };
         self.force = force.min(gripper.max_force);
     }
 
     /// One tick: drive target of both fingers for their measured position (m).
-    pub(crate) fn step(&mut self, gripper: &ParallelGripper, stiffness: f64, measured: f64) -> DriveTarget {
+    pub(crate) fn step(
+        &mut self,
+        gripper: &ParallelGripper,
+        stiffness: f64,
+        measured: f64,
+    ) -> DriveTarget {
         let reach = gripper.speed * TICK_S;
         let step = (self.wanted - self.target).clamp(-reach, reach);
         let lead = self.force / stiffness + LEAD_M;
         let target = (self.target + step).clamp(measured - lead, measured + lead);
-        let velocity = if step.abs() < reach { 0.0 } else { step / TICK_S };
+        let velocity = if step.abs() < reach {
+            0.0
+        } else {
+            step / TICK_S
+        };
         self.target = target.clamp(0.0, 0.5 * gripper.max_width);
-        DriveTarget { position: self.target, velocity, effort: 0.0, gravity: 0.0, max_effort: self.force }
+        DriveTarget {
+            position: self.target,
+            velocity,
+            effort: 0.0,
+            gravity: 0.0,
+            max_effort: self.force,
+        }
     }
 }
 
@@ -65,7 +92,12 @@ mod tests {
     };
 
     fn command(width: f64, force: f64) -> GripperCommand {
-        GripperCommand { width, force, suction: 0, reserved: 0 }
+        GripperCommand {
+            width,
+            force,
+            suction: 0,
+            reserved: 0,
+        }
     }
 
     #[test]
@@ -89,7 +121,9 @@ mod tests {
         let closed = drive.step(&HAND, 2_000.0, 0.025).position;
         assert!((closed - 0.013).abs() < 1e-9, "{closed}");
         drive.command(&command(0.08, 20.0), &HAND);
-        let ticks = (0..1_000).take_while(|_| drive.step(&HAND, 2_000.0, 0.025).position < 0.025).count();
+        let ticks = (0..1_000)
+            .take_while(|_| drive.step(&HAND, 2_000.0, 0.025).position < 0.025)
+            .count();
         assert!(ticks <= 121, "{ticks}");
     }
 }

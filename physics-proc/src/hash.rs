@@ -1,6 +1,6 @@
 //! The state hash: 64 bits that are equal for equal runs.
 
-/// Mixes numbers word by word, with the finaliser of SplitMix64 after each.
+/// Mixes numbers word by word, with the finaliser of `SplitMix64` after each.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StateHash(u64);
 
@@ -46,7 +46,11 @@ mod tests {
     fn order_tick_and_the_last_bit_count() {
         let base = hash(1, &[1.0, 2.0]);
         assert_eq!(base, hash(1, &[1.0, 2.0]));
-        for other in [hash(2, &[1.0, 2.0]), hash(1, &[2.0, 1.0]), hash(1, &[1.0, 2.0 + 4.5e-16])] {
+        for other in [
+            hash(2, &[1.0, 2.0]),
+            hash(1, &[2.0, 1.0]),
+            hash(1, &[1.0, 2.0 + 4.5e-16]),
+        ] {
             assert_ne!(base, other);
         }
     }

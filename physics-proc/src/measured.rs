@@ -21,14 +21,22 @@ impl Measured {
     pub(crate) fn new(robot: &Robot) -> Self {
         let home: Vec<f64> = robot.joints.iter().map(|spec| spec.home).collect();
         let zeros = vec![0.0; home.len()];
-        Self { positions: home, velocities: zeros.clone(), scratch: (zeros.clone(), zeros) }
+        Self {
+            positions: home,
+            velocities: zeros.clone(),
+            scratch: (zeros.clone(), zeros),
+        }
     }
 
     /// Reads the joints from the engine.
     pub(crate) fn read(&mut self, arm: &Arm, world: &PhysicsWorld) {
         let (positions, velocities) = &mut self.scratch;
         arm.measure(world, positions, velocities);
-        if positions.iter().chain(velocities.iter()).all(|x| x.is_finite()) {
+        if positions
+            .iter()
+            .chain(velocities.iter())
+            .all(|x| x.is_finite())
+        {
             self.positions.copy_from_slice(positions);
             self.velocities.copy_from_slice(velocities);
         }

@@ -34,7 +34,11 @@ impl Memory {
         let arms = cell.arms.iter().map(|arm| {
             let fingers = arm.robot.gripper.as_ref();
             let open = |gripper: &cell_model::ParallelGripper| {
-                let home = gripper.finger_joints.iter().filter_map(|&joint| arm.robot.joints.get(joint)).map(|spec| spec.home);
+                let home = gripper
+                    .finger_joints
+                    .iter()
+                    .filter_map(|&joint| arm.robot.joints.get(joint))
+                    .map(|spec| spec.home);
                 GripperDrive::new(gripper, home.fold(0.0, f64::max))
             };
             ArmMemory {
@@ -43,7 +47,13 @@ impl Memory {
                 stop_action: 0,
             }
         });
-        Self { tick: 0, arms: arms.collect(), drags: Vec::new(), panel: Panel::NEW, quarantined: 0 }
+        Self {
+            tick: 0,
+            arms: arms.collect(),
+            drags: Vec::new(),
+            panel: Panel::NEW,
+            quarantined: 0,
+        }
     }
 
     /// Back to `initial` after a reset of the scene: time, requests and counts

@@ -11,8 +11,15 @@ use crate::{convert, shapes};
 pub(crate) fn insert_fixtures(world: &mut PhysicsWorld, cell: &Cell) {
     let ground = world.bodies.insert(RigidBodyBuilder::fixed().build());
     for fixture in &cell.fixtures {
-        let collider = collider(&fixture.shape, &fixture.pose, fixture.friction, Tag::Fixture);
-        world.colliders.insert_with_parent(collider.build(), ground, &mut world.bodies);
+        let collider = collider(
+            &fixture.shape,
+            &fixture.pose,
+            fixture.friction,
+            Tag::Fixture,
+        );
+        world
+            .colliders
+            .insert_with_parent(collider.build(), ground, &mut world.bodies);
     }
 }
 
@@ -25,8 +32,16 @@ pub(crate) fn insert(world: &mut PhysicsWorld, cell: &Cell) -> Vec<RigidBodyHand
             .can_sleep(false)
             .gyroscopic_forces_enabled(false);
         let body = world.bodies.insert(builder.build());
-        let collider = collider(&object.shape, &Isometry3::identity(), object.friction, Tag::Object(index)).mass(object.mass);
-        world.colliders.insert_with_parent(collider.build(), body, &mut world.bodies);
+        let collider = collider(
+            &object.shape,
+            &Isometry3::identity(),
+            object.friction,
+            Tag::Object(index),
+        )
+        .mass(object.mass);
+        world
+            .colliders
+            .insert_with_parent(collider.build(), body, &mut world.bodies);
         body
     });
     objects.collect()

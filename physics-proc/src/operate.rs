@@ -26,14 +26,18 @@ impl World {
             OperatorAction::TaskReset => count(&mut self.memory.panel.task_reset),
             OperatorAction::TaskPause => self.pause_task(true),
             OperatorAction::TaskResume => self.pause_task(false),
-            OperatorAction::DropParts | OperatorAction::AddBin => {
-                (ReplyCode::NotInThisCell, "this cell has no dispenser and no conveyor".to_owned())
-            }
+            OperatorAction::DropParts | OperatorAction::AddBin => (
+                ReplyCode::NotInThisCell,
+                "this cell has no dispenser and no conveyor".to_owned(),
+            ),
             OperatorAction::Pause
             | OperatorAction::Resume
             | OperatorAction::Step
             | OperatorAction::ScriptDone
-            | OperatorAction::End => (ReplyCode::NotInThisCell, "the world has no clock of its own".to_owned()),
+            | OperatorAction::End => (
+                ReplyCode::NotInThisCell,
+                "the world has no clock of its own".to_owned(),
+            ),
         }
     }
 
@@ -48,15 +52,23 @@ impl World {
         let object = request.object as usize;
         let Some(pose) = self.object_pose(object) else {
             let count = self.objects.len();
-            return (ReplyCode::UnknownObject, format!("object {object} is not here; this cell has {count}"));
+            return (
+                ReplyCode::UnknownObject,
+                format!("object {object} is not here; this cell has {count}"),
+            );
         };
         let target = request.pose.position;
         let far = target.iter().any(|x| x.abs() > 20.0);
         if far || request.seconds < 0.0 {
-            return (ReplyCode::OutOfRange, "the place must be within 20 m and the time not negative".to_owned());
+            return (
+                ReplyCode::OutOfRange,
+                "the place must be within 20 m and the time not negative".to_owned(),
+            );
         }
         self.memory.drags.retain(|drag| drag.object != object);
-        self.memory.drags.push(Drag::new(object, &pose, target, request.seconds));
+        self.memory
+            .drags
+            .push(Drag::new(object, &pose, target, request.seconds));
         self.memory.drags.sort_by_key(|drag| drag.object);
         accepted()
     }
@@ -65,7 +77,11 @@ impl World {
         if (request.arm as usize) < self.arms.len() {
             return Ok(request.arm);
         }
-        let message = format!("arm {} is not here; this cell has {}", request.arm, self.arms.len());
+        let message = format!(
+            "arm {} is not here; this cell has {}",
+            request.arm,
+            self.arms.len()
+        );
         Err((ReplyCode::UnknownArm, message))
     }
 
@@ -86,8 +102,15 @@ impl World {
             Ok(arm) => arm as usize,
             Err(reply) => return reply,
         };
-        if self.arms.get(arm).is_none_or(|arm| arm.robot.gripper.is_none()) {
-            return (ReplyCode::NotInThisCell, "this arm has no gripper".to_owned());
+        if self
+            .arms
+            .get(arm)
+            .is_none_or(|arm| arm.robot.gripper.is_none())
+        {
+            return (
+                ReplyCode::NotInThisCell,
+                "this arm has no gripper".to_owned(),
+            );
         }
         self.memory.panel.gripper = request.count;
         count(&mut self.memory.panel.gripper_seq)

@@ -21,11 +21,17 @@ struct Stamp {
 }
 
 fn stamp(fingerprint: u64) -> Stamp {
-    Stamp { magic: *b"robocell", engine: rapier3d_f64::VERSION.to_owned(), cell: fingerprint }
+    Stamp {
+        magic: *b"robocell",
+        engine: rapier3d_f64::VERSION.to_owned(),
+        cell: fingerprint,
+    }
 }
 
 fn codec() -> impl Options {
-    bincode::DefaultOptions::new().with_fixint_encoding().with_limit(MAX_BYTES)
+    bincode::DefaultOptions::new()
+        .with_fixint_encoding()
+        .with_limit(MAX_BYTES)
 }
 
 /// Number of a cell as it was set up: names, masses, frictions, poses.
@@ -37,7 +43,13 @@ pub(crate) fn fingerprint(cell: &Cell) -> u64 {
     cell.objects.iter().for_each(|object| name(&object.name));
     for arm in &cell.arms {
         hash.numbers(&arm.home);
-        hash.numbers(&arm.robot.links.iter().map(|link| link.mass).collect::<Vec<_>>());
+        hash.numbers(
+            &arm.robot
+                .links
+                .iter()
+                .map(|link| link.mass)
+                .collect::<Vec<_>>(),
+        );
     }
     for object in &cell.objects {
         hash.numbers(&[object.mass, object.friction]);
@@ -86,11 +98,18 @@ impl World {
     fn decode(&self, bytes: &[u8]) -> Result<(Memory, PhysicsWorld), WorldError> {
         let refuse = |reason: String| WorldError::Snapshot { reason };
         let mut reader = bytes;
-        let found: Stamp = codec().allow_trailing_bytes().deserialize_from(&mut reader).map_err(|e| refuse(format!("it is damaged ({e})")))?;
+        let found: Stamp = codec()
+            .allow_trailing_bytes()
+            .deserialize_from(&mut reader)
+            .map_err(|e| refuse(format!("it is damaged ({e})")))?;
         let own = stamp(self.fingerprint);
         if found != own {
-            return Err(refuse("it is of another cell, seed or engine version".to_owned()));
+            return Err(refuse(
+                "it is of another cell, seed or engine version".to_owned(),
+            ));
         }
-        codec().deserialize_from(reader).map_err(|e| refuse(format!("it is damaged ({e})")))
+        codec()
+            .deserialize_from(reader)
+            .map_err(|e| refuse(format!("it is damaged ({e})")))
     }
 }

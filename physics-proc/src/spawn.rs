@@ -11,12 +11,23 @@ const RESTING_M: f64 = 1.0e-3;
 /// Checks that no object of the cell overlaps another or a fixture.
 pub(crate) fn check(cell: &Cell) -> Result<(), WorldError> {
     for (index, object) in cell.objects.iter().enumerate() {
-        let earlier = cell.objects.iter().take(index).map(|other| (&other.name, &other.shape, &other.pose));
-        let fixtures = cell.fixtures.iter().map(|other| (&other.name, &other.shape, &other.pose));
+        let earlier = cell
+            .objects
+            .iter()
+            .take(index)
+            .map(|other| (&other.name, &other.shape, &other.pose));
+        let fixtures = cell
+            .fixtures
+            .iter()
+            .map(|other| (&other.name, &other.shape, &other.pose));
         for (name, shape, pose) in earlier.chain(fixtures) {
             let depth = overlap(&object.shape, &object.pose, shape, pose);
             if depth > RESTING_M {
-                return Err(WorldError::Overlap { object: object.name.clone(), other: name.clone(), depth });
+                return Err(WorldError::Overlap {
+                    object: object.name.clone(),
+                    other: name.clone(),
+                    depth,
+                });
             }
         }
     }

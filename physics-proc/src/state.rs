@@ -39,7 +39,9 @@ impl World {
             let (pose, linear, angular) = (body.position(), body.linvel(), body.angvel());
             let (p, q) = (pose.translation, pose.rotation);
             hash.numbers(&[p.x, p.y, p.z, q.x, q.y, q.z, q.w]);
-            hash.numbers(&[linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]);
+            hash.numbers(&[
+                linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
+            ]);
         }
         for measured in &self.measured {
             hash.numbers(&measured.positions);
@@ -49,14 +51,19 @@ impl World {
     }
 
     fn write_arm(&self, index: usize, out: &mut ArmState) {
-        let (arm, measured, memory) = (&self.arms[index], &self.measured[index], &self.memory.arms[index]);
+        let (arm, measured, memory) = (
+            &self.arms[index],
+            &self.measured[index],
+            &self.memory.arms[index],
+        );
         out.stop_action = memory.stop_action;
         let setpoints = memory.watchdog.setpoint();
         for (slot, (&joint, setpoint)) in arm.robot.arm_joints.iter().zip(setpoints).enumerate() {
             let (position, velocity) = (measured.positions[joint], measured.velocities[joint]);
             out.joint_positions[slot] = position;
             out.joint_velocities[slot] = velocity;
-            out.joint_efforts[slot] = arm.effort(joint, &self.targets[index][joint], position, velocity);
+            out.joint_efforts[slot] =
+                arm.effort(joint, &self.targets[index][joint], position, velocity);
             out.setpoint_positions[slot] = setpoint.position;
             out.setpoint_velocities[slot] = setpoint.velocity;
             out.setpoint_accelerations[slot] = setpoint.acceleration;
@@ -77,17 +84,33 @@ impl World {
     fn finite_tcp(&self, index: usize) -> nalgebra::Isometry3<f64> {
         let arm = &self.arms[index];
         let tcp = arm.tcp(&self.engine);
-        if tcp.translation.vector.iter().chain(tcp.rotation.coords.iter()).all(|x| x.is_finite()) {
+        if tcp
+            .translation
+            .vector
+            .iter()
+            .chain(tcp.rotation.coords.iter())
+            .all(|x| x.is_finite())
+        {
             return tcp;
         }
-        let base = arm.bodies.first().and_then(|base| self.engine.bodies.get(*base));
-        let base = base.map_or_else(nalgebra::Isometry3::identity, |base| convert::from_pose(base.position()));
-        base * arm.robot.frame_pose(arm.robot.tcp_frame, &self.measured[index].positions).unwrap_or_default()
+        let base = arm
+            .bodies
+            .first()
+            .and_then(|base| self.engine.bodies.get(*base));
+        let base = base.map_or_else(nalgebra::Isometry3::identity, |base| {
+            convert::from_pose(base.position())
+        });
+        base * arm
+            .robot
+            .frame_pose(arm.robot.tcp_frame, &self.measured[index].positions)
+            .unwrap_or_default()
     }
 
     fn gripper_state(&self, index: usize) -> GripperState {
         let mut out = GripperState::zeroed();
-        let Some(gripper) = &self.arms[index].robot.gripper else { return out };
+        let Some(gripper) = &self.arms[index].robot.gripper else {
+            return out;
+        };
         let measured = &self.measured[index];
         for joint in gripper.finger_joints {
             out.width += measured.positions[joint];
@@ -95,18 +118,25 @@ impl World {
         }
         let grip = self.contacts.grips[index];
         out.grip_force = grip.force;
-        out.held_object = grip.held.map_or(0, |object| u32::try_from(object + 1).unwrap_or(0));
+        out.held_object = grip
+            .held
+            .map_or(0, |object| u32::try_from(object + 1).unwrap_or(0));
         out
     }
 
     fn write_object(&self, index: usize, out: &mut ObjectState) {
         out.pose = ipc_types::Pose::IDENTITY;
-        let Some(body) = self.engine.bodies.get(self.objects[index]) else { return };
+        let Some(body) = self.engine.bodies.get(self.objects[index]) else {
+            return;
+        };
         let flag = |set: bool, bit: u32| if set { bit } else { 0 };
         let pose = self.object_pose(index);
         out.flags = flag(body.is_enabled() && pose.is_some(), OBJECT_ENABLED)
             | flag(self.contacts.touched[index], OBJECT_TOUCHED)
-            | flag(self.memory.drags.iter().any(|drag| drag.object == index), OBJECT_DRAGGED)
+            | flag(
+                self.memory.drags.iter().any(|drag| drag.object == index),
+                OBJECT_DRAGGED,
+            )
             | flag(body.is_sleeping(), OBJECT_ASLEEP);
         let Some(pose) = pose else { return };
         out.pose = convert::to_wire(&pose);
@@ -118,5 +148,9 @@ impl World {
 }
 
 fn finite(v: Vector3<f64>) -> [f64; 3] {
-    if v.iter().all(|x| x.is_finite()) { v.into() } else { [0.0; 3] }
+    if v.iter().all(|x| x.is_finite()) {
+        v.into()
+    } else {
+        [0.0; 3]
+    }
 }

@@ -22,12 +22,18 @@ impl Tag {
     }
 
     /// From user data.
-    #[expect(clippy::cast_possible_truncation, reason = "encode put small numbers there")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "encode put small numbers there"
+    )]
     pub(crate) fn decode(data: u128) -> Self {
         let low = data as u64;
         match data >> 64 {
             1 => Self::Object(low as usize),
-            2 => Self::Link { arm: (low >> 32) as usize, link: (low & 0xffff_ffff) as usize },
+            2 => Self::Link {
+                arm: (low >> 32) as usize,
+                link: (low & 0xffff_ffff) as usize,
+            },
             _ => Self::Fixture,
         }
     }
@@ -39,7 +45,11 @@ mod tests {
 
     #[test]
     fn tags_survive() {
-        for tag in [Tag::Fixture, Tag::Object(159), Tag::Link { arm: 1, link: 9 }] {
+        for tag in [
+            Tag::Fixture,
+            Tag::Object(159),
+            Tag::Link { arm: 1, link: 9 },
+        ] {
             assert_eq!(Tag::decode(tag.encode()), tag);
         }
     }

@@ -17,15 +17,30 @@ const MEASURED_OUTSIDE: f64 = 1.0e-3;
 
 /// The motion a command makes of a joint that was commanded `before`, `steps`
 /// milliseconds ago, and whether it breaks a limit.
-pub(crate) fn advance(before: &RampState, position: f64, velocity: f64, steps: f64, spec: &JointSpec) -> (RampState, bool) {
+pub(crate) fn advance(
+    before: &RampState,
+    position: f64,
+    velocity: f64,
+    steps: f64,
+    spec: &JointSpec,
+) -> (RampState, bool) {
     let time = steps * TICK_S;
     let acceleration = (velocity - before.velocity) / time;
     let jerk = (acceleration - before.acceleration) / time;
-    let speed = velocity.abs().max((position - before.position).abs() / time);
+    let speed = velocity
+        .abs()
+        .max((position - before.position).abs() / time);
     let broken = speed > spec.velocity * FACTOR
         || acceleration.abs() > spec.acceleration * FACTOR
         || jerk.abs() > spec.jerk * FACTOR;
-    (RampState { position, velocity, acceleration }, broken)
+    (
+        RampState {
+            position,
+            velocity,
+            acceleration,
+        },
+        broken,
+    )
 }
 
 /// Whether a measured position is outside the joint's limits.
@@ -55,26 +70,40 @@ mod tests {
 
     #[test]
     fn each_limit_counts_just_above_and_not_at_it() {
-        let moving = RampState { position: 0.0, velocity: 1.0, acceleration: 10.0 };
-        let at = |velocity: f64, position: f64| advance(&moving, position, velocity, 1.0, &spec()).1;
+        let moving = RampState {
+            position: 0.0,
+            velocity: 1.0,
+            acceleration: 10.0,
+        };
+        let at =
+            |velocity: f64, position: f64| advance(&moving, position, velocity, 1.0, &spec()).1;
         assert!(!at(1.01, 0.001));
         assert!(at(1.010_1, 0.001), "acceleration");
         assert!(!at(1.005, 0.001));
         assert!(at(1.004_9, 0.001), "jerk");
         assert!(at(1.01, 0.002_1), "velocity of the positions");
-        let fast = RampState { velocity: 2.0, ..RampState::default() };
+        let fast = RampState {
+            velocity: 2.0,
+            ..RampState::default()
+        };
         assert!(!advance(&fast, 0.002, 2.0, 1.0, &spec()).1);
         assert!(advance(&fast, 0.002, 2.000_01, 1.0, &spec()).1, "velocity");
     }
 
     #[test]
     fn a_command_after_two_lost_ones_is_measured_over_three_milliseconds() {
-        let before = RampState { position: 0.0, velocity: 1.0, acceleration: 10.0 };
+        let before = RampState {
+            position: 0.0,
+            velocity: 1.0,
+            acceleration: 10.0,
+        };
         assert!(!advance(&before, 0.003, 1.03, 3.0, &spec()).1);
     }
 
     #[test]
     fn measured_positions_have_a_milliradian() {
-        assert!(!outside(1.000_9, &spec()) && outside(1.001_1, &spec()) && outside(-1.002, &spec()));
+        assert!(
+            !outside(1.000_9, &spec()) && outside(1.001_1, &spec()) && outside(-1.002, &spec())
+        );
     }
 }

@@ -82,7 +82,13 @@ pub(crate) struct Verdict {
 impl Watchdog {
     /// Holding `home` (rad or m by controlled joint).
     pub(crate) fn new(home: &[f64]) -> Self {
-        let points: Vec<Point> = home.iter().map(|&position| Point { position, ..Point::default() }).collect();
+        let points: Vec<Point> = home
+            .iter()
+            .map(|&position| Point {
+                position,
+                ..Point::default()
+            })
+            .collect();
         Self {
             source: Source::Own,
             anchor: points.clone(),
@@ -121,28 +127,48 @@ impl Watchdog {
 
     /// Decides for the tick that follows `tick`. `command` is the newest one
     /// there is, of any age.
-    pub(crate) fn update(&mut self, tick: u64, command: Option<&ArmCommand>, robot: &Robot, limits: &JointLimits) -> Verdict {
+    pub(crate) fn update(
+        &mut self,
+        tick: u64,
+        command: Option<&ArmCommand>,
+        robot: &Robot,
+        limits: &JointLimits,
+    ) -> Verdict {
         let accepted = command.is_some_and(|command| self.take(tick, command, robot));
-        let age = self.accepted.map(|accepted| tick.saturating_sub(accepted.tick));
-        let stop = physics_stop(PhysicsFlags { command_age_ticks: age, quarantined: self.fault });
+        let age = self
+            .accepted
+            .map(|accepted| tick.saturating_sub(accepted.tick));
+        let stop = physics_stop(PhysicsFlags {
+            command_age_ticks: age,
+            quarantined: self.fault,
+        });
         if stop.stops_motion() {
             self.brake(limits);
         } else if !accepted && self.source == Source::Commands {
             self.coast(robot);
         }
-        Verdict { stop, accepted, own: self.source == Source::Own }
+        Verdict {
+            stop,
+            accepted,
+            own: self.source == Source::Own,
+        }
     }
 
     /// Accepts a new and sound command.
     fn take(&mut self, tick: u64, command: &ArmCommand, robot: &Robot) -> bool {
         let header = &command.header;
-        let id = Accepted { generation: header.generation, seq: header.seq, tick: header.tick };
+        let id = Accepted {
+            generation: header.generation,
+            seq: header.seq,
+            tick: header.tick,
+        };
         // A command of the future answers a run that was set back.
         if self.fault || self.accepted == Some(id) || self.ignored == Some(id) || id.tick > tick {
             return false;
         }
         let fresh = tick - id.tick <= cell_model::stop::COMMAND_AGE_TICKS;
-        let sound = command.joint_count as usize == self.setpoint.len() && command.validate().is_ok();
+        let sound =
+            command.joint_count as usize == self.setpoint.len() && command.validate().is_ok();
         if !fresh || !sound || !self.is_near(command, robot, tick) {
             self.refused += u64::from(fresh);
             return false;
@@ -152,9 +178,17 @@ impl Watchdog {
     }
 
     fn is_near(&self, command: &ArmCommand, robot: &Robot, tick: u64) -> bool {
-        let gap = self.accepted.map_or(1, |accepted| tick.saturating_sub(accepted.tick).clamp(1, 20));
-        let joints = self.setpoint.iter().zip(&command.joint_positions).zip(robot.arm_specs());
-        let mut steps = joints.map(|((point, position), spec)| (position - point.position).abs() - spec.velocity * gap as f64 * TICK_S);
+        let gap = self.accepted.map_or(1, |accepted| {
+            tick.saturating_sub(accepted.tick).clamp(1, 20)
+        });
+        let joints = self
+            .setpoint
+            .iter()
+            .zip(&command.joint_positions)
+            .zip(robot.arm_specs());
+        let mut steps = joints.map(|((point, position), spec)| {
+            (position - point.position).abs() - spec.velocity * gap as f64 * TICK_S
+        });
         steps.all(|step| step <= MAX_STEP)
     }
 
@@ -167,7 +201,10 @@ impl Watchdog {
             _ => 1.0,
         };
         for (index, spec) in robot.arm_specs().enumerate() {
-            let (position, velocity) = (command.joint_positions[index], command.joint_velocities[index]);
+            let (position, velocity) = (
+                command.joint_positions[index],
+                command.joint_velocities[index],
+            );
             let before = ramp_state(self.anchor[index]);
             let (after, broken) = violations::advance(&before, position, velocity, steps, spec);
             self.violations += u64::from(broken);
@@ -183,7 +220,10 @@ impl Watchdog {
     fn coast(&mut self, robot: &Robot) {
         for (setpoint, spec) in self.setpoint.iter_mut().zip(robot.arm_specs()) {
             let next = ramp_state(*setpoint).coast(spec.jerk, TICK_S);
-            *setpoint = Point { position: next.position.clamp(spec.lower, spec.upper), ..point(next) };
+            *setpoint = Point {
+                position: next.position.clamp(spec.lower, spec.upper),
+                ..point(next)
+            };
         }
     }
 
@@ -202,18 +242,30 @@ impl Watchdog {
 /// passes unchanged.
 fn limited(before: Point, command: RampState, steps: f64, spec: &JointSpec) -> Point {
     let reach = spec.velocity * (1.0 + 1.0e-6) * TICK_S * steps;
-    let position = command.position.clamp(before.position - reach, before.position + reach);
+    let position = command
+        .position
+        .clamp(before.position - reach, before.position + reach);
     Point {
         position: position.clamp(spec.lower, spec.upper),
         velocity: command.velocity.clamp(-spec.velocity, spec.velocity),
-        acceleration: command.acceleration.clamp(-spec.acceleration, spec.acceleration),
+        acceleration: command
+            .acceleration
+            .clamp(-spec.acceleration, spec.acceleration),
     }
 }
 
 fn point(state: RampState) -> Point {
-    Point { position: state.position, velocity: state.velocity, acceleration: state.acceleration }
+    Point {
+        position: state.position,
+        velocity: state.velocity,
+        acceleration: state.acceleration,
+    }
 }
 
 fn ramp_state(point: Point) -> RampState {
-    RampState { position: point.position, velocity: point.velocity, acceleration: point.acceleration }
+    RampState {
+        position: point.position,
+        velocity: point.velocity,
+        acceleration: point.acceleration,
+    }
 }

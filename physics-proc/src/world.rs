@@ -88,21 +88,37 @@ impl World {
         too_many("arms", cell.arms.len(), MAX_ARMS)?;
         too_many("objects", cell.objects.len(), ipc_types::MAX_OBJECTS)?;
         for arm in &cell.arms {
-            too_many("controlled joints", arm.robot.arm_joints.len(), ipc_types::MAX_JOINTS)?;
+            too_many(
+                "controlled joints",
+                arm.robot.arm_joints.len(),
+                ipc_types::MAX_JOINTS,
+            )?;
         }
         let mut engine = settings::empty_world();
         objects::insert_fixtures(&mut engine, cell);
         let objects = objects::insert(&mut engine, cell);
-        let arms: Vec<Arm> = cell.arms.iter().enumerate().map(|(index, spec)| Arm::insert(&mut engine, index, spec)).collect();
+        let arms: Vec<Arm> = cell
+            .arms
+            .iter()
+            .enumerate()
+            .map(|(index, spec)| Arm::insert(&mut engine, index, spec))
+            .collect();
         let gravity = Vector3::from(GRAVITY);
         let mut world = Self {
             memory: Memory::new(cell),
             contacts: Contacts::new(arms.len(), objects.len()),
             measured: arms.iter().map(|arm| Measured::new(&arm.robot)).collect(),
-            targets: arms.iter().map(|arm| vec![DriveTarget::default(); arm.robot.joints.len()]).collect(),
+            targets: arms
+                .iter()
+                .map(|arm| vec![DriveTarget::default(); arm.robot.joints.len()])
+                .collect(),
             limits: arms.iter().map(|arm| arm.robot.limits()).collect(),
             dynamics: arms.iter().map(|arm| Dynamics::new(&arm.robot)).collect(),
-            base_gravity: cell.arms.iter().map(|arm| arm.base.rotation.inverse() * gravity).collect(),
+            base_gravity: cell
+                .arms
+                .iter()
+                .map(|arm| arm.base.rotation.inverse() * gravity)
+                .collect(),
             inputs: Vec::new(),
             initial: Vec::new(),
             fingerprint: crate::snapshot::fingerprint(cell),
@@ -139,7 +155,11 @@ impl World {
     /// Commands refused since the start: too far from the setpoint in force, or
     /// with implausible numbers.
     pub fn refused_commands(&self) -> u64 {
-        self.memory.arms.iter().map(|arm| arm.watchdog.refused).sum()
+        self.memory
+            .arms
+            .iter()
+            .map(|arm| arm.watchdog.refused)
+            .sum()
     }
 
     /// Deepest penetration of any two shapes in contact (m).
@@ -150,23 +170,47 @@ impl World {
     fn drive_arm(&mut self, index: usize, command: Option<&ArmCommand>) {
         let arm = &self.arms[index];
         let memory = &mut self.memory.arms[index];
-        let verdict = memory.watchdog.update(self.memory.tick, command, &arm.robot, &self.limits[index]);
+        let verdict =
+            memory
+                .watchdog
+                .update(self.memory.tick, command, &arm.robot, &self.limits[index]);
         memory.stop_action = verdict.stop.action.code();
-        if let (true, Some(command), Some(gripper)) = (verdict.accepted, command, &arm.robot.gripper) {
+        if let (true, Some(command), Some(gripper)) =
+            (verdict.accepted, command, &arm.robot.gripper)
+        {
             memory.gripper.command(&command.gripper, gripper);
         }
         let gravity = &self.base_gravity[index];
-        let measured: Vec<f64> = arm.robot.arm_joints.iter().map(|&joint| self.measured[index].positions[joint]).collect();
-        let carried = self.dynamics[index].inverse_dynamics(&measured, &[], &[], gravity).to_vec();
+        let measured: Vec<f64> = arm
+            .robot
+            .arm_joints
+            .iter()
+            .map(|&joint| self.measured[index].positions[joint])
+            .collect();
+        let carried = self.dynamics[index]
+            .inverse_dynamics(&measured, &[], &[], gravity)
+            .to_vec();
         let setpoint: Vec<_> = memory.watchdog.setpoint().collect();
         let efforts = if verdict.own {
-            let of = |value: fn(&cell_model::ramp::RampState) -> f64| setpoint.iter().map(value).collect::<Vec<f64>>();
-            self.dynamics[index].inverse_dynamics(&of(|s| s.position), &of(|s| s.velocity), &of(|s| s.acceleration), gravity)
+            let of = |value: fn(&cell_model::ramp::RampState) -> f64| {
+                setpoint.iter().map(value).collect::<Vec<f64>>()
+            };
+            self.dynamics[index].inverse_dynamics(
+                &of(|s| s.position),
+                &of(|s| s.velocity),
+                &of(|s| s.acceleration),
+                gravity,
+            )
         } else {
             memory.watchdog.efforts()
         };
         let efforts = efforts.iter().zip(&carried);
-        for (&joint, (state, (effort, gravity))) in arm.robot.arm_joints.iter().zip(setpoint.iter().zip(efforts)) {
+        for (&joint, (state, (effort, gravity))) in arm
+            .robot
+            .arm_joints
+            .iter()
+            .zip(setpoint.iter().zip(efforts))
+        {
             let target = DriveTarget {
                 position: state.position,
                 velocity: state.velocity,
@@ -181,10 +225,16 @@ impl World {
 
     fn drive_hand(&mut self, index: usize) {
         let arm = &self.arms[index];
-        let Some(gripper) = &arm.robot.gripper else { return };
+        let Some(gripper) = &arm.robot.gripper else {
+            return;
+        };
         let [left, right] = gripper.finger_joints;
-        let finger = 0.5 * (self.measured[index].positions[left] + self.measured[index].positions[right]);
-        let target = self.memory.arms[index].gripper.step(gripper, arm.robot.joints[left].stiffness, finger);
+        let finger =
+            0.5 * (self.measured[index].positions[left] + self.measured[index].positions[right]);
+        let target =
+            self.memory.arms[index]
+                .gripper
+                .step(gripper, arm.robot.joints[left].stiffness, finger);
         for joint in gripper.finger_joints {
             arm.drive(&mut self.engine, joint, &target);
             self.targets[index][joint] = target;
@@ -192,7 +242,9 @@ impl World {
     }
 
     fn note_input(&mut self, index: usize) {
-        let Some(accepted) = self.memory.arms[index].watchdog.accepted() else { return };
+        let Some(accepted) = self.memory.arms[index].watchdog.accepted() else {
+            return;
+        };
         let arm = u8::try_from(index).unwrap_or(u8::MAX);
         self.inputs.push(ipc_types::Input {
             topic: ipc_types::topic::TopicId::ArmCommand(arm).code(),
@@ -205,7 +257,9 @@ impl World {
     fn apply_drags(&mut self) {
         let (bodies, objects) = (&mut self.engine.bodies, &self.objects);
         self.memory.drags.retain_mut(|drag| {
-            let body = objects.get(drag.object).and_then(|handle| bodies.get_mut(*handle));
+            let body = objects
+                .get(drag.object)
+                .and_then(|handle| bodies.get_mut(*handle));
             body.is_some_and(|body| drag.apply(body))
         });
     }
@@ -223,7 +277,12 @@ impl World {
 
     /// Reads joints and contacts back from the engine.
     pub(crate) fn read_back(&mut self) {
-        for ((arm, measured), memory) in self.arms.iter().zip(&mut self.measured).zip(&self.memory.arms) {
+        for ((arm, measured), memory) in self
+            .arms
+            .iter()
+            .zip(&mut self.measured)
+            .zip(&self.memory.arms)
+        {
             if !memory.watchdog.fault {
                 measured.read(arm, &self.engine);
             }
@@ -237,11 +296,26 @@ impl World {
     fn refresh_held(&mut self) {
         let few = self.objects.len() <= FEW_OBJECTS;
         for (index, handle) in self.objects.iter().enumerate() {
-            let held = self.contacts.grips.iter().any(|grip| grip.held == Some(index));
-            let hooks = if held || few { FRESH } else { ActiveHooks::empty() };
-            for collider in self.engine.bodies.get(*handle).map_or(&[][..], RigidBody::colliders) {
+            let held = self
+                .contacts
+                .grips
+                .iter()
+                .any(|grip| grip.held == Some(index));
+            let hooks = if held || few {
+                FRESH
+            } else {
+                ActiveHooks::empty()
+            };
+            for collider in self
+                .engine
+                .bodies
+                .get(*handle)
+                .map_or(&[][..], RigidBody::colliders)
+            {
                 let colliders = &mut self.engine.colliders;
-                let differs = colliders.get(*collider).is_some_and(|c| c.active_hooks() != hooks);
+                let differs = colliders
+                    .get(*collider)
+                    .is_some_and(|c| c.active_hooks() != hooks);
                 if let Some(collider) = colliders.get_mut(*collider).filter(|_| differs) {
                     collider.set_active_hooks(hooks);
                 }
@@ -250,8 +324,15 @@ impl World {
     }
 
     fn count_outside(&mut self) {
-        for ((arm, measured), memory) in self.arms.iter().zip(&self.measured).zip(&mut self.memory.arms) {
-            let joints = arm.robot.arm_joints.iter().filter(|&&joint| violations::outside(measured.positions[joint], &arm.robot.joints[joint]));
+        for ((arm, measured), memory) in self
+            .arms
+            .iter()
+            .zip(&self.measured)
+            .zip(&mut self.memory.arms)
+        {
+            let joints = arm.robot.arm_joints.iter().filter(|&&joint| {
+                violations::outside(measured.positions[joint], &arm.robot.joints[joint])
+            });
             memory.watchdog.violations += joints.count() as u64;
         }
     }
@@ -265,11 +346,20 @@ impl World {
     pub(crate) fn object_pose(&self, index: usize) -> Option<nalgebra::Isometry3<f64>> {
         let body = self.engine.bodies.get(*self.objects.get(index)?)?;
         let pose = convert::from_pose(body.position());
-        let finite = pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|x| x.is_finite());
+        let finite = pose
+            .translation
+            .vector
+            .iter()
+            .chain(pose.rotation.coords.iter())
+            .all(|x| x.is_finite());
         finite.then_some(pose)
     }
 }
 
 fn too_many(what: &'static str, count: usize, limit: usize) -> Result<(), WorldError> {
-    if count <= limit { Ok(()) } else { Err(WorldError::TooMany { what, count, limit }) }
+    if count <= limit {
+        Ok(())
+    } else {
+        Err(WorldError::TooMany { what, count, limit })
+    }
 }

@@ -1,5 +1,7 @@
 //! Equal runs are equal to the last bit, also across a snapshot.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail")]
+
 mod support;
 
 use ipc_types::operator::OperatorAction;
@@ -35,7 +37,12 @@ fn a_restored_world_goes_on_bit_for_bit() {
         let command = rig.command(&rig.joints.clone(), &[0.0; 7], &[0.0; 7]);
         rig.apply(&command);
         copy.apply(&command);
-        assert_eq!(rig.world.state_hash(), copy.world.state_hash(), "at {}", rig.world.tick());
+        assert_eq!(
+            rig.world.state_hash(),
+            copy.world.state_hash(),
+            "at {}",
+            rig.world.tick()
+        );
     }
     assert_eq!(rig.state(), copy.state());
 }
@@ -59,12 +66,19 @@ fn a_reset_brings_the_scene_back_and_time_goes_on() {
     let before = rig.state();
     rig.pick(2, 0.1);
     let tick = rig.world.tick();
-    rig.world.operate(OperatorAction::TaskStart, &request(OperatorAction::TaskStart));
-    rig.world.operate(OperatorAction::Reset, &request(OperatorAction::Reset));
+    rig.world.operate(
+        OperatorAction::TaskStart,
+        &request(OperatorAction::TaskStart),
+    );
+    rig.world
+        .operate(OperatorAction::Reset, &request(OperatorAction::Reset));
     let after = rig.state();
     assert_eq!(after.header.tick, tick);
     assert_eq!(after.objects[2].pose, before.objects[2].pose);
-    assert_eq!(after.arms[0].joint_positions, before.arms[0].joint_positions);
+    assert_eq!(
+        after.arms[0].joint_positions,
+        before.arms[0].joint_positions
+    );
     assert_eq!((after.panel.scene_reset, after.panel.task_start), (1, 1));
 }
 

@@ -1,5 +1,11 @@
 //! A grasp is friction and holds.
 
+#![allow(
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    reason = "the measured numbers are worth reading"
+)]
+
 mod support;
 
 use ipc_types::Validate;
@@ -13,14 +19,22 @@ fn a_grasped_cube_stays_where_it_is_for_ten_seconds() {
     let state = rig.state();
     state.validate().unwrap();
     assert_eq!(state.arms[0].gripper.held_object, 1);
-    assert!((state.arms[0].gripper.grip_force - 20.0).abs() < 0.5, "{}", state.arms[0].gripper.grip_force);
+    assert!(
+        (state.arms[0].gripper.grip_force - 20.0).abs() < 0.5,
+        "{}",
+        state.arms[0].gripper.grip_force
+    );
     assert!((state.arms[0].gripper.width - 0.05).abs() < 5e-4);
     let start = rig.object_in_hand(0);
     rig.stay(10_000);
     let end = rig.object_in_hand(0);
     let slip = (end.translation.vector - start.translation.vector).norm();
     let penetration = rig.world.penetration();
-    println!("slip {:.5} mm, penetration {:.4} mm", slip * 1e3, penetration * 1e3);
+    println!(
+        "slip {:.5} mm, penetration {:.4} mm",
+        slip * 1e3,
+        penetration * 1e3
+    );
     assert!(rig.object(0).translation.vector.z > 0.3);
     assert!(slip <= 5e-6, "{slip}");
     assert!(penetration <= 1.5e-4, "{penetration}");
@@ -47,7 +61,10 @@ fn closing_on_nothing_holds_nothing() {
     rig.width = 0.0;
     rig.stay(800);
     let gripper = rig.state().arms[0].gripper;
-    assert!(gripper.width.abs() < 1e-3 && gripper.held_object == 0, "{gripper:?}");
+    assert!(
+        gripper.width.abs() < 1e-3 && gripper.held_object == 0,
+        "{gripper:?}"
+    );
 }
 
 #[test]
@@ -58,6 +75,11 @@ fn the_arm_follows_its_commands_closely() {
     rig.stay(200);
     let measured = rig.state().arms[0].joint_positions;
     for joint in 0..7 {
-        assert!((measured[joint] - goal[joint]).abs() < 5e-4, "joint {joint}: {} {}", measured[joint], goal[joint]);
+        assert!(
+            (measured[joint] - goal[joint]).abs() < 5e-4,
+            "joint {joint}: {} {}",
+            measured[joint],
+            goal[joint]
+        );
     }
 }

@@ -1,5 +1,11 @@
 //! Scenes that stand still, scenes that cannot be, and a user's own arm.
 
+#![allow(
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    reason = "a skipped test says so"
+)]
+
 mod support;
 
 use std::path::PathBuf;
@@ -20,7 +26,11 @@ fn a_tower_of_four_stands_still() {
     let mut cell = stack_cell(|text| text);
     for (layer, object) in cell.objects.iter_mut().enumerate() {
         let offset = [0.0, 0.003, -0.002, 0.003][layer];
-        object.pose = nalgebra::Isometry3::translation(0.55 + offset, 0.2 - offset, 0.0251 + 0.0501 * layer as f64);
+        object.pose = nalgebra::Isometry3::translation(
+            0.55 + offset,
+            0.2 - offset,
+            0.0251 + 0.0501 * layer as f64,
+        );
     }
     let mut rig = Rig::with(cell);
     rig.stay(1_000);
@@ -36,7 +46,10 @@ fn a_tower_of_four_stands_still() {
 fn an_object_inside_another_is_refused_by_name() {
     let cell = stack_cell(|text| text.replacen("[0.55, -0.30, 0.025]", "[0.47, -0.30, 0.025]", 1));
     let error = World::new(&cell).err().unwrap().to_string();
-    assert!(error.contains("object 'blue_cube' starts") && error.contains("'red_cube'"), "{error}");
+    assert!(
+        error.contains("object 'blue_cube' starts") && error.contains("'red_cube'"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -50,19 +63,27 @@ fn no_seed_lets_cubes_overlap() {
 /// Published robot files beside the checkout; the test says so when they are
 /// not there.
 fn reference(robot: &str) -> Option<RobotFiles> {
-    let dir = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference").join(robot);
+    let dir = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../../shared/reference")
+        .join(robot);
     if !dir.is_dir() {
         println!("skipped: no reference files of {robot}");
         return None;
     }
     let file = |suffix: &str| dir.join(format!("{robot}{suffix}"));
-    Some(RobotFiles { urdf: file(".urdf"), xrdf: Some(file(".xrdf")), rmpflow: Some(file("_rmpflow.yaml")) })
+    Some(RobotFiles {
+        urdf: file(".urdf"),
+        xrdf: Some(file(".xrdf")),
+        rmpflow: Some(file("_rmpflow.yaml")),
+    })
 }
 
 #[test]
 fn a_users_own_arm_holds_its_home() {
     for robot in ["franka", "ur10"] {
-        let Some(files) = reference(robot) else { continue };
+        let Some(files) = reference(robot) else {
+            continue;
+        };
         let cell = Cell::load(&Data::embedded(), "reach", 0, Some(&files)).unwrap();
         let home = cell.arms[0].home.clone();
         let mut world = World::new(&cell).unwrap();

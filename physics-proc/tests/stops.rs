@@ -1,5 +1,7 @@
 //! Silence, hostile commands and a controller that starts again.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail")]
+
 mod support;
 
 use ipc_types::arm::StopAction;
@@ -41,19 +43,29 @@ fn interrupted() -> Rig {
 fn silence_brakes_within_the_limits_and_holds() {
     let mut rig = interrupted();
     let moving = rig.state().arms[0];
-    assert!(moving.setpoint_velocities.iter().any(|v| v.abs() > 0.5), "{:?}", moving.setpoint_velocities);
+    assert!(
+        moving.setpoint_velocities.iter().any(|v| v.abs() > 0.5),
+        "{:?}",
+        moving.setpoint_velocities
+    );
     assert_eq!(moving.limit_violations, 0);
     let mut before = moving;
     for tick in 1..=600 {
         silence(&mut rig);
         let now = rig.state().arms[0];
-        let expected = if tick <= 20 { StopAction::None } else { StopAction::Hold };
+        let expected = if tick <= 20 {
+            StopAction::None
+        } else {
+            StopAction::Hold
+        };
         assert_eq!(now.stop_action, expected.code(), "tick {tick}");
-        for joint in 0..7 {
-            let (acceleration, jerk) = LIMITS[joint];
+        for (joint, (acceleration, jerk)) in LIMITS.into_iter().enumerate() {
             let a = (now.setpoint_velocities[joint] - before.setpoint_velocities[joint]) / 1e-3;
             let j = (a - before.setpoint_accelerations[joint]) / 1e-3;
-            assert!(a.abs() <= acceleration * (1.0 + 1e-6) && j.abs() <= jerk * (1.0 + 1e-6), "{tick} {joint}: {a} {j}");
+            assert!(
+                a.abs() <= acceleration * (1.0 + 1e-6) && j.abs() <= jerk * (1.0 + 1e-6),
+                "{tick} {joint}: {a} {j}"
+            );
         }
         before = now;
     }
@@ -73,7 +85,10 @@ fn a_controller_that_starts_where_the_arm_is_goes_on() {
     rig.joints = std::array::from_fn(|j| held[j]);
     rig.stay(5);
     let arm = rig.state().arms[0];
-    assert_eq!((arm.stop_action, arm.limit_violations), (StopAction::None.code(), 0));
+    assert_eq!(
+        (arm.stop_action, arm.limit_violations),
+        (StopAction::None.code(), 0)
+    );
     assert_eq!(arm.command_tick + 1, rig.world.tick());
 }
 
@@ -119,8 +134,8 @@ fn hostile_numbers_never_reach_the_engine() {
     ipc_types::Validate::validate(&state).unwrap();
     assert_eq!(state.quarantined, 0);
     assert_eq!(rig.world.refused_commands(), 24);
-    for joint in 0..7 {
-        assert!((state.arms[0].joint_positions[joint] - HOME[joint]).abs() < 1e-3);
+    for (joint, home) in HOME.iter().enumerate() {
+        assert!((state.arms[0].joint_positions[joint] - home).abs() < 1e-3);
     }
 }
 
@@ -141,7 +156,11 @@ fn before_the_first_command_the_arm_holds_its_home() {
     (0..1_000).for_each(|_| silence(&mut rig));
     let arm = rig.state().arms[0];
     assert_eq!(arm.stop_action, StopAction::None.code());
-    for joint in 0..7 {
-        assert!((arm.joint_positions[joint] - HOME[joint]).abs() < 2e-4, "{joint}: {}", arm.joint_positions[joint]);
+    for (joint, home) in HOME.iter().enumerate() {
+        assert!(
+            (arm.joint_positions[joint] - home).abs() < 2e-4,
+            "{joint}: {}",
+            arm.joint_positions[joint]
+        );
     }
 }

@@ -97,11 +97,20 @@ impl Cell {
     ///
     /// # Errors
     /// [`ModelError`] for an unknown demo and for any file that is wrong.
-    pub fn load(data: &Data, demo: &str, seed: u64, robot: Option<&RobotFiles>) -> Result<Self, ModelError> {
+    pub fn load(
+        data: &Data,
+        demo: &str,
+        seed: u64,
+        robot: Option<&RobotFiles>,
+    ) -> Result<Self, ModelError> {
         let demos = data.demos();
         if !demos.iter().any(|(name, _)| name == demo) {
             let names: Vec<&str> = demos.iter().map(|(name, _)| name.as_str()).collect();
-            return Err(ModelError::UnknownName { what: "demo", name: demo.to_owned(), advice: suggest::advice(demo, &names) });
+            return Err(ModelError::UnknownName {
+                what: "demo",
+                name: demo.to_owned(),
+                advice: suggest::advice(demo, &names),
+            });
         }
         let file = format!("cells/{demo}.toml");
         let text = data.read(&file)?;
@@ -112,7 +121,14 @@ impl Cell {
     ///
     /// # Errors
     /// As [`Cell::load`].
-    pub fn from_text(data: &Data, name: &str, file: &str, text: &str, seed: u64, robot: Option<&RobotFiles>) -> Result<Self, ModelError> {
+    pub fn from_text(
+        data: &Data,
+        name: &str,
+        file: &str,
+        text: &str,
+        seed: u64,
+        robot: Option<&RobotFiles>,
+    ) -> Result<Self, ModelError> {
         let table: CellFile = toml_text::parse(file, text)?;
         cell_check::check(file, text, &table)?;
         let mut arms = Vec::new();
@@ -126,12 +142,21 @@ impl Cell {
                 _ => loaded.home(),
             };
             cell_check::home(file, text, index, &home, &loaded)?;
-            arms.push(ArmSpec { name: arm.name.clone(), base: pose(arm.base_position_m, arm.base_yaw_rad), robot: loaded, home });
+            arms.push(ArmSpec {
+                name: arm.name.clone(),
+                base: pose(arm.base_position_m, arm.base_yaw_rad),
+                robot: loaded,
+                home,
+            });
         }
         let mut random = Random::new(seed);
         Ok(Self {
             name: name.to_owned(),
-            objects: table.objects.iter().map(|object| place(object, &mut random)).collect(),
+            objects: table
+                .objects
+                .iter()
+                .map(|object| place(object, &mut random))
+                .collect(),
             fixtures: table.fixtures.iter().map(fixture).collect(),
             description: table.description,
             policies: table.policies,
@@ -148,12 +173,19 @@ impl Cell {
     /// # Errors
     /// [`ModelError::UnknownName`] with the nearest name.
     pub fn object_index(&self, name: &str) -> Result<usize, ModelError> {
-        let names: Vec<&str> = self.objects.iter().map(|object| object.name.as_str()).collect();
-        names.iter().position(|known| *known == name).ok_or_else(|| ModelError::UnknownName {
-            what: "object",
-            name: name.to_owned(),
-            advice: suggest::advice(name, &names),
-        })
+        let names: Vec<&str> = self
+            .objects
+            .iter()
+            .map(|object| object.name.as_str())
+            .collect();
+        names
+            .iter()
+            .position(|known| *known == name)
+            .ok_or_else(|| ModelError::UnknownName {
+                what: "object",
+                name: name.to_owned(),
+                advice: suggest::advice(name, &names),
+            })
     }
 
     /// Fixtures that motion policies keep away from, in the order of
@@ -189,7 +221,10 @@ fn place(object: &ObjectTable, random: &mut Random) -> ObjectSpec {
 fn vary(nominal: &Isometry3<f64>, spawn: SpawnArea, random: &mut Random) -> Isometry3<f64> {
     let (x, y) = (random.around_zero(spawn.x_m), random.around_zero(spawn.y_m));
     let turn = yaw(random.around_zero(spawn.yaw_rad));
-    Isometry3::from_parts(Translation3::new(x, y, 0.0) * nominal.translation, turn * nominal.rotation)
+    Isometry3::from_parts(
+        Translation3::new(x, y, 0.0) * nominal.translation,
+        turn * nominal.rotation,
+    )
 }
 
 fn fixture(table: &crate::cell_file::FixtureTable) -> FixtureSpec {

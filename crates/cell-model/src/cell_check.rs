@@ -16,8 +16,18 @@ const MAX_COORDINATE_M: f64 = 20.0;
 pub(crate) fn check(file: &str, text: &str, cell: &CellFile) -> Result<(), ModelError> {
     let checker = Checker { file, text };
     checker.number("time_limit_s", cell.time_limit_s, 0.1, 1.0e5)?;
-    checker.numbers("camera.eye_m", &cell.camera.eye_m, -MAX_COORDINATE_M, MAX_COORDINATE_M)?;
-    checker.numbers("camera.target_m", &cell.camera.target_m, -MAX_COORDINATE_M, MAX_COORDINATE_M)?;
+    checker.numbers(
+        "camera.eye_m",
+        &cell.camera.eye_m,
+        -MAX_COORDINATE_M,
+        MAX_COORDINATE_M,
+    )?;
+    checker.numbers(
+        "camera.target_m",
+        &cell.camera.target_m,
+        -MAX_COORDINATE_M,
+        MAX_COORDINATE_M,
+    )?;
     checker.counts(cell)?;
     checker.names(cell)?;
     for (index, arm) in cell.arms.iter().enumerate() {
@@ -38,7 +48,13 @@ pub(crate) fn check(file: &str, text: &str, cell: &CellFile) -> Result<(), Model
 }
 
 /// Refuses a home position the robot cannot take.
-pub(crate) fn home(file: &str, text: &str, arm: usize, home: &[f64], robot: &Robot) -> Result<(), ModelError> {
+pub(crate) fn home(
+    file: &str,
+    text: &str,
+    arm: usize,
+    home: &[f64],
+    robot: &Robot,
+) -> Result<(), ModelError> {
     let checker = Checker { file, text };
     let key = format!("arm.{arm}.home_joint_positions");
     if home.len() != robot.arm_joints.len() {
@@ -59,7 +75,12 @@ struct Checker<'a> {
 
 impl Checker<'_> {
     fn refuse(&self, key: &str, value: impl Display, allowed: impl Into<String>) -> ModelError {
-        ModelError::value(Place::line(self.file, toml_text::line_of(self.text, key)), key, value, allowed)
+        ModelError::value(
+            Place::line(self.file, toml_text::line_of(self.text, key)),
+            key,
+            value,
+            allowed,
+        )
     }
 
     fn number(&self, key: &str, value: f64, low: f64, high: f64) -> Result<(), ModelError> {
@@ -70,7 +91,9 @@ impl Checker<'_> {
     }
 
     fn numbers(&self, key: &str, values: &[f64], low: f64, high: f64) -> Result<(), ModelError> {
-        values.iter().enumerate().try_for_each(|(index, value)| self.number(&format!("{key}.{index}"), *value, low, high))
+        values.iter().enumerate().try_for_each(|(index, value)| {
+            self.number(&format!("{key}.{index}"), *value, low, high)
+        })
     }
 
     fn position(&self, key: &str, position: &[f64; 3]) -> Result<(), ModelError> {
@@ -86,12 +109,19 @@ impl Checker<'_> {
         ];
         for (key, count, low, high) in limits {
             if !(low..=high).contains(&count) {
-                return Err(self.refuse(key, format!("{count} entries"), format!("{low} to {high} are allowed")));
+                return Err(self.refuse(
+                    key,
+                    format!("{count} entries"),
+                    format!("{low} to {high} are allowed"),
+                ));
             }
         }
         let known: Vec<&str> = cell.policies.iter().map(String::as_str).collect();
         if !known.contains(&cell.default_policy.as_str()) {
-            let allowed = format!("it must be one of policies; {}", suggest::advice(&cell.default_policy, &known));
+            let allowed = format!(
+                "it must be one of policies; {}",
+                suggest::advice(&cell.default_policy, &known)
+            );
             return Err(self.refuse("default_policy", &cell.default_policy, allowed));
         }
         Ok(())
@@ -99,20 +129,38 @@ impl Checker<'_> {
 
     fn names(&self, cell: &CellFile) -> Result<(), ModelError> {
         self.unique("arm", cell.arms.iter().map(|arm| arm.name.as_str()))?;
-        self.unique("object", cell.objects.iter().map(|object| object.name.as_str()))?;
-        self.unique("fixture", cell.fixtures.iter().map(|fixture| fixture.name.as_str()))
+        self.unique(
+            "object",
+            cell.objects.iter().map(|object| object.name.as_str()),
+        )?;
+        self.unique(
+            "fixture",
+            cell.fixtures.iter().map(|fixture| fixture.name.as_str()),
+        )
     }
 
-    fn unique<'b>(&self, what: &str, names: impl Iterator<Item = &'b str>) -> Result<(), ModelError> {
+    fn unique<'b>(
+        &self,
+        what: &str,
+        names: impl Iterator<Item = &'b str>,
+    ) -> Result<(), ModelError> {
         let mut seen: Vec<&str> = Vec::new();
         for (index, name) in names.enumerate() {
             let key = format!("{what}.{index}.name");
             let word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
             if name.is_empty() || name.len() > 32 || !name.chars().all(word) {
-                return Err(self.refuse(&key, format!("'{name}'"), "1 to 32 of a-z, 0-9 and _ are allowed"));
+                return Err(self.refuse(
+                    &key,
+                    format!("'{name}'"),
+                    "1 to 32 of a-z, 0-9 and _ are allowed",
+                ));
             }
             if seen.contains(&name) {
-                return Err(self.refuse(&key, format!("'{name}'"), "that name is taken; rename one of them"));
+                return Err(self.refuse(
+                    &key,
+                    format!("'{name}'"),
+                    "that name is taken; rename one of them",
+                ));
             }
             seen.push(name);
         }
@@ -120,19 +168,36 @@ impl Checker<'_> {
     }
 
     fn shape(&self, key: &str, shape: &Shape) -> Result<(), ModelError> {
-        shape.lengths().iter().try_for_each(|(name, length)| self.number(&format!("{key}.shape.{name}"), *length, 1.0e-3, MAX_COORDINATE_M))
+        shape.lengths().iter().try_for_each(|(name, length)| {
+            self.number(
+                &format!("{key}.shape.{name}"),
+                *length,
+                1.0e-3,
+                MAX_COORDINATE_M,
+            )
+        })
     }
 
     fn object(&self, key: &str, object: &ObjectTable) -> Result<(), ModelError> {
         self.shape(key, &object.shape)?;
         self.number(&format!("{key}.mass_kg"), object.mass_kg, 1.0e-3, 100.0)?;
         self.number(&format!("{key}.friction"), object.friction, 0.0, 5.0)?;
-        self.number(&format!("{key}.friction_spread"), object.friction_spread, 0.0, object.friction)?;
+        self.number(
+            &format!("{key}.friction_spread"),
+            object.friction_spread,
+            0.0,
+            object.friction,
+        )?;
         self.position(&format!("{key}.position_m"), &object.position_m)?;
         self.number(&format!("{key}.yaw_rad"), object.yaw_rad, -7.0, 7.0)?;
         self.number(&format!("{key}.spawn.x_m"), object.spawn.x_m, 0.0, 1.0)?;
         self.number(&format!("{key}.spawn.y_m"), object.spawn.y_m, 0.0, 1.0)?;
-        self.number(&format!("{key}.spawn.yaw_rad"), object.spawn.yaw_rad, 0.0, 3.2)?;
+        self.number(
+            &format!("{key}.spawn.yaw_rad"),
+            object.spawn.yaw_rad,
+            0.0,
+            3.2,
+        )?;
         self.numbers(&format!("{key}.colour"), &object.colour, 0.0, 1.0)
     }
 
@@ -145,23 +210,45 @@ impl Checker<'_> {
     }
 
     fn stack(&self, task: &StackTask, cell: &CellFile) -> Result<(), ModelError> {
-        let names: Vec<&str> = cell.objects.iter().map(|object| object.name.as_str()).collect();
+        let names: Vec<&str> = cell
+            .objects
+            .iter()
+            .map(|object| object.name.as_str())
+            .collect();
         for (index, name) in task.order.iter().enumerate() {
             let key = format!("task.order.{index}");
             if !names.contains(&name.as_str()) {
-                return Err(self.refuse(&key, format!("'{name}'"), format!("no such object; {}", suggest::advice(name, &names))));
+                return Err(self.refuse(
+                    &key,
+                    format!("'{name}'"),
+                    format!("no such object; {}", suggest::advice(name, &names)),
+                ));
             }
             if task.order.iter().take(index).any(|other| other == name) {
-                return Err(self.refuse(&key, format!("'{name}'"), "an object stands in a stack once"));
+                return Err(self.refuse(
+                    &key,
+                    format!("'{name}'"),
+                    "an object stands in a stack once",
+                ));
             }
         }
         if task.order.is_empty() || task.order.len() > ipc_types::decision::MAX_PLACED {
             let allowed = format!("1 to {} are allowed", ipc_types::decision::MAX_PLACED);
             return Err(self.refuse("task.order", format!("{} names", task.order.len()), allowed));
         }
-        self.numbers("task.stack_position_m", &task.stack_position_m, -MAX_COORDINATE_M, MAX_COORDINATE_M)?;
+        self.numbers(
+            "task.stack_position_m",
+            &task.stack_position_m,
+            -MAX_COORDINATE_M,
+            MAX_COORDINATE_M,
+        )?;
         self.numbers("task.grasp_offset_m", &task.grasp_offset_m, -0.5, 0.5)?;
-        self.number("task.base_height_m", task.base_height_m, -MAX_COORDINATE_M, MAX_COORDINATE_M)?;
+        self.number(
+            "task.base_height_m",
+            task.base_height_m,
+            -MAX_COORDINATE_M,
+            MAX_COORDINATE_M,
+        )?;
         self.stack_numbers(task)
     }
 
@@ -172,12 +259,22 @@ impl Checker<'_> {
             ("goal_tolerance_m", task.goal_tolerance_m, 1.0e-4, 1.0),
             ("travel_tolerance_m", task.travel_tolerance_m, 1.0e-4, 1.0),
             ("precise_tolerance_m", task.precise_tolerance_m, 1.0e-4, 1.0),
-            ("orientation_tolerance_rad", task.orientation_tolerance_rad, 1.0e-4, 3.2),
+            (
+                "orientation_tolerance_rad",
+                task.orientation_tolerance_rad,
+                1.0e-4,
+                3.2,
+            ),
             ("gripper_tolerance_m", task.gripper_tolerance_m, 1.0e-5, 0.5),
             ("move_tolerance_m", task.move_tolerance_m, 1.0e-4, 1.0),
             ("drop_distance_m", task.drop_distance_m, 1.0e-3, 1.0),
             ("open_width_m", task.open_width_m, 1.0e-3, 1.0),
-            ("closed_width_m", task.closed_width_m, 0.0, task.open_width_m),
+            (
+                "closed_width_m",
+                task.closed_width_m,
+                0.0,
+                task.open_width_m,
+            ),
             ("grip_force_n", task.grip_force_n, 0.1, 1.0e4),
             ("min_phase_s", task.min_phase_s, 0.0, 60.0),
             ("settle_s", task.settle_s, 0.0, 60.0),
@@ -187,18 +284,26 @@ impl Checker<'_> {
             ("max_attempts", f64::from(task.max_attempts), 1.0, 1000.0),
             ("reach_m", task.reach_m, 1.0e-2, MAX_COORDINATE_M),
         ];
-        ranges.iter().try_for_each(|(key, value, low, high)| self.number(&format!("task.{key}"), *value, *low, *high))
+        ranges.iter().try_for_each(|(key, value, low, high)| {
+            self.number(&format!("task.{key}"), *value, *low, *high)
+        })
     }
 
     fn reach(&self, task: &ReachTask) -> Result<(), ModelError> {
         if let Some(position) = &task.position_m {
             self.position("task.position_m", position)?;
         }
-        let Some(orientation) = &task.orientation_wxyz else { return Ok(()) };
+        let Some(orientation) = &task.orientation_wxyz else {
+            return Ok(());
+        };
         let norm = orientation.iter().map(|c| c * c).sum::<f64>().sqrt();
         if (norm - 1.0).abs() <= 1.0e-6 {
             return Ok(());
         }
-        Err(self.refuse("task.orientation_wxyz", format!("of length {norm}"), "a unit quaternion w x y z is needed"))
+        Err(self.refuse(
+            "task.orientation_wxyz",
+            format!("of length {norm}"),
+            "a unit quaternion w x y z is needed",
+        ))
     }
 }

@@ -39,7 +39,9 @@ impl Data {
 
     /// A directory with `robots/` and `cells/` (option `--data DIR`).
     pub fn dir(dir: impl Into<PathBuf>) -> Self {
-        Self { dir: Some(dir.into()) }
+        Self {
+            dir: Some(dir.into()),
+        }
     }
 
     /// Text of a file by its path within the data, for instance
@@ -57,7 +59,10 @@ impl Data {
             None => Err(ModelError::Read {
                 file: path.to_owned(),
                 reason: "not built into this program".to_owned(),
-                advice: suggest::advice(path, &EMBEDDED.iter().map(|(name, _)| *name).collect::<Vec<_>>()),
+                advice: suggest::advice(
+                    path,
+                    &EMBEDDED.iter().map(|(name, _)| *name).collect::<Vec<_>>(),
+                ),
             }),
         }
     }
@@ -71,7 +76,9 @@ impl Data {
             .map(|name| {
                 let text = self.read(&format!("cells/{name}.toml"));
                 let description = match text {
-                    Ok(text) => toml_text::top_level_string(&text, "description").unwrap_or_default(),
+                    Ok(text) => {
+                        toml_text::top_level_string(&text, "description").unwrap_or_default()
+                    }
                     Err(error) => error.to_string(),
                 };
                 (name, description)
@@ -85,11 +92,18 @@ impl Data {
     fn cell_names(&self) -> Vec<String> {
         let stem = |file: &str| file.strip_suffix(".toml").map(str::to_owned);
         let Some(dir) = &self.dir else {
-            let files = EMBEDDED.iter().filter_map(|(path, _)| path.strip_prefix("cells/"));
+            let files = EMBEDDED
+                .iter()
+                .filter_map(|(path, _)| path.strip_prefix("cells/"));
             return files.filter_map(stem).collect();
         };
-        let entries = std::fs::read_dir(dir.join("cells")).into_iter().flatten().flatten();
-        entries.filter_map(|entry| stem(&entry.file_name().to_string_lossy())).collect()
+        let entries = std::fs::read_dir(dir.join("cells"))
+            .into_iter()
+            .flatten()
+            .flatten();
+        entries
+            .filter_map(|entry| stem(&entry.file_name().to_string_lossy()))
+            .collect()
     }
 }
 
@@ -104,15 +118,20 @@ pub fn read_text(path: &Path) -> Result<String, ModelError> {
         reason,
         advice: advice.to_owned(),
     };
-    let meta = std::fs::metadata(path).map_err(|error| refuse(error.to_string(), "check the path"))?;
+    let meta =
+        std::fs::metadata(path).map_err(|error| refuse(error.to_string(), "check the path"))?;
     if !meta.is_file() {
         return Err(refuse("it is not a file".to_owned(), "name a file"));
     }
     if meta.len() > MAX_FILE_BYTES {
-        let size = format!("it has {} bytes, at most {MAX_FILE_BYTES} are read", meta.len());
+        let size = format!(
+            "it has {} bytes, at most {MAX_FILE_BYTES} are read",
+            meta.len()
+        );
         return Err(refuse(size, "remove what does not belong there"));
     }
-    std::fs::read_to_string(path).map_err(|error| refuse(error.to_string(), "it must be readable UTF-8 text"))
+    std::fs::read_to_string(path)
+        .map_err(|error| refuse(error.to_string(), "it must be readable UTF-8 text"))
 }
 
 #[cfg(test)]
@@ -122,14 +141,28 @@ mod tests {
     #[test]
     fn the_built_in_demos_have_descriptions() {
         let demos = Data::embedded().demos();
-        assert!(demos.iter().any(|(name, text)| name == "franka-stack" && !text.is_empty()), "{demos:?}");
+        assert!(
+            demos
+                .iter()
+                .any(|(name, text)| name == "franka-stack" && !text.is_empty()),
+            "{demos:?}"
+        );
     }
 
     #[test]
     fn a_missing_file_is_named() {
-        let error = Data::dir("/nonexistent").read("cells/reach.toml").unwrap_err().to_string();
+        let error = Data::dir("/nonexistent")
+            .read("cells/reach.toml")
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("/nonexistent/cells/reach.toml"), "{error}");
-        let error = Data::embedded().read("cells/raech.toml").unwrap_err().to_string();
-        assert!(error.contains("did you mean 'cells/reach.toml'?"), "{error}");
+        let error = Data::embedded()
+            .read("cells/raech.toml")
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("did you mean 'cells/reach.toml'?"),
+            "{error}"
+        );
     }
 }

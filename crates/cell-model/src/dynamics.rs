@@ -50,9 +50,18 @@ impl Dynamics {
         let bodies = robot.links.iter().skip(1);
         Self {
             joints: robot.chain.joints().to_vec(),
-            bodies: bodies.map(|l| Body { mass: l.mass, center: l.center_of_mass, inertia: l.inertia }).collect(),
+            bodies: bodies
+                .map(|l| Body {
+                    mass: l.mass,
+                    center: l.center_of_mass,
+                    inertia: l.inertia,
+                })
+                .collect(),
             arm_joints: robot.arm_joints.clone(),
-            drives: robot.arm_specs().map(|spec| (spec.armature, spec.joint_damping)).collect(),
+            drives: robot
+                .arm_specs()
+                .map(|spec| (spec.armature, spec.joint_damping))
+                .collect(),
             home: robot.joints.iter().map(|spec| spec.home).collect(),
             motion: vec![Motion::default(); robot.chain.joints().len()],
             efforts: vec![0.0; robot.arm_joints.len()],
@@ -63,11 +72,23 @@ impl Dynamics {
     /// velocities and accelerations, with gravity in the base frame (m/s²):
     /// gravity, Coriolis and inertial terms, rotor inertia and gear friction.
     /// Missing entries count as zero, surplus ones are ignored.
-    pub fn inverse_dynamics(&mut self, positions: &[f64], velocities: &[f64], accelerations: &[f64], gravity: &Vector3<f64>) -> &[f64] {
+    pub fn inverse_dynamics(
+        &mut self,
+        positions: &[f64],
+        velocities: &[f64],
+        accelerations: &[f64],
+        gravity: &Vector3<f64>,
+    ) -> &[f64] {
         for index in 0..self.joints.len() {
             let arm = self.arm_joints.iter().position(|&joint| joint == index);
-            let value = |values: &[f64], default: f64| arm.map_or(default, |arm| values.get(arm).copied().unwrap_or(0.0));
-            let (q, qd, qdd) = (value(positions, self.home[index]), value(velocities, 0.0), value(accelerations, 0.0));
+            let value = |values: &[f64], default: f64| {
+                arm.map_or(default, |arm| values.get(arm).copied().unwrap_or(0.0))
+            };
+            let (q, qd, qdd) = (
+                value(positions, self.home[index]),
+                value(velocities, 0.0),
+                value(accelerations, 0.0),
+            );
             self.outwards(index, q, qd, qdd, gravity);
         }
         for index in (0..self.joints.len()).rev() {
@@ -81,14 +102,19 @@ impl Dynamics {
             };
             let (armature, damping) = self.drives[arm];
             let value = |values: &[f64]| values.get(arm).copied().unwrap_or(0.0);
-            self.efforts[arm] = motion.axis.dot(&along) + armature * value(accelerations) + damping * value(velocities);
+            self.efforts[arm] = motion.axis.dot(&along)
+                + armature * value(accelerations)
+                + damping * value(velocities);
         }
         &self.efforts
     }
 
     fn outwards(&mut self, index: usize, q: f64, qd: f64, qdd: f64, gravity: &Vector3<f64>) {
         let joint = &self.joints[index];
-        let base = Motion { acceleration: -gravity, ..Motion::default() };
+        let base = Motion {
+            acceleration: -gravity,
+            ..Motion::default()
+        };
         let parent = joint.parent.map_or(&base, |parent| &self.motion[parent]);
         let pose = parent.pose * joint.origin * joint_motion(joint, q);
         let axis = pose.rotation * joint.axis;
@@ -99,7 +125,9 @@ impl Dynamics {
             axis,
             angular_velocity: spin,
             angular_acceleration: turn,
-            acceleration: parent.acceleration + turn.cross(&offset) + spin.cross(&spin.cross(&offset)),
+            acceleration: parent.acceleration
+                + turn.cross(&offset)
+                + spin.cross(&spin.cross(&offset)),
             ..Motion::default()
         };
         match joint.kind {
@@ -107,23 +135,29 @@ impl Dynamics {
                 next.angular_velocity += axis * qd;
                 next.angular_acceleration += axis * qdd + spin.cross(&(axis * qd));
             }
-            JointKind::Prismatic => next.acceleration += axis * qdd + 2.0 * spin.cross(&(axis * qd)),
+            JointKind::Prismatic => {
+                next.acceleration += axis * qdd + 2.0 * spin.cross(&(axis * qd));
+            }
         }
         let body = &self.bodies[index];
         let (spin, turn) = (next.angular_velocity, next.angular_acceleration);
         let rotation = pose.rotation.to_rotation_matrix();
         let center = rotation * body.center;
         let inertia = rotation.matrix() * body.inertia * rotation.matrix().transpose();
-        next.force = (next.acceleration + turn.cross(&center) + spin.cross(&spin.cross(&center))) * body.mass;
+        next.force = (next.acceleration + turn.cross(&center) + spin.cross(&spin.cross(&center)))
+            * body.mass;
         next.torque = inertia * turn + spin.cross(&(inertia * spin)) + center.cross(&next.force);
         self.motion[index] = next;
     }
 
     /// Hands force and torque of a link on to its parent.
     fn inwards(&mut self, index: usize) {
-        let Some(parent) = self.joints[index].parent else { return };
+        let Some(parent) = self.joints[index].parent else {
+            return;
+        };
         let (force, torque) = (self.motion[index].force, self.motion[index].torque);
-        let offset = self.motion[index].pose.translation.vector - self.motion[parent].pose.translation.vector;
+        let offset = self.motion[index].pose.translation.vector
+            - self.motion[parent].pose.translation.vector;
         self.motion[parent].force += force;
         self.motion[parent].torque += torque + offset.cross(&force);
     }
@@ -155,13 +189,19 @@ mod tests {
     fn at_rest_the_efforts_are_the_slope_of_potential_energy() {
         let robot = panda();
         let q = [0.3, -0.4, 0.2, -1.9, 0.5, 1.7, 0.6];
-        let efforts = Dynamics::new(&robot).inverse_dynamics(&q, &ZERO, &ZERO, &GRAVITY).to_vec();
+        let efforts = Dynamics::new(&robot)
+            .inverse_dynamics(&q, &ZERO, &ZERO, &GRAVITY)
+            .to_vec();
         for joint in 0..7 {
             let (mut up, mut down) = (q, q);
             up[joint] += 1e-5;
             down[joint] -= 1e-5;
             let slope = (potential(&robot, &up) - potential(&robot, &down)) / 2e-5;
-            assert!((efforts[joint] - slope).abs() < 1e-5, "joint {joint}: {} {slope}", efforts[joint]);
+            assert!(
+                (efforts[joint] - slope).abs() < 1e-5,
+                "joint {joint}: {} {slope}",
+                efforts[joint]
+            );
         }
     }
 
@@ -170,7 +210,9 @@ mod tests {
         let zero_gravity = Vector3::zeros();
         let mut dynamics = Dynamics::new(robot);
         // M qd from inverse dynamics with qd as the acceleration and no velocity.
-        let momentum = dynamics.inverse_dynamics(q, &ZERO, qd, &zero_gravity).to_vec();
+        let momentum = dynamics
+            .inverse_dynamics(q, &ZERO, qd, &zero_gravity)
+            .to_vec();
         0.5 * momentum.iter().zip(qd).map(|(p, v)| p * v).sum::<f64>()
     }
 
@@ -179,9 +221,15 @@ mod tests {
         let robot = panda();
         let at = |t: f64| -> (Vec<f64>, Vec<f64>, Vec<f64>) {
             let phase = |j: usize| (j as f64 + 1.0) * 0.7;
-            let q = (0..7).map(|j| 0.3 * libm::sin(phase(j) * t) - if j == 3 { 1.8 } else { 0.0 }).collect();
-            let qd = (0..7).map(|j| 0.3 * phase(j) * libm::cos(phase(j) * t)).collect();
-            let qdd = (0..7).map(|j| -0.3 * phase(j) * phase(j) * libm::sin(phase(j) * t)).collect();
+            let q = (0..7)
+                .map(|j| 0.3 * libm::sin(phase(j) * t) - if j == 3 { 1.8 } else { 0.0 })
+                .collect();
+            let qd = (0..7)
+                .map(|j| 0.3 * phase(j) * libm::cos(phase(j) * t))
+                .collect();
+            let qdd = (0..7)
+                .map(|j| -0.3 * phase(j) * phase(j) * libm::sin(phase(j) * t))
+                .collect();
             (q, qd, qdd)
         };
         let energy = |t: f64| {
@@ -195,7 +243,10 @@ mod tests {
             let power: f64 = efforts.iter().zip(&qd).map(|(e, v)| e * v).sum();
             let friction: f64 = qd.iter().map(|v| v * v).sum();
             let change = (energy(t + 1e-5) - energy(t - 1e-5)) / 2e-5;
-            assert!((power - friction - change).abs() < 1e-5 * change.abs().max(1.0), "{power} {friction} {change}");
+            assert!(
+                (power - friction - change).abs() < 1e-5 * change.abs().max(1.0),
+                "{power} {friction} {change}"
+            );
         }
     }
 }

@@ -16,12 +16,18 @@ pub struct Place {
 impl Place {
     /// A whole file.
     pub fn file(file: &str) -> Self {
-        Self { file: file.to_owned(), line: None }
+        Self {
+            file: file.to_owned(),
+            line: None,
+        }
     }
 
     /// A line of a file; `None` where only the file is known.
     pub fn line(file: &str, line: Option<usize>) -> Self {
-        Self { file: file.to_owned(), line }
+        Self {
+            file: file.to_owned(),
+            line,
+        }
     }
 }
 
@@ -100,7 +106,17 @@ pub enum ModelError {
 
 impl ModelError {
     /// A value outside what is allowed.
-    pub(crate) fn value(place: Place, key: impl Into<String>, value: impl fmt::Display, allowed: impl Into<String>) -> Self {
-        Self::Value { place, key: key.into(), value: value.to_string(), allowed: allowed.into() }
+    pub(crate) fn value(
+        place: Place,
+        key: impl Into<String>,
+        value: impl fmt::Display,
+        allowed: impl Into<String>,
+    ) -> Self {
+        Self::Value {
+            place,
+            key: key.into(),
+            value: value.to_string(),
+            allowed: allowed.into(),
+        }
     }
 }

@@ -31,7 +31,8 @@ impl RampState {
     /// start outside the limits comes back at the jerk limit.
     pub fn brake(self, acceleration_limit: f64, jerk_limit: f64, dt: f64) -> Self {
         let change = jerk_limit * dt;
-        let wanted = -self.velocity.signum() * deceleration(self.velocity.abs() / dt, change).min(acceleration_limit);
+        let wanted = -self.velocity.signum()
+            * deceleration(self.velocity.abs() / dt, change).min(acceleration_limit);
         let acceleration = wanted.clamp(self.acceleration - change, self.acceleration + change);
         let mut velocity = self.velocity + acceleration * dt;
         if velocity.abs() <= STANDSTILL && acceleration.abs() <= change {
@@ -50,7 +51,11 @@ impl RampState {
         let change = jerk_limit * dt;
         let acceleration = self.acceleration - self.acceleration.clamp(-change, change);
         let velocity = self.velocity + acceleration * dt;
-        Self { position: self.position + 0.5 * (self.velocity + velocity) * dt, velocity, acceleration }
+        Self {
+            position: self.position + 0.5 * (self.velocity + velocity) * dt,
+            velocity,
+            acceleration,
+        }
     }
 
     /// Whether the motion has ended.
@@ -91,8 +96,14 @@ mod tests {
         loop {
             let after = before.brake(acceleration, jerk, DT);
             let quotient = (after.velocity - before.velocity) / DT;
-            assert!(quotient.abs() <= acceleration * (1.0 + 1e-6), "{start:?}: {quotient}");
-            assert!((quotient - before.acceleration).abs() / DT <= jerk * (1.0 + 1e-6), "{start:?} at {ticks}");
+            assert!(
+                quotient.abs() <= acceleration * (1.0 + 1e-6),
+                "{start:?}: {quotient}"
+            );
+            assert!(
+                (quotient - before.acceleration).abs() / DT <= jerk * (1.0 + 1e-6),
+                "{start:?} at {ticks}"
+            );
             if after.stands() {
                 return after;
             }
@@ -120,14 +131,22 @@ mod tests {
     #[test]
     fn braking_takes_no_longer_than_physics_asks() {
         // 2 rad/s at 10 rad/s² and 5000 rad/s³: v²/2a plus half the ramp times.
-        let start = RampState { position: 0.0, velocity: 2.0, acceleration: 0.0 };
+        let start = RampState {
+            position: 0.0,
+            velocity: 2.0,
+            acceleration: 0.0,
+        };
         let path = stop(start, 10.0, 5_000.0).position;
         assert!((path - 0.202).abs() < 2e-3, "{path}");
     }
 
     #[test]
     fn coasting_ends_acceleration_within_the_jerk_limit() {
-        let mut state = RampState { position: 0.0, velocity: 1.0, acceleration: 12.0 };
+        let mut state = RampState {
+            position: 0.0,
+            velocity: 1.0,
+            acceleration: 12.0,
+        };
         for expected in [7.0, 2.0, 0.0, 0.0] {
             state = state.coast(5_000.0, DT);
             assert!((state.acceleration - expected).abs() < 1e-12, "{state:?}");
@@ -137,7 +156,10 @@ mod tests {
 
     #[test]
     fn a_joint_that_stands_stays() {
-        let still = RampState { position: 0.7, ..RampState::default() };
+        let still = RampState {
+            position: 0.7,
+            ..RampState::default()
+        };
         assert_eq!(still.brake(10.0, 5_000.0, DT), still);
     }
 
@@ -150,7 +172,13 @@ mod tests {
             acceleration: vec![10.0, 5.0],
             jerk: vec![5_000.0, 500.0],
         };
-        let mut joints = [RampState { velocity: 1.0, ..RampState::default() }, RampState::default()];
+        let mut joints = [
+            RampState {
+                velocity: 1.0,
+                ..RampState::default()
+            },
+            RampState::default(),
+        ];
         let mut ticks = 0;
         while !brake_all(&mut joints, &limits, DT) {
             ticks += 1;

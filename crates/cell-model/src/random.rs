@@ -1,4 +1,4 @@
-//! The random numbers of a run: SplitMix64 (Steele, Lea and Flood, "Fast
+//! The random numbers of a run: `SplitMix64` (Steele, Lea and Flood, "Fast
 //! splittable pseudorandom number generators", 2014). Small, and the same on
 //! every machine.
 

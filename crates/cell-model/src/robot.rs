@@ -94,12 +94,18 @@ impl Robot {
     /// Names of the controlled joints in order.
     pub fn arm_joint_names(&self) -> Vec<String> {
         let joints = self.chain.joints();
-        self.arm_joints.iter().filter_map(|&index| joints.get(index)).map(|joint| joint.name.clone()).collect()
+        self.arm_joints
+            .iter()
+            .filter_map(|&index| joints.get(index))
+            .map(|joint| joint.name.clone())
+            .collect()
     }
 
     /// Specifications of the controlled joints in order.
     pub fn arm_specs(&self) -> impl Iterator<Item = &JointSpec> {
-        self.arm_joints.iter().filter_map(|&index| self.joints.get(index))
+        self.arm_joints
+            .iter()
+            .filter_map(|&index| self.joints.get(index))
     }
 
     /// Home of the controlled joints (rad or m).
@@ -121,7 +127,10 @@ impl Robot {
 
     /// Name of the tool centre point's frame.
     pub fn tcp_frame_name(&self) -> &str {
-        self.chain.frames().get(self.tcp_frame).map_or("", |frame| &frame.name)
+        self.chain
+            .frames()
+            .get(self.tcp_frame)
+            .map_or("", |frame| &frame.name)
     }
 
     /// All joints of the chain: `arm` for the controlled ones, home for the
@@ -152,14 +161,19 @@ impl Robot {
     pub fn frame_pose(&self, frame: usize, positions: &[f64]) -> Option<Isometry3<f64>> {
         let frame = self.chain.frames().get(frame)?;
         let poses = self.link_poses(positions);
-        poses.get(frame.joint.map_or(0, |joint| joint + 1)).map(|link| link * frame.pose)
+        poses
+            .get(frame.joint.map_or(0, |joint| joint + 1))
+            .map(|link| link * frame.pose)
     }
 }
 
 /// Motion of a joint from position zero (rad or m).
 pub fn joint_motion(joint: &rmp::Joint, position: f64) -> Isometry3<f64> {
     match joint.kind {
-        JointKind::Prismatic => Isometry3::from_parts(Translation3::from(joint.axis * position), UnitQuaternion::identity()),
+        JointKind::Prismatic => Isometry3::from_parts(
+            Translation3::from(joint.axis * position),
+            UnitQuaternion::identity(),
+        ),
         JointKind::Revolute => {
             let (sin, cos) = (libm::sin(0.5 * position), libm::cos(0.5 * position));
             let quaternion = nalgebra::Quaternion::from_parts(cos, joint.axis * sin);

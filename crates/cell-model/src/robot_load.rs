@@ -19,9 +19,18 @@ impl Robot {
         let table = robot_file::parse(&file, &text)?;
         let urdf_file = format!("{dir}/{}", table.urdf);
         let urdf = urdf::parse(&urdf_file, &data.read(&urdf_file)?)?;
-        let mut robot = Loader { file: &file, text: &text, table: &table, urdf }.finish()?;
+        let mut robot = Loader {
+            file: &file,
+            text: &text,
+            table: &table,
+            urdf,
+        }
+        .finish()?;
         let xrdf_file = format!("{dir}/{}", table.xrdf);
-        robot.take_xrdf(&xrdf_file, &xrdf::parse(&xrdf_file, &data.read(&xrdf_file)?)?)?;
+        robot.take_xrdf(
+            &xrdf_file,
+            &xrdf::parse(&xrdf_file, &data.read(&xrdf_file)?)?,
+        )?;
         let tuning_file = format!("{dir}/{}", table.rmpflow);
         robot.take_tuning(&tuning_file, &data.read(&tuning_file)?)?;
         Ok(robot)
@@ -49,7 +58,10 @@ impl Loader<'_> {
         Ok(Robot {
             rmpflow: Robot::general_tuning(arm_joints.len())?,
             name: self.table.name.clone(),
-            default_joint_positions: arm_joints.iter().filter_map(|&j| home.get(j).copied()).collect(),
+            default_joint_positions: arm_joints
+                .iter()
+                .filter_map(|&j| home.get(j).copied())
+                .collect(),
             fixed_joint_positions: home,
             chain: self.urdf.chain,
             joints,
@@ -66,29 +78,63 @@ impl Loader<'_> {
     }
 
     fn joint(&self, key: &str, name: &str) -> Result<usize, ModelError> {
-        let names: Vec<&str> = self.urdf.chain.joints().iter().map(|joint| joint.name.as_str()).collect();
+        let names: Vec<&str> = self
+            .urdf
+            .chain
+            .joints()
+            .iter()
+            .map(|joint| joint.name.as_str())
+            .collect();
         self.urdf.chain.joint_index(name).ok_or_else(|| {
-            let allowed = format!("no such moving joint in {}; {}", self.table.urdf, suggest::advice(name, &names));
+            let allowed = format!(
+                "no such moving joint in {}; {}",
+                self.table.urdf,
+                suggest::advice(name, &names)
+            );
             ModelError::value(self.place(key), key, name, allowed)
         })
     }
 
     fn frame(&self, key: &str, name: &str) -> Result<usize, ModelError> {
-        let names: Vec<&str> = self.urdf.chain.frames().iter().map(|frame| frame.name.as_str()).collect();
+        let names: Vec<&str> = self
+            .urdf
+            .chain
+            .frames()
+            .iter()
+            .map(|frame| frame.name.as_str())
+            .collect();
         self.urdf.chain.frame_index(name).ok_or_else(|| {
-            let allowed = format!("no such link in {}; {}", self.table.urdf, suggest::advice(name, &names));
+            let allowed = format!(
+                "no such link in {}; {}",
+                self.table.urdf,
+                suggest::advice(name, &names)
+            );
             ModelError::value(self.place(key), key, name, allowed)
         })
     }
 
     fn arm_joints(&self) -> Result<Vec<usize>, ModelError> {
         let names = self.table.arm.joints.iter().enumerate();
-        let joints = names.map(|(index, name)| self.joint(&format!("arm.joints.{index}"), name)).collect::<Result<Vec<_>, _>>()?;
-        for (index, (&joint, home)) in joints.iter().zip(&self.table.arm.home_joint_positions).enumerate() {
-            let (lower, upper) = (self.urdf.chain.joints()[joint].lower, self.urdf.chain.joints()[joint].upper);
+        let joints = names
+            .map(|(index, name)| self.joint(&format!("arm.joints.{index}"), name))
+            .collect::<Result<Vec<_>, _>>()?;
+        for (index, (&joint, home)) in joints
+            .iter()
+            .zip(&self.table.arm.home_joint_positions)
+            .enumerate()
+        {
+            let (lower, upper) = (
+                self.urdf.chain.joints()[joint].lower,
+                self.urdf.chain.joints()[joint].upper,
+            );
             if !(lower..=upper).contains(home) {
                 let key = format!("arm.home_joint_positions.{index}");
-                return Err(ModelError::value(self.place(&key), key, home, format!("{lower} to {upper} is allowed")));
+                return Err(ModelError::value(
+                    self.place(&key),
+                    key,
+                    home,
+                    format!("{lower} to {upper} is allowed"),
+                ));
             }
         }
         Ok(joints)
@@ -109,9 +155,16 @@ impl Loader<'_> {
         }
     }
 
-    fn gripper(&self, table: &GripperTable, specs: &mut [JointSpec]) -> Result<ParallelGripper, ModelError> {
+    fn gripper(
+        &self,
+        table: &GripperTable,
+        specs: &mut [JointSpec],
+    ) -> Result<ParallelGripper, ModelError> {
         let [left, right] = &table.finger_joints;
-        let finger_joints = [self.joint("gripper.finger_joints.0", left)?, self.joint("gripper.finger_joints.1", right)?];
+        let finger_joints = [
+            self.joint("gripper.finger_joints.0", left)?,
+            self.joint("gripper.finger_joints.1", right)?,
+        ];
         for joint in finger_joints {
             let spec = &mut specs[joint];
             spec.stiffness = table.stiffness_n_per_m;

@@ -35,7 +35,10 @@ impl Robot {
                 Some((file, xrdf))
             }
         };
-        let mut robot = assemble(urdf, xrdf.as_ref().map(|(file, xrdf)| (file.as_str(), xrdf)))?;
+        let mut robot = assemble(
+            urdf,
+            xrdf.as_ref().map(|(file, xrdf)| (file.as_str(), xrdf)),
+        )?;
         if let Some(path) = &files.rmpflow {
             let (file, text) = read(path)?;
             robot.take_tuning(&file, &text)?;
@@ -44,7 +47,10 @@ impl Robot {
     }
 }
 
-fn assemble(urdf: crate::urdf::UrdfRobot, xrdf: Option<(&str, &Xrdf)>) -> Result<Robot, ModelError> {
+fn assemble(
+    urdf: crate::urdf::UrdfRobot,
+    xrdf: Option<(&str, &Xrdf)>,
+) -> Result<Robot, ModelError> {
     let joints = crate::robot_load::plain_specs(&urdf);
     let arm_joints = match xrdf {
         None => longest_arm(&urdf.chain),
@@ -75,11 +81,22 @@ fn assemble(urdf: crate::urdf::UrdfRobot, xrdf: Option<(&str, &Xrdf)>) -> Result
     Ok(robot)
 }
 
-fn named_joints(chain: &rmp::Chain, file: &str, names: &[String]) -> Result<Vec<usize>, ModelError> {
-    let known: Vec<&str> = chain.joints().iter().map(|joint| joint.name.as_str()).collect();
+fn named_joints(
+    chain: &rmp::Chain,
+    file: &str,
+    names: &[String],
+) -> Result<Vec<usize>, ModelError> {
+    let known: Vec<&str> = chain
+        .joints()
+        .iter()
+        .map(|joint| joint.name.as_str())
+        .collect();
     let index = |name: &String| {
         chain.joint_index(name).ok_or_else(|| {
-            let allowed = format!("no such moving joint in the URDF; {}", suggest::advice(name, &known));
+            let allowed = format!(
+                "no such moving joint in the URDF; {}",
+                suggest::advice(name, &known)
+            );
             ModelError::value(Place::file(file), "cspace.joint_names", name, allowed)
         })
     };
@@ -90,7 +107,9 @@ fn named_joints(chain: &rmp::Chain, file: &str, names: &[String]) -> Result<Vec<
 /// fingers begins at a branch.
 fn longest_arm(chain: &rmp::Chain) -> Vec<usize> {
     let children = |parent: Option<usize>| -> Vec<usize> {
-        (0..chain.joints().len()).filter(|&joint| chain.joints()[joint].parent == parent).collect()
+        (0..chain.joints().len())
+            .filter(|&joint| chain.joints()[joint].parent == parent)
+            .collect()
     };
     let mut arm = Vec::new();
     let mut at = None;
@@ -108,7 +127,9 @@ fn longest_arm(chain: &rmp::Chain) -> Vec<usize> {
 fn tool_frame(chain: &rmp::Chain, joint: Option<usize>) -> usize {
     let on_joint = |index: &usize| chain.frames()[*index].joint == joint;
     let usual = ["tcp", "tool0", "ee_link", "tool", "flange"];
-    let named = usual.iter().find_map(|name| chain.frame_index(name).filter(on_joint));
+    let named = usual
+        .iter()
+        .find_map(|name| chain.frame_index(name).filter(on_joint));
     let last = (0..chain.frames().len()).rfind(on_joint);
     named.or(last).unwrap_or(0)
 }

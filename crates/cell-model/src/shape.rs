@@ -51,7 +51,9 @@ impl Shape {
         match *self {
             Self::Box { size_m: [x, y, z] } => 0.5 * (x * x + y * y + z * z).sqrt(),
             Self::Sphere { radius_m } => radius_m,
-            Self::Cylinder { radius_m, height_m } => (radius_m * radius_m + 0.25 * height_m * height_m).sqrt(),
+            Self::Cylinder { radius_m, height_m } => {
+                (radius_m * radius_m + 0.25 * height_m * height_m).sqrt()
+            }
             Self::Capsule { radius_m, height_m } => radius_m + 0.5 * height_m,
         }
     }
@@ -87,7 +89,10 @@ impl Link {
     /// frame in this link's frame): parallel-axis theorem.
     pub(crate) fn absorb(&mut self, body: &Link, pose: &Isometry3<f64>) {
         let shapes = body.shapes.iter();
-        self.shapes.extend(shapes.map(|s| LinkShape { shape: s.shape.clone(), pose: pose * s.pose }));
+        self.shapes.extend(shapes.map(|s| LinkShape {
+            shape: s.shape.clone(),
+            pose: pose * s.pose,
+        }));
         if body.mass <= 0.0 {
             return;
         }
@@ -96,7 +101,9 @@ impl Link {
         let inertia = rotation.matrix() * body.inertia * rotation.matrix().transpose();
         let mass = self.mass + body.mass;
         let merged = (self.center_of_mass * self.mass + center * body.mass) / mass;
-        self.inertia += steiner(self.mass, self.center_of_mass - merged) + inertia + steiner(body.mass, center - merged);
+        self.inertia += steiner(self.mass, self.center_of_mass - merged)
+            + inertia
+            + steiner(body.mass, center - merged);
         self.center_of_mass = merged;
         self.mass = mass;
     }
@@ -123,6 +130,9 @@ mod tests {
         let mut link = point("a");
         link.absorb(&point("b"), &Isometry3::translation(2.0, 0.0, 0.0));
         assert_eq!(link.center_of_mass, Vector3::new(1.0, 0.0, 0.0));
-        assert_eq!(link.inertia, Matrix3::from_diagonal(&Vector3::new(0.0, 2.0, 2.0)));
+        assert_eq!(
+            link.inertia,
+            Matrix3::from_diagonal(&Vector3::new(0.0, 2.0, 2.0))
+        );
     }
 }

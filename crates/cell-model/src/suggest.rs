@@ -8,7 +8,8 @@ const SIMILAR: f64 = 0.6;
 pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     let mut best = (SIMILAR, None);
     for candidate in known {
-        let similarity = strsim::normalized_damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase());
+        let similarity =
+            strsim::normalized_damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase());
         if similarity > best.0 {
             best = (similarity, Some(*candidate));
         }
@@ -38,7 +39,13 @@ mod tests {
 
     #[test]
     fn a_typing_error_gets_one_name_and_nonsense_gets_the_list() {
-        assert_eq!(advice("frnka-stack", &["franka-stack", "reach"]), "did you mean 'franka-stack'?");
-        assert_eq!(advice("xyz", &["franka-stack", "reach"]), "known are: franka-stack, reach");
+        assert_eq!(
+            advice("frnka-stack", &["franka-stack", "reach"]),
+            "did you mean 'franka-stack'?"
+        );
+        assert_eq!(
+            advice("xyz", &["franka-stack", "reach"]),
+            "known are: franka-stack, reach"
+        );
     }
 }

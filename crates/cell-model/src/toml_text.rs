@@ -41,7 +41,11 @@ pub(crate) fn line_of(text: &str, path: &str) -> Option<usize> {
 }
 
 fn line_at(text: &str, offset: usize) -> usize {
-    text.bytes().take(offset).filter(|byte| *byte == b'\n').count() + 1
+    text.bytes()
+        .take(offset)
+        .filter(|byte| *byte == b'\n')
+        .count()
+        + 1
 }
 
 fn explain(file: &str, text: &str, error: &toml::de::Error) -> ModelError {
@@ -54,7 +58,10 @@ fn explain(file: &str, text: &str, error: &toml::de::Error) -> ModelError {
             key: (*key).to_owned(),
             advice: suggest::advice(key, known),
         },
-        _ => ModelError::Syntax { place: Place::line(file, line), message: message.trim().replace('\n', "; ") },
+        _ => ModelError::Syntax {
+            place: Place::line(file, line),
+            message: message.trim().replace('\n', "; "),
+        },
     }
 }
 
@@ -65,36 +72,61 @@ fn line_of_key(text: &str, key: &str) -> Option<usize> {
         let mut rest = line;
         while let Some(at) = rest.find(key) {
             let (before, after) = (&rest[..at], &rest[at + key.len()..]);
-            let starts = before.is_empty() || before.ends_with([' ', '\t', '{', ',', '.', '[', '"']);
-            if starts && after.trim_start_matches('"').trim_start().starts_with(['=', ']', '.']) {
+            let starts =
+                before.is_empty() || before.ends_with([' ', '\t', '{', ',', '.', '[', '"']);
+            if starts
+                && after
+                    .trim_start_matches('"')
+                    .trim_start()
+                    .starts_with(['=', ']', '.'])
+            {
                 return true;
             }
             rest = after;
         }
         false
     };
-    text.lines().position(|line| assigns(line.split('#').next().unwrap_or(""))).map(|index| index + 1)
+    text.lines()
+        .position(|line| assigns(line.split('#').next().unwrap_or("")))
+        .map(|index| index + 1)
 }
 
-fn refuse_non_finite(file: &str, text: &str, table: &DeTable<'_>, path: &str) -> Result<(), ModelError> {
+fn refuse_non_finite(
+    file: &str,
+    text: &str,
+    table: &DeTable<'_>,
+    path: &str,
+) -> Result<(), ModelError> {
     for (key, value) in table {
         check_value(file, text, value, &join(path, key.get_ref()))?;
     }
     Ok(())
 }
 
-fn check_value(file: &str, text: &str, value: &toml::Spanned<DeValue<'_>>, path: &str) -> Result<(), ModelError> {
+fn check_value(
+    file: &str,
+    text: &str,
+    value: &toml::Spanned<DeValue<'_>>,
+    path: &str,
+) -> Result<(), ModelError> {
     match value.get_ref() {
         DeValue::Float(float) => {
             if float.as_str().parse::<f64>().is_ok_and(f64::is_finite) {
                 return Ok(());
             }
             let place = Place::line(file, Some(line_at(text, value.span().start)));
-            Err(ModelError::value(place, path, float.as_str(), "a finite number is needed"))
+            Err(ModelError::value(
+                place,
+                path,
+                float.as_str(),
+                "a finite number is needed",
+            ))
         }
         DeValue::Array(array) => {
-            let items = array.iter().enumerate();
-            items.map(|(index, item)| check_value(file, text, item, &join(path, &index.to_string()))).collect()
+            let mut items = array.iter().enumerate();
+            items.try_for_each(|(index, item)| {
+                check_value(file, text, item, &join(path, &index.to_string()))
+            })
         }
         DeValue::Table(table) => refuse_non_finite(file, text, table, path),
         _ => Ok(()),
@@ -102,7 +134,11 @@ fn check_value(file: &str, text: &str, value: &toml::Spanned<DeValue<'_>>, path:
 }
 
 fn join(path: &str, key: &str) -> String {
-    if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
+    if path.is_empty() {
+        key.to_owned()
+    } else {
+        format!("{path}.{key}")
+    }
 }
 
 #[cfg(test)]
@@ -119,8 +155,13 @@ mod tests {
 
     #[test]
     fn an_unknown_key_is_answered_with_line_and_suggestion() {
-        let error = parse::<Sample>("a.toml", "\n\nmas_kg = 1.0").unwrap_err().to_string();
-        assert_eq!(error, "a.toml:3: unknown key 'mas_kg'; did you mean 'mass_kg'?");
+        let error = parse::<Sample>("a.toml", "\n\nmas_kg = 1.0")
+            .unwrap_err()
+            .to_string();
+        assert_eq!(
+            error,
+            "a.toml:3: unknown key 'mas_kg'; did you mean 'mass_kg'?"
+        );
     }
 
     #[test]
@@ -134,7 +175,9 @@ mod tests {
 
     #[test]
     fn a_syntax_error_names_its_line() {
-        let error = parse::<Sample>("a.toml", "\nmass_kg = = 1").unwrap_err().to_string();
+        let error = parse::<Sample>("a.toml", "\nmass_kg = = 1")
+            .unwrap_err()
+            .to_string();
         assert!(error.starts_with("a.toml:2: "), "{error}");
     }
 }

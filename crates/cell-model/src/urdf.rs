@@ -58,8 +58,10 @@ pub fn parse(file: &str, text: &str) -> Result<UrdfRobot, ModelError> {
     })?;
     urdf_check::check(file, &robot)?;
     let builder = Builder::run(&robot);
-    let chain = Chain::new(builder.joints, builder.frames)
-        .map_err(|source| ModelError::Chain { place: Place::file(file), source })?;
+    let chain = Chain::new(builder.joints, builder.frames).map_err(|source| ModelError::Chain {
+        place: Place::file(file),
+        source,
+    })?;
     Ok(UrdfRobot {
         name: robot.name.clone(),
         chain,
@@ -82,7 +84,11 @@ impl Builder {
     /// Walks the tree from its root, breadth first in the order of the file.
     fn run(robot: &urdf_rs::Robot) -> Self {
         let mut builder = Self::default();
-        let links: BTreeMap<&str, &urdf_rs::Link> = robot.links.iter().map(|link| (link.name.as_str(), link)).collect();
+        let links: BTreeMap<&str, &urdf_rs::Link> = robot
+            .links
+            .iter()
+            .map(|link| (link.name.as_str(), link))
+            .collect();
         let is_child = |name: &str| robot.joints.iter().any(|joint| joint.child.link == name);
         let Some(root) = robot.links.iter().find(|link| !is_child(&link.name)) else {
             return builder;
@@ -90,16 +96,26 @@ impl Builder {
         let base = builder.link(root);
         builder.links.push(base);
         builder.frame(&root.name, None, Isometry3::identity());
-        let mut open = std::collections::VecDeque::from([(root.name.as_str(), None, Isometry3::identity())]);
+        let mut open =
+            std::collections::VecDeque::from([(root.name.as_str(), None, Isometry3::identity())]);
         while let Some((parent, joint, pose)) = open.pop_front() {
-            for edge in robot.joints.iter().filter(|edge| edge.parent.link == parent) {
-                let Some(child) = links.get(edge.child.link.as_str()) else { continue };
+            for edge in robot
+                .joints
+                .iter()
+                .filter(|edge| edge.parent.link == parent)
+            {
+                let Some(child) = links.get(edge.child.link.as_str()) else {
+                    continue;
+                };
                 let at = pose * to_isometry(&edge.origin);
                 let (joint, pose) = if edge.joint_type == JointType::Fixed {
                     builder.merge(child, joint, at);
                     (joint, at)
                 } else {
-                    (Some(builder.joint(edge, child, joint, at)), Isometry3::identity())
+                    (
+                        Some(builder.joint(edge, child, joint, at)),
+                        Isometry3::identity(),
+                    )
                 };
                 builder.frame(&child.name, joint, pose);
                 open.push_back((&child.name, joint, pose));
@@ -109,7 +125,11 @@ impl Builder {
     }
 
     fn frame(&mut self, name: &str, joint: Option<usize>, pose: Isometry3<f64>) {
-        self.frames.push(Frame { name: name.to_owned(), joint, pose });
+        self.frames.push(Frame {
+            name: name.to_owned(),
+            joint,
+            pose,
+        });
     }
 
     fn merge(&mut self, child: &urdf_rs::Link, joint: Option<usize>, pose: Isometry3<f64>) {
@@ -119,17 +139,31 @@ impl Builder {
         }
     }
 
-    fn joint(&mut self, edge: &urdf_rs::Joint, child: &urdf_rs::Link, parent: Option<usize>, origin: Isometry3<f64>) -> usize {
+    fn joint(
+        &mut self,
+        edge: &urdf_rs::Joint,
+        child: &urdf_rs::Link,
+        parent: Option<usize>,
+        origin: Isometry3<f64>,
+    ) -> usize {
         let continuous = edge.joint_type == JointType::Continuous;
         let turns = CONTINUOUS_TURNS * std::f64::consts::TAU;
-        let (lower, upper) = if continuous { (-turns, turns) } else { (edge.limit.lower, edge.limit.upper) };
+        let (lower, upper) = if continuous {
+            (-turns, turns)
+        } else {
+            (edge.limit.lower, edge.limit.upper)
+        };
         let prismatic = edge.joint_type == JointType::Prismatic;
         self.joints.push(Joint {
             name: edge.name.clone(),
             parent,
             origin,
             axis: Vector3::from(edge.axis.xyz.0),
-            kind: if prismatic { JointKind::Prismatic } else { JointKind::Revolute },
+            kind: if prismatic {
+                JointKind::Prismatic
+            } else {
+                JointKind::Revolute
+            },
             lower,
             upper,
         });
@@ -151,11 +185,16 @@ impl Builder {
         let pose = to_isometry(&inertial.origin);
         let rotation = pose.rotation.to_rotation_matrix();
         let i = &inertial.inertia;
-        let inertia = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
+        let inertia = Matrix3::new(
+            i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz,
+        );
         let mut shapes = Vec::new();
         for collision in &link.collision {
             match to_shape(&collision.geometry) {
-                Some(shape) => shapes.push(LinkShape { shape, pose: to_isometry(&collision.origin) }),
+                Some(shape) => shapes.push(LinkShape {
+                    shape,
+                    pose: to_isometry(&collision.origin),
+                }),
                 None => self.skipped_meshes += 1,
             }
         }
@@ -173,16 +212,29 @@ impl Builder {
 fn to_isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
     let [x, y, z] = pose.xyz.0;
     let [roll, pitch, yaw] = pose.rpy.0;
-    Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
+    Isometry3::from_parts(
+        Translation3::new(x, y, z),
+        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+    )
 }
 
 fn to_shape(geometry: &Geometry) -> Option<Shape> {
     let shape = match *geometry {
         Geometry::Box { size } => Shape::Box { size_m: size.0 },
         Geometry::Sphere { radius } => Shape::Sphere { radius_m: radius },
-        Geometry::Cylinder { radius, length } => Shape::Cylinder { radius_m: radius, height_m: length },
-        Geometry::Capsule { radius, length } => Shape::Capsule { radius_m: radius, height_m: length },
+        Geometry::Cylinder { radius, length } => Shape::Cylinder {
+            radius_m: radius,
+            height_m: length,
+        },
+        Geometry::Capsule { radius, length } => Shape::Capsule {
+            radius_m: radius,
+            height_m: length,
+        },
         Geometry::Mesh { .. } => return None,
     };
-    shape.lengths().iter().all(|(_, length)| *length > 0.0).then_some(shape)
+    shape
+        .lengths()
+        .iter()
+        .all(|(_, length)| *length > 0.0)
+        .then_some(shape)
 }

@@ -1,6 +1,6 @@
 //! What the URDF parser lets pass and a robot must not have.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Matrix3, SymmetricEigen};
 use urdf_rs::{Geometry, Joint, JointType, Link, Robot};
@@ -23,7 +23,10 @@ pub(crate) fn check(file: &str, robot: &Robot) -> Result<(), ModelError> {
     checker.names(robot)?;
     checker.tree(robot)?;
     robot.links.iter().try_for_each(|link| checker.link(link))?;
-    robot.joints.iter().try_for_each(|joint| checker.joint(joint, robot))
+    robot
+        .joints
+        .iter()
+        .try_for_each(|joint| checker.joint(joint, robot))
 }
 
 struct Checker<'a> {
@@ -31,7 +34,12 @@ struct Checker<'a> {
 }
 
 impl Checker<'_> {
-    fn refuse(&self, key: impl Into<String>, value: impl std::fmt::Display, allowed: impl Into<String>) -> ModelError {
+    fn refuse(
+        &self,
+        key: impl Into<String>,
+        value: impl std::fmt::Display,
+        allowed: impl Into<String>,
+    ) -> ModelError {
         ModelError::value(Place::file(self.file), key, value, allowed)
     }
 
@@ -42,14 +50,22 @@ impl Checker<'_> {
         self.unique("joint", joints)
     }
 
-    fn unique<'b>(&self, what: &str, names: impl Iterator<Item = &'b str>) -> Result<(), ModelError> {
-        let mut seen = BTreeMap::new();
+    fn unique<'b>(
+        &self,
+        what: &str,
+        names: impl Iterator<Item = &'b str>,
+    ) -> Result<(), ModelError> {
+        let mut seen = BTreeSet::new();
         for name in names {
             if name.is_empty() {
                 return Err(self.refuse(format!("name of a {what}"), "empty", "give it a name"));
             }
-            if seen.insert(name, ()).is_some() {
-                return Err(self.refuse(format!("{what} '{name}'"), "defined twice", "rename one of them"));
+            if !seen.insert(name) {
+                return Err(self.refuse(
+                    format!("{what} '{name}'"),
+                    "defined twice",
+                    "rename one of them",
+                ));
             }
         }
         Ok(())
@@ -63,44 +79,82 @@ impl Checker<'_> {
             for end in [&joint.parent.link, &joint.child.link] {
                 if !links.contains(&end.as_str()) {
                     let allowed = format!("no such link; {}", suggest::advice(end, &links));
-                    return Err(self.refuse(format!("joint '{}'", joint.name), format!("attached to '{end}'"), allowed));
+                    return Err(self.refuse(
+                        format!("joint '{}'", joint.name),
+                        format!("attached to '{end}'"),
+                        allowed,
+                    ));
                 }
             }
             if let Some(other) = parent_joint.insert(&joint.child.link, &joint.name) {
                 let value = format!("the child of joints '{other}' and '{}'", joint.name);
-                return Err(self.refuse(format!("link '{}'", joint.child.link), value, "a link has one parent; loops cannot be loaded"));
+                return Err(self.refuse(
+                    format!("link '{}'", joint.child.link),
+                    value,
+                    "a link has one parent; loops cannot be loaded",
+                ));
             }
         }
-        let roots: Vec<&str> = links.iter().copied().filter(|link| !parent_joint.contains_key(link)).collect();
+        let roots: Vec<&str> = links
+            .iter()
+            .copied()
+            .filter(|link| !parent_joint.contains_key(link))
+            .collect();
         match roots.as_slice() {
             [root] => self.reached(robot, root),
-            [] => Err(self.refuse("root link", "missing", "every link has a parent, so the joints form a cycle; remove one joint")),
-            _ => Err(self.refuse("root link", format!("one of {}", roots.join(", ")), "join them by fixed joints or remove the loose ones")),
+            [] => Err(self.refuse(
+                "root link",
+                "missing",
+                "every link has a parent, so the joints form a cycle; remove one joint",
+            )),
+            _ => Err(self.refuse(
+                "root link",
+                format!("one of {}", roots.join(", ")),
+                "join them by fixed joints or remove the loose ones",
+            )),
         }
     }
 
     fn reached(&self, robot: &Robot, root: &str) -> Result<(), ModelError> {
         let mut children: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
         for joint in &robot.joints {
-            children.entry(&joint.parent.link).or_default().push(&joint.child.link);
+            children
+                .entry(&joint.parent.link)
+                .or_default()
+                .push(&joint.child.link);
         }
         let mut open = vec![root];
-        let mut reached = BTreeMap::new();
+        let mut reached = BTreeSet::new();
         while let Some(link) = open.pop() {
-            reached.insert(link, ());
+            reached.insert(link);
             open.extend(children.get(link).into_iter().flatten());
         }
-        match robot.links.iter().find(|link| !reached.contains_key(link.name.as_str())) {
+        match robot
+            .links
+            .iter()
+            .find(|link| !reached.contains(link.name.as_str()))
+        {
             None => Ok(()),
-            Some(link) => Err(self.refuse(format!("link '{}'", link.name), "part of a cycle", "remove one joint of the cycle")),
+            Some(link) => Err(self.refuse(
+                format!("link '{}'", link.name),
+                "part of a cycle",
+                "remove one joint of the cycle",
+            )),
         }
     }
 
     fn finite(&self, owner: &str, key: &str, values: &[f64], limit: f64) -> Result<(), ModelError> {
-        // Written so that NaN fails, too.
-        match values.iter().find(|value| !(value.abs() <= limit)) {
+        // A range contains no NaN.
+        match values
+            .iter()
+            .find(|value| !(-limit..=limit).contains(*value))
+        {
             None => Ok(()),
-            Some(value) => Err(self.refuse(format!("{owner}: {key}"), value, format!("a number from {} to {limit} is needed", -limit))),
+            Some(value) => Err(self.refuse(
+                format!("{owner}: {key}"),
+                value,
+                format!("a number from {} to {limit} is needed", -limit),
+            )),
         }
     }
 
@@ -109,7 +163,11 @@ impl Checker<'_> {
         self.pose(&owner, "inertial origin", &link.inertial.origin)?;
         let mass = link.inertial.mass.value;
         if !(0.0..=MAX_QUANTITY).contains(&mass) {
-            return Err(self.refuse(format!("{owner}: mass"), mass, format!("0 to {MAX_QUANTITY} kg is allowed")));
+            return Err(self.refuse(
+                format!("{owner}: mass"),
+                mass,
+                format!("0 to {MAX_QUANTITY} kg is allowed"),
+            ));
         }
         self.inertia(&owner, link)?;
         for collision in &link.collision {
@@ -122,12 +180,23 @@ impl Checker<'_> {
     fn inertia(&self, owner: &str, link: &Link) -> Result<(), ModelError> {
         let i = &link.inertial.inertia;
         let key = "inertia";
-        self.finite(owner, key, &[i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz], MAX_QUANTITY)?;
-        let matrix = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
+        self.finite(
+            owner,
+            key,
+            &[i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz],
+            MAX_QUANTITY,
+        )?;
+        let matrix = Matrix3::new(
+            i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz,
+        );
         let smallest = SymmetricEigen::new(matrix).eigenvalues.min();
         // Identified inertias miss definiteness by rounding only.
         if smallest < -1.0e-6 * matrix.norm() {
-            return Err(self.refuse(format!("{owner}: {key}"), format!("not positive (eigenvalue {smallest})"), "check the signs and the order ixx ixy ixz iyy iyz izz"));
+            return Err(self.refuse(
+                format!("{owner}: {key}"),
+                format!("not positive (eigenvalue {smallest})"),
+                "check the signs and the order ixx ixy ixz iyy iyz izz",
+            ));
         }
         Ok(())
     }
@@ -135,13 +204,22 @@ impl Checker<'_> {
     fn geometry(&self, owner: &str, geometry: &Geometry) -> Result<(), ModelError> {
         let lengths = match geometry {
             Geometry::Box { size } => size.to_vec(),
-            Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => vec![*radius, *length],
+            Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
+                vec![*radius, *length]
+            }
             Geometry::Sphere { radius } => vec![*radius],
             Geometry::Mesh { .. } => vec![],
         };
-        match lengths.iter().find(|length| !(**length >= 0.0 && **length <= MAX_COORDINATE)) {
+        match lengths
+            .iter()
+            .find(|length| !(0.0..=MAX_COORDINATE).contains(*length))
+        {
             None => Ok(()),
-            Some(length) => Err(self.refuse(format!("{owner}: collision size"), length, format!("0 to {MAX_COORDINATE} m is allowed"))),
+            Some(length) => Err(self.refuse(
+                format!("{owner}: collision size"),
+                length,
+                format!("0 to {MAX_COORDINATE} m is allowed"),
+            )),
         }
     }
 
@@ -158,17 +236,33 @@ impl Checker<'_> {
             JointType::Fixed => return Ok(()),
             JointType::Floating | JointType::Planar | JointType::Spherical => {
                 let value = format!("{:?}", joint.joint_type).to_lowercase();
-                return Err(self.refuse(format!("{owner}: type"), value, "fixed, revolute, continuous and prismatic can be loaded"));
+                return Err(self.refuse(
+                    format!("{owner}: type"),
+                    value,
+                    "fixed, revolute, continuous and prismatic can be loaded",
+                ));
             }
             JointType::Revolute | JointType::Continuous | JointType::Prismatic => {}
         }
         if joint.axis.xyz.iter().map(|x| x * x).sum::<f64>().sqrt() < 1.0e-9 {
-            return Err(self.refuse(format!("{owner}: axis"), "zero", "a moving joint needs a direction"));
+            return Err(self.refuse(
+                format!("{owner}: axis"),
+                "zero",
+                "a moving joint needs a direction",
+            ));
         }
         if let Some(mimic) = &joint.mimic {
-            let names: Vec<&str> = robot.joints.iter().map(|joint| joint.name.as_str()).collect();
+            let names: Vec<&str> = robot
+                .joints
+                .iter()
+                .map(|joint| joint.name.as_str())
+                .collect();
             if !names.contains(&mimic.joint.as_str()) {
-                return Err(self.refuse(format!("{owner}: mimic"), &mimic.joint, format!("no such joint; {}", suggest::advice(&mimic.joint, &names))));
+                return Err(self.refuse(
+                    format!("{owner}: mimic"),
+                    &mimic.joint,
+                    format!("no such joint; {}", suggest::advice(&mimic.joint, &names)),
+                ));
             }
         }
         self.limit(&owner, joint)
@@ -179,7 +273,11 @@ impl Checker<'_> {
         let continuous = joint.joint_type == JointType::Continuous;
         for (key, value) in [("effort", limit.effort), ("velocity", limit.velocity)] {
             if !(0.0..=MAX_QUANTITY).contains(&value) && !(continuous && value == f64::INFINITY) {
-                return Err(self.refuse(format!("{owner}: limit {key}"), value, format!("0 to {MAX_QUANTITY} is allowed")));
+                return Err(self.refuse(
+                    format!("{owner}: limit {key}"),
+                    value,
+                    format!("0 to {MAX_QUANTITY} is allowed"),
+                ));
             }
         }
         if continuous {
@@ -191,7 +289,11 @@ impl Checker<'_> {
         self.finite(owner, "limit lower", &[limit.lower], MAX_COORDINATE)?;
         self.finite(owner, "limit upper", &[limit.upper], MAX_COORDINATE)?;
         if limit.lower >= limit.upper {
-            return Err(self.refuse(format!("{owner}: limit lower"), limit.lower, format!("it must be less than upper, {}", limit.upper)));
+            return Err(self.refuse(
+                format!("{owner}: limit lower"),
+                limit.lower,
+                format!("it must be less than upper, {}", limit.upper),
+            ));
         }
         Ok(())
     }

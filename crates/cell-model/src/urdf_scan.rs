@@ -6,7 +6,7 @@ use crate::error::{ModelError, Place};
 /// Elements nested deeper than this are no robot.
 pub(crate) const MAX_DEPTH: usize = 64;
 /// Largest URDF that is read (bytes).
-pub(crate) const MAX_BYTES: usize = crate::data::MAX_FILE_BYTES as usize;
+pub(crate) const MAX_BYTES: usize = 4 << 20;
 
 /// Checks size and nesting of a URDF.
 ///
@@ -15,7 +15,12 @@ pub(crate) const MAX_BYTES: usize = crate::data::MAX_FILE_BYTES as usize;
 pub(crate) fn scan(file: &str, text: &str) -> Result<(), ModelError> {
     if text.len() > MAX_BYTES {
         let allowed = format!("at most {MAX_BYTES} bytes; remove what does not describe the robot");
-        return Err(ModelError::value(Place::file(file), "size", text.len(), allowed));
+        return Err(ModelError::value(
+            Place::file(file),
+            "size",
+            text.len(),
+            allowed,
+        ));
     }
     let mut depth = 0_usize;
     let mut rest = text;
@@ -23,7 +28,12 @@ pub(crate) fn scan(file: &str, text: &str) -> Result<(), ModelError> {
         rest = &rest[start..];
         if rest.starts_with("<!DOCTYPE") || rest.starts_with("<!ENTITY") {
             let place = Place::line(file, Some(line_of(text, rest)));
-            return Err(ModelError::value(place, "document type", "given", "a URDF has none; remove it"));
+            return Err(ModelError::value(
+                place,
+                "document type",
+                "given",
+                "a URDF has none; remove it",
+            ));
         }
         let (tag, after) = next_tag(rest);
         rest = after;
@@ -34,7 +44,8 @@ pub(crate) fn scan(file: &str, text: &str) -> Result<(), ModelError> {
         }
         if depth > MAX_DEPTH {
             let place = Place::line(file, Some(line_of(text, rest)));
-            let allowed = format!("at most {MAX_DEPTH} elements inside each other; a URDF needs about 5");
+            let allowed =
+                format!("at most {MAX_DEPTH} elements inside each other; a URDF needs about 5");
             return Err(ModelError::value(place, "nesting", depth, allowed));
         }
     }
@@ -82,7 +93,11 @@ fn next_tag(text: &str) -> (&str, &str) {
 
 fn line_of(text: &str, rest: &str) -> usize {
     let offset = text.len() - rest.len();
-    text.bytes().take(offset).filter(|byte| *byte == b'\n').count() + 1
+    text.bytes()
+        .take(offset)
+        .filter(|byte| *byte == b'\n')
+        .count()
+        + 1
 }
 
 #[cfg(test)]
@@ -91,7 +106,11 @@ mod tests {
 
     #[test]
     fn twenty_thousand_nested_elements_are_one_error() {
-        let text = format!("<robot>\n{}{}</robot>", "<a>".repeat(20_000), "</a>".repeat(20_000));
+        let text = format!(
+            "<robot>\n{}{}</robot>",
+            "<a>".repeat(20_000),
+            "</a>".repeat(20_000)
+        );
         let error = scan("deep.urdf", &text).unwrap_err().to_string();
         assert!(error.starts_with("deep.urdf:2: nesting is 65"), "{error}");
     }
@@ -99,7 +118,11 @@ mod tests {
     #[test]
     fn comments_declarations_and_quoted_brackets_do_not_count() {
         let inner = "<!-- <a><a> --><b name='<<<>'/>".repeat(100);
-        scan("a.urdf", &format!("<?xml version='1.0'?><robot>{inner}</robot>")).unwrap();
+        scan(
+            "a.urdf",
+            &format!("<?xml version='1.0'?><robot>{inner}</robot>"),
+        )
+        .unwrap();
     }
 
     #[test]

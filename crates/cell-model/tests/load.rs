@@ -1,4 +1,7 @@
 //! What a user notices when loading robots and cells.
+#![allow(clippy::unwrap_used, reason = "a test may fail")]
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use cell_model::{Cell, Data, Robot, RobotFiles};
 
@@ -10,14 +13,17 @@ fn stack(seed: u64) -> Cell {
 fn the_stack_demo_has_a_panda_and_four_cubes() {
     let cell = stack(1);
     let names: Vec<&str> = cell.objects.iter().map(|o| o.name.as_str()).collect();
-    assert_eq!(names, ["red_cube", "blue_cube", "green_cube", "yellow_cube"]);
+    assert_eq!(
+        names,
+        ["red_cube", "blue_cube", "green_cube", "yellow_cube"]
+    );
     let robot = &cell.arms[0].robot;
     assert_eq!(robot.arm_joints, [0, 1, 2, 3, 4, 5, 6]);
     assert_eq!(robot.tcp_frame_name(), "panda_hand_tcp");
     assert_eq!(robot.gripper.as_ref().unwrap().finger_joints, [7, 8]);
     assert_eq!(robot.links.len(), 10);
     let total: f64 = robot.links.iter().map(|link| link.mass).sum();
-    assert!((total - 17.451901).abs() < 1e-6, "{total}");
+    assert!((total - 17.451_901).abs() < 1e-6, "{total}");
 }
 
 #[test]
@@ -37,22 +43,44 @@ fn the_seed_moves_cubes_within_their_areas_and_nothing_else_does() {
 #[test]
 fn the_hand_points_straight_down_for_the_quaternion_0_1_0_0() {
     let robot = Robot::load(&Data::embedded(), "panda").unwrap();
-    let positions = robot.with_arm_positions(&[0.0, -0.785_398_163_397, 0.0, -2.356_194_490_192, 0.0, 1.570_796_326_795, 0.785_398_163_397]);
+    let positions = robot.with_arm_positions(&[
+        0.0,
+        -FRAC_PI_4,
+        0.0,
+        -3.0 * FRAC_PI_4,
+        0.0,
+        FRAC_PI_2,
+        FRAC_PI_4,
+    ]);
     let tcp = robot.frame_pose(robot.tcp_frame, &positions).unwrap();
-    let down = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(0.0, 1.0, 0.0, 0.0));
+    let down =
+        nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(0.0, 1.0, 0.0, 0.0));
     assert!(tcp.rotation.angle_to(&down) < 1e-9);
-    assert!((tcp.translation.vector.x - 0.306_890_6).abs() < 1e-4, "{tcp}");
+    assert!(
+        (tcp.translation.vector.x - 0.306_890_6).abs() < 1e-4,
+        "{tcp}"
+    );
 }
 
 #[test]
 fn a_mistyped_demo_gets_a_suggestion() {
-    let error = Cell::load(&Data::embedded(), "franka-stak", 0, None).unwrap_err().to_string();
-    assert_eq!(error, "unknown demo 'franka-stak'; did you mean 'franka-stack'?");
+    let error = Cell::load(&Data::embedded(), "franka-stak", 0, None)
+        .unwrap_err()
+        .to_string();
+    assert_eq!(
+        error,
+        "unknown demo 'franka-stak'; did you mean 'franka-stack'?"
+    );
 }
 
 #[test]
 fn a_missing_urdf_is_named() {
-    let files = RobotFiles { urdf: "no/such.urdf".into(), ..RobotFiles::default() };
-    let error = Cell::load(&Data::embedded(), "reach", 0, Some(&files)).unwrap_err().to_string();
+    let files = RobotFiles {
+        urdf: "no/such.urdf".into(),
+        ..RobotFiles::default()
+    };
+    let error = Cell::load(&Data::embedded(), "reach", 0, Some(&files))
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("no/such.urdf"), "{error}");
 }

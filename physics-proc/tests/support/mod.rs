@@ -1,5 +1,12 @@
 //! A scripted controller for the tests: joint trajectories with feed-forward.
-#![allow(dead_code, reason = "not every test uses everything")]
+#![allow(
+    dead_code,
+    unreachable_pub,
+    clippy::unwrap_used,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "test support, and not every test uses everything"
+)]
 
 use cell_model::{Cell, Data, Dynamics, Robot};
 use ipc_types::{ArmCommand, GripperCommand, Header, Wire, WorldState};
@@ -27,7 +34,15 @@ impl Rig {
     pub fn with(cell: Cell) -> Self {
         let world = World::new(&cell).unwrap();
         let dynamics = Dynamics::new(&cell.arms[0].robot);
-        Self { cell, world, joints: HOME, width: 0.08, force: 20.0, dynamics, seq: 0 }
+        Self {
+            cell,
+            world,
+            joints: HOME,
+            width: 0.08,
+            force: 20.0,
+            dynamics,
+            seq: 0,
+        }
     }
 
     pub fn robot(&self) -> &Robot {
@@ -45,13 +60,22 @@ impl Rig {
         command.joint_velocities[..7].copy_from_slice(qd);
         command.joint_accelerations[..7].copy_from_slice(qdd);
         let gravity = Vector3::new(0.0, 0.0, -9.81);
-        command.joint_efforts[..7].copy_from_slice(self.dynamics.inverse_dynamics(q, qd, qdd, &gravity));
-        command.gripper = GripperCommand { width: self.width, force: self.force, suction: 0, reserved: 0 };
+        command.joint_efforts[..7]
+            .copy_from_slice(self.dynamics.inverse_dynamics(q, qd, qdd, &gravity));
+        command.gripper = GripperCommand {
+            width: self.width,
+            force: self.force,
+            suction: 0,
+            reserved: 0,
+        };
         command
     }
 
     pub fn apply(&mut self, command: &ArmCommand) {
-        self.world.step(&StepInput { commands: [Some(command), None], decision: None });
+        self.world.step(&StepInput {
+            commands: [Some(command), None],
+            decision: None,
+        });
     }
 
     /// Stays where it is commanded.
@@ -85,9 +109,14 @@ impl Rig {
     pub fn solve(&self, position: [f64; 3], yaw: f64) -> [f64; 7] {
         let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw);
-        let target = Isometry3::from_parts(Translation3::from(Vector3::from(position)), turn * down);
+        let target =
+            Isometry3::from_parts(Translation3::from(Vector3::from(position)), turn * down);
         let robot = self.robot();
-        let pose = |q: &[f64; 7]| robot.frame_pose(robot.tcp_frame, &robot.with_arm_positions(q)).unwrap();
+        let pose = |q: &[f64; 7]| {
+            robot
+                .frame_pose(robot.tcp_frame, &robot.with_arm_positions(q))
+                .unwrap()
+        };
         let error = |q: &[f64; 7]| -> SVector<f64, 6> {
             let at = pose(q);
             let turn = (target.rotation * at.rotation.inverse()).scaled_axis();
