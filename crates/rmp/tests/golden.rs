@@ -124,7 +124,7 @@ fn rollout(files: &Files) -> Vec<f64> {
         flow.set_position_target(id, Some(Vector3::new(0.8, y, 0.35)))
             .unwrap();
         let report = flow.step_exact(&mut state, 0.01).unwrap();
-        assert_ne!(report.outcome, Outcome::Singular, "step {k}");if k==0 {println!("{report:?}");}
+        assert_ne!(report.outcome, Outcome::Singular, "step {k}");
         assert!(report.clearance.unwrap().distance > 0.0, "step {k}");
     }
     state.positions
@@ -140,7 +140,6 @@ fn the_published_motion_is_stable_and_repeats_bit_for_bit() {
     {
         assert!(q > joint.0 && q < joint.1, "{end:?}");
     }
-    println!("{end:?}");
     if let Some(files) = reference("franka") {
         let theirs = rollout(&files);
         for (a, b) in end.iter().zip(&theirs) {

@@ -1,0 +1,95 @@
+//! Answers one case from outside: builds a controller from a user's robot files,
+//! steps it, and prints acceleration, force, metric and state as JSON, to be
+//! compared with any other implementation of the same formulas.
+//!
+//! `cargo run --release -p rmp --example evaluate -- CASE.json`
+//!
+//! Exit code 0 with one JSON object on stdout, or 2 with one error on stderr.
+#![allow(clippy::print_stdout, reason = "the answer goes to stdout")]
+
+mod case;
+
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+
+use case::{Case, Problem, Resolve};
+use rmp::{MotionState, RmpFlow};
+use serde::Serialize;
+
+#[derive(Serialize)]
+struct Answer {
+    acceleration: Vec<f64>,
+    force: Vec<f64>,
+    metric: Vec<Vec<f64>>,
+    final_q: Vec<f64>,
+    final_qd: Vec<f64>,
+    frame_positions: BTreeMap<String, [f64; 3]>,
+}
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    let (Some(path), None) = (arguments.next(), arguments.next()) else {
+        eprintln!("usage: evaluate CASE.json");
+        return ExitCode::from(2);
+    };
+    match answer(&path) {
+        Ok(text) => {
+            println!("{text}");
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("evaluate: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn answer(path: &str) -> Result<String, String> {
+    let case = Case::read(path)?;
+    let mut problem = case.build(path)?;
+    let mut state = problem.state.clone();
+    for k in 0..case.steps {
+        problem
+            .move_target(&case, k)
+            .map_err(|e| format!("{path}: {e}"))?;
+        step(&mut problem, &case, &mut state).map_err(|e| format!("{path}: step {k}: {e}"))?;
+    }
+    let answer = describe(&mut problem, &case, &state).map_err(|e| format!("{path}: {e}"))?;
+    serde_json::to_string(&answer).map_err(|e| format!("{path}: the answer is no JSON: {e}"))
+}
+
+fn step(problem: &mut Problem, case: &Case, state: &mut MotionState) -> Result<(), rmp::FlowError> {
+    match case.resolve {
+        Resolve::Exact => problem.flow.step_exact(state, case.dt),
+        Resolve::Cell => problem.flow.step_cell(state, &problem.limits, case.dt),
+    }
+    .map(|_| ())
+}
+
+fn describe(
+    problem: &mut Problem,
+    case: &Case,
+    state: &MotionState,
+) -> Result<Answer, rmp::FlowError> {
+    // One more step of a copy resolves at this very state.
+    let mut next = state.clone();
+    step(problem, case, &mut next)?;
+    let flow: &RmpFlow = &problem.flow;
+    let metric = flow
+        .root()
+        .metric
+        .row_iter()
+        .map(|row| row.iter().copied().collect());
+    let position = |(name, id): (&String, &rmp::TargetId)| {
+        let pose = flow.target_frame_pose(*id)?;
+        Some((name.clone(), pose.translation.vector.into()))
+    };
+    Ok(Answer {
+        acceleration: next.accelerations,
+        force: flow.root().force.iter().copied().collect(),
+        metric: metric.collect(),
+        final_q: state.positions.clone(),
+        final_qd: state.velocities.clone(),
+        frame_positions: problem.frames.iter().filter_map(position).collect(),
+    })
+}

@@ -1,0 +1,148 @@
+//! What the limits promise: no command violates velocity, acceleration or jerk as
+//! physics counts them, no joint leaves its range, no tick allocates.
+
+mod common;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use common::{Files, Random, panda, reference};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use rmp::{MotionState, Obstacle, ObstacleId, Outcome, RmpFlow, TargetId};
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: every call is passed on to the system allocator.
+#[allow(unsafe_code, reason = "counts allocations in this test only")]
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+        // SAFETY: as promised by our caller.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as promised by our caller.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+const DT: f64 = 1e-3;
+
+fn crowded(files: &Files, frame: &str, seed: u64) -> (RmpFlow, TargetId) {
+    let mut flow = files.flow(10);
+    let mut random = Random(seed);
+    while flow.obstacles().len() < 10 {
+        let at = Vector3::new(
+            random.between(0.2, 0.9),
+            random.between(-0.6, 0.6),
+            random.between(0.0, 0.9),
+        );
+        flow.obstacles_mut()
+            .add(Obstacle::sphere(at, 0.04))
+            .unwrap();
+    }
+    let id = flow.add_target_frame(frame).unwrap();
+    let down = UnitQuaternion::from_euler_angles(std::f64::consts::PI, 0.1, 0.0);
+    flow.set_orientation_target(id, Some(down)).unwrap();
+    (flow, id)
+}
+
+fn assert_no_violation(files: &Files, frame: &str, seed: u64) {
+    let (mut flow, id) = crowded(files, frame, seed);
+    let limits = files.limits();
+    let mut state = MotionState::at_rest(&flow.posture().to_vec());
+    let mut random = Random(seed ^ 77);
+    let over = 1.0 + 1e-6;
+    for tick in 0..8000 {
+        if tick % 800 == 0 {
+            // Far and near, within reach and not: jumps of the target are the worst.
+            let at = Vector3::from_fn(|_, _| random.between(-1.0, 1.0));
+            flow.set_position_target(id, Some(at)).unwrap();
+        }
+        let (v, a) = (state.velocities.clone(), state.accelerations.clone());
+        let report = flow.step_cell(&mut state, &limits, DT).unwrap();
+        assert_ne!(report.outcome, Outcome::Singular, "tick {tick}");
+        assert_eq!(report.clips.conflict, 0, "tick {tick}");
+        for i in 0..v.len() {
+            let acceleration = (state.velocities[i] - v[i]) / DT;
+            let jerk = (acceleration - a[i]) / DT;
+            assert!(state.velocities[i].abs() <= limits.velocity[i] * over);
+            assert!(acceleration.abs() <= limits.acceleration[i] * over);
+            assert!(jerk.abs() <= limits.jerk[i] * over, "tick {tick} joint {i}");
+            assert!(state.positions[i] >= limits.lower[i] - 1e-9);
+            assert!(state.positions[i] <= limits.upper[i] + 1e-9);
+        }
+    }
+}
+
+#[test]
+fn jumping_targets_violate_no_limit() {
+    for seed in 1..5 {
+        assert_no_violation(&panda(), "panda_hand", seed);
+        if let Some(ur10) = reference("ur10") {
+            assert_no_violation(&ur10, "tool0", seed);
+        }
+    }
+}
+
+#[test]
+fn a_reachable_target_is_reached_within_the_limits() {
+    let files = panda();
+    let mut flow = files.flow(0);
+    let id = flow.add_target_frame("panda_hand").unwrap();
+    let target = Vector3::new(0.5, 0.2, 0.4);
+    flow.set_position_target(id, Some(target)).unwrap();
+    let limits = files.limits();
+    let mut state = MotionState::at_rest(&flow.posture().to_vec());
+    for _ in 0..5000 {
+        flow.step_cell(&mut state, &limits, DT).unwrap();
+    }
+    let pose = flow.target_frame_pose(id).unwrap();
+    assert!((pose.translation.vector - target).norm() < 0.01);
+}
+
+#[test]
+fn no_tick_allocates() {
+    let files = panda();
+    let (mut flow, id) = crowded(&files, "panda_hand", 3);
+    let limits = files.limits();
+    let mut state = MotionState::at_rest(&flow.posture().to_vec());
+    let mut exact = state.clone();
+    let posture = flow.posture().to_vec();
+    let before = ALLOCATIONS.with(Cell::get);
+    for tick in 0..2000_u32 {
+        let y = 0.4 * libm::sin(0.01 * f64::from(tick));
+        flow.set_position_target(id, Some(Vector3::new(0.5, y, 0.4)))
+            .unwrap();
+        flow.set_posture(&posture).unwrap();
+        let set = flow.obstacles_mut();
+        set.set_pose(ObstacleId(1), Isometry3::translation(0.6, y, 0.3))
+            .unwrap();
+        set.set_enabled(ObstacleId(2), tick % 2 == 0).unwrap();
+        flow.step_cell(&mut state, &limits, DT).unwrap();
+        flow.step_exact(&mut exact, DT).unwrap();
+        rmp::brake(&mut exact, &limits, DT).unwrap();
+    }
+    assert_eq!(ALLOCATIONS.with(Cell::get), before);
+}
+
+#[test]
+fn bad_steps_leave_the_state_alone() {
+    let files = panda();
+    let mut flow = files.flow(0);
+    let mut state = MotionState::at_rest(&[0.0; 7]);
+    let short = MotionState::at_rest(&[0.0; 6]);
+    assert!(flow.step_exact(&mut short.clone(), DT).is_err());
+    assert!(flow.step_exact(&mut state, 0.0).is_err());
+    let mut limits = files.limits();
+    limits.jerk[3] = f64::NAN;
+    assert!(flow.step_cell(&mut state, &limits, DT).is_err());
+    assert_eq!(state, MotionState::at_rest(&[0.0; 7]));
+}
