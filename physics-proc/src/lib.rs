@@ -9,6 +9,8 @@ mod arm;
 mod contacts;
 mod convert;
 pub mod drag;
+#[cfg(test)]
+mod fault_tests;
 mod gripper;
 mod hash;
 mod measured;

@@ -17,6 +17,8 @@ pub(crate) struct Memory {
     pub(crate) panel: Panel,
     /// Bodies the engine disabled since the start.
     pub(crate) quarantined: u32,
+    /// The engine cannot go on.
+    pub(crate) broken: bool,
 }
 
 /// The part of one arm.
@@ -53,6 +55,7 @@ impl Memory {
             drags: Vec::new(),
             panel: Panel::NEW,
             quarantined: 0,
+            broken: false,
         }
     }
 

@@ -1,5 +1,7 @@
 //! The world: one pure step per tick.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use cell_model::{Cell, Dynamics, ModelError};
 use ipc_types::{ArmCommand, Decision, MAX_ARMS, TICK_NS};
 use nalgebra::Vector3;
@@ -145,7 +147,7 @@ impl World {
             self.note_input(index);
         }
         self.apply_drags();
-        self.engine.step_with_events(&FreshContacts, &());
+        self.step_engine();
         self.memory.tick += 1;
         self.read_quarantine();
         self.read_back();
@@ -264,8 +266,29 @@ impl World {
         });
     }
 
+    /// The engine panics when a driven joint is no longer finite. Then every arm
+    /// is at fault and the scene stands still until it is reset, which replaces
+    /// the engine.
+    fn step_engine(&mut self) {
+        if self.memory.broken {
+            return;
+        }
+        let engine = &mut self.engine;
+        let step = AssertUnwindSafe(|| engine.step_with_events(&FreshContacts, &()));
+        if catch_unwind(step).is_err() {
+            self.memory.broken = true;
+            self.memory.quarantined += 1;
+            for arm in &mut self.memory.arms {
+                arm.watchdog.fault = true;
+            }
+        }
+    }
+
     /// Bodies the engine had to disable: an arm with such a link is at fault.
     fn read_quarantine(&mut self) {
+        if self.memory.broken {
+            return;
+        }
         for body in self.engine.quarantine().bodies() {
             self.memory.quarantined += 1;
             let at_fault = self.arms.iter().position(|arm| arm.bodies.contains(body));
@@ -287,8 +310,10 @@ impl World {
                 measured.read(arm, &self.engine);
             }
         }
-        self.contacts.read(&self.engine, &self.arms);
-        self.refresh_held();
+        if !self.memory.broken {
+            self.contacts.read(&self.engine, &self.arms);
+            self.refresh_held();
+        }
     }
 
     /// Contacts of held objects are computed anew in every tick, as those of
