@@ -96,7 +96,7 @@ impl Bus {
     /// As [`Self::subscriber`], for a topic added by
     /// [`crate::Keeper::add_topic`].
     pub fn subscriber_of<T: Message>(&self, name: &str) -> Result<Subscriber<T>, BusError> {
-        Subscriber::new(&self.open_topic::<T>(name)?, name, self.identity.run)
+        Subscriber::new(self.open_topic::<T>(name)?, name, self.identity.run)
     }
 
     /// A reading end that keeps a copy of the newest message.

@@ -1,7 +1,7 @@
 //! The reading end of a topic.
 
 use iceoryx2::port::subscriber::Subscriber as Port;
-use iceoryx2::prelude::ipc;
+use iceoryx2::prelude::{PortFactory as _, ipc};
 use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use ipc_types::Invalid;
@@ -17,6 +17,9 @@ use crate::fence::{Counts, Fence, Verdict};
 #[derive(Debug)]
 pub struct Subscriber<T: Message> {
     port: Port<ipc::Service, T, ()>,
+    service: PortFactory<ipc::Service, T, ()>,
+    /// Messages of one writer that can wait.
+    depth: usize,
     current: Option<Sample<ipc::Service, T, ()>>,
     fence: Fence,
     invalid: Option<Invalid>,
@@ -25,7 +28,7 @@ pub struct Subscriber<T: Message> {
 
 impl<T: Message> Subscriber<T> {
     pub(crate) fn new(
-        service: &PortFactory<ipc::Service, T, ()>,
+        service: PortFactory<ipc::Service, T, ()>,
         name: &str,
         run: u64,
     ) -> Result<Self, BusError> {
@@ -38,7 +41,9 @@ impl<T: Message> Subscriber<T> {
             })?;
         let fence = Fence::new(run, T::SCHEMA);
         Ok(Self {
+            depth: port.buffer_size(),
             port,
+            service,
             current: None,
             fence,
             invalid: None,
@@ -54,6 +59,9 @@ impl<T: Message> Subscriber<T> {
         while let Some(sample) = self.receive() {
             self.current = Some(sample);
             fresh = true;
+            if self.is_the_only_one() {
+                break;
+            }
         }
         if fresh { self.current() } else { None }
     }
@@ -95,6 +103,13 @@ impl<T: Message> Subscriber<T> {
     /// while it joined.
     pub fn errors(&self) -> u64 {
         self.errors
+    }
+
+    /// Whether a message just taken must be the newest: its writer can have no
+    /// second one waiting, and there is no other writer. Looking in vain costs
+    /// more than this question.
+    fn is_the_only_one(&self) -> bool {
+        self.depth == 1 && self.service.dynamic_config().number_of_publishers() == 1
     }
 
     /// The next message that may be used.
