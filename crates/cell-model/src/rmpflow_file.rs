@@ -67,6 +67,7 @@ section!(CanonicalResolve => CanonicalResolveParameters {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+#[allow(clippy::struct_field_names, reason = "the keys of the file")]
 struct Leaves {
     cspace_target_rmp: CspaceTarget,
     joint_limit_rmp: JointLimit,

@@ -61,7 +61,7 @@ fn panda(capacity: usize) -> Result<RmpFlow, Box<dyn Error>> {
     })?;
     let id = flow.add_target_frame(xrdf.tool_frames.first().map_or("panda_hand", |f| f))?;
     flow.set_position_target(id, Some(Vector3::new(0.5, 0.1, 0.4)))?;
-    let down = UnitQuaternion::from_euler_angles(3.14, 0.1, 0.0);
+    let down = UnitQuaternion::from_euler_angles(3.1, 0.1, 0.0);
     flow.set_orientation_target(id, Some(down))?;
     Ok(flow)
 }

@@ -1,6 +1,10 @@
 //! Four-lane arithmetic: one trait with three implementations (plain arrays,
 //! `wide`, AVX2 in `simd.rs`) that agree bit for bit. Every operation is one IEEE
 //! operation per lane; nothing is fused or reordered.
+#![allow(
+    clippy::inline_always,
+    reason = "lanes are compiled for the instruction set of the function they are inlined into"
+)]
 
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -85,9 +89,11 @@ pub(crate) fn power_of_two_bits(rounded: f64) -> f64 {
 }
 
 /// Plain arrays: the scalar twin the other two are compared with.
+#[cfg(test)]
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scalar([f64; LANES]);
 
+#[cfg(test)]
 impl Scalar {
     #[inline(always)]
     fn map(self, f: impl Fn(f64) -> f64) -> Self {
@@ -107,6 +113,7 @@ impl Scalar {
     }
 }
 
+#[cfg(test)]
 macro_rules! scalar_operator {
     ($trait:ident, $method:ident, $operator:tt) => {
         impl $trait for Scalar {
@@ -118,11 +125,16 @@ macro_rules! scalar_operator {
         }
     };
 }
+#[cfg(test)]
 scalar_operator!(Add, add, +);
+#[cfg(test)]
 scalar_operator!(Sub, sub, -);
+#[cfg(test)]
 scalar_operator!(Mul, mul, *);
+#[cfg(test)]
 scalar_operator!(Div, div, /);
 
+#[cfg(test)]
 impl Lanes for Scalar {
     #[inline(always)]
     fn load(values: &[f64; LANES]) -> Self {

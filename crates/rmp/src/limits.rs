@@ -92,8 +92,7 @@ impl JointLimits {
             }
         }
         for (joint, (&lower, &upper)) in self.lower.iter().zip(&self.upper).enumerate() {
-            // Written so that NaN fails, too.
-            if !(lower < upper) {
+            if lower.is_nan() || upper.is_nan() || lower >= upper {
                 return Err(LimitsError::EmptyRange {
                     joint,
                     lower,

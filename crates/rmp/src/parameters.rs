@@ -1,4 +1,4 @@
-//! The numbers of an RMPflow tuning, named as in `format: rmpflow` files.
+//! The numbers of an `RMPflow` tuning, named as in `format: rmpflow` files.
 
 use nalgebra::Vector3;
 

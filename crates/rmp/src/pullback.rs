@@ -3,7 +3,7 @@
 //! to the base in one pass, as a composite rigid body would be.
 //!
 //! For a leaf with Jacobian J, weight M and force f = M a the root receives
-//! `J^T M J` and `J^T (f - M Jdot qd)` (RMPflow, arXiv 1811.07049).
+//! `J^T M J` and `J^T (f - M Jdot qd)` (`RMPflow`, arXiv 1811.07049).
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 

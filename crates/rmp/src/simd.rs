@@ -3,10 +3,15 @@
 //! A binary for any x86-64 contains the AVX2 kernel and asks the processor once.
 //! No fused multiply-add is used, so that every choice gives the same bits.
 #![allow(
+    clippy::inline_always,
+    reason = "lanes are compiled for the instruction set of the function they are inlined into"
+)]
+#![allow(
     unsafe_code,
     reason = "intrinsics, and calls of functions compiled for AVX2, are unsafe; each is guarded by Path::best"
 )]
 
+#[cfg(test)]
 use crate::lanes::Scalar;
 use crate::leaves::collision::{Constants, Query, Sum, accumulate};
 use crate::obstacles::Block;
@@ -14,7 +19,8 @@ use crate::obstacles::Block;
 /// Which implementation of the lanes runs the collision kernel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Path {
-    /// Plain arrays.
+    /// Plain arrays: what the tests compare with.
+    #[cfg(test)]
     Scalar,
     /// The `wide` crate for whatever the build targets.
     Portable,
@@ -37,6 +43,7 @@ impl Path {
     #[inline]
     pub(crate) fn run(self, constants: &Constants, query: &Query, blocks: &[Block]) -> Sum {
         match self {
+            #[cfg(test)]
             Self::Scalar => accumulate::<Scalar>(constants, query, blocks),
             Self::Portable => accumulate::<wide::f64x4>(constants, query, blocks),
             #[cfg(target_arch = "x86_64")]

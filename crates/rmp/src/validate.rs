@@ -74,6 +74,7 @@ impl RmpFlowParameters {
         Ok(())
     }
 
+    #[allow(clippy::too_many_lines, reason = "a table, one number a row")]
     fn joint_rows(&self) -> [Row; 17] {
         const POSTURE: &str = "rmp_params.cspace_target_rmp";
         const LIMIT: &str = "rmp_params.joint_limit_rmp";

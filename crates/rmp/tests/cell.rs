@@ -1,5 +1,15 @@
 //! What the limits promise: no command violates velocity, acceleration or jerk as
 //! physics counts them, no joint leaves its range, no tick allocates.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::print_stdout,
+    clippy::unreadable_literal,
+    clippy::needless_range_loop,
+    clippy::unnecessary_to_owned,
+    clippy::many_single_char_names,
+    reason = "a test fails by panicking, says what it skips, and compares with published digits"
+)]
 
 mod common;
 
@@ -20,7 +30,10 @@ struct Counting;
 #[allow(unsafe_code, reason = "counts allocations in this test only")]
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+        // Past the end of a thread nothing is counted.
+        ALLOCATIONS
+            .try_with(|count| count.set(count.get() + 1))
+            .unwrap_or_default();
         // SAFETY: as promised by our caller.
         unsafe { System.alloc(layout) }
     }
@@ -58,7 +71,7 @@ fn assert_no_violation(files: &Files, frame: &str, seed: u64) {
     let (mut flow, id) = crowded(files, frame, seed);
     let limits = files.limits();
     let mut state = MotionState::at_rest(&flow.posture().to_vec());
-    let mut random = Random(seed ^ 77);
+    let mut random = Random(seed + 77);
     let over = 1.0 + 1e-6;
     for tick in 0..8000 {
         if tick % 800 == 0 {

@@ -7,6 +7,10 @@
 //!
 //! In penetration `x` counts as zero: the published weight has a pole there and
 //! turns negative beyond it. The normal still points the way out.
+#![allow(
+    clippy::inline_always,
+    reason = "lanes are compiled for the instruction set of the function they are inlined into"
+)]
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -44,8 +44,7 @@ impl Cholesky {
                 row[j] = (entry(i, j) - product) * self.inverse_diagonal[j];
             }
             let pivot = entry(i, i) - dot(&row[..i], &row[..i]);
-            // Written so that NaN fails, too.
-            if !(pivot > 0.0) {
+            if pivot.is_nan() || pivot <= 0.0 {
                 return false;
             }
             let root = pivot.sqrt();

@@ -7,11 +7,11 @@ use cell_model::xrdf::Xrdf;
 use rmp::{Chain, CollisionSphere, JointLimits, RmpFlow, RmpFlowParameters, RmpFlowSetup};
 
 /// A robot as read from its files.
-pub struct Files {
-    pub chain: Chain,
-    pub velocity: Vec<f64>,
-    pub xrdf: Xrdf,
-    pub parameters: RmpFlowParameters,
+pub(crate) struct Files {
+    pub(crate) chain: Chain,
+    pub(crate) velocity: Vec<f64>,
+    pub(crate) xrdf: Xrdf,
+    pub(crate) parameters: RmpFlowParameters,
 }
 
 fn root() -> PathBuf {
@@ -19,13 +19,13 @@ fn root() -> PathBuf {
 }
 
 /// Our own Panda.
-pub fn panda() -> Files {
+pub(crate) fn panda() -> Files {
     load(&root().join("robots/panda"), "panda")
 }
 
 /// A published reference robot (`franka`, `ur10`); `None`, said aloud, where
 /// those files are not beside the checkout.
-pub fn reference(name: &str) -> Option<Files> {
+pub(crate) fn reference(name: &str) -> Option<Files> {
     let dir = root().join("../shared/reference").join(name);
     if dir.is_dir() {
         return Some(load(&dir, name));
@@ -56,7 +56,7 @@ fn load(dir: &Path, name: &str) -> Files {
 }
 
 impl Files {
-    pub fn flow(&self, obstacle_capacity: usize) -> RmpFlow {
+    pub(crate) fn flow(&self, obstacle_capacity: usize) -> RmpFlow {
         let spheres: Vec<CollisionSphere> = self
             .xrdf
             .world_spheres
@@ -78,7 +78,7 @@ impl Files {
         .expect("controller")
     }
 
-    pub fn limits(&self) -> JointLimits {
+    pub(crate) fn limits(&self) -> JointLimits {
         let of = |value: fn(&rmp::Joint) -> f64| {
             let joint = |name: &String| {
                 value(&self.chain.joints()[self.chain.joint_index(name).expect(name)])
@@ -96,10 +96,10 @@ impl Files {
 }
 
 /// A reproducible stream of numbers in [0, 1).
-pub struct Random(pub u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    pub fn next(&mut self) -> f64 {
+    pub(crate) fn next(&mut self) -> f64 {
         self.0 = self
             .0
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -107,7 +107,7 @@ impl Random {
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.next()
     }
 }
