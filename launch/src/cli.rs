@@ -6,6 +6,8 @@ use cell_model::run_spec::Speed;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
+use crate::cli_values::{cell_name, finite, positive_seconds, seed_range};
+
 /// Name of a cell when nothing else is said.
 pub const DEFAULT_CELL: &str = "cell";
 
@@ -140,7 +142,7 @@ pub struct RunArgs {
     /// Its collision spheres and limits
     #[arg(long, value_name = "FILE", requires = "robot")]
     pub xrdf: Option<PathBuf>,
-    /// Its RMPflow tuning
+    /// Its tuning, a file of `format: rmpflow`
     #[arg(long, value_name = "FILE", requires = "robot")]
     pub rmpflow: Option<PathBuf>,
     /// Print one JSON object when the run has ended
@@ -370,76 +372,4 @@ pub struct EvalArgs {
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub data: DataArgs,
-}
-
-fn cell_name(text: &str) -> Result<String, String> {
-    let fine = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-    if (1..=24).contains(&text.len()) && text.chars().all(fine) && !text.starts_with('-') {
-        return Ok(text.to_owned());
-    }
-    Err("a cell's name has 1 to 24 letters, digits, `-` or `_`".to_owned())
-}
-
-fn finite(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value.abs() <= 1000.0 => Ok(value),
-        _ => Err("a finite number between -1000 and 1000".to_owned()),
-    }
-}
-
-fn positive_seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value <= 1.0e6 => Ok(value),
-        _ => Err("seconds, more than 0 and at most 1000000".to_owned()),
-    }
-}
-
-fn seed_range(text: &str) -> Result<(u64, u64), String> {
-    let wanted = || "A..B with A up to B, for example 1..50".to_owned();
-    let (first, end) = text.split_once("..").ok_or_else(wanted)?;
-    let parse = |part: &str| part.parse::<u64>().map_err(|_| wanted());
-    let (first, end) = (parse(first)?, parse(end)?);
-    if first <= end {
-        Ok((first, end))
-    } else {
-        Err(wanted())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use clap::CommandFactory;
-
-    #[test]
-    fn the_command_line_is_consistent() {
-        Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn a_target_takes_negative_numbers_and_refuses_nan() {
-        let cli = Cli::try_parse_from(["robocell", "target", "0.4", "-0.1", "0.3"]).unwrap();
-        let Command::Target(target) = cli.command else {
-            panic!("target")
-        };
-        assert_eq!(target.values, [0.4, -0.1, 0.3]);
-        assert!(Cli::try_parse_from(["robocell", "target", "nan", "0", "0"]).is_err());
-    }
-
-    #[test]
-    fn a_cell_name_cannot_leave_the_run_directory() {
-        for bad in ["", "..", "a/b", "-x", "a b", "ä"] {
-            assert!(cell_name(bad).is_err(), "{bad}");
-        }
-        assert!(cell_name("left_arm-2").is_ok());
-    }
-
-    #[test]
-    fn seeds_are_a_range_with_both_ends() {
-        assert_eq!(seed_range("3..10"), Ok((3, 10)));
-        assert_eq!(seed_range("5..5"), Ok((5, 5)));
-        for bad in ["3", "9..2", "..", "a..b"] {
-            assert!(seed_range(bad).is_err(), "{bad}");
-        }
-    }
 }

@@ -3,6 +3,12 @@
 //!
 //! The programs are taken from the target folder this test was built into;
 //! `cargo build --workspace --bins` builds them.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test that cannot go on has failed"
+)]
 #![forbid(unsafe_code)]
 
 pub mod assert;

@@ -33,8 +33,12 @@ fn build_and_become() -> Result<ExitCode, String> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut build = Command::new(cargo);
     build
-        .args(["build", "--quiet", "--release", "--bins", "--manifest-path"])
+        .args(["build", "--release", "--bins", "--manifest-path"])
         .arg(&manifest);
+    // The first build takes minutes and has to be seen; later ones only wait.
+    if own.with_file_name("cell-sim").is_file() {
+        build.arg("--quiet");
+    }
     for package in PACKAGES {
         build.args(["--package", package]);
     }

@@ -111,7 +111,7 @@ fn once(view: &View) -> Result<(), Failure> {
     for y in 0..buffer.area.height {
         let line: String = (0..buffer.area.width)
             .filter_map(|x| buffer.cell((x, y)))
-            .map(|c| c.symbol())
+            .map(ratatui::buffer::Cell::symbol)
             .collect();
         say::line(line.trim_end());
     }

@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use cell_bus::{Bus, Keeper, OperatorClient, RunSite};
 use cell_model::run_spec::RunSpec;
 use cell_model::summary::{RunFacts, RunSummary};
 use cell_rt::clock::monotonic_ns;
 use cell_rt::process::{SIGCONT, SIGSTOP, private_umask};
 use cell_rt::signal::{install_stop_handler, stop_count};
+use cell_bus::{Bus, Keeper, OperatorClient, RunSite};
 use ipc_types::decision::Outcome;
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::Process;
@@ -45,8 +45,8 @@ pub(crate) struct LiveCell {
     children: Children,
     watch: Watch,
     operator: OperatorClient,
-    _bus: Bus,
-    _keeper: Keeper,
+    bus: Bus,
+    keeper: Keeper,
     control: Server,
     supervisor: Supervisor,
     faults: Faults,
@@ -96,8 +96,8 @@ impl LiveCell {
             children: Children::new(plan.dir.clone()),
             watch,
             operator,
-            _bus: bus,
-            _keeper: keeper,
+            bus,
+            keeper,
             control,
             supervisor: Supervisor::new(&processes, rules),
             faults: Faults::new(&plan.spec.script, &processes),
@@ -156,13 +156,13 @@ impl LiveCell {
             children,
             watch,
             operator,
-            _bus,
-            _keeper,
+            bus,
+            keeper,
             control,
             _lock,
             ..
         } = self;
-        drop((children, watch, operator, _bus, _keeper, control));
+        drop((children, watch, operator, bus, keeper, control));
         if let Err(failure) = leftovers::tidy(&dir, &root) {
             say::warn(failure);
         }

@@ -185,7 +185,7 @@ impl Supervisor {
     fn keep(&mut self, now: u64, out: &mut Vec<Action>) {
         let mut all_before_up = true;
         for slot in &mut self.slots {
-            slot.keep(now, &self.rules, all_before_up, out);
+            slot.keep(now, self.rules, all_before_up, out);
             all_before_up &= slot.state == State::Up;
         }
     }

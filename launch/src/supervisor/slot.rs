@@ -13,7 +13,9 @@ const READY_DEADLINE: u64 = 2_000 * MS;
 const MIN_RUN: u64 = 50 * MS;
 /// Between SIGTERM and SIGKILL.
 const STOP_GRACE: u64 = 1_000 * MS;
-/// First delay before a restart; doubles with each crash.
+/// A process that ran for longer than this is started again at once.
+const LONG_LIFE: u64 = 1_000 * MS;
+/// First delay before a restart; doubles with each short life.
 const BACKOFF_FIRST: u64 = 50 * MS;
 /// Longest delay before a restart.
 const BACKOFF_MAX: u64 = 2_000 * MS;
@@ -56,6 +58,8 @@ pub(super) struct Slot {
     spawned_at: u64,
     crashes: VecDeque<u64>,
     hung_starts: u32,
+    /// Lives shorter than [`LONG_LIFE`] in a row.
+    short_lives: u32,
     /// The next exit was asked for and counts as no crash.
     commanded: bool,
     /// A restart was asked for: `Some(gently)`.
@@ -75,6 +79,7 @@ impl Slot {
             spawned_at: 0,
             crashes: VecDeque::new(),
             hung_starts: 0,
+            short_lives: 0,
             commanded: false,
             wanted: None,
             fifo: false,
@@ -155,6 +160,8 @@ impl Slot {
             ));
         }
         self.crashes.push_back(now);
+        let is_short = now.saturating_sub(self.spawned_at) < LONG_LIFE;
+        self.short_lives = if is_short { self.short_lives + 1 } else { 0 };
         while self
             .crashes
             .front()
@@ -171,15 +178,15 @@ impl Slot {
         })
     }
 
-    /// The first crash is answered at once, the following ones with a delay.
+    /// The first short life is answered at once, the following with a delay.
     fn backoff(&self) -> u64 {
-        match self.crashes.len() {
+        match self.short_lives {
             0 | 1 => 0,
-            n => BACKOFF_MAX.min(BACKOFF_FIRST << (n - 2)),
+            n => BACKOFF_MAX.min(BACKOFF_FIRST << (n - 2).min(10)),
         }
     }
 
-    pub(super) fn keep(&mut self, now: u64, rules: &Rules, may_start: bool, out: &mut Vec<Action>) {
+    pub(super) fn keep(&mut self, now: u64, rules: Rules, may_start: bool, out: &mut Vec<Action>) {
         let gap = now.saturating_sub(self.polled_at).min(MAX_POLL_GAP);
         self.polled_at = now;
         match self.state {
@@ -206,7 +213,7 @@ impl Slot {
         });
     }
 
-    fn watch(&mut self, now: u64, rules: &Rules, out: &mut Vec<Action>) {
+    fn watch(&mut self, now: u64, rules: Rules, out: &mut Vec<Action>) {
         let age = now.saturating_sub(self.spawned_at);
         if let Some(gently) = self.wanted
             && age >= MIN_RUN
@@ -252,7 +259,7 @@ impl Slot {
 
     /// For how long `cycles` may stand still. Without real-time scheduling a
     /// busy machine alone can hold a process back for longer than 100 ms.
-    fn hang_limit(&self, rules: &Rules) -> u64 {
+    fn hang_limit(&self, rules: Rules) -> u64 {
         match self.process {
             Process::Monitor => 2_000 * MS,
             _ if rules.lockstep => HANG_LOCKSTEP,

@@ -167,6 +167,18 @@ fn a_crash_loop_slows_down_and_is_given_up() {
 }
 
 #[test]
+fn a_process_that_had_run_for_a_while_comes_back_without_delay() {
+    let mut bench = Bench::up(REAL_TIME);
+    for _ in 0..4 {
+        bench.run(2_000);
+        bench.end(Task, Exit::Signal(9));
+        let died = bench.now / MS;
+        bench.run(10);
+        assert!(bench.spawns(Task).last().is_some_and(|at| at - died <= 5));
+    }
+}
+
+#[test]
 fn crashes_far_apart_never_add_up() {
     let mut bench = Bench::up(REAL_TIME);
     for _ in 0..20 {

@@ -104,7 +104,11 @@ fn figures(health: &Health) -> Vec<String> {
 }
 
 fn draw_arms(frame: &mut Frame<'_>, area: Rect, view: &View) {
-    let arms = view.picture.state().map(|s| s.arms()).unwrap_or_default();
+    let arms = view
+        .picture
+        .state()
+        .map(ipc_types::WorldState::arms)
+        .unwrap_or_default();
     let mut lines: Vec<Line<'_>> = arms
         .iter()
         .enumerate()
@@ -122,10 +126,8 @@ fn draw_arms(frame: &mut Frame<'_>, area: Rect, view: &View) {
 fn arm_lines(index: usize, arm: &ArmState) -> [Line<'static>; 3] {
     let count = (arm.joint_count as usize).min(arm.joint_positions.len());
     let list = |values: &[f64]| {
-        values
-            .iter()
-            .map(|v| format!("{v:>8.3}"))
-            .collect::<String>()
+        let texts: Vec<_> = values.iter().map(|v| format!("{v:>8.3}")).collect();
+        texts.concat()
     };
     let [x, y, z] = arm.tcp.position;
     let gripper = &arm.gripper;
