@@ -1,5 +1,11 @@
 //! Processes that die at the worst moment, and what is left of a run.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test fails by panicking"
+)]
+
 mod common;
 
 use std::io::{BufRead, BufReader};

@@ -1,5 +1,11 @@
 //! Requests and answers between people and physics.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test fails by panicking"
+)]
+
 mod common;
 
 use std::sync::atomic::{AtomicBool, Ordering};

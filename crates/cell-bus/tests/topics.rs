@@ -1,5 +1,11 @@
 //! What a reader of a topic gets, and what it is spared.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test fails by panicking"
+)]
+
 mod common;
 
 use common::{RUN, TestRun, decision};

@@ -2,6 +2,7 @@
 
 const TABLE: [u32; 256] = table();
 
+#[allow(clippy::cast_possible_truncation, reason = "the index is below 256")]
 const fn table() -> [u32; 256] {
     let mut table = [0; 256];
     let mut i = 0;

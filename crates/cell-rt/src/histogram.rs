@@ -2,11 +2,11 @@
 //! few instructions.
 
 /// Steps per factor of two: a value is known to 1/64, which is 1.6 %.
-const STEPS: u64 = 64;
-const STEP_BITS: u32 = STEPS.trailing_zeros();
+const STEP_BITS: u32 = 6;
+const STEPS: u64 = 1 << STEP_BITS;
 /// Factors of two above the exact range; the last step ends near 73 minutes.
 const OCTAVES: usize = 36;
-const BUCKETS: usize = STEPS as usize * (OCTAVES + 1);
+const BUCKETS: usize = (1 << STEP_BITS) * (OCTAVES + 1);
 
 /// Counts of durations in nanoseconds. Exact below 64 ns, within 1.6 % up to
 /// an hour; longer ones count as the longest. The maximum is exact.
@@ -23,6 +23,10 @@ impl Default for Histogram {
     }
 }
 
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "the shift leaves a number of buckets"
+)]
 fn bucket_of(value: u64) -> usize {
     if value < STEPS {
         return value as usize;
@@ -74,6 +78,11 @@ impl Histogram {
 
     /// The smallest duration that at least `percent` (0 to 100) of all do not
     /// exceed, rounded up to the bucket's end; 0 when empty.
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a float that is too large or negative becomes the nearest rank"
+    )]
     pub fn percentile(&self, percent: f64) -> u64 {
         let wanted = (percent / 100.0 * self.count as f64).ceil().max(1.0) as u64;
         let mut seen = 0;

@@ -51,6 +51,10 @@ pub const STACK_PREFAULT: usize = 256 * 1024;
 /// Touches the stack below the caller once, so that no cycle meets a page fault
 /// there.
 #[inline(never)]
+#[allow(
+    clippy::large_stack_arrays,
+    reason = "a large array on the stack is the purpose"
+)]
 pub fn prefault_stack() {
     let mut block = [0_u8; STACK_PREFAULT];
     for page in block.chunks_mut(4096) {

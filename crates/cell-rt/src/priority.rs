@@ -2,15 +2,15 @@
 
 use std::io;
 
-/// SCHED_FIFO priority of physics.
+/// `SCHED_FIFO` priority of physics.
 pub const PHYSICS_PRIORITY: i32 = 80;
-/// SCHED_FIFO priority of a controller.
+/// `SCHED_FIFO` priority of a controller.
 pub const CONTROLLER_PRIORITY: i32 = 75;
 
 /// What a process was granted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Granted {
-    /// SCHED_FIFO was granted.
+    /// `SCHED_FIFO` was granted.
     pub fifo: bool,
     /// All memory is locked.
     pub memory_locked: bool,
@@ -20,7 +20,7 @@ pub struct Granted {
     pub refused: Vec<String>,
 }
 
-/// Asks for everything a 1 kHz loop wants: SCHED_FIFO at `priority`, the core
+/// Asks for everything a 1 kHz loop wants: `SCHED_FIFO` at `priority`, the core
 /// `core` (`None`: any), locked memory, timer slack of 1 ns. Never fails: what
 /// is refused stands in the result.
 pub fn request(priority: i32, core: Option<usize>) -> Granted {
@@ -56,7 +56,7 @@ pub fn request(priority: i32, core: Option<usize>) -> Granted {
     granted
 }
 
-/// Puts the calling thread into SCHED_FIFO at `priority` (1 to 99).
+/// Puts the calling thread into `SCHED_FIFO` at `priority` (1 to 99).
 pub fn set_fifo(priority: i32) -> io::Result<()> {
     let param = libc::sched_param {
         sched_priority: priority,
@@ -72,7 +72,7 @@ pub fn set_other() -> io::Result<()> {
     check(unsafe { libc::sched_setscheduler(0, libc::SCHED_OTHER, &raw const param) })
 }
 
-/// Whether the calling thread may ask for SCHED_FIFO at `priority`; puts it
+/// Whether the calling thread may ask for `SCHED_FIFO` at `priority`; puts it
 /// back afterwards.
 pub fn probe_fifo(priority: i32) -> bool {
     set_fifo(priority).is_ok() && set_other().is_ok()
