@@ -107,14 +107,14 @@ impl Bus {
     /// The button of a sleeping process's doorbell.
     pub fn doorbell(&self, process: Process) -> Result<Doorbell, BusError> {
         let name = ipc_types::topic::doorbell(process);
-        let service = self.open(&name, || self.builder(&name)?.event().open().map_err(text))?;
+        let service = open(&name, || self.builder(&name)?.event().open().map_err(text))?;
         Doorbell::new(&service, &name)
     }
 
     /// The bell itself, for the process that sleeps.
     pub fn sleeper(&self, process: Process) -> Result<Sleeper, BusError> {
         let name = ipc_types::topic::doorbell(process);
-        let service = self.open(&name, || self.builder(&name)?.event().open().map_err(text))?;
+        let service = open(&name, || self.builder(&name)?.event().open().map_err(text))?;
         Sleeper::new(&service, &name)
     }
 
@@ -130,7 +130,7 @@ impl Bus {
 
     fn open_operator(&self) -> Result<crate::operator::Factory, BusError> {
         let name = ipc_types::topic::OPERATOR_SERVICE;
-        self.open(name, || {
+        open(name, || {
             self.builder(name)?
                 .request_response::<OperatorRequest, OperatorReply>()
                 .open()
@@ -142,39 +142,13 @@ impl Bus {
         &self,
         name: &str,
     ) -> Result<PortFactory<ipc::Service, T, ()>, BusError> {
-        self.open(name, || {
+        open(name, || {
             match self.builder(name)?.publish_subscribe::<T>().open() {
                 Ok(service) => Ok(service),
                 Err(OpenError::IncompatibleTypes) => Err(self.version_error::<T>(name)),
                 Err(error) => Err(text(error)),
             }
         })
-    }
-
-    /// Tries until it works, the error is final, or the time is over.
-    fn open<S>(
-        &self,
-        name: &str,
-        mut open: impl FnMut() -> Result<S, Refusal>,
-    ) -> Result<S, BusError> {
-        let start_ns = monotonic_ns();
-        loop {
-            let reason = match open() {
-                Ok(service) => return Ok(service),
-                Err(Refusal::Final(error)) => return Err(error),
-                Err(Refusal::Passing(reason)) => reason,
-            };
-            let waited = Duration::from_nanos(monotonic_ns().saturating_sub(start_ns));
-            if waited >= OPEN_LIMIT {
-                let waited_ms = u64::try_from(waited.as_millis()).unwrap_or(u64::MAX);
-                return Err(BusError::Open {
-                    service: name.to_owned(),
-                    reason,
-                    waited_ms,
-                });
-            }
-            sleep_until(monotonic_ns() + RETRY_PAUSE_NS);
-        }
     }
 
     fn builder(
@@ -215,4 +189,26 @@ enum Refusal {
 
 fn text(error: impl core::fmt::Debug) -> Refusal {
     Refusal::Passing(format!("{error:?}"))
+}
+
+/// Tries until it works, the error is final, or the time is over.
+fn open<S>(name: &str, mut open: impl FnMut() -> Result<S, Refusal>) -> Result<S, BusError> {
+    let start_ns = monotonic_ns();
+    loop {
+        let reason = match open() {
+            Ok(service) => return Ok(service),
+            Err(Refusal::Final(error)) => return Err(error),
+            Err(Refusal::Passing(reason)) => reason,
+        };
+        let waited = Duration::from_nanos(monotonic_ns().saturating_sub(start_ns));
+        if waited >= OPEN_LIMIT {
+            let waited_ms = u64::try_from(waited.as_millis()).unwrap_or(u64::MAX);
+            return Err(BusError::Open {
+                service: name.to_owned(),
+                reason,
+                waited_ms,
+            });
+        }
+        sleep_until(monotonic_ns() + RETRY_PAUSE_NS);
+    }
 }

@@ -69,7 +69,7 @@ impl<T: Message> Subscriber<T> {
     /// The last good message, however old.
     #[inline]
     pub fn current(&self) -> Option<&T> {
-        self.current.as_ref().map(|sample| sample.payload())
+        self.current.as_deref()
     }
 
     /// Hands every message that waits to `each`, oldest first; returns how many
@@ -115,13 +115,11 @@ impl<T: Message> Subscriber<T> {
     /// The next message that may be used.
     fn receive(&mut self) -> Option<Sample<ipc::Service, T, ()>> {
         loop {
-            let sample = match self.port.receive() {
-                Ok(sample) => sample?,
-                Err(_) => {
-                    self.errors += 1;
-                    return None;
-                }
+            let Ok(received) = self.port.receive() else {
+                self.errors += 1;
+                return None;
             };
+            let sample = received?;
             let message = sample.payload();
             let checked = message.validate();
             if self.fence.judge(message.header(), checked.is_ok()) == Verdict::Accept {
