@@ -72,6 +72,18 @@ fn each_process_is_brought_back_after_kill_9() {
 }
 
 #[test]
+fn a_pause_is_no_hang() {
+    let cell = idle_cell();
+    let before = cell.wait_up();
+    let seen = std::time::Instant::now();
+    // Longer than any hang limit but the monitor's.
+    let after = cell.wait_status("a while in a pause", |_| seen.elapsed().as_millis() > 1_500);
+    for name in NAMES {
+        assert_eq!(pid(&before, name), pid(&after, name), "{name}");
+    }
+}
+
+#[test]
 fn a_stopped_process_is_replaced() {
     let cell = idle_cell();
     freeze_and_wait(&cell, "task");

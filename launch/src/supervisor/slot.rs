@@ -104,7 +104,10 @@ impl Slot {
             self.hung_starts = 0;
         }
         self.fifo = fifo;
-        if cycles != self.cycles {
+        // Task and monitor have no cycle while nothing new arrives, such as in
+        // a pause; their message comes from the same loop and shows they live.
+        let may_wait = matches!(self.process, Process::Task | Process::Monitor);
+        if cycles != self.cycles || may_wait {
             self.cycles = cycles;
             self.frozen_ns = 0;
         }

@@ -282,6 +282,21 @@ fn messages_without_new_cycles_are_a_hang_too() {
 }
 
 #[test]
+fn a_task_that_waits_in_a_pause_does_not_hang() {
+    let mut bench = Bench::up(REAL_TIME);
+    for _ in 0..400 {
+        bench.run_without(5, &[Task]);
+        bench.tell(Event::Health {
+            process: Task,
+            generation: 1,
+            cycles: 7,
+            fifo: false,
+        });
+    }
+    assert!(bench.log.is_empty(), "{:?}", bench.log);
+}
+
+#[test]
 fn a_launcher_that_was_not_scheduled_accuses_nobody() {
     let mut bench = Bench::up(REAL_TIME);
     bench.now += 3_000 * MS;
