@@ -2,6 +2,7 @@
 
 use cell_model::stop::{ControllerFlags, Stop, controller_stop};
 use cell_model::{Cell, Dynamics};
+use ipc_types::arm::StopAction;
 use ipc_types::decision::GoalKind;
 use ipc_types::{
     ArmCommand, ArmGoal, ArmState, ArmStatus, Decision, GripperCommand, GripperGoal, Header, Input,
@@ -62,8 +63,16 @@ impl Cycle {
             "move, keep",
             Box::new(CombinedController::new(motion.clone(), kept_width.clone())),
         )
-        .or(GripperGoal::Open, "move, open", Box::new(CombinedController::new(motion.clone(), hand(open))))
-        .or(GripperGoal::Close, "move, close", Box::new(CombinedController::new(motion.clone(), hand(0.0))));
+        .or(
+            GripperGoal::Open,
+            "move, open",
+            Box::new(CombinedController::new(motion.clone(), hand(open))),
+        )
+        .or(
+            GripperGoal::Close,
+            "move, close",
+            Box::new(CombinedController::new(motion.clone(), hand(0.0))),
+        );
         Ok(Self {
             arm,
             joint_count,
@@ -119,10 +128,12 @@ impl Cycle {
     }
 
     /// Starts from what the drives follow, so without a bump: at the first
-    /// state, when physics was restarted, and when the scene was reset.
+    /// state, when physics was restarted, when the scene was reset, and when
+    /// physics stopped the arm by itself because no command came.
     fn begin(&mut self, state: &WorldState, arm: &ArmState, drives: &RobotState) {
         let now = (state.header.generation, state.panel.scene_reset);
-        if self.began_with == Some(now) {
+        let stopped = arm.stop_action >= StopAction::Hold.code();
+        if self.began_with == Some(now) && !stopped {
             return;
         }
         self.began_with = Some(now);
@@ -152,8 +163,15 @@ impl Cycle {
 
     fn setpoint(&self, stop: Stop) -> Setpoint {
         let goal = self.latch.goal();
-        let kind = if stop.stops_motion() { GoalKind::Hold } else { self.latch.kind() };
-        let mut setpoint = Setpoint { obstacle_mask: goal.obstacle_mask, ..Setpoint::EMPTY };
+        let kind = if stop.stops_motion() {
+            GoalKind::Hold
+        } else {
+            self.latch.kind()
+        };
+        let mut setpoint = Setpoint {
+            obstacle_mask: goal.obstacle_mask,
+            ..Setpoint::EMPTY
+        };
         if goal.has_posture != 0 || kind == GoalKind::Joints {
             let posture = &goal.posture[..self.joint_count.min(MAX_JOINTS)];
             setpoint.joints.positions.set_from(0, posture);
@@ -183,7 +201,9 @@ impl Cycle {
 
     /// TCP of the integrated state in the base frame.
     fn tool(&self) -> Isometry3<f64> {
-        self.motion.with(|motion| motion.tool_pose()).unwrap_or_default()
+        self.motion
+            .with(|motion| motion.tool_pose())
+            .unwrap_or_default()
     }
 
     fn count(&mut self, tick: u64) {
@@ -192,7 +212,10 @@ impl Cycle {
             self.missed_cycles += tick.saturating_sub(last).saturating_sub(1);
         }
         self.last_tick = Some(tick);
-        let clipped = self.motion.with(|motion| motion.clipped_joints()).unwrap_or(0);
+        let clipped = self
+            .motion
+            .with(|motion| motion.clipped_joints())
+            .unwrap_or(0);
         self.clipped_cycles += u64::from(clipped != 0);
     }
 
@@ -237,13 +260,21 @@ impl Cycle {
 
     fn gripper_command(&self) -> GripperCommand {
         let fingers = [self.joint_count, self.joint_count + 1];
-        let width = fingers.iter().filter_map(|j| self.last.positions.get(*j)).sum();
+        let width = fingers
+            .iter()
+            .filter_map(|j| self.last.positions.get(*j))
+            .sum();
         let asked = self.latch.goal().grip_force;
         let force = self.gripper.as_ref().map_or(0.0, |g| {
             let wanted = if asked > 0.0 { asked } else { g.default_force };
             wanted.min(g.max_force)
         });
-        GripperCommand { width, force, suction: 0, reserved: 0 }
+        GripperCommand {
+            width,
+            force,
+            suction: 0,
+            reserved: 0,
+        }
     }
 
     fn write_status(&self, state: &WorldState, arm: &ArmState, stop: Stop, status: &mut ArmStatus) {
@@ -266,8 +297,14 @@ impl Cycle {
         status.orientation_error = angle(&tcp.rotation, &target.rotation);
         status.gripper_error = arm.gripper.width - gripper.width;
         status.setpoint = pose(&(self.base * self.tool()));
-        status.target = if goal.goal_id == 0 { Pose::IDENTITY } else { goal.target };
-        let report = self.motion.with(|m| (m.min_clearance(), m.clipped_joints()));
+        status.target = if goal.goal_id == 0 {
+            Pose::IDENTITY
+        } else {
+            goal.target
+        };
+        let report = self
+            .motion
+            .with(|m| (m.min_clearance(), m.clipped_joints()));
         (status.min_clearance, status.clipped_joints) = report.unwrap_or((1.0e3, 0));
         status.clipped_cycles = self.clipped_cycles;
         status.cycles = self.cycles;
@@ -284,7 +321,9 @@ fn drives(arm: &ArmState, joint_count: usize) -> RobotState {
     let mut state = RobotState::EMPTY;
     state.positions.set_from(0, &arm.setpoint_positions[..n]);
     state.velocities.set_from(0, &arm.setpoint_velocities[..n]);
-    state.accelerations.set_from(0, &arm.setpoint_accelerations[..n]);
+    state
+        .accelerations
+        .set_from(0, &arm.setpoint_accelerations[..n]);
     state
 }
 

@@ -95,9 +95,15 @@ mod tests {
         assert_eq!(latch.gripper(), GripperGoal::Keep);
         latch.take(&decision(1, GripperGoal::Close), 0);
         latch.take(&decision(2, GripperGoal::Keep), 0);
-        assert_eq!((latch.goal().goal_id, latch.gripper()), (2, GripperGoal::Close));
+        assert_eq!(
+            (latch.goal().goal_id, latch.gripper()),
+            (2, GripperGoal::Close)
+        );
         // A decision for fewer arms says nothing about this one.
         latch.take(&decision(3, GripperGoal::Open), 1);
-        assert_eq!((latch.goal().goal_id, latch.gripper()), (2, GripperGoal::Close));
+        assert_eq!(
+            (latch.goal().goal_id, latch.gripper()),
+            (2, GripperGoal::Close)
+        );
     }
 }

@@ -11,9 +11,7 @@ use cell_rt::{monotonic_ns, sleep_until};
 use cell_worker::{HealthReporter, SetupError, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_LOCKSTEP;
-use ipc_types::{
-    ArmCommand, ArmStatus, DECISION_TICKS, Decision, TICK_NS, Wire, WorldState,
-};
+use ipc_types::{ArmCommand, ArmStatus, DECISION_TICKS, Decision, TICK_NS, Wire, WorldState};
 
 use crate::cycle::Cycle;
 use crate::rmpflow_controller::RmpFlowError;
@@ -79,7 +77,11 @@ struct ControllerProcess {
 
 impl ControllerProcess {
     fn new(bus: &Bus, cycle: Cycle, arm: u8, fifo: bool) -> Result<Self, BusError> {
-        let limit = if fifo { DECISION_AGE_FIFO_TICKS } else { DECISION_AGE_OTHER_TICKS };
+        let limit = if fifo {
+            DECISION_AGE_FIFO_TICKS
+        } else {
+            DECISION_AGE_OTHER_TICKS
+        };
         Ok(Self {
             cycle,
             state: bus.subscriber(TopicId::WorldState)?,
@@ -110,13 +112,13 @@ impl ControllerProcess {
         {
             self.answer(generation, tick);
         }
-        let late_ns = woke_ns.saturating_sub(self.expected_ns.max(1));
+        // Before the first state nothing is expected, so nothing is late.
+        let expected_ns = if self.expected_ns == 0 { woke_ns } else { self.expected_ns };
+        let late_ns = if self.lockstep { 0 } else { woke_ns.saturating_sub(expected_ns) };
         self.expected_ns = woke_ns + TICK_NS;
         let now_ns = monotonic_ns();
-        if waited && !self.lockstep {
+        if waited {
             self.health.cycle(late_ns, now_ns.saturating_sub(woke_ns));
-        } else if waited {
-            self.health.cycle(0, now_ns.saturating_sub(woke_ns));
         } else {
             self.health.idle();
             self.command.update_connections();
@@ -125,21 +127,32 @@ impl ControllerProcess {
         let counts = self.decision.counts();
         let states = self.state.counts();
         let missed = self.report.missed_cycles;
-        self.health.totals(missed, counts.rejected + states.rejected, counts.fenced + states.fenced);
-        self.health.publish_if_due(self.answered.map_or(0, |(_, tick)| tick), now_ns);
+        self.health.totals(
+            missed,
+            counts.rejected + states.rejected,
+            counts.fenced + states.fenced,
+        );
+        self.health
+            .publish_if_due(self.answered.map_or(0, |(_, tick)| tick), now_ns);
     }
 
     /// The cycle: take the newest, decide on stopping, update, limit (all in
     /// [`Cycle::update`]), publish.
     fn answer(&mut self, generation: u32, tick: u64) {
-        if self.answered.is_none_or(|(g, t)| g != generation || t > tick) {
+        if self
+            .answered
+            .is_none_or(|(g, t)| g != generation || t > tick)
+        {
             self.gate.clear();
         }
         let decided = self.take_decision(generation, tick);
-        let Some(state) = self.state.current() else { return };
+        let Some(state) = self.state.current() else {
+            return;
+        };
         let decision = decided.then(|| self.gate.current()).flatten();
         let (command, report) = (&mut self.sent, &mut self.report);
-        self.cycle.update(state, decision, self.decision_limit_ticks, command, report);
+        self.cycle
+            .update(state, decision, self.decision_limit_ticks, command, report);
         // Status before command: who has seen the command may rely on it.
         let _sent = self.status.publish(|message| *message = *report).is_ok();
         let _sent = self.command.publish(|message| *message = *command).is_ok();
@@ -157,7 +170,10 @@ impl ControllerProcess {
         let patient_until_ns = monotonic_ns() + PATIENCE_NS;
         loop {
             self.gate.pull(&mut self.decision);
-            let found = self.gate.advance(tick).filter(|d| d.header.answers(generation));
+            let found = self
+                .gate
+                .advance(tick)
+                .filter(|d| d.header.answers(generation));
             let complete = found.map(|d| d.header.tick) >= wanted;
             if !self.lockstep || complete || monotonic_ns() > patient_until_ns || stop_requested() {
                 return found.is_some();
@@ -167,12 +183,18 @@ impl ControllerProcess {
     }
 
     fn newest(&self) -> Option<(u32, u64)> {
-        self.state.current().map(|s| (s.header.generation, s.header.tick))
+        self.state
+            .current()
+            .map(|s| (s.header.generation, s.header.tick))
     }
 
     /// `false` when none came in time.
     fn wait_for_state(&mut self) -> bool {
-        if self.lockstep { self.wait_in_lockstep() } else { self.wait_in_real_time() }
+        if self.lockstep {
+            self.wait_in_lockstep()
+        } else {
+            self.wait_in_real_time()
+        }
     }
 
     /// Sleeps until shortly before the next state is due, then polls.

@@ -92,11 +92,20 @@ impl RmpFlowController {
         let name = || robot.name.clone();
         limits
             .validate(joints)
-            .map_err(|source| RmpFlowError::Limits { robot: name(), source })?;
-        let mut flow = flow(cell, robot).map_err(|source| RmpFlowError::Setup { robot: name(), source })?;
+            .map_err(|source| RmpFlowError::Limits {
+                robot: name(),
+                source,
+            })?;
+        let mut flow = flow(cell, robot).map_err(|source| RmpFlowError::Setup {
+            robot: name(),
+            source,
+        })?;
         let tool = flow
             .add_target_frame(robot.tcp_frame_name())
-            .map_err(|source| RmpFlowError::Setup { robot: name(), source })?;
+            .map_err(|source| RmpFlowError::Setup {
+                robot: name(),
+                source,
+            })?;
         let mut obstacles = Vec::new();
         for fixture in cell.obstacles() {
             let added = flow.obstacles_mut().add(obstacle(fixture, &arm.base));
@@ -151,11 +160,15 @@ impl RmpFlowController {
         self.mode = Mode::Follow;
         for (joint, slot) in self.posture.iter_mut().enumerate() {
             let wanted = setpoint.joints.positions.get(joint);
-            *slot = wanted.or(self.default_posture.get(joint).copied()).unwrap_or(*slot);
+            *slot = wanted
+                .or(self.default_posture.get(joint).copied())
+                .unwrap_or(*slot);
         }
         self.flow.set_posture(&self.posture)?;
-        self.flow.set_position_target(self.tool, setpoint.position)?;
-        self.flow.set_orientation_target(self.tool, setpoint.orientation)
+        self.flow
+            .set_position_target(self.tool, setpoint.position)?;
+        self.flow
+            .set_orientation_target(self.tool, setpoint.orientation)
     }
 
     /// Ends the motion, then stays at the pose it ended in.
@@ -172,10 +185,14 @@ impl RmpFlowController {
     }
 
     fn stay(&mut self) -> Result<(), rmp::SetupError> {
-        let pose = self.flow.target_frame_pose_at(self.tool, &self.state.positions)?;
+        let pose = self
+            .flow
+            .target_frame_pose_at(self.tool, &self.state.positions)?;
         self.flow.set_posture(&self.state.positions)?;
-        self.flow.set_position_target(self.tool, pose.map(|p| p.translation.vector))?;
-        self.flow.set_orientation_target(self.tool, pose.map(|p| p.rotation))
+        self.flow
+            .set_position_target(self.tool, pose.map(|p| p.translation.vector))?;
+        self.flow
+            .set_orientation_target(self.tool, pose.map(|p| p.rotation))
     }
 
     fn step(&mut self) -> Result<(), rmp::FlowError> {
@@ -183,13 +200,18 @@ impl RmpFlowController {
             let clips = rmp::brake(&mut self.state, &self.limits, CYCLE_S)?;
             self.clipped_joints = clips.acceleration | clips.jerk;
         } else {
-            let report = self.flow.step_cell(&mut self.state, &self.limits, CYCLE_S)?;
+            let report = self
+                .flow
+                .step_cell(&mut self.state, &self.limits, CYCLE_S)?;
             self.min_clearance = report.clearance.map_or(NO_OBSTACLE_M, |c| c.distance);
             let clips = report.clips;
             self.clipped_joints =
                 clips.position | clips.velocity | clips.acceleration | clips.jerk | clips.conflict;
         }
-        if let Some(pose) = self.flow.target_frame_pose_at(self.tool, &self.state.positions)? {
+        if let Some(pose) = self
+            .flow
+            .target_frame_pose_at(self.tool, &self.state.positions)?
+        {
             self.tool_pose = pose;
         }
         Ok(())
@@ -199,9 +221,15 @@ impl RmpFlowController {
 impl Controller for RmpFlowController {
     fn reset(&mut self, estimated: &RobotState) -> bool {
         let n = self.state.positions.len();
-        self.state.positions.copy_from_slice(estimated.positions.first(n));
-        self.state.velocities.copy_from_slice(estimated.velocities.first(n));
-        self.state.accelerations.copy_from_slice(estimated.accelerations.first(n));
+        self.state
+            .positions
+            .copy_from_slice(estimated.positions.first(n));
+        self.state
+            .velocities
+            .copy_from_slice(estimated.velocities.first(n));
+        self.state
+            .accelerations
+            .copy_from_slice(estimated.accelerations.first(n));
         self.mode = Mode::Brake;
         true
     }
@@ -220,7 +248,12 @@ impl Controller for RmpFlowController {
 fn flow(cell: &Cell, robot: &Robot) -> Result<RmpFlow, rmp::SetupError> {
     let names = robot.arm_joint_names();
     let mut defaults = BTreeMap::new();
-    for (joint, position) in robot.chain.joints().iter().zip(&robot.fixed_joint_positions) {
+    for (joint, position) in robot
+        .chain
+        .joints()
+        .iter()
+        .zip(&robot.fixed_joint_positions)
+    {
         defaults.insert(joint.name.clone(), *position);
     }
     for (name, position) in names.iter().zip(&robot.default_joint_positions) {
@@ -249,8 +282,14 @@ fn obstacle(fixture: &FixtureSpec, base: &Isometry3<f64>) -> Obstacle {
     let (half_extents, radius) = match fixture.shape {
         Shape::Box { size_m } => (Vector3::from(size_m) * 0.5, 0.0),
         Shape::Sphere { radius_m } => (Vector3::zeros(), radius_m),
-        Shape::Cylinder { radius_m, height_m } => (Vector3::new(radius_m, radius_m, 0.5 * height_m), 0.0),
+        Shape::Cylinder { radius_m, height_m } => {
+            (Vector3::new(radius_m, radius_m, 0.5 * height_m), 0.0)
+        }
         Shape::Capsule { radius_m, height_m } => (Vector3::new(0.0, 0.0, 0.5 * height_m), radius_m),
     };
-    Obstacle { pose, half_extents, radius }
+    Obstacle {
+        pose,
+        half_extents,
+        radius,
+    }
 }

@@ -106,9 +106,10 @@ impl TaskProcess {
         self.health.publish_if_due(self.decided.map_or(0, |(_, tick)| tick), now_ns);
         self.decision.update_connections();
         self.trace.update_connections();
-        if !self.sleeper.wait(NUDGE) {
-            self.health.idle();
-        }
+        // Every turn counts, also one that finds the same state again: a task
+        // whose cycles stand still hangs.
+        self.health.idle();
+        self.sleeper.wait(NUDGE);
     }
 
     fn work(&mut self) {
