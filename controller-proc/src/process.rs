@@ -113,8 +113,16 @@ impl ControllerProcess {
             self.answer(generation, tick);
         }
         // Before the first state nothing is expected, so nothing is late.
-        let expected_ns = if self.expected_ns == 0 { woke_ns } else { self.expected_ns };
-        let late_ns = if self.lockstep { 0 } else { woke_ns.saturating_sub(expected_ns) };
+        let expected_ns = if self.expected_ns == 0 {
+            woke_ns
+        } else {
+            self.expected_ns
+        };
+        let late_ns = if self.lockstep {
+            0
+        } else {
+            woke_ns.saturating_sub(expected_ns)
+        };
         self.expected_ns = woke_ns + TICK_NS;
         let now_ns = monotonic_ns();
         if waited {

@@ -24,7 +24,10 @@ impl Journal<File> {
     ///
     /// When it cannot be opened.
     pub fn open(logs: &Path) -> io::Result<Self> {
-        let file = OpenOptions::new().create(true).append(true).open(logs.join(FILE))?;
+        let file = OpenOptions::new()
+            .create(true)
+            .append(true)
+            .open(logs.join(FILE))?;
         Ok(Self::new(file))
     }
 }
@@ -48,7 +51,10 @@ impl<W: Write> Journal<W> {
 
     /// Says that lines are missing because nobody read them in time.
     pub fn gap(&mut self, lines: u64) {
-        let written = writeln!(self.out, "             * {lines} lines were not read in time");
+        let written = writeln!(
+            self.out,
+            "             * {lines} lines were not read in time"
+        );
         self.lost += u64::from(written.is_err());
     }
 

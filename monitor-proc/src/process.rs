@@ -81,7 +81,10 @@ impl MonitorProcess {
         let counts = self.trace.counts();
         self.health.totals(0, counts.rejected, counts.fenced);
         if self.journal.lost() > 0 {
-            self.health.note(&format!("the disk did not take {} lines of the log", self.journal.lost()));
+            self.health.note(&format!(
+                "the disk did not take {} lines of the log",
+                self.journal.lost()
+            ));
         }
         self.health.publish_if_due(self.tick, now_ns);
         self.sleeper.wait(NUDGE);

@@ -109,7 +109,10 @@ impl Plant {
     /// Acts on a request and answers it.
     pub fn operate(&mut self, request: &OperatorRequest) -> OperatorReply {
         let (code, message) = match OperatorAction::from_code(request.action) {
-            None => (ReplyCode::OutOfRange, format!("action {} is unknown", request.action)),
+            None => (
+                ReplyCode::OutOfRange,
+                format!("action {} is unknown", request.action),
+            ),
             Some(action) => self.act(action, request),
         };
         OperatorReply {
@@ -150,7 +153,8 @@ impl Plant {
     fn run_script(&mut self, decision: Option<&Decision>) {
         let tick = self.world.tick();
         if let Some(decision) = decision {
-            self.script.observe(tick, decision.phase.as_str(), decision.phase_entry);
+            self.script
+                .observe(tick, decision.phase.as_str(), decision.phase_entry);
         }
         while self.waiting.is_none() {
             let Some((line, action)) = self.script.next_due(tick) else {
@@ -188,9 +192,16 @@ impl Plant {
                 };
                 OperatorAction::Gripper
             }
-            ScriptAction::Target { position, orientation_wxyz, arm } => {
+            ScriptAction::Target {
+                position,
+                orientation_wxyz,
+                arm,
+            } => {
                 request.arm = *arm;
-                request.pose = Pose { position: *position, orientation_wxyz: *orientation_wxyz };
+                request.pose = Pose {
+                    position: *position,
+                    orientation_wxyz: *orientation_wxyz,
+                };
                 OperatorAction::Target
             }
             ScriptAction::DropParts { count } => {

@@ -107,7 +107,8 @@ impl PhysicsProcess {
             self.step();
             self.publish();
             let now_ns = monotonic_ns();
-            self.health.cycle(wake.lateness_ns(), now_ns.saturating_sub(wake.woke_ns));
+            self.health
+                .cycle(wake.lateness_ns(), now_ns.saturating_sub(wake.woke_ns));
             self.health.publish_if_due(self.tick, now_ns);
         }
     }
@@ -129,7 +130,8 @@ impl PhysicsProcess {
                 self.sleeper.wait(NUDGE);
                 self.health.idle();
             } else {
-                self.health.cycle(0, monotonic_ns().saturating_sub(began_ns));
+                self.health
+                    .cycle(0, monotonic_ns().saturating_sub(began_ns));
             }
             self.publish();
             self.health.publish_if_due(self.tick, monotonic_ns());
@@ -143,7 +145,8 @@ impl PhysicsProcess {
         }
         self.decision.refresh();
         let plant = &mut self.plant;
-        self.operator.poll(REQUESTS_PER_TICK, |request| plant.operate(request));
+        self.operator
+            .poll(REQUESTS_PER_TICK, |request| plant.operate(request));
     }
 
     fn step(&mut self) -> Next {
@@ -160,7 +163,8 @@ impl PhysicsProcess {
                 let age = self.tick.saturating_sub(command.header.tick);
                 let published_ns = self.published_ns[index(command.header.tick)];
                 if age < PUBLISHED as u64 {
-                    self.health.applied(monotonic_ns().saturating_sub(published_ns));
+                    self.health
+                        .applied(monotonic_ns().saturating_sub(published_ns));
                 }
             }
             self.plant.step(&StepInput { commands, decision });
@@ -215,7 +219,8 @@ impl PhysicsProcess {
                         continue;
                     }
                     self.health.idle();
-                    self.health.note(&format!("tick {} waits for {}", self.tick, process.name()));
+                    self.health
+                        .note(&format!("tick {} waits for {}", self.tick, process.name()));
                     self.health.publish_if_due(self.tick, monotonic_ns());
                     self.state.update_connections();
                     self.ring_all();
@@ -232,7 +237,8 @@ impl PhysicsProcess {
 
     /// Who has not answered this tick yet.
     fn missing(&self) -> Option<Process> {
-        let answered = |header: &Header| header.tick >= self.tick && header.answers(self.generation);
+        let answered =
+            |header: &Header| header.tick >= self.tick && header.answers(self.generation);
         for (arm, command) in (0_u8..).zip(&self.commands) {
             if !command.get().is_some_and(|c| answered(&c.header)) {
                 return Some(Process::Controller(arm));

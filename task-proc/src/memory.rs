@@ -53,10 +53,17 @@ impl Memory {
     /// When it cannot be mapped.
     pub fn open(run_dir: &Path, run: u64) -> Result<Self, MemoryError> {
         let path = run_dir.join(FILE);
-        let capacity = HEAD_BYTES + size_of::<Decision>() + usize::try_from(MAX_RECORD_BYTES).unwrap_or(0);
-        let file = SlotFile::open(&path, capacity).map_err(|source| MemoryError { path, source })?;
+        let capacity =
+            HEAD_BYTES + size_of::<Decision>() + usize::try_from(MAX_RECORD_BYTES).unwrap_or(0);
+        let file =
+            SlotFile::open(&path, capacity).map_err(|source| MemoryError { path, source })?;
         let seq = file.newest().map_or(0, |(seq, _)| seq);
-        Ok(Self { file, run, seq, buffer: Vec::with_capacity(capacity) })
+        Ok(Self {
+            file,
+            run,
+            seq,
+            buffer: Vec::with_capacity(capacity),
+        })
     }
 
     /// The newest entry of this run and this start of physics.
@@ -76,10 +83,20 @@ impl Memory {
     }
 
     /// Writes an entry; `false` when it is too long.
-    pub fn write(&mut self, physics_generation: u32, tick: u64, decision: &Decision, record: &[u8]) -> bool {
+    pub fn write(
+        &mut self,
+        physics_generation: u32,
+        tick: u64,
+        decision: &Decision,
+        record: &[u8],
+    ) -> bool {
         self.seq += 1;
         self.buffer.clear();
-        let head = Head { run: self.run, physics_generation, tick };
+        let head = Head {
+            run: self.run,
+            physics_generation,
+            tick,
+        };
         self.buffer.extend(crate::record::to_bytes(&head));
         self.buffer.extend(decision.as_bytes());
         self.buffer.extend(record);
@@ -108,7 +125,10 @@ mod tests {
         drop(memory);
         let memory = Memory::open(&dir, 7).unwrap();
         let saved = memory.newest(1).unwrap();
-        assert_eq!((saved.tick, saved.decision.drops, &saved.record[..]), (20, 3, &b"record"[..]));
+        assert_eq!(
+            (saved.tick, saved.decision.drops, &saved.record[..]),
+            (20, 3, &b"record"[..])
+        );
         assert!(memory.newest(2).is_none());
         assert!(Memory::open(&dir, 8).unwrap().newest(1).is_none());
         std::fs::remove_dir_all(&dir).unwrap();

@@ -103,7 +103,8 @@ impl TaskProcess {
             self.work();
         }
         let now_ns = monotonic_ns();
-        self.health.publish_if_due(self.decided.map_or(0, |(_, tick)| tick), now_ns);
+        self.health
+            .publish_if_due(self.decided.map_or(0, |(_, tick)| tick), now_ns);
         self.decision.update_connections();
         self.trace.update_connections();
         // Every turn counts, also one that finds the same state again: a task
@@ -113,14 +114,18 @@ impl TaskProcess {
     }
 
     fn work(&mut self) {
-        let Some(state) = self.state.current() else { return };
+        let Some(state) = self.state.current() else {
+            return;
+        };
         let (generation, tick) = (state.header.generation, state.header.tick);
         let lockstep = state.has(FLAG_LOCKSTEP);
         if !self.begun {
             self.begun = true;
             self.begin(generation, tick);
         }
-        let Some(state) = self.state.current() else { return };
+        let Some(state) = self.state.current() else {
+            return;
+        };
         let due = match self.decided {
             Some((g, last)) if g == generation && tick >= last => {
                 let on_the_tick = tick.is_multiple_of(DECISION_TICKS) && tick > last;
@@ -136,7 +141,9 @@ impl TaskProcess {
 
     /// Goes on from the record of the process before, if there is one.
     fn begin(&mut self, generation: u32, tick: u64) {
-        let Some(saved) = self.memory.newest(generation) else { return };
+        let Some(saved) = self.memory.newest(generation) else {
+            return;
+        };
         match self.task.restore(&saved.record) {
             Ok(()) => self.say(tick, "[task] goes on from its record"),
             Err(error) => {
@@ -162,13 +169,16 @@ impl TaskProcess {
     fn decide(&mut self, generation: u32, tick: u64, lockstep: bool) {
         let began_ns = monotonic_ns();
         self.take_statuses(generation, tick, lockstep);
-        let Some(state) = self.state.current() else { return };
+        let Some(state) = self.state.current() else {
+            return;
+        };
         let mut statuses = [None; MAX_ARMS];
         for (slot, (_, gate)) in statuses.iter_mut().zip(&self.statuses) {
             *slot = gate.current().filter(|s| s.header.answers(generation));
         }
         self.lines.clear();
-        self.task.decide(state, &statuses, &mut self.message, &mut self.lines);
+        self.task
+            .decide(state, &statuses, &mut self.message, &mut self.lines);
         name_inputs(&mut self.message.header, state, &statuses);
         self.decided = Some((generation, tick));
         let record = self.task.record();
@@ -181,14 +191,18 @@ impl TaskProcess {
             self.send_line(tick, line);
         }
         self.lines = lines;
-        self.health.cycle(0, monotonic_ns().saturating_sub(began_ns));
+        self.health
+            .cycle(0, monotonic_ns().saturating_sub(began_ns));
     }
 
     /// The newest status caused by an earlier tick; in lockstep that of the
     /// tick before, which is waited for.
     fn take_statuses(&mut self, generation: u32, tick: u64, lockstep: bool) {
         let patient_until_ns = monotonic_ns() + PATIENCE_NS;
-        if self.decided.is_none_or(|(g, t)| g != generation || t > tick) {
+        if self
+            .decided
+            .is_none_or(|(g, t)| g != generation || t > tick)
+        {
             self.statuses.iter_mut().for_each(|(_, gate)| gate.clear());
         }
         for (subscriber, gate) in &mut self.statuses {

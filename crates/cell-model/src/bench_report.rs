@@ -123,7 +123,11 @@ impl Report {
         if json {
             return writeln!(out, "{}", serde_json::to_string(self)?);
         }
-        writeln!(out, "{}: scheduling {}, times in us", self.bench, self.scheduling)?;
+        writeln!(
+            out,
+            "{}: scheduling {}, times in us",
+            self.bench, self.scheduling
+        )?;
         for note in &self.notes {
             writeln!(out, "  {note}")?;
         }
@@ -133,7 +137,9 @@ impl Report {
             "", "n", "p50", "p99", "p99.9", "max", "ratio"
         )?;
         for row in &self.rows {
-            let ratio = row.ratio.map_or(String::new(), |ratio| format!("{ratio:.3}"));
+            let ratio = row
+                .ratio
+                .map_or(String::new(), |ratio| format!("{ratio:.3}"));
             writeln!(
                 out,
                 "{:<28} {:>7} {:>9.2} {:>9.2} {:>9.2} {:>9.2}  {ratio:>7}  {}",
@@ -163,17 +169,26 @@ mod tests {
     #[test]
     fn percentiles_are_ranks() {
         let row = row("a", (1..=1000).rev().map(|value| value * 1000));
-        assert_eq!((row.p50, row.p99, row.p999, row.max), (500.0, 990.0, 999.0, 1000.0));
+        assert_eq!(
+            (row.p50, row.p99, row.p999, row.max),
+            (500.0, 990.0, 999.0, 1000.0)
+        );
         assert_eq!(self::row("none", std::iter::empty()).p50, 0.0);
     }
 
     #[test]
     fn the_json_has_what_scripts_read() {
         let mut report = Report::new("ipc", true, &[]);
-        report.rows = vec![row("base", [2000].into_iter()), row("ours", [3000].into_iter())];
+        report.rows = vec![
+            row("base", [2000].into_iter()),
+            row("ours", [3000].into_iter()),
+        ];
         report.compare("ours", "base");
         let json = serde_json::to_value(&report).unwrap();
-        assert_eq!((&json["bench"], &json["scheduling"]), (&"ipc".into(), &"fifo".into()));
+        assert_eq!(
+            (&json["bench"], &json["scheduling"]),
+            (&"ipc".into(), &"fifo".into())
+        );
         assert_eq!(json["rows"][0]["ratio"], serde_json::Value::Null);
         assert_eq!(json["rows"][1]["ratio"], 1.5);
         assert_eq!(json["rows"][1]["against"], "base");

@@ -23,8 +23,11 @@ impl Robot {
             let joint = self.known_joint(file, name)?;
             self.fixed_joint_positions[joint] = position;
         }
-        self.default_joint_positions =
-            self.arm_joints.iter().map(|&joint| self.fixed_joint_positions[joint]).collect();
+        self.default_joint_positions = self
+            .arm_joints
+            .iter()
+            .map(|&joint| self.fixed_joint_positions[joint])
+            .collect();
         let limits = xrdf.acceleration_limits.iter().zip(&xrdf.jerk_limits);
         for (name, (&acceleration, &jerk)) in xrdf.joint_names.iter().zip(limits) {
             let joint = self.known_joint(file, name)?;
@@ -45,7 +48,12 @@ impl Robot {
         if found != joints {
             let allowed = format!("one for each of the {joints} controlled joints is needed");
             let value = format!("{found} numbers");
-            return Err(ModelError::value(Place::file(file), "joint_limit_buffers", value, allowed));
+            return Err(ModelError::value(
+                Place::file(file),
+                "joint_limit_buffers",
+                value,
+                allowed,
+            ));
         }
         for controller in &tuning.body_collision_controllers {
             self.known_frame(file, &controller.name)?;
@@ -72,17 +80,33 @@ impl Robot {
     }
 
     fn known_joint(&self, file: &str, name: &str) -> Result<usize, ModelError> {
-        let names: Vec<&str> = self.chain.joints().iter().map(|joint| joint.name.as_str()).collect();
+        let names: Vec<&str> = self
+            .chain
+            .joints()
+            .iter()
+            .map(|joint| joint.name.as_str())
+            .collect();
         self.chain.joint_index(name).ok_or_else(|| {
-            let allowed = format!("no such moving joint in the URDF; {}", suggest::advice(name, &names));
+            let allowed = format!(
+                "no such moving joint in the URDF; {}",
+                suggest::advice(name, &names)
+            );
             ModelError::value(Place::file(file), "joint", name, allowed)
         })
     }
 
     fn known_frame(&self, file: &str, name: &str) -> Result<usize, ModelError> {
-        let names: Vec<&str> = self.chain.frames().iter().map(|frame| frame.name.as_str()).collect();
+        let names: Vec<&str> = self
+            .chain
+            .frames()
+            .iter()
+            .map(|frame| frame.name.as_str())
+            .collect();
         self.chain.frame_index(name).ok_or_else(|| {
-            let allowed = format!("no such link in the URDF; {}", suggest::advice(name, &names));
+            let allowed = format!(
+                "no such link in the URDF; {}",
+                suggest::advice(name, &names)
+            );
             ModelError::value(Place::file(file), "frame", name, allowed)
         })
     }

@@ -86,11 +86,17 @@ impl RunSummary {
             _ => RunOutcome::Timeout,
         };
         let policy = decision.policy.as_str();
-        let placed = &decision.placed[..(decision.placed_count as usize).min(decision.placed.len())];
+        let placed =
+            &decision.placed[..(decision.placed_count as usize).min(decision.placed.len())];
         let name = |index: &u32| facts.objects.get(*index as usize).cloned();
         Self {
             demo: facts.demo.to_owned(),
-            policy: if policy.is_empty() { facts.policy } else { policy }.to_owned(),
+            policy: if policy.is_empty() {
+                facts.policy
+            } else {
+                policy
+            }
+            .to_owned(),
             seed: facts.seed,
             outcome,
             reason: (!decision.reason.is_empty()).then(|| decision.reason.as_str().to_owned()),

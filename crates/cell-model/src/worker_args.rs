@@ -15,7 +15,9 @@ pub struct WorkerArgs {
 
 /// How to start a process.
 #[derive(Debug, thiserror::Error)]
-#[error("{0}; the launcher starts this program as `--spec RUN_DIR/run.json --generation N [--arm I]`, people start `robocell run DEMO`")]
+#[error(
+    "{0}; the launcher starts this program as `--spec RUN_DIR/run.json --generation N [--arm I]`, people start `robocell run DEMO`"
+)]
 pub struct WorkerArgsError(String);
 
 impl WorkerArgs {
@@ -36,16 +38,17 @@ impl WorkerArgs {
         }
         Ok(Self {
             spec: spec.ok_or_else(|| WorkerArgsError("--spec is missing".to_owned()))?,
-            generation: generation.ok_or_else(|| WorkerArgsError("--generation is missing".to_owned()))?,
+            generation: generation
+                .ok_or_else(|| WorkerArgsError("--generation is missing".to_owned()))?,
             arm,
         })
     }
 }
 
 fn number<T: std::str::FromStr>(name: &str, value: &str) -> Result<T, WorkerArgsError> {
-    value
-        .parse()
-        .map_err(|_not_a_number| WorkerArgsError(format!("{name} is {value:?}, not a small whole number")))
+    value.parse().map_err(|_not_a_number| {
+        WorkerArgsError(format!("{name} is {value:?}, not a small whole number"))
+    })
 }
 
 #[cfg(test)]

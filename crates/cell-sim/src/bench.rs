@@ -37,7 +37,9 @@ pub fn run(what: &str, json: bool) -> Result<(), SimError> {
         "physics" => physics()?,
         _ => return Err(SimError::UnknownBench(what.to_owned())),
     };
-    report.write(&mut stdout().lock(), json).map_err(SimError::Output)
+    report
+        .write(&mut stdout().lock(), json)
+        .map_err(SimError::Output)
 }
 
 /// The RMPflow cycle of the Panda with all its spheres among random obstacles:
@@ -48,7 +50,10 @@ fn control() -> Result<Report, SimError> {
     let robot = Robot::load(&Data::embedded(), "panda")?;
     let mut flows = Vec::new();
     for count in OBSTACLES {
-        flows.push((flow(&robot, count)?, Samples::with_capacity(ROUNDS * STATES)));
+        flows.push((
+            flow(&robot, count)?,
+            Samples::with_capacity(ROUNDS * STATES),
+        ));
     }
     let limits = robot.limits();
     let mut random = Random::new(7);
@@ -66,7 +71,9 @@ fn control() -> Result<Report, SimError> {
     }
     let spheres = robot.spheres.len();
     for (count, (_, samples)) in OBSTACLES.into_iter().zip(flows) {
-        report.rows.push(samples.into_row(format!("{spheres} spheres x {count} obstacles")));
+        report
+            .rows
+            .push(samples.into_row(format!("{spheres} spheres x {count} obstacles")));
     }
     Ok(report)
 }
@@ -75,7 +82,11 @@ fn flow(robot: &Robot, obstacles: usize) -> Result<(RmpFlow, TargetId), SimError
     let spheres: Vec<CollisionSphere> = robot
         .spheres
         .iter()
-        .map(|s| CollisionSphere { frame: s.frame.clone(), center: s.center.into(), radius: s.radius })
+        .map(|s| CollisionSphere {
+            frame: s.frame.clone(),
+            center: s.center.into(),
+            radius: s.radius,
+        })
         .collect();
     let mut flow = RmpFlow::new(&RmpFlowSetup {
         chain: &robot.chain,
@@ -91,21 +102,27 @@ fn flow(robot: &Robot, obstacles: usize) -> Result<(RmpFlow, TargetId), SimError
     let mut random = Random::new(42);
     for index in 0..obstacles {
         // An obstacle that is refused would make the bench faster than it is.
-        flow.obstacles_mut().add(random_obstacle(index, &mut random))?;
+        flow.obstacles_mut()
+            .add(random_obstacle(index, &mut random))?;
     }
     Ok((flow, tool))
 }
 
 /// Somewhere in the workspace; every third one a ball.
 fn random_obstacle(index: usize, random: &mut Random) -> Obstacle {
-    let mut within = |low: f64, high: f64| 0.5 * (low + high) + random.around_zero(0.5 * (high - low));
+    let mut within =
+        |low: f64, high: f64| 0.5 * (low + high) + random.around_zero(0.5 * (high - low));
     let center = Vector3::new(within(0.3, 0.85), within(-0.6, 0.6), within(0.0, 0.9));
     let size = Vector3::new(within(0.02, 0.08), within(0.02, 0.08), within(0.02, 0.08));
     if index % 3 == 2 {
         return Obstacle::sphere(center, size.x);
     }
-    let turn = UnitQuaternion::from_euler_angles(within(-3.0, 3.0), within(-1.5, 1.5), within(-3.0, 3.0));
-    Obstacle::cuboid(Isometry3::from_parts(Translation3::from(center), turn), 2.0 * size)
+    let turn =
+        UnitQuaternion::from_euler_angles(within(-3.0, 3.0), within(-1.5, 1.5), within(-3.0, 3.0));
+    Obstacle::cuboid(
+        Isometry3::from_parts(Translation3::from(center), turn),
+        2.0 * size,
+    )
 }
 
 fn state(limits: &JointLimits, random: &mut Random) -> MotionState {
@@ -116,7 +133,10 @@ fn state(limits: &JointLimits, random: &mut Random) -> MotionState {
         .map(|(low, high)| 0.5 * (low + high) + random.around_zero(0.45 * (high - low)))
         .collect();
     let mut state = MotionState::at_rest(&positions);
-    state.velocities.iter_mut().for_each(|v| *v = random.around_zero(0.5));
+    state
+        .velocities
+        .iter_mut()
+        .for_each(|v| *v = random.around_zero(0.5));
     state
 }
 
@@ -146,7 +166,10 @@ fn physics() -> Result<Report, SimError> {
     }
     let step: Row = steps.into_row("physics step".to_owned());
     let tick: Row = ticks.into_row("tick in one process".to_owned());
-    report.notes.push(format!("{DEMO}, seed 0; real-time factor of the tick {:.1}", 1000.0 / tick.p50.max(1.0e-3)));
+    report.notes.push(format!(
+        "{DEMO}, seed 0; real-time factor of the tick {:.1}",
+        1000.0 / tick.p50.max(1.0e-3)
+    ));
     report.rows.extend([step, tick]);
     report.compare("tick in one process", "physics step");
     Ok(report)

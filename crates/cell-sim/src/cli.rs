@@ -71,7 +71,11 @@ fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
     let last = last.strip_prefix('=').unwrap_or(last);
     let parse = |part: &str| part.parse::<u64>().map_err(|_not_a_number| hint());
     let range = parse(first)?..=parse(last)?;
-    if range.is_empty() { Err(hint()) } else { Ok(range) }
+    if range.is_empty() {
+        Err(hint())
+    } else {
+        Ok(range)
+    }
 }
 
 pub(crate) fn run() -> Result<ExitCode, SimError> {
@@ -86,7 +90,15 @@ pub(crate) fn run() -> Result<ExitCode, SimError> {
             print_summary(&summary);
             Ok(code(summary.outcome == RunOutcome::Done))
         }
-        Command::Eval { demo, seeds, policy, jobs, data, script, json } => {
+        Command::Eval {
+            demo,
+            seeds,
+            policy,
+            jobs,
+            data,
+            script,
+            json,
+        } => {
             let mut spec = eval::template(&demo, policy.as_deref().unwrap_or_default());
             spec.data_dir = data;
             if let Some(path) = script {
@@ -131,7 +143,11 @@ fn evaluate(plan: &eval::Plan, json: bool) -> Result<ExitCode, SimError> {
 }
 
 fn code(done: bool) -> ExitCode {
-    if done { ExitCode::SUCCESS } else { ExitCode::from(TASK_FAILED) }
+    if done {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(TASK_FAILED)
+    }
 }
 
 fn print_summary(summary: &RunSummary) {

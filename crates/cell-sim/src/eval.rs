@@ -55,19 +55,31 @@ pub fn evaluate(plan: &Plan, on_row: impl Fn(&RunSummary) + Sync) -> Result<(u64
             if !plan.seeds.contains(&seed) {
                 return Ok(());
             }
-            let summary = to_the_end(&RunSpec { seed, ..plan.spec.clone() }, |_, _| {})?;
+            let summary = to_the_end(
+                &RunSpec {
+                    seed,
+                    ..plan.spec.clone()
+                },
+                |_, _| {},
+            )?;
             on_row(&summary);
-            let mut counts = counts.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let mut counts = counts
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner);
             counts.0 += u64::from(summary.outcome == RunOutcome::Done);
             counts.1 += 1;
         }
     };
     std::thread::scope(|scope| {
         let threads: Vec<_> = (0..plan.jobs.max(1)).map(|_| scope.spawn(worker)).collect();
-        threads.into_iter().try_for_each(|thread| match thread.join() {
-            Ok(result) => result,
-            Err(panic) => std::panic::resume_unwind(panic),
-        })
+        threads
+            .into_iter()
+            .try_for_each(|thread| match thread.join() {
+                Ok(result) => result,
+                Err(panic) => std::panic::resume_unwind(panic),
+            })
     })?;
-    Ok(counts.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner))
+    Ok(counts
+        .into_inner()
+        .unwrap_or_else(std::sync::PoisonError::into_inner))
 }

@@ -116,7 +116,9 @@ impl OneProcess {
             done.action = ipc_types::operator::OperatorAction::ScriptDone.code();
             done.count = line;
             self.plant.operate(&done);
-            next = self.plant.before_step(self.decided.then_some(&self.decision));
+            next = self
+                .plant
+                .before_step(self.decided.then_some(&self.decision));
         }
         if next == Next::Wait {
             self.plant.write_state(&mut self.state);
@@ -142,9 +144,19 @@ impl OneProcess {
         if tick.is_multiple_of(DECISION_TICKS) {
             self.decide(tick);
         }
-        let answers = self.cycles.iter_mut().zip(&mut self.commands).zip(&mut self.statuses);
+        let answers = self
+            .cycles
+            .iter_mut()
+            .zip(&mut self.commands)
+            .zip(&mut self.statuses);
         for ((cycle, command), status) in answers {
-            cycle.update(&self.state, previous.as_ref(), DECISION_AGE_FIFO_TICKS, command, status);
+            cycle.update(
+                &self.state,
+                previous.as_ref(),
+                DECISION_AGE_FIFO_TICKS,
+                command,
+                status,
+            );
         }
     }
 
@@ -154,9 +166,14 @@ impl OneProcess {
             *slot = (tick > 0).then_some(status);
         }
         self.lines.clear();
-        self.task.decide(&self.state, &statuses, &mut self.decision, &mut self.lines);
+        self.task
+            .decide(&self.state, &statuses, &mut self.decision, &mut self.lines);
         self.decided = true;
-        self.trace.extend(self.lines.iter().map(|line| (tick, line.text.as_str().to_owned())));
+        self.trace.extend(
+            self.lines
+                .iter()
+                .map(|line| (tick, line.text.as_str().to_owned())),
+        );
     }
 
     /// What a launcher would do to a process.

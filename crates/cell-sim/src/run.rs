@@ -17,17 +17,28 @@ pub fn cell_of(spec: &RunSpec) -> Result<Cell, SimError> {
         Some(dir) => Data::dir(dir.clone()),
         None => Data::embedded(),
     };
-    Ok(Cell::load(&data, &spec.demo, spec.seed, spec.robot.as_ref())?)
+    Ok(Cell::load(
+        &data,
+        &spec.demo,
+        spec.seed,
+        spec.robot.as_ref(),
+    )?)
 }
 
 /// Runs `spec` until its task is done or its time limit is reached. `on_line`
 /// gets each log line of the task with its tick.
-pub fn to_the_end(spec: &RunSpec, mut on_line: impl FnMut(u64, &str)) -> Result<RunSummary, SimError> {
+pub fn to_the_end(
+    spec: &RunSpec,
+    mut on_line: impl FnMut(u64, &str),
+) -> Result<RunSummary, SimError> {
     let began = Instant::now();
     let cell = cell_of(spec)?;
     let objects: Vec<String> = cell.objects.iter().map(|o| o.name.clone()).collect();
     let limit_s = spec.time_limit_s.unwrap_or(cell.time_limit_s);
-    let spec = RunSpec { time_limit_s: Some(limit_s), ..spec.clone() };
+    let spec = RunSpec {
+        time_limit_s: Some(limit_s),
+        ..spec.clone()
+    };
     let mut sim = OneProcess::new(&spec, cell)?;
     // A cell that stands still before its end was paused by its script, and
     // nobody is here to resume it.
@@ -51,7 +62,9 @@ pub fn to_the_end(spec: &RunSpec, mut on_line: impl FnMut(u64, &str)) -> Result<
 /// Reads a script file.
 pub fn script(path: &Path) -> Result<Vec<ScriptLine>, SimError> {
     let name = path.display().to_string();
-    let text = std::fs::read_to_string(path)
-        .map_err(|source| SimError::ScriptFile { path: name.clone(), source })?;
+    let text = std::fs::read_to_string(path).map_err(|source| SimError::ScriptFile {
+        path: name.clone(),
+        source,
+    })?;
     Ok(cell_model::script::parse(&text, &name)?)
 }

@@ -28,7 +28,12 @@ impl HealthReporter {
     pub fn new(bus: &Bus, process: Process, fifo: bool) -> Result<Self, BusError> {
         let mut message: Health = ipc_types::Wire::zeroed();
         message.pid = std::process::id();
-        message.scheduling = if fifo { Scheduling::Fifo } else { Scheduling::Other }.code();
+        message.scheduling = if fifo {
+            Scheduling::Fifo
+        } else {
+            Scheduling::Other
+        }
+        .code();
         Ok(Self {
             publisher: bus.publisher(TopicId::Health(process))?,
             message,

@@ -61,7 +61,12 @@ impl Start {
             None => Data::embedded(),
         };
         let cell = Cell::load(&data, &spec.demo, spec.seed, spec.robot.as_ref())?;
-        Ok(Self { spec, cell, generation: args.generation, arm: args.arm })
+        Ok(Self {
+            spec,
+            cell,
+            generation: args.generation,
+            arm: args.arm,
+        })
     }
 
     /// Asks for real-time scheduling where the run wants it; says in the log
@@ -80,7 +85,10 @@ impl Start {
 
     /// Joins the run as `process`.
     pub fn join(&self, process: Process) -> Result<Bus, BusError> {
-        let site = RunSite { root: self.spec.root.clone(), prefix: self.spec.prefix.clone() };
+        let site = RunSite {
+            root: self.spec.root.clone(),
+            prefix: self.spec.prefix.clone(),
+        };
         Bus::join(&site, self.spec.run, self.generation, &process.name())
     }
 }
@@ -90,7 +98,9 @@ pub fn main<E: std::fmt::Display + From<SetupError>>(
     name: &str,
     run: impl FnOnce(&Start) -> Result<(), E>,
 ) -> ExitCode {
-    let result = Start::from_arguments().map_err(E::from).and_then(|start| run(&start));
+    let result = Start::from_arguments()
+        .map_err(E::from)
+        .and_then(|start| run(&start));
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

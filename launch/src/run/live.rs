@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
+use cell_bus::{Bus, Keeper, OperatorClient, RunSite};
 use cell_model::run_spec::RunSpec;
 use cell_model::summary::{RunFacts, RunSummary};
 use cell_rt::clock::monotonic_ns;
 use cell_rt::process::{SIGCONT, SIGSTOP, private_umask};
 use cell_rt::signal::{install_stop_handler, stop_count};
-use cell_bus::{Bus, Keeper, OperatorClient, RunSite};
 use ipc_types::decision::Outcome;
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::Process;
