@@ -1,14 +1,9 @@
 //! RMPflow as a controller: it integrates its own state, so its command never
 //! jumps, and resolves within the limits of the robot.
 
-use std::collections::BTreeMap;
-
-use cell_model::{ArmSpec, Cell, FixtureSpec, Robot, Shape};
+use cell_model::{ArmSpec, Cell, FixtureSpec, Shape};
 use nalgebra::{Isometry3, Vector3};
-use rmp::{
-    CollisionSphere, JointLimits, MotionState, Obstacle, ObstacleId, RmpFlow, RmpFlowSetup,
-    TargetId,
-};
+use rmp::{JointLimits, MotionState, Obstacle, ObstacleId, RmpFlow, TargetId};
 
 use crate::controller::{Controller, Setpoint};
 use crate::robot_state::RobotState;
@@ -96,10 +91,12 @@ impl RmpFlowController {
                 robot: name(),
                 source,
             })?;
-        let mut flow = flow(cell, robot).map_err(|source| RmpFlowError::Setup {
-            robot: name(),
-            source,
-        })?;
+        let mut flow = robot
+            .motion_policies(cell.obstacles().count())
+            .map_err(|source| RmpFlowError::Setup {
+                robot: name(),
+                source,
+            })?;
         let tool = flow
             .add_target_frame(robot.tcp_frame_name())
             .map_err(|source| RmpFlowError::Setup {
@@ -243,36 +240,6 @@ impl Controller for RmpFlowController {
         command.accelerations.set_from(0, &self.state.accelerations);
         Some(command)
     }
-}
-
-fn flow(cell: &Cell, robot: &Robot) -> Result<RmpFlow, rmp::SetupError> {
-    let names = robot.arm_joint_names();
-    let mut defaults = BTreeMap::new();
-    for (joint, position) in robot
-        .chain
-        .joints()
-        .iter()
-        .zip(&robot.fixed_joint_positions)
-    {
-        defaults.insert(joint.name.clone(), *position);
-    }
-    for (name, position) in names.iter().zip(&robot.default_joint_positions) {
-        defaults.insert(name.clone(), *position);
-    }
-    let sphere = |s: &cell_model::robot::CollisionSphere| CollisionSphere {
-        frame: s.frame.clone(),
-        center: Vector3::from(s.center),
-        radius: s.radius,
-    };
-    let spheres: Vec<CollisionSphere> = robot.spheres.iter().map(sphere).collect();
-    RmpFlow::new(&RmpFlowSetup {
-        chain: &robot.chain,
-        joint_names: &names,
-        default_positions: &defaults,
-        spheres: &spheres,
-        parameters: &robot.rmpflow,
-        obstacle_capacity: cell.obstacles().count(),
-    })
 }
 
 /// A fixture as an obstacle in the base frame. A cylinder counts as the box

@@ -143,49 +143,47 @@ wire! {
 }
 
 impl GripperCommand {
-    pub(crate) fn check(&self, check: Check) -> Result<(), Invalid> {
-        check.within("gripper.width", &[self.width], 1.0)?;
-        check.within("gripper.force", &[self.force], MAX_EFFORT)
+    pub(crate) fn check(&self) -> Result<(), Invalid> {
+        Check::within("gripper.width", &[self.width], 1.0)?;
+        Check::within("gripper.force", &[self.force], MAX_EFFORT)
     }
 }
 
 impl Validate for ArmCommand {
     fn validate(&self) -> Result<(), Invalid> {
-        let check = Check;
-        check.count("joint_count", self.joint_count, MAX_JOINTS)?;
+        Check::count("joint_count", self.joint_count, MAX_JOINTS)?;
         let n = self.joint_count as usize;
-        check.within(
+        Check::within(
             "joint_positions",
             &self.joint_positions[..n],
             MAX_JOINT_POSITION,
         )?;
-        check.within(
+        Check::within(
             "joint_velocities",
             &self.joint_velocities[..n],
             MAX_JOINT_VELOCITY,
         )?;
-        check.within(
+        Check::within(
             "joint_accelerations",
             &self.joint_accelerations[..n],
             MAX_EFFORT,
         )?;
-        check.within("joint_efforts", &self.joint_efforts[..n], MAX_EFFORT)?;
-        self.gripper.check(check)
+        Check::within("joint_efforts", &self.joint_efforts[..n], MAX_EFFORT)?;
+        self.gripper.check()
     }
 }
 
 impl Validate for ArmStatus {
     fn validate(&self) -> Result<(), Invalid> {
-        let check = Check;
-        check.code(
+        Check::code(
             "stop_action",
             self.stop_action,
-            StopAction::from_code(self.stop_action),
+            StopAction::from_code(self.stop_action).is_some(),
         )?;
-        check.code(
+        Check::code(
             "stop_cause",
             self.stop_cause,
-            StopCause::from_code(self.stop_cause),
+            StopCause::from_code(self.stop_cause).is_some(),
         )?;
         let scalars = [
             self.position_error,
@@ -193,10 +191,10 @@ impl Validate for ArmStatus {
             self.gripper_error,
             self.min_clearance,
         ];
-        check.within("errors", &scalars, 1.0e4)?;
-        self.setpoint.check(check)?;
-        self.target.check(check)?;
-        self.gripper.check(check)?;
+        Check::within("errors", &scalars, 1.0e4)?;
+        self.setpoint.check()?;
+        self.target.check()?;
+        self.gripper.check()?;
         self.controller.check("controller")
     }
 }

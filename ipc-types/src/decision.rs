@@ -111,7 +111,7 @@ wire! {
         pub phase: Text<32>,
         /// Name of the policy.
         pub policy: Text<16>,
-        /// Stable name of the outcome's reason in snake_case, empty if none.
+        /// Stable name of the outcome's reason, `like_this`, empty if none.
         pub reason: Text<48>,
         /// Counts entries into a phase, from 1 up.
         pub phase_entry: u32,
@@ -132,27 +132,33 @@ wire! {
 
 impl Validate for ArmGoal {
     fn validate(&self) -> Result<(), Invalid> {
-        let check = Check;
-        check.code("goal.kind", self.kind, GoalKind::from_code(self.kind))?;
-        check.code(
+        Check::code(
+            "goal.kind",
+            self.kind,
+            GoalKind::from_code(self.kind).is_some(),
+        )?;
+        Check::code(
             "goal.gripper",
             self.gripper,
-            GripperGoal::from_code(self.gripper),
+            GripperGoal::from_code(self.gripper).is_some(),
         )?;
-        self.target.check(check)?;
-        check.within("goal.posture", &self.posture, MAX_JOINT_POSITION)?;
-        check.within("goal.grip_force", &[self.grip_force], MAX_EFFORT)?;
-        check.within("goal.approach", &self.approach, 2.0)?;
-        check.within("goal.approach_std_dev", &[self.approach_std_dev], 2.0)
+        self.target.check()?;
+        Check::within("goal.posture", &self.posture, MAX_JOINT_POSITION)?;
+        Check::within("goal.grip_force", &[self.grip_force], MAX_EFFORT)?;
+        Check::within("goal.approach", &self.approach, 2.0)?;
+        Check::within("goal.approach_std_dev", &[self.approach_std_dev], 2.0)
     }
 }
 
 impl Validate for Decision {
     fn validate(&self) -> Result<(), Invalid> {
-        let check = Check;
-        check.count("arm_count", self.arm_count, MAX_ARMS)?;
-        check.count("placed_count", self.placed_count, MAX_PLACED)?;
-        check.code("outcome", self.outcome, Outcome::from_code(self.outcome))?;
+        Check::count("arm_count", self.arm_count, MAX_ARMS)?;
+        Check::count("placed_count", self.placed_count, MAX_PLACED)?;
+        Check::code(
+            "outcome",
+            self.outcome,
+            Outcome::from_code(self.outcome).is_some(),
+        )?;
         for goal in &self.goals[..self.arm_count as usize] {
             goal.validate()?;
         }

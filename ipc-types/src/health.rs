@@ -56,11 +56,10 @@ wire! {
 
 impl Validate for Health {
     fn validate(&self) -> Result<(), Invalid> {
-        let check = Check;
-        check.code(
+        Check::code(
             "scheduling",
             self.scheduling,
-            Scheduling::from_code(self.scheduling),
+            Scheduling::from_code(self.scheduling).is_some(),
         )?;
         let values = [
             self.rate_hz,
@@ -72,7 +71,7 @@ impl Validate for Health {
             self.apply_age_p50_ns,
             self.apply_age_p99_ns,
         ];
-        check.within("figures", &values, 1.0e15)?;
+        Check::within("figures", &values, 1.0e15)?;
         self.note.check("note")
     }
 }

@@ -96,20 +96,23 @@ wire! {
 
 impl Validate for OperatorRequest {
     fn validate(&self) -> Result<(), Invalid> {
-        let check = Check;
         let action = OperatorAction::from_code(self.action);
-        check.code("action", self.action, action)?;
+        Check::code("action", self.action, action.is_some())?;
         if action == Some(OperatorAction::Gripper) {
-            check.code("gripper", self.count, GripperGoal::from_code(self.count))?;
+            Check::code(
+                "gripper",
+                self.count,
+                GripperGoal::from_code(self.count).is_some(),
+            )?;
         }
-        check.within("seconds", &[self.seconds], 3600.0)?;
-        self.pose.check(check)
+        Check::within("seconds", &[self.seconds], 3600.0)?;
+        self.pose.check()
     }
 }
 
 impl Validate for OperatorReply {
     fn validate(&self) -> Result<(), Invalid> {
-        Check.code("code", self.code, ReplyCode::from_code(self.code))?;
+        Check::code("code", self.code, ReplyCode::from_code(self.code).is_some())?;
         self.message.check("message")
     }
 }

@@ -31,15 +31,15 @@ impl Pose {
         orientation_wxyz: [1.0, 0.0, 0.0, 0.0],
     };
 
-    pub(crate) fn check(&self, check: Check) -> Result<(), Invalid> {
-        check.within("position", &self.position, crate::validate::MAX_POSITION_M)?;
-        check.unit_quaternion("orientation_wxyz", &self.orientation_wxyz)
+    pub(crate) fn check(&self) -> Result<(), Invalid> {
+        Check::within("position", &self.position, crate::validate::MAX_POSITION_M)?;
+        Check::unit_quaternion("orientation_wxyz", &self.orientation_wxyz)
     }
 }
 
 impl Twist {
-    pub(crate) fn check(&self, check: Check) -> Result<(), Invalid> {
-        check.within("linear", &self.linear, crate::validate::MAX_SPEED_M_S)?;
-        check.within("angular", &self.angular, crate::validate::MAX_RATE_RAD_S)
+    pub(crate) fn check(&self) -> Result<(), Invalid> {
+        Check::within("linear", &self.linear, crate::validate::MAX_SPEED_M_S)?;
+        Check::within("angular", &self.angular, crate::validate::MAX_RATE_RAD_S)
     }
 }

@@ -33,7 +33,7 @@ wire! {
 
 impl Validate for TraceLine {
     fn validate(&self) -> Result<(), Invalid> {
-        Check.code("kind", self.kind, TraceKind::from_code(self.kind))?;
+        Check::code("kind", self.kind, TraceKind::from_code(self.kind).is_some())?;
         self.text.check("text")
     }
 }

@@ -49,18 +49,11 @@ pub trait Validate {
     fn validate(&self) -> Result<(), Invalid>;
 }
 
-/// Checks of single fields; a zero-sized helper that keeps the rules in one
-/// place.
-#[derive(Clone, Copy)]
+/// Checks of single fields: the rules in one place.
 pub(crate) struct Check;
 
 impl Check {
-    pub(crate) fn within(
-        self,
-        field: &'static str,
-        values: &[f64],
-        limit: f64,
-    ) -> Result<(), Invalid> {
+    pub(crate) fn within(field: &'static str, values: &[f64], limit: f64) -> Result<(), Invalid> {
         match values.iter().position(|v| !(v.abs() <= limit)) {
             None => Ok(()),
             Some(index) => Err(Invalid {
@@ -72,7 +65,7 @@ impl Check {
         }
     }
 
-    pub(crate) fn unit_quaternion(self, field: &'static str, q: &[f64; 4]) -> Result<(), Invalid> {
+    pub(crate) fn unit_quaternion(field: &'static str, q: &[f64; 4]) -> Result<(), Invalid> {
         let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
         if (norm - 1.0).abs() <= 1.0e-6 {
             return Ok(());
@@ -85,12 +78,7 @@ impl Check {
         })
     }
 
-    pub(crate) fn count(
-        self,
-        field: &'static str,
-        count: u32,
-        capacity: usize,
-    ) -> Result<(), Invalid> {
+    pub(crate) fn count(field: &'static str, count: u32, capacity: usize) -> Result<(), Invalid> {
         if count as usize <= capacity {
             return Ok(());
         }
@@ -102,21 +90,16 @@ impl Check {
         })
     }
 
-    pub(crate) fn code<T>(
-        self,
-        field: &'static str,
-        code: u32,
-        known: Option<T>,
-    ) -> Result<(), Invalid> {
-        match known {
-            Some(_) => Ok(()),
-            None => Err(Invalid {
-                field,
-                index: 0,
-                value: f64::from(code),
-                allowed: "a known code",
-            }),
+    pub(crate) fn code(field: &'static str, code: u32, known: bool) -> Result<(), Invalid> {
+        if known {
+            return Ok(());
         }
+        Err(Invalid {
+            field,
+            index: 0,
+            value: f64::from(code),
+            allowed: "a known code",
+        })
     }
 }
 

@@ -151,6 +151,7 @@ macro_rules! wire {
 pub(crate) use wire;
 
 #[cfg(test)]
+#[allow(unreachable_pub, reason = "the macro declares what others see")]
 mod tests {
     use super::*;
     use iceoryx2::prelude::ZeroCopySend;

@@ -179,36 +179,35 @@ impl WorldState {
 
 impl Validate for ArmState {
     fn validate(&self) -> Result<(), Invalid> {
-        let check = Check;
-        check.count("joint_count", self.joint_count, MAX_JOINTS)?;
+        Check::count("joint_count", self.joint_count, MAX_JOINTS)?;
         let n = self.joint_count as usize;
-        check.within(
+        Check::within(
             "joint_positions",
             &self.joint_positions[..n],
             MAX_JOINT_POSITION,
         )?;
-        check.within(
+        Check::within(
             "joint_velocities",
             &self.joint_velocities[..n],
             MAX_JOINT_VELOCITY,
         )?;
-        check.within("joint_efforts", &self.joint_efforts[..n], MAX_EFFORT)?;
-        check.within(
+        Check::within("joint_efforts", &self.joint_efforts[..n], MAX_EFFORT)?;
+        Check::within(
             "setpoint_positions",
             &self.setpoint_positions[..n],
             MAX_JOINT_POSITION,
         )?;
-        check.within(
+        Check::within(
             "setpoint_velocities",
             &self.setpoint_velocities[..n],
             MAX_JOINT_VELOCITY,
         )?;
-        check.within(
+        Check::within(
             "setpoint_accelerations",
             &self.setpoint_accelerations[..n],
             MAX_EFFORT,
         )?;
-        self.tcp.check(check)?;
+        self.tcp.check()?;
         let gripper = &self.gripper;
         let scalars = [
             gripper.width,
@@ -216,31 +215,30 @@ impl Validate for ArmState {
             gripper.grip_force,
             gripper.load,
         ];
-        check.within("gripper", &scalars, MAX_EFFORT)
+        Check::within("gripper", &scalars, MAX_EFFORT)
     }
 }
 
 impl Validate for WorldState {
     fn validate(&self) -> Result<(), Invalid> {
-        let check = Check;
-        check.count("arm_count", self.arm_count, MAX_ARMS)?;
-        check.count("object_count", self.object_count, MAX_OBJECTS)?;
+        Check::count("arm_count", self.arm_count, MAX_ARMS)?;
+        Check::count("object_count", self.object_count, MAX_OBJECTS)?;
         for arm in self.arms() {
             arm.validate()?;
         }
         for object in self.objects() {
-            object.pose.check(check)?;
-            object.twist.check(check)?;
+            object.pose.check()?;
+            object.twist.check()?;
         }
         if self.panel.target_seq > 0 {
-            self.panel.target.check(check)?;
+            self.panel.target.check()?;
         }
-        check.count("panel.target_arm", self.panel.target_arm, MAX_ARMS - 1)?;
+        Check::count("panel.target_arm", self.panel.target_arm, MAX_ARMS - 1)?;
         let gripper = self.panel.gripper;
-        check.code(
+        Check::code(
             "panel.gripper",
             gripper,
-            crate::GripperGoal::from_code(gripper),
+            crate::GripperGoal::from_code(gripper).is_some(),
         )
     }
 }

@@ -5,16 +5,15 @@
 //! late their cycles start. Both report figures over the last second; what is
 //! printed are their medians and the worst second.
 
+use cell_model::bench_report::{Report, Row};
 use cell_rt::clock::monotonic_ns;
 use ipc_types::Health;
 use ipc_types::health::Scheduling;
 use ipc_types::topic::Process;
-use serde::Serialize;
 
 use crate::cli::{Cli, Command};
 use crate::failure::{Code, Failure};
 use crate::run::{End, LiveCell, Plan};
-use crate::say;
 
 /// What the bench runs.
 const DEMO: &str = "franka-stack";
@@ -22,28 +21,6 @@ const DEMO: &str = "franka-stack";
 const WARM_UP_NS: u64 = 1_500_000_000;
 /// One sample of the per-second figures this often.
 const WINDOW_NS: u64 = 1_000_000_000;
-
-#[derive(Debug, Serialize)]
-struct Row {
-    name: String,
-    /// Seconds measured.
-    n: usize,
-    p50: f64,
-    p99: f64,
-    /// The p99 of the worst second: processes report no finer figure.
-    p999: f64,
-    max: f64,
-    unit: &'static str,
-    ratio: Option<f64>,
-    against: Option<String>,
-}
-
-#[derive(Debug, Serialize)]
-struct Report {
-    bench: &'static str,
-    scheduling: &'static str,
-    rows: Vec<Row>,
-}
 
 /// p50, p99 and max of each second.
 #[derive(Debug, Default)]
@@ -59,17 +36,8 @@ impl Series {
         let median = |values: &[f64]| values.get(values.len() / 2).copied().unwrap_or(0.0);
         let worst = |values: &[f64]| values.last().copied().unwrap_or(0.0);
         let (p50, p99, max) = (column(0), column(1), column(2));
-        Row {
-            name,
-            n: self.0.len(),
-            p50: median(&p50),
-            p99: median(&p99),
-            p999: worst(&p99),
-            max: worst(&max),
-            unit: "us",
-            ratio: None,
-            against: None,
-        }
+        let figures = [median(&p50), median(&p99), worst(&p99), worst(&max)];
+        Row::new(name, self.0.len(), figures)
     }
 }
 
@@ -165,37 +133,18 @@ fn plan() -> Result<Plan, Failure> {
 }
 
 fn print(probe: &Probe, json: bool) -> Result<(), Failure> {
-    let scheduling = if probe.fifo { "fifo" } else { "other" };
-    let rows = vec![
+    let note = "medians over seconds; p99.9: p99 of the worst second".to_owned();
+    let mut report = Report::new("e2e", probe.fifo, &[note]);
+    report.rows = vec![
         probe
             .apply
             .row("state age when its command is applied".to_owned()),
         probe.controller.row("controller lateness".to_owned()),
         probe.physics.row("physics lateness".to_owned()),
     ];
-    if json {
-        let report = Report {
-            bench: "e2e",
-            scheduling,
-            rows,
-        };
-        say::line(serde_json::to_string(&report).map_err(Failure::configuration)?);
-        return Ok(());
-    }
-    say::line(format_args!(
-        "bench e2e, scheduling {scheduling}; medians over seconds; p99.9: p99 of the worst second"
-    ));
-    say::line(format_args!(
-        "{:<40} {:>4} {:>10} {:>10} {:>10} {:>10}",
-        "us", "n", "p50", "p99", "p99.9", "max"
-    ));
-    for row in &rows {
-        say::line(format_args!(
-            "{:<40} {:>4} {:>10.1} {:>10.1} {:>10.1} {:>10.1}",
-            row.name, row.n, row.p50, row.p99, row.p999, row.max
-        ));
-    }
-    Ok(())
+    report
+        .write(&mut std::io::stdout().lock(), json)
+        .map_err(Failure::configuration)
 }
 
 #[cfg(test)]

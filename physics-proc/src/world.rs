@@ -376,7 +376,7 @@ impl World {
             .vector
             .iter()
             .chain(pose.rotation.coords.iter())
-            .all(|x| x.is_finite());
+            .all(|x: &f64| x.is_finite());
         finite.then_some(pose)
     }
 }

@@ -153,10 +153,9 @@ impl TaskProcess {
                 return;
             }
         }
-        if tick / DECISION_TICKS > saved.tick / DECISION_TICKS + 1 {
-            if let Some(state) = self.state.current() {
-                self.task.reconcile(state);
-            }
+        let missed = tick / DECISION_TICKS > saved.tick / DECISION_TICKS + 1;
+        if let (true, Some(state)) = (missed, self.state.current()) {
+            self.task.reconcile(state);
         }
         self.decided = Some((generation, saved.tick));
         self.message = saved.decision;

@@ -1,5 +1,10 @@
 //! The demo from end to end: four cubes, disturbed and not, with the task
 //! being killed on the way.
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test that cannot go on has failed"
+)]
 
 use std::path::Path;
 

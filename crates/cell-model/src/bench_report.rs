@@ -32,19 +32,7 @@ impl Samples {
             let rank = (self.0.len() * permille).div_ceil(1000).max(1) - 1;
             self.0.get(rank).map_or(0.0, |ns| *ns as f64 / 1000.0)
         };
-        Row {
-            n: self.0.len(),
-            p50: at(500),
-            p99: at(990),
-            p999: at(999),
-            max: at(1000),
-            unit: "us",
-            name,
-            ratio: None,
-            against: None,
-            ratio_p99: None,
-            ratio_p999: None,
-        }
+        Row::new(name, self.0.len(), [at(500), at(990), at(999), at(1000)])
     }
 }
 
@@ -73,6 +61,26 @@ pub struct Row {
     pub ratio_p99: Option<f64>,
     /// The same for p99.9.
     pub ratio_p999: Option<f64>,
+}
+
+impl Row {
+    /// A row in microseconds that is held against nothing; `figures` are p50,
+    /// p99, p99.9 and the maximum.
+    pub fn new(name: String, n: usize, [p50, p99, p999, max]: [f64; 4]) -> Self {
+        Self {
+            name,
+            n,
+            p50,
+            p99,
+            p999,
+            max,
+            unit: "us",
+            ratio: None,
+            against: None,
+            ratio_p99: None,
+            ratio_p999: None,
+        }
+    }
 }
 
 /// All rows of one run.
@@ -133,7 +141,7 @@ impl Report {
         }
         writeln!(
             out,
-            "{:<28} {:>7} {:>9} {:>9} {:>9} {:>9}  {:>7}  against",
+            "{:<42} {:>7} {:>9} {:>9} {:>9} {:>9}  {:>7}  against",
             "", "n", "p50", "p99", "p99.9", "max", "ratio"
         )?;
         for row in &self.rows {
@@ -142,7 +150,7 @@ impl Report {
                 .map_or(String::new(), |ratio| format!("{ratio:.3}"));
             writeln!(
                 out,
-                "{:<28} {:>7} {:>9.2} {:>9.2} {:>9.2} {:>9.2}  {ratio:>7}  {}",
+                "{:<42} {:>7} {:>9.2} {:>9.2} {:>9.2} {:>9.2}  {ratio:>7}  {}",
                 row.name,
                 row.n,
                 row.p50,

@@ -1,7 +1,7 @@
 //! A robot as every process needs it: kinematics, masses, limits, drives, hand.
 
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion};
-use rmp::{Chain, JointKind, JointLimits, RmpFlowParameters};
+use rmp::{Chain, CollisionSphere, JointKind, JointLimits, RmpFlowParameters};
 
 use crate::shape::Link;
 
@@ -48,17 +48,6 @@ pub struct ParallelGripper {
     pub speed: f64,
     /// Friction coefficient of the pads.
     pub pad_friction: f64,
-}
-
-/// A ball that stands for a part of the arm in collision avoidance.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CollisionSphere {
-    /// The frame it is fixed to.
-    pub frame: String,
-    /// Centre in that frame (m).
-    pub center: [f64; 3],
-    /// Radius (m).
-    pub radius: f64,
 }
 
 /// A robot arm with what is mounted on it.

@@ -1,7 +1,9 @@
 //! What motion policies need to know of a robot beyond its kinematics: default
 //! posture, collision spheres and tuning.
 
-use rmp::RmpFlowParameters;
+use std::collections::BTreeMap;
+
+use rmp::{RmpFlow, RmpFlowParameters, RmpFlowSetup, SetupError};
 
 use crate::data;
 use crate::error::{ModelError, Place};
@@ -16,6 +18,33 @@ const GENERAL_TUNING: &str = include_str!("../../../robots/panda/panda_rmpflow.y
 const BUFFER: f64 = 0.01;
 
 impl Robot {
+    /// Motion policies for this robot among up to `obstacle_capacity` obstacles,
+    /// at rest in its default configuration, without a target frame.
+    ///
+    /// # Errors
+    /// [`SetupError`] where spheres or tuning do not fit the robot.
+    pub fn motion_policies(&self, obstacle_capacity: usize) -> Result<RmpFlow, SetupError> {
+        let names = self.arm_joint_names();
+        let joints = self.chain.joints().iter().map(|joint| joint.name.clone());
+        let mut defaults: BTreeMap<String, f64> = joints
+            .zip(self.fixed_joint_positions.iter().copied())
+            .collect();
+        defaults.extend(
+            names
+                .iter()
+                .cloned()
+                .zip(self.default_joint_positions.iter().copied()),
+        );
+        RmpFlow::new(&RmpFlowSetup {
+            chain: &self.chain,
+            joint_names: &names,
+            default_positions: &defaults,
+            spheres: &self.spheres,
+            parameters: &self.rmpflow,
+            obstacle_capacity,
+        })
+    }
+
     /// Takes default positions, spheres and, by joint name, limits from an XRDF
     /// called `file`. The controlled joints and the tool stay as they are.
     pub(crate) fn take_xrdf(&mut self, file: &str, xrdf: &Xrdf) -> Result<(), ModelError> {

@@ -36,7 +36,7 @@ impl std::str::FromStr for Speed {
             "1" => Ok(Self::RealTime),
             "max" => Ok(Self::Max),
             _ => match text.parse::<f64>() {
-                Ok(factor) if factor == 1.0 => Ok(Self::RealTime),
+                Ok(1.0) => Ok(Self::RealTime),
                 Ok(factor) if (0.01..=50.0).contains(&factor) => Ok(Self::Factor(factor)),
                 _ => Err(format!(
                     "speed is {text:?}; allowed are 1 (real time), max, or a factor from 0.01 to 50"

@@ -272,7 +272,8 @@ impl Checker<'_> {
         let limit = &joint.limit;
         let continuous = joint.joint_type == JointType::Continuous;
         for (key, value) in [("effort", limit.effort), ("velocity", limit.velocity)] {
-            if !(0.0..=MAX_QUANTITY).contains(&value) && !(continuous && value == f64::INFINITY) {
+            let unlimited = continuous && value == f64::INFINITY;
+            if !unlimited && !(0.0..=MAX_QUANTITY).contains(&value) {
                 return Err(self.refuse(
                     format!("{owner}: limit {key}"),
                     value,

@@ -8,7 +8,7 @@ use serde::de::IgnoredAny;
 
 use crate::error::ModelError;
 use crate::rmpflow_file::yaml;
-use crate::robot::CollisionSphere;
+use rmp::CollisionSphere;
 
 /// What an XRDF says.
 #[derive(Clone, Debug, PartialEq)]
@@ -274,7 +274,7 @@ impl Reader<'_> {
         self.number(&format!("{key}.radius"), sphere.radius, 0.0, 100.0)?;
         Ok(CollisionSphere {
             frame: frame.to_owned(),
-            center: sphere.center,
+            center: sphere.center.into(),
             radius: sphere.radius,
         })
     }

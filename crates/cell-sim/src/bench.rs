@@ -1,6 +1,5 @@
 //! Costs of the cores, each in one run.
 
-use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::io::stdout;
 
@@ -10,7 +9,7 @@ use cell_model::{Data, Robot};
 use cell_rt::monotonic_ns;
 use cell_rt::priority::{self, CONTROLLER_PRIORITY};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use rmp::{CollisionSphere, JointLimits, MotionState, Obstacle, RmpFlow, RmpFlowSetup, TargetId};
+use rmp::{JointLimits, MotionState, Obstacle, RmpFlow, TargetId};
 
 use crate::eval::template;
 use crate::{OneProcess, SimError, run};
@@ -79,23 +78,7 @@ fn control() -> Result<Report, SimError> {
 }
 
 fn flow(robot: &Robot, obstacles: usize) -> Result<(RmpFlow, TargetId), SimError> {
-    let spheres: Vec<CollisionSphere> = robot
-        .spheres
-        .iter()
-        .map(|s| CollisionSphere {
-            frame: s.frame.clone(),
-            center: s.center.into(),
-            radius: s.radius,
-        })
-        .collect();
-    let mut flow = RmpFlow::new(&RmpFlowSetup {
-        chain: &robot.chain,
-        joint_names: &robot.arm_joint_names(),
-        default_positions: &BTreeMap::new(),
-        spheres: &spheres,
-        parameters: &robot.rmpflow,
-        obstacle_capacity: obstacles,
-    })?;
+    let mut flow = robot.motion_policies(obstacles)?;
     let tool = flow.add_target_frame(robot.tcp_frame_name())?;
     flow.set_position_target(tool, Some(Vector3::new(0.5, 0.1, 0.4)))?;
     flow.set_orientation_target(tool, Some(UnitQuaternion::from_euler_angles(3.1, 0.1, 0.0)))?;

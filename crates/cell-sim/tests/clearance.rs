@@ -1,5 +1,10 @@
 //! The arm keeps away from an obstacle: parry's distances are the oracle, at
 //! the joints that were measured, not those the controller believes in.
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test that cannot go on has failed"
+)]
 
 use cell_model::cell::FixtureSpec;
 use cell_model::{Cell, Data, Robot, Shape};

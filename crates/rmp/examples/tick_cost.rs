@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use cell_model::data::Data;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use rmp::{CollisionSphere, Obstacle, RmpFlow, RmpFlowSetup};
+use rmp::{Obstacle, RmpFlow, RmpFlowSetup};
 
 const STATES: usize = 512;
 const ROUNDS: usize = 20;
@@ -45,17 +45,11 @@ fn panda(capacity: usize) -> Result<RmpFlow, Box<dyn Error>> {
     let xrdf = cell_model::xrdf::parse("panda.xrdf", &read("panda.xrdf")?)?;
     let tuning = read("panda_rmpflow.yaml")?;
     let parameters = cell_model::rmpflow_file::parse("panda_rmpflow.yaml", &tuning)?;
-    let sphere = |s: &cell_model::robot::CollisionSphere| CollisionSphere {
-        frame: s.frame.clone(),
-        center: s.center.into(),
-        radius: s.radius,
-    };
-    let spheres: Vec<CollisionSphere> = xrdf.world_spheres.iter().map(sphere).collect();
     let mut flow = RmpFlow::new(&RmpFlowSetup {
         chain: &urdf.chain,
         joint_names: &xrdf.joint_names,
         default_positions: &xrdf.default_joint_positions,
-        spheres: &spheres,
+        spheres: &xrdf.world_spheres,
         parameters: &parameters,
         obstacle_capacity: capacity,
     })?;

@@ -14,8 +14,8 @@ use ipc_types::probe::{Probe, Probe1K, Probe4K, Probe16K, Probe64};
 use super::links::names;
 use super::peer::{Links, PAYLOADS, READY, WAYS, Wires, schedule};
 use super::place::{Block, Control, Place, RUN};
-use super::stats::{Report, Samples};
 use super::{BenchError, bus, io};
+use cell_model::bench_report::{Report, Samples};
 
 /// How much is measured.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +63,7 @@ pub fn run(json: bool) -> Result<(), BenchError> {
         command
     };
     measure(Plan::default(), command)?
-        .print(json)
+        .write(&mut std::io::stdout().lock(), json)
         .map_err(io("print"))
 }
 
@@ -95,7 +95,7 @@ fn measure(plan: Plan, command: impl Fn(&Place) -> Command) -> Result<Report, Be
         }
     }
     cell_rt::priority::set_other().map_err(io("leave real-time scheduling"))?;
-    let mut report = Report::new("ipc", &granted);
+    let mut report = Report::new("ipc", granted.fifo, &granted.refused);
     report.notes.extend(NOTES.map(str::to_owned));
     bench.fill(&mut report);
     Ok(report)
@@ -242,7 +242,7 @@ impl Peer {
                     });
                 }
                 Err(_) if monotonic_ns() < end_ns => {
-                    cell_rt::sleep_until(monotonic_ns() + 1_000_000)
+                    cell_rt::sleep_until(monotonic_ns() + 1_000_000);
                 }
                 Err(_) => return Err(BenchError::Silent),
             }

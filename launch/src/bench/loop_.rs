@@ -5,8 +5,8 @@ use std::process::Command;
 use cell_rt::priority::{self, PHYSICS_PRIORITY};
 use cell_rt::{Grid, monotonic_ns, sleep_until};
 
-use super::stats::{Report, Row, Samples};
 use super::{BenchError, io};
+use cell_model::bench_report::{Report, Row, Samples};
 
 const PERIOD_NS: u64 = 1_000_000;
 /// Cycles of a row in one go, one second: rows take turns.
@@ -31,7 +31,7 @@ pub fn run(json: bool) -> Result<(), BenchError> {
         };
     }
     priority::set_other().map_err(io("leave real-time scheduling"))?;
-    let mut report = Report::new("loop", &granted);
+    let mut report = Report::new("loop", granted.fifo, &granted.refused);
     report.notes.push(format!(
         "lateness of the start of a cycle of 1 ms on core {core}, rows in turns of one second"
     ));
@@ -39,23 +39,21 @@ pub fn run(json: bool) -> Result<(), BenchError> {
         grid.into_row("grid".to_owned()),
         sleep.into_row("nanosleep".to_owned()),
     ];
-    let base = match cyclictest {
-        Some(samples) => {
-            report.rows.push(cyclictest_row(samples));
-            "cyclictest"
-        }
-        None => {
-            report
-                .notes
-                .push("cyclictest is not installed; compared with a plain sleep".to_owned());
-            "nanosleep"
-        }
+    let base = if let Some(samples) = cyclictest {
+        report.rows.push(cyclictest_row(samples));
+        "cyclictest"
+    } else {
+        let note = "cyclictest is not installed; compared with a plain sleep";
+        report.notes.push(note.to_owned());
+        "nanosleep"
     };
     report.compare("grid", base);
     if base != "nanosleep" {
         report.compare("nanosleep", base);
     }
-    report.print(json).map_err(io("print"))
+    report
+        .write(&mut std::io::stdout().lock(), json)
+        .map_err(io("print"))
 }
 
 /// The cell's loop: sleeps most of the way, spins the rest.

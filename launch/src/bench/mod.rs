@@ -8,7 +8,6 @@ mod links;
 pub mod loop_;
 pub mod peer;
 mod place;
-mod stats;
 
 use thiserror::Error;
 

@@ -161,7 +161,7 @@ fn note_failed_pick(setup: &StackSetup, cube: usize, job: &mut Job) {
 /// The cube's own spawn, or the first one with room around it where something
 /// stands on its own; its own if there is none.
 pub fn free_spawn(setup: &StackSetup, scene: &Scene, cube: usize) -> Place {
-    let own = setup.cube(cube).map(|c| c.spawn).unwrap_or(NOWHERE);
+    let own = setup.cube(cube).map_or(NOWHERE, |c| c.spawn);
     let nearest = |place: &Place| {
         let others = (0..setup.cubes.len()).filter(|other| *other != cube);
         let distance = |other| plane_distance(scene.cube(other).position, place.position.into());

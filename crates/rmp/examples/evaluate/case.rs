@@ -5,10 +5,7 @@ use std::path::Path;
 
 use cell_model::data::read_text;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
-use rmp::{
-    CollisionSphere, JointLimits, MotionState, Obstacle, RmpFlow, RmpFlowSetup, SetupError,
-    TargetId,
-};
+use rmp::{JointLimits, MotionState, Obstacle, RmpFlow, RmpFlowSetup, SetupError, TargetId};
 use serde::Deserialize;
 
 const MOST_STEPS: u32 = 10_000_000;
@@ -144,17 +141,11 @@ impl Case {
             cell_model::xrdf::parse(&self.xrdf, &read(&self.xrdf)?).map_err(|e| e.to_string())?;
         let parameters = cell_model::rmpflow_file::parse(&self.rmpflow, &read(&self.rmpflow)?)
             .map_err(|e| e.to_string())?;
-        let sphere = |s: &cell_model::robot::CollisionSphere| CollisionSphere {
-            frame: s.frame.clone(),
-            center: s.center.into(),
-            radius: s.radius,
-        };
-        let spheres: Vec<CollisionSphere> = xrdf.world_spheres.iter().map(sphere).collect();
         let flow = RmpFlow::new(&RmpFlowSetup {
             chain: &urdf.chain,
             joint_names: &xrdf.joint_names,
             default_positions: &xrdf.default_joint_positions,
-            spheres: &spheres,
+            spheres: &xrdf.world_spheres,
             parameters: &parameters,
             obstacle_capacity: self.obstacles.len(),
         })

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use cell_model::xrdf::Xrdf;
-use rmp::{Chain, CollisionSphere, JointLimits, RmpFlow, RmpFlowParameters, RmpFlowSetup};
+use rmp::{Chain, JointLimits, RmpFlow, RmpFlowParameters, RmpFlowSetup};
 
 /// A robot as read from its files.
 pub(crate) struct Files {
@@ -57,21 +57,11 @@ fn load(dir: &Path, name: &str) -> Files {
 
 impl Files {
     pub(crate) fn flow(&self, obstacle_capacity: usize) -> RmpFlow {
-        let spheres: Vec<CollisionSphere> = self
-            .xrdf
-            .world_spheres
-            .iter()
-            .map(|s| CollisionSphere {
-                frame: s.frame.clone(),
-                center: s.center.into(),
-                radius: s.radius,
-            })
-            .collect();
         RmpFlow::new(&RmpFlowSetup {
             chain: &self.chain,
             joint_names: &self.xrdf.joint_names,
             default_positions: &self.xrdf.default_joint_positions,
-            spheres: &spheres,
+            spheres: &self.xrdf.world_spheres,
             parameters: &self.parameters,
             obstacle_capacity,
         })
