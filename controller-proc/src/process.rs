@@ -23,6 +23,9 @@ const SPIN_LOCKSTEP_NS: u64 = 300_000;
 const NUDGE: Duration = Duration::from_millis(5);
 /// A state that does not come within this is given up for this cycle (ns).
 const PATIENCE_NS: u64 = 5_000_000;
+/// Longest wait of lockstep for a decision that was sent, but not yet to this
+/// reader: its writer may have been killed in between and has to come back (ns).
+const DELIVERY_NS: u64 = 2_000_000_000;
 
 /// Why a controller cannot run.
 #[derive(Debug, thiserror::Error)]
@@ -175,7 +178,7 @@ impl ControllerProcess {
     /// lockstep that is the one of the last tenth tick, and it is waited for.
     fn take_decision(&mut self, generation: u32, tick: u64) -> bool {
         let wanted = tick.checked_sub(1).map(|t| t - t % DECISION_TICKS);
-        let patient_until_ns = monotonic_ns() + PATIENCE_NS;
+        let patient_until_ns = monotonic_ns() + DELIVERY_NS;
         loop {
             self.gate.pull(&mut self.decision);
             let found = self

@@ -55,7 +55,7 @@ impl Default for GoalBook {
 
 impl GoalBook {
     /// The goal `arm` was given with the previous decision; `None` before the
-    /// first one and after [`GoalBook::forget`].
+    /// first one and after `forget`.
     pub fn previous(&self, arm: usize) -> Option<PreviousGoal> {
         let entry = self.entries.get(arm)?;
         let (kind, key) = entry.identity?;

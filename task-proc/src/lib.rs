@@ -4,7 +4,7 @@
 //! controllers' words and gives an [`ipc_types::Decision`]; time comes with the
 //! state, and there is no clock, port, file or thread in here. A [`Policy`] sees
 //! an [`Observation`] and speaks through an [`Output`]; what it and the task
-//! remember is one plain [record](record), from which another process goes on.
+//! remember is one plain [record], from which another process goes on.
 //! An arm that nobody speaks for holds and keeps its gripper.
 #![forbid(unsafe_code)]
 

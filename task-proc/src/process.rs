@@ -159,10 +159,9 @@ impl TaskProcess {
         }
         self.decided = Some((generation, saved.tick));
         self.message = saved.decision;
-        if tick == saved.tick {
-            // The decision of this tick was made, perhaps not heard.
-            self.publish();
-        }
+        // The decision was made, perhaps not heard, or not by everybody. It is
+        // absolute, and its tick says how old it is.
+        self.publish();
     }
 
     fn decide(&mut self, generation: u32, tick: u64, lockstep: bool) {

@@ -34,12 +34,10 @@ impl<T: Message> Gate<T> {
         }
     }
 
-    /// Takes the newest message of `subscriber` in; true when there was one.
+    /// Takes all messages that wait at `subscriber` in, true when there was one:
+    /// the newest may have to be kept back, and the one before it used.
     pub fn pull(&mut self, subscriber: &mut Subscriber<T>) -> bool {
-        subscriber
-            .take()
-            .map(|message| self.offer(message))
-            .is_some()
+        subscriber.take_all(|message| self.offer(message)) > 0
     }
 
     /// Takes a message in. A new generation of the writer, or a tick before one

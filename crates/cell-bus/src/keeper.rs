@@ -116,7 +116,7 @@ impl Keeper {
             .max_publishers(qos::MAX_PUBLISHERS)
             .max_subscribers(readers)
             .max_nodes(qos::MAX_NODES)
-            .history_size(qos::HISTORY)
+            .history_size(qos::HISTORY.min(depth))
             .subscriber_max_buffer_size(depth)
             .subscriber_max_borrowed_samples(qos::MAX_BORROWED)
             .enable_safe_overflow(true)

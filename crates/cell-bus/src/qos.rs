@@ -10,14 +10,15 @@ pub(crate) const MAX_PUBLISHERS: usize = 8;
 pub(crate) const MAX_NODES: usize = 32;
 /// A reader keeps the last good message while it looks at the next.
 pub(crate) const MAX_BORROWED: usize = 2;
-/// A late joiner gets the newest message.
-pub(crate) const HISTORY: usize = 1;
+/// A late joiner gets the newest messages, as many as a reader can be behind,
+/// but no more than this.
+pub(crate) const HISTORY: usize = 2;
 /// Loans of one publisher at a time.
 const MAX_LOANED: usize = 2;
 
 /// Readers of a topic. Deep buffers are memory times readers, so they get few.
 pub(crate) fn max_subscribers(topic: TopicId) -> usize {
-    if topic.depth() > 1 { 6 } else { 16 }
+    if topic.depth() > HISTORY { 6 } else { 16 }
 }
 
 /// All topics of a cell of `arms` arms.

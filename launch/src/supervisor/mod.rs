@@ -2,7 +2,7 @@
 //!
 //! Time is monotonic nanoseconds and always an argument, so that every order
 //! of events can be tried in a test. What an action does stands in
-//! [`crate::child`].
+//! `child.rs`.
 
 mod event;
 mod slot;

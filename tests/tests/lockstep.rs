@@ -1,0 +1,52 @@
+//! What lockstep promises: everybody works with the same messages, run for run.
+
+#![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
+
+use cell_bus::{Bus, RunSite};
+use ipc_types::Decision;
+use ipc_types::topic::TopicId;
+use robocell_tests::cell::TestCell;
+use robocell_tests::program::wait_for;
+use serde_json::Value;
+
+/// Decisions to look at; physics waits for each, so few are missed.
+const ENOUGH: usize = 300;
+
+fn join(cell: &TestCell) -> Bus {
+    let text = std::fs::read_to_string(cell.run_dir().join("run.json")).expect("the run file");
+    let spec: Value = serde_json::from_str(&text).expect("a run file");
+    let word = |key: &str| spec[key].as_str().expect("a word").to_owned();
+    let site = RunSite {
+        root: word("root").into(),
+        prefix: word("prefix"),
+    };
+    let run = spec["run"].as_u64().expect("the run's identity");
+    Bus::join(&site, run, 1, "onlooker").expect("it joins")
+}
+
+#[test]
+fn every_decision_uses_the_status_of_the_tick_before_and_the_state_of_its_own() {
+    let cell = TestCell::start(&["franka-stack", "--headless", "--speed", "max", "--paused"]);
+    cell.wait_up();
+    let bus = join(&cell);
+    let mut decisions = bus
+        .subscriber::<Decision>(TopicId::Decision)
+        .expect("the topic");
+    assert_eq!(cell.ask(&["resume"]).code, 0);
+    let mut seen = 0;
+    wait_for("decisions", || {
+        if let Some(decision) = decisions.take().filter(|d| d.header.tick > 0) {
+            let age = |topic: TopicId| {
+                let inputs = decision.header.inputs().iter();
+                inputs
+                    .filter(|i| i.topic == topic.code())
+                    .map(|i| i.age_ticks)
+                    .next()
+            };
+            assert_eq!(age(TopicId::WorldState), Some(0), "{:?}", decision.header);
+            assert_eq!(age(TopicId::ArmStatus(0)), Some(1), "{:?}", decision.header);
+            seen += 1;
+        }
+        (seen >= ENOUGH).then_some(())
+    });
+}
