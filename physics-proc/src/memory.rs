@@ -68,7 +68,7 @@ impl Memory {
         self.panel.scene_reset = before.panel.scene_reset.wrapping_add(1);
         self.quarantined = before.quarantined;
         for (arm, before) in self.arms.iter_mut().zip(before.arms) {
-            arm.watchdog.carry_over(&before.watchdog);
+            arm.watchdog.carry_over(&before.watchdog, self.tick);
         }
     }
 }

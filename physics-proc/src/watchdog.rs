@@ -58,8 +58,9 @@ pub(crate) struct Watchdog {
     /// Feed-forward of the last accepted command (N·m or N).
     efforts: Vec<f64>,
     accepted: Option<Accepted>,
-    /// The command in force before the scene was reset.
-    ignored: Option<Accepted>,
+    /// Tick at which the scene was reset: commands that answer it or an earlier
+    /// one are about the scene before.
+    reset_at: Option<u64>,
     /// Commands refused since the start.
     pub(crate) refused: u64,
     /// Limits broken by accepted commands or measured positions.
@@ -95,7 +96,7 @@ impl Watchdog {
             setpoint: points,
             efforts: vec![0.0; home.len()],
             accepted: None,
-            ignored: None,
+            reset_at: None,
             refused: 0,
             violations: 0,
             fault: false,
@@ -117,12 +118,12 @@ impl Watchdog {
         &self.efforts
     }
 
-    /// After a reset of the scene: counts go on, and a command that was in
-    /// force before it is not new.
-    pub(crate) fn carry_over(&mut self, before: &Self) {
+    /// After a reset of the scene at `tick`: counts go on, and commands that
+    /// answer the scene before are not taken.
+    pub(crate) fn carry_over(&mut self, before: &Self, tick: u64) {
         self.refused = before.refused;
         self.violations = before.violations;
-        self.ignored = before.accepted.or(before.ignored);
+        self.reset_at = Some(tick);
     }
 
     /// Decides for the tick that follows `tick`. `command` is the newest one
@@ -163,7 +164,11 @@ impl Watchdog {
             tick: header.tick,
         };
         // A command of the future answers a run that was set back.
-        if self.fault || self.accepted == Some(id) || self.ignored == Some(id) || id.tick > tick {
+        if self.fault
+            || self.accepted == Some(id)
+            || self.reset_at.is_some_and(|reset| id.tick <= reset)
+            || id.tick > tick
+        {
             return false;
         }
         let fresh = tick - id.tick <= cell_model::stop::COMMAND_AGE_TICKS;

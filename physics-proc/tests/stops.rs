@@ -164,3 +164,36 @@ fn before_the_first_command_the_arm_holds_its_home() {
         );
     }
 }
+
+#[test]
+fn a_command_that_answers_the_scene_before_a_reset_is_not_taken() {
+    let mut rig = Rig::new(1);
+    let speed = 0.2;
+    for tick in 1..=40 {
+        // Joint 1 speeds up within its limits.
+        let t = f64::from(tick) * 1.0e-3;
+        let v = speed * (t / 0.04) * (t / 0.04);
+        let mut q = HOME;
+        q[0] += speed * t * t * t / (3.0 * 0.04 * 0.04);
+        let command = rig.command(&q, &[v, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], &[0.0; 7]);
+        rig.apply(&command);
+        rig.joints = q;
+    }
+    assert_eq!(rig.state().arms[0].limit_violations, 0);
+    let late = rig.command(
+        &rig.joints.clone(),
+        &[speed, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        &[0.0; 7],
+    );
+    rig.world.reset().unwrap();
+    rig.apply(&late);
+    let arm = rig.state().arms[0];
+    assert_eq!(arm.limit_violations, 0);
+    assert_eq!(arm.setpoint_velocities[0], 0.0);
+    assert_eq!(arm.setpoint_positions[..7], HOME);
+    // What answers the new scene is.
+    rig.joints = HOME;
+    rig.stay(3);
+    assert_eq!(rig.state().arms[0].limit_violations, 0);
+    assert!(rig.state().arms[0].command_seq > 0);
+}
