@@ -42,6 +42,11 @@ wire! {
         /// Index of the object held (in contact with both fingers, or
         /// attached) plus 1; 0 for none.
         pub held_object: u32,
+        /// Index of the object in the light barrier between the fingers plus 1;
+        /// 0 for none.
+        pub beam_object: u32,
+        /// Zero.
+        pub reserved: u32,
     }
 }
 

@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 mod arm;
+mod beam;
 mod contacts;
 mod convert;
 pub mod drag;

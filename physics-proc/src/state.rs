@@ -4,6 +4,7 @@ use ipc_types::world::{OBJECT_ASLEEP, OBJECT_DRAGGED, OBJECT_ENABLED, OBJECT_TOU
 use ipc_types::{ArmState, GripperState, Header, ObjectState, Twist, Wire, WorldState};
 use nalgebra::Vector3;
 
+use crate::beam;
 use crate::convert;
 use crate::hash::StateHash;
 use crate::world::World;
@@ -118,9 +119,10 @@ impl World {
         }
         let grip = self.contacts.grips[index];
         out.grip_force = grip.force;
-        out.held_object = grip
-            .held
-            .map_or(0, |object| u32::try_from(object + 1).unwrap_or(0));
+        let number = |object: usize| u32::try_from(object + 1).unwrap_or(0);
+        out.held_object = grip.held.map_or(0, number);
+        let beam = beam::interrupted_by(&self.arms[index], &self.engine, &self.objects, out.width);
+        out.beam_object = beam.map_or(0, number);
         out
     }
 

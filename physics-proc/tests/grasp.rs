@@ -83,3 +83,27 @@ fn the_arm_follows_its_commands_closely() {
         );
     }
 }
+
+#[test]
+fn the_light_barrier_sees_a_cube_before_the_fingers_touch_it() {
+    let mut rig = Rig::new(6);
+    let beam = |rig: &Rig| rig.state().arms[0].gripper.beam_object;
+    let pose = rig.object(2);
+    let [x, y, z] = pose.translation.vector.into();
+    let (_, _, yaw) = pose.rotation.euler_angles();
+    let above = rig.solve([x, y, z + 0.1], yaw);
+    rig.travel(above, 2.0);
+    assert_eq!(beam(&rig), 0);
+    let low = rig.solve([x, y, z], yaw);
+    rig.travel(low, 1.0);
+    assert_eq!(
+        (beam(&rig), rig.state().arms[0].gripper.held_object),
+        (3, 0)
+    );
+    rig.width = 0.0;
+    rig.stay(500);
+    assert_eq!(
+        (beam(&rig), rig.state().arms[0].gripper.held_object),
+        (3, 3)
+    );
+}

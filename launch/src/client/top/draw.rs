@@ -146,9 +146,14 @@ fn arm_lines(index: usize, arm: &ArmState) -> [Line<'static>; 3] {
             list(&arm.joint_efforts[..count])
         )),
         Line::from(format!(
-            "  tcp {x:.3} {y:.3} {z:.3} m  gripper {:.1} mm {:.1} N holds {held}  limit violations {}",
+            "  tcp {x:.3} {y:.3} {z:.3} m  gripper {:.1} mm {:.1} N holds {held}, beam {}  limit violations {}",
             gripper.width * 1e3,
             gripper.grip_force,
+            if gripper.beam_object == 0 {
+                "free"
+            } else {
+                "interrupted"
+            },
             arm.limit_violations
         )),
     ]
