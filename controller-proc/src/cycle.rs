@@ -136,6 +136,14 @@ impl Cycle {
         if self.began_with == Some(now) && !stopped {
             return;
         }
+        // Another physics is another world: what was asked for in the old one
+        // means nothing there.
+        if self
+            .began_with
+            .is_some_and(|(generation, _)| generation != now.0)
+        {
+            self.latch = GoalLatch::default();
+        }
         self.began_with = Some(now);
         self.last = *drives;
         self.last_tick = None;

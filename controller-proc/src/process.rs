@@ -8,7 +8,7 @@ use cell_rt::periodic::{SPIN_FIFO_NS, SPIN_OTHER_NS};
 use cell_rt::priority::CONTROLLER_PRIORITY;
 use cell_rt::signal::stop_requested;
 use cell_rt::{monotonic_ns, sleep_until};
-use cell_worker::{HealthReporter, SetupError, Start};
+use cell_worker::{HealthReporter, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_LOCKSTEP;
 use ipc_types::{ArmCommand, ArmStatus, DECISION_TICKS, Decision, TICK_NS, Wire, WorldState};
@@ -30,9 +30,6 @@ const DELIVERY_NS: u64 = 2_000_000_000;
 /// Why a controller cannot run.
 #[derive(Debug, thiserror::Error)]
 pub enum ProcessError {
-    /// The run file or the cell.
-    #[error(transparent)]
-    Setup(#[from] SetupError),
     /// The robot's tuning.
     #[error(transparent)]
     Tuning(#[from] RmpFlowError),

@@ -79,13 +79,13 @@ impl TopicId {
     }
 
     /// How many messages a reader can be behind before the oldest is dropped.
-    /// Control topics carry the newest value and nothing else. Of a status two
-    /// are kept: who decides on tick k uses that of tick k - 1, and may look
-    /// after that of tick k was sent.
+    /// Control topics carry the newest value and nothing else. Of a
+    /// status and of a decision two are kept: who works on tick k uses the one
+    /// before it, and may look after that of tick k was sent.
     pub fn depth(self) -> usize {
         match self {
             Self::Trace => 1024,
-            Self::ArmStatus(_) => 2,
+            Self::ArmStatus(_) | Self::Decision => 2,
             _ => 1,
         }
     }

@@ -134,7 +134,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "FILE.jsonl")]
     pub script: Option<PathBuf>,
     /// Set the scene up and wait for `robocell resume`
-    #[arg(long)]
+    #[arg(long, conflicts_with = "one_process")]
     pub paused: bool,
     /// Robot to use in place of the demo's
     #[arg(long, value_name = "URDF")]

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use cell_bus::{Bus, BusError, Sleeper, Subscriber};
 use cell_rt::{monotonic_ns, signal::stop_requested};
-use cell_worker::{HealthReporter, SetupError, Start};
+use cell_worker::{HealthReporter, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{TraceLine, WorldState};
 
@@ -17,9 +17,6 @@ const NUDGE: Duration = Duration::from_millis(5);
 /// Why a monitor cannot run.
 #[derive(Debug, thiserror::Error)]
 pub enum ProcessError {
-    /// The run file or the cell.
-    #[error(transparent)]
-    Setup(#[from] SetupError),
     /// The log folder.
     #[error("logs of the run: {0}; check that the run directory belongs to you")]
     Journal(#[from] std::io::Error),

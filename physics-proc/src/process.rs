@@ -7,7 +7,7 @@ use cell_model::run_spec::{RunSpec, Speed};
 use cell_rt::priority::PHYSICS_PRIORITY;
 use cell_rt::signal::stop_requested;
 use cell_rt::{Grid, monotonic_ns};
-use cell_worker::{HealthReporter, SetupError, Start};
+use cell_worker::{HealthReporter, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{ArmCommand, DECISION_TICKS, Decision, Header, MAX_ARMS, TICK_NS, WorldState};
 
@@ -27,9 +27,6 @@ const REQUESTS_PER_TICK: usize = 8;
 /// Why physics cannot run.
 #[derive(Debug, thiserror::Error)]
 pub enum ProcessError {
-    /// The run file or the cell.
-    #[error(transparent)]
-    Setup(#[from] SetupError),
     /// The scene.
     #[error(transparent)]
     World(#[from] crate::world::WorldError),

@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use cell_bus::{Bus, BusError, Doorbell, Gate, Publisher, Sleeper, Subscriber};
 use cell_rt::{monotonic_ns, signal::stop_requested};
-use cell_worker::{HealthReporter, SetupError, Start};
+use cell_worker::{HealthReporter, Start};
 use ipc_types::topic::{Process, TopicId};
-use ipc_types::world::{FLAG_LOCKSTEP, FLAG_PAUSED};
+use ipc_types::world::FLAG_LOCKSTEP;
 use ipc_types::{
     ArmStatus, DECISION_TICKS, Decision, Header, Input, MAX_ARMS, TraceLine, Wire, WorldState,
 };
@@ -18,15 +18,15 @@ use crate::{Task, TaskError};
 
 /// Longest sleep between two looks at the state.
 const NUDGE: Duration = Duration::from_millis(5);
-/// Longest wait for the controllers' words on the tick before (ns).
-const PATIENCE_NS: u64 = 5_000_000;
+/// A task that decided nothing for longer looks at the world anew (ticks).
+const MISSED_TICKS: u64 = 100;
+/// Longest wait of lockstep for the controllers' words on the tick before, which
+/// were sent, but perhaps not yet to this reader (ns).
+const DELIVERY_NS: u64 = 2_000_000_000;
 
 /// Why a task cannot run.
 #[derive(Debug, thiserror::Error)]
 pub enum ProcessError {
-    /// The run file or the cell.
-    #[error(transparent)]
-    Setup(#[from] SetupError),
     /// The policy.
     #[error(transparent)]
     Task(#[from] TaskError),
@@ -123,9 +123,6 @@ impl TaskProcess {
             self.begun = true;
             self.begin(generation, tick);
         }
-        let Some(state) = self.state.current() else {
-            return;
-        };
         let due = match self.decided {
             Some((g, last)) if g == generation && tick >= last => {
                 let on_the_tick = tick.is_multiple_of(DECISION_TICKS) && tick > last;
@@ -133,8 +130,7 @@ impl TaskProcess {
             }
             _ => !lockstep || tick.is_multiple_of(DECISION_TICKS),
         };
-        let paused = state.has(FLAG_PAUSED) && self.decided.is_some();
-        if due && !paused {
+        if due {
             self.decide(generation, tick, lockstep);
         }
     }
@@ -153,9 +149,8 @@ impl TaskProcess {
                 return;
             }
         }
-        let missed = tick / DECISION_TICKS > saved.tick / DECISION_TICKS + 1;
-        if let (true, Some(state)) = (missed, self.state.current()) {
-            self.task.reconcile(state);
+        if tick / DECISION_TICKS > saved.tick / DECISION_TICKS + 1 {
+            self.reconcile();
         }
         self.decided = Some((generation, saved.tick));
         self.message = saved.decision;
@@ -164,8 +159,20 @@ impl TaskProcess {
         self.publish();
     }
 
+    fn reconcile(&mut self) {
+        if let Some(state) = self.state.current() {
+            self.task.reconcile(state);
+        }
+    }
+
     fn decide(&mut self, generation: u32, tick: u64, lockstep: bool) {
         let began_ns = monotonic_ns();
+        match self.decided {
+            Some((known, _)) if known != generation => self.task.begin_new_scene(),
+            // This process was stopped for a while.
+            Some((_, last)) if tick > last + MISSED_TICKS => self.reconcile(),
+            _ => {}
+        }
         self.take_statuses(generation, tick, lockstep);
         let Some(state) = self.state.current() else {
             return;
@@ -196,7 +203,7 @@ impl TaskProcess {
     /// The newest status caused by an earlier tick; in lockstep that of the
     /// tick before, which is waited for.
     fn take_statuses(&mut self, generation: u32, tick: u64, lockstep: bool) {
-        let patient_until_ns = monotonic_ns() + PATIENCE_NS;
+        let patient_until_ns = monotonic_ns() + DELIVERY_NS;
         if self
             .decided
             .is_none_or(|(g, t)| g != generation || t > tick)
@@ -208,9 +215,12 @@ impl TaskProcess {
                 gate.pull(subscriber);
                 let found = gate.advance(tick).filter(|s| s.header.answers(generation));
                 let complete = found.map(|s| s.header.tick) >= tick.checked_sub(1);
-                if !lockstep || complete || monotonic_ns() > patient_until_ns {
+                let given_up = monotonic_ns() > patient_until_ns || stop_requested();
+                if !lockstep || complete || given_up {
                     break;
                 }
+                // Somebody may wait for this process in the same way.
+                self.decision.update_connections();
                 std::thread::yield_now();
             }
         }

@@ -219,9 +219,20 @@ impl Task {
 
     /// To be called once, before the next decision, when decisions were missed:
     /// that decision then compares what the record believes (what is in the
-    /// hand, what was reached) with what it observes. `state` is not needed
-    /// beyond that: the observation of the decision is as new or newer.
-    pub fn reconcile(&mut self, _state: &WorldState) {
+    /// hand, what was reached) with what it observes. The time without decisions,
+    /// up to `state`, is no time of a phase: the arm held.
+    pub fn reconcile(&mut self, state: &WorldState) {
+        self.clock.skip_to(state.header.tick);
+        self.unsure = true;
+    }
+
+    /// Forgets everything: the world is another one, and ticks count anew.
+    pub fn begin_new_scene(&mut self) {
+        self.policy.reset();
+        self.job.reset();
+        self.out.book_mut().forget();
+        self.panel = PanelMemory::default();
+        self.clock = PolicyClock::default();
         self.unsure = true;
     }
 
@@ -241,6 +252,8 @@ impl Task {
             self.policy.reset();
             self.job.reset();
             self.out.book_mut().forget();
+            // Something may be in the hand.
+            self.unsure = true;
         }
         if change.start && self.job.failure.is_some() {
             self.job.retry();

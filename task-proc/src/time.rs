@@ -46,6 +46,11 @@ pub struct PolicyClock {
 }
 
 impl PolicyClock {
+    /// Leaves out the time up to `tick`: nobody decided then, and the arm held.
+    pub fn skip_to(&mut self, tick: u64) {
+        self.last_tick = Some(tick);
+    }
+
     /// Moves on to the decision at `tick`; the interval before it counts unless
     /// the task is `paused`. Missed decisions count like made ones.
     pub fn advance(&mut self, tick: u64, paused: bool) -> PolicyTime {

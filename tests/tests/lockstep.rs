@@ -50,3 +50,18 @@ fn every_decision_uses_the_status_of_the_tick_before_and_the_state_of_its_own() 
         (seen >= ENOUGH).then_some(())
     });
 }
+
+#[test]
+fn steps_that_end_on_a_decision_are_answered_and_the_cell_goes_on() {
+    let cell = TestCell::start(&["franka-stack", "--headless", "--speed", "max", "--paused"]);
+    cell.wait_up();
+    let time = |status: &Value| status["sim_time_s"].as_f64().unwrap_or(-1.0);
+    for (steps, end_s) in [("10", 0.01), ("20", 0.03), ("1", 0.031), ("9", 0.04)] {
+        assert_eq!(cell.ask(&["step", steps]).code, 0);
+        cell.wait_status("the end of the steps", |status| {
+            status["paused"] == true && (time(status) - end_s).abs() < 1.0e-6
+        });
+    }
+    assert_eq!(cell.ask(&["resume"]).code, 0);
+    cell.wait_status("a cell that goes on", |status| time(status) > 1.0);
+}

@@ -55,7 +55,7 @@ impl<T: Message> Gate<T> {
                 self.clear();
             } else if header.generation != last.generation {
                 // Nothing of the old writer may come up after the new one's.
-                self.waiting.clear();
+                self.waiting.retain(|old| old.header().tick < header.tick);
             }
         }
         if self

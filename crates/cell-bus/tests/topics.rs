@@ -42,11 +42,13 @@ fn the_newest_message_is_taken_and_the_others_are_counted() {
         4,
         "the last good one stays"
     );
-    publisher.publish_copy(&decision(60, 5)).unwrap();
-    publisher.publish_copy(&decision(70, 6)).unwrap();
-    assert_eq!(subscriber.take().unwrap().drops, 6);
+    // Two decisions are kept: the third pushes the first out.
+    for tick in [60, 70, 80] {
+        publisher.publish_copy(&decision(tick, 6)).unwrap();
+    }
+    assert_eq!(subscriber.take().unwrap().header.tick, 80);
     assert_eq!(subscriber.counts().late, 1);
-    assert_eq!(subscriber.counts().accepted, 2);
+    assert_eq!(subscriber.counts().accepted, 2 + 2);
 }
 
 #[test]

@@ -128,7 +128,10 @@ impl RunSpec {
             path: path.to_owned(),
             source,
         })?;
-        std::fs::write(path, text).map_err(|source| RunSpecError::Io {
+        // Renamed into place, so that nobody reads half a file.
+        let draft = path.with_extension("draft");
+        let written = std::fs::write(&draft, text).and_then(|()| std::fs::rename(&draft, path));
+        written.map_err(|source| RunSpecError::Io {
             path: path.to_owned(),
             source,
         })

@@ -11,6 +11,8 @@ use ipc_types::topic::Process;
 
 /// Configuration that cannot be used.
 const EXIT_CONFIGURATION: u8 = 3;
+/// Anything else.
+const EXIT_FAILED: u8 = 1;
 
 /// Why a process cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -94,18 +96,21 @@ impl Start {
 }
 
 /// `main` of a process: runs it and turns its error into one line and a code.
-pub fn main<E: std::fmt::Display + From<SetupError>>(
+/// What is wrong with arguments or files stays wrong; what fails afterwards may
+/// pass, and the launcher tries again.
+pub fn main<E: std::fmt::Display>(
     name: &str,
     run: impl FnOnce(&Start) -> Result<(), E>,
 ) -> ExitCode {
-    let result = Start::from_arguments()
-        .map_err(E::from)
-        .and_then(|start| run(&start));
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{name}: {error}");
-            ExitCode::from(EXIT_CONFIGURATION)
-        }
+    let fail = |error: &dyn std::fmt::Display, code: u8| {
+        eprintln!("{name}: {error}");
+        ExitCode::from(code)
+    };
+    match Start::from_arguments() {
+        Err(error) => fail(&error, EXIT_CONFIGURATION),
+        Ok(start) => match run(&start) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => fail(&error, EXIT_FAILED),
+        },
     }
 }

@@ -5,20 +5,23 @@ use crate::RmpFlowParameters;
 use crate::flow::{Ball, Clearance, TargetFrame};
 use crate::kinematics::Kinematics;
 use crate::leaves::collision::{Constants, Query};
-use crate::leaves::{axis_target, cspace_target, damping, joint_limit, joint_velocity_cap, target};
+use crate::leaves::{
+    Floor, axis_target, cspace_target, damping, joint_limit, joint_velocity_cap, target,
+};
 use crate::obstacles::Block;
 use crate::pullback::Pullback;
 use crate::simd::Path;
 
 impl RmpFlow {
     /// Fills `root` and `clearance` for positions and velocities of checked length.
-    pub(crate) fn sum_leaves(&mut self, q: &[f64], qd: &[f64]) {
+    pub(crate) fn sum_leaves(&mut self, q: &[f64], qd: &[f64], floor: Floor) {
+        self.constants.set_floor(floor);
         let p = &self.parameters;
         self.kinematics.update(q, qd);
         self.root.clear();
         self.pullback.clear();
         cspace_target::add(&mut self.root, &p.cspace_target, &self.posture, q, qd);
-        joint_limit::add(&mut self.root, &p.joint_limit, &self.ranges, q, qd);
+        joint_limit::add(&mut self.root, &p.joint_limit, &self.ranges, q, qd, floor);
         joint_velocity_cap::add(&mut self.root, &p.joint_velocity_cap, qd);
         for frame in &self.targets {
             add_target(p, &self.kinematics, &mut self.pullback, frame);

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, Isometry3, Matrix3, UnitQuaternion, Vector3};
 
 use crate::kinematics::Kinematics;
+use crate::leaves::Floor;
 use crate::leaves::collision::Constants;
 use crate::leaves::joint_limit::Range;
 use crate::obstacles::Block;
@@ -220,7 +221,9 @@ impl RmpFlow {
     }
 
     /// Sums all leaves at joint positions `q` (rad or m) and velocities `qd`
-    /// (rad/s or m/s).
+    /// (rad/s or m/s), by the published formulas to the letter: in penetration
+    /// and outside buffered limits their weights have a pole and turn negative.
+    /// [`RmpFlow::step_cell`] takes such distances as zero.
     ///
     /// # Errors
     /// [`SetupError::Length`] or [`SetupError::NotFinite`].
@@ -228,7 +231,7 @@ impl RmpFlow {
         let joints = self.joint_count();
         check_values("joint positions", q, joints)?;
         check_values("joint velocities", qd, joints)?;
-        self.sum_leaves(q, qd);
+        self.sum_leaves(q, qd, Floor::None);
         Ok(&self.root)
     }
 
@@ -268,7 +271,7 @@ impl RmpFlow {
     ) -> Result<StepReport, FlowError> {
         check_dt(dt)?;
         state.check(self.joint_count())?;
-        self.sum_leaves(&state.positions, &state.velocities);
+        self.sum_leaves(&state.positions, &state.velocities, Floor::None);
         let (_, outcome) = self.resolve_exact();
         state.integrate(&self.acceleration, dt);
         Ok(StepReport {
@@ -292,7 +295,7 @@ impl RmpFlow {
         check_dt(dt)?;
         state.check(self.joint_count())?;
         limits.validate(self.joint_count())?;
-        self.sum_leaves(&state.positions, &state.velocities);
+        self.sum_leaves(&state.positions, &state.velocities, Floor::Contact);
         let (clips, solved) =
             self.cell
                 .resolve(&self.root, state, limits, dt, &mut self.acceleration);

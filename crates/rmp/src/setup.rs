@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use crate::flow::Ball;
 use crate::kinematics::Kinematics;
+use crate::leaves::Floor;
 use crate::leaves::collision::Constants;
 use crate::leaves::joint_limit::Range;
 use crate::pullback::Pullback;
@@ -42,7 +43,7 @@ pub(crate) fn build(setup: &RmpFlowSetup) -> Result<RmpFlow, SetupError> {
         parameters,
     };
     let (q, qd) = (flow.posture.clone(), vec![0.0; joints]);
-    flow.sum_leaves(&q, &qd);
+    flow.sum_leaves(&q, &qd, Floor::Contact);
     Ok(flow)
 }
 

@@ -11,7 +11,7 @@ use cell_rt::signal::{install_stop_handler, stop_count};
 use ipc_types::decision::Outcome;
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::Process;
-use ipc_types::world::FLAG_ENDING;
+use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED};
 use ipc_types::{Decision, OperatorRequest, Wire};
 
 use super::faults::{FaultStep, Faults, named};
@@ -54,8 +54,32 @@ pub(crate) struct LiveCell {
     plan: Plan,
     started_ns: u64,
     start_event_given: bool,
+    standstill: Standstill,
     end: Option<End>,
     _lock: Lock,
+}
+
+/// How long lockstep may wait for an answer (ns): longer than any restart takes.
+const STANDSTILL_NS: u64 = 20_000_000_000;
+
+/// Since when the same tick is waited with.
+#[derive(Debug, Default)]
+struct Standstill {
+    tick: u64,
+    since_ns: Option<u64>,
+}
+
+impl Standstill {
+    /// Takes note of the present tick; whether it has been waited with for too
+    /// long.
+    fn lasts(&mut self, tick: u64, waits: bool, now_ns: u64) -> bool {
+        if tick != self.tick || !waits {
+            self.tick = tick;
+            self.since_ns = None;
+        }
+        let since_ns = *self.since_ns.get_or_insert(now_ns);
+        waits && now_ns.saturating_sub(since_ns) > STANDSTILL_NS
+    }
 }
 
 impl LiveCell {
@@ -105,6 +129,7 @@ impl LiveCell {
             plan,
             started_ns: monotonic_ns(),
             start_event_given: false,
+            standstill: Standstill::default(),
             end: None,
             _lock: lock,
         })
@@ -266,6 +291,7 @@ impl LiveCell {
         if self.end.is_some() {
             return;
         }
+        self.look_for_a_standstill();
         let Some(state) = self.watch.state() else {
             return;
         };
@@ -287,6 +313,23 @@ impl LiveCell {
         } else if self.plan.spec.until_done && !self.start_event_given && self.supervisor.is_ready()
         {
             self.give_start_event();
+        }
+    }
+
+    /// In lockstep everybody waits for everybody: one that lives but never
+    /// answers is named, and the run fails.
+    fn look_for_a_standstill(&mut self) {
+        let Some(state) = self.watch.state() else {
+            return;
+        };
+        let excused = state.has(FLAG_PAUSED) || state.has(FLAG_ENDING) || state.script_line > 0;
+        let waits = state.has(FLAG_LOCKSTEP) && !excused && self.supervisor.is_ready();
+        let (tick, now_ns) = (state.header.tick, monotonic_ns());
+        if self.standstill.lasts(tick, waits, now_ns) {
+            let health = self.watch.health(Process::Physics);
+            let note = health.map_or("", |health| health.note.as_str());
+            let message = format!("the cell stands still: {note}; `robocell logs` says more");
+            self.finish_with(End::GaveUp(message));
         }
     }
 
@@ -378,5 +421,21 @@ fn consider(plan: &mut Plan, processes: &[Process], request: &Request) -> Reply 
     Reply {
         ok: true,
         message: format!("restarting {process}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_same_tick_for_a_long_time_is_a_standstill() {
+        let mut standstill = Standstill::default();
+        assert!(!standstill.lasts(5, true, 0));
+        assert!(!standstill.lasts(5, true, STANDSTILL_NS));
+        assert!(standstill.lasts(5, true, STANDSTILL_NS + 1));
+        assert!(!standstill.lasts(6, true, STANDSTILL_NS + 2));
+        assert!(!standstill.lasts(6, false, 3 * STANDSTILL_NS));
+        assert!(!standstill.lasts(6, true, 3 * STANDSTILL_NS + 1));
     }
 }

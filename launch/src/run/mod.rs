@@ -18,6 +18,7 @@ pub(crate) use plan::Plan;
 /// Runs a cell as the command line says.
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let plan = Plan::resolve(args)?;
+    let until_done = plan.spec.until_done;
     if args.one_process {
         return one_process::run(&plan, args.json);
     }
@@ -32,6 +33,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
             banner::ready(live);
         }
     });
+    if until_done && matches!(end, End::Stopped) {
+        return Err(Failure {
+            code: Code::TaskFailed,
+            message: "stopped before the task was done".to_owned(),
+        });
+    }
     report(&end, args.json)
 }
 

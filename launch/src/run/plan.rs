@@ -35,6 +35,7 @@ impl Plan {
         let data_dir = args.data.data.as_deref().map(absolute).transpose()?;
         let robot = robot_files(args)?;
         let cell = load(data_dir.as_deref(), &args.demo, args.seed, robot.as_ref())?;
+        check_control(&cell)?;
         let policy = choose(
             args.policy.as_deref(),
             &cell.policies,
@@ -81,6 +82,22 @@ impl Plan {
             watchdog: !args.no_watchdog,
         })
     }
+}
+
+/// What the controllers will need, found out before anything starts.
+fn check_control(cell: &Cell) -> Result<(), Failure> {
+    for arm in &cell.arms {
+        let joints = arm.robot.arm_joints.len();
+        let named = |error: String| {
+            let robot = &arm.robot.name;
+            Failure::configuration(format!("robot '{robot}' cannot be controlled: {error}"))
+        };
+        let limits = arm.robot.limits().validate(joints);
+        limits.map_err(|error| named(error.to_string()))?;
+        let policies = arm.robot.motion_policies(cell.obstacles().count());
+        policies.map_err(|error| named(error.to_string()))?;
+    }
+    Ok(())
 }
 
 /// The cell of `demo`, from a directory or from what is built in.

@@ -50,8 +50,10 @@ impl Watch {
 
     /// Takes what is new; health messages become events.
     pub(crate) fn poll(&mut self) -> Vec<Event> {
-        self.decision.refresh();
+        // The state first: one that says the run ends was published after the
+        // decision it ends with.
         self.state.refresh();
+        self.decision.refresh();
         self.pulses.iter_mut().filter_map(Pulse::poll).collect()
     }
 

@@ -5,8 +5,9 @@
 //! The curvature is `n . (Jdot qd)`; that of the normal itself is left out, as in
 //! the published results.
 //!
-//! In penetration `x` counts as zero: the published weight has a pole there and
-//! turns negative beyond it. The normal still points the way out.
+//! In penetration the published weight has a pole and turns negative beyond it:
+//! with [`Floor::Contact`] `x` counts as zero there. The normal still points the
+//! way out.
 #![allow(
     clippy::inline_always,
     reason = "lanes are compiled for the instruction set of the function they are inlined into"
@@ -14,6 +15,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::Floor;
 use crate::lanes::{LANES, Lanes, exp};
 use crate::obstacles::Block;
 use crate::{CollisionParameters, PointMotion};
@@ -32,6 +34,8 @@ pub(crate) struct Constants {
     damping_eps: f64,
     metric_scalar: f64,
     exploder_eps: f64,
+    /// Least distance that counts (m).
+    floor: f64,
 }
 
 impl Constants {
@@ -48,7 +52,12 @@ impl Constants {
             damping_eps: p.damping_robustness_eps,
             metric_scalar: p.metric_scalar,
             exploder_eps: p.metric_exploder_eps,
+            floor: Floor::Contact.distance(),
         }
+    }
+
+    pub(crate) fn set_floor(&mut self, floor: Floor) {
+        self.floor = floor.distance();
     }
 }
 
@@ -117,7 +126,7 @@ fn surface<L: Lanes>(rows: &[L; 16], position: &Wide3<L>) -> (L, Wide3<L>) {
 #[inline(always)]
 fn response<L: Lanes>(c: &Constants, x: L, xd: L) -> (L, L) {
     let (zero, one) = (L::splat(0.0), L::splat(1.0));
-    let x = x.max(zero);
+    let x = x.max(L::splat(c.floor));
     let gate = one + exp(xd * L::splat(c.inverse_gate));
     let repulsion = exp(zero - x * L::splat(c.inverse_repulsion));
     let near = (one - x * L::splat(c.inverse_radius)).max(zero);

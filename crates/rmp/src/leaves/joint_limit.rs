@@ -3,10 +3,11 @@
 //! `a = kp / (x^2 / lp^2 + ep) - kd xd`,
 //! `M = (1 - sigmoid(xd / vm)) mu / (x / lm + em)`.
 //!
-//! Outside the buffered range `x` counts as zero in the weight: the published
-//! formula would turn negative there, and the sum of leaves indefinite.
+//! Outside the buffered range the published weight turns negative, and the sum of
+//! leaves may become indefinite: with [`Floor::Contact`] `x` counts as zero in
+//! the weight there. A joint without limits has no leaf.
 
-use super::approach_gate;
+use super::{Floor, approach_gate};
 use crate::{JointLimitParameters, Root};
 
 /// Buffered range of one controlled joint, rad or m; infinite for none.
@@ -22,6 +23,7 @@ pub(crate) fn add(
     ranges: &[Range],
     q: &[f64],
     qd: &[f64],
+    floor: Floor,
 ) {
     for (slot, ((range, &position), &velocity)) in ranges.iter().zip(q).zip(qd).enumerate() {
         let width = range.upper - range.lower;
@@ -36,18 +38,18 @@ pub(crate) fn add(
         for (distance, sign) in sides {
             let x = distance * scale;
             let rate = sign * velocity * scale;
-            let (a, weight) = one_side(p, x, rate);
+            let (a, weight) = one_side(p, x, rate, floor);
             root.add_joint(slot, weight * scale * scale, weight * a * sign * scale);
         }
     }
 }
 
-fn one_side(p: &JointLimitParameters, x: f64, rate: f64) -> (f64, f64) {
+fn one_side(p: &JointLimitParameters, x: f64, rate: f64, floor: Floor) -> (f64, f64) {
     let lp = p.accel_potential_exploder_length_scale;
     let push = p.accel_potential_gain / (x * x / (lp * lp) + p.accel_potential_exploder_eps);
     let gate = approach_gate(rate, p.metric_velocity_gate_length_scale);
-    let weight =
-        gate * p.metric_scalar / (x.max(0.0) / p.metric_length_scale + p.metric_exploder_eps);
+    let weight = gate * p.metric_scalar
+        / (x.max(floor.distance()) / p.metric_length_scale + p.metric_exploder_eps);
     (push - p.accel_damper_gain * rate, weight)
 }
 
@@ -73,9 +75,9 @@ mod tests {
     #[test]
     fn the_nearer_limit_pushes_back() {
         let mut root = Root::new(1);
-        add(&mut root, &P, &RANGE, &[0.95], &[0.0]);
+        add(&mut root, &P, &RANGE, &[0.95], &[0.0], Floor::Contact);
         assert!(root.force[0] < -100.0, "{}", root.force[0]);
-        add(&mut root, &P, &RANGE, &[-0.95], &[0.0]);
+        add(&mut root, &P, &RANGE, &[-0.95], &[0.0], Floor::Contact);
         assert!(
             root.force[0].abs() < 1e-6,
             "the two sides mirror each other"
@@ -85,7 +87,7 @@ mod tests {
     #[test]
     fn outside_the_range_the_weight_stays_positive_and_points_inward() {
         let mut root = Root::new(1);
-        add(&mut root, &P, &RANGE, &[1.2], &[0.0]);
+        add(&mut root, &P, &RANGE, &[1.2], &[0.0], Floor::Contact);
         assert!(root.metric[(0, 0)] > 0.0);
         assert!(root.force[0] < 0.0);
     }
@@ -97,7 +99,7 @@ mod tests {
             lower: f64::NEG_INFINITY,
             upper: f64::INFINITY,
         }];
-        add(&mut root, &P, &free, &[100.0], &[3.0]);
+        add(&mut root, &P, &free, &[100.0], &[3.0], Floor::Contact);
         assert_eq!((root.metric[(0, 0)], root.force[0]), (0.0, 0.0));
     }
 }

@@ -9,6 +9,25 @@ pub(crate) mod joint_limit;
 pub(crate) mod joint_velocity_cap;
 pub(crate) mod target;
 
+/// Least distance that counts in the weights of leaves that push away.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Floor {
+    /// None: the published formulas to the letter, poles and all.
+    None,
+    /// Contact: whatever is nearer counts as touching, so that no weight turns
+    /// negative.
+    Contact,
+}
+
+impl Floor {
+    pub(crate) fn distance(self) -> f64 {
+        match self {
+            Self::None => f64::NEG_INFINITY,
+            Self::Contact => 0.0,
+        }
+    }
+}
+
 /// `1 - sigmoid(rate / scale)`: one while approaching, zero while moving away.
 #[inline]
 pub(crate) fn approach_gate(rate: f64, scale: f64) -> f64 {
