@@ -177,6 +177,10 @@ fn parse_line(line: &str) -> Result<ScriptLine, String> {
     if object.contains_key("at_s") == object.contains_key("at_phase") {
         return Err("give either at_s or at_phase".to_owned());
     }
+    if object.contains_key("at_s") && (object.contains_key("nth") || object.contains_key("after_s"))
+    {
+        return Err("nth and after_s belong to at_phase, not to at_s".to_owned());
+    }
     let trigger: Trigger = serde_json::from_value(part(true).into()).map_err(|e| e.to_string())?;
     let action: ScriptAction =
         serde_json::from_value(part(false).into()).map_err(|e| e.to_string())?;
@@ -202,7 +206,7 @@ fn check(trigger: &Trigger, action: &ScriptAction) -> Result<(), String> {
     match action {
         ScriptAction::Drag { to, for_s, .. } => {
             within("for_s", *for_s, 0.001, 3600.0)?;
-            to.iter().try_for_each(|c| within("to", *c, -100.0, 100.0))
+            to.iter().try_for_each(|c| within("to", *c, -20.0, 20.0))
         }
         ScriptAction::Stop { for_s, process } => {
             process_word(process)?;
@@ -352,6 +356,7 @@ mod tests {
                 "\n{\"at_s\": 1, \"do\": \"kill\", \"process\": \"init\"}",
                 "init",
             ),
+            ("\n{\"at_s\": 1, \"nth\": 2, \"do\": \"pause\"}", "nth"),
             ("\n{", "s.jsonl:2"),
         ] {
             let message = parse(text, "s.jsonl").unwrap_err().to_string();

@@ -26,6 +26,20 @@ struct Answer {
     frame_positions: BTreeMap<String, [f64; 3]>,
 }
 
+impl Answer {
+    fn is_finite(&self) -> bool {
+        let lists = [
+            &self.acceleration,
+            &self.force,
+            &self.final_q,
+            &self.final_qd,
+        ];
+        let numbers = lists.into_iter().chain(&self.metric).flatten();
+        let positions = self.frame_positions.values().flatten();
+        numbers.chain(positions).all(|x| x.is_finite())
+    }
+}
+
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
     let (Some(path), None) = (arguments.next(), arguments.next()) else {
@@ -55,6 +69,11 @@ fn answer(path: &str) -> Result<String, String> {
         step(&mut problem, &case, &mut state).map_err(|e| format!("{path}: step {k}: {e}"))?;
     }
     let answer = describe(&mut problem, &case, &state).map_err(|e| format!("{path}: {e}"))?;
+    if !answer.is_finite() {
+        let advice =
+            "the numbers of the case are too large for the formulas; check q, qd and the targets";
+        return Err(format!("{path}: the answer is not finite: {advice}"));
+    }
     serde_json::to_string(&answer).map_err(|e| format!("{path}: the answer is no JSON: {e}"))
 }
 
