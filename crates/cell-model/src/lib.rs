@@ -24,7 +24,6 @@ pub mod run_spec;
 pub mod script;
 pub mod shape;
 pub mod stop;
-pub mod suggest;
 pub mod summary;
 pub mod task_spec;
 mod toml_text;
@@ -34,6 +33,7 @@ mod urdf_scan;
 pub mod worker_args;
 pub mod xrdf;
 
+pub use behavior::suggest;
 pub use cell::{ArmSpec, Cell, FixtureSpec, ObjectSpec};
 pub use data::Data;
 pub use dynamics::Dynamics;

@@ -20,7 +20,7 @@ pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
 /// Advice for an unknown `name`: the nearest known one, or the list of all.
 ///
 /// ```
-/// let advice = cell_model::suggest::advice("fms", &["fsm", "ifelse"]);
+/// let advice = behavior::suggest::advice("fms", &["fsm", "ifelse"]);
 /// assert_eq!(advice, "did you mean 'fsm'?");
 /// ```
 pub fn advice(name: &str, known: &[&str]) -> String {

@@ -1,0 +1,28 @@
+//! Ways to write down what shall happen: behaviour trees, declarative state
+//! machines, and event matrices.
+//!
+//! All of them are loaded once, from Rust or from a file, and then ticked with
+//! the time as an argument: a tick uses no heap, its work is bounded, and
+//! everything that is remembered between two ticks is one plain record that can
+//! be saved after any tick and restored in another process.
+//!
+//! Trees have the semantics of `py_trees`, machines those of `transitions`,
+//! except where those are defects: undefined names are refused when a file is
+//! loaded, and a guard is asked once an event.
+#![forbid(unsafe_code)]
+
+pub mod board;
+pub mod descriptor;
+pub mod finding;
+pub mod graph;
+pub mod machine;
+pub mod matrix;
+pub mod status;
+pub mod suggest;
+pub mod tree;
+pub mod value;
+
+pub use finding::Finding;
+pub use graph::Graph;
+pub use status::{NodeStatus, ResetReason, Status};
+pub use value::{Str, Value, ValueType};
