@@ -1,0 +1,116 @@
+//! Access by name, checked when it happens.
+
+use super::store::{Access, Board, BoardError, Scope};
+use super::{Fault, Slot};
+use crate::value::{Plain, Value};
+
+/// Somebody who reaches keys by name while ticking, for which an own handle
+/// would be too rigid. What was not registered is refused.
+#[derive(Clone, Debug)]
+pub struct Client {
+    number: usize,
+    namespace: String,
+}
+
+impl Client {
+    pub(super) fn new(number: usize, namespace: &str) -> Self {
+        Self {
+            number,
+            namespace: namespace.trim_matches('/').to_owned(),
+        }
+    }
+
+    /// The name on the board of what this client calls `key`.
+    pub fn absolute(&self, key: &str) -> String {
+        if key.starts_with('/') || self.namespace.is_empty() {
+            key.to_owned()
+        } else {
+            format!("/{}/{key}", self.namespace)
+        }
+    }
+
+    /// Declares `key` for a `T` and registers this access to it.
+    ///
+    /// # Errors
+    /// As [`Board::declare`] and [`Board::register`].
+    pub fn register<T: Plain>(
+        &self,
+        board: &mut Board,
+        key: &str,
+        access: Access,
+    ) -> Result<(), BoardError> {
+        let name = self.absolute(key);
+        board.declare(&name, T::TYPE, None)?;
+        let client = board.client_name(self.number).to_owned();
+        board.register(&client, &name, T::TYPE, access)?;
+        Ok(())
+    }
+
+    /// Whether `key` has a value.
+    ///
+    /// # Errors
+    /// [`Fault::Access`] for a key that was not registered.
+    pub fn exists(&self, board: &Board, key: &str) -> Result<bool, Fault> {
+        Ok(board.value(self.find(board, key, false)?).is_some())
+    }
+
+    /// Reads `key`.
+    ///
+    /// # Errors
+    /// [`Fault`] for a key that was not registered, has no value, or one of
+    /// another type.
+    pub fn get<T: Plain>(&self, board: &Board, key: &str) -> Result<T, Fault> {
+        let slot = Slot {
+            scope: Scope::Local,
+            index: self.find(board, key, false)?,
+        };
+        slot.get(board, board)
+    }
+
+    /// Writes `key`.
+    ///
+    /// # Errors
+    /// [`Fault`] for a key that was not registered for writing, and for a value
+    /// that is not finite or of another type.
+    pub fn set<T: Plain>(&self, board: &mut Board, key: &str, value: T) -> Result<(), Fault> {
+        let index = self.find(board, key, true)?;
+        let value: Value = value.into_value();
+        if board.set(index, value) {
+            return Ok(());
+        }
+        Err(Fault::NotFinite(Slot {
+            scope: Scope::Local,
+            index,
+        }))
+    }
+
+    /// Takes the value of `key` away.
+    ///
+    /// # Errors
+    /// [`Fault::Access`] for a key that was not registered for writing.
+    pub fn unset(&self, board: &mut Board, key: &str) -> Result<(), Fault> {
+        let index = self.find(board, key, true)?;
+        board.unset(index);
+        Ok(())
+    }
+
+    fn find(&self, board: &Board, key: &str, write: bool) -> Result<usize, Fault> {
+        let found = if key.starts_with('/') || self.namespace.is_empty() {
+            board.index(key)
+        } else {
+            board
+                .keys()
+                .position(|known| self.names(known.name.as_str(), key))
+        };
+        found
+            .filter(|index| board.allows(*index, self.number, write))
+            .ok_or(Fault::Access)
+    }
+
+    /// Whether the board's `name` is this client's `key`, without building it.
+    fn names(&self, name: &str, key: &str) -> bool {
+        let rest = name.strip_prefix('/');
+        let rest = rest.and_then(|r| r.strip_prefix(self.namespace.as_str()));
+        rest.and_then(|r| r.strip_prefix('/')) == Some(key)
+    }
+}

@@ -1,0 +1,300 @@
+//! The store of one scope.
+
+use serde::{Deserialize, Serialize};
+
+use super::Client;
+use crate::suggest;
+use crate::value::{Value, ValueType};
+
+/// Which of the two boards a tree sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scope {
+    /// The tree's own.
+    Local,
+    /// Shared by all trees of a host.
+    Shared,
+}
+
+/// What a client may do with a key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Access {
+    /// Read it.
+    Read,
+    /// Write it, and read what was written.
+    Write,
+    /// Write it, and nobody else may.
+    Exclusive,
+}
+
+/// A key as declared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeyInfo {
+    /// Its name within the board, `/robot/x` with its namespace.
+    pub name: String,
+    /// Type of its value.
+    pub value_type: ValueType,
+    /// Value after a reset.
+    pub default: Option<Value>,
+}
+
+/// Why a board refuses a declaration or a registration.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BoardError {
+    /// Nobody declared the key.
+    #[error("there is no blackboard key '{key}'; {advice}")]
+    Unknown {
+        /// The key.
+        key: String,
+        /// The nearest one, or all.
+        advice: String,
+    },
+    /// Declared twice with different types or defaults.
+    #[error("blackboard key '{key}' is declared as {first} and as {second}; declare it once")]
+    Conflict {
+        /// The key.
+        key: String,
+        /// Type of the first declaration.
+        first: &'static str,
+        /// Type of the second.
+        second: &'static str,
+    },
+    /// The type of the key is not that of the port.
+    #[error("blackboard key '{key}' is {found}, {wanted} is needed")]
+    Type {
+        /// The key.
+        key: String,
+        /// Its type.
+        found: &'static str,
+        /// The type of the port.
+        wanted: &'static str,
+    },
+    /// Somebody holds it for himself.
+    #[error("'{client}' cannot write blackboard key '{key}': '{holder}' writes it exclusively")]
+    Exclusive {
+        /// Who asked.
+        client: String,
+        /// The key.
+        key: String,
+        /// Who has it.
+        holder: String,
+    },
+    /// A default that is not of the declared type, or not finite.
+    #[error("the default of blackboard key '{key}' is {value}, a finite {wanted} is needed")]
+    Default {
+        /// The key.
+        key: String,
+        /// The value.
+        value: Value,
+        /// The declared type.
+        wanted: &'static str,
+    },
+}
+
+#[derive(Clone, Debug)]
+struct Key {
+    info: KeyInfo,
+    value: Option<Value>,
+    /// Clients by number, with what they registered.
+    clients: Vec<(usize, Access)>,
+}
+
+/// The keys of one scope and their values.
+#[derive(Clone, Debug, Default)]
+pub struct Board {
+    keys: Vec<Key>,
+    clients: Vec<String>,
+}
+
+impl Board {
+    /// A board without keys.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Declares a key; doing so twice with the same words changes nothing.
+    ///
+    /// # Errors
+    /// [`BoardError::Conflict`], and [`BoardError::Default`].
+    pub fn declare(
+        &mut self,
+        name: &str,
+        value_type: ValueType,
+        default: Option<Value>,
+    ) -> Result<usize, BoardError> {
+        if let Some(value) = default
+            && (value.value_type() != value_type || !is_finite(value))
+        {
+            return Err(BoardError::Default {
+                key: name.to_owned(),
+                value,
+                wanted: value_type.name(),
+            });
+        }
+        if let Some(index) = self.index(name) {
+            let first = self.keys.get(index).map(|k| k.info.value_type);
+            return match first {
+                Some(first) if first != value_type => Err(BoardError::Conflict {
+                    key: name.to_owned(),
+                    first: first.name(),
+                    second: value_type.name(),
+                }),
+                _ => Ok(index),
+            };
+        }
+        self.keys.push(Key {
+            info: KeyInfo {
+                name: name.to_owned(),
+                value_type,
+                default,
+            },
+            value: default,
+            clients: Vec::new(),
+        });
+        Ok(self.keys.len() - 1)
+    }
+
+    /// Registers that `client` uses `key` in that way, and gives its index.
+    ///
+    /// # Errors
+    /// [`BoardError`] for an unknown key, one of another type, and where
+    /// somebody writes it exclusively, or does not leave it to `client` alone.
+    pub fn register(
+        &mut self,
+        client: &str,
+        key: &str,
+        value_type: ValueType,
+        access: Access,
+    ) -> Result<usize, BoardError> {
+        let index = self.index(key).ok_or_else(|| self.unknown(key))?;
+        let number = self.client_number(client);
+        let names = &self.clients;
+        let Some(entry) = self.keys.get_mut(index) else {
+            return Ok(index);
+        };
+        if entry.info.value_type != value_type {
+            return Err(BoardError::Type {
+                key: key.to_owned(),
+                found: entry.info.value_type.name(),
+                wanted: value_type.name(),
+            });
+        }
+        let in_the_way = |other: &(usize, Access)| {
+            other.0 != number
+                && match access {
+                    Access::Read => false,
+                    Access::Write => other.1 == Access::Exclusive,
+                    Access::Exclusive => other.1 != Access::Read,
+                }
+        };
+        if let Some((holder, _)) = entry.clients.iter().find(|c| in_the_way(c)) {
+            return Err(BoardError::Exclusive {
+                client: client.to_owned(),
+                key: key.to_owned(),
+                holder: names.get(*holder).cloned().unwrap_or_default(),
+            });
+        }
+        if !entry.clients.contains(&(number, access)) {
+            entry.clients.push((number, access));
+        }
+        Ok(index)
+    }
+
+    /// A client that reaches keys by name while ticking.
+    pub fn client(&mut self, name: &str) -> Client {
+        Client::new(self.client_number(name), "")
+    }
+
+    /// As [`Board::client`]; `x` means `/NAMESPACE/x`.
+    pub fn client_in(&mut self, name: &str, namespace: &str) -> Client {
+        Client::new(self.client_number(name), namespace)
+    }
+
+    /// Index of a key.
+    pub fn index(&self, name: &str) -> Option<usize> {
+        self.keys.iter().position(|k| k.info.name == name)
+    }
+
+    /// The keys in the order of their declaration.
+    pub fn keys(&self) -> impl Iterator<Item = &KeyInfo> {
+        self.keys.iter().map(|k| &k.info)
+    }
+
+    /// Names of the clients of the key at `index`, with their access.
+    pub fn users(&self, index: usize) -> impl Iterator<Item = (&str, Access)> {
+        let entry = self.keys.get(index);
+        let clients = entry.map(|k| k.clients.as_slice()).unwrap_or_default();
+        clients.iter().map(|(number, access)| {
+            let name = self.clients.get(*number).map_or("", String::as_str);
+            (name, *access)
+        })
+    }
+
+    /// Value of the key at `index`, `None` if it has none.
+    pub fn value(&self, index: usize) -> Option<Value> {
+        self.keys.get(index)?.value
+    }
+
+    /// Gives the key at `index` a value. `false`, and no change, for a value of
+    /// another type, one that is not finite, or an index out of range.
+    pub fn set(&mut self, index: usize, value: Value) -> bool {
+        match self.keys.get_mut(index) {
+            Some(key) if key.info.value_type == value.value_type() && is_finite(value) => {
+                key.value = Some(value);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Takes the value of the key at `index` away.
+    pub fn unset(&mut self, index: usize) {
+        if let Some(key) = self.keys.get_mut(index) {
+            key.value = None;
+        }
+    }
+
+    /// Every key back to its default.
+    pub fn reset(&mut self) {
+        for key in &mut self.keys {
+            key.value = key.info.default;
+        }
+    }
+
+    pub(super) fn allows(&self, index: usize, client: usize, write: bool) -> bool {
+        self.keys.get(index).is_some_and(|key| {
+            key.clients
+                .iter()
+                .any(|(number, access)| *number == client && (!write || *access != Access::Read))
+        })
+    }
+
+    pub(super) fn client_name(&self, number: usize) -> &str {
+        self.clients.get(number).map_or("", String::as_str)
+    }
+
+    fn client_number(&mut self, name: &str) -> usize {
+        let known = self.clients.iter().position(|c| c == name);
+        known.unwrap_or_else(|| {
+            self.clients.push(name.to_owned());
+            self.clients.len() - 1
+        })
+    }
+
+    fn unknown(&self, key: &str) -> BoardError {
+        let names: Vec<&str> = self.keys().map(|k| k.name.as_str()).collect();
+        BoardError::Unknown {
+            key: key.to_owned(),
+            advice: suggest::advice(key, &names),
+        }
+    }
+}
+
+pub(super) fn is_finite(value: Value) -> bool {
+    match value {
+        Value::Number(number) => number.is_finite(),
+        Value::Numbers(numbers) => numbers.as_slice().iter().all(|n| n.is_finite()),
+        _ => true,
+    }
+}

@@ -1,0 +1,210 @@
+//! A tree as it is written down, before it is made ready to run.
+
+use crate::board::{In, Slot};
+use crate::status::Status;
+use crate::tree::leaf::{AnyLeaf, Host, Leaf, any};
+use crate::value::Value;
+
+/// Whether a composite goes on where it was, or asks its children from the
+/// first one again at every tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Memory {
+    /// Goes on with the child that was running.
+    Yes,
+    /// Reactive.
+    No,
+}
+
+/// When a parallel has succeeded. One child that fails makes it fail.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ParallelPolicy {
+    /// All children have to succeed.
+    All {
+        /// A child that succeeded is not ticked again.
+        synchronise: bool,
+    },
+    /// One is enough.
+    One,
+    /// These children, by index, have to.
+    Selected {
+        /// Their indices.
+        children: Vec<usize>,
+        /// As above.
+        synchronise: bool,
+    },
+}
+
+/// When a one-shot has had its shot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OneShotPolicy {
+    /// After success or failure.
+    OnCompletion,
+    /// After success; a failure is tried again.
+    OnSuccess,
+}
+
+/// What a node is. Decorators have exactly one child.
+pub enum Kind<H: Host> {
+    /// Children one after the other until one does not succeed.
+    Sequence(Memory),
+    /// Children one after the other until one does not fail.
+    Selector(Memory),
+    /// All children at every tick.
+    Parallel(ParallelPolicy),
+    /// Success for failure and the other way round.
+    Inverter,
+    /// One status for another.
+    Converter {
+        /// The answer of the child that is replaced.
+        from: Status,
+        /// By what.
+        to: Status,
+    },
+    /// The child's answer.
+    PassThrough,
+    /// Runs the child until it succeeded `count` times; for ever without.
+    Repeat {
+        /// How often.
+        count: Option<u32>,
+    },
+    /// Runs the child again until it failed `count` times; for ever without.
+    Retry {
+        /// How often.
+        count: Option<u32>,
+    },
+    /// Runs the child to its end once, and gives that answer ever after.
+    OneShot(OneShotPolicy),
+    /// Success when the child has this status, running until then.
+    Condition(Status),
+    /// Asks before each tick of the child; fails unless the guard succeeds.
+    EternalGuard(Box<dyn AnyLeaf<H>>),
+    /// Counts ticks and answers of the child.
+    Count,
+    /// Fails when the child is not finished after these seconds.
+    Timeout(In<f64>),
+    /// Runs for these seconds, then succeeds.
+    Wait(In<f64>),
+    /// The host's.
+    Leaf(Box<dyn AnyLeaf<H>>),
+}
+
+/// What a check attached to a node may interrupt when its answer changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Abort {
+    /// Nothing: it is asked on entry only.
+    #[default]
+    None,
+    /// Its own node, when it does not hold any more.
+    Own,
+    /// Siblings to the right, when it holds again.
+    LowerPriority,
+    /// Both.
+    Both,
+}
+
+/// What a value is compared with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Test {
+    /// The key has a value.
+    IsSet,
+    /// It has none.
+    IsUnset,
+    /// It has this value.
+    Equals(Value),
+    /// It has another one, or none.
+    Differs(Value),
+    /// It is a number below this.
+    Below(f64),
+    /// It is a number above this.
+    Above(f64),
+}
+
+/// Something attached to a node. The first of a list is the outermost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Modifier {
+    /// Runs the node again when it succeeded.
+    Repeat {
+        /// How often in all, 0 for ever.
+        count: u32,
+        /// A failure ends it.
+        break_on_failure: bool,
+    },
+    /// Runs the node again when it failed.
+    Retry {
+        /// How often again at most, 0 for ever.
+        max: u32,
+        /// A success sets the count back.
+        reset_on_success: bool,
+    },
+    /// Success for failure and the other way round.
+    InvertStatus,
+    /// This answer when the node is finished, whatever it was.
+    ForceStatus(Status),
+    /// These seconds before the node starts.
+    Delay(In<f64>),
+    /// The node fails when it is not finished after these seconds.
+    Timeout(In<f64>),
+    /// The node runs only where the test holds.
+    CheckBlackboard {
+        /// The key.
+        slot: Slot,
+        /// The test.
+        test: Test,
+        /// What it interrupts.
+        abort: Abort,
+    },
+}
+
+/// A node with everything below it.
+pub struct Node<H: Host> {
+    /// Stable and unique in the tree; state is carried over by it.
+    pub id: String,
+    /// Name for people.
+    pub name: String,
+    /// Type as written, `sequence`, `MoveToTarget`.
+    pub type_name: String,
+    /// Ports, in one line for views.
+    pub detail: String,
+    /// What it is.
+    pub kind: Kind<H>,
+    /// What is attached to it.
+    pub modifiers: Vec<Modifier>,
+    /// Its children.
+    pub children: Vec<Node<H>>,
+}
+
+impl<H: Host> Node<H> {
+    /// A node of `kind`; its name is its id.
+    pub fn new(id: &str, type_name: &str, kind: Kind<H>, children: Vec<Self>) -> Self {
+        Self {
+            id: id.to_owned(),
+            name: id.to_owned(),
+            type_name: type_name.to_owned(),
+            detail: String::new(),
+            kind,
+            modifiers: Vec::new(),
+            children,
+        }
+    }
+
+    /// Children one after the other until one does not succeed.
+    pub fn sequence(id: &str, memory: Memory, children: Vec<Self>) -> Self {
+        Self::new(id, "sequence", Kind::Sequence(memory), children)
+    }
+
+    /// Children one after the other until one does not fail.
+    pub fn selector(id: &str, memory: Memory, children: Vec<Self>) -> Self {
+        Self::new(id, "selector", Kind::Selector(memory), children)
+    }
+
+    /// An action or condition of the host.
+    pub fn leaf(id: &str, type_name: &str, leaf: impl Leaf<H>) -> Self {
+        Self::new(id, type_name, Kind::Leaf(any(leaf)), Vec::new())
+    }
+
+    /// With a modifier around those it has.
+    pub fn with(mut self, modifier: Modifier) -> Self {
+        self.modifiers.insert(0, modifier);
+        self
+    }
+}
