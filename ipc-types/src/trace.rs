@@ -14,20 +14,56 @@ code! {
         Transition = 1,
         /// The policy was started, restored or reset.
         Lifecycle = 2,
+        /// A node changed from status `from` to `to`; `text` is the reason.
+        Status = 3,
+        /// A guard was asked: `text` is its name, `to` 1 where it holds.
+        Guard = 4,
+        /// A blackboard key has a new value: `text` is `key=value`.
+        Key = 5,
+        /// Part of the picture: node `node` of `to`, child of node `from` - 1
+        /// (0: of none); `text` is id, kind, name and detail, each ended by
+        /// [`FIELD_END`].
+        Node = 6,
+        /// Part of the picture: an edge from node `from` to node `to`.
+        Edge = 7,
+        /// How the nodes from `node` on stand, a letter each.
+        Statuses = 8,
     }
 }
 
+impl TraceKind {
+    /// Whether a line of this kind is read by people, and not only by what
+    /// draws pictures.
+    pub fn is_for_people(self) -> bool {
+        matches!(self, Self::Log | Self::Transition | Self::Lifecycle)
+    }
+}
+
+/// Ends a field of a [`TraceKind::Node`] line.
+pub const FIELD_END: char = '\u{1f}';
+
+/// Bytes of a line's text.
+pub const LINE_BYTES: usize = 160;
+
 wire! {
-    /// One line of the task's log; `header.tick` is the tick it was written at.
+    /// One line of the task's trace; `header.tick` is the tick it was written at.
     pub struct TraceLine {
         /// Header.
         pub header: Header,
         /// [`TraceKind`].
         pub kind: u32,
+        /// Which of the policy's graphs, from 0 up.
+        pub graph: u32,
+        /// Which node of it.
+        pub node: u32,
+        /// See [`TraceKind`].
+        pub from: u32,
+        /// See [`TraceKind`].
+        pub to: u32,
         /// Zero.
         pub reserved: u32,
         /// The line.
-        pub text: Text<168>,
+        pub text: Text<160>,
     }
 }
 

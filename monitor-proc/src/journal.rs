@@ -38,10 +38,14 @@ impl<W: Write> Journal<W> {
         Self { out, lost: 0 }
     }
 
-    /// Writes one line.
+    /// Writes one line, if it is for people.
     pub fn line(&mut self, line: &TraceLine) {
+        let kind = TraceKind::from_code(line.kind);
+        if !kind.is_some_and(TraceKind::is_for_people) {
+            return;
+        }
         let time_s = (line.header.tick * TICK_NS) as f64 / 1.0e9;
-        let mark = match TraceKind::from_code(line.kind) {
+        let mark = match kind {
             Some(TraceKind::Lifecycle) => "* ",
             _ => "  ",
         };

@@ -23,6 +23,7 @@ pub mod stack_fsm;
 pub mod stack_ifelse;
 pub mod task;
 pub mod time;
+pub mod tracer;
 
 pub use job::Job;
 pub use observation::Observation;

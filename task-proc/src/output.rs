@@ -2,20 +2,26 @@
 
 use std::fmt::Write as _;
 
+use behavior::NodeStatus;
 use ipc_types::decision::{CellIo, GoalKind, Outcome};
-use ipc_types::trace::TraceKind;
+use ipc_types::trace::{LINE_BYTES, TraceKind};
 use ipc_types::{ArmGoal, Decision, GripperGoal, MAX_ARMS, MAX_JOINTS, Pose, Text, Wire};
 
 use crate::goal_book::{GoalBook, PreviousGoal};
 
-/// Bytes of one trace line.
-const LINE_BYTES: usize = 168;
-
-/// One line of the task's log.
+/// One line of the task's trace, see [`ipc_types::TraceLine`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TraceLineText {
     /// What kind of line it is.
     pub kind: TraceKind,
+    /// Which of the policy's graphs.
+    pub graph: usize,
+    /// Which node of it.
+    pub node: usize,
+    /// By kind: a status, a node.
+    pub from: u32,
+    /// By kind: a status, a node, an answer.
+    pub to: u32,
     /// The line, cut to what a message carries.
     pub text: Text<LINE_BYTES>,
 }
@@ -63,7 +69,7 @@ pub struct Output {
     lines: Vec<TraceLineText>,
     book: GoalBook,
     /// Name of the phase, for people and scripts.
-    pub phase: &'static str,
+    pub phase: Text<32>,
     /// How the task stands.
     pub outcome: Outcome,
     /// Stable name of the reason, empty if none.
@@ -75,7 +81,7 @@ impl Output {
     pub(crate) fn begin(&mut self) {
         self.intents = [ArmIntent::default(); MAX_ARMS];
         self.lines.clear();
-        self.phase = "";
+        self.phase = Text::EMPTY;
         self.outcome = Outcome::Running;
         self.reason = "";
     }
@@ -107,12 +113,55 @@ impl Output {
         self.push(TraceKind::Lifecycle, line);
     }
 
+    /// Adds that a node of one of the policy's graphs changed its status, and why.
+    pub fn status(
+        &mut self,
+        (graph, node): (usize, usize),
+        from: NodeStatus,
+        to: NodeStatus,
+        reason: &str,
+    ) {
+        self.lines.push(TraceLineText {
+            kind: TraceKind::Status,
+            graph,
+            node,
+            from: from as u32,
+            to: to as u32,
+            text: Text::new(reason),
+        });
+    }
+
+    /// Adds what a guard answered.
+    pub fn guard(&mut self, (graph, node): (usize, usize), name: &str, holds: bool) {
+        self.lines.push(TraceLineText {
+            kind: TraceKind::Guard,
+            graph,
+            node,
+            from: 0,
+            to: u32::from(holds),
+            text: Text::new(name),
+        });
+    }
+
+    /// Adds the new value of a blackboard key.
+    pub fn key(&mut self, graph: usize, key: &str, value: &dyn std::fmt::Display) {
+        self.push_in(graph, TraceKind::Key, format_args!("{key}={value}"));
+    }
+
     fn push(&mut self, kind: TraceKind, line: std::fmt::Arguments<'_>) {
+        self.push_in(0, kind, line);
+    }
+
+    fn push_in(&mut self, graph: usize, kind: TraceKind, line: std::fmt::Arguments<'_>) {
         let mut buffer = LineBuffer::default();
         // The buffer cuts what does not fit and never fails.
         let _cut = buffer.write_fmt(line).is_err();
         self.lines.push(TraceLineText {
             kind,
+            graph,
+            node: 0,
+            from: 0,
+            to: 0,
             text: Text::new(buffer.as_str()),
         });
     }
@@ -145,7 +194,7 @@ impl Output {
         decision.arm_count = u32::try_from(arm_count).unwrap_or(0);
         decision.io = CellIo::zeroed();
         decision.outcome = self.outcome.code();
-        decision.phase = Text::new(self.phase);
+        decision.phase = self.phase;
         decision.reason = Text::new(self.reason);
         trace.append(&mut self.lines);
     }

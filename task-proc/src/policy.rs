@@ -1,5 +1,8 @@
 //! The one interface every kind of policy has.
 
+use behavior::{Graph, NodeStatus};
+use ipc_types::Text;
+
 use crate::job::Job;
 use crate::observation::Observation;
 use crate::output::Output;
@@ -18,7 +21,13 @@ pub trait Policy: Send {
     fn tick(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output);
 
     /// Name of the phase it is in, empty between transfers.
-    fn phase(&self) -> &'static str;
+    fn phase(&self) -> Text<32>;
+
+    /// Its pictures: one per tree, machine or arm, always in this order.
+    fn describe(&self) -> Vec<Graph>;
+
+    /// Appends how the nodes of picture `graph` stand, one for each.
+    fn statuses(&self, graph: usize, out: &mut Vec<NodeStatus>);
 
     /// What it remembers beyond the [`Job`]; see [`Policy::restore`].
     fn save(&self) -> Vec<u8>;

@@ -24,6 +24,11 @@ const MISSED_TICKS: u64 = 100;
 /// were sent, but perhaps not yet to this reader (ns).
 const DELIVERY_NS: u64 = 2_000_000_000;
 
+/// How often the statuses of all nodes are sent (ticks).
+const STATUS_TICKS: u64 = 100;
+/// How often the pictures are sent (ticks).
+const PICTURE_TICKS: u64 = 1000;
+
 /// Why a task cannot run.
 #[derive(Debug, thiserror::Error)]
 pub enum ProcessError {
@@ -70,6 +75,8 @@ struct TaskProcess {
     /// Generation of physics and tick decided on last.
     decided: Option<(u32, u64)>,
     begun: bool,
+    /// Tick the pictures were sent at last.
+    drawn: Option<u64>,
 }
 
 impl TaskProcess {
@@ -94,6 +101,7 @@ impl TaskProcess {
             message: Decision::zeroed(),
             decided: None,
             begun: false,
+            drawn: None,
         })
     }
 
@@ -191,6 +199,7 @@ impl TaskProcess {
             self.health.note("the task's record is too long to be kept");
         }
         self.publish();
+        self.draw(tick);
         let lines = std::mem::take(&mut self.lines);
         for line in &lines {
             self.send_line(tick, line);
@@ -198,6 +207,21 @@ impl TaskProcess {
         self.lines = lines;
         self.health
             .cycle(0, monotonic_ns().saturating_sub(began_ns));
+    }
+
+    /// Says at 10 Hz how every node stands, and once a second what the nodes
+    /// are, for who has just begun to look.
+    fn draw(&mut self, tick: u64) {
+        if self
+            .drawn
+            .is_none_or(|drawn| tick >= drawn + PICTURE_TICKS || tick < drawn)
+        {
+            self.drawn = Some(tick);
+            self.task.trace_pictures(&mut self.lines);
+        }
+        if tick.is_multiple_of(STATUS_TICKS) {
+            self.task.trace_statuses(&mut self.lines);
+        }
     }
 
     /// The newest status caused by an earlier tick; in lockstep that of the
@@ -236,6 +260,10 @@ impl TaskProcess {
     fn say(&mut self, tick: u64, text: &str) {
         let line = TraceLineText {
             kind: ipc_types::trace::TraceKind::Lifecycle,
+            graph: 0,
+            node: 0,
+            from: 0,
+            to: 0,
             text: ipc_types::Text::new(text),
         };
         self.send_line(tick, &line);
@@ -245,6 +273,10 @@ impl TaskProcess {
         let write = |message: &mut TraceLine| {
             message.header = Header::caused_by::<TraceLine>(tick);
             message.kind = line.kind.code();
+            message.graph = u32::try_from(line.graph).unwrap_or(u32::MAX);
+            message.node = u32::try_from(line.node).unwrap_or(u32::MAX);
+            message.from = line.from;
+            message.to = line.to;
             message.reserved = 0;
             message.text = line.text;
         };

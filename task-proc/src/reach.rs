@@ -1,8 +1,10 @@
 //! Following the operator: the arm goes where the panel's target is.
 
+use behavior::NodeStatus;
+use behavior::graph::{Graph, GraphKind, GraphNode};
 use cell_model::task_spec::ReachTask;
 use ipc_types::decision::{GoalKind, Outcome};
-use ipc_types::{GripperGoal, MAX_ARMS, Pose};
+use ipc_types::{GripperGoal, MAX_ARMS, Pose, Text};
 
 use crate::job::Job;
 use crate::observation::Observation;
@@ -10,6 +12,9 @@ use crate::operator::{operator_target, requested_gripper};
 use crate::output::{ArmIntent, Output};
 use crate::policy::Policy;
 use crate::record;
+
+/// The one phase.
+const FOLLOW: &str = "FOLLOW";
 
 /// Follows panel targets and gripper requests always, paused or not. Until the
 /// first one it goes to the target of the cell file, or holds without one.
@@ -86,8 +91,27 @@ impl Policy for Follow {
         out.outcome = Outcome::Running;
     }
 
-    fn phase(&self) -> &'static str {
-        "FOLLOW"
+    fn phase(&self) -> Text<32> {
+        Text::new(FOLLOW)
+    }
+
+    fn describe(&self) -> Vec<Graph> {
+        vec![Graph {
+            kind: GraphKind::Code,
+            name: Self::NAME.to_owned(),
+            nodes: vec![GraphNode {
+                id: FOLLOW.to_owned(),
+                kind: "phase".to_owned(),
+                name: FOLLOW.to_owned(),
+                parent: None,
+                detail: "the operator's target".to_owned(),
+            }],
+            edges: Vec::new(),
+        }]
+    }
+
+    fn statuses(&self, _graph: usize, out: &mut Vec<NodeStatus>) {
+        out.push(NodeStatus::Running);
     }
 
     fn follows_operator(&self) -> bool {

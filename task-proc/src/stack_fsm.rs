@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use ipc_types::GripperGoal;
+use behavior::{Graph, NodeStatus};
+use ipc_types::{GripperGoal, Text};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +17,9 @@ use crate::stack::phase::{DoneReason, PhaseClock, Progress};
 use crate::stack::resume::{InHand, in_hand};
 use crate::stack::scene::ARM;
 use crate::stack::selection::{self, Assignment};
-use crate::stack::{Phase, Scene, StackSetup, command, feedback, geometry, grip, recovery};
+use crate::stack::{
+    Phase, Scene, StackSetup, command, feedback, geometry, grip, picture, recovery,
+};
 use crate::time::PolicyTime;
 
 /// One cube on its way.
@@ -318,8 +321,18 @@ impl Policy for StackFsm {
         );
     }
 
-    fn phase(&self) -> &'static str {
-        self.transfer.as_ref().map_or("", |t| t.phase.name())
+    fn phase(&self) -> Text<32> {
+        self.transfer
+            .as_ref()
+            .map_or(Text::EMPTY, |t| Text::new(t.phase.name()))
+    }
+
+    fn describe(&self) -> Vec<Graph> {
+        vec![picture::ring(Self::NAME)]
+    }
+
+    fn statuses(&self, _graph: usize, out: &mut Vec<NodeStatus>) {
+        picture::statuses(self.transfer.as_ref().map(|t| t.phase), out);
     }
 
     fn save(&self) -> Vec<u8> {

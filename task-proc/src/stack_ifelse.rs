@@ -4,7 +4,8 @@
 
 use std::sync::Arc;
 
-use ipc_types::GripperGoal;
+use behavior::{Graph, NodeStatus};
+use ipc_types::{GripperGoal, Text};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +18,7 @@ use crate::stack::phase::{PhaseClock, Progress};
 use crate::stack::resume::in_hand;
 use crate::stack::scene::ARM;
 use crate::stack::{
-    Phase, Scene, StackSetup, command, feedback, geometry, grip, recovery, selection,
+    Phase, Scene, StackSetup, command, feedback, geometry, grip, picture, recovery, selection,
 };
 
 /// See the module.
@@ -233,8 +234,18 @@ impl Policy for StackIfElse {
         command::report(&setup, &scene, phase, job, out);
     }
 
-    fn phase(&self) -> &'static str {
-        self.memory.cube.map_or("", |_| self.phase().name())
+    fn phase(&self) -> Text<32> {
+        self.memory
+            .cube
+            .map_or(Text::EMPTY, |_| Text::new(self.phase().name()))
+    }
+
+    fn describe(&self) -> Vec<Graph> {
+        vec![picture::ring(Self::NAME)]
+    }
+
+    fn statuses(&self, _graph: usize, out: &mut Vec<NodeStatus>) {
+        picture::statuses(self.memory.cube.map(|_| self.phase()), out);
     }
 
     fn save(&self) -> Vec<u8> {

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use behavior::Graph;
 use cell_model::Cell;
 use cell_model::task_spec::TaskSpec;
 use ipc_types::decision::{MAX_PLACED, Outcome};
@@ -19,6 +20,7 @@ use crate::stack::{SetupError, StackSetup, geometry};
 use crate::stack_fsm::StackFsm;
 use crate::stack_ifelse::StackIfElse;
 use crate::time::{PolicyClock, PolicyTime};
+use crate::tracer::Tracer;
 
 /// Closing force where neither cell nor robot names one (N).
 const DEFAULT_GRIP_FORCE_N: f64 = 20.0;
@@ -65,6 +67,7 @@ pub struct Task {
     clock: PolicyClock,
     panel: PanelMemory,
     out: Output,
+    tracer: Tracer,
     /// Belief and world have to be compared before the next decision.
     unsure: bool,
 }
@@ -127,6 +130,7 @@ impl Task {
             demo: demo.to_owned(),
             arm_count,
             grip_force,
+            tracer: Tracer::new(policy.as_ref()),
             policy,
             job: Job::new(object_count),
             clock: PolicyClock::default(),
@@ -166,6 +170,7 @@ impl Task {
         if self.panel.paused() {
             self.out.outcome = Outcome::Paused;
         }
+        self.tracer.changes(self.policy.as_ref(), &mut self.out);
         self.out.finish(self.arm_count, out, trace);
         self.fill(state.header.tick, out);
     }
@@ -236,6 +241,21 @@ impl Task {
         self.unsure = true;
     }
 
+    /// The pictures of the policy.
+    pub fn graphs(&self) -> &[Graph] {
+        self.tracer.graphs()
+    }
+
+    /// Appends the pictures of the policy as trace lines.
+    pub fn trace_pictures(&self, lines: &mut Vec<TraceLineText>) {
+        self.tracer.pictures(lines);
+    }
+
+    /// Appends how every node of them stands.
+    pub fn trace_statuses(&mut self, lines: &mut Vec<TraceLineText>) {
+        self.tracer.statuses(self.policy.as_ref(), lines);
+    }
+
     /// Name of the policy.
     pub fn policy_name(&self) -> &'static str {
         self.policy.name()
@@ -270,7 +290,7 @@ impl Task {
         if self.job.failure.is_none() {
             self.policy.tick(observation, &mut self.job, &mut self.out);
         } else {
-            self.out.phase = FAILED;
+            self.out.phase = Text::new(FAILED);
         }
         if let Some(failure) = self.job.failure {
             self.out.outcome = Outcome::Failed;

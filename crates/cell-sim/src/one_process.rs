@@ -172,6 +172,7 @@ impl OneProcess {
         self.trace.extend(
             self.lines
                 .iter()
+                .filter(|line| line.kind.is_for_people())
                 .map(|line| (tick, line.text.as_str().to_owned())),
         );
     }

@@ -9,6 +9,7 @@ use cell_bus::Subscriber;
 use crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 use ipc_types::TraceLine;
 use ipc_types::topic::TopicId;
+use ipc_types::trace::TraceKind;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
@@ -54,6 +55,9 @@ impl View {
         self.picture.update();
         let log = &mut self.log;
         self.trace.take_all(|line| {
+            if !TraceKind::from_code(line.kind).is_some_and(TraceKind::is_for_people) {
+                return;
+            }
             log.push_back((
                 line.header.sim_time_ns as f64 * 1.0e-9,
                 line.text.as_str().to_owned(),

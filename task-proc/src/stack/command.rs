@@ -1,7 +1,7 @@
 //! The commands of the stacking policies.
 
-use ipc_types::GripperGoal;
 use ipc_types::decision::{GoalKind, Outcome};
+use ipc_types::{GripperGoal, Text};
 
 use super::geometry;
 use super::phase::Phase;
@@ -56,11 +56,11 @@ pub fn report(
     job: &mut Job,
     out: &mut Output,
 ) {
-    out.phase = match phase {
+    out.phase = Text::new(match phase {
         Some(phase) => phase.name(),
         None if job.done => idle::DONE,
         None => idle::HOLD,
-    };
+    });
     out.outcome = if job.done {
         Outcome::Done
     } else {

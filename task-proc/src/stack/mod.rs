@@ -6,6 +6,7 @@ pub mod feedback;
 pub mod geometry;
 pub mod grip;
 pub mod phase;
+pub mod picture;
 pub mod recovery;
 pub mod resume;
 pub mod scene;

@@ -101,7 +101,7 @@ impl FakeCell {
         );
         self.decision.validate().unwrap();
         self.lines
-            .extend(trace.iter().map(|l| l.text.as_str().to_owned()));
+            .extend(trace.iter().filter(|l| l.kind.is_for_people()).map(|l| l.text.as_str().to_owned()));
     }
 
     /// A new process takes the record over.
