@@ -24,7 +24,9 @@ impl Str {
     /// `text`, or `None` if it is longer than [`STR_BYTES`].
     pub fn new(text: &str) -> Option<Self> {
         let mut bytes = [0; STR_BYTES];
-        bytes.get_mut(..text.len())?.copy_from_slice(text.as_bytes());
+        bytes
+            .get_mut(..text.len())?
+            .copy_from_slice(text.as_bytes());
         Some(Self {
             len: u8::try_from(text.len()).ok()?,
             bytes,
