@@ -100,6 +100,8 @@ impl Task {
                 };
                 (policy, spec.grip_force_n)
             }
+            // No policy of this program takes a pyramid apart yet.
+            TaskSpec::Pyramid(_) => return Err(unknown(cell, policy, &[])),
             TaskSpec::Reach(spec) => {
                 let force = robot_force.unwrap_or(DEFAULT_GRIP_FORCE_N);
                 match policy {

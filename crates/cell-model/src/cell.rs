@@ -1,5 +1,7 @@
 //! A cell ready to run: robots loaded, objects placed by the seed.
 
+use std::borrow::Cow;
+
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion};
 
 use crate::cell_check;
@@ -38,6 +40,8 @@ pub struct Cell {
     pub task: TaskSpec,
     /// Where a picture is taken from.
     pub camera: Camera,
+    /// Where the cell file came from, and other files it names.
+    pub data: Data,
 }
 
 /// An arm of a cell.
@@ -165,7 +169,17 @@ impl Cell {
             arms,
             task: table.task,
             camera: table.camera,
+            data: data.clone(),
         })
+    }
+
+    /// Text of another file in `cells/`, for instance a behaviour that the cell
+    /// file names.
+    ///
+    /// # Errors
+    /// [`ModelError::Read`] where it is missing or unreadable.
+    pub fn read(&self, name: &str) -> Result<Cow<'static, str>, ModelError> {
+        self.data.read(&format!("cells/{name}"))
     }
 
     /// Index of an object by name.

@@ -6,11 +6,10 @@ use crate::cell_file::{CellFile, FixtureTable, ObjectTable};
 use crate::error::{ModelError, Place};
 use crate::robot::Robot;
 use crate::shape::Shape;
-use crate::task_spec::{ReachTask, StackTask, TaskSpec};
 use crate::{suggest, toml_text};
 
 /// A cell is not larger (m).
-const MAX_COORDINATE_M: f64 = 20.0;
+pub(crate) const MAX_COORDINATE_M: f64 = 20.0;
 
 /// Refuses a cell whose names or numbers cannot be meant.
 pub(crate) fn check(file: &str, text: &str, cell: &CellFile) -> Result<(), ModelError> {
@@ -41,10 +40,7 @@ pub(crate) fn check(file: &str, text: &str, cell: &CellFile) -> Result<(), Model
     for (index, fixture) in cell.fixtures.iter().enumerate() {
         checker.fixture(&format!("fixture.{index}"), fixture)?;
     }
-    match &cell.task {
-        TaskSpec::Stack(task) => checker.stack(task, cell),
-        TaskSpec::Reach(task) => checker.reach(task),
-    }
+    checker.task(cell)
 }
 
 /// Refuses a home position the robot cannot take.
@@ -68,13 +64,18 @@ pub(crate) fn home(
     Ok(())
 }
 
-struct Checker<'a> {
+pub(crate) struct Checker<'a> {
     file: &'a str,
     text: &'a str,
 }
 
 impl Checker<'_> {
-    fn refuse(&self, key: &str, value: impl Display, allowed: impl Into<String>) -> ModelError {
+    pub(crate) fn refuse(
+        &self,
+        key: &str,
+        value: impl Display,
+        allowed: impl Into<String>,
+    ) -> ModelError {
         ModelError::value(
             Place::line(self.file, toml_text::line_of(self.text, key)),
             key,
@@ -83,20 +84,32 @@ impl Checker<'_> {
         )
     }
 
-    fn number(&self, key: &str, value: f64, low: f64, high: f64) -> Result<(), ModelError> {
+    pub(crate) fn number(
+        &self,
+        key: &str,
+        value: f64,
+        low: f64,
+        high: f64,
+    ) -> Result<(), ModelError> {
         if (low..=high).contains(&value) {
             return Ok(());
         }
         Err(self.refuse(key, value, format!("{low} to {high} is allowed")))
     }
 
-    fn numbers(&self, key: &str, values: &[f64], low: f64, high: f64) -> Result<(), ModelError> {
+    pub(crate) fn numbers(
+        &self,
+        key: &str,
+        values: &[f64],
+        low: f64,
+        high: f64,
+    ) -> Result<(), ModelError> {
         values.iter().enumerate().try_for_each(|(index, value)| {
             self.number(&format!("{key}.{index}"), *value, low, high)
         })
     }
 
-    fn position(&self, key: &str, position: &[f64; 3]) -> Result<(), ModelError> {
+    pub(crate) fn position(&self, key: &str, position: &[f64; 3]) -> Result<(), ModelError> {
         self.numbers(key, position, -MAX_COORDINATE_M, MAX_COORDINATE_M)
     }
 
@@ -207,103 +220,5 @@ impl Checker<'_> {
         self.position(&format!("{key}.position_m"), &fixture.position_m)?;
         self.number(&format!("{key}.yaw_rad"), fixture.yaw_rad, -7.0, 7.0)?;
         self.numbers(&format!("{key}.colour"), &fixture.colour, 0.0, 1.0)
-    }
-
-    fn stack(&self, task: &StackTask, cell: &CellFile) -> Result<(), ModelError> {
-        let names: Vec<&str> = cell
-            .objects
-            .iter()
-            .map(|object| object.name.as_str())
-            .collect();
-        for (index, name) in task.order.iter().enumerate() {
-            let key = format!("task.order.{index}");
-            if !names.contains(&name.as_str()) {
-                return Err(self.refuse(
-                    &key,
-                    format!("'{name}'"),
-                    format!("no such object; {}", suggest::advice(name, &names)),
-                ));
-            }
-            if task.order.iter().take(index).any(|other| other == name) {
-                return Err(self.refuse(
-                    &key,
-                    format!("'{name}'"),
-                    "an object stands in a stack once",
-                ));
-            }
-        }
-        if task.order.is_empty() || task.order.len() > ipc_types::decision::MAX_PLACED {
-            let allowed = format!("1 to {} are allowed", ipc_types::decision::MAX_PLACED);
-            return Err(self.refuse("task.order", format!("{} names", task.order.len()), allowed));
-        }
-        self.numbers(
-            "task.stack_position_m",
-            &task.stack_position_m,
-            -MAX_COORDINATE_M,
-            MAX_COORDINATE_M,
-        )?;
-        self.numbers("task.grasp_offset_m", &task.grasp_offset_m, -0.5, 0.5)?;
-        self.number(
-            "task.base_height_m",
-            task.base_height_m,
-            -MAX_COORDINATE_M,
-            MAX_COORDINATE_M,
-        )?;
-        self.stack_numbers(task)
-    }
-
-    fn stack_numbers(&self, task: &StackTask) -> Result<(), ModelError> {
-        let ranges = [
-            ("layer_height_m", task.layer_height_m, 1.0e-3, 1.0),
-            ("clearance_m", task.clearance_m, 0.0, 1.0),
-            ("goal_tolerance_m", task.goal_tolerance_m, 1.0e-4, 1.0),
-            ("travel_tolerance_m", task.travel_tolerance_m, 1.0e-4, 1.0),
-            ("precise_tolerance_m", task.precise_tolerance_m, 1.0e-4, 1.0),
-            (
-                "orientation_tolerance_rad",
-                task.orientation_tolerance_rad,
-                1.0e-4,
-                3.2,
-            ),
-            ("gripper_tolerance_m", task.gripper_tolerance_m, 1.0e-5, 0.5),
-            ("move_tolerance_m", task.move_tolerance_m, 1.0e-4, 1.0),
-            ("drop_distance_m", task.drop_distance_m, 1.0e-3, 1.0),
-            ("open_width_m", task.open_width_m, 1.0e-3, 1.0),
-            (
-                "closed_width_m",
-                task.closed_width_m,
-                0.0,
-                task.open_width_m,
-            ),
-            ("grip_force_n", task.grip_force_n, 0.1, 1.0e4),
-            ("min_phase_s", task.min_phase_s, 0.0, 60.0),
-            ("settle_s", task.settle_s, 0.0, 60.0),
-            ("timeout_s", task.timeout_s, 0.1, 600.0),
-            ("short_timeout_s", task.short_timeout_s, 0.1, 600.0),
-            ("release_timeout_s", task.release_timeout_s, 0.1, 600.0),
-            ("max_attempts", f64::from(task.max_attempts), 1.0, 1000.0),
-            ("reach_m", task.reach_m, 1.0e-2, MAX_COORDINATE_M),
-        ];
-        ranges.iter().try_for_each(|(key, value, low, high)| {
-            self.number(&format!("task.{key}"), *value, *low, *high)
-        })
-    }
-
-    fn reach(&self, task: &ReachTask) -> Result<(), ModelError> {
-        if let Some(position) = &task.position_m {
-            self.position("task.position_m", position)?;
-        }
-        let Some(orientation) = &task.orientation_wxyz else {
-            return Ok(());
-        };
-        let norm = orientation.iter().map(|c| c * c).sum::<f64>().sqrt();
-        if (norm - 1.0).abs() <= 1.0e-6 {
-            return Ok(());
-        }
-        Err(self.refuse(
-            "task.orientation_wxyz",
-            format!("of length {norm}"),
-            "a unit quaternion w x y z is needed",
-        ))
     }
 }

@@ -9,21 +9,9 @@ use crate::{suggest, toml_text};
 /// Files larger than this are no robot and no cell (bytes).
 pub const MAX_FILE_BYTES: u64 = 4 << 20;
 
-macro_rules! embedded {
-    ($($path:literal),* $(,)?) => {
-        &[$(($path, include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../", $path)))),*]
-    };
-}
-
-/// Path and text of every file of `robots/` and `cells/`.
-const EMBEDDED: &[(&str, &str)] = embedded![
-    "cells/franka-stack.toml",
-    "cells/reach.toml",
-    "robots/panda/robot.toml",
-    "robots/panda/panda.urdf",
-    "robots/panda/panda.xrdf",
-    "robots/panda/panda_rmpflow.yaml",
-];
+/// Path and text of every file of `robots/` and `cells/`, as the build script
+/// found them.
+const EMBEDDED: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
 
 /// A source of robots and cells.
 #[derive(Clone, Debug, Default)]
@@ -147,6 +135,17 @@ mod tests {
                 .any(|(name, text)| name == "franka-stack" && !text.is_empty()),
             "{demos:?}"
         );
+    }
+
+    #[test]
+    fn a_directory_gives_the_files_beside_its_cells() {
+        let dir = std::env::temp_dir().join(format!("robocell-data-{}", std::process::id()));
+        std::fs::create_dir_all(dir.join("cells")).unwrap();
+        std::fs::write(dir.join("cells/a.tree.json"), "{}").unwrap();
+        let data = Data::dir(&dir);
+        assert_eq!(data.read("cells/a.tree.json").unwrap(), "{}");
+        assert!(data.demos().is_empty(), "a tree is no demo");
+        std::fs::remove_dir_all(&dir).unwrap();
     }
 
     #[test]

@@ -25,6 +25,7 @@ pub mod script;
 pub mod shape;
 pub mod stop;
 pub mod summary;
+mod task_check;
 pub mod task_spec;
 mod toml_text;
 pub mod urdf;

@@ -1,6 +1,11 @@
 //! `[task]` of a cell file: the numbers a demo's policies work with.
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
+
+/// Most objects a stack may be made of.
+pub const MAX_STACK: usize = 16;
 
 /// The `[task]` table, by its `kind`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -8,6 +13,8 @@ use serde::Deserialize;
 pub enum TaskSpec {
     /// Stack cubes in an order.
     Stack(StackTask),
+    /// Take a pyramid apart with several arms, into a stack each.
+    Pyramid(PyramidTask),
     /// Follow the operator's target.
     Reach(ReachTask),
 }
@@ -64,6 +71,65 @@ pub struct StackTask {
     /// A cube further than this from the arm's base, in the plane, is out of
     /// reach (m).
     pub reach_m: f64,
+}
+
+/// Take a pyramid of cubes apart; every arm builds a stack of its own.
+///
+/// Heights of the tool are those of the TCP, whose frame lies between the pads.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PyramidTask {
+    /// Height of the centre of the lowest cube of a stack, world frame (m).
+    pub base_height_m: f64,
+    /// Height of one layer (m).
+    pub layer_height_m: f64,
+    /// Cubes in a finished stack of one arm.
+    pub required_count: u32,
+    /// TCP above the centre of the cube before it is grasped (m).
+    pub approach_m: f64,
+    /// TCP above the centre of the cube when it is grasped (m).
+    pub grasp_m: f64,
+    /// TCP height after the lift, world frame (m).
+    pub lift_z_m: f64,
+    /// TCP above the cube's goal before it is lowered (m).
+    pub place_approach_m: f64,
+    /// TCP above the cube's goal when it is let go, before the place is
+    /// corrected by how the cube lies in the hand (m).
+    pub place_m: f64,
+    /// TCP above the cube's goal after it was let go (m).
+    pub retract_m: f64,
+    /// An object nearer than this to its goal, in the plane, is in place (m).
+    pub goal_tolerance_m: f64,
+    /// Finger distance of an open gripper (m).
+    pub open_width_m: f64,
+    /// Finger distance commanded to close; force stops it earlier (m).
+    pub closed_width_m: f64,
+    /// The gripper is open when within this of the open width (m).
+    pub gripper_tolerance_m: f64,
+    /// Force per finger (N).
+    pub grip_force_n: f64,
+    /// A cube further than this from the arm's base, in the plane, is out of
+    /// reach (m).
+    pub reach_m: f64,
+    /// What belongs to one arm, by the arm's name: one entry for every arm.
+    pub robot: BTreeMap<String, PyramidArm>,
+}
+
+/// `[task.robot.NAME]`: the part of one arm.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PyramidArm {
+    /// File in `cells/` that describes the behaviour.
+    pub behaviour: String,
+    /// Blackboard it shares with all arms that name the same one.
+    pub board: String,
+    /// Centre of the arm's stack on the table, x and y in the world frame (m).
+    pub goal_m: [f64; 2],
+    /// Turn of the hand about the world's z where it points straight down and
+    /// its fingers close along y at zero (rad).
+    pub yaw_rad: f64,
+    /// Cubes in the order in which this arm tries them.
+    pub order: Vec<String>,
 }
 
 /// Follow the operator's target.

@@ -12,7 +12,10 @@ fn stack_text() -> String {
 
 /// The message for the stack cell with one text replaced by another.
 fn refused(from: &str, to: &str) -> String {
-    let text = stack_text();
+    refused_in(&stack_text(), from, to)
+}
+
+fn refused_in(text: &str, from: &str, to: &str) -> String {
     assert!(text.contains(from), "{from}");
     let text = text.replacen(from, to, 1);
     Cell::from_text(&Data::embedded(), "x", "cells/x.toml", &text, 0, None)
@@ -131,6 +134,60 @@ fn names_have_to_lead_somewhere_and_be_unique() {
         let error = refused(from, to);
         assert!(error.contains(expected), "{error}\nexpected {expected}");
     }
+}
+
+#[test]
+fn a_pyramid_needs_a_part_for_every_arm_and_cubes_that_exist() {
+    let text = Data::embedded().read("cells/franka-pyramid.toml").unwrap();
+    let cases = [
+        (
+            "[task.robot.left]",
+            "[task.robot.lft]",
+            "did you mean 'left'?",
+        ),
+        (
+            "[\"cube_1\", \"cube_2\"",
+            "[\"cube_1\", \"cube_1\"",
+            "stands in a stack once",
+        ),
+        (
+            "[\"cube_1\", \"cube_2\"",
+            "[\"cube_1\", \"cub_2\"",
+            "did you mean 'cube_2'?",
+        ),
+        (
+            "required_count = 3",
+            "required_count = 4",
+            "2 arms need 8 objects, the cell has 6",
+        ),
+        (
+            "franka-pyramid.tree.json",
+            "../secret.json",
+            ".json file in cells/",
+        ),
+        (
+            "board = \"shared\"",
+            "board = \"\"",
+            "task.robot.left.board is ''",
+        ),
+        (
+            "yaw_rad = 1.5708\n",
+            "yaw_rad = 15.7\n",
+            "task.robot.left.yaw_rad is 15.7",
+        ),
+        ("reach_m = 0.72", "reach_m = 0.0", "task.reach_m is 0"),
+    ];
+    for (from, to, expected) in cases {
+        let error = refused_in(&text, from, to);
+        assert!(error.contains(expected), "{error}\nexpected {expected}");
+        assert!(error.starts_with("cells/x.toml:"), "{error}");
+    }
+    let silent = text.split("[task.robot.right]").next().unwrap();
+    let error = Cell::from_text(&Data::embedded(), "x", "x.toml", silent, 0, None).unwrap_err();
+    assert!(
+        error.to_string().contains("silent about arm 'right'"),
+        "{error}"
+    );
 }
 
 #[test]

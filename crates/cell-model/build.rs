@@ -1,0 +1,44 @@
+//! Lists the files of `robots/` and `cells/`, which are built into the program.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::{env, fs, io};
+
+/// Files people write for a cell; whatever else lies there is not taken.
+const EXTENSIONS: [&str; 5] = ["toml", "json", "urdf", "xrdf", "yaml"];
+
+fn main() -> io::Result<()> {
+    let variable = |name: &str| env::var_os(name).map(PathBuf::from).unwrap_or_default();
+    let root = variable("CARGO_MANIFEST_DIR").join("../..");
+    let mut paths = Vec::new();
+    for folder in ["cells", "robots"] {
+        println!("cargo::rerun-if-changed={}", root.join(folder).display());
+        list(&root, Path::new(folder), &mut paths)?;
+    }
+    paths.sort();
+    let mut text = String::from("&[\n");
+    for path in &paths {
+        let full = root.join(path);
+        // Writing to a string does not fail.
+        let _written = writeln!(text, "    ({path:?}, include_str!({full:?})),").is_ok();
+    }
+    text.push(']');
+    fs::write(variable("OUT_DIR").join("embedded.rs"), text)
+}
+
+/// Adds the files below `folder`, as paths from `root` with forward slashes.
+fn list(root: &Path, folder: &Path, paths: &mut Vec<String>) -> io::Result<()> {
+    for entry in fs::read_dir(root.join(folder))? {
+        let entry = entry?;
+        let path = folder.join(entry.file_name());
+        let known = path
+            .extension()
+            .is_some_and(|e| EXTENSIONS.iter().any(|known| e == *known));
+        if entry.file_type()?.is_dir() {
+            list(root, &path, paths)?;
+        } else if known {
+            paths.push(path.to_string_lossy().replace('\\', "/"));
+        }
+    }
+    Ok(())
+}
