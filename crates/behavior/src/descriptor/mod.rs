@@ -1,1 +1,6 @@
-//! See the modules.
+//! Trees from files.
+
+pub mod error;
+pub mod json;
+
+pub use error::{Errors, Located};
