@@ -7,6 +7,7 @@ mod operate;
 mod picture;
 mod status;
 mod top;
+mod watched;
 
 pub(crate) use doctor::doctor;
 pub(crate) use list::list;

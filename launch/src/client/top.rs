@@ -2,27 +2,24 @@
 
 mod draw;
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
 use cell_bus::Subscriber;
 use crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 use ipc_types::TraceLine;
 use ipc_types::topic::TopicId;
-use ipc_types::trace::TraceKind;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
 use super::Session;
 use super::picture::Picture;
+use super::watched::Trace;
 use crate::cli::TopArgs;
 use crate::failure::{Context, Failure};
 use crate::say;
 
 /// How often a frame is drawn.
 const FRAME: Duration = Duration::from_millis(100);
-/// Lines of the task's log that are kept.
-const KEPT_LINES: usize = 200;
 /// Size of the frame printed by `--once`, in characters.
 const ONCE: (u16, u16) = (110, 30);
 
@@ -30,42 +27,32 @@ const ONCE: (u16, u16) = (110, 30);
 pub(crate) struct View {
     pub(crate) session: Session,
     pub(crate) picture: Picture,
-    trace: Subscriber<TraceLine>,
-    /// Newest last: simulated seconds and text.
-    pub(crate) log: VecDeque<(f64, String)>,
+    lines: Subscriber<TraceLine>,
+    pub(crate) trace: Trace,
 }
 
 impl View {
-    fn open(cell: &str) -> Result<Self, Failure> {
+    /// Joins the running cell of that name.
+    pub(crate) fn open(cell: &str) -> Result<Self, Failure> {
         let session = Session::of(cell)?;
         let bus = session.join()?;
-        let trace = bus
+        let lines = bus
             .subscriber(TopicId::Trace)
             .cannot("read the task's log")?;
         let picture = Picture::open(&session)?;
         Ok(Self {
             session,
             picture,
-            trace,
-            log: VecDeque::new(),
+            lines,
+            trace: Trace::default(),
         })
     }
 
-    fn update(&mut self) {
+    /// Takes what is new.
+    pub(crate) fn update(&mut self) {
         self.picture.update();
-        let log = &mut self.log;
-        self.trace.take_all(|line| {
-            if !TraceKind::from_code(line.kind).is_some_and(TraceKind::is_for_people) {
-                return;
-            }
-            log.push_back((
-                line.header.sim_time_ns as f64 * 1.0e-9,
-                line.text.as_str().to_owned(),
-            ));
-        });
-        while self.log.len() > KEPT_LINES {
-            self.log.pop_front();
-        }
+        let trace = &mut self.trace;
+        self.lines.take_all(|line| trace.take(line));
     }
 }
 

@@ -17,20 +17,21 @@ pub(super) fn draw(frame: &mut Frame<'_>, view: &View) {
     let arms = view.picture.state().map_or(0, |s| s.arms().len());
     let arm_rows = u16::try_from(3 * arms).unwrap_or(6).max(1) + 2;
     let process_rows = u16::try_from(view.picture.healths().count()).unwrap_or(4) + 3;
+    let active = view.trace.active();
     let heights = [
-        Constraint::Length(2),
+        Constraint::Length(2 + u16::from(!active.is_empty())),
         Constraint::Length(process_rows),
         Constraint::Length(arm_rows),
         Constraint::Min(3),
     ];
     let [head, processes, joints, log] = Layout::vertical(heights).areas(frame.area());
-    frame.render_widget(Paragraph::new(headline(view)), head);
+    frame.render_widget(Paragraph::new(headline(view, &active)), head);
     draw_processes(frame, processes, view);
     draw_arms(frame, joints, view);
     draw_log(frame, log, view);
 }
 
-fn headline(view: &View) -> Vec<Line<'static>> {
+fn headline(view: &View, active: &[String]) -> Vec<Line<'static>> {
     let spec = &view.session.spec;
     let (state, decision) = (view.picture.state(), view.picture.decision());
     let time = state.map_or_else(
@@ -56,10 +57,14 @@ fn headline(view: &View) -> Vec<Line<'static>> {
             )
         },
     );
-    vec![
+    let mut lines = vec![
         Line::from(first).style(Style::new().add_modifier(Modifier::BOLD)),
         Line::from(second),
-    ]
+    ];
+    if !active.is_empty() {
+        lines.push(Line::from(format!("active: {}", active.join(" | "))));
+    }
+    lines
 }
 
 fn draw_processes(frame: &mut Frame<'_>, area: Rect, view: &View) {
@@ -161,8 +166,9 @@ fn arm_lines(index: usize, arm: &ArmState) -> [Line<'static>; 3] {
 
 fn draw_log(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let room = usize::from(area.height.saturating_sub(2));
-    let first = view.log.len().saturating_sub(room);
+    let first = view.trace.log.len().saturating_sub(room);
     let lines: Vec<_> = view
+        .trace
         .log
         .iter()
         .skip(first)

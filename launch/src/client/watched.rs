@@ -1,0 +1,214 @@
+//! What the task says about itself, put together again from its trace.
+
+use std::collections::VecDeque;
+
+use behavior::NodeStatus;
+use behavior::graph::{Graph, GraphEdge, GraphKind, GraphNode};
+use ipc_types::TraceLine;
+use ipc_types::trace::{FIELD_END, TraceKind};
+
+/// Lines of the log that are kept.
+const KEPT_LINES: usize = 200;
+/// A policy has no more pictures, and none has more nodes or edges.
+const MAX_GRAPHS: usize = 16;
+const MAX_NODES: usize = 4096;
+
+/// One picture of the policy, with the statuses of its nodes.
+pub(crate) struct Watched {
+    pub(crate) graph: Graph,
+    pub(crate) statuses: Vec<NodeStatus>,
+}
+
+/// The trace of a task, as far as it was heard.
+#[derive(Default)]
+pub(crate) struct Trace {
+    pub(crate) pictures: Vec<Watched>,
+    /// Newest last: simulated seconds and text.
+    pub(crate) log: VecDeque<(f64, String)>,
+}
+
+impl Trace {
+    /// Takes one line; what makes no sense is left out.
+    pub(crate) fn take(&mut self, line: &TraceLine) {
+        let (graph, node) = (line.graph as usize, line.node as usize);
+        let text = line.text.as_str();
+        match TraceKind::from_code(line.kind) {
+            Some(TraceKind::Log | TraceKind::Transition | TraceKind::Lifecycle) => {
+                let time_s = line.header.sim_time_ns as f64 * 1.0e-9;
+                self.log.push_back((time_s, text.to_owned()));
+                while self.log.len() > KEPT_LINES {
+                    self.log.pop_front();
+                }
+            }
+            Some(TraceKind::Node) => self.node(graph, node, line, text),
+            Some(TraceKind::Edge) => self.edge(graph, line, text),
+            Some(TraceKind::Status) => {
+                let status = STATUSES.get(line.to as usize).copied();
+                self.status(graph, node, status.unwrap_or_default());
+            }
+            Some(TraceKind::Statuses) => {
+                for (offset, letter) in text.chars().enumerate() {
+                    let status = NodeStatus::from_letter(letter).unwrap_or_default();
+                    self.status(graph, node + offset, status);
+                }
+            }
+            Some(TraceKind::Guard | TraceKind::Key) | None => {}
+        }
+    }
+
+    fn status(&mut self, graph: usize, node: usize, status: NodeStatus) {
+        let slot = self
+            .pictures
+            .get_mut(graph)
+            .and_then(|p| p.statuses.get_mut(node));
+        if let Some(slot) = slot {
+            *slot = status;
+        }
+    }
+
+    fn node(&mut self, graph: usize, node: usize, line: &TraceLine, text: &str) {
+        let count = line.to as usize;
+        if graph >= MAX_GRAPHS || count > MAX_NODES || node >= count {
+            return;
+        }
+        while self.pictures.len() <= graph {
+            self.pictures.push(Watched {
+                graph: Graph {
+                    kind: GraphKind::Tree,
+                    name: String::new(),
+                    nodes: Vec::new(),
+                    edges: Vec::new(),
+                },
+                statuses: Vec::new(),
+            });
+        }
+        let Some(picture) = self.pictures.get_mut(graph) else {
+            return;
+        };
+        if node == 0 {
+            // The picture begins anew, perhaps another one.
+            picture.graph.kind = GraphKind::Tree;
+            picture.graph.edges.clear();
+        }
+        picture.statuses.resize(count, NodeStatus::Invalid);
+        picture.graph.nodes.resize_with(count, nobody);
+        let mut fields = text.split(FIELD_END).map(str::to_owned);
+        let mut field = || fields.next().unwrap_or_default();
+        if let Some(slot) = picture.graph.nodes.get_mut(node) {
+            *slot = GraphNode {
+                id: field(),
+                kind: field(),
+                name: field(),
+                parent: (line.from as usize).checked_sub(1).filter(|p| *p < node),
+                detail: field(),
+            };
+        }
+    }
+
+    fn edge(&mut self, graph: usize, line: &TraceLine, text: &str) {
+        let Some(picture) = self.pictures.get_mut(graph) else {
+            return;
+        };
+        let edge = GraphEdge {
+            from: line.from as usize,
+            to: line.to as usize,
+            label: text.to_owned(),
+        };
+        let nodes = picture.graph.nodes.len();
+        let fits = edge.from < nodes && edge.to < nodes && picture.graph.edges.len() < MAX_NODES;
+        if fits && !picture.graph.edges.contains(&edge) {
+            picture.graph.kind = GraphKind::Machine;
+            picture.graph.edges.push(edge);
+        }
+    }
+
+    /// Names of the nodes at work: the running ones that no running one is part
+    /// of, of each picture.
+    pub(crate) fn active(&self) -> Vec<String> {
+        self.pictures.iter().map(Watched::active).collect()
+    }
+}
+
+impl Watched {
+    fn active(&self) -> String {
+        let runs = |node: usize| self.statuses.get(node) == Some(&NodeStatus::Running);
+        let has_child = |node: usize| {
+            let nodes = self.graph.nodes.iter().enumerate();
+            nodes
+                .filter(|(_, n)| n.parent == Some(node))
+                .any(|(child, _)| runs(child))
+        };
+        let nodes = self.graph.nodes.iter().enumerate();
+        let tips: Vec<&str> = nodes
+            .filter(|(node, _)| runs(*node) && !has_child(*node))
+            .map(|(_, n)| n.name.as_str())
+            .collect();
+        tips.join(", ")
+    }
+}
+
+/// Statuses by number on the wire.
+const STATUSES: [NodeStatus; 5] = [
+    NodeStatus::Invalid,
+    NodeStatus::Running,
+    NodeStatus::Success,
+    NodeStatus::Failure,
+    NodeStatus::Halting,
+];
+
+fn nobody() -> GraphNode {
+    GraphNode {
+        id: String::new(),
+        kind: String::new(),
+        name: String::new(),
+        parent: None,
+        detail: String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ipc_types::{Text, Wire};
+
+    fn line(kind: TraceKind, node: u32, from: u32, to: u32, text: &str) -> TraceLine {
+        let mut line = TraceLine::zeroed();
+        line.kind = kind.code();
+        (line.node, line.from, line.to) = (node, from, to);
+        line.text = Text::new(text);
+        line
+    }
+
+    #[test]
+    fn a_tree_is_put_together_and_its_tip_named() {
+        let mut trace = Trace::default();
+        trace.take(&line(
+            TraceKind::Node,
+            0,
+            0,
+            2,
+            "root\u{1f}selector\u{1f}Root\u{1f}",
+        ));
+        trace.take(&line(
+            TraceKind::Node,
+            1,
+            1,
+            2,
+            "lift\u{1f}action\u{1f}Lift\u{1f}LIFT",
+        ));
+        trace.take(&line(TraceKind::Statuses, 0, 0, 0, "RR"));
+        assert_eq!(trace.active(), ["Lift"]);
+        trace.take(&line(TraceKind::Status, 1, 1, 2, ""));
+        assert_eq!(trace.active(), ["Root"]);
+    }
+
+    #[test]
+    fn nonsense_is_left_out() {
+        let mut trace = Trace::default();
+        trace.take(&line(TraceKind::Node, 7, 0, 3, "x"));
+        trace.take(&line(TraceKind::Node, 0, 0, u32::MAX, "x"));
+        trace.take(&line(TraceKind::Status, 9, 9, 9, "x"));
+        trace.take(&line(TraceKind::Edge, 0, 1, 2, "x"));
+        assert!(trace.pictures.is_empty());
+    }
+}
