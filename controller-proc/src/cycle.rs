@@ -52,7 +52,7 @@ impl Cycle {
     /// Where the robot's tuning does not fit the robot.
     pub fn new(cell: &Cell, arm: usize) -> Result<Self, RmpFlowError> {
         let spec = cell.arms.get(arm).ok_or(RmpFlowError::NoSuchArm(arm))?;
-        let motion = Shared::new(RmpFlowController::new(cell, spec)?);
+        let motion = Shared::new(RmpFlowController::new(cell, arm)?);
         let joint_count = spec.robot.arm_joints.len();
         let fingers = if spec.robot.gripper.is_some() { 2 } else { 0 };
         let open = spec.robot.gripper.as_ref().map_or(0.0, |g| g.max_width);
@@ -111,6 +111,7 @@ impl Cycle {
             self.latch.take(decision, self.arm);
         }
         let stop = self.stop(state.header.tick, arm, decision_limit_ticks);
+        self.motion.with(|motion| motion.see(state.arms()));
         let setpoint = self.setpoint(stop);
         // A key that is not there cannot be selected: the latch knows three.
         let _unknown = self.pairs.select(&self.latch.gripper()).is_err();

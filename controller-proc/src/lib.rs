@@ -11,6 +11,7 @@ pub mod corridor;
 pub mod cycle;
 pub mod goal;
 pub mod gripper_controller;
+pub mod other_arm;
 pub mod process;
 pub mod rmpflow_controller;
 pub mod robot_state;

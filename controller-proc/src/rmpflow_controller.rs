@@ -1,11 +1,13 @@
 //! RMPflow as a controller: it integrates its own state, so its command never
 //! jumps, and resolves within the limits of the robot.
 
-use cell_model::{ArmSpec, Cell, FixtureSpec, Shape};
+use cell_model::{Cell, FixtureSpec, Shape};
+use ipc_types::ArmState;
 use nalgebra::{Isometry3, Vector3};
 use rmp::{JointLimits, MotionState, Obstacle, ObstacleId, RmpFlow, TargetId};
 
 use crate::controller::{Controller, Setpoint};
+use crate::other_arm::OtherArm;
 use crate::robot_state::RobotState;
 
 /// Length of a cycle (s).
@@ -34,6 +36,14 @@ pub enum RmpFlowError {
     Obstacle {
         /// The fixture.
         fixture: String,
+        /// What is wrong.
+        source: rmp::ObstacleError,
+    },
+    /// Another arm of the cell cannot be kept away from.
+    #[error("collision spheres of arm '{arm}': {source}; check them in its XRDF")]
+    OtherArm {
+        /// The other arm.
+        arm: String,
         /// What is wrong.
         source: rmp::ObstacleError,
     },
@@ -68,6 +78,7 @@ pub struct RmpFlowController {
     posture: Vec<f64>,
     obstacles: Vec<ObstacleId>,
     obstacle_mask: u64,
+    others: Vec<OtherArm>,
     mode: Mode,
     tool_pose: Isometry3<f64>,
     min_clearance: f64,
@@ -75,56 +86,66 @@ pub struct RmpFlowController {
 }
 
 impl RmpFlowController {
-    /// The motion of `arm` among the fixtures of `cell` that are obstacles.
+    /// The motion of the cell's arm number `arm` among the fixtures that are
+    /// obstacles and the other arms.
     ///
     /// # Errors
     ///
-    /// Where the robot's files contradict each other.
-    pub fn new(cell: &Cell, arm: &ArmSpec) -> Result<Self, RmpFlowError> {
-        let robot = &arm.robot;
+    /// Where there is no such arm, or the robot's files contradict each other.
+    pub fn new(cell: &Cell, arm: usize) -> Result<Self, RmpFlowError> {
+        let spec = cell.arms.get(arm).ok_or(RmpFlowError::NoSuchArm(arm))?;
+        let robot = &spec.robot;
         let limits = robot.limits();
-        let joints = robot.arm_joints.len();
-        let name = || robot.name.clone();
         limits
-            .validate(joints)
+            .validate(robot.arm_joints.len())
             .map_err(|source| RmpFlowError::Limits {
-                robot: name(),
+                robot: robot.name.clone(),
                 source,
             })?;
-        let mut flow = robot
-            .motion_policies(cell.obstacles().count())
-            .map_err(|source| RmpFlowError::Setup {
-                robot: name(),
-                source,
-            })?;
+        let setup = |source| RmpFlowError::Setup {
+            robot: robot.name.clone(),
+            source,
+        };
+        let mut others = OtherArm::all_but(cell, arm);
+        let parts: usize = others.iter().map(OtherArm::part_count).sum();
+        let capacity = cell.obstacles().count() + parts;
+        let mut flow = robot.motion_policies(capacity).map_err(setup)?;
         let tool = flow
             .add_target_frame(robot.tcp_frame_name())
-            .map_err(|source| RmpFlowError::Setup {
-                robot: name(),
-                source,
-            })?;
-        let mut obstacles = Vec::new();
-        for fixture in cell.obstacles() {
-            let added = flow.obstacles_mut().add(obstacle(fixture, &arm.base));
-            obstacles.push(added.map_err(|source| RmpFlowError::Obstacle {
-                fixture: fixture.name.clone(),
-                source,
-            })?);
+            .map_err(setup)?;
+        let obstacles = add_fixtures(&mut flow, cell, &spec.base)?;
+        for other in &mut others {
+            other
+                .add_to(flow.obstacles_mut())
+                .map_err(|source| RmpFlowError::OtherArm {
+                    arm: other.name().to_owned(),
+                    source,
+                })?;
         }
         Ok(Self {
             tool,
-            state: MotionState::at_rest(&arm.home),
+            state: MotionState::at_rest(&spec.home),
             limits,
             default_posture: robot.default_joint_positions.clone(),
             posture: robot.default_joint_positions.clone(),
             obstacles,
             obstacle_mask: u64::MAX,
+            others,
             mode: Mode::Stay,
             tool_pose: Isometry3::identity(),
             min_clearance: NO_OBSTACLE_M,
             clipped_joints: 0,
             flow,
         })
+    }
+
+    /// Takes note of where the other arms are. `arms` are all arms of the cell
+    /// as measured. Their speed is not taken into account: a policy sees how
+    /// fast it comes nearer itself, not how fast the other arm does.
+    pub fn see(&mut self, arms: &[ArmState]) {
+        for other in &mut self.others {
+            other.place(arms, self.flow.obstacles_mut());
+        }
     }
 
     /// TCP of the integrated state in the base frame.
@@ -240,6 +261,22 @@ impl Controller for RmpFlowController {
         command.accelerations.set_from(0, &self.state.accelerations);
         Some(command)
     }
+}
+
+/// Ids of the fixtures, in the order of the mask.
+fn add_fixtures(
+    flow: &mut RmpFlow,
+    cell: &Cell,
+    base: &Isometry3<f64>,
+) -> Result<Vec<ObstacleId>, RmpFlowError> {
+    let add = |fixture: &FixtureSpec| {
+        let added = flow.obstacles_mut().add(obstacle(fixture, base));
+        added.map_err(|source| RmpFlowError::Obstacle {
+            fixture: fixture.name.clone(),
+            source,
+        })
+    };
+    cell.obstacles().map(add).collect()
 }
 
 /// A fixture as an obstacle in the base frame. A cylinder counts as the box

@@ -14,16 +14,22 @@ static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn no_cycle_allocates() {
-    let cell = Cell::load(&Data::embedded(), "franka-stack", 1, None).expect("a cell");
+    run("franka-stack");
+    run("franka-pyramid");
+}
+
+/// Arm 0 of a demo at work, with every other arm at home.
+fn run(demo: &str) {
+    let cell = Cell::load(&Data::embedded(), demo, 1, None).expect("a cell");
     let mut cycle = Cycle::new(&cell, 0).expect("a controller");
     let mut state = Box::new(WorldState::zeroed());
     state.header.generation = 1;
-    state.arm_count = 1;
-    state.arms[0].joint_count = 7;
-    state.arms[0].tcp = Pose::IDENTITY;
-    for (slot, home) in cell.arms[0].home.iter().enumerate() {
-        state.arms[0].joint_positions[slot] = *home;
-        state.arms[0].setpoint_positions[slot] = *home;
+    for (arm, spec) in state.arms.iter_mut().zip(&cell.arms) {
+        state.arm_count += 1;
+        arm.joint_count = 7;
+        arm.tcp = Pose::IDENTITY;
+        arm.joint_positions[..7].copy_from_slice(&spec.home);
+        arm.setpoint_positions[..7].copy_from_slice(&spec.home);
     }
     let mut decision = Decision::zeroed();
     decision.arm_count = 1;

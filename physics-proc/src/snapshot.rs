@@ -34,7 +34,7 @@ fn codec() -> impl Options {
         .with_limit(MAX_BYTES)
 }
 
-/// Number of a cell as it was set up: names, masses, frictions, poses.
+/// Number of a cell as it was set up: names, bases, masses, frictions, poses.
 pub(crate) fn fingerprint(cell: &Cell) -> u64 {
     let mut hash = StateHash::new(1);
     let mut name = |text: &str| hash.numbers(&text.bytes().map(f64::from).collect::<Vec<_>>());
@@ -43,6 +43,8 @@ pub(crate) fn fingerprint(cell: &Cell) -> u64 {
     cell.objects.iter().for_each(|object| name(&object.name));
     for arm in &cell.arms {
         hash.numbers(&arm.home);
+        hash.numbers(arm.base.translation.vector.as_slice());
+        hash.numbers(arm.base.rotation.coords.as_slice());
         hash.numbers(
             &arm.robot
                 .links

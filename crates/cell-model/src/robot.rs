@@ -137,12 +137,19 @@ impl Robot {
     /// Poses of the links (base first) in the base frame for positions of all
     /// joints of the chain.
     pub fn link_poses(&self, positions: &[f64]) -> Vec<Isometry3<f64>> {
-        let mut poses = vec![Isometry3::identity()];
+        let mut poses = Vec::with_capacity(self.links.len());
+        self.link_poses_into(positions, &mut poses);
+        poses
+    }
+
+    /// As [`Robot::link_poses`], into `poses`, which keeps its memory.
+    pub fn link_poses_into(&self, positions: &[f64], poses: &mut Vec<Isometry3<f64>>) {
+        poses.clear();
+        poses.push(Isometry3::identity());
         for (joint, position) in self.chain.joints().iter().zip(positions) {
             let parent = joint.parent.map_or(0, |parent| parent + 1);
             poses.push(poses[parent] * joint.origin * joint_motion(joint, *position));
         }
-        poses
     }
 
     /// Pose of a frame of the chain in the base frame for positions of all

@@ -71,6 +71,10 @@ pub struct StackTask {
     /// A cube further than this from the arm's base, in the plane, is out of
     /// reach (m).
     pub reach_m: f64,
+    /// As in the source, the behaviour tree takes a cube for held until the
+    /// tool is up again; then a good place can look like a drop.
+    #[serde(default)]
+    pub holds_until_retracted: bool,
 }
 
 /// Take a pyramid of cubes apart; every arm builds a stack of its own.

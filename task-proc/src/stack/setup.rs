@@ -7,7 +7,7 @@ use crate::job::Place;
 use crate::time::PolicyTime;
 
 /// Cubes one task can stack.
-pub const MAX_CUBES: usize = 16;
+pub const MAX_CUBES: usize = cell_model::task_spec::MAX_STACK;
 
 /// One cube of the order.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,6 +66,12 @@ pub enum SetupError {
     Count {
         /// Objects in the order.
         found: usize,
+    },
+    /// The tree of the policy cannot be built.
+    #[error("the behaviour tree cannot be built: {problem}; this is a mistake in the program")]
+    Tree {
+        /// What the engine said.
+        problem: String,
     },
     /// A name stands twice.
     #[error("[task] order names '{name}' twice; an object has one place in a stack")]
