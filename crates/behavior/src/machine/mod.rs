@@ -1,1 +1,62 @@
-//! See the modules.
+//! Declarative machines: states, and rows of trigger, source, guards and
+//! destination, with the semantics of `transitions` 0.9.
+//!
+//! Different on purpose, each time because the other way hides mistakes:
+//! - Names without a meaning are refused at load, with their place.
+//! - A guard is asked at most once for each trigger, so of two rows with
+//!   opposite guards exactly one is taken.
+//! - Triggers fired in callbacks always wait until the current one is done;
+//!   there is no immediate mode.
+//! - `prepare_event` runs once for each trigger, however many levels are asked.
+//! - `may` asks guards only, and runs no callback.
+//! - Entering one region of a parallel state from outside enters all.
+//! - A row that leaves a parallel state ends the trigger for what was left.
+//!
+//! ```
+//! use behavior::machine::{Actions, CallbackId, Definition, Event, Fault, GuardId};
+//! use behavior::machine::{Machine, RowDef, Vocabulary};
+//!
+//! struct Door { locked: bool }
+//! impl Actions for Door {
+//!     fn guard(&mut self, _: GuardId) -> bool { self.locked }
+//!     fn call(&mut self, _: CallbackId, _: &mut Event<'_>) -> Result<(), Fault> { Ok(()) }
+//! }
+//!
+//! let vocabulary = Vocabulary { guards: &["locked"], ..Vocabulary::default() };
+//! let table = Definition::new("door")
+//!     .states(&["closed", "open"])
+//!     .row(RowDef::new("push", "closed", "open").unless(&["locked"]))
+//!     .row(RowDef::new("pull", "open", "closed"))
+//!     .compile(&vocabulary)?;
+//! let push = table.trigger("push").ok_or("no such trigger")?;
+//! let mut machine = Machine::new(table.into());
+//! assert!(!machine.trigger(push, &mut Door { locked: true })?.taken);
+//! assert!(machine.trigger(push, &mut Door { locked: false })?.taken);
+//! assert_eq!(machine.state_name(), "open");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod actions;
+mod change;
+mod compile;
+mod definition;
+mod ids;
+mod nesting;
+mod problem;
+pub(crate) mod record;
+mod runtime;
+pub(crate) mod set;
+mod table;
+pub(crate) mod trace;
+
+pub use actions::{Actions, Event, Fault, QUEUE_CAPACITY, QueueFull};
+pub use definition::{
+    Definition, DestDef, DuringDef, Final, Name, OrderedDef, RowDef, SourceDef, StateDef, names,
+};
+pub use ids::{BehaviorId, CallbackId, GuardId, RowId, StateId, TriggerId, Vocabulary};
+pub use problem::{Place, Problem, Problems};
+pub use record::RestoreError;
+pub use runtime::{Fired, MAX_EVENTS, Machine, TriggerError};
+pub use set::MAX_MEMBERS;
+pub use table::Table;
+pub use trace::{Happening, TRACE_CAPACITY};

@@ -1,0 +1,329 @@
+//! A machine as it is written: in Rust with these types, or in a file.
+
+use super::problem::Place;
+
+/// A name and where it stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Name {
+    /// The name.
+    pub text: String,
+    /// Where it stands; the default when written in Rust.
+    pub place: Place,
+}
+
+impl From<&str> for Name {
+    fn from(text: &str) -> Self {
+        Self {
+            text: text.to_owned(),
+            place: Place::default(),
+        }
+    }
+}
+
+/// Many names.
+pub fn names(texts: &[&str]) -> Vec<Name> {
+    texts.iter().map(|text| Name::from(*text)).collect()
+}
+
+/// A machine before it is compiled.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Definition {
+    /// Name of the file in messages; the machine's name if there is none.
+    pub file: String,
+    /// Name of the machine.
+    pub name: String,
+    /// States; those of a parent are in it.
+    pub states: Vec<StateDef>,
+    /// State it begins in: a full name such as `work.fetch`.
+    pub initial: Option<Name>,
+    /// Triggers that rows may name; if empty, every one they name.
+    pub triggers: Vec<Name>,
+    /// Rows, in their order of precedence for one trigger and source.
+    pub rows: Vec<RowDef>,
+    /// Chains of states behind one trigger.
+    pub ordered: Vec<OrderedDef>,
+    /// Run when a trigger begins to be handled.
+    pub prepare_event: Vec<Name>,
+    /// Run when the guards of a row hold, before its own `before`.
+    pub before_state_change: Vec<Name>,
+    /// Run after a row's own `after`.
+    pub after_state_change: Vec<Name>,
+    /// Run at the end of every trigger, refused and failed ones too.
+    pub finalize_event: Vec<Name>,
+    /// Run when the machine has become final, after the enter callbacks.
+    pub on_final: Vec<Name>,
+    /// Whether each state gets a trigger `to_STATE` from everywhere.
+    pub auto_transitions: bool,
+    /// Whether a trigger without a row in the active states is no error.
+    pub ignore_invalid_triggers: bool,
+}
+
+/// Whether a state is an end, and of which kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Final {
+    /// No end.
+    #[default]
+    No,
+    /// The work is done.
+    Success,
+    /// The work is given up.
+    Failure,
+}
+
+/// A sub-behaviour that runs while a state is active.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DuringDef {
+    /// Its name.
+    pub run: Name,
+    /// Trigger fired when it succeeds.
+    pub success: Option<Name>,
+    /// Trigger fired when it fails.
+    pub failure: Option<Name>,
+}
+
+/// A state.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StateDef {
+    /// Name, unique among its siblings, without `.`, `*` and `=`.
+    pub name: Name,
+    /// Callbacks run on entering.
+    pub enter: Vec<Name>,
+    /// Callbacks run on leaving.
+    pub exit: Vec<Name>,
+    /// Child entered with it.
+    pub initial: Option<Name>,
+    /// States inside.
+    pub children: Vec<StateDef>,
+    /// Whether all children are active together.
+    pub parallel: bool,
+    /// Whether it is an end.
+    pub end: Final,
+    /// What runs while it is active.
+    pub during: Option<DuringDef>,
+}
+
+impl StateDef {
+    /// A plain state.
+    pub fn new(name: &str) -> Self {
+        Self {
+            name: name.into(),
+            enter: Vec::new(),
+            exit: Vec::new(),
+            initial: None,
+            children: Vec::new(),
+            parallel: false,
+            end: Final::No,
+            during: None,
+        }
+    }
+
+    /// With enter callbacks.
+    pub fn enter(mut self, callbacks: &[&str]) -> Self {
+        self.enter = names(callbacks);
+        self
+    }
+
+    /// With exit callbacks.
+    pub fn exit(mut self, callbacks: &[&str]) -> Self {
+        self.exit = names(callbacks);
+        self
+    }
+
+    /// With children of which `initial` is entered first.
+    pub fn children(mut self, initial: &str, children: Vec<StateDef>) -> Self {
+        self.initial = Some(initial.into());
+        self.children = children;
+        self
+    }
+
+    /// With children that are all active at once.
+    pub fn regions(mut self, children: Vec<StateDef>) -> Self {
+        self.parallel = true;
+        self.children = children;
+        self
+    }
+
+    /// As an end of this kind.
+    pub fn end(mut self, end: Final) -> Self {
+        self.end = end;
+        self
+    }
+
+    /// Running a sub-behaviour; its result fires a trigger where one is named.
+    pub fn during(mut self, run: &str, success: Option<&str>, failure: Option<&str>) -> Self {
+        self.during = Some(DuringDef {
+            run: run.into(),
+            success: success.map(Name::from),
+            failure: failure.map(Name::from),
+        });
+        self
+    }
+}
+
+/// States a row leaves from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SourceDef {
+    /// Every state of the outermost level (with them, what is inside them).
+    Any(Place),
+    /// These, by full name.
+    These(Vec<Name>),
+}
+
+/// Where a row leads.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DestDef {
+    /// Into a state, by full name.
+    To(Name),
+    /// Out of the source and into it again.
+    Same,
+    /// Nowhere: nothing is left nor entered, only callbacks run.
+    Internal,
+}
+
+/// A row: on a trigger, from a source, if guards hold, to a destination.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RowDef {
+    /// Place of the row.
+    pub place: Place,
+    /// Trigger it answers.
+    pub trigger: Name,
+    /// States it leaves from.
+    pub source: SourceDef,
+    /// Where it leads.
+    pub dest: DestDef,
+    /// Guards that must hold, asked in this order.
+    pub conditions: Vec<Name>,
+    /// Guards that must not hold, asked after those.
+    pub unless: Vec<Name>,
+    /// Callbacks before the guards are asked.
+    pub prepare: Vec<Name>,
+    /// Callbacks before the state is left.
+    pub before: Vec<Name>,
+    /// Callbacks after the state was entered.
+    pub after: Vec<Name>,
+}
+
+impl RowDef {
+    /// A row. `source`: a name, several separated by spaces, or `*`. `dest`: a
+    /// name, `=` for the source itself, or empty for an internal row.
+    pub fn new(trigger: &str, source: &str, dest: &str) -> Self {
+        Self {
+            place: Place::default(),
+            trigger: trigger.into(),
+            source: match source {
+                "*" => SourceDef::Any(Place::default()),
+                _ => SourceDef::These(source.split_whitespace().map(Name::from).collect()),
+            },
+            dest: match dest {
+                "=" => DestDef::Same,
+                "" => DestDef::Internal,
+                _ => DestDef::To(dest.into()),
+            },
+            conditions: Vec::new(),
+            unless: Vec::new(),
+            prepare: Vec::new(),
+            before: Vec::new(),
+            after: Vec::new(),
+        }
+    }
+
+    /// With guards that must hold.
+    pub fn when(mut self, guards: &[&str]) -> Self {
+        self.conditions = names(guards);
+        self
+    }
+
+    /// With guards that must not hold.
+    pub fn unless(mut self, guards: &[&str]) -> Self {
+        self.unless = names(guards);
+        self
+    }
+
+    /// With callbacks before the guards.
+    pub fn prepare(mut self, callbacks: &[&str]) -> Self {
+        self.prepare = names(callbacks);
+        self
+    }
+
+    /// With callbacks before the change.
+    pub fn before(mut self, callbacks: &[&str]) -> Self {
+        self.before = names(callbacks);
+        self
+    }
+
+    /// With callbacks after the change.
+    pub fn after(mut self, callbacks: &[&str]) -> Self {
+        self.after = names(callbacks);
+        self
+    }
+}
+
+/// States that follow one another on one trigger.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OrderedDef {
+    /// Place of the chain.
+    pub place: Place,
+    /// The trigger.
+    pub trigger: Name,
+    /// States in their order; empty means all of the outermost level. The
+    /// chain is turned so that the initial state comes first, if it is in it.
+    pub states: Vec<Name>,
+    /// Whether the first follows the last.
+    pub cyclic: bool,
+    /// Guards that must hold for each step.
+    pub conditions: Vec<Name>,
+    /// Guards that must not hold.
+    pub unless: Vec<Name>,
+}
+
+impl Definition {
+    /// An empty machine.
+    pub fn new(name: &str) -> Self {
+        Self {
+            file: name.to_owned(),
+            name: name.to_owned(),
+            ..Self::default()
+        }
+    }
+
+    /// With plain states; the first is the initial one.
+    pub fn states(mut self, states: &[&str]) -> Self {
+        for name in states {
+            self = self.state(StateDef::new(name));
+        }
+        self
+    }
+
+    /// With one more state; the first is the initial one unless
+    /// [`Definition::initial`] says otherwise.
+    pub fn state(mut self, state: StateDef) -> Self {
+        self.initial.get_or_insert_with(|| state.name.clone());
+        self.states.push(state);
+        self
+    }
+
+    /// Beginning in this state.
+    pub fn initial(mut self, state: &str) -> Self {
+        self.initial = Some(state.into());
+        self
+    }
+
+    /// With one more row.
+    pub fn row(mut self, row: RowDef) -> Self {
+        self.rows.push(row);
+        self
+    }
+
+    /// With a chain of states behind `trigger`; no states means all.
+    pub fn ordered(mut self, trigger: &str, states: &[&str], cyclic: bool) -> Self {
+        self.ordered.push(OrderedDef {
+            place: Place::default(),
+            trigger: trigger.into(),
+            states: names(states),
+            cyclic,
+            conditions: Vec::new(),
+            unless: Vec::new(),
+        });
+        self
+    }
+}

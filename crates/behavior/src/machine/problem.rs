@@ -1,0 +1,90 @@
+//! What is wrong with a file, and where: all of it at once.
+
+/// Place in a text. Line and column count from 1; 0 is "written in Rust".
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Place {
+    /// Line, from 1.
+    pub line: u32,
+    /// Column in characters, from 1.
+    pub column: u32,
+}
+
+impl Place {
+    /// Place of the byte `offset` of `text`.
+    pub fn at(text: &str, offset: usize) -> Self {
+        let before = text.get(..offset).unwrap_or(text);
+        let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
+        let start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        let last = before.get(start..).unwrap_or_default();
+        Self {
+            line: count(before.matches('\n').count() + 1),
+            column: count(last.chars().count() + 1),
+        }
+    }
+}
+
+/// One thing that is wrong, with what to do about it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Where.
+    pub place: Place,
+    /// What, what was expected, and what was probably meant.
+    pub message: String,
+}
+
+/// Everything that is wrong with a definition, in the order of the text.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub struct Problems {
+    /// Name of the file, or of the machine if it was written in Rust.
+    pub file: String,
+    /// At least one.
+    pub list: Vec<Problem>,
+}
+
+impl Problems {
+    pub(crate) fn new(file: &str, mut list: Vec<Problem>) -> Self {
+        list.sort_by_key(|problem| problem.place);
+        list.dedup();
+        Self {
+            file: file.to_owned(),
+            list,
+        }
+    }
+}
+
+impl std::fmt::Display for Problems {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (index, problem) in self.list.iter().enumerate() {
+            if index > 0 {
+                writeln!(f)?;
+            }
+            let Place { line, column } = problem.place;
+            match line {
+                0 => write!(f, "{}: {}", self.file, problem.message)?,
+                _ => write!(f, "{}:{line}:{column}: {}", self.file, problem.message)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Collects problems while a definition is read or compiled.
+#[derive(Debug, Default)]
+pub(crate) struct Collector(pub(crate) Vec<Problem>);
+
+impl Collector {
+    pub(crate) fn add(&mut self, place: Place, message: impl Into<String>) {
+        self.0.push(Problem {
+            place,
+            message: message.into(),
+        });
+    }
+
+    /// `value`, unless there were problems.
+    pub(crate) fn finish<T>(self, file: &str, value: T) -> Result<T, Problems> {
+        match self.0.is_empty() {
+            true => Ok(value),
+            false => Err(Problems::new(file, self.0)),
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! The state as plain bytes, by names, so that an edited file can carry on.
+
+use super::ids::StateId;
+use super::runtime::Machine;
+use super::set::{MAX_MEMBERS, SmallSet};
+
+/// Layout of the bytes: version, count (two bytes each), then for each state
+/// the hash of its full name (eight bytes) and a byte of flags. Little endian.
+const VERSION: u16 = 1;
+const HEADER: usize = 4;
+const ENTRY: usize = 9;
+const ACTIVE: u8 = 1;
+const RUNNING: u8 = 2;
+const FINISHED: u8 = 4;
+const HALTING: u8 = 8;
+
+/// Why saved bytes do not fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RestoreError {
+    /// They are cut off, or too long.
+    #[error("the record has {found} bytes, {expected} were expected; start from the beginning")]
+    Length {
+        /// Bytes there are.
+        found: usize,
+        /// Bytes it says there must be.
+        expected: usize,
+    },
+    /// They were written by another program.
+    #[error(
+        "the record has version {found}, this program reads {VERSION}; start from the beginning"
+    )]
+    Version {
+        /// Its version.
+        found: u16,
+    },
+    /// The active state is not in the definition any more.
+    #[error("the state that was active is not in the file any more; start from the beginning")]
+    Unknown,
+}
+
+/// FNV-1a of a name, 64 bits (G. Fowler, L. C. Noll, K.-P. Vo).
+pub(crate) fn name_hash(name: &str) -> u64 {
+    name.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+/// Splits a record into hashes and flags.
+pub(crate) fn entries(bytes: &[u8]) -> Result<impl Iterator<Item = (u64, u8)>, RestoreError> {
+    let word = |at: usize| Some(u16::from_le_bytes(bytes.get(at..at + 2)?.try_into().ok()?));
+    let short = RestoreError::Length {
+        found: bytes.len(),
+        expected: HEADER,
+    };
+    let (version, count) = word(0).zip(word(2)).ok_or(short)?;
+    if version != VERSION {
+        return Err(RestoreError::Version { found: version });
+    }
+    let expected = HEADER + ENTRY * usize::from(count);
+    if bytes.len() != expected {
+        return Err(RestoreError::Length {
+            found: bytes.len(),
+            expected,
+        });
+    }
+    let body = bytes.get(HEADER..).unwrap_or_default();
+    Ok(body.chunks_exact(ENTRY).filter_map(|entry| {
+        let (hash, flags) = entry.split_at_checked(8)?;
+        Some((u64::from_le_bytes(hash.try_into().ok()?), *flags.first()?))
+    }))
+}
+
+/// Appends a record of `states`. Allocates only if `out` is too small.
+pub(crate) fn write(states: impl Iterator<Item = (u64, u8)> + Clone, out: &mut Vec<u8>) {
+    let count = u16::try_from(states.clone().count()).unwrap_or(u16::MAX);
+    out.extend_from_slice(&VERSION.to_le_bytes());
+    out.extend_from_slice(&count.to_le_bytes());
+    for (hash, flags) in states.take(usize::from(count)) {
+        out.extend_from_slice(&hash.to_le_bytes());
+        out.push(flags);
+    }
+}
+
+impl Machine {
+    /// Most bytes [`Machine::save`] appends, for any state.
+    pub fn record_bytes(&self) -> usize {
+        HEADER + ENTRY * self.table.states.len().min(MAX_MEMBERS)
+    }
+
+    /// Appends the whole state to `out`.
+    pub fn save(&self, out: &mut Vec<u8>) {
+        let sets = [
+            (self.active, ACTIVE),
+            (self.running, RUNNING),
+            (self.finished, FINISHED),
+            (self.halting, HALTING),
+        ];
+        let states = self.table.states.iter().filter_map(move |it| {
+            let flags = sets
+                .iter()
+                .filter(|(set, _)| set.contains(it.rank))
+                .fold(0, |flags, (_, flag)| flags | flag);
+            (flags != 0).then_some((it.hash, flags))
+        });
+        write(states, out);
+    }
+
+    /// Takes over a state that was saved, perhaps by a machine of an older
+    /// edition of the file: states are found by name, and where an inner state
+    /// is gone, the initial one of what it was in takes its place.
+    ///
+    /// # Errors
+    /// When the bytes are not a record, or no active state is known any more.
+    /// The machine is unchanged then.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), RestoreError> {
+        let mut sets = [SmallSet::default(); 4];
+        for (hash, flags) in entries(bytes)? {
+            let found = self.table.states.iter().find(|it| it.hash == hash);
+            let Some(state) = found else { continue };
+            for (set, flag) in sets.iter_mut().zip([ACTIVE, RUNNING, FINISHED, HALTING]) {
+                if flags & flag != 0 {
+                    set.insert(state.rank);
+                }
+            }
+        }
+        let [wanted, running, finished, halting] = sets;
+        let active = self.mended(&wanted).ok_or(RestoreError::Unknown)?;
+        let runs = self.table.during;
+        self.active = active;
+        self.running = running.intersection(&active).intersection(&runs);
+        self.finished = finished.intersection(&active).difference(&running);
+        self.halting = halting.intersection(&runs);
+        self.queue.clear();
+        Ok(())
+    }
+
+    /// The configuration nearest to `wanted` that this table allows.
+    fn mended(&self, wanted: &SmallSet) -> Option<SmallSet> {
+        let states = self.table.states.iter();
+        let outermost = states.filter(|it| it.parent.is_none());
+        let root = outermost.clone().position(|it| wanted.contains(it.rank))?;
+        let root = outermost.map(|it| it.rank).nth(root)?;
+        let mut active = SmallSet::default();
+        active.insert(root);
+        // Parents stand before their children in the file.
+        for (at, it) in self.table.states.iter().enumerate() {
+            if active.contains(it.rank) && it.has_children {
+                active = active.union(&self.inner(StateId::of(at), wanted));
+            }
+        }
+        Some(active)
+    }
+
+    /// Which direct children of an active state are active.
+    fn inner(&self, parent: StateId, wanted: &SmallSet) -> SmallSet {
+        let children = || {
+            let states = self.table.states.iter();
+            states.filter(move |it| it.parent == Some(parent))
+        };
+        let Some(it) = self.table.get(parent) else {
+            return SmallSet::default();
+        };
+        let ranks = children().map(|child| child.rank);
+        if it.parallel {
+            return ranks.collect();
+        }
+        let chosen = ranks.clone().find(|rank| wanted.contains(*rank));
+        let initial = ranks.clone().find(|rank| it.entry.contains(*rank));
+        chosen.or(initial).into_iter().collect()
+    }
+}
