@@ -1,8 +1,9 @@
 //! Requests of people.
 
 use ipc_types::operator::{OperatorAction, ReplyCode};
-use ipc_types::{OperatorRequest, Validate};
+use ipc_types::{GripperGoal, OperatorRequest, Validate};
 
+use crate::convert;
 use crate::drag::Drag;
 use crate::world::World;
 
@@ -91,6 +92,11 @@ impl World {
             Err(reply) => return reply,
         };
         let panel = &mut self.memory.panel;
+        // The panel speaks for one arm at a time: the hand of the one before
+        // keeps what it was told, and that word is not for this one.
+        if panel.target_arm != arm {
+            panel.gripper = GripperGoal::Keep.code();
+        }
         panel.target_arm = arm;
         panel.target_position = request.pose.position;
         panel.target_orientation_wxyz = request.pose.orientation_wxyz;
@@ -99,18 +105,26 @@ impl World {
 
     fn gripper(&mut self, request: &OperatorRequest) -> Reply {
         let arm = match self.arm_of(request) {
-            Ok(arm) => arm as usize,
+            Ok(arm) => arm,
             Err(reply) => return reply,
         };
         if self
             .arms
-            .get(arm)
+            .get(arm as usize)
             .is_none_or(|arm| arm.robot.gripper.is_none())
         {
             return (
                 ReplyCode::NotInThisCell,
                 "this arm has no gripper".to_owned(),
             );
+        }
+        // Nor is the target of the arm before: this one stays where it is.
+        if self.memory.panel.target_arm != arm {
+            let here = convert::to_wire(&self.finite_tcp(arm as usize));
+            let panel = &mut self.memory.panel;
+            panel.target_arm = arm;
+            panel.target_position = here.position;
+            panel.target_orientation_wxyz = here.orientation_wxyz;
         }
         self.memory.panel.gripper = request.count;
         count(&mut self.memory.panel.gripper_seq)

@@ -82,7 +82,7 @@ impl World {
     }
 
     /// From the engine, or from the last good joints where that is lost.
-    fn finite_tcp(&self, index: usize) -> nalgebra::Isometry3<f64> {
+    pub(crate) fn finite_tcp(&self, index: usize) -> nalgebra::Isometry3<f64> {
         let arm = &self.arms[index];
         let tcp = arm.tcp(&self.engine);
         if tcp

@@ -17,6 +17,8 @@ pub const HOME: [f64; 7] = [0.012, -0.5686, 0.0, -2.8102, 0.0, 3.0366, 0.741];
 
 /// One arm, one world, one commanded posture.
 pub struct Rig {
+    /// Which arm is commanded; every other one hears nothing.
+    pub arm: usize,
     pub cell: Cell,
     pub world: World,
     pub joints: [f64; 7],
@@ -32,9 +34,14 @@ impl Rig {
     }
 
     pub fn with(cell: Cell) -> Self {
+        Self::of_arm(cell, 0)
+    }
+
+    pub fn of_arm(cell: Cell, arm: usize) -> Self {
         let world = World::new(&cell).unwrap();
-        let dynamics = Dynamics::new(&cell.arms[0].robot);
+        let dynamics = Dynamics::new(&cell.arms[arm].robot);
         Self {
+            arm,
             cell,
             world,
             joints: HOME,
@@ -46,7 +53,7 @@ impl Rig {
     }
 
     pub fn robot(&self) -> &Robot {
-        &self.cell.arms[0].robot
+        &self.cell.arms[self.arm].robot
     }
 
     pub fn command(&mut self, q: &[f64; 7], qd: &[f64; 7], qdd: &[f64; 7]) -> ArmCommand {
@@ -55,6 +62,7 @@ impl Rig {
         command.header = Header::caused_by::<ArmCommand>(self.world.tick());
         command.header.generation = 1;
         command.header.seq = self.seq;
+        command.arm = u32::try_from(self.arm).unwrap();
         command.joint_count = 7;
         command.joint_positions[..7].copy_from_slice(q);
         command.joint_velocities[..7].copy_from_slice(qd);
@@ -72,8 +80,10 @@ impl Rig {
     }
 
     pub fn apply(&mut self, command: &ArmCommand) {
+        let mut commands = [None; ipc_types::MAX_ARMS];
+        commands[self.arm] = Some(command);
         self.world.step(&StepInput {
-            commands: [Some(command), None],
+            commands,
             decision: None,
         });
     }
@@ -104,13 +114,14 @@ impl Rig {
         self.joints = goal;
     }
 
-    /// Joints that bring the TCP to `position`, pointing straight down, turned
-    /// by `yaw`.
+    /// Joints that bring the TCP to `position` (world), pointing straight down,
+    /// turned by `yaw`.
     pub fn solve(&self, position: [f64; 3], yaw: f64) -> [f64; 7] {
         let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw);
         let target =
             Isometry3::from_parts(Translation3::from(Vector3::from(position)), turn * down);
+        let target = self.cell.arms[self.arm].base.inverse() * target;
         let robot = self.robot();
         let pose = |q: &[f64; 7]| {
             robot
@@ -158,14 +169,20 @@ impl Rig {
     /// Pose of an object as the hand sees it.
     pub fn object_in_hand(&self, index: usize) -> Isometry3<f64> {
         let state = self.state();
-        isometry(&state.arms[0].tcp).inverse() * isometry(&state.objects[index].pose)
+        isometry(&state.arms[self.arm].tcp).inverse() * isometry(&state.objects[index].pose)
     }
 
     /// Opens above an object, goes down, closes, lifts by `height`.
     pub fn pick(&mut self, object: usize, height: f64) {
+        self.pick_turned(object, height, 0.0);
+    }
+
+    /// As `pick`, the hand turned by `turn` from the object's own yaw.
+    pub fn pick_turned(&mut self, object: usize, height: f64, turn: f64) {
         let pose = self.object(object);
         let [x, y, z] = pose.translation.vector.into();
         let (_, _, yaw) = pose.rotation.euler_angles();
+        let yaw = yaw + turn;
         self.width = 0.08;
         let above = self.solve([x, y, z + 0.1], yaw);
         self.travel(above, 2.0);
