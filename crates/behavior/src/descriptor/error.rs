@@ -69,6 +69,11 @@ impl Errors {
         self.omitted += other.omitted;
     }
 
+    /// Whether so much is wrong that looking further is of no use.
+    pub fn is_full(&self) -> bool {
+        self.list.len() >= MAX_REPORTED
+    }
+
     /// Whether nothing is wrong.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
@@ -79,12 +84,17 @@ impl Errors {
     ///
     /// # Errors
     /// Itself.
-    pub fn or<T>(mut self, value: T) -> Result<T, Self> {
+    pub fn or<T>(self, value: T) -> Result<T, Self> {
         if self.is_empty() {
             return Ok(value);
         }
+        Err(self.sorted())
+    }
+
+    /// In the order of the text.
+    pub fn sorted(mut self) -> Self {
         self.list.sort();
-        Err(self)
+        self
     }
 }
 

@@ -1,6 +1,166 @@
 //! Trees from files.
+//!
+//! A file is JSON, see [`FORMAT`]: nested nodes with stable ids and typed
+//! ports, and what they need: constants, keys of the two blackboards, subtrees
+//! and other files. [`load`] makes a [`Tree`] of it or names everything that is
+//! wrong, each with its line and column. [`check`] adds what is probably not
+//! meant, and [`schema`] tells editors what may be written.
+//!
+//! Reading any text ends soon: sizes, depths and counts are limited.
 
+mod advice;
+mod build;
+mod detail;
+mod engine;
 pub mod error;
+mod files;
+mod header;
 pub mod json;
+mod kinds;
+mod leaves;
+pub mod limits;
+mod literal;
+mod modifiers;
+mod nodes;
+mod ports;
+mod subtrees;
+
+use std::collections::BTreeMap;
 
 pub use error::{Errors, Located};
+pub use files::FORMAT;
+
+use crate::board::{Board, Scope};
+use crate::finding::Finding;
+use crate::tree::{Host, Library, Node};
+use crate::value::Value;
+use header::Declared;
+use json::Place;
+
+/// A file and the way to those it includes.
+#[derive(Clone, Copy)]
+pub struct Source<'a> {
+    /// Its name in messages.
+    pub file: &'a str,
+    /// Its text.
+    pub text: &'a str,
+    /// Reads an included file by the name that is written in the file; `None`
+    /// where there is none.
+    pub include: &'a dyn Fn(&str) -> Option<String>,
+}
+
+/// A tree as it was read, before it is made ready to run.
+pub struct Read<H: Host> {
+    /// Name of the tree, constants replaced.
+    pub name: String,
+    /// Its nodes.
+    pub root: Node<H>,
+    /// Its own blackboard.
+    pub local: Board,
+    /// The shared blackboard with the keys of this tree.
+    pub shared: Board,
+    /// What is probably not meant, as far as the text of the file shows.
+    pub findings: Vec<Finding>,
+}
+
+/// Reads the nodes of a file. `constants` are those of the instance; they
+/// replace the file's. `shared` is not changed.
+///
+/// # Errors
+/// Everything that is wrong with the file and those it includes.
+pub fn read<H: Host>(
+    source: &Source<'_>,
+    library: &Library<H>,
+    constants: &BTreeMap<String, Value>,
+    shared: &Board,
+) -> Result<Read<H>, Errors> {
+    let files = files::collect(source)?;
+    let mut builder = header::read(&files, library, constants, shared, Errors::default());
+    let Some(top) = files.first() else {
+        return Err(builder.errors);
+    };
+    let name = match top.root.get("name") {
+        Some(name) => builder.name(&top.name, name),
+        None => {
+            let message = "\"name\" is missing; name the tree";
+            builder.errors.push(&top.name, Place::START, message);
+            None
+        }
+    };
+    let site = build::Site {
+        file: &top.name,
+        prefix: String::new(),
+        ports: None,
+    };
+    let root = match top.root.get("root") {
+        Some(root) => builder.node(&site, root, nodes::Seat::ROOT),
+        None => {
+            let message = "\"root\" is missing; give the tree its first node";
+            builder.errors.push(&top.name, Place::START, message);
+            None
+        }
+    };
+    let (Some(name), Some(root)) = (name, root) else {
+        return Err(builder.errors.sorted());
+    };
+    finish(builder, name, root)
+}
+
+fn finish<H: Host>(
+    mut builder: build::Builder<'_, H>,
+    name: String,
+    root: Node<H>,
+) -> Result<Read<H>, Errors> {
+    if builder.errors.is_empty() {
+        unused(&mut builder);
+    }
+    builder.errors.or(Read {
+        name,
+        root,
+        local: builder.local,
+        shared: builder.shared,
+        findings: builder.findings,
+    })
+}
+
+/// Finds what was declared for nothing.
+fn unused<H: Host>(builder: &mut build::Builder<'_, H>) {
+    let mut found = |rule, what: &str, name: &str, file: &str, place: Place| {
+        builder.findings.push(Finding {
+            rule,
+            place: format!("{file}:{}:{}", place.line, place.column),
+            message: format!(
+                "{what} '{}' is not used; take it out",
+                json::shortened(name)
+            ),
+        });
+    };
+    for constant in &builder.declared_constants {
+        if !builder.used_constants.contains(&constant.name) {
+            let Declared { name, file, place } = constant;
+            found("unused_constant", "constant", name, file, *place);
+        }
+    }
+    for (name, subtree) in &builder.subtrees {
+        if !builder.used_subtrees.contains(name) {
+            found(
+                "unused_subtree",
+                "subtree",
+                name,
+                subtree.file,
+                subtree.place,
+            );
+        }
+    }
+    for (scope, key) in &builder.declared_keys {
+        let board = match scope {
+            Scope::Local => &builder.local,
+            Scope::Shared => &builder.shared,
+        };
+        let index = board.index(&key.name);
+        if index.is_some_and(|index| board.users(index).next().is_none()) {
+            let Declared { name, file, place } = key;
+            found("unused_key", "blackboard key", name, file, *place);
+        }
+    }
+}

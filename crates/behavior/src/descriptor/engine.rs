@@ -1,0 +1,465 @@
+//! The engine's own node types and modifiers as files name them: one table for
+//! the loader and for the schema.
+
+/// How many children a type takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Children {
+    None,
+    One,
+    Any,
+}
+
+/// What a port of the engine takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Shape {
+    /// `true` or `false`, known at load.
+    Bool,
+    /// A whole number from this one on, known at load.
+    Count(u32),
+    /// One of these words, known at load.
+    Choice(&'static [&'static str]),
+    /// Seconds, 0 or more: a literal or a key.
+    Seconds,
+    /// A finite number, known at load.
+    Number,
+    /// Any value, known at load.
+    Value,
+    /// Any value or a key.
+    Bound,
+    /// A key.
+    Key,
+    /// Ids of children.
+    Ids,
+}
+
+/// A port of the engine.
+pub(super) struct EnginePort {
+    pub name: &'static str,
+    pub doc: &'static str,
+    pub shape: Shape,
+    /// As JSON; `None` where the port has to be bound or may be left out.
+    pub default: Option<&'static str>,
+    pub required: bool,
+}
+
+/// A node type or a modifier of the engine.
+pub(super) struct EngineType {
+    pub name: &'static str,
+    pub doc: &'static str,
+    pub keywords: &'static [&'static str],
+    pub children: Children,
+    pub ports: &'static [EnginePort],
+}
+
+const fn port(
+    name: &'static str,
+    shape: Shape,
+    default: Option<&'static str>,
+    required: bool,
+    doc: &'static str,
+) -> EnginePort {
+    EnginePort {
+        name,
+        doc,
+        shape,
+        default,
+        required,
+    }
+}
+
+const fn node(
+    name: &'static str,
+    children: Children,
+    ports: &'static [EnginePort],
+    keywords: &'static [&'static str],
+    doc: &'static str,
+) -> EngineType {
+    EngineType {
+        name,
+        doc,
+        keywords,
+        children,
+        ports,
+    }
+}
+
+/// Words for an answer of a child.
+pub(super) const STATUSES: &[&str] = &["success", "failure", "running"];
+/// Words for the answer a finished node is given.
+pub(super) const FINAL_STATUSES: &[&str] = &["success", "failure"];
+/// Words for the policy of a parallel.
+pub(super) const PARALLEL: &[&str] = &["all", "one", "selected"];
+/// Words for the policy of a one-shot.
+pub(super) const ONE_SHOT: &[&str] = &["on_completion", "on_success"];
+/// Words for what a check may interrupt.
+pub(super) const ABORTS: &[&str] = &["none", "self", "lower_priority", "both"];
+
+const fn memory(default: &'static str) -> EnginePort {
+    port(
+        "memory",
+        Shape::Bool,
+        Some(default),
+        false,
+        "true: goes on with the child that was running; false: asks its children from the first one again at every tick",
+    )
+}
+
+const SECONDS: EnginePort = port("seconds", Shape::Seconds, None, true, "Seconds, 0 or more");
+
+const KEY: EnginePort = port("key", Shape::Key, None, true, "The blackboard key");
+
+const TEST: &[EnginePort] = &[
+    KEY,
+    port(
+        "equals",
+        Shape::Value,
+        None,
+        false,
+        "Holds where the key has this value",
+    ),
+    port(
+        "differs",
+        Shape::Value,
+        None,
+        false,
+        "Holds where the key has another value or none",
+    ),
+    port(
+        "below",
+        Shape::Number,
+        None,
+        false,
+        "Holds where the key is a number below this one",
+    ),
+    port(
+        "above",
+        Shape::Number,
+        None,
+        false,
+        "Holds where the key is a number above this one",
+    ),
+    port(
+        "set",
+        Shape::Bool,
+        None,
+        false,
+        "true: holds where the key has a value; false: where it has none",
+    ),
+];
+
+/// The node types, in the order in which the schema offers them.
+pub(super) const NODES: &[EngineType] = &[
+    node(
+        "Sequence",
+        Children::Any,
+        &[memory("true")],
+        &["and", "then"],
+        "Children one after the other until one does not succeed",
+    ),
+    node(
+        "Selector",
+        Children::Any,
+        &[memory("false")],
+        &["fallback", "or", "priority"],
+        "Children one after the other until one does not fail",
+    ),
+    node(
+        "Parallel",
+        Children::Any,
+        &[
+            port(
+                "policy",
+                Shape::Choice(PARALLEL),
+                Some("\"all\""),
+                false,
+                "Which children have to succeed; one that fails always makes it fail",
+            ),
+            port(
+                "selected",
+                Shape::Ids,
+                None,
+                false,
+                "Ids of the children that have to succeed, for the policy 'selected'",
+            ),
+            port(
+                "synchronise",
+                Shape::Bool,
+                Some("true"),
+                false,
+                "A child that succeeded is not ticked again until all are done",
+            ),
+        ],
+        &["together", "simultaneous"],
+        "All children at every tick",
+    ),
+    node(
+        "Inverter",
+        Children::One,
+        &[],
+        &["not", "negate"],
+        "Success for failure and the other way round",
+    ),
+    node(
+        "SuccessIsFailure",
+        Children::One,
+        &[],
+        &["converter"],
+        "Failure where the child succeeds",
+    ),
+    node(
+        "SuccessIsRunning",
+        Children::One,
+        &[],
+        &["converter"],
+        "Running where the child succeeds",
+    ),
+    node(
+        "FailureIsSuccess",
+        Children::One,
+        &[],
+        &["converter", "optional"],
+        "Success where the child fails",
+    ),
+    node(
+        "FailureIsRunning",
+        Children::One,
+        &[],
+        &["converter"],
+        "Running where the child fails",
+    ),
+    node(
+        "RunningIsFailure",
+        Children::One,
+        &[],
+        &["converter"],
+        "Failure where the child is running",
+    ),
+    node(
+        "RunningIsSuccess",
+        Children::One,
+        &[],
+        &["converter"],
+        "Success where the child is running",
+    ),
+    node(
+        "Repeat",
+        Children::One,
+        &[port(
+            "count",
+            Shape::Count(1),
+            None,
+            false,
+            "How often the child has to succeed; for ever without",
+        )],
+        &["loop"],
+        "Runs the child until it succeeded so often; a failure ends it",
+    ),
+    node(
+        "Retry",
+        Children::One,
+        &[port(
+            "count",
+            Shape::Count(1),
+            None,
+            false,
+            "How often the child may fail; for ever without",
+        )],
+        &["again"],
+        "Runs the child again when it failed",
+    ),
+    node(
+        "OneShot",
+        Children::One,
+        &[port(
+            "policy",
+            Shape::Choice(ONE_SHOT),
+            Some("\"on_completion\""),
+            false,
+            "Whether a failure is final, too",
+        )],
+        &["once"],
+        "Runs the child to its end once and gives that answer ever after",
+    ),
+    node(
+        "Condition",
+        Children::One,
+        &[port(
+            "status",
+            Shape::Choice(STATUSES),
+            Some("\"success\""),
+            false,
+            "The awaited answer of the child",
+        )],
+        &["until", "await"],
+        "Success when the child gives this answer, running until then",
+    ),
+    node(
+        "EternalGuard",
+        Children::One,
+        &[],
+        &["invariant", "while"],
+        "Asks its guard before each tick of the child and fails where it does not succeed",
+    ),
+    node(
+        "Count",
+        Children::One,
+        &[],
+        &["statistics"],
+        "Counts ticks and answers of the child",
+    ),
+    node(
+        "Timeout",
+        Children::One,
+        &[SECONDS],
+        &["deadline"],
+        "Fails when the child is not finished in time; a child that finishes in the very tick wins",
+    ),
+    node(
+        "PassThrough",
+        Children::One,
+        &[],
+        &["group", "identity"],
+        "The child's answer",
+    ),
+    node(
+        "Wait",
+        Children::None,
+        &[SECONDS],
+        &["pause", "sleep", "delay"],
+        "Runs for these seconds, then succeeds",
+    ),
+    node(
+        "CheckBlackboard",
+        Children::None,
+        TEST,
+        &["condition", "if"],
+        "Success where the test of the key holds, otherwise failure",
+    ),
+    node(
+        "SetBlackboard",
+        Children::None,
+        &[
+            KEY,
+            port(
+                "value",
+                Shape::Bound,
+                None,
+                true,
+                "What is written: a value or another key",
+            ),
+        ],
+        &["write", "assign"],
+        "Writes a key and succeeds",
+    ),
+    node(
+        SUBTREE,
+        Children::None,
+        &[],
+        &["include", "call", "reuse"],
+        "A subtree of this file or of an included one, with its ports",
+    ),
+];
+
+/// Name of the type that uses a subtree.
+pub(super) const SUBTREE: &str = "Subtree";
+/// Name of the type with a guard.
+pub(super) const GUARD: &str = "EternalGuard";
+
+/// What may be attached to any node.
+pub(super) const MODIFIERS: &[EngineType] = &[
+    node(
+        "CheckBlackboard",
+        Children::None,
+        TEST,
+        &["guard", "condition"],
+        "The node runs only where the test of the key holds",
+    ),
+    node(
+        "Timeout",
+        Children::None,
+        &[SECONDS],
+        &["deadline"],
+        "The node fails when it is not finished in time",
+    ),
+    node(
+        "Delay",
+        Children::None,
+        &[SECONDS],
+        &["wait"],
+        "These seconds before the node starts",
+    ),
+    node(
+        "Repeat",
+        Children::None,
+        &[
+            port(
+                "count",
+                Shape::Count(0),
+                Some("0"),
+                false,
+                "How often in all; 0 for ever",
+            ),
+            port(
+                "break_on_failure",
+                Shape::Bool,
+                Some("true"),
+                false,
+                "A failure ends it",
+            ),
+        ],
+        &["loop"],
+        "Runs the node again when it is finished",
+    ),
+    node(
+        "Retry",
+        Children::None,
+        &[
+            port(
+                "max",
+                Shape::Count(0),
+                Some("0"),
+                false,
+                "How often again at most; 0 for ever",
+            ),
+            port(
+                "reset_on_success",
+                Shape::Bool,
+                Some("true"),
+                false,
+                "A success sets the count back",
+            ),
+        ],
+        &["again"],
+        "Runs the node again when it failed",
+    ),
+    node(
+        "InvertStatus",
+        Children::None,
+        &[],
+        &["not", "negate"],
+        "Success for failure and the other way round",
+    ),
+    node(
+        "ForceStatus",
+        Children::None,
+        &[port(
+            "status",
+            Shape::Choice(FINAL_STATUSES),
+            None,
+            true,
+            "The answer",
+        )],
+        &["always"],
+        "This answer when the node is finished, whatever it was",
+    ),
+];
+
+/// The node type of that name.
+pub(super) fn find(name: &str) -> Option<&'static EngineType> {
+    NODES.iter().find(|t| t.name == name)
+}
+
+/// The modifier of that name.
+pub(super) fn find_modifier(name: &str) -> Option<&'static EngineType> {
+    MODIFIERS.iter().find(|t| t.name == name)
+}

@@ -1,0 +1,152 @@
+//! A file with all it includes.
+
+use super::Source;
+use super::advice;
+use super::error::Errors;
+use super::json::{self, Entry, MAX_BYTES, Place, Value};
+use super::limits::MAX_FILES;
+
+/// The version of the format this crate reads and writes.
+pub const FORMAT: &str = "behavior-tree/1";
+
+/// A file after its syntax was read.
+pub(super) struct File {
+    pub name: String,
+    pub root: Value,
+}
+
+/// The file and all it includes, itself first.
+pub(super) fn collect(source: &Source<'_>) -> Result<Vec<File>, Errors> {
+    let root = json::parse(source.file, source.text)?;
+    let mut reader = Reader {
+        source,
+        files: Vec::new(),
+        bytes: source.text.len(),
+        errors: Errors::default(),
+    };
+    reader.add(source.file, root, &mut Vec::new());
+    // Included files are complete before those that include them.
+    reader.files.reverse();
+    reader.errors.or(reader.files)
+}
+
+struct Reader<'a> {
+    source: &'a Source<'a>,
+    files: Vec<File>,
+    bytes: usize,
+    errors: Errors,
+}
+
+impl Reader<'_> {
+    /// Recursion ends at [`MAX_FILES`].
+    fn add(&mut self, name: &str, root: Value, open: &mut Vec<String>) {
+        open.push(name.to_owned());
+        self.format(name, &root);
+        match root.get("includes") {
+            None => {}
+            Some(includes) => match includes.as_list() {
+                Some(list) => list.iter().for_each(|item| self.include(name, item, open)),
+                None => {
+                    let message = format!(
+                        "a list of file names is needed here, this is {}",
+                        includes.describe()
+                    );
+                    self.errors.push(name, includes.place, message);
+                }
+            },
+        }
+        open.pop();
+        self.files.push(File {
+            name: name.to_owned(),
+            root,
+        });
+    }
+
+    fn include(&mut self, file: &str, item: &Value, open: &mut Vec<String>) {
+        let Some(wanted) = item.as_text() else {
+            let message = format!("a file name is needed here, this is {}", item.describe());
+            return self.errors.push(file, item.place, message);
+        };
+        if open.iter().any(|name| name == wanted) {
+            let circle = [open.join(" -> "), wanted.to_owned()].join(" -> ");
+            let message = format!("files include each other: {circle}; break the circle");
+            return self.errors.push(file, item.place, message);
+        }
+        if self.files.iter().any(|f| f.name == wanted) {
+            return;
+        }
+        if self.files.len() + open.len() >= MAX_FILES {
+            let message = format!("more than {MAX_FILES} files are drawn in; join some of them");
+            return self.errors.push(file, item.place, message);
+        }
+        let Some(text) = (self.source.include)(wanted) else {
+            let message = format!(
+                "the file '{}' cannot be read; its name counts from the folder of the first file",
+                json::shortened(wanted)
+            );
+            return self.errors.push(file, item.place, message);
+        };
+        self.bytes += text.len();
+        if self.bytes > MAX_BYTES {
+            let message = format!("all files together have more than {MAX_BYTES} bytes");
+            return self.errors.push(file, item.place, message);
+        }
+        match json::parse(wanted, &text) {
+            Ok(root) => self.add(wanted, root, open),
+            Err(errors) => self.errors.append(errors),
+        }
+    }
+
+    fn format(&mut self, file: &str, root: &Value) {
+        let Some(entries) = root.as_object() else {
+            let message = format!("an object is needed here, this is {}", root.describe());
+            return self.errors.push(file, root.place, message);
+        };
+        match entries.iter().find(|e| e.key == "format") {
+            None => {
+                let message = format!("\"format\": \"{FORMAT}\" is missing");
+                self.errors.push(file, root.place, message);
+            }
+            Some(Entry { value, .. }) if value.as_text() == Some(FORMAT) => {}
+            Some(Entry { value, .. }) => {
+                let found = value.describe();
+                let message = format!("this version reads the format '{FORMAT}', this is {found}");
+                self.errors.push(file, value.place, message);
+            }
+        }
+    }
+}
+
+/// The entries of an object of which only `known` keys are allowed; others are
+/// reported.
+pub(super) fn object<'v>(
+    errors: &mut Errors,
+    file: &str,
+    value: &'v Value,
+    what: &str,
+    known: &[&str],
+) -> Option<&'v [Entry]> {
+    let Some(entries) = value.as_object() else {
+        let message = format!("{what} is needed here, this is {}", value.describe());
+        errors.push(file, value.place, message);
+        return None;
+    };
+    for entry in entries {
+        if !known.contains(&entry.key.as_str()) && !errors.is_full() {
+            let message = format!("in {what} {}", advice::unknown("key", &entry.key, known));
+            errors.push(file, entry.place, message);
+        }
+    }
+    Some(entries)
+}
+
+/// The value of `key`.
+pub(super) fn get<'v>(entries: &'v [Entry], key: &str) -> Option<&'v Value> {
+    entries.iter().find(|e| e.key == key).map(|e| &e.value)
+}
+
+/// Where `key` is, or else where its object begins.
+pub(super) fn place_of(entries: &[Entry], key: &str, otherwise: Place) -> Place {
+    let entry = entries.iter().find(|e| e.key == key);
+    entry.map_or(otherwise, |e| e.value.place)
+}

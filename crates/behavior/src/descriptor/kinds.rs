@@ -1,0 +1,315 @@
+//! What nodes of the engine's types are.
+
+use std::collections::BTreeMap;
+
+use super::build::{Builder, Site};
+use super::engine::{EngineType, PARALLEL, STATUSES};
+use super::files::place_of;
+use super::json::{Place, Value as Json};
+use super::leaves::{CheckKey, From, SetKey};
+use super::literal;
+use super::ports::EnginePorts;
+use crate::board::{Access, In, Slot};
+use crate::status::Status;
+use crate::tree::leaf::any;
+use crate::tree::{
+    AnyLeaf, BindError, Binder, Binding, Host, Kind, Memory, NodeType, OneShotPolicy,
+    ParallelPolicy, Test,
+};
+use crate::value::{Value, ValueType};
+
+/// A node while it is made.
+#[derive(Clone, Copy)]
+pub(super) struct At<'n, 'a> {
+    pub site: &'n Site<'a>,
+    pub id: &'n str,
+    pub place: Place,
+}
+
+/// The answers a converter turns into one another.
+fn converter(name: &str) -> Option<(Status, Status)> {
+    use Status::{Failure, Running, Success};
+    Some(match name {
+        "SuccessIsFailure" => (Success, Failure),
+        "SuccessIsRunning" => (Success, Running),
+        "FailureIsSuccess" => (Failure, Success),
+        "FailureIsRunning" => (Failure, Running),
+        "RunningIsFailure" => (Running, Failure),
+        "RunningIsSuccess" => (Running, Success),
+        _ => return None,
+    })
+}
+
+/// The status at `index` of [`STATUSES`].
+pub(super) fn status(index: usize) -> Status {
+    match STATUSES.get(index) {
+        Some(&"failure") => Status::Failure,
+        Some(&"running") => Status::Running,
+        _ => Status::Success,
+    }
+}
+
+impl<'a, H: Host> Builder<'a, H> {
+    /// What a node of the engine is, but for guards and subtrees.
+    pub(super) fn kind(
+        &mut self,
+        at: At<'_, 'a>,
+        spec: &'static EngineType,
+        json: Option<&'a Json>,
+        children: &[&'a Json],
+    ) -> Option<Kind<H>> {
+        let ports = self.engine_ports(at.site, at.place, json, spec)?;
+        let memory = if ports.bool("memory") {
+            Memory::Yes
+        } else {
+            Memory::No
+        };
+        if let Some((from, to)) = converter(spec.name) {
+            return Some(Kind::Converter { from, to });
+        }
+        Some(match spec.name {
+            "Sequence" => Kind::Sequence(memory),
+            "Selector" => Kind::Selector(memory),
+            "Parallel" => Kind::Parallel(self.parallel(at, &ports, json, children)?),
+            "Inverter" => Kind::Inverter,
+            "Repeat" => Kind::Repeat {
+                count: ports.count("count"),
+            },
+            "Retry" => Kind::Retry {
+                count: ports.count("count"),
+            },
+            "OneShot" => Kind::OneShot(match ports.choice("policy", super::engine::ONE_SHOT) {
+                0 => OneShotPolicy::OnCompletion,
+                _ => OneShotPolicy::OnSuccess,
+            }),
+            "Condition" => Kind::Condition(status(ports.choice("status", STATUSES))),
+            "Count" => Kind::Count,
+            "Timeout" => Kind::Timeout(self.seconds(at, &ports)?),
+            "Wait" => Kind::Wait(self.seconds(at, &ports)?),
+            "CheckBlackboard" => {
+                let (slot, test) = self.test(at, &ports)?;
+                Kind::Leaf(any(CheckKey { slot, test }))
+            }
+            "SetBlackboard" => Kind::Leaf(any(self.set_key(at, &ports)?)),
+            _ => Kind::PassThrough,
+        })
+    }
+
+    fn parallel(
+        &mut self,
+        at: At<'_, 'a>,
+        ports: &EnginePorts,
+        json: Option<&'a Json>,
+        children: &[&'a Json],
+    ) -> Option<ParallelPolicy> {
+        let synchronise = ports.bool("synchronise");
+        let ids = json.and_then(|json| json.get("selected"));
+        let policy = ports.choice("policy", PARALLEL);
+        match (policy, ids) {
+            (0, None) => Some(ParallelPolicy::All { synchronise }),
+            (1, None) => Some(ParallelPolicy::One),
+            (2, Some(ids)) => {
+                let children = self.selected(at.site, ids, children)?;
+                Some(ParallelPolicy::Selected {
+                    children,
+                    synchronise,
+                })
+            }
+            (_, ids) => {
+                let message = "the port 'selected' and the policy 'selected' belong together; \
+                               give both or none";
+                let place = ids.map_or(at.place, |ids| ids.place);
+                self.errors.push(at.site.file, place, message);
+                None
+            }
+        }
+    }
+
+    fn selected(
+        &mut self,
+        site: &Site<'a>,
+        ids: &'a Json,
+        children: &[&'a Json],
+    ) -> Option<Vec<usize>> {
+        let list = ids.as_list().unwrap_or_default();
+        if list.is_empty() {
+            let message = "a list of ids of children is needed here";
+            self.errors.push(site.file, ids.place, message);
+            return None;
+        }
+        let id_of = |child: &&'a Json| child.get("id").and_then(Json::as_text);
+        let known: Vec<&str> = children.iter().filter_map(id_of).collect();
+        let mut selected = Vec::new();
+        for item in list {
+            let name = item.as_text().unwrap_or_default();
+            match children.iter().position(|c| id_of(c) == Some(name)) {
+                Some(index) if !selected.contains(&index) => selected.push(index),
+                Some(_) => {}
+                None => {
+                    let message = super::advice::unknown("child of this node", name, &known);
+                    self.errors.push(site.file, item.place, message);
+                    return None;
+                }
+            }
+        }
+        Some(selected)
+    }
+
+    /// The port `seconds`.
+    pub(super) fn seconds(&mut self, at: At<'_, 'a>, ports: &EnginePorts) -> Option<In<f64>> {
+        match ports.get("seconds")? {
+            Binding::Literal(Value::Number(seconds)) => Some(In::Literal(*seconds)),
+            Binding::Literal(_) => None,
+            Binding::Key(scope, key) => {
+                let here = (at.site.file, ports.place("seconds").unwrap_or(at.place));
+                let (slot, _) = self.register(here, at.id, (*scope, key), Access::Read)?;
+                Some(In::Key(slot))
+            }
+        }
+    }
+
+    /// The key and the one test of it.
+    pub(super) fn test(&mut self, at: At<'_, 'a>, ports: &EnginePorts) -> Option<(Slot, Test)> {
+        const TESTS: [&str; 5] = ["equals", "differs", "below", "above", "set"];
+        let Some(Binding::Key(scope, key)) = ports.get("key") else {
+            return None;
+        };
+        let here = (at.site.file, ports.place("key").unwrap_or(at.place));
+        let (slot, value_type) = self.register(here, at.id, (*scope, key), Access::Read)?;
+        let given: Vec<&str> = TESTS
+            .into_iter()
+            .filter(|t| ports.get(t).is_some())
+            .collect();
+        let name = match given.as_slice() {
+            [] => return Some((slot, Test::IsSet)),
+            [one] => *one,
+            [_, second, ..] => {
+                let message = format!(
+                    "one test is enough, here are {}; nest checks",
+                    given.join(", ")
+                );
+                let place = ports.place(second).unwrap_or(at.place);
+                self.errors.push(at.site.file, place, message);
+                return None;
+            }
+        };
+        let place = ports.place(name).unwrap_or(at.place);
+        let value = ports.literal(name)?;
+        let number = match value {
+            Value::Number(number) => number,
+            _ => 0.0,
+        };
+        let is_number = matches!(value_type, ValueType::Integer | ValueType::Number);
+        let test = match name {
+            "equals" | "differs" => self.comparison(at, place, name, value, value_type)?,
+            "set" if value == Value::Bool(true) => Test::IsSet,
+            "set" => Test::IsUnset,
+            "below" if is_number => Test::Below(number),
+            "above" if is_number => Test::Above(number),
+            _ => {
+                let found = value_type.name();
+                let message = format!("'{name}' is for numbers, the key is of type {found}");
+                self.errors.push(at.site.file, place, message);
+                return None;
+            }
+        };
+        Some((slot, test))
+    }
+
+    fn comparison(
+        &mut self,
+        at: At<'_, 'a>,
+        place: Place,
+        name: &str,
+        value: Value,
+        value_type: ValueType,
+    ) -> Option<Test> {
+        let Some(value) = literal::coerced(value, value_type) else {
+            let found = value_type.name();
+            let message = format!("the key is of type {found}, it is compared with {value}");
+            self.errors.push(at.site.file, place, message);
+            return None;
+        };
+        Some(match name {
+            "equals" => Test::Equals(value),
+            _ => Test::Differs(value),
+        })
+    }
+
+    fn set_key(&mut self, at: At<'_, 'a>, ports: &EnginePorts) -> Option<SetKey> {
+        let Some(Binding::Key(scope, key)) = ports.get("key") else {
+            return None;
+        };
+        let here = (at.site.file, ports.place("key").unwrap_or(at.place));
+        let (slot, wanted) = self.register(here, at.id, (*scope, key), Access::Write)?;
+        let place = ports.place("value").unwrap_or(at.place);
+        let (found, from) = match ports.get("value")? {
+            Binding::Literal(value) => match literal::coerced(*value, wanted) {
+                Some(value) => (wanted, From::Literal(value)),
+                None => (value.value_type(), From::Literal(*value)),
+            },
+            Binding::Key(scope, key) => {
+                let here = (at.site.file, place);
+                let (slot, found) = self.register(here, at.id, (*scope, key), Access::Read)?;
+                (found, From::Key(slot))
+            }
+        };
+        if found != wanted {
+            let message = format!(
+                "the key is of type {}, the value of type {}",
+                wanted.name(),
+                found.name()
+            );
+            self.errors.push(at.site.file, place, message);
+            return None;
+        }
+        Some(SetKey { slot, from })
+    }
+
+    /// A leaf of a registered type.
+    pub(super) fn leaf(
+        &mut self,
+        at: At<'_, 'a>,
+        node_type: &'a NodeType<H>,
+        ports: Option<&'a Json>,
+    ) -> Option<Box<dyn AnyLeaf<H>>> {
+        let before = self.errors.list.len() + self.errors.omitted;
+        let bindings = self.bindings(at.site, at.place, ports, node_type);
+        if self.errors.list.len() + self.errors.omitted > before {
+            return None;
+        }
+        match self.bind(at.id, node_type, &bindings) {
+            Ok(leaf) => Some(leaf),
+            Err(error) => {
+                let port = match &error {
+                    BindError::Unknown { port, .. }
+                    | BindError::Missing { port, .. }
+                    | BindError::Type { port, .. }
+                    | BindError::Board { port, .. } => port,
+                    BindError::Host(_) => "",
+                };
+                let entries = ports.and_then(Json::as_object).unwrap_or_default();
+                let place = place_of(entries, port, at.place);
+                let message = format!("{}: {error}", node_type.name);
+                self.errors.push(at.site.file, place, message);
+                None
+            }
+        }
+    }
+
+    fn bind(
+        &mut self,
+        id: &str,
+        node_type: &'a NodeType<H>,
+        bindings: &BTreeMap<String, Binding>,
+    ) -> Result<Box<dyn AnyLeaf<H>>, BindError> {
+        let mut binder = Binder {
+            node: id,
+            bindings,
+            constants: &self.constants,
+            local: &mut self.local,
+            shared: &mut self.shared,
+        };
+        (node_type.build)(&mut binder)
+    }
+}

@@ -1,0 +1,374 @@
+//! Nodes of a file, with those below them.
+
+use super::advice;
+use super::build::{Builder, Site};
+use super::detail::detail;
+use super::engine::{self, Children, EngineType};
+use super::files::{get, object};
+use super::json::{Entry, Place, Value as Json, shortened};
+use super::kinds::At;
+use super::limits::{MAX_DEPTH, MAX_NAME, MAX_NODES};
+use crate::finding::Finding;
+use crate::tree::{Host, Kind, Node, NodeType};
+
+/// Keys of a node.
+pub(super) const NODE_KEYS: &[&str] = &[
+    "id",
+    "type",
+    "name",
+    "doc",
+    "ports",
+    "modifiers",
+    "children",
+    "subtree",
+    "guard",
+];
+/// Keys of the guard of a node.
+pub(super) const GUARD_KEYS: &[&str] = &["type", "doc", "ports"];
+
+/// What the name of a type stands for.
+enum Found<'a, H: Host> {
+    Engine(&'static EngineType),
+    Registered(&'a NodeType<H>),
+}
+
+/// A node's place in the tree.
+#[derive(Clone, Copy)]
+pub(super) struct Seat<'n> {
+    /// Id of the node it is part of; empty for the root.
+    pub parent: &'n str,
+    /// Which child it is.
+    pub index: usize,
+    pub depth: usize,
+}
+
+impl Seat<'_> {
+    pub(super) const ROOT: Seat<'static> = Seat {
+        parent: "",
+        index: 0,
+        depth: 1,
+    };
+}
+
+impl<'a, H: Host> Builder<'a, H> {
+    /// The node `json` with all below it. `None` where something is wrong,
+    /// which is reported. Recursion ends at [`MAX_DEPTH`], work at
+    /// [`MAX_NODES`].
+    pub(super) fn node(
+        &mut self,
+        site: &Site<'a>,
+        json: &'a Json,
+        seat: Seat<'_>,
+    ) -> Option<Node<H>> {
+        if self.errors.is_full() || self.is_too_large(site, json.place, seat.depth) {
+            return None;
+        }
+        let entries = object(&mut self.errors, site.file, json, "a node", NODE_KEYS)?;
+        let type_name = self.type_name(site, json, entries);
+        let found = type_name.and_then(|name| self.find(site, entries, name));
+        let id = self.id(site, json, entries, type_name, seat);
+        let name = match get(entries, "name") {
+            Some(name) => self.name(site.file, name).unwrap_or_default(),
+            None => get(entries, "id")
+                .and_then(Json::as_text)
+                .map_or_else(|| type_name.unwrap_or_default().to_owned(), str::to_owned),
+        };
+        let at = At {
+            site,
+            id: &id,
+            place: get(entries, "type").map_or(json.place, |t| t.place),
+        };
+        let modifiers = self.modifiers(at, get(entries, "modifiers"));
+        let raw = self.child_list(site, entries);
+        self.misplaced(site, entries, &found, raw.len(), at.place);
+        let kind = self.node_kind(at, entries, &found, &raw);
+        let children = self.children(at, entries, &found, &raw, seat.depth);
+        let (Some(found), Some(kind), Some(modifiers), Some(children)) =
+            (found, kind, modifiers, children)
+        else {
+            return None;
+        };
+        Some(Node {
+            detail: detail(entries),
+            type_name: found.name().to_owned(),
+            name,
+            kind,
+            modifiers,
+            children,
+            id,
+        })
+    }
+
+    fn is_too_large(&mut self, site: &Site<'a>, place: Place, depth: usize) -> bool {
+        if depth > MAX_DEPTH {
+            let message = format!("nodes are nested deeper than {MAX_DEPTH}");
+            self.errors.push(site.file, place, message);
+            return true;
+        }
+        self.nodes += 1;
+        if self.nodes == MAX_NODES + 1 {
+            let message = format!(
+                "the tree has more than {MAX_NODES} nodes, all uses of subtrees counted; \
+                 this is one too many"
+            );
+            self.errors.push(site.file, place, message);
+        }
+        self.nodes > MAX_NODES
+    }
+
+    fn type_name(
+        &mut self,
+        site: &Site<'a>,
+        json: &'a Json,
+        entries: &'a [Entry],
+    ) -> Option<&'a str> {
+        let Some(value) = get(entries, "type") else {
+            let message = "\"type\" is missing; name the type of the node";
+            self.errors.push(site.file, json.place, message);
+            return None;
+        };
+        let name = value.as_text();
+        if name.is_none() {
+            let message = format!(
+                "the name of a node type is needed here, this is {}",
+                value.describe()
+            );
+            self.errors.push(site.file, value.place, message);
+        }
+        name
+    }
+
+    fn find(&mut self, site: &Site<'a>, entries: &'a [Entry], name: &str) -> Option<Found<'a, H>> {
+        if let Some(spec) = engine::find(name) {
+            return Some(Found::Engine(spec));
+        }
+        if let Some(node_type) = self.library.find(name) {
+            return Some(Found::Registered(node_type));
+        }
+        if let Some(value) = get(entries, "type") {
+            let message = self.unknown_type(name);
+            self.errors.push(site.file, value.place, message);
+        }
+        None
+    }
+
+    /// Looks among names first, then among keywords.
+    fn unknown_type(&self, name: &str) -> String {
+        let registered = self.library.types().iter();
+        let keywords = registered.map(|t| (t.name, t.keywords));
+        let all: Vec<(&str, &[&str])> = keywords
+            .chain(engine::NODES.iter().map(|t| (t.name, t.keywords)))
+            .collect();
+        let names: Vec<&str> = all.iter().map(|(name, _)| *name).collect();
+        let message = advice::unknown("node type", name, &names);
+        if message.contains("did you mean") {
+            return message;
+        }
+        let word = name.to_lowercase();
+        let meant = all
+            .iter()
+            .find(|(_, keywords)| keywords.contains(&word.as_str()));
+        match meant {
+            Some((meant, _)) => format!(
+                "there is no node type '{}'; did you mean '{meant}' ({word})?",
+                shortened(name)
+            ),
+            None => message,
+        }
+    }
+
+    /// The id in the file with the prefix of its site, or one made from where
+    /// the node stands.
+    fn id(
+        &mut self,
+        site: &Site<'a>,
+        json: &'a Json,
+        entries: &'a [Entry],
+        type_name: Option<&str>,
+        seat: Seat<'_>,
+    ) -> String {
+        let Some(value) = get(entries, "id") else {
+            let type_name = type_name.unwrap_or("node");
+            let id = match seat.parent {
+                "" => format!("{}{type_name}", site.prefix),
+                parent => format!("{parent}/{}:{}", seat.index, shortened(type_name)),
+            };
+            self.findings.push(Finding {
+                rule: "missing_id",
+                place: format!("{}:{}:{}", site.file, json.place.line, json.place.column),
+                message: format!(
+                    "{} has no id; state is carried over by ids, so give it one that stays",
+                    shortened(type_name)
+                ),
+            });
+            return self.unique(site, json.place, id);
+        };
+        let text = value.as_text().unwrap_or_default();
+        let wrong = |c: char| c.is_whitespace() || c.is_control() || c == '/';
+        if text.is_empty() || text.len() > MAX_NAME || text.contains(wrong) {
+            let message = format!(
+                "an id is a text of 1 to {MAX_NAME} bytes without spaces and '/', this is {}",
+                value.describe()
+            );
+            self.errors.push(site.file, value.place, message);
+        }
+        self.unique(site, value.place, format!("{}{text}", site.prefix))
+    }
+
+    fn unique(&mut self, site: &Site<'a>, place: Place, id: String) -> String {
+        if let Some((file, first)) = self.ids.get(&id) {
+            let message = format!(
+                "id '{}' is used in {file}:{}:{}, too; ids are unique in a tree",
+                shortened(&id),
+                first.line,
+                first.column
+            );
+            self.errors.push(site.file, place, message);
+        } else {
+            self.ids.insert(id.clone(), (site.file, place));
+        }
+        id
+    }
+
+    fn child_list(&mut self, site: &Site<'a>, entries: &'a [Entry]) -> Vec<&'a Json> {
+        match get(entries, "children") {
+            None => Vec::new(),
+            Some(value) => match value.as_list() {
+                Some(list) => list.iter().collect(),
+                None => {
+                    let message = format!(
+                        "a list of nodes is needed here, this is {}",
+                        value.describe()
+                    );
+                    self.errors.push(site.file, value.place, message);
+                    Vec::new()
+                }
+            },
+        }
+    }
+
+    /// Reports a wrong number of children, and keys of other types.
+    fn misplaced(
+        &mut self,
+        site: &Site<'a>,
+        entries: &'a [Entry],
+        found: &Option<Found<'a, H>>,
+        count: usize,
+        place: Place,
+    ) {
+        let Some(found) = found else { return };
+        let name = found.name();
+        let children = match found {
+            Found::Engine(spec) => spec.children,
+            Found::Registered(_) => Children::None,
+        };
+        let message = match children {
+            Children::None if count > 0 => {
+                Some(format!("{name} has no children, here are {count}"))
+            }
+            Children::One if count != 1 => {
+                Some(format!("{name} needs exactly one child, here are {count}"))
+            }
+            _ => None,
+        };
+        if let Some(message) = message {
+            let place = get(entries, "children").map_or(place, |c| c.place);
+            self.errors.push(site.file, place, message);
+        }
+        for (key, owner) in [("subtree", engine::SUBTREE), ("guard", engine::GUARD)] {
+            let entry = entries.iter().find(|e| e.key == key);
+            match entry {
+                Some(entry) if name != owner => {
+                    let message = format!("only {owner} has '{key}', this is {name}");
+                    self.errors.push(site.file, entry.place, message);
+                }
+                None if name == owner => {
+                    let message = format!("\"{key}\" is missing; {owner} needs it");
+                    self.errors.push(site.file, place, message);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn node_kind(
+        &mut self,
+        at: At<'_, 'a>,
+        entries: &'a [Entry],
+        found: &Option<Found<'a, H>>,
+        children: &[&'a Json],
+    ) -> Option<Kind<H>> {
+        let ports = get(entries, "ports");
+        match found.as_ref()? {
+            Found::Registered(node_type) => self.leaf(at, node_type, ports).map(Kind::Leaf),
+            Found::Engine(spec) if spec.name == engine::SUBTREE => Some(Kind::PassThrough),
+            Found::Engine(spec) if spec.name == engine::GUARD => {
+                self.engine_ports(at.site, at.place, ports, spec)?;
+                self.guard(at, get(entries, "guard")?)
+            }
+            Found::Engine(spec) => self.kind(at, spec, ports, children),
+        }
+    }
+
+    /// A condition that is asked before each tick of the child.
+    fn guard(&mut self, at: At<'_, 'a>, json: &'a Json) -> Option<Kind<H>> {
+        let file = at.site.file;
+        let entries = object(&mut self.errors, file, json, "a guard", GUARD_KEYS)?;
+        let name = self.type_name(at.site, json, entries)?;
+        let place = get(entries, "type").map_or(json.place, |t| t.place);
+        let at = At { place, ..at };
+        let ports = get(entries, "ports");
+        match self.find(at.site, entries, name)? {
+            Found::Registered(node_type) => self.leaf(at, node_type, ports).map(Kind::EternalGuard),
+            Found::Engine(spec) if spec.children == Children::None && name != engine::SUBTREE => {
+                match self.kind(at, spec, ports, &[])? {
+                    Kind::Leaf(leaf) => Some(Kind::EternalGuard(leaf)),
+                    _ => self.no_guard(file, place, name),
+                }
+            }
+            Found::Engine(_) => self.no_guard(file, place, name),
+        }
+    }
+
+    fn no_guard(&mut self, file: &str, place: Place, name: &str) -> Option<Kind<H>> {
+        let message =
+            format!("{name} cannot be a guard; use CheckBlackboard or a registered condition");
+        self.errors.push(file, place, message);
+        None
+    }
+
+    fn children(
+        &mut self,
+        at: At<'_, 'a>,
+        entries: &'a [Entry],
+        found: &Option<Found<'a, H>>,
+        raw: &[&'a Json],
+        depth: usize,
+    ) -> Option<Vec<Node<H>>> {
+        if let Some(Found::Engine(spec)) = found
+            && spec.name == engine::SUBTREE
+        {
+            let child = self.subtree(at, entries, depth)?;
+            return Some(vec![child]);
+        }
+        let mut children = Vec::new();
+        for (index, child) in raw.iter().enumerate() {
+            let seat = Seat {
+                parent: at.id,
+                index,
+                depth: depth + 1,
+            };
+            children.push(self.node(at.site, child, seat));
+        }
+        children.into_iter().collect()
+    }
+}
+
+impl<H: Host> Found<'_, H> {
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Engine(spec) => spec.name,
+            Self::Registered(node_type) => node_type.name,
+        }
+    }
+}
