@@ -5,9 +5,12 @@
 //! that: [`In`] reads, [`Out`] writes. Access by name while ticking goes
 //! through a [`Client`], which refuses what was not registered.
 
+pub(crate) mod bytes;
 mod client;
+mod record;
 mod store;
 
+pub use bytes::{Carried, RecordError};
 pub use client::Client;
 pub use store::{Access, Board, BoardError, KeyInfo, Scope};
 
@@ -98,10 +101,10 @@ impl Slot {
             Scope::Local => local,
             Scope::Shared => shared,
         };
-        let value = board.value(self.index).ok_or(Fault::Unset(self))?;
-        T::from_value(value).ok_or(Fault::Type {
+        let value = board.value_ref(self.index).ok_or(Fault::Unset(self))?;
+        T::from_value(*value).ok_or_else(|| Fault::Type {
             slot: self,
-            found: value,
+            found: *value,
         })
     }
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Client;
+use super::bytes::name_hash;
 use crate::suggest;
 use crate::value::{Value, ValueType};
 
@@ -95,6 +96,8 @@ pub enum BoardError {
 #[derive(Clone, Debug)]
 struct Key {
     info: KeyInfo,
+    /// Of its name, for records.
+    hash: u64,
     value: Option<Value>,
     /// Clients by number, with what they registered.
     clients: Vec<(usize, Access)>,
@@ -149,6 +152,7 @@ impl Board {
                 value_type,
                 default,
             },
+            hash: name_hash(name),
             value: default,
             clients: Vec::new(),
         });
@@ -234,6 +238,21 @@ impl Board {
     /// Value of the key at `index`, `None` if it has none.
     pub fn value(&self, index: usize) -> Option<Value> {
         self.keys.get(index)?.value
+    }
+
+    /// As [`Board::value`], without a copy.
+    pub(crate) fn value_ref(&self, index: usize) -> Option<&Value> {
+        self.keys.get(index)?.value.as_ref()
+    }
+
+    /// How many keys there are.
+    pub(crate) fn len(&self) -> usize {
+        self.keys.len()
+    }
+
+    /// Hashes of the names with the values, in the order of declaration.
+    pub(super) fn hashed(&self) -> impl Iterator<Item = (u64, Option<&Value>)> {
+        self.keys.iter().map(|k| (k.hash, k.value.as_ref()))
     }
 
     /// Gives the key at `index` a value. `false`, and no change, for a value of

@@ -46,11 +46,18 @@ pub trait Leaf<H: Host>: Send + 'static {
     /// [`Fault`] of a port: the node fails, and the tree reports it.
     fn tick(&self, state: &mut Self::State, cx: &mut Cx<'_, '_, H>) -> Result<Status, Fault>;
 
-    /// Called when it is stopped, and again each tick until it says `Done`;
-    /// nothing else of the tree runs in the meantime.
+    /// Called when it is stopped while running, and again each tick until it
+    /// says `Done`; nothing else of the tree runs in the meantime.
     fn halt(&self, state: &mut Self::State, cx: &mut Cx<'_, '_, H>, reason: ResetReason) -> Halt {
         let _ = (state, cx, reason);
         Halt::Done
+    }
+
+    /// Called each time the tree makes it invalid, also when it had finished
+    /// long ago: where `py_trees` terminates a behaviour with INVALID. Few
+    /// leaves need it; stopping work belongs into [`Leaf::halt`].
+    fn invalidated(&self, state: &mut Self::State) {
+        let _ = state;
     }
 }
 
@@ -140,6 +147,9 @@ pub trait AnyLeaf<H: Host>: Send {
     /// See [`Leaf::halt`].
     fn halt(&mut self, cx: &mut Cx<'_, '_, H>, reason: ResetReason) -> Halt;
 
+    /// See [`Leaf::invalidated`].
+    fn invalidated(&mut self);
+
     /// Appends the state as plain bytes.
     fn save(&self, record: &mut Vec<u8>);
 
@@ -176,19 +186,25 @@ impl<H: Host, L: Leaf<H>> AnyLeaf<H> for WithState<L, L::State> {
         self.leaf.halt(&mut self.state, cx, reason)
     }
 
+    fn invalidated(&mut self) {
+        self.leaf.invalidated(&mut self.state);
+    }
+
     fn save(&self, record: &mut Vec<u8>) {
         // Writing plain data to memory does not fail.
         let _written = bincode::serialize_into(record, &self.state).is_ok();
     }
 
     fn restore(&mut self, bytes: &[u8]) -> bool {
-        match bincode::deserialize(bytes) {
-            Ok(state) => {
-                self.state = state;
-                true
-            }
-            Err(_) => false,
+        let Ok(state) = bincode::deserialize::<L::State>(bytes) else {
+            return false;
+        };
+        // A shorter state of another type would be read from longer bytes, too.
+        let whole = bincode::serialized_size(&state).ok() == u64::try_from(bytes.len()).ok();
+        if whole {
+            self.state = state;
         }
+        whole
     }
 
     fn forget(&mut self) {

@@ -1,9 +1,30 @@
 //! Behaviour trees.
 
+mod composite;
+mod decorator;
+mod engine;
+mod error;
+mod event;
+mod flat;
+mod flatten;
 pub mod leaf;
 pub mod library;
+mod modifier;
+mod record;
+mod run;
 pub mod spec;
+mod stop;
 
+pub use crate::board::{Carried, RecordError};
+pub use engine::Tree;
+pub use error::{Problem, TreeError};
+pub use event::{Event, EventKind};
+pub use flat::Counts;
 pub use leaf::{AnyLeaf, Cx, Halt, Host, Leaf};
 pub use library::{BindError, Binder, Binding, Direction, Library, NodeType, PortSpec};
 pub use spec::{Abort, Kind, Memory, Modifier, Node, OneShotPolicy, ParallelPolicy, Test};
+
+/// How deep a tree may be; each modifier is a level.
+pub const MAX_DEPTH: usize = 64;
+/// How many nodes a tree may have; each modifier counts as one.
+pub const MAX_NODES: usize = 1024;

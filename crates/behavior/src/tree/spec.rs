@@ -122,18 +122,19 @@ pub enum Test {
 /// Something attached to a node. The first of a list is the outermost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Modifier {
-    /// Runs the node again when it succeeded.
+    /// Runs the node again when it succeeded, one run a tick at most.
     Repeat {
-        /// How often in all, 0 for ever.
+        /// How often in all, 0 for ever. Then it succeeds.
         count: u32,
-        /// A failure ends it.
+        /// A failure ends it; else a failure counts as a run like any other.
         break_on_failure: bool,
     },
-    /// Runs the node again when it failed.
+    /// Runs the node again when it failed, one run a tick at most.
     Retry {
         /// How often again at most, 0 for ever.
         max: u32,
-        /// A success sets the count back.
+        /// A success sets the count back, and so does entering it anew. Without,
+        /// `max` holds for the whole life of the tree, until it is reset.
         reset_on_success: bool,
     },
     /// Success for failure and the other way round.
@@ -153,6 +154,21 @@ pub enum Modifier {
         /// What it interrupts.
         abort: Abort,
     },
+}
+
+impl Modifier {
+    /// Its type, as in files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Repeat { .. } => "Repeat",
+            Self::Retry { .. } => "Retry",
+            Self::InvertStatus => "InvertStatus",
+            Self::ForceStatus(_) => "ForceStatus",
+            Self::Delay(_) => "Delay",
+            Self::Timeout(_) => "Timeout",
+            Self::CheckBlackboard { .. } => "CheckBlackboard",
+        }
+    }
 }
 
 /// A node with everything below it.

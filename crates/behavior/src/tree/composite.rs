@@ -1,0 +1,154 @@
+//! Sequence, Selector and Parallel, as `py_trees` has them.
+
+use super::flat::{NONE, Needs};
+use super::leaf::{Cx, Host};
+use super::run::Run;
+use crate::status::{NodeStatus, ResetReason, Status};
+
+impl<H: Host> Run<H> {
+    pub(super) fn sequence(&mut self, i: usize, memory: bool, cx: &mut Cx<'_, '_, H>) -> Status {
+        let op = self.flat.ops[i];
+        let (first, end) = (i + 1, op.end as usize);
+        let mut child = first;
+        if op.status != NodeStatus::Running {
+            self.stop_between(first, end, ResetReason::ParentDone, cx);
+        } else if memory && op.cursor != NONE {
+            child = op.cursor as usize;
+            if op.watches
+                && let Some(left) = self.interrupting(first, child, cx)
+            {
+                child = left;
+                if self.interrupt(i, left, end, cx) {
+                    return Status::Running;
+                }
+            }
+        }
+        let before = self.halting;
+        while child < end {
+            self.flat.ops[i].cursor = index(child);
+            let answer = self.tick(child, cx);
+            let next = self.flat.ops[child].end as usize;
+            if answer != Status::Success {
+                if !memory {
+                    let reason = match answer {
+                        Status::Failure => ResetReason::Aborted,
+                        _ => ResetReason::Preempted,
+                    };
+                    self.stop_between(next, end, reason, cx);
+                }
+                return self.answer(i, answer, before);
+            }
+            child = next;
+        }
+        self.answer(i, Status::Success, before)
+    }
+
+    pub(super) fn selector(&mut self, i: usize, memory: bool, cx: &mut Cx<'_, '_, H>) -> Status {
+        let op = self.flat.ops[i];
+        let (first, end) = (i + 1, op.end as usize);
+        let running = op.status == NodeStatus::Running && op.cursor != NONE;
+        let mut previous = if running { op.cursor as usize } else { first };
+        let mut child = first;
+        if memory {
+            if running
+                && op.watches
+                && let Some(left) = self.interrupting(first, previous, cx)
+            {
+                previous = left;
+                if self.interrupt(i, left, end, cx) {
+                    return Status::Running;
+                }
+            }
+            child = previous;
+            self.stop_between(first, child, ResetReason::ParentDone, cx);
+        }
+        let before = self.halting;
+        let mut last = NONE;
+        while child < end {
+            last = index(child);
+            let answer = self.tick(child, cx);
+            let next = self.flat.ops[child].end as usize;
+            if answer != Status::Failure {
+                self.flat.ops[i].cursor = last;
+                if child != previous {
+                    self.stop_between(next, end, ResetReason::Preempted, cx);
+                }
+                return self.answer(i, answer, before);
+            }
+            child = next;
+        }
+        self.flat.ops[i].cursor = last;
+        self.answer(i, Status::Failure, before)
+    }
+
+    pub(super) fn parallel(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
+        let op = self.flat.ops[i];
+        let (first, end) = (i + 1, op.end as usize);
+        let side = usize::from(op.side);
+        if op.status != NodeStatus::Running {
+            self.stop_between(first, end, ResetReason::ParentDone, cx);
+            self.flat.ops[i].cursor = NONE;
+        }
+        let skip = self.flat.policies[side].synchronise;
+        let mut child = first;
+        while child < end {
+            if !(skip && self.flat.ops[child].status == NodeStatus::Success) {
+                self.tick(child, cx);
+            }
+            child = self.flat.ops[child].end as usize;
+        }
+        let (answer, current) = self.parallel_answer(side, first, end);
+        self.flat.ops[i].cursor = current;
+        let before = self.halting;
+        if answer != Status::Running {
+            self.stop_running_between(first, end, ResetReason::ParentDone, cx);
+        }
+        self.answer(i, answer, before)
+    }
+
+    /// The answer, and the child that gave it.
+    fn parallel_answer(&self, side: usize, first: usize, end: usize) -> (Status, u32) {
+        let (mut child, mut last) = (first, NONE);
+        let (mut succeeded, mut all) = (NONE, true);
+        while child < end {
+            let op = &self.flat.ops[child];
+            last = index(child);
+            match op.status {
+                NodeStatus::Failure => return (Status::Failure, last),
+                NodeStatus::Success => succeeded = last,
+                _ => all = false,
+            }
+            child = op.end as usize;
+        }
+        let (done, current) = match &self.flat.policies[side].needs {
+            _ if first == end => (true, NONE),
+            Needs::All => (all, last),
+            Needs::One => (succeeded != NONE, succeeded),
+            Needs::Selected(children) => {
+                let is_done = |c: &u32| self.flat.ops[*c as usize].status == NodeStatus::Success;
+                let named_last = children.last().copied().unwrap_or(last);
+                (children.iter().all(is_done), named_last)
+            }
+        };
+        if done {
+            (Status::Success, current)
+        } else {
+            (Status::Running, last)
+        }
+    }
+
+    /// Stops what runs because the child `left` of `i` takes over. `true` if
+    /// something takes its time for it; `left` has to wait then.
+    fn interrupt(&mut self, i: usize, left: usize, end: usize, cx: &mut Cx<'_, '_, H>) -> bool {
+        let before = self.halting;
+        let next = self.flat.ops[left].end as usize;
+        self.stop_between(next, end, ResetReason::Preempted, cx);
+        self.flat.ops[i].cursor = index(left);
+        self.halting > before
+    }
+}
+
+fn index(i: usize) -> u32 {
+    // Trees have at most MAX_NODES operations.
+    u32::try_from(i).unwrap_or(NONE)
+}

@@ -1,0 +1,236 @@
+//! A tree as it runs: one flat array in depth-first order.
+//!
+//! The children of operation `i` begin at `i + 1`; after the one at `c` comes
+//! the one at its `end`, until the parent's `end`. A modifier is an operation
+//! of its own around the node it is attached to.
+
+use std::time::Duration;
+
+use super::leaf::{AnyLeaf, Host};
+use super::spec::{Abort, Test};
+use crate::board::{In, Slot};
+use crate::status::{NodeStatus, ResetReason, Status};
+
+/// No child.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// What an operation does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Code {
+    Leaf,
+    Sequence {
+        memory: bool,
+    },
+    Selector {
+        memory: bool,
+    },
+    Parallel,
+    Inverter,
+    Converter {
+        from: Status,
+        to: Status,
+    },
+    PassThrough,
+    /// 0: for ever.
+    Repeat {
+        count: u32,
+        break_on_failure: bool,
+    },
+    /// 0: for ever. With a `budget`, failures are counted over re-entries.
+    Retry {
+        count: u32,
+        budget: bool,
+    },
+    OneShot {
+        on_failure: bool,
+    },
+    Condition(Status),
+    EternalGuard,
+    Count,
+    Timeout,
+    Wait,
+    Force(Status),
+    Delay,
+    Check,
+}
+
+impl Code {
+    /// What records know it by; an operation of another one takes no state.
+    pub(super) fn tag(self) -> u8 {
+        match self {
+            Self::Leaf => 1,
+            Self::Sequence { .. } => 2,
+            Self::Selector { .. } => 3,
+            Self::Parallel => 4,
+            Self::Inverter => 5,
+            Self::Converter { .. } => 6,
+            Self::PassThrough => 7,
+            Self::Repeat { .. } => 8,
+            Self::Retry { .. } => 9,
+            Self::OneShot { .. } => 10,
+            Self::Condition(_) => 11,
+            Self::EternalGuard => 12,
+            Self::Count => 13,
+            Self::Timeout => 14,
+            Self::Wait => 15,
+            Self::Force(_) => 16,
+            Self::Delay => 17,
+            Self::Check => 18,
+        }
+    }
+
+    /// Whether it has any number of children.
+    pub(super) fn is_composite(self) -> bool {
+        matches!(
+            self,
+            Self::Sequence { .. } | Self::Selector { .. } | Self::Parallel
+        )
+    }
+}
+
+/// The last answer of a guard or check.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub(super) enum Held {
+    #[default]
+    Unknown = 0,
+    No = 1,
+    Yes = 2,
+}
+
+impl From<bool> for Held {
+    fn from(holds: bool) -> Self {
+        if holds { Self::Yes } else { Self::No }
+    }
+}
+
+/// An operation with its state.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Op {
+    pub(super) code: Code,
+    pub(super) status: NodeStatus,
+    /// An answer that waits until everything below has halted.
+    pub(super) deferred: Option<Status>,
+    /// Of guards and checks.
+    pub(super) held: Held,
+    /// Why it is halting.
+    pub(super) reason: ResetReason,
+    /// Its status is that of the node: no modifier is around it.
+    pub(super) outermost: bool,
+    /// A child has a check that may interrupt its siblings.
+    pub(super) watches: bool,
+    /// Delay: the child may run. One-shot: see `last`.
+    pub(super) open: bool,
+    /// One-shot: the answer it gives ever after.
+    pub(super) last: Option<Status>,
+    /// Index of the node in the graph.
+    pub(super) node: u16,
+    /// Place in the table of its kind.
+    pub(super) side: u16,
+    /// After its last descendant.
+    pub(super) end: u32,
+    /// Composites: the current child.
+    pub(super) cursor: u32,
+    /// Repeat: successes. Retry: failures.
+    pub(super) counter: u32,
+}
+
+impl Op {
+    pub(super) fn new(code: Code, node: u16, outermost: bool) -> Self {
+        Self {
+            code,
+            status: NodeStatus::Invalid,
+            deferred: None,
+            held: Held::Unknown,
+            reason: ResetReason::Explicit,
+            outermost,
+            watches: false,
+            open: false,
+            last: None,
+            node,
+            side: 0,
+            end: 0,
+            cursor: NONE,
+            counter: 0,
+        }
+    }
+
+    /// The state of an operation that never ran.
+    pub(super) fn forget(&mut self) {
+        *self = Self {
+            watches: self.watches,
+            side: self.side,
+            end: self.end,
+            ..Self::new(self.code, self.node, self.outermost)
+        };
+    }
+}
+
+/// Of Timeout, Wait and Delay.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Timer {
+    pub(super) seconds: In<f64>,
+    pub(super) deadline: Duration,
+}
+
+/// Of a check.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Check {
+    pub(super) slot: Slot,
+    pub(super) test: Test,
+    pub(super) abort: Abort,
+}
+
+/// Of a parallel.
+#[derive(Clone, Debug)]
+pub(super) struct Policy {
+    pub(super) synchronise: bool,
+    pub(super) needs: Needs,
+}
+
+/// Which children of a parallel have to succeed.
+#[derive(Clone, Debug)]
+pub(super) enum Needs {
+    All,
+    One,
+    /// These operations, in the order they were named.
+    Selected(Vec<u32>),
+}
+
+/// What a [`super::Kind::Count`] counted since the tree was reset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Ticks of the child.
+    pub ticks: u32,
+    /// Ticks after which it was running.
+    pub running: u32,
+    /// Times it succeeded.
+    pub successes: u32,
+    /// Times it failed.
+    pub failures: u32,
+    /// Times the node was stopped.
+    pub interrupts: u32,
+}
+
+/// The arrays.
+pub(super) struct Flat<H: Host> {
+    pub(super) ops: Vec<Op>,
+    pub(super) leaves: Vec<Box<dyn AnyLeaf<H>>>,
+    pub(super) timers: Vec<Timer>,
+    pub(super) checks: Vec<Check>,
+    pub(super) policies: Vec<Policy>,
+    pub(super) counts: Vec<Counts>,
+}
+
+impl<H: Host> Default for Flat<H> {
+    fn default() -> Self {
+        Self {
+            ops: Vec::new(),
+            leaves: Vec::new(),
+            timers: Vec::new(),
+            checks: Vec::new(),
+            policies: Vec::new(),
+            counts: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Checks of a blackboard key, and what they may interrupt.
+
+use super::flat::{Code, Held};
+use super::leaf::{Cx, Host};
+use super::run::Run;
+use super::spec::{Abort, Test};
+use crate::board::Scope;
+use crate::status::{ResetReason, Status};
+use crate::value::Value;
+
+impl<H: Host> Run<H> {
+    pub(super) fn check(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
+        let side = usize::from(self.flat.ops[i].side);
+        let abort = self.flat.checks[side].abort;
+        let asks = !self.is_running(i) || matches!(abort, Abort::Own | Abort::Both);
+        if asks && !self.ask(i, cx) {
+            return self.done(i, Status::Failure, ResetReason::Aborted, cx);
+        }
+        let answer = self.tick(i + 1, cx);
+        if answer != Status::Running && interrupts(abort) {
+            // What the node itself made of the key is no news to its siblings.
+            self.ask(i, cx);
+        }
+        self.done(i, answer, ResetReason::ParentDone, cx)
+    }
+
+    /// Asks the check `i` and notes the answer.
+    fn ask(&mut self, i: usize, cx: &Cx<'_, '_, H>) -> bool {
+        let side = usize::from(self.flat.ops[i].side);
+        let check = &self.flat.checks[side];
+        let board = match check.slot.scope {
+            Scope::Local => &*cx.local,
+            Scope::Shared => &*cx.shared,
+        };
+        let holds = holds(check.test, board.value_ref(check.slot.index));
+        self.note_guard(i, holds);
+        holds
+    }
+
+    /// The first child from `first` up to `running` with a check that did not
+    /// hold and does now, so that it takes over from `running`.
+    pub(super) fn interrupting(
+        &mut self,
+        first: usize,
+        running: usize,
+        cx: &Cx<'_, '_, H>,
+    ) -> Option<usize> {
+        let mut child = first;
+        while child < running {
+            if self.takes_over(child, cx) {
+                return Some(child);
+            }
+            child = self.flat.ops[child].end as usize;
+        }
+        None
+    }
+
+    /// Whether a check of the node that begins at `start` holds again, and all
+    /// others that may interrupt do, too.
+    fn takes_over(&mut self, start: usize, cx: &Cx<'_, '_, H>) -> bool {
+        let node = self.flat.ops[start].node;
+        let (mut at, mut again, mut all) = (start, false, true);
+        while let Some(op) = self.flat.ops.get(at).filter(|op| op.node == node) {
+            let side = usize::from(op.side);
+            let before = op.held;
+            if op.code == Code::Check && interrupts(self.flat.checks[side].abort) {
+                let holds = self.ask(at, cx);
+                again |= holds && before != Held::Yes;
+                all &= holds;
+            }
+            at += 1;
+        }
+        again && all
+    }
+}
+
+fn interrupts(abort: Abort) -> bool {
+    matches!(abort, Abort::LowerPriority | Abort::Both)
+}
+
+fn holds(test: Test, value: Option<&Value>) -> bool {
+    let number = || match value {
+        Some(Value::Number(number)) => Some(*number),
+        Some(Value::Integer(number)) => Some(*number as f64),
+        _ => None,
+    };
+    match test {
+        Test::IsSet => value.is_some(),
+        Test::IsUnset => value.is_none(),
+        Test::Equals(wanted) => value == Some(&wanted),
+        Test::Differs(wanted) => value != Some(&wanted),
+        Test::Below(limit) => number().is_some_and(|n| n < limit),
+        Test::Above(limit) => number().is_some_and(|n| n > limit),
+    }
+}

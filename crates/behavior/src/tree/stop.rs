@@ -1,0 +1,115 @@
+//! Stopping nodes, at once or over several ticks.
+
+use super::flat::{Code, NONE};
+use super::leaf::{Cx, Halt, Host};
+use super::run::Run;
+use crate::status::{NodeStatus, ResetReason};
+
+impl<H: Host> Run<H> {
+    /// Makes the operation `i` invalid with all below it.
+    pub(super) fn stop(&mut self, i: usize, reason: ResetReason, cx: &mut Cx<'_, '_, H>) {
+        let op = &mut self.flat.ops[i];
+        let (code, end) = (op.code, op.end as usize);
+        op.deferred = None;
+        match code {
+            Code::Leaf => self.stop_leaf(i, reason, cx),
+            Code::Wait => self.set(i, NodeStatus::Invalid, Some(reason)),
+            Code::Sequence { .. } | Code::Selector { .. } | Code::Parallel => {
+                op.cursor = NONE;
+                if code == Code::Parallel {
+                    self.stop_running_between(i + 1, end, reason, cx);
+                }
+                self.stop_between(i + 1, end, reason, cx);
+                self.set(i, NodeStatus::Invalid, Some(reason));
+            }
+            _ => {
+                if code == Code::Count {
+                    let side = usize::from(op.side);
+                    let interrupts = &mut self.flat.counts[side].interrupts;
+                    *interrupts = interrupts.saturating_add(1);
+                }
+                // Also a child that is invalid already, as py_trees does.
+                self.stop(i + 1, reason, cx);
+                self.set(i, NodeStatus::Invalid, Some(reason));
+            }
+        }
+    }
+
+    fn stop_leaf(&mut self, i: usize, reason: ResetReason, cx: &mut Cx<'_, '_, H>) {
+        let op = &self.flat.ops[i];
+        let leaf = &mut self.flat.leaves[usize::from(op.side)];
+        let mut to = NodeStatus::Invalid;
+        match op.status {
+            NodeStatus::Halting => return,
+            NodeStatus::Running => {
+                cx.node = usize::from(op.node);
+                if leaf.halt(cx, reason) == Halt::NotYet {
+                    to = NodeStatus::Halting;
+                }
+            }
+            _ => {}
+        }
+        leaf.invalidated();
+        if to == NodeStatus::Halting {
+            self.halting += 1;
+            self.flat.ops[i].reason = reason;
+        }
+        self.set(i, to, Some(reason));
+    }
+
+    /// Stops the siblings from `first` up to `end` that are not invalid.
+    #[inline]
+    pub(super) fn stop_between(
+        &mut self,
+        first: usize,
+        end: usize,
+        reason: ResetReason,
+        cx: &mut Cx<'_, '_, H>,
+    ) {
+        let mut child = first;
+        while child < end {
+            let op = &self.flat.ops[child];
+            let next = op.end as usize;
+            if !matches!(op.status, NodeStatus::Invalid | NodeStatus::Halting) {
+                self.stop(child, reason, cx);
+            }
+            child = next;
+        }
+    }
+
+    /// Stops the siblings from `first` up to `end` that are running.
+    pub(super) fn stop_running_between(
+        &mut self,
+        first: usize,
+        end: usize,
+        reason: ResetReason,
+        cx: &mut Cx<'_, '_, H>,
+    ) {
+        let mut child = first;
+        while child < end {
+            let next = self.flat.ops[child].end as usize;
+            if self.is_running(child) {
+                self.stop(child, reason, cx);
+            }
+            child = next;
+        }
+    }
+
+    /// Goes on halting what was told to; `true` when all are through.
+    pub(super) fn drain(&mut self, cx: &mut Cx<'_, '_, H>) -> bool {
+        for i in 0..self.flat.ops.len() {
+            let op = &self.flat.ops[i];
+            if op.status != NodeStatus::Halting {
+                continue;
+            }
+            let reason = op.reason;
+            let leaf = &mut self.flat.leaves[usize::from(op.side)];
+            cx.node = usize::from(op.node);
+            if leaf.halt(cx, reason) == Halt::Done {
+                self.halting = self.halting.saturating_sub(1);
+                self.set(i, NodeStatus::Invalid, Some(reason));
+            }
+        }
+        self.halting == 0
+    }
+}
