@@ -38,11 +38,14 @@
 
 mod actions;
 mod change;
+mod check;
 mod compile;
 mod definition;
+mod graph;
 mod ids;
 mod nesting;
-mod problem;
+pub(crate) mod problem;
+pub(crate) mod read;
 pub(crate) mod record;
 mod runtime;
 pub(crate) mod set;
@@ -50,6 +53,7 @@ mod table;
 pub(crate) mod trace;
 
 pub use actions::{Actions, Event, Fault, QUEUE_CAPACITY, QueueFull};
+pub use check::{check, unhandled};
 pub use definition::{
     Definition, DestDef, DuringDef, Final, Name, OrderedDef, RowDef, SourceDef, StateDef, names,
 };

@@ -1,5 +1,8 @@
 //! What is wrong with a file, and where: all of it at once.
 
+/// Problems of one file that are reported.
+const MAX_REPORTED: usize = 100;
+
 /// Place in a text. Line and column count from 1; 0 is "written in Rust".
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
@@ -73,7 +76,11 @@ impl std::fmt::Display for Problems {
 pub(crate) struct Collector(pub(crate) Vec<Problem>);
 
 impl Collector {
+    /// Notes a problem; of very many only the first are kept.
     pub(crate) fn add(&mut self, place: Place, message: impl Into<String>) {
+        if self.0.len() >= MAX_REPORTED {
+            return;
+        }
         self.0.push(Problem {
             place,
             message: message.into(),

@@ -151,6 +151,11 @@ impl Table {
         self.callbacks.get(callback.index()).map_or("", |it| it)
     }
 
+    /// Name of a sub-behaviour; empty for one of another vocabulary.
+    pub fn behavior_name(&self, behavior: BehaviorId) -> &str {
+        self.behaviors.get(behavior.index()).map_or("", |it| it)
+    }
+
     /// Triggers that have a row in `state` itself, in order of their ids.
     pub fn triggers_of(&self, state: StateId) -> impl Iterator<Item = TriggerId> {
         let rank = self.states.get(state.index()).map(|state| state.rank);

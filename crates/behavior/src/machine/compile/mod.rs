@@ -8,6 +8,7 @@ use super::ids::{CallbackId, GuardId, StateId, TriggerId, Vocabulary};
 use super::problem::{Collector, Place, Problems};
 use super::set::MAX_MEMBERS;
 use super::table::{Common, Condition, Row, Span, Table};
+use crate::descriptor::json::shortened;
 use crate::suggest;
 
 /// Most rows after lists and wildcards are written out.
@@ -96,11 +97,10 @@ impl<'a> Compiler<'a> {
         let found = known.iter().position(|it| it.as_ref() == name.text);
         if found.is_none() {
             let known: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
-            let advice = suggest::advice(&name.text, &known);
-            self.problems.add(
-                name.place,
-                format!("unknown {what} '{}'; {advice}", name.text),
-            );
+            let text = shortened(&name.text);
+            let advice = suggest::advice(&text, &known);
+            let message = format!("unknown {what} '{text}'; {advice}");
+            self.problems.add(name.place, message);
         }
         found
     }

@@ -1,6 +1,7 @@
 //! States: full names, ranks, what is inside and what is entered with them.
 
 use super::Compiler;
+use crate::descriptor::json::shortened;
 use crate::machine::definition::{Final, Name, StateDef};
 use crate::machine::ids::{BehaviorId, StateId};
 use crate::machine::record::name_hash;
@@ -83,6 +84,7 @@ impl<'a> Compiler<'a> {
     fn check_name(&mut self, name: &Name, prefix: &str, known: &[Flat<'_>]) {
         let text = &name.text;
         if text.is_empty() || text.contains(['.', '*', '=', ' ', '\n', '\t']) {
+            let text = shortened(text);
             let message = format!(
                 "'{text}' is no name of a state; it must not be empty nor contain '.', '*', '=' or spaces"
             );

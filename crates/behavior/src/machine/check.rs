@@ -1,0 +1,186 @@
+//! What is legal in a machine, but probably not meant.
+
+use super::definition::Final;
+use super::ids::{StateId, TriggerId};
+use super::set::SmallSet;
+use super::table::{Condition, Row, State, Table};
+use crate::Finding;
+
+/// Looks for states that cannot be reached or left, rows that are never taken,
+/// and triggers without effect. Guards are taken to be free of one another.
+pub fn check(table: &Table) -> Vec<Finding> {
+    let reachable = reachable(table);
+    let mut found = Vec::new();
+    found.extend(unreachable_states(table, &reachable));
+    found.extend(dead_ends(table, &reachable));
+    found.extend(endless(table, &reachable));
+    found.extend(rows(table));
+    found.extend(unused_triggers(table, &reachable));
+    found
+}
+
+fn finding(rule: &'static str, place: impl Into<String>, message: String) -> Finding {
+    Finding {
+        rule,
+        place: place.into(),
+        message,
+    }
+}
+
+/// Ranks of what can ever be active.
+fn reachable(table: &Table) -> SmallSet {
+    let none = SmallSet::default();
+    let mut known = table.configuration(table.initial, &none);
+    loop {
+        let mut next = known;
+        for row in &table.rows {
+            let source = table.get(row.source).map(|state| state.rank);
+            if let (Some(source), Some(dest)) = (source, row.dest)
+                && known.contains(source)
+            {
+                next = next.union(&table.configuration(dest, &none));
+            }
+        }
+        if next == known {
+            return known;
+        }
+        known = next;
+    }
+}
+
+fn unreachable_states(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
+    let states = table.states.iter();
+    let lost = states.filter(|state| !reachable.contains(state.rank));
+    lost.map(|state| {
+        let message = "no way leads here from the initial state; add a row or drop it".to_owned();
+        finding("unreachable_state", &state.name, message)
+    })
+    .collect()
+}
+
+/// Whether a row leads from `state`, or from what it is in, to elsewhere.
+fn has_way_out(table: &Table, state: &State) -> bool {
+    table.rows.iter().any(|row| {
+        let source = table.get(row.source).map(|it| it.rank);
+        let dest = row.dest.and_then(|dest| table.get(dest));
+        source.is_some_and(|source| state.path.contains(source))
+            && dest.is_some_and(|dest| !dest.entry.contains(state.rank))
+    })
+}
+
+fn innermost<'a>(table: &'a Table, reachable: &'a SmallSet) -> impl Iterator<Item = &'a State> {
+    let states = table.states.iter();
+    states.filter(|state| !state.has_children && reachable.contains(state.rank))
+}
+
+fn dead_ends(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
+    let open = innermost(table, reachable).filter(|state| state.end == Final::No);
+    open.filter(|state| !has_way_out(table, state))
+        .map(|state| {
+            let message = "no row leads out of this state; add one, or say final = true".to_owned();
+            finding("dead_end", &state.name, message)
+        })
+        .collect()
+}
+
+/// States that can be left, but from which no final state can be reached, where
+/// the machine has final states at all.
+fn endless(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
+    let finals = table.states.iter().filter(|state| state.end != Final::No);
+    let mut good: SmallSet = finals.map(|state| state.rank).collect();
+    if good.is_empty() {
+        return Vec::new();
+    }
+    loop {
+        let mut next = good;
+        for row in &table.rows {
+            let ends = row.dest.and_then(|dest| table.get(dest));
+            let ends = ends.is_some_and(|dest| !dest.entry.intersection(&good).is_empty());
+            if ends && let Some(source) = table.get(row.source) {
+                next = next.union(&source.subtree);
+            }
+        }
+        if next == good {
+            break;
+        }
+        good = next;
+    }
+    innermost(table, reachable)
+        .filter(|state| !good.contains(state.rank) && has_way_out(table, state))
+        .map(|state| {
+            let message = "no final state can be reached from here; add a way to one".to_owned();
+            finding("never_final", &state.name, message)
+        })
+        .collect()
+}
+
+/// Rows behind one that is always taken first, and rows with the same guards.
+fn rows(table: &Table) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let same_cell = |a: &Row, b: &Row| (a.trigger, a.source) == (b.trigger, b.source);
+    for cell in table.rows.chunk_by(same_cell) {
+        for (at, row) in cell.iter().enumerate() {
+            let earlier = cell.get(..at).unwrap_or_default();
+            let Some(first) = earlier.iter().find(|it| covers(table, it, row)) else {
+                continue;
+            };
+            let (rule, why) = match guards(table, first) {
+                [] => ("shadowed_row", "asks no guard"),
+                _ if guards(table, first).len() == guards(table, row).len() => {
+                    ("same_guards", "asks the same guards")
+                }
+                _ => ("shadowed_row", "asks only some of its guards"),
+            };
+            let message = format!(
+                "never taken for '{}' from '{}': {} comes first and {why}; change the order or the guards",
+                table.trigger_name(row.trigger),
+                table.state_name(row.source),
+                table.row_name(first.id),
+            );
+            found.push(finding(rule, table.row_name(row.id), message));
+        }
+    }
+    found
+}
+
+fn guards<'a>(table: &'a Table, row: &Row) -> &'a [Condition] {
+    row.conditions.of(&table.conditions)
+}
+
+/// Whether `first` is taken whenever `row` could be.
+fn covers(table: &Table, first: &Row, row: &Row) -> bool {
+    let asked = guards(table, row);
+    guards(table, first).iter().all(|it| asked.contains(it))
+}
+
+/// Triggers that no reachable state has a row for.
+fn unused_triggers(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
+    let all = (0..table.triggers.len()).map(TriggerId::of);
+    let unused = all.filter(|trigger| {
+        let mut ranks = reachable.iter();
+        !ranks.any(|rank| !table.rows_of(*trigger, rank).is_empty())
+    });
+    unused
+        .map(|trigger| {
+            let message = "no reachable state has a row for this trigger".to_owned();
+            finding("unhandled_trigger", table.trigger_name(trigger), message)
+        })
+        .collect()
+}
+
+/// For each trigger, the reachable innermost states in which it is refused, as
+/// no row of the state or of what it is in answers it.
+pub fn unhandled(table: &Table) -> Vec<(TriggerId, Vec<StateId>)> {
+    let reachable = reachable(table);
+    let triggers = (0..table.triggers.len()).map(TriggerId::of);
+    let refused = triggers.map(|trigger| {
+        let states = innermost(table, &reachable);
+        let deaf = states.filter(|state| {
+            let mut path = state.path.iter();
+            path.all(|rank| table.rows_of(trigger, rank).is_empty())
+        });
+        let ids = deaf.filter_map(|state| table.by_rank.get(state.rank).copied());
+        (trigger, ids.collect::<Vec<_>>())
+    });
+    refused.filter(|(_, states)| !states.is_empty()).collect()
+}

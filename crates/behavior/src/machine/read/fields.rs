@@ -1,0 +1,175 @@
+//! Keys of an object, with complaints about what does not belong there.
+
+use crate::descriptor::json::{Data, Entry, Value, shortened};
+use crate::machine::definition::Name;
+use crate::machine::problem::{Collector, Place};
+use crate::suggest;
+
+/// Bytes a name may have.
+const MAX_NAME: usize = 128;
+
+impl From<crate::descriptor::json::Place> for Place {
+    fn from(place: crate::descriptor::json::Place) -> Self {
+        Self {
+            line: place.line,
+            column: place.column,
+        }
+    }
+}
+
+/// The entries of an object whose keys are known.
+pub(crate) struct Fields<'v> {
+    pub(crate) place: Place,
+    what: &'static str,
+    entries: &'v [Entry],
+}
+
+impl<'v> Fields<'v> {
+    /// The entries of `value`, after a complaint about each key not in `known`.
+    pub(crate) fn open(
+        value: &'v Value,
+        what: &'static str,
+        known: &[&str],
+        problems: &mut Collector,
+    ) -> Option<Self> {
+        let Some(entries) = value.as_object() else {
+            let message = format!(
+                "{what} is expected here as a table, not {}",
+                value.describe()
+            );
+            problems.add(value.place.into(), message);
+            return None;
+        };
+        for entry in entries {
+            if !known.contains(&entry.key.as_str()) {
+                let advice = suggest::advice(&shortened(&entry.key), known);
+                let message = format!("{what} has no key '{}'; {advice}", shortened(&entry.key));
+                problems.add(entry.place.into(), message);
+            }
+        }
+        Some(Self {
+            place: value.place.into(),
+            what,
+            entries,
+        })
+    }
+
+    pub(crate) fn get(&self, key: &str) -> Option<&'v Value> {
+        let entry = self.entries.iter().find(|entry| entry.key == key)?;
+        Some(&entry.value)
+    }
+
+    fn wrong(&self, key: &str, expected: &str, value: &Value, problems: &mut Collector) {
+        let message = format!(
+            "'{key}' of {} must be {expected}, not {}",
+            self.what,
+            value.describe()
+        );
+        problems.add(value.place.into(), message);
+    }
+
+    /// The name at `key`, if there is one.
+    pub(crate) fn name(&self, key: &str, problems: &mut Collector) -> Option<Name> {
+        let value = self.get(key)?;
+        let name = name_of(value, problems);
+        if name.is_none() && value.as_text().is_none() {
+            self.wrong(key, "a text", value, problems);
+        }
+        name
+    }
+
+    /// The name at `key`, with a complaint if there is none.
+    pub(crate) fn required(&self, key: &str, problems: &mut Collector) -> Option<Name> {
+        if self.get(key).is_none() {
+            let message = format!("{} has no '{key}'; add {key} = \"...\"", self.what);
+            problems.add(self.place, message);
+        }
+        self.name(key, problems)
+    }
+
+    /// One name or a list of names; none if the key is not there.
+    pub(crate) fn names(&self, key: &str, problems: &mut Collector) -> Vec<Name> {
+        let Some(value) = self.get(key) else {
+            return Vec::new();
+        };
+        match &value.data {
+            Data::Text(_) => name_of(value, problems).into_iter().collect(),
+            Data::Null => Vec::new(),
+            Data::List(items) => items
+                .iter()
+                .filter_map(|item| {
+                    if item.as_text().is_none() {
+                        self.wrong(key, "a list of texts", item, problems);
+                    }
+                    name_of(item, problems)
+                })
+                .collect(),
+            _ => {
+                self.wrong(key, "a text or a list of texts", value, problems);
+                Vec::new()
+            }
+        }
+    }
+
+    /// A flag; `default` if the key is not there.
+    pub(crate) fn flag(&self, key: &str, default: bool, problems: &mut Collector) -> bool {
+        match self.get(key).map(|value| (value, &value.data)) {
+            None => default,
+            Some((_, Data::Bool(flag))) => *flag,
+            Some((value, _)) => {
+                self.wrong(key, "true or false", value, problems);
+                default
+            }
+        }
+    }
+
+    /// The values of a list; none if the key is not there.
+    pub(crate) fn list(&self, key: &str, problems: &mut Collector) -> &'v [Value] {
+        match self.get(key).map(|value| (value, &value.data)) {
+            None => &[],
+            Some((_, Data::List(items))) => items,
+            Some((value, _)) => {
+                self.wrong(key, "a list", value, problems);
+                &[]
+            }
+        }
+    }
+
+    /// The entries of a table; none if the key is not there.
+    pub(crate) fn table(&self, key: &str, problems: &mut Collector) -> &'v [Entry] {
+        match self.get(key).map(|value| (value, value.as_object())) {
+            None => &[],
+            Some((_, Some(entries))) => entries,
+            Some((value, None)) => {
+                self.wrong(key, "a table", value, problems);
+                &[]
+            }
+        }
+    }
+
+    /// Complains unless the file says `version = 1`.
+    pub(crate) fn check_version(&self, problems: &mut Collector) {
+        let message = match self.get("version").map(|it| (it, &it.data)) {
+            Some((_, Data::Integer(1))) => return,
+            None => "the file does not say its format; add version = 1".to_owned(),
+            Some((value, _)) => format!("version is {}, this program reads 1", value.describe()),
+        };
+        let place = self.get("version").map(|value| value.place.into());
+        problems.add(place.unwrap_or(self.place), message);
+    }
+}
+
+/// The name a text is, unless it is too long to be one.
+pub(crate) fn name_of(value: &Value, problems: &mut Collector) -> Option<Name> {
+    let text = value.as_text()?;
+    let place = value.place.into();
+    if text.len() > MAX_NAME {
+        let message = format!("'{}' is longer than {MAX_NAME} bytes", shortened(text));
+        problems.add(place, message);
+        return None;
+    }
+    Some(Name {
+        text: text.to_owned(),
+        place,
+    })
+}

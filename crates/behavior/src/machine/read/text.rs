@@ -1,0 +1,145 @@
+//! TOML and JSON as one kind of value that knows its places.
+
+use toml::de::{DeTable, DeValue};
+
+use crate::descriptor::json::{self, Data, Entry, MAX_BYTES, Value, shortened};
+use crate::machine::problem::{Collector, Place, Problem, Problems};
+
+/// Reads `text` as JSON if the name of the file ends so, otherwise as TOML.
+pub(crate) fn parse(file: &str, text: &str) -> Result<Value, Problems> {
+    let name = std::path::Path::new(file);
+    let is_json = name
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
+    if is_json {
+        return json::parse(file, text).map_err(|errors| {
+            let list = errors.list.into_iter().map(|it| Problem {
+                place: Place {
+                    line: it.line,
+                    column: it.column,
+                },
+                message: it.message,
+            });
+            Problems::new(file, list.collect())
+        });
+    }
+    parse_toml(file, text)
+}
+
+fn parse_toml(file: &str, text: &str) -> Result<Value, Problems> {
+    let mut problems = Collector::default();
+    if text.len() > MAX_BYTES {
+        let message = format!("the file has more than {MAX_BYTES} bytes; split it");
+        problems.add(Place { line: 1, column: 1 }, message);
+        return problems.finish(file, null());
+    }
+    let (table, errors) = DeTable::parse_recoverable(text);
+    for error in &errors {
+        let offset = error.span().map_or(0, |span| span.start);
+        let message = format!(
+            "this is not TOML: {}",
+            error.message().trim().replace('\n', "; ")
+        );
+        problems.add(Place::at(text, offset), message);
+    }
+    if !errors.is_empty() {
+        return problems.finish(file, null());
+    }
+    let mut reader = Reader {
+        places: Places {
+            text,
+            at: 0,
+            line: 1,
+        },
+        problems,
+    };
+    let data = reader.table(table.get_ref());
+    let place = json::Place::START;
+    reader.problems.finish(file, Value { place, data })
+}
+
+fn null() -> Value {
+    Value {
+        place: json::Place::START,
+        data: Data::Null,
+    }
+}
+
+struct Reader<'a> {
+    places: Places<'a>,
+    problems: Collector,
+}
+
+impl Reader<'_> {
+    /// The parser limits the depth of `value`.
+    fn value(&mut self, value: &toml::Spanned<DeValue<'_>>) -> Value {
+        let place = self.places.at(value.span().start);
+        let data = match value.get_ref() {
+            DeValue::String(text) => Data::Text(text.to_string()),
+            DeValue::Boolean(flag) => Data::Bool(*flag),
+            DeValue::Integer(number) => {
+                let parsed = i64::from_str_radix(number.as_str(), number.radix());
+                parsed.map_or_else(|_| self.no_number(place, number.as_str()), Data::Integer)
+            }
+            DeValue::Float(number) => match number.as_str().parse::<f64>() {
+                Ok(number) if number.is_finite() => Data::Number(number),
+                _ => self.no_number(place, number.as_str()),
+            },
+            DeValue::Datetime(date) => Data::Text(date.to_string()),
+            DeValue::Array(items) => Data::List(items.iter().map(|it| self.value(it)).collect()),
+            DeValue::Table(table) => self.table(table),
+        };
+        Value { place, data }
+    }
+
+    fn table(&mut self, table: &DeTable<'_>) -> Data {
+        let mut entries: Vec<Entry> = Vec::with_capacity(table.len());
+        for (key, value) in table {
+            entries.push(Entry {
+                key: key.get_ref().to_string(),
+                place: self.places.at(key.span().start),
+                value: self.value(value),
+            });
+        }
+        // The parser sorts keys by name; what is written first comes first.
+        entries.sort_by_key(|entry| entry.place);
+        Data::Object(entries)
+    }
+
+    fn no_number(&mut self, place: json::Place, text: &str) -> Data {
+        let message = format!("{} is not a number of 64 bits", shortened(text));
+        self.problems.add(place.into(), message);
+        Data::Null
+    }
+}
+
+/// Finds places; cheap for offsets that mostly rise.
+struct Places<'a> {
+    text: &'a str,
+    /// Start of the line found last.
+    at: usize,
+    line: u32,
+}
+
+impl Places<'_> {
+    fn at(&mut self, offset: usize) -> json::Place {
+        if offset < self.at {
+            (self.at, self.line) = (0, 1);
+        }
+        let between = self.text.get(self.at..offset).unwrap_or_default();
+        for (newline, _) in between.match_indices('\n') {
+            self.line = self.line.saturating_add(1);
+            // The last one found is the start of the line.
+            let start = newline + 1;
+            if !between.get(start..).unwrap_or_default().contains('\n') {
+                self.at += start;
+                break;
+            }
+        }
+        let line = self.text.get(self.at..offset).unwrap_or_default();
+        json::Place {
+            line: self.line,
+            column: u32::try_from(line.chars().count() + 1).unwrap_or(u32::MAX),
+        }
+    }
+}
