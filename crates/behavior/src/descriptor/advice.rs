@@ -7,6 +7,8 @@ use crate::suggest;
 const LONGEST: usize = 100;
 /// Names that are compared.
 const COMPARED: usize = 256;
+/// Names that begin alike in so many bytes are meant for each other.
+const BEGINNING: usize = 3;
 /// Names that are listed.
 const LISTED: usize = 40;
 
@@ -21,6 +23,12 @@ pub(super) fn advice(name: &str, known: &[&str]) -> String {
     let compared = known.get(..COMPARED).unwrap_or(known);
     if name.len() <= LONGEST
         && let Some(near) = suggest::nearest(name, compared)
+    {
+        return format!("did you mean '{}'?", shortened(near));
+    }
+    let begins = |k: &&&str| k.len() >= BEGINNING && (k.starts_with(name) || name.starts_with(**k));
+    if name.len() >= BEGINNING
+        && let Some(near) = compared.iter().find(begins)
     {
         return format!("did you mean '{}'?", shortened(near));
     }

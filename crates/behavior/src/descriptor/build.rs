@@ -29,6 +29,8 @@ pub(super) struct Builder<'a, H: Host> {
     pub declared_constants: Vec<Declared<'a>>,
     pub used_constants: BTreeSet<String>,
     pub declared_keys: Vec<(Scope, Declared<'a>)>,
+    /// Keys whose declaration is wrong; their uses are not reported, too.
+    pub broken_keys: BTreeSet<String>,
     pub subtrees: BTreeMap<&'a str, Subtree<'a>>,
     pub used_subtrees: BTreeSet<&'a str>,
     /// Subtrees around the node being made.
@@ -55,6 +57,7 @@ impl<'a, H: Host> Builder<'a, H> {
             declared_constants: Vec::new(),
             used_constants: BTreeSet::new(),
             declared_keys: Vec::new(),
+            broken_keys: BTreeSet::new(),
             subtrees: BTreeMap::new(),
             used_subtrees: BTreeSet::new(),
             open: Vec::new(),
@@ -232,6 +235,9 @@ impl<'a, H: Host> Builder<'a, H> {
                 return None;
             }
         };
+        if self.broken_keys.contains(key) {
+            return None;
+        }
         let board = self.board(scope);
         let Some(found) = board.index(key).and_then(|i| board.keys().nth(i)) else {
             let known: Vec<&str> = board.keys().map(|k| k.name.as_str()).collect();

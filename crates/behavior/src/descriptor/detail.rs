@@ -1,30 +1,15 @@
-//! Ports and modifiers of a node in one line.
+//! Ports of a node in one line.
 
 use super::files::get;
 use super::json::{Data, Entry, Value as Json, shortened};
 
-/// Ports and modifiers in one line.
+/// Ports in one line.
 pub(super) fn detail(entries: &[Entry]) -> String {
     let mut parts = Vec::new();
     if let Some(name) = get(entries, "subtree").and_then(Json::as_text) {
         parts.push(shortened(name));
     }
     parts.extend(ports_line(get(entries, "ports")));
-    for modifier in get(entries, "modifiers")
-        .and_then(Json::as_list)
-        .unwrap_or_default()
-    {
-        let name = modifier
-            .get("type")
-            .and_then(Json::as_text)
-            .unwrap_or_default();
-        let mut words = vec![name.to_owned()];
-        words.extend(ports_line(modifier.get("ports")));
-        if let Some(abort) = modifier.get("abort").and_then(Json::as_text) {
-            words.push(format!("abort {abort}"));
-        }
-        parts.push(format!("[{}]", words.join(" ")));
-    }
     parts.join(" ")
 }
 

@@ -220,15 +220,15 @@ fn blackboard<'a, H: Host>(builder: &mut Builder<'a, H>, file: &'a str, entries:
 fn key<'a, H: Host>(builder: &mut Builder<'a, H>, file: &'a str, scope: Scope, entry: &'a Entry) {
     let name = builder.text(file, entry.place, &entry.key);
     let declared = declaration(&mut builder.errors, file, &entry.value);
-    let (Some(name), Some((value_type, default))) = (name, declared) else {
+    let Some(name) = name else { return };
+    let Some((value_type, default)) = declared else {
+        builder.broken_keys.insert(name);
         return;
     };
-    let default = match default {
-        None => None,
-        Some(json) => match builder.literal(file, json, value_type) {
-            None => return,
-            given => given,
-        },
+    let given = default.map(|json| builder.literal(file, json, value_type));
+    let Some(default) = given.map_or(Some(None), |given| given.map(Some)) else {
+        builder.broken_keys.insert(name);
+        return;
     };
     let board = builder.board(scope);
     match board.declare(&name, value_type, default) {

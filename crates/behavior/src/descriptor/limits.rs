@@ -10,7 +10,5 @@ pub const MAX_PORTS: usize = 64;
 pub const MAX_NAME: usize = 128;
 /// Bytes of a text in which constants are replaced.
 pub const MAX_TEXT: usize = 1024;
-/// Nodes of a tree.
-pub const MAX_NODES: usize = 1024;
-/// How deep nodes may be nested.
-pub const MAX_DEPTH: usize = 64;
+
+pub use crate::tree::{MAX_DEPTH, MAX_NODES};

@@ -32,7 +32,7 @@ pub use files::FORMAT;
 
 use crate::board::{Board, Scope};
 use crate::finding::Finding;
-use crate::tree::{Host, Library, Node};
+use crate::tree::{Host, Library, Node, Tree};
 use crate::value::Value;
 use header::Declared;
 use json::Place;
@@ -104,6 +104,34 @@ pub fn read<H: Host>(
         return Err(builder.errors.sorted());
     };
     finish(builder, name, root)
+}
+
+/// Makes the tree of a file. `constants` are those of the instance; they
+/// replace the file's. The keys the tree uses are declared on `shared` and
+/// registered there, if all is well; otherwise `shared` is left as it was.
+///
+/// # Errors
+/// Everything that is wrong with the file and those it includes.
+pub fn load<H: Host>(
+    source: &Source<'_>,
+    library: &Library<H>,
+    constants: &BTreeMap<String, Value>,
+    shared: &mut Board,
+) -> Result<Tree<H>, Errors> {
+    let read = read(source, library, constants, shared)?;
+    match Tree::new(&read.name, read.root, read.local) {
+        Ok(tree) => {
+            *shared = read.shared;
+            Ok(tree)
+        }
+        Err(error) => {
+            let mut errors = Errors::default();
+            for problem in error.problems {
+                errors.push(source.file, Place::START, problem.to_string());
+            }
+            Err(errors)
+        }
+    }
 }
 
 fn finish<H: Host>(

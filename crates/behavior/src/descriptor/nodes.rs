@@ -46,7 +46,7 @@ impl Seat<'_> {
     pub(super) const ROOT: Seat<'static> = Seat {
         parent: "",
         index: 0,
-        depth: 1,
+        depth: 0,
     };
 }
 
@@ -60,7 +60,13 @@ impl<'a, H: Host> Builder<'a, H> {
         json: &'a Json,
         seat: Seat<'_>,
     ) -> Option<Node<H>> {
-        if self.errors.is_full() || self.is_too_large(site, json.place, seat.depth) {
+        if self.errors.is_full() {
+            return None;
+        }
+        let attached = json.get("modifiers").and_then(Json::as_list);
+        let attached = attached.map_or(0, <[Json]>::len);
+        let inner = seat.depth + attached;
+        if self.is_too_large(site, json.place, inner, attached + 1) {
             return None;
         }
         let entries = object(&mut self.errors, site.file, json, "a node", NODE_KEYS)?;
@@ -82,7 +88,7 @@ impl<'a, H: Host> Builder<'a, H> {
         let raw = self.child_list(site, entries);
         self.misplaced(site, entries, &found, raw.len(), at.place);
         let kind = self.node_kind(at, entries, &found, &raw);
-        let children = self.children(at, entries, &found, &raw, seat.depth);
+        let children = self.children(at, entries, &found, &raw, inner);
         let (Some(found), Some(kind), Some(modifiers), Some(children)) =
             (found, kind, modifiers, children)
         else {
@@ -99,17 +105,20 @@ impl<'a, H: Host> Builder<'a, H> {
         })
     }
 
-    fn is_too_large(&mut self, site: &Site<'a>, place: Place, depth: usize) -> bool {
-        if depth > MAX_DEPTH {
-            let message = format!("nodes are nested deeper than {MAX_DEPTH}");
+    /// Counts a node with its modifiers.
+    fn is_too_large(&mut self, site: &Site<'a>, place: Place, depth: usize, count: usize) -> bool {
+        if depth >= MAX_DEPTH {
+            let message =
+                format!("nodes are nested deeper than {MAX_DEPTH} levels, modifiers included");
             self.errors.push(site.file, place, message);
             return true;
         }
-        self.nodes += 1;
-        if self.nodes == MAX_NODES + 1 {
+        let before = self.nodes;
+        self.nodes = before.saturating_add(count);
+        if before <= MAX_NODES && self.nodes > MAX_NODES {
             let message = format!(
-                "the tree has more than {MAX_NODES} nodes, all uses of subtrees counted; \
-                 this is one too many"
+                "the tree has more than {MAX_NODES} nodes, all modifiers and uses of subtrees \
+                 counted; this is one too many"
             );
             self.errors.push(site.file, place, message);
         }
