@@ -1,6 +1,6 @@
-//! Cost of one tick of the stack demo: the bare engine step against the whole
-//! tick with drives, contacts and state. `cargo run --release -p physics-proc
-//! --example step_cost [TICKS]`.
+//! Cost of one tick of a demo at rest: the step of the world, and writing its
+//! state. `cargo run --release -p physics-proc --example step_cost [TICKS
+//! [DEMO]]`.
 #![allow(clippy::print_stdout, reason = "printing is what this program does")]
 
 use std::time::Instant;
@@ -14,7 +14,9 @@ fn main() -> Result<(), WorldError> {
         .nth(1)
         .and_then(|text| text.parse().ok())
         .unwrap_or(20_000);
-    let cell = Cell::load(&Data::embedded(), "franka-stack", 1, None)?;
+    let demo = std::env::args().nth(2);
+    let demo = demo.as_deref().unwrap_or("franka-stack");
+    let cell = Cell::load(&Data::embedded(), demo, 1, None)?;
     let mut world = World::new(&cell)?;
     let mut state = Box::new(WorldState::zeroed());
     let (mut steps, mut writes) = (Vec::new(), Vec::new());
