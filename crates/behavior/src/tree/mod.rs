@@ -20,7 +20,7 @@ pub use engine::Tree;
 pub use error::{Problem, TreeError};
 pub use event::{Event, EventKind};
 pub use flat::Counts;
-pub use leaf::{AnyLeaf, Cx, Halt, Host, Leaf};
+pub use leaf::{AnyLeaf, Cx, Halt, Host, Leaf, any};
 pub use library::{BindError, Binder, Binding, Direction, Library, NodeType, PortSpec};
 pub use spec::{Abort, Kind, Memory, Modifier, Node, OneShotPolicy, ParallelPolicy, Test};
 

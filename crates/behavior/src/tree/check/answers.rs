@@ -1,0 +1,178 @@
+//! What nodes may answer.
+
+use crate::status::Status;
+use crate::tree::spec::{Kind, Modifier, ParallelPolicy};
+use crate::tree::Host;
+
+/// The answers a node may give.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Answers {
+    pub running: bool,
+    pub success: bool,
+    pub failure: bool,
+}
+
+impl Answers {
+    pub(super) const ALL: Self = Self::new(true, true, true);
+    pub(super) const FINAL: Self = Self::new(false, true, true);
+    pub(super) const SUCCESS: Self = Self::new(false, true, false);
+
+    #[allow(clippy::fn_params_excessive_bools, reason = "in the order of the fields")]
+    const fn new(running: bool, success: bool, failure: bool) -> Self {
+        Self {
+            running,
+            success,
+            failure,
+        }
+    }
+
+    fn has(self, status: Status) -> bool {
+        match status {
+            Status::Running => self.running,
+            Status::Success => self.success,
+            Status::Failure => self.failure,
+        }
+    }
+
+    fn set(&mut self, status: Status, may: bool) {
+        match status {
+            Status::Running => self.running = may,
+            Status::Success => self.success = may,
+            Status::Failure => self.failure = may,
+        }
+    }
+
+    fn inverted(self) -> Self {
+        Self::new(self.running, self.failure, self.success)
+    }
+
+    fn running(self) -> Self {
+        Self {
+            running: true,
+            ..self
+        }
+    }
+
+    fn failing(self) -> Self {
+        Self {
+            failure: true,
+            ..self
+        }
+    }
+}
+
+/// What a node without its modifiers may answer, from what its children may.
+/// Leaves are known to the caller.
+pub(super) fn inner<H: Host>(kind: &Kind<H>, children: &[Answers]) -> Answers {
+    let child = children.first().copied().unwrap_or(Answers::ALL);
+    match kind {
+        Kind::Sequence(_) => line(children, Status::Success),
+        Kind::Selector(_) => line(children, Status::Failure),
+        Kind::Parallel(policy) => parallel(policy, children),
+        Kind::Inverter => child.inverted(),
+        Kind::Converter { from, to } => {
+            let mut answers = child;
+            answers.set(*from, false);
+            if child.has(*from) {
+                answers.set(*to, true);
+            }
+            answers
+        }
+        Kind::PassThrough | Kind::Count => child,
+        Kind::Repeat { count } => Answers {
+            success: child.success && count.is_some(),
+            ..child.running()
+        },
+        Kind::Retry { count } => Answers {
+            failure: child.failure && count.is_some(),
+            ..child.running()
+        },
+        Kind::OneShot(_) => child,
+        Kind::Condition(status) => Answers {
+            success: child.has(*status),
+            running: true,
+            failure: false,
+        },
+        Kind::EternalGuard(_) => child.failing(),
+        Kind::Timeout(_) => Answers {
+            failure: child.failure || child.running,
+            ..child
+        },
+        Kind::Wait(_) => Answers::new(true, true, false),
+        Kind::Leaf(_) => Answers::ALL,
+    }
+}
+
+/// Children one after the other as long as they answer `goes_on`.
+fn line(children: &[Answers], goes_on: Status) -> Answers {
+    let ends = match goes_on {
+        Status::Success => Status::Failure,
+        _ => Status::Success,
+    };
+    let mut answers = Answers::new(false, false, false);
+    for child in children {
+        answers.running |= child.running;
+        if child.has(ends) {
+            answers.set(ends, true);
+        }
+        if !child.has(goes_on) {
+            return answers;
+        }
+    }
+    answers.set(goes_on, true);
+    answers
+}
+
+fn parallel(policy: &ParallelPolicy, children: &[Answers]) -> Answers {
+    let needed: Vec<&Answers> = match policy {
+        ParallelPolicy::Selected { children: some, .. } => {
+            some.iter().filter_map(|i| children.get(*i)).collect()
+        }
+        _ => children.iter().collect(),
+    };
+    let success = match policy {
+        ParallelPolicy::One => needed.iter().any(|c| c.success) || children.is_empty(),
+        _ => needed.iter().all(|c| c.success),
+    };
+    Answers {
+        running: children.iter().any(|c| c.running),
+        success,
+        failure: children.iter().any(|c| c.failure),
+    }
+}
+
+/// What is left of `answers` outside the modifiers, the first of which is the
+/// outermost.
+pub(super) fn after<'m>(
+    modifiers: impl DoubleEndedIterator<Item = &'m Modifier>,
+    answers: Answers,
+) -> Answers {
+    modifiers
+        .rev()
+        .fold(answers, |inner, modifier| match modifier {
+            Modifier::Repeat {
+                count,
+                break_on_failure,
+            } => Answers {
+                running: true,
+                success: *count > 0 && (inner.success || !break_on_failure),
+                failure: inner.failure && *break_on_failure,
+            },
+            Modifier::Retry { max, .. } => Answers {
+                failure: inner.failure && *max > 0,
+                ..inner.running()
+            },
+            Modifier::InvertStatus => inner.inverted(),
+            Modifier::ForceStatus(status) => {
+                let mut forced = Answers::new(inner.running, false, false);
+                forced.set(*status, inner.success || inner.failure);
+                forced
+            }
+            Modifier::Delay(_) => inner.running(),
+            Modifier::Timeout(_) => Answers {
+                failure: inner.failure || inner.running,
+                ..inner
+            },
+            Modifier::CheckBlackboard { .. } => inner.failing(),
+        })
+}
