@@ -16,14 +16,17 @@ pub mod operator;
 pub mod output;
 pub mod policy;
 pub mod process;
+pub mod pyramid;
 pub mod reach;
 pub mod record;
 pub mod stack;
+pub mod stack_bt;
 pub mod stack_fsm;
 pub mod stack_ifelse;
 pub mod task;
 pub mod time;
 pub mod tracer;
+pub mod tree_trace;
 
 pub use job::Job;
 pub use observation::Observation;

@@ -8,6 +8,8 @@ use crate::time::PolicyTime;
 /// What a controller says about the goal it follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControllerEcho {
+    /// Tick of the state it answered.
+    pub tick: u64,
     /// 1-based number of the goal the controller has latched.
     pub goal_id: u64,
     /// Start of the task process whose goal that is. Goal ids are kept over a
@@ -24,6 +26,7 @@ pub struct ControllerEcho {
 impl From<&ArmStatus> for ControllerEcho {
     fn from(status: &ArmStatus) -> Self {
         Self {
+            tick: status.header.tick,
             goal_id: status.goal_id,
             goal_generation: status.goal_generation,
             goal_active: status.goal_active == 1,

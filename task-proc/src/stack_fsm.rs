@@ -96,7 +96,7 @@ fn select(tick: &Tick<'_, '_>, job: &mut Job, out: &mut Output) -> Option<PickPl
     if job.failure.is_some() {
         return None;
     }
-    let assignment = selection::decide(tick.setup, &tick.scene, tick.now, job, out)?;
+    let assignment = selection::decide(tick.setup, &tick.scene, tick.now, "decide", job, out)?;
     Some(PickPlaceState::begin(assignment, tick, job))
 }
 
@@ -255,6 +255,7 @@ impl PickPlaceState {
             destination,
             aborted,
             pickup,
+            phase,
         } = found;
         out.log(format_args!(
             "[resume] {} is in the hand",
@@ -273,7 +274,7 @@ impl PickPlaceState {
         );
         state.grip_yaw = pickup.yaw;
         state.pickup = Some(pickup);
-        state.enter(Phase::Lift, tick, job, out);
+        state.enter(phase, tick, job, out);
         state
     }
 }

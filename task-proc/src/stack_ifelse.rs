@@ -126,7 +126,7 @@ impl StackIfElse {
         out: &mut Output,
     ) {
         let setup = Arc::clone(&self.setup);
-        if let Some(next) = selection::decide(&setup, scene, observation.time(), job, out) {
+        if let Some(next) = selection::decide(&setup, scene, observation.time(), "decide", job, out) {
             self.memory.cube = Some(next.cube);
             self.memory.destination = Some(next.destination);
             self.memory.aborted = next.clears;
@@ -287,7 +287,7 @@ impl Policy for StackIfElse {
                 aborted: found.aborted,
                 ..Memory::default()
             };
-            self.enter(Phase::Lift, found.cube, &scene, observation, job, out);
+            self.enter(found.phase, found.cube, &scene, observation, job, out);
         } else {
             recovery::forget_held(job);
         }

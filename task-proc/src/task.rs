@@ -14,9 +14,11 @@ use crate::observation::Observation;
 use crate::operator::{PanelChange, PanelMemory, log_change};
 use crate::output::{Output, TraceLineText};
 use crate::policy::Policy;
+use crate::pyramid::{Json, PyramidError};
 use crate::reach::Follow;
 use crate::record::{self, RECORD_VERSION, RecordError, TaskRecord};
 use crate::stack::{SetupError, StackSetup, geometry};
+use crate::stack_bt::StackBt;
 use crate::stack_fsm::StackFsm;
 use crate::stack_ifelse::StackIfElse;
 use crate::time::{PolicyClock, PolicyTime};
@@ -47,6 +49,14 @@ pub enum TaskError {
         demo: String,
         /// What is wrong.
         source: SetupError,
+    },
+    /// The cell file, or a behaviour it names, does not make a task.
+    #[error("cells/{demo}.toml: {source}")]
+    Pyramid {
+        /// The demo.
+        demo: String,
+        /// What is wrong.
+        source: PyramidError,
     },
     /// Nobody to do it.
     #[error("cells/{demo}.toml has no [[arm]]; a task needs one")]
@@ -86,22 +96,33 @@ impl Task {
         let (policy, grip_force): (Box<dyn Policy>, f64) = match &cell.task {
             TaskSpec::Stack(spec) => {
                 let base = Vector2::new(arm.base.translation.x, arm.base.translation.y);
-                let setup = StackSetup::new(spec, &spawn_places(cell), base).map_err(|source| {
-                    TaskError::Setup {
-                        demo: cell.name.clone(),
-                        source,
-                    }
-                })?;
+                let broken = |source| TaskError::Setup {
+                    demo: cell.name.clone(),
+                    source,
+                };
+                let setup = StackSetup::new(spec, &spawn_places(cell), base).map_err(broken)?;
                 let setup = Arc::new(setup);
                 let policy: Box<dyn Policy> = match policy {
                     StackFsm::NAME => Box::new(StackFsm::new(setup)),
                     StackIfElse::NAME => Box::new(StackIfElse::new(setup)),
-                    _ => return Err(unknown(cell, policy, &[StackFsm::NAME, StackIfElse::NAME])),
+                    StackBt::NAME => Box::new(StackBt::new(setup).map_err(broken)?),
+                    _ => {
+                        let known = [StackFsm::NAME, StackIfElse::NAME, StackBt::NAME];
+                        return Err(unknown(cell, policy, &known));
+                    }
                 };
                 (policy, spec.grip_force_n)
             }
-            // No policy of this program takes a pyramid apart yet.
-            TaskSpec::Pyramid(_) => return Err(unknown(cell, policy, &[])),
+            TaskSpec::Pyramid(spec) => match policy {
+                Json::NAME => {
+                    let policy = Json::new(spec, cell).map_err(|source| TaskError::Pyramid {
+                        demo: cell.name.clone(),
+                        source,
+                    })?;
+                    (Box::new(policy), spec.grip_force_n)
+                }
+                _ => return Err(unknown(cell, policy, &[Json::NAME])),
+            },
             TaskSpec::Reach(spec) => {
                 let force = robot_force.unwrap_or(DEFAULT_GRIP_FORCE_N);
                 match policy {
@@ -279,6 +300,8 @@ impl Task {
         }
         if change.start && self.job.failure.is_some() {
             self.job.retry();
+            // Something may still be in the hand.
+            self.unsure = true;
             self.out.lifecycle(format_args!("[task] started again"));
         }
         if change.resume {

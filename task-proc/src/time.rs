@@ -26,6 +26,11 @@ impl PolicyTime {
         Self((seconds * TICKS_PER_SECOND).round() as u64)
     }
 
+    /// Whole ticks of 1 ms.
+    pub const fn ticks(self) -> u64 {
+        self.0
+    }
+
     /// Seconds.
     pub fn seconds(self) -> f64 {
         self.0 as f64 / TICKS_PER_SECOND

@@ -174,5 +174,5 @@ fn an_unknown_policy_gets_advice() {
         message("fms"),
         "there is no policy 'fms' for demo 'franka-stack'; did you mean 'fsm'?"
     );
-    assert!(message("zzz").ends_with("known are: fsm, ifelse"));
+    assert!(message("zzz").ends_with("known are: fsm, ifelse, bt"));
 }

@@ -1,10 +1,12 @@
 //! Finding out what is in the hand when memory and world may differ.
 
 use super::geometry::nearest_quarter;
-use super::recovery::{at_goal, dropped};
+use super::phase::Phase;
+use super::recovery::dropped;
 use super::scene::Scene;
 use super::setup::StackSetup;
 use crate::job::{Job, Place};
+use nalgebra::Vector3;
 
 /// A cube found in the hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,16 +19,17 @@ pub struct InHand {
     pub aborted: bool,
     /// Where it would have been picked up to hang where it hangs.
     pub pickup: Place,
+    /// What comes next: LIFT, or LOWER where it is at its goal already.
+    pub phase: Phase,
 }
 
-/// The cube in the hand, unless it is at its goal already: what physics says
-/// about the fingers' contacts, else what the record says, if the cube is near
+/// The cube in the hand: what physics says about the fingers' contacts, else what the record says, if the cube is near
 /// the TCP. A record that agrees also says where the cube goes.
 pub fn in_hand(setup: &StackSetup, scene: &Scene, job: &Job) -> Option<InHand> {
     let remembered = job.held.and_then(|object| setup.cube_of_object(object));
     let cube = scene.held.or(remembered)?;
     let spec = setup.cube(cube)?;
-    if dropped(setup, scene, cube) || at_goal(setup, scene, cube) {
+    if dropped(setup, scene, cube) {
         return None;
     }
     let (destination, aborted) = match job.destination {
@@ -45,5 +48,17 @@ pub fn in_hand(setup: &StackSetup, scene: &Scene, job: &Job) -> Option<InHand> {
         destination,
         aborted,
         pickup,
+        phase: if is_there(setup, scene, cube, destination) {
+            Phase::Lower
+        } else {
+            Phase::Lift
+        },
     })
+}
+
+/// Whether a cube is where it is being carried, so that there is nothing to
+/// lift it over any more.
+pub fn is_there(setup: &StackSetup, scene: &Scene, cube: usize, destination: Place) -> bool {
+    let offset = scene.cube(cube).position - Vector3::from(destination.position);
+    offset.norm() < setup.spec.goal_tolerance_m
 }

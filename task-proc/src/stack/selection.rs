@@ -64,12 +64,13 @@ pub fn destination_lost(setup: &StackSetup, scene: &Scene, cube: usize) -> bool 
     stack_below_broken(setup, scene, cube) || setup.cube(cube).is_some_and(|c| taken(c.goal))
 }
 
-/// Selects, and notes what came of it: the log line, the wait for a cube out of
+/// Selects, and notes what came of it: the log line, which begins with `verb`, the wait for a cube out of
 /// reach, the end of the job. `None`: nothing to move now.
 pub fn decide(
     setup: &StackSetup,
     scene: &Scene,
     now: PolicyTime,
+    verb: &str,
     job: &mut Job,
     out: &mut Output,
 ) -> Option<Assignment> {
@@ -77,11 +78,10 @@ pub fn decide(
     if !matches!(selection, Selection::OutOfReach(_)) {
         job.unreachable_since = None;
     }
-    let was_done = std::mem::replace(&mut job.done, selection == Selection::AllPlaced);
+    note_all_placed(selection == Selection::AllPlaced, job, out);
     match selection {
-        Selection::AllPlaced if was_done => {}
-        Selection::AllPlaced => out.log(format_args!("[decide] -> all stacked")),
-        Selection::Move(assignment) => return Some(announce(setup, assignment, job, out)),
+        Selection::AllPlaced => {}
+        Selection::Move(assignment) => return Some(announce(setup, assignment, verb, job, out)),
         Selection::OutOfReach(cube) => wait(setup, cube, now, job, out),
         Selection::Fallen(cube) => {
             out.log(format_args!(
@@ -94,18 +94,28 @@ pub fn decide(
     None
 }
 
+/// Notes whether every cube is at its goal, and says so when it has just become
+/// true.
+pub fn note_all_placed(all: bool, job: &mut Job, out: &mut Output) {
+    if all && !job.done {
+        out.log(format_args!("[decide] -> all stacked"));
+    }
+    job.done = all;
+}
+
 fn announce(
     setup: &StackSetup,
     assignment: Assignment,
+    verb: &str,
     job: &mut Job,
     out: &mut Output,
 ) -> Assignment {
     let name = setup.name(assignment.cube);
     if assignment.clears {
         job.counters.recoveries += 1;
-        out.log(format_args!("[decide] -> clear {name}"));
+        out.log(format_args!("[{verb}] -> clear {name}"));
     } else {
-        out.log(format_args!("[decide] -> stack {name}"));
+        out.log(format_args!("[{verb}] -> stack {name}"));
     }
     assignment
 }

@@ -1,0 +1,42 @@
+//! A task that is dropped and made anew from its record at every decision of a
+//! whole job does not change one bit of what happens.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use cell_model::run_spec::RunSpec;
+use cell_sim::{OneProcess, eval, run};
+use ipc_types::DECISION_TICKS;
+use ipc_types::decision::Outcome;
+
+/// Hash of the last state; with `restart`, the task never lives longer than
+/// one decision.
+fn hash(spec: &RunSpec, restart: bool) -> (u64, u64) {
+    let cell = run::cell_of(spec).unwrap();
+    let mut sim = OneProcess::new(spec, cell).unwrap();
+    while sim.tick().unwrap() {
+        let tick = sim.state().header.tick;
+        if restart && tick.is_multiple_of(DECISION_TICKS) {
+            sim.restart_task().unwrap();
+        }
+    }
+    assert_eq!(sim.decision().outcome, Outcome::Done.code());
+    (sim.state().header.tick, sim.state().state_hash)
+}
+
+fn assert_unnoticed(demo: &str, policy: &str, script: &str) {
+    let mut spec = eval::template(demo, policy);
+    spec.seed = 4;
+    spec.script = cell_model::script::parse(script, "script").unwrap();
+    spec.time_limit_s = Some(300.0);
+    assert_eq!(hash(&spec, false), hash(&spec, true), "{demo} {policy}");
+}
+
+const DRAG: &str = r#"{"at_phase": "TRANSPORT", "nth": 2, "after_s": 0.3, "do": "drag", "object": "red_cube", "to": [0.40, 0.35, 0.025]}"#;
+
+#[test]
+fn of_every_stacking_policy_disturbed_and_not() {
+    for policy in ["fsm", "ifelse", "bt"] {
+        for script in ["", DRAG] {
+            assert_unnoticed("franka-stack", policy, script);
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! The phase shown to people and scripts: the leaf that was entered last, by
+//! either arm, as `LEFT_LIFT`.
+
+use behavior::Graph;
+use ipc_types::Text;
+use serde::{Deserialize, Serialize};
+
+/// Bytes of a phase's name.
+pub(super) type Phase = Text<32>;
+
+/// Which leaf each arm is at, and which of them is shown. When both arms enter
+/// one in the same decision, the second is shown one decision later, so that a
+/// script sees every entry.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Shown {
+    /// Node by arm.
+    at: Vec<Option<usize>>,
+    /// Arms whose entry was not shown yet, the oldest first.
+    waiting: Vec<usize>,
+    /// The arm that is shown.
+    arm: Option<usize>,
+}
+
+impl Shown {
+    pub(super) fn new(arms: usize) -> Self {
+        Self {
+            at: vec![None; arms],
+            waiting: Vec::with_capacity(arms),
+            arm: None,
+        }
+    }
+
+    /// Notes the leaf `arm` is at after its tick.
+    pub(super) fn note(&mut self, arm: usize, node: Option<usize>) {
+        let Some(at) = self.at.get_mut(arm) else {
+            return;
+        };
+        if *at == node {
+            return;
+        }
+        *at = node;
+        if node.is_some() && !self.waiting.contains(&arm) {
+            self.waiting.push(arm);
+        }
+    }
+
+    /// Moves on to the next entry; whether there was one.
+    pub(super) fn advance(&mut self) -> bool {
+        if self.waiting.is_empty() {
+            return false;
+        }
+        self.arm = Some(self.waiting.remove(0));
+        true
+    }
+
+    /// The arm and the node that are shown.
+    pub(super) fn current(&self) -> Option<(usize, usize)> {
+        let arm = self.arm?;
+        Some((arm, (*self.at.get(arm)?)?))
+    }
+
+    /// Forgets nodes beyond those of trees with so many nodes each: the
+    /// description was changed.
+    pub(super) fn fit(&mut self, nodes: &[usize]) {
+        self.at.resize(nodes.len(), None);
+        for (at, count) in self.at.iter_mut().zip(nodes) {
+            *at = at.filter(|node| node < count);
+        }
+        self.waiting.retain(|arm| *arm < nodes.len());
+    }
+}
+
+/// Name of the phase of each node of a tree of `robot`.
+pub(super) fn names(robot: &str, graph: &Graph) -> Vec<Phase> {
+    let plain = |c: char| {
+        if c.is_ascii_alphanumeric() {
+            c.to_ascii_uppercase()
+        } else {
+            '_'
+        }
+    };
+    let name = |name: &str| -> Phase {
+        let text: String = format!("{robot}_{name}").chars().map(plain).collect();
+        Text::new(&text)
+    };
+    graph.nodes.iter().map(|node| name(&node.name)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_entries_of_one_decision_are_shown_one_after_the_other() {
+        let mut shown = Shown::new(2);
+        shown.note(0, Some(3));
+        shown.note(1, Some(4));
+        assert!(shown.advance());
+        assert_eq!(shown.current(), Some((0, 3)));
+        shown.note(0, Some(3));
+        assert!(shown.advance());
+        assert_eq!(shown.current(), Some((1, 4)));
+        assert!(!shown.advance());
+        assert_eq!(shown.current(), Some((1, 4)));
+    }
+}
