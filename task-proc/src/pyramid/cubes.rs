@@ -61,12 +61,7 @@ impl Cubes {
             placed_word: word("placed"),
             states,
             placed: keys::placed_set(binder)?,
-            current: keys::local(
-                binder,
-                keys::CURRENT_CUBE,
-                Some(Str::EMPTY),
-                Access::Write,
-            )?,
+            current: keys::local(binder, keys::CURRENT_CUBE, Some(Str::EMPTY), Access::Write)?,
         })
     }
 
@@ -133,11 +128,7 @@ impl Cubes {
     }
 
     /// Adds a cube to the arm's stack; once more changes nothing.
-    pub(super) fn mark_placed(
-        &self,
-        cx: &mut Context<'_, '_>,
-        cube: usize,
-    ) -> Result<Set, Fault> {
+    pub(super) fn mark_placed(&self, cx: &mut Context<'_, '_>, cube: usize) -> Result<Set, Fault> {
         let set = self.placed(cx)?.with(number(cube));
         cx.set(&self.placed, set)?;
         self.set_state(cx, cube, CubeState::Placed)?;

@@ -187,8 +187,8 @@ impl<'w> World<'w> {
 /// Whether `arm` is seen, has no fault, and its controller answers.
 pub(super) fn is_alive(observation: &Observation<'_>, arm: usize) -> bool {
     let works = observation.arm(arm).is_some_and(|a| a.fault == 0);
-    let heard = observation.echo(arm).is_some_and(|echo| {
-        observation.sample_id().saturating_sub(echo.tick) <= ECHO_LIMIT_TICKS
-    });
+    let heard = observation
+        .echo(arm)
+        .is_some_and(|echo| observation.sample_id().saturating_sub(echo.tick) <= ECHO_LIMIT_TICKS);
     works && heard
 }

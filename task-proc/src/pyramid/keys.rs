@@ -1,9 +1,9 @@
 //! The blackboard keys of the trees, and how nodes get a hold of them.
 
+use behavior::Str;
 use behavior::board::{Access, Fault, Out, Scope};
 use behavior::tree::{BindError, Binder};
 use behavior::value::{Plain, Set};
-use behavior::Str;
 
 use super::host::Context;
 

@@ -222,7 +222,9 @@ impl Json {
             else {
                 continue;
             };
-            let key = board.keys().position(|k| is_placed_key(&k.name, spec.name.as_str()));
+            let key = board
+                .keys()
+                .position(|k| is_placed_key(&k.name, spec.name.as_str()));
             let Some(Value::Set(set)) = key.and_then(|key| board.value(key)) else {
                 continue;
             };
@@ -380,9 +382,10 @@ impl Policy for Json {
             });
             if let Some(held) = held {
                 let name = self.setup.cube_name(held);
-                world
-                    .out
-                    .log(format_args!("[resume] {}: {name} is in the hand", spec.name));
+                world.out.log(format_args!(
+                    "[resume] {}: {name} is in the hand",
+                    spec.name
+                ));
             }
             let flag = board.index(&keys::recovery_requested(spec.name.as_str()));
             if let (Some(_), None, Some(flag)) = (carried, held, flag) {

@@ -202,4 +202,3 @@ pub(super) fn from_numbers([x, y, z, w, i, j, k]: Numbers) -> Pose {
 pub(super) fn has(stack: Set, count: i64) -> bool {
     i64::from(stack.len()) >= count
 }
-

@@ -105,12 +105,7 @@ impl AcquireCube {
         Ok(first)
     }
 
-    fn reserve(
-        &self,
-        cx: &mut Context<'_, '_>,
-        cube: usize,
-        stack: Set,
-    ) -> Result<Status, Fault> {
+    fn reserve(&self, cx: &mut Context<'_, '_>, cube: usize, stack: Set) -> Result<Status, Fault> {
         let name = cx.world.setup.cube_name(cube);
         let arm = self.cubes.me();
         let goal = match cx.world.arm_setup() {
@@ -118,9 +113,9 @@ impl AcquireCube {
             None => return Ok(Status::Failure),
         };
         if !self.targets.aim(cx, cube, goal)? {
-            cx.world
-                .out
-                .log(format_args!("[error] {arm}: the pose of {name} is not known"));
+            cx.world.out.log(format_args!(
+                "[error] {arm}: the pose of {name} is not known"
+            ));
             return Ok(Status::Failure);
         }
         self.recovery.clear(cx)?;

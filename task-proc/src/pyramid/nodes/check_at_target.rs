@@ -29,10 +29,7 @@ pub(in crate::pyramid) fn node_type() -> NodeType<PyramidHost> {
     .aliases(&["FrankaCheckObjectAtTarget"])
     .keywords(&["verify", "place", "goal"])
     .input::<Str>("object", "name of the object")
-    .input::<Numbers>(
-        "target",
-        "pose of its centre: x y z (m) and w x y z, world",
-    )
+    .input::<Numbers>("target", "pose of its centre: x y z (m) and w x y z, world")
     .input_or("xy_tolerance", 0.05, "distance in the plane at most (m)")
     .within(1.0e-4, 10.0)
     .input_or(

@@ -46,7 +46,11 @@ pub(in crate::pyramid) fn node_type() -> NodeType<PyramidHost> {
     .aliases(&["FrankaMoveToTarget"])
     .keywords(&["motion", "reach", "pose", "go"])
     .input::<Numbers>("target", "pose of the TCP: x y z (m) and w x y z, world")
-    .input_or("position_tolerance", 0.01, "there when nearer than this (m)")
+    .input_or(
+        "position_tolerance",
+        0.01,
+        "there when nearer than this (m)",
+    )
     .within(1.0e-4, 1.0)
     .input_or(
         "orientation_tolerance",
@@ -59,7 +63,11 @@ pub(in crate::pyramid) fn node_type() -> NodeType<PyramidHost> {
         true,
         "takes the target's orientation; otherwise straight down, turned by yaw",
     )
-    .input_or("yaw", 0.0, "turn of the hand about the vertical axis (degrees)")
+    .input_or(
+        "yaw",
+        0.0,
+        "turn of the hand about the vertical axis (degrees)",
+    )
     .within(-360.0, 360.0)
     .input_or(
         "monitor_pickup_motion",
@@ -187,7 +195,10 @@ impl Leaf<PyramidHost> for MoveToTarget {
         cx.world.go(state.key, target, gripper);
         let position = cx.get(&self.position_tolerance)?;
         let orientation = cx.get(&self.orientation_tolerance)?;
-        if cx.world.has_reached(state.key, &target, position, orientation) {
+        if cx
+            .world
+            .has_reached(state.key, &target, position, orientation)
+        {
             return Ok(Status::Success);
         }
         if state.alarm.is_due(cx.now, cx.get(&self.warning)?) {

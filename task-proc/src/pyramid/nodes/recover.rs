@@ -64,7 +64,11 @@ pub(in crate::pyramid) fn node_type(setup: &Arc<PyramidSetup>) -> NodeType<Pyram
     .within(1.0e-4, 1.0)
     .input_or("staging_height", 0.20, "TCP above the cube's centre (m)")
     .within(0.0, 1.0)
-    .input_or("position_tolerance", 0.025, "there when nearer than this (m)")
+    .input_or(
+        "position_tolerance",
+        0.025,
+        "there when nearer than this (m)",
+    )
     .within(1.0e-4, 1.0)
     .input_or("stable_time", 0.20, "time the cube has to lie still (s)")
     .within(0.0, 60.0)
@@ -134,10 +138,9 @@ impl RecoverCube {
         cx.world
             .go(state.key, targets::down(staging, yaw), GripperGoal::Open);
         let tolerance = cx.get(&self.position_tolerance)?;
-        let error = cx
-            .world
-            .tcp()
-            .map_or(f64::INFINITY, |t| (Vector3::from(t.position) - staging).norm());
+        let error = cx.world.tcp().map_or(f64::INFINITY, |t| {
+            (Vector3::from(t.position) - staging).norm()
+        });
         Ok(reachable && error <= tolerance)
     }
 
@@ -166,9 +169,9 @@ impl RecoverCube {
         } else {
             "is out of reach"
         };
-        cx.world
-            .out
-            .log(format_args!("[warning] {arm}: {name} {why}, waiting for it"));
+        cx.world.out.log(format_args!(
+            "[warning] {arm}: {name} {why}, waiting for it"
+        ));
     }
 
     /// The end of a recovery. A cube that something lies on is left to itself:

@@ -1,9 +1,9 @@
 //! `FrankaReset`: finds the robot and begins with what is seen.
 
 use behavior::Status;
+use behavior::Str;
 use behavior::board::{Access, Fault, In, Out};
 use behavior::tree::{BindError, Binder, Leaf, NodeType};
-use behavior::Str;
 use ipc_types::GripperGoal;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

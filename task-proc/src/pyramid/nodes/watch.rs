@@ -47,11 +47,7 @@ impl Watch {
     /// Whether the cube is further than `movement` (m) from where it was when
     /// its targets were made; asks for a recovery then. A cube that is not seen
     /// has moved.
-    pub(super) fn has_moved(
-        &self,
-        cx: &mut Context<'_, '_>,
-        movement: f64,
-    ) -> Result<bool, Fault> {
+    pub(super) fn has_moved(&self, cx: &mut Context<'_, '_>, movement: f64) -> Result<bool, Fault> {
         let Some(cube) = self.cube(cx)? else {
             return Ok(false);
         };

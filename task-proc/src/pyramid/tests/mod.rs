@@ -205,7 +205,8 @@ impl Bench {
     fn works_at(&mut self, cube: usize, targets: &[&str], pose: Pose) {
         let name = Value::Text(self.setup.cube_name(cube));
         let here = self.state.objects[cube].pose.position;
-        let numbers = |values: &[f64]| Value::Numbers(behavior::value::Numbers::new(values).unwrap());
+        let numbers =
+            |values: &[f64]| Value::Numbers(behavior::value::Numbers::new(values).unwrap());
         self.set_local("current_cube", name);
         self.set_local("pickup_reference", numbers(&here));
         for target in targets {
@@ -248,7 +249,9 @@ fn grow(
 }
 
 fn set_of(cubes: &[u32]) -> Value {
-    let set = cubes.iter().fold(Set::default(), |set, cube| set.with(*cube));
+    let set = cubes
+        .iter()
+        .fold(Set::default(), |set, cube| set.with(*cube));
     Value::Set(set)
 }
 

@@ -56,13 +56,10 @@ fn a_cube_that_does_not_stand_there_is_not_counted() {
 
 #[test]
 fn n27_lifted_means_high_and_in_the_hand() {
-    for (height, apart, lifted) in [
-        (0.15, 0.05, true),
-        (0.149, 0.0, false),
-        (0.3, 0.051, false),
-    ] {
+    for (height, apart, lifted) in [(0.15, 0.05, true), (0.149, 0.0, false), (0.3, 0.051, false)] {
         for recover in [false, true] {
-            let ports = json!({"object": {"bb": "local.current_cube"}, "recover_on_failure": recover});
+            let ports =
+                json!({"object": {"bb": "local.current_cube"}, "recover_on_failure": recover});
             let mut bench = Bench::new(LEFT, json!({"type": "CheckObjectLifted", "ports": ports}));
             bench.works_at(0, &[], pose(0.0, 0.0, 0.0));
             *bench.cube(0) = [0.5, 0.0, height];
@@ -90,7 +87,11 @@ fn n28_at_the_target_means_near_in_the_plane_and_in_its_layer() {
         let mut bench = Bench::new(LEFT, json!({"type": "CheckObjectAtTarget", "ports": ports}));
         bench.works_at(3, &["object_goal"], pose(0.46, -0.28, 0.075));
         *bench.cube(3) = [x, -0.28, z];
-        let expected = if there { Status::Success } else { Status::Running };
+        let expected = if there {
+            Status::Success
+        } else {
+            Status::Running
+        };
         assert_eq!(bench.tick(), expected, "{x} {z}");
         assert_eq!(bench.recovery(), !there);
     }

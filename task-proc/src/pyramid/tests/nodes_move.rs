@@ -35,7 +35,10 @@ fn n09_a_cube_that_moved_stops_the_motion_and_asks_for_a_recovery() {
         assert_eq!(bench.tick(), Status::Running);
         assert!(bench.holds_still() && bench.recovery());
     }
-    assert_eq!((bench.count("[recover]"), bench.counters.recoveries), (1, 1));
+    assert_eq!(
+        (bench.count("[recover]"), bench.counters.recoveries),
+        (1, 1)
+    );
 }
 
 #[test]
