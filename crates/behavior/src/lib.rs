@@ -21,6 +21,7 @@ pub mod status;
 pub mod suggest;
 pub mod tree;
 pub mod value;
+pub mod views;
 
 pub use finding::Finding;
 pub use graph::Graph;

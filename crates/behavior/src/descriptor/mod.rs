@@ -32,7 +32,7 @@ pub use files::FORMAT;
 
 use crate::board::{Board, Scope};
 use crate::finding::Finding;
-use crate::tree::{Host, Library, Node, Tree};
+use crate::tree::{self, Host, Library, Node, Tree};
 use crate::value::Value;
 use header::Declared;
 use json::Place;
@@ -132,6 +132,27 @@ pub fn load<H: Host>(
             Err(errors)
         }
     }
+}
+
+/// What is probably not meant in a file that is read without errors.
+///
+/// # Errors
+/// As [`load`].
+pub fn check<H: Host>(
+    source: &Source<'_>,
+    library: &Library<H>,
+    constants: &BTreeMap<String, Value>,
+    shared: &Board,
+) -> Result<Vec<Finding>, Errors> {
+    let read = read(source, library, constants, shared)?;
+    let mut findings = read.findings;
+    findings.extend(tree::check::check(
+        &read.root,
+        &read.local,
+        &read.shared,
+        library,
+    ));
+    Ok(findings)
 }
 
 fn finish<H: Host>(

@@ -202,14 +202,7 @@ impl<'a, H: Host> Builder<'a, H> {
                 "" => format!("{}{type_name}", site.prefix),
                 parent => format!("{parent}/{}:{}", seat.index, shortened(type_name)),
             };
-            self.findings.push(Finding {
-                rule: "missing_id",
-                place: format!("{}:{}:{}", site.file, json.place.line, json.place.column),
-                message: format!(
-                    "{} has no id; state is carried over by ids, so give it one that stays",
-                    shortened(type_name)
-                ),
-            });
+            self.missing_id(site, json.place, type_name);
             return self.unique(site, json.place, id);
         };
         let text = value.as_text().unwrap_or_default();
@@ -222,6 +215,21 @@ impl<'a, H: Host> Builder<'a, H> {
             self.errors.push(site.file, value.place, message);
         }
         self.unique(site, value.place, format!("{}{text}", site.prefix))
+    }
+
+    fn missing_id(&mut self, site: &Site<'a>, place: Place, type_name: &str) {
+        let finding = Finding {
+            rule: "missing_id",
+            place: format!("{}:{}:{}", site.file, place.line, place.column),
+            message: format!(
+                "{} has no id; state is carried over by ids, so give it one that stays",
+                shortened(type_name)
+            ),
+        };
+        // A subtree is read once for each use.
+        if !self.findings.contains(&finding) {
+            self.findings.push(finding);
+        }
     }
 
     fn unique(&mut self, site: &Site<'a>, place: Place, id: String) -> String {

@@ -69,7 +69,11 @@ impl Look {
             .enumerate()
             .map(|(index, child)| {
                 let later = index + 1 < count;
-                let followed = if in_sequence { later || followed } else { followed };
+                let followed = if in_sequence {
+                    later || followed
+                } else {
+                    followed
+                };
                 self.node(child, followed)
             })
             .collect();

@@ -1,5 +1,6 @@
 //! Behaviour trees.
 
+pub mod check;
 mod composite;
 mod decorator;
 mod engine;

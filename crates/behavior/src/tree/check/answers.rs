@@ -1,8 +1,8 @@
 //! What nodes may answer.
 
 use crate::status::Status;
-use crate::tree::spec::{Kind, Modifier, ParallelPolicy};
 use crate::tree::Host;
+use crate::tree::spec::{Kind, Modifier, ParallelPolicy};
 
 /// The answers a node may give.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,7 +17,10 @@ impl Answers {
     pub(super) const FINAL: Self = Self::new(false, true, true);
     pub(super) const SUCCESS: Self = Self::new(false, true, false);
 
-    #[allow(clippy::fn_params_excessive_bools, reason = "in the order of the fields")]
+    #[allow(
+        clippy::fn_params_excessive_bools,
+        reason = "in the order of the fields"
+    )]
     const fn new(running: bool, success: bool, failure: bool) -> Self {
         Self {
             running,
