@@ -55,6 +55,29 @@ impl Problems {
     }
 }
 
+impl Problems {
+    /// Those of reading and those of compiling a file. What has no place of its
+    /// own is about the whole file.
+    pub(crate) fn join<T>(
+        file: &str,
+        reading: Vec<Problem>,
+        compiled: Result<T, Self>,
+    ) -> Result<T, Self> {
+        let compiling = match compiled {
+            Ok(table) if reading.is_empty() => return Ok(table),
+            Ok(_) => Vec::new(),
+            Err(wrong) => wrong.list,
+        };
+        let mut all = [reading, compiling].concat();
+        for problem in &mut all {
+            if problem.place.line == 0 {
+                problem.place = Place { line: 1, column: 1 };
+            }
+        }
+        Err(Self::new(file, all))
+    }
+}
+
 impl std::fmt::Display for Problems {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for (index, problem) in self.list.iter().enumerate() {

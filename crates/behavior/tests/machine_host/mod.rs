@@ -113,7 +113,11 @@ pub(crate) fn machine(definition: &Definition) -> Machine {
     Machine::new(Arc::new(definition.compile(&VOCABULARY).unwrap()))
 }
 
-pub(crate) fn fire(machine: &mut Machine, trigger: &str, host: &mut Host) -> Result<bool, TriggerError> {
+pub(crate) fn fire(
+    machine: &mut Machine,
+    trigger: &str,
+    host: &mut Host,
+) -> Result<bool, TriggerError> {
     let id = machine.table().trigger(trigger).unwrap();
     machine.trigger(id, host).map(|fired| fired.taken)
 }

@@ -63,11 +63,7 @@ impl Definition {
     /// Every mistake at once, in the order of the text.
     pub fn load(file: &str, text: &str, vocabulary: &Vocabulary<'_>) -> Result<Table, Problems> {
         let (definition, problems) = Self::read_part(file, text)?;
-        match (definition.compile(vocabulary), problems.0.is_empty()) {
-            (Ok(table), _) => problems.finish(file, table),
-            (Err(wrong), true) => Err(wrong),
-            (Err(wrong), false) => Err(Problems::new(file, [problems.0, wrong.list].concat())),
-        }
+        Problems::join(file, problems.0, definition.compile(vocabulary))
     }
 
     fn read_part(file: &str, text: &str) -> Result<(Self, Collector), Problems> {
