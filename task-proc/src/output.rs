@@ -9,6 +9,9 @@ use ipc_types::{ArmGoal, Decision, GripperGoal, MAX_ARMS, MAX_JOINTS, Pose, Text
 
 use crate::goal_book::{GoalBook, PreviousGoal};
 
+/// Lines of one decision that are kept without asking for memory.
+pub const ROOM_FOR_LINES: usize = 512;
+
 /// One line of the task's trace, see [`ipc_types::TraceLine`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TraceLineText {
@@ -81,6 +84,7 @@ impl Output {
     pub(crate) fn begin(&mut self) {
         self.intents = [ArmIntent::default(); MAX_ARMS];
         self.lines.clear();
+        self.lines.reserve(ROOM_FOR_LINES);
         self.phase = Text::EMPTY;
         self.outcome = Outcome::Running;
         self.reason = "";

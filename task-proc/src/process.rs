@@ -13,7 +13,7 @@ use ipc_types::{
 };
 
 use crate::memory::{Memory, MemoryError};
-use crate::output::TraceLineText;
+use crate::output::{ROOM_FOR_LINES, TraceLineText};
 use crate::{Task, TaskError};
 
 /// Longest sleep between two looks at the state.
@@ -94,7 +94,7 @@ impl TaskProcess {
             statuses,
             decision: bus.publisher(TopicId::Decision)?,
             trace: bus.publisher(TopicId::Trace)?,
-            lines: Vec::with_capacity(16),
+            lines: Vec::with_capacity(ROOM_FOR_LINES),
             bells,
             sleeper: bus.sleeper(Process::Task)?,
             health: HealthReporter::new(bus, Process::Task, false)?,

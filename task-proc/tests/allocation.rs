@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{BOTH, FakeCell};
+use common::{ALL, BOTH, FakeCell};
 use ipc_types::Wire;
 use ipc_types::decision::Outcome;
 
@@ -11,10 +11,10 @@ static ALLOCATOR: cell_rt::alloc::Counting = cell_rt::alloc::Counting;
 
 #[test]
 fn a_whole_job_is_decided_without_an_allocation() {
-    for policy in BOTH {
+    for policy in ALL {
         let mut cell = FakeCell::stack(policy);
         let status = Box::new(ipc_types::ArmStatus::zeroed());
-        let mut trace = Vec::with_capacity(64);
+        let mut trace = Vec::with_capacity(task_proc::output::ROOM_FOR_LINES);
         // Lines are collected in a list that grows with the first ones.
         cell.run_until(60.0, |c| c.phase() == "APPROACH");
         let mut taken = 0;

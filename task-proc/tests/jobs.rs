@@ -2,13 +2,13 @@
 
 mod common;
 
-use common::{BLUE, BOTH, FakeCell, GREEN, RED, YELLOW, minus, norm};
+use common::{ALL, BLUE, BOTH, FakeCell, GREEN, RED, YELLOW, minus, norm};
 use ipc_types::GripperGoal;
 use ipc_types::decision::{GoalKind, Outcome};
 
 #[test]
 fn four_cubes_are_stacked_in_order_and_nothing_is_dropped() {
-    for policy in BOTH {
+    for policy in ALL {
         for seed in 0..5 {
             let mut cell = FakeCell::new("franka-stack", policy, seed);
             cell.run_until(150.0, |c| {
@@ -76,7 +76,7 @@ fn both_policies_give_the_same_commands_for_the_same_disturbances() {
 
 #[test]
 fn the_bottom_cube_dragged_away_sends_the_held_one_back_and_comes_first() {
-    for policy in BOTH {
+    for policy in ALL {
         for phase in ["GRASP", "LIFT", "TRANSPORT"] {
             let mut cell = FakeCell::stack(policy);
             cell.run_until_carrying(BLUE, phase);
@@ -101,7 +101,25 @@ fn the_bottom_cube_dragged_away_sends_the_held_one_back_and_comes_first() {
 }
 
 #[test]
+fn a_cube_that_drifts_during_the_approach_makes_the_tree_pick_it_up_anew() {
+    let mut cell = FakeCell::stack("bt");
+    cell.run_until(60.0, |c| c.phase() == "APPROACH");
+    cell.drag(RED, [0.35, 0.0, 0.025]);
+    // What was decided is said in the tick that fails, too.
+    cell.step();
+    assert_eq!((cell.phase(), cell.decision.resyncs), ("APPROACH", 1));
+    cell.step();
+    assert_eq!(cell.phase(), "PRE_GRASP");
+    cell.run_to_done();
+    assert_eq!(
+        cell.count("[Approach] target drifted, restarting pickup"),
+        1
+    );
+}
+
+#[test]
 fn a_cube_dragged_while_it_is_approached_is_picked_up_anew() {
+    // The tree looks for that in the approach only.
     for policy in BOTH {
         for phase in ["PRE_GRASP", "APPROACH"] {
             let mut cell = FakeCell::stack(policy);
@@ -117,7 +135,7 @@ fn a_cube_dragged_while_it_is_approached_is_picked_up_anew() {
 
 #[test]
 fn a_cube_pulled_out_of_the_hand_is_let_go_and_picked_up_again() {
-    for policy in BOTH {
+    for policy in ALL {
         for phase in ["LIFT", "TRANSPORT", "LOWER"] {
             let mut cell = FakeCell::stack(policy);
             cell.run_until_carrying(GREEN, phase);
@@ -142,7 +160,7 @@ fn a_cube_pulled_out_of_the_hand_is_let_go_and_picked_up_again() {
 
 #[test]
 fn a_cube_out_of_reach_is_waited_for_and_then_named() {
-    for policy in BOTH {
+    for policy in ALL {
         let mut cell = FakeCell::stack(policy);
         cell.run_until(60.0, |c| c.phase() == "APPROACH");
         cell.drag(RED, [1.0, 0.3, 0.025]);
@@ -166,7 +184,7 @@ fn a_cube_out_of_reach_is_waited_for_and_then_named() {
 
 #[test]
 fn phantom_grasps_end_in_a_named_outcome() {
-    for policy in BOTH {
+    for policy in ALL {
         let mut cell = FakeCell::stack(policy);
         cell.slippery = true;
         cell.run_until(120.0, |c| c.outcome() == Outcome::Failed);
@@ -177,7 +195,7 @@ fn phantom_grasps_end_in_a_named_outcome() {
 
 #[test]
 fn a_gripper_that_stays_shut_ends_in_a_named_outcome() {
-    for policy in BOTH {
+    for policy in ALL {
         let mut cell = FakeCell::stack(policy);
         cell.run_until_carrying(RED, "LOWER");
         cell.jammed = true;
@@ -188,7 +206,7 @@ fn a_gripper_that_stays_shut_ends_in_a_named_outcome() {
 
 #[test]
 fn a_cube_off_the_table_ends_in_a_named_outcome() {
-    for policy in BOTH {
+    for policy in ALL {
         let mut cell = FakeCell::stack(policy);
         cell.run_until_carrying(RED, "LIFT");
         cell.drag(YELLOW, [0.5, -1.2, 0.025]);
@@ -200,7 +218,7 @@ fn a_cube_off_the_table_ends_in_a_named_outcome() {
 
 #[test]
 fn a_finished_stack_is_built_again_when_somebody_takes_it_apart() {
-    for policy in BOTH {
+    for policy in ALL {
         let mut cell = FakeCell::stack(policy);
         cell.run_to_done();
         cell.drag(YELLOW, [0.4, -0.2, 0.025]);
@@ -213,7 +231,7 @@ fn a_finished_stack_is_built_again_when_somebody_takes_it_apart() {
 
 #[test]
 fn cubes_that_fell_onto_the_place_of_another_are_cleared_first() {
-    for policy in BOTH {
+    for policy in ALL {
         let mut cell = FakeCell::stack(policy);
         cell.run_to_done();
         // The stack comes down by one layer: blue stands where red belongs.
@@ -230,7 +248,7 @@ fn cubes_that_fell_onto_the_place_of_another_are_cleared_first() {
 
 #[test]
 fn a_cube_with_another_on_it_is_freed_first() {
-    for policy in BOTH {
+    for policy in ALL {
         let mut cell = FakeCell::stack(policy);
         cell.drag(YELLOW, cell.position(RED).map(|c| c + 0.001));
         cell.state.objects[YELLOW].pose.position[2] = 0.075;
@@ -241,7 +259,7 @@ fn a_cube_with_another_on_it_is_freed_first() {
 
 #[test]
 fn a_lower_cube_pushed_aside_is_set_again_before_it_has_to_carry() {
-    for policy in BOTH {
+    for policy in ALL {
         let mut cell = FakeCell::stack(policy);
         cell.run_until(60.0, |c| c.decided().last() == Some(&"stack blue_cube"));
         cell.drag(RED, [0.573, 0.2, 0.025]);
@@ -275,7 +293,7 @@ fn fingers_do_not_go_where_a_neighbour_stands() {
 
 #[test]
 fn a_cube_dragged_to_the_place_of_the_held_one_is_cleared_before_it_is_tried_again() {
-    for policy in BOTH {
+    for policy in ALL {
         let mut cell = FakeCell::stack(policy);
         cell.run_until_carrying(RED, "LIFT");
         cell.drag(GREEN, [0.56, 0.22, 0.025]);
@@ -290,7 +308,7 @@ fn a_cube_dragged_to_the_place_of_the_held_one_is_cleared_before_it_is_tried_aga
 
 #[test]
 fn a_cube_at_the_foot_of_the_stack_is_lifted_above_it_first() {
-    for policy in BOTH {
+    for policy in ALL {
         let mut cell = FakeCell::stack(policy);
         cell.run_until(100.0, |c| c.decided().last() == Some(&"stack yellow_cube"));
         cell.drag(YELLOW, [0.55, 0.29, 0.025]);

@@ -3,7 +3,7 @@
 mod common;
 
 use cell_model::{Cell, Data};
-use common::{BOTH, FakeCell, RED, minus, norm};
+use common::{ALL, BOTH, FakeCell, RED, minus, norm};
 use ipc_types::decision::{GoalKind, Outcome};
 use ipc_types::{GripperGoal, Pose};
 use task_proc::{Task, TaskError};
@@ -25,7 +25,7 @@ fn gripper(cell: &mut FakeCell, goal: GripperGoal) {
 
 #[test]
 fn a_paused_task_holds_until_the_operator_leads_and_then_goes_on() {
-    for policy in BOTH {
+    for policy in ALL {
         let mut cell = FakeCell::stack(policy);
         // Asked before the pause, so it does not count in it.
         target(&mut cell, UP);
@@ -59,7 +59,7 @@ fn a_paused_task_holds_until_the_operator_leads_and_then_goes_on() {
 
 #[test]
 fn a_cube_taken_by_hand_in_a_pause_is_carried_on() {
-    for policy in BOTH {
+    for policy in ALL {
         let mut cell = FakeCell::stack(policy);
         cell.run_until(60.0, |c| c.phase() == "PRE_GRASP");
         cell.state.panel.task_paused = 1;
@@ -89,7 +89,7 @@ fn a_cube_taken_by_hand_in_a_pause_is_carried_on() {
 
 #[test]
 fn a_reset_begins_anew_with_new_goal_numbers() {
-    for policy in BOTH {
+    for policy in ALL {
         for scene in [false, true] {
             let mut cell = FakeCell::stack(policy);
             cell.run_until(60.0, |c| c.phase() == "APPROACH");

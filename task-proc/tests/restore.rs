@@ -3,7 +3,7 @@
 mod common;
 
 use cell_model::{Cell, Data};
-use common::{BLUE, BOTH, FakeCell, RED};
+use common::{ALL, BLUE, BOTH, FakeCell, RED};
 use ipc_types::GripperGoal;
 use ipc_types::decision::Outcome;
 use task_proc::{RecordError, Task};
@@ -21,7 +21,7 @@ fn disturb(cell: &mut FakeCell, step: usize) {
 
 #[test]
 fn a_task_restored_before_every_decision_decides_the_same() {
-    for policy in BOTH {
+    for policy in ALL {
         let (mut whole, mut restarted) = (FakeCell::stack(policy), FakeCell::stack(policy));
         restarted.restart_always = true;
         for step in 0..6000 {
@@ -38,7 +38,7 @@ fn a_task_restored_before_every_decision_decides_the_same() {
 
 #[test]
 fn decisions_missed_with_a_cube_in_the_hand_lose_nothing() {
-    for policy in BOTH {
+    for policy in ALL {
         for phase in ["GRASP", "LIFT", "TRANSPORT", "LOWER", "RELEASE", "RETRACT"] {
             let mut cell = FakeCell::stack(policy);
             cell.run_until(60.0, |c| c.phase() == phase);
@@ -92,7 +92,7 @@ fn an_aborted_transfer_stays_aborted_for_the_other_policy() {
 
 #[test]
 fn without_a_record_the_task_sees_what_is_in_the_hand() {
-    for policy in BOTH {
+    for policy in ALL {
         for phase in ["LIFT", "TRANSPORT", "LOWER"] {
             let mut cell = FakeCell::stack(policy);
             cell.run_until_carrying(BLUE, phase);

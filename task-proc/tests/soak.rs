@@ -3,7 +3,7 @@
 mod common;
 
 use cell_model::random::Random;
-use common::{BOTH, FakeCell};
+use common::{ALL, BOTH, FakeCell};
 use ipc_types::decision::Outcome;
 
 /// Jobs per policy.
@@ -40,7 +40,7 @@ fn run(policy: &str, seed: u64) {
 
 #[test]
 fn every_disturbed_job_ends_with_a_stack() {
-    for policy in BOTH {
+    for policy in ALL {
         (0..SEEDS).for_each(|seed| run(policy, seed));
     }
 }

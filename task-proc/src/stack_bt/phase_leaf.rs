@@ -173,7 +173,6 @@ impl PhaseLeaf {
         if !matches!(self.phase, Phase::PreGrasp | Phase::Approach) {
             return false;
         }
-        let gone = recovery::fallen(scene, cube) || !recovery::reachable(setup, scene, cube);
         let anchor = Vector2::from(state.anchor_xy);
         if self.flavour.drift && recovery::moved(setup, scene, cube, anchor) {
             world.out.log(format_args!(
@@ -183,7 +182,18 @@ impl PhaseLeaf {
             recovery::note_resync(setup, scene, cube, self.phase, world.job, world.out);
             return true;
         }
-        gone
+        recovery::fallen(scene, cube) || !recovery::reachable(setup, scene, cube)
+    }
+
+    /// Above a cube that was moved the fingers are turned anew: it may have
+    /// other neighbours now.
+    fn aim_again(&self, cube: usize, state: &mut PhaseState, cx: &Call<'_, '_>) {
+        let (setup, scene) = (cx.world.setup, cx.world.scene);
+        let anchor = Vector2::from(state.anchor_xy);
+        if self.phase == Phase::PreGrasp && recovery::moved(setup, scene, cube, anchor) {
+            state.anchor_xy = scene.cube(cube).position.xy().into();
+            state.grip_yaw = self.choose_grip(cube, cx);
+        }
     }
 
     fn progress(
@@ -283,6 +293,7 @@ impl Leaf<StackHost> for PhaseLeaf {
         if cx.world.unsettled {
             state.clock.unsettle();
         }
+        self.aim_again(cube, state, cx);
         let place = self.place(cube, state, cx)?;
         let intent = command::intent(cx.world.setup, self.phase, place, u64::from(state.entry));
         // Said before the check, so also in the decision in which it fails.

@@ -16,6 +16,7 @@ pub(crate) const BLUE: usize = 1;
 pub(crate) const GREEN: usize = 2;
 pub(crate) const YELLOW: usize = 3;
 pub(crate) const BOTH: [&str; 2] = ["fsm", "ifelse"];
+pub(crate) const ALL: [&str; 3] = ["fsm", "ifelse", "bt"];
 
 const STEP_M: f64 = 0.01;
 const STEP_WIDTH_M: f64 = 0.004;
@@ -100,8 +101,12 @@ impl FakeCell {
             &mut trace,
         );
         self.decision.validate().unwrap();
-        self.lines
-            .extend(trace.iter().filter(|l| l.kind.is_for_people()).map(|l| l.text.as_str().to_owned()));
+        self.lines.extend(
+            trace
+                .iter()
+                .filter(|l| l.kind.is_for_people())
+                .map(|l| l.text.as_str().to_owned()),
+        );
     }
 
     /// A new process takes the record over.
@@ -295,11 +300,14 @@ impl FakeCell {
         self.lines.iter().filter(|l| l.contains(part)).count()
     }
 
-    /// The lines that begin with `[decide]`.
+    /// What was decided, without the word each kind of policy has for it.
     pub(crate) fn decided(&self) -> Vec<&str> {
         self.lines
             .iter()
-            .filter_map(|l| l.strip_prefix("[decide] -> "))
+            .filter_map(|l| {
+                l.strip_prefix("[decide] -> ")
+                    .or_else(|| l.strip_prefix("[select] -> "))
+            })
             .collect()
     }
 }

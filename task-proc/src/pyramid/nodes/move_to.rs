@@ -4,6 +4,7 @@ use behavior::Status;
 use behavior::board::{Fault, In};
 use behavior::tree::{BindError, Binder, Leaf, NodeType};
 use ipc_types::{GripperGoal, Pose};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::Alarm;
@@ -24,6 +25,7 @@ struct MoveToTarget {
     movement: In<f64>,
     max_grasp_distance: In<f64>,
     warning: In<f64>,
+    straight_lead: In<f64>,
     skip_when_held: In<bool>,
     watch: Watch,
 }
@@ -33,6 +35,8 @@ struct State {
     key: u64,
     alarm: Alarm,
     missed: u32,
+    /// Where the TCP was at first (m).
+    from: Option<[f64; 3]>,
 }
 
 /// The node type.
@@ -95,6 +99,13 @@ pub(in crate::pyramid) fn node_type() -> NodeType<PyramidHost> {
     )
     .within(0.001, 3600.0)
     .input_or(
+        "straight_lead",
+        0.0,
+        "goes in a straight line: the arm is led by a point so far ahead on it \
+         (m); with 0 it is sent to the target at once, and bows",
+    )
+    .within(0.0, 1.0)
+    .input_or(
         "skip_when_held",
         false,
         "succeeds at once when the cube is in the hand already",
@@ -114,6 +125,7 @@ impl MoveToTarget {
             movement: binder.input("movement")?,
             max_grasp_distance: binder.input("max_grasp_distance")?,
             warning: binder.input("warning_interval")?,
+            straight_lead: binder.input("straight_lead")?,
             skip_when_held: binder.input("skip_when_held")?,
             watch: Watch::bind(binder)?,
         })
@@ -147,6 +159,26 @@ impl MoveToTarget {
             target.orientation_wxyz = geometry::straight_down(yaw);
         }
         Ok(target)
+    }
+
+    /// Where the arm is led to now on its way to `target`.
+    fn led(&self, state: &mut State, cx: &Context<'_, '_>, target: Pose) -> Result<Pose, Fault> {
+        let lead = cx.get(&self.straight_lead)?;
+        let Some(tcp) = cx.world.tcp().filter(|_| lead > 0.0) else {
+            return Ok(target);
+        };
+        let from = Vector3::from(*state.from.get_or_insert(tcp.position));
+        let way = Vector3::from(target.position) - from;
+        let length = way.norm();
+        if length <= lead {
+            return Ok(target);
+        }
+        let done = (Vector3::from(tcp.position) - from).dot(&way) / length;
+        let ahead = (done.max(0.0) + lead).min(length);
+        Ok(Pose {
+            position: (from + way * (ahead / length)).into(),
+            ..target
+        })
     }
 
     fn warn(&self, cx: &mut Context<'_, '_>) -> Result<(), Fault> {
@@ -192,7 +224,8 @@ impl Leaf<PyramidHost> for MoveToTarget {
         } else {
             GripperGoal::Keep
         };
-        cx.world.go(state.key, target, gripper);
+        let led = self.led(state, cx, target)?;
+        cx.world.go(state.key, led, gripper);
         let position = cx.get(&self.position_tolerance)?;
         let orientation = cx.get(&self.orientation_tolerance)?;
         if cx
