@@ -22,6 +22,7 @@ mod robot_motion;
 pub mod robot_user;
 pub mod run_spec;
 pub mod script;
+mod script_check;
 pub mod shape;
 pub mod stop;
 pub mod summary;

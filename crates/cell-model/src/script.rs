@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use ipc_types::TICK_NS;
 
+use crate::cell::Cell;
+use crate::script_check;
+
 /// Something a script does.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
@@ -145,7 +148,27 @@ pub struct ScriptError {
 }
 
 /// Reads a script; empty lines are skipped. `file` is for messages.
+///
+/// # Errors
+/// [`ScriptError`] for the first line that cannot be used.
 pub fn parse(text: &str, file: &str) -> Result<Vec<ScriptLine>, ScriptError> {
+    parse_with(text, file, |_| Ok(()))
+}
+
+/// As [`parse`], and refuses what the cell does not have: objects, arms and
+/// controllers.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_for(text: &str, file: &str, cell: &Cell) -> Result<Vec<ScriptLine>, ScriptError> {
+    parse_with(text, file, |line| script_check::check(&line.action, cell))
+}
+
+fn parse_with(
+    text: &str,
+    file: &str,
+    also: impl Fn(&ScriptLine) -> Result<(), String>,
+) -> Result<Vec<ScriptLine>, ScriptError> {
     let mut lines = Vec::new();
     for (index, line) in text.lines().enumerate() {
         if line.trim().is_empty() {
@@ -156,7 +179,9 @@ pub fn parse(text: &str, file: &str) -> Result<Vec<ScriptLine>, ScriptError> {
             line: index + 1,
             problem,
         };
-        lines.push(parse_line(line).map_err(fail)?);
+        let parsed = parse_line(line).map_err(fail)?;
+        also(&parsed).map_err(fail)?;
+        lines.push(parsed);
     }
     Ok(lines)
 }
@@ -209,33 +234,15 @@ fn check(trigger: &Trigger, action: &ScriptAction) -> Result<(), String> {
             to.iter().try_for_each(|c| within("to", *c, -20.0, 20.0))
         }
         ScriptAction::Stop { for_s, process } => {
-            process_word(process)?;
+            script_check::process_word(process)?;
             within("for_s", *for_s, 0.001, 3600.0)
         }
-        ScriptAction::Kill { process } => process_word(process),
+        ScriptAction::Kill { process } => script_check::process_word(process),
         ScriptAction::Target { position, .. } => position
             .iter()
             .try_for_each(|c| within("position", *c, -100.0, 100.0)),
         _ => Ok(()),
     }
-}
-
-fn process_word(process: &str) -> Result<(), String> {
-    let known = [
-        "task",
-        "physics",
-        "monitor",
-        "controller",
-        "controller-0",
-        "controller-1",
-    ];
-    if known.contains(&process) {
-        return Ok(());
-    }
-    Err(format!(
-        "process is {process:?}, allowed are {}",
-        known.join(", ")
-    ))
 }
 
 /// Counts entries into phases and says which lines are due.

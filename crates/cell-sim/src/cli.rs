@@ -101,10 +101,10 @@ pub(crate) fn run() -> Result<ExitCode, SimError> {
         } => {
             let mut spec = eval::template(&demo, policy.as_deref().unwrap_or_default());
             spec.data_dir = data;
-            if let Some(path) = script {
-                spec.script = run::script(&path)?;
-            }
             let cell = run::cell_of(&spec)?;
+            if let Some(path) = script {
+                spec.script = run::script(&path, &cell)?;
+            }
             if spec.policy.is_empty() {
                 spec.policy = cell.default_policy;
             }

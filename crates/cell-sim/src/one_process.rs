@@ -184,13 +184,23 @@ impl OneProcess {
         };
         match process.as_str() {
             "task" => self.restart_task(),
-            word if word.starts_with("controller") => {
+            "controller" => {
                 self.cycles = cycles(&self.cell)?;
                 Ok(())
             }
+            word if word.starts_with("controller-") => self.restart_controller(word),
             // The world is this process, and a monitor there is none.
             _ => Ok(()),
         }
+    }
+
+    /// Drops one controller, named as a process, and goes on with a new one.
+    fn restart_controller(&mut self, process: &str) -> Result<(), SimError> {
+        let arms = self.cycles.iter_mut().enumerate();
+        for (arm, cycle) in arms.filter(|(arm, _)| process == format!("controller-{arm}")) {
+            *cycle = Cycle::new(&self.cell, arm)?;
+        }
+        Ok(())
     }
 
     /// Drops the task and goes on with a new one from its record.

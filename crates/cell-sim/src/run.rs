@@ -59,12 +59,12 @@ pub fn to_the_end(
     Ok(RunSummary::new(&facts, sim.state(), sim.decision()))
 }
 
-/// Reads a script file.
-pub fn script(path: &Path) -> Result<Vec<ScriptLine>, SimError> {
+/// Reads a script file for `cell`.
+pub fn script(path: &Path, cell: &Cell) -> Result<Vec<ScriptLine>, SimError> {
     let name = path.display().to_string();
     let text = std::fs::read_to_string(path).map_err(|source| SimError::ScriptFile {
         path: name.clone(),
         source,
     })?;
-    Ok(cell_model::script::parse(&text, &name)?)
+    Ok(cell_model::script::parse_for(&text, &name, cell)?)
 }

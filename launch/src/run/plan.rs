@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use cell_model::run_spec::{RunSpec, Speed};
-use cell_model::script::{self, ScriptAction, ScriptLine};
+use cell_model::script::{self, ScriptLine};
 use cell_model::{Cell, Data, RobotFiles};
 
 use crate::cli::RunArgs;
@@ -46,7 +46,7 @@ impl Plan {
         let script = args
             .script
             .as_deref()
-            .map(|path| read_script(path, &objects))
+            .map(|path| read_script(path, &cell))
             .transpose()?;
         let dir = RunDir::of(&args.cell.cell);
         let run = random_run()?;
@@ -163,22 +163,10 @@ fn robot_files(args: &RunArgs) -> Result<Option<RobotFiles>, Failure> {
     }))
 }
 
-fn read_script(path: &Path, objects: &[String]) -> Result<Vec<ScriptLine>, Failure> {
+fn read_script(path: &Path, cell: &Cell) -> Result<Vec<ScriptLine>, Failure> {
     let file = path.display().to_string();
     let text = fs::read_to_string(path).cannot(format!("read the script {file}"))?;
-    let lines = script::parse(&text, &file).map_err(Failure::configuration)?;
-    for line in &lines {
-        if let ScriptAction::Drag { object, .. } = &line.action
-            && !objects.contains(object)
-        {
-            let near = did_you_mean(object, objects);
-            let known = objects.join(", ");
-            return Err(Failure::configuration(format!(
-                "{file}: object `{object}` is unknown{near}; this cell has {known}"
-            )));
-        }
-    }
-    Ok(lines)
+    script::parse_for(&text, &file, cell).map_err(Failure::configuration)
 }
 
 fn random_run() -> Result<u64, Failure> {
