@@ -94,6 +94,20 @@ impl Client {
         Ok(())
     }
 
+    /// Whether every key it reads has a value, for a check before the start.
+    ///
+    /// # Errors
+    /// [`BoardError::Unset`] with the first that has none.
+    pub fn verify(&self, board: &Board) -> Result<(), BoardError> {
+        match board.first_unset(self.number) {
+            None => Ok(()),
+            Some(key) => Err(BoardError::Unset {
+                client: board.client_name(self.number).to_owned(),
+                key: key.name.clone(),
+            }),
+        }
+    }
+
     fn find(&self, board: &Board, key: &str, write: bool) -> Result<usize, Fault> {
         let found = if key.starts_with('/') || self.namespace.is_empty() {
             board.index(key)

@@ -81,6 +81,14 @@ pub enum BoardError {
         /// Who has it.
         holder: String,
     },
+    /// A key that is read has no value.
+    #[error("'{client}' reads blackboard key '{key}', which has no value; give it a default")]
+    Unset {
+        /// Who reads it.
+        client: String,
+        /// The key.
+        key: String,
+    },
     /// A default that is not of the declared type, or not finite.
     #[error("the default of blackboard key '{key}' is {value}, a finite {wanted} is needed")]
     Default {
@@ -287,6 +295,14 @@ impl Board {
                 .iter()
                 .any(|(number, access)| *number == client && (!write || *access != Access::Read))
         })
+    }
+
+    /// The first key that this client registered for reading and that has no
+    /// value.
+    pub(super) fn first_unset(&self, client: usize) -> Option<&KeyInfo> {
+        let waits =
+            |key: &&Key| key.value.is_none() && key.clients.contains(&(client, Access::Read));
+        self.keys.iter().find(waits).map(|key| &key.info)
     }
 
     pub(super) fn client_name(&self, number: usize) -> &str {
