@@ -39,6 +39,8 @@ pub(super) fn untyped(json: &Json) -> Result<Value, String> {
         Data::Integer(_) => ValueType::Integer,
         Data::Number(_) => ValueType::Number,
         Data::Text(_) => ValueType::Text,
+        // A longer list can only be a set.
+        Data::List(items) if items.len() > MAX_NUMBERS => ValueType::Set,
         Data::List(_) => ValueType::Numbers,
         Data::Null | Data::Object(_) => {
             return Err(format!(

@@ -23,12 +23,14 @@ mod literal;
 mod modifiers;
 mod nodes;
 mod ports;
+mod schema;
 mod subtrees;
 
 use std::collections::BTreeMap;
 
 pub use error::{Errors, Located};
 pub use files::FORMAT;
+pub use schema::schema;
 
 use crate::board::{Board, Scope};
 use crate::finding::Finding;

@@ -8,13 +8,13 @@ use behavior::descriptor::{self, Errors, Read, Source};
 use behavior::tree::{Cx, Host, Leaf, Library, NodeType};
 use behavior::{Status, Str, Value};
 
-pub struct Toy;
+pub(crate) struct Toy;
 
 impl Host for Toy {
     type World<'w> = Vec<String>;
 }
 
-pub struct Move {
+pub(crate) struct Move {
     target: In<[f64; 3]>,
     speed: In<f64>,
 }
@@ -39,7 +39,7 @@ impl Leaf<Toy> for Move {
     }
 }
 
-pub struct Pick(Out<Str>);
+pub(crate) struct Pick(Out<Str>);
 
 impl Leaf<Toy> for Pick {
     type State = ();
@@ -50,7 +50,7 @@ impl Leaf<Toy> for Pick {
     }
 }
 
-pub struct Seen(In<Str>);
+pub(crate) struct Seen(In<Str>);
 
 impl Leaf<Toy> for Seen {
     type State = ();
@@ -65,7 +65,7 @@ impl Leaf<Toy> for Seen {
     }
 }
 
-pub fn library() -> Library<Toy> {
+pub(crate) fn library() -> Library<Toy> {
     let moves = NodeType::new("MoveTo", "Moves the hand", |b| {
         Ok(Move {
             target: b.input("target")?,
@@ -98,11 +98,11 @@ pub fn library() -> Library<Toy> {
         )
 }
 
-pub fn read(text: &str) -> Result<Read<Toy>, Errors> {
+pub(crate) fn read(text: &str) -> Result<Read<Toy>, Errors> {
     read_with(text, &BTreeMap::new(), &|_| None)
 }
 
-pub fn read_with(
+pub(crate) fn read_with(
     text: &str,
     constants: &BTreeMap<String, Value>,
     include: &dyn Fn(&str) -> Option<String>,
@@ -116,4 +116,4 @@ pub fn read_with(
 }
 
 /// A file that is right and uses every part of the format.
-pub const GOOD: &str = include_str!("good.tree.json");
+pub(crate) const GOOD: &str = include_str!("good.tree.json");
