@@ -112,9 +112,9 @@ impl Collector {
 
     /// `value`, unless there were problems.
     pub(crate) fn finish<T>(self, file: &str, value: T) -> Result<T, Problems> {
-        match self.0.is_empty() {
-            true => Ok(value),
-            false => Err(Problems::new(file, self.0)),
+        if self.0.is_empty() {
+            return Ok(value);
         }
+        Err(Problems::new(file, self.0))
     }
 }

@@ -337,12 +337,11 @@ impl Machine {
             source: row.source,
             dest: row.dest,
         };
-        let entered = match row.dest {
-            Some(dest) => self.change(table, dest, transition, step, actions)?,
-            None => {
-                self.trace.add(transition);
-                SmallSet::default()
-            }
+        let entered = if let Some(dest) = row.dest {
+            self.change(table, dest, transition, step, actions)?
+        } else {
+            self.trace.add(transition);
+            SmallSet::default()
         };
         self.calls(row.after, step, actions)?;
         self.calls(table.common.after_state_change, step, actions)?;

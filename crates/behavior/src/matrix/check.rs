@@ -64,7 +64,9 @@ fn closure(table: &Table, mut known: SmallSet) -> SmallSet {
             for event in &table.order {
                 let cell = table.cell(StateId::of(at), *event);
                 let goto = cell.map(|cell| cell.goto.as_slice()).unwrap_or_default();
-                goto.iter().for_each(|to| next.insert(to.index()));
+                for to in goto {
+                    next.insert(to.index());
+                }
             }
         }
         if next == known {

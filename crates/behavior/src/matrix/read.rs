@@ -95,9 +95,10 @@ fn state(value: &Value, problems: &mut Collector) -> Option<StateDef> {
     let fields = Fields::open(value, "a state", STATE, problems)?;
     Some(StateDef {
         name: fields.required("name", problems)?,
-        end: match fields.flag("final", false, problems) {
-            true => Final::Success,
-            false => Final::No,
+        end: if fields.flag("final", false, problems) {
+            Final::Success
+        } else {
+            Final::No
         },
         during: fields
             .get("during")

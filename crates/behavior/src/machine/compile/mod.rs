@@ -156,13 +156,11 @@ impl<'a> Compiler<'a> {
                 .collect();
             self.look_up("trigger", name, &known)?;
         }
-        match self.vocabulary.triggers.is_empty() {
-            true => self.new_trigger(name),
-            false => {
-                let known = self.vocabulary.triggers;
-                self.look_up("trigger", name, known).map(TriggerId::of)
-            }
+        let known = self.vocabulary.triggers;
+        if known.is_empty() {
+            return self.new_trigger(name);
         }
+        self.look_up("trigger", name, known).map(TriggerId::of)
     }
 
     /// The trigger of this name, added if need be.

@@ -121,10 +121,7 @@ impl Compiler<'_> {
             states.rotate_left(at);
         }
         let conditions = self.conditions(&def.conditions, &def.unless);
-        let last = match def.cyclic {
-            true => states.first().copied(),
-            false => None,
-        };
+        let last = states.first().copied().filter(|_| def.cyclic);
         let next = states.iter().copied().skip(1).chain(last);
         for (source, dest) in states.iter().copied().zip(next) {
             let id = self.declare(def.place);

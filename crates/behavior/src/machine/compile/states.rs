@@ -42,7 +42,7 @@ impl<'a> Compiler<'a> {
         }
         self.states = flat.iter().map(|it| it.full.clone()).collect();
         self.out.states = (0..flat.len())
-            .map(|at| self.plain_state(&flat, at))
+            .map(|at| Self::plain_state(&flat, at))
             .collect();
         self.rank();
         self.sets(&flat);
@@ -101,7 +101,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    fn plain_state(&self, flat: &[Flat<'_>], at: usize) -> State {
+    fn plain_state(flat: &[Flat<'_>], at: usize) -> State {
         let full = flat.get(at).map(|it| it.full.clone()).unwrap_or_default();
         let it = flat.get(at);
         State {
