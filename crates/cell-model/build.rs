@@ -19,8 +19,9 @@ fn main() -> io::Result<()> {
     let mut text = String::from("&[\n");
     for path in &paths {
         let full = root.join(path);
+        let full = format!("{full:?}");
         // Writing to a string does not fail.
-        let _written = writeln!(text, "    ({path:?}, include_str!({full:?})),").is_ok();
+        let _written = writeln!(text, "    ({path:?}, include_str!({full})),").is_ok();
     }
     text.push(']');
     fs::write(variable("OUT_DIR").join("embedded.rs"), text)

@@ -26,6 +26,9 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Target(args) => client::target(args),
         Command::Gripper(args) => client::gripper(args),
         Command::Drag(args) => client::drag(args),
+        Command::Bt(args) => client::behaviour("bt", args),
+        Command::Fsm(args) => client::behaviour("fsm", args),
+        Command::Schema(args) => client::schema(args),
         Command::Bench(args) => run_bench(args),
         Command::BenchPeer { dir, prefix } => {
             bench::peer::run(dir, prefix).map_err(Failure::configuration)
@@ -48,6 +51,7 @@ fn run_bench(args: &BenchArgs) -> Result<(), Failure> {
         BenchKind::E2e => e2e::run(args.seconds, args.json),
         BenchKind::Control => core_bench("control", args.json),
         BenchKind::Physics => core_bench("physics", args.json),
+        BenchKind::Behavior => core_bench("behavior", args.json),
         BenchKind::Ipc => bench::ipc::run(args.json).map_err(Failure::configuration),
         BenchKind::Loop => bench::loop_::run(args.json).map_err(Failure::configuration),
     }

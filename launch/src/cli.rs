@@ -65,6 +65,12 @@ pub enum Command {
     Gripper(GripperArgs),
     /// Pull an object to a place by a bounded spring
     Drag(DragArgs),
+    /// Show or check a behaviour tree
+    Bt(BehaviourArgs),
+    /// Show or check a state machine or an event x state matrix
+    Fsm(BehaviourArgs),
+    /// Print the JSON Schema of a kind of file, for your editor
+    Schema(SchemaArgs),
     /// Measure, and print a table or one JSON object
     Bench(BenchArgs),
     /// The second process of `bench ipc`, started by it
@@ -324,6 +330,107 @@ pub struct DragArgs {
     pub cell: CellArgs,
 }
 
+/// `robocell bt` and `robocell fsm`.
+#[derive(Clone, Debug, Args)]
+pub struct BehaviourArgs {
+    /// What to do with it.
+    #[command(subcommand)]
+    pub verb: BehaviourVerb,
+}
+
+/// What to do with a behaviour.
+#[derive(Clone, Debug, Subcommand)]
+pub enum BehaviourVerb {
+    /// Print it as text, mermaid or dot, or as it runs
+    Show(ShowArgs),
+    /// Say what in a file is wrong, and what is probably not meant
+    Check(CheckArgs),
+}
+
+/// `show`.
+#[derive(Clone, Debug, Args)]
+pub struct ShowArgs {
+    /// A demo, or a file; the running cell's policy without
+    #[arg(value_name = "DEMO|FILE")]
+    pub what: Option<String>,
+    /// Policy of the demo; its default otherwise
+    #[arg(long, value_name = "P")]
+    pub policy: Option<String>,
+    /// How to print it
+    #[arg(long, value_enum, default_value_t = PictureFormat::Text)]
+    pub format: PictureFormat,
+    /// Print the running cell's policy whenever something in it changes
+    #[arg(long, conflicts_with_all = ["what", "policy", "format"])]
+    pub live: bool,
+    /// With `--live`: print once
+    #[arg(long, requires = "live")]
+    pub once: bool,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub data: DataArgs,
+}
+
+/// `check`.
+#[derive(Clone, Debug, Args)]
+pub struct CheckArgs {
+    /// A tree (JSON), or a machine or matrix (TOML or JSON)
+    pub file: PathBuf,
+}
+
+/// How a behaviour is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PictureFormat {
+    /// For the terminal
+    Text,
+    /// For markdown
+    Mermaid,
+    /// For graphviz
+    Dot,
+}
+
+impl PictureFormat {
+    /// The word on the command line.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Text => "text",
+            Self::Mermaid => "mermaid",
+            Self::Dot => "dot",
+        }
+    }
+}
+
+/// `robocell schema`.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct SchemaArgs {
+    /// Which kind of file
+    pub what: SchemaKind,
+}
+
+/// A kind of file with a schema.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SchemaKind {
+    /// Behaviour trees, with the node types of the demos
+    Tree,
+    /// State machines and matrices
+    Machine,
+    /// `cells/NAME.toml`
+    Cell,
+}
+
+impl SchemaKind {
+    /// The word on the command line.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Tree => "tree",
+            Self::Machine => "machine",
+            Self::Cell => "cell",
+        }
+    }
+}
+
 /// What to measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BenchKind {
@@ -337,6 +444,8 @@ pub enum BenchKind {
     Control,
     /// The physics step
     Physics,
+    /// Trees, machines and the task's record
+    Behavior,
 }
 
 /// `robocell bench`.

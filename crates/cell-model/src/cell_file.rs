@@ -1,12 +1,13 @@
 //! `cells/NAME.toml` as it stands in the file.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::shape::Shape;
 use crate::task_spec::TaskSpec;
 
 /// The whole file.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CellFile {
     /// One line for `robocell list`.
@@ -33,7 +34,7 @@ pub struct CellFile {
 }
 
 /// `[camera]`: world frame.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
     /// Place of the eye (m).
@@ -43,7 +44,7 @@ pub struct Camera {
 }
 
 /// `[[arm]]`: a robot in the cell.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ArmTable {
     /// Name in the cell.
@@ -61,7 +62,7 @@ pub struct ArmTable {
 }
 
 /// `[[object]]`: something that can be moved.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectTable {
     /// Name in the cell.
@@ -88,7 +89,7 @@ pub struct ObjectTable {
 }
 
 /// Half widths of the area the seed picks from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpawnArea {
     /// Along x to both sides (m).
@@ -100,7 +101,7 @@ pub struct SpawnArea {
 }
 
 /// `[[fixture]]`: something that stands still.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FixtureTable {
     /// Name in the cell.
@@ -118,4 +119,9 @@ pub struct FixtureTable {
     pub obstacle: bool,
     /// Red, green, blue from 0 to 1.
     pub colour: [f64; 3],
+}
+
+/// The JSON Schema of a cell file, for editors.
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(CellFile).to_value()
 }

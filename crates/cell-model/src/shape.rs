@@ -2,10 +2,11 @@
 //! round ones stand along z.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A convex solid.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
     /// A cuboid.

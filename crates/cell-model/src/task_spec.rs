@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Most objects a stack may be made of.
 pub const MAX_STACK: usize = 16;
 
 /// The `[task]` table, by its `kind`.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum TaskSpec {
     /// Stack cubes in an order.
@@ -20,7 +21,7 @@ pub enum TaskSpec {
 }
 
 /// Stack cubes on one spot in a given order.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StackTask {
     /// Objects from bottom to top.
@@ -80,7 +81,7 @@ pub struct StackTask {
 /// Take a pyramid of cubes apart; every arm builds a stack of its own.
 ///
 /// Heights of the tool are those of the TCP, whose frame lies between the pads.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PyramidTask {
     /// Height of the centre of the lowest cube of a stack, world frame (m).
@@ -120,7 +121,7 @@ pub struct PyramidTask {
 }
 
 /// `[task.robot.NAME]`: the part of one arm.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PyramidArm {
     /// File in `cells/` that describes the behaviour.
@@ -137,7 +138,7 @@ pub struct PyramidArm {
 }
 
 /// Follow the operator's target.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReachTask {
     /// First target: TCP position in the world frame (m); the home pose of the

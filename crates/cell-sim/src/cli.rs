@@ -6,9 +6,11 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use cell_model::Data;
 use cell_model::run_spec::RunSpec;
 use cell_model::summary::{RunOutcome, RunSummary};
-use cell_sim::{SimError, bench, eval, run};
+use cell_sim::behaviour::Kind;
+use cell_sim::{SimError, behaviour, bench, eval, run};
 use clap::{Parser, Subcommand};
 
 /// A task that failed or timed out.
@@ -55,6 +57,17 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Look at a behaviour.
+    Behaviour {
+        /// What to do.
+        #[command(subcommand)]
+        verb: BehaviourVerb,
+    },
+    /// Print the JSON Schema of a kind of file.
+    Schema {
+        /// tree, machine or cell.
+        what: String,
+    },
     /// Cost of a core.
     Bench {
         /// control or physics.
@@ -63,6 +76,43 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+}
+
+#[derive(Subcommand)]
+enum BehaviourVerb {
+    /// Print it.
+    Show {
+        /// bt or fsm.
+        #[arg(value_parser = kind)]
+        kind: Kind,
+        /// A demo or a file.
+        what: String,
+        /// text, mermaid or dot.
+        #[arg(long, default_value = "text")]
+        format: String,
+        /// Policy of the demo.
+        #[arg(long)]
+        policy: Option<String>,
+        /// Folder with cells/ and robots/.
+        #[arg(long)]
+        data: Option<PathBuf>,
+    },
+    /// Say what is wrong in a file, and what is probably not meant.
+    Check {
+        /// bt or fsm.
+        #[arg(value_parser = kind)]
+        kind: Kind,
+        /// The file.
+        file: PathBuf,
+    },
+}
+
+fn kind(word: &str) -> Result<Kind, String> {
+    match word {
+        "bt" => Ok(Kind::Tree),
+        "fsm" => Ok(Kind::Machine),
+        _ => Err("there are bt and fsm".to_owned()),
+    }
 }
 
 fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
@@ -110,11 +160,41 @@ pub(crate) fn run() -> Result<ExitCode, SimError> {
             }
             evaluate(&eval::Plan { spec, seeds, jobs }, json)
         }
+        Command::Behaviour { verb } => look(verb),
+        Command::Schema { what } => {
+            let schema = behaviour::schema(&what)?;
+            println!("{schema:#}");
+            Ok(ExitCode::SUCCESS)
+        }
         Command::Bench { what, json } => {
             bench::run(&what, json)?;
             Ok(ExitCode::SUCCESS)
         }
     }
+}
+
+fn look(verb: BehaviourVerb) -> Result<ExitCode, SimError> {
+    match verb {
+        BehaviourVerb::Show {
+            kind,
+            what,
+            format,
+            policy,
+            data,
+        } => {
+            let data = data.map_or_else(Data::embedded, Data::dir);
+            let graphs = behaviour::graphs(kind, &what, policy.as_deref(), &data)?;
+            println!("{}", behaviour::draw(&graphs, &format).trim_end());
+        }
+        BehaviourVerb::Check { kind, file } => {
+            let findings = behaviour::check(kind, &file)?;
+            for finding in &findings {
+                println!("warning: {finding}");
+            }
+            println!("{}: no errors, {} warnings", file.display(), findings.len());
+        }
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 fn evaluate(plan: &eval::Plan, json: bool) -> Result<ExitCode, SimError> {

@@ -2,6 +2,7 @@
 //! give the same state hash as four processes in lockstep.
 #![forbid(unsafe_code)]
 
+pub mod behaviour;
 pub mod bench;
 pub mod eval;
 pub mod one_process;
@@ -38,6 +39,9 @@ pub enum SimError {
     /// A script with a wrong line.
     #[error(transparent)]
     Script(#[from] cell_model::script::ScriptError),
+    /// A behaviour that is not right, all of it.
+    #[error("{0}")]
+    Behaviour(String),
     /// There is no such bench.
     #[error("there is no bench '{0}' of a core; there are control and physics")]
     UnknownBench(String),

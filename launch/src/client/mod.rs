@@ -1,5 +1,6 @@
 //! Commands that talk to a running cell.
 
+mod behaviour;
 mod doctor;
 mod list;
 mod logs;
@@ -9,6 +10,7 @@ mod status;
 mod top;
 mod watched;
 
+pub(crate) use behaviour::{behaviour, schema};
 pub(crate) use doctor::doctor;
 pub(crate) use list::list;
 pub(crate) use logs::logs;

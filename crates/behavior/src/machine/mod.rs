@@ -37,6 +37,7 @@
 //! ```
 
 mod actions;
+pub(crate) mod alone;
 mod change;
 mod check;
 mod compile;
@@ -48,6 +49,7 @@ pub(crate) mod problem;
 pub(crate) mod read;
 pub(crate) mod record;
 mod runtime;
+mod schema;
 pub(crate) mod set;
 mod table;
 pub(crate) mod trace;
@@ -61,6 +63,7 @@ pub use ids::{BehaviorId, CallbackId, GuardId, RowId, StateId, TriggerId, Vocabu
 pub use problem::{Place, Problem, Problems};
 pub use record::RestoreError;
 pub use runtime::{Fired, MAX_EVENTS, Machine, TriggerError};
+pub use schema::schema;
 pub use set::MAX_MEMBERS;
 pub use table::Table;
 pub use trace::{Happening, TRACE_CAPACITY};

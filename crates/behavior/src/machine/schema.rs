@@ -1,0 +1,166 @@
+//! The JSON Schema of machines and matrices, for editors of JSON and TOML.
+
+use serde_json::{Value, json};
+
+/// Schema of a file that holds a machine, or, where it has a list of
+/// precedence, a matrix.
+pub fn schema() -> Value {
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "State machine or event x state matrix",
+        "if": {"required": ["precedence"]},
+        "then": matrix(),
+        "else": machine(),
+        "$defs": {
+            "names": {
+                "description": "One name, or several.",
+                "oneOf": [
+                    {"type": "string"},
+                    {"type": "array", "items": {"type": "string"}}
+                ]
+            },
+            "final": {
+                "description": "Whether the state is an end, and of which kind.",
+                "enum": [true, false, "success", "failure"]
+            },
+            "during": {
+                "description": "What runs while the state is active, and what its results fire.",
+                "oneOf": [{"type": "string"}, object(&["run"], json!({
+                    "run": {"type": "string"},
+                    "success": {"type": "string"},
+                    "failure": {"type": "string"}
+                }))]
+            },
+            "state": state(),
+            "row": row(),
+            "ordered": ordered()
+        }
+    })
+}
+
+fn object(required: &[&str], properties: Value) -> Value {
+    json!({
+        "type": "object",
+        "required": required,
+        "additionalProperties": false,
+        "properties": properties
+    })
+}
+
+fn names(description: &str) -> Value {
+    json!({"$ref": "#/$defs/names", "description": description})
+}
+
+fn list_of(definition: &str, description: &str) -> Value {
+    let item = format!("#/$defs/{definition}");
+    json!({"type": "array", "items": {"$ref": item}, "description": description})
+}
+
+fn machine() -> Value {
+    object(
+        &["version", "name", "states", "initial"],
+        json!({
+            "version": {"const": 1},
+            "name": {"type": "string"},
+            "doc": {"type": "string"},
+            "states": list_of("state", "States; those of a parent are in it."),
+            "initial": {"type": "string", "description": "State it begins in, by its full name."},
+            "triggers": names("Triggers that rows may name; every one they name where missing."),
+            "rows": list_of("row", "The first row that fits is taken."),
+            "ordered": list_of("ordered", "Chains of states behind one trigger."),
+            "prepare_event": names("Run when a trigger begins to be handled."),
+            "before_state_change": names("Run when the guards of a row hold."),
+            "after_state_change": names("Run after a row's own `after`."),
+            "finalize_event": names("Run at the end of every trigger."),
+            "on_final": names("Run when the machine has become final."),
+            "auto_transitions": {"type": "boolean", "default": false},
+            "ignore_invalid_triggers": {"type": "boolean", "default": false}
+        }),
+    )
+}
+
+fn state() -> Value {
+    let table = object(
+        &["name"],
+        json!({
+            "name": {"type": "string"},
+            "enter": names("Callbacks run on entering."),
+            "exit": names("Callbacks run on leaving."),
+            "initial": {"type": "string", "description": "Child entered with it."},
+            "children": list_of("state", "States inside."),
+            "parallel": {"type": "boolean", "default": false},
+            "final": {"$ref": "#/$defs/final"},
+            "during": {"$ref": "#/$defs/during"}
+        }),
+    );
+    json!({"oneOf": [{"type": "string"}, table]})
+}
+
+fn row() -> Value {
+    object(
+        &["trigger", "source"],
+        json!({
+            "trigger": {"type": "string"},
+            "source": names("States it leaves from; `*` for all."),
+            "dest": {
+                "type": ["string", "null"],
+                "description": "Where it leads; `=` leaves and enters the source; none: internal."
+            },
+            "internal": {"type": "boolean", "default": false},
+            "conditions": names("Guards that must hold."),
+            "unless": names("Guards that must not hold."),
+            "prepare": names("Callbacks before the guards are asked."),
+            "before": names("Callbacks before the state is left."),
+            "after": names("Callbacks after the state was entered.")
+        }),
+    )
+}
+
+fn ordered() -> Value {
+    object(
+        &["trigger"],
+        json!({
+            "trigger": {"type": "string"},
+            "states": names("In their order; all of the outermost level where missing."),
+            "loop": {"type": "boolean", "default": true},
+            "conditions": names("Guards that must hold for each step."),
+            "unless": names("Guards that must not hold.")
+        }),
+    )
+}
+
+fn matrix() -> Value {
+    let cell = json!({"oneOf": [{"type": "string"}, object(&["handler"], json!({
+        "handler": {"type": "string"},
+        "goto": names("States the handler may go to.")
+    }))]});
+    let cells = json!({"type": "object", "additionalProperties": cell});
+    let mut every = cells.clone();
+    if let Some(every) = every.as_object_mut() {
+        let what = "What is called in states without a cell of their own for the event.";
+        every.insert("description".to_owned(), json!(what));
+    }
+    let state = json!({"oneOf": [{"type": "string"}, object(&["name"], json!({
+        "name": {"type": "string"},
+        "final": {"type": "boolean", "default": false},
+        "during": {"$ref": "#/$defs/during"}
+    }))]});
+    object(
+        &["version", "name", "precedence", "states", "initial"],
+        json!({
+            "version": {"const": 1},
+            "name": {"type": "string"},
+            "doc": {"type": "string"},
+            "precedence": names("All events, the one that goes first at the front."),
+            "idle": {"type": "string", "description": "Event that is handled when none is pending."},
+            "states": {"type": "array", "items": state},
+            "initial": {"type": "string"},
+            "cells": {
+                "type": "object",
+                "description": "By state: what is called for an event.",
+                "additionalProperties": cells
+            },
+            "every": every
+        }),
+    )
+}

@@ -1,0 +1,177 @@
+//! Looking at behaviours: those of a demo's policy, and those in files.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use behavior::board::Board;
+use behavior::descriptor::{self, Source};
+use behavior::tree::Library;
+use behavior::{Finding, Graph, machine, matrix, views};
+use cell_model::task_spec::TaskSpec;
+use cell_model::{Cell, Data};
+use task_proc::Task;
+use task_proc::pyramid::{PyramidHost, PyramidSetup, library};
+
+use crate::SimError;
+
+/// The demo whose node types a tree in a file may name.
+const TREE_DEMO: &str = "franka-pyramid";
+
+/// What a file holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A tree, JSON.
+    Tree,
+    /// A machine or a matrix, TOML or JSON.
+    Machine,
+}
+
+/// Pictures of a demo's policy, or of a file.
+///
+/// # Errors
+/// When the demo, the policy or the file is not there or not right.
+pub fn graphs(
+    kind: Kind,
+    what: &str,
+    policy: Option<&str>,
+    data: &Data,
+) -> Result<Vec<Graph>, SimError> {
+    if is_file(what) {
+        return Ok(vec![graph_of_file(kind, Path::new(what))?]);
+    }
+    let cell = Cell::load(data, what, 0, None)?;
+    let policy = policy.unwrap_or(&cell.default_policy);
+    Ok(Task::new(&cell, policy)?.graphs().to_vec())
+}
+
+/// Draws pictures in `format`: text, mermaid or dot.
+pub fn draw(graphs: &[Graph], format: &str) -> String {
+    let one = |graph: &Graph| match format {
+        "mermaid" => views::mermaid(graph, None),
+        "dot" => views::dot(graph, None),
+        _ => views::text(graph, None),
+    };
+    let drawn: Vec<String> = graphs.iter().map(one).collect();
+    drawn.join("\n")
+}
+
+/// What is probably not meant in a file.
+///
+/// # Errors
+/// Everything that is wrong in it.
+pub fn check(kind: Kind, file: &Path) -> Result<Vec<Finding>, SimError> {
+    let text = read(file)?;
+    let name = file.display().to_string();
+    match kind {
+        Kind::Tree => {
+            let include = includes(file);
+            let source = source(&name, &text, &include);
+            let library = tree_library()?;
+            descriptor::check(&source, &library, &BTreeMap::new(), &Board::new())
+                .map_err(|errors| SimError::Behaviour(errors.to_string()))
+        }
+        Kind::Machine => match table(&name, &text)? {
+            Table::Machine(table) => Ok(machine::check(&table)),
+            Table::Matrix(table) => Ok(matrix::check(&table)),
+        },
+    }
+}
+
+/// The JSON Schema of a kind of file: `tree`, `machine` or `cell`.
+///
+/// # Errors
+/// When there is no such kind.
+pub fn schema(what: &str) -> Result<serde_json::Value, SimError> {
+    match what {
+        "tree" => Ok(descriptor::schema(&tree_library()?)),
+        "machine" => Ok(behavior::machine::schema()),
+        "cell" => Ok(cell_model::cell_file::schema()),
+        _ => Err(SimError::Behaviour(format!(
+            "there is no schema of '{what}'; there are tree, machine and cell"
+        ))),
+    }
+}
+
+fn is_file(what: &str) -> bool {
+    let extension = Path::new(what).extension();
+    extension.is_some_and(|e| e == "json" || e == "toml")
+}
+
+fn graph_of_file(kind: Kind, file: &Path) -> Result<Graph, SimError> {
+    let text = read(file)?;
+    let name = file.display().to_string();
+    if kind == Kind::Tree {
+        let include = includes(file);
+        let source = source(&name, &text, &include);
+        let mut shared = Board::new();
+        let tree = descriptor::load(&source, &tree_library()?, &BTreeMap::new(), &mut shared)
+            .map_err(|errors| SimError::Behaviour(errors.to_string()))?;
+        return Ok(tree.graph());
+    }
+    Ok(match table(&name, &text)? {
+        Table::Machine(table) => table.describe(),
+        Table::Matrix(table) => table.describe(),
+    })
+}
+
+enum Table {
+    Machine(machine::Table),
+    Matrix(matrix::Table),
+}
+
+/// A file with a list of precedence is a matrix.
+fn table(file: &str, text: &str) -> Result<Table, SimError> {
+    let broken = |problems: machine::Problems| SimError::Behaviour(problems.to_string());
+    if has_precedence(file, text) {
+        let definition = matrix::Definition::read(file, text).map_err(broken)?;
+        return Ok(Table::Matrix(definition.compile_alone().map_err(broken)?));
+    }
+    let definition = machine::Definition::read(file, text).map_err(broken)?;
+    Ok(Table::Machine(definition.compile_alone().map_err(broken)?))
+}
+
+fn has_precedence(file: &str, text: &str) -> bool {
+    let key = "precedence";
+    if Path::new(file).extension().is_some_and(|e| e == "json") {
+        serde_json::from_str::<serde_json::Value>(text).is_ok_and(|v| v.get(key).is_some())
+    } else {
+        text.parse::<toml::Table>()
+            .is_ok_and(|t| t.contains_key(key))
+    }
+}
+
+fn tree_library() -> Result<Library<PyramidHost>, SimError> {
+    let cell = Cell::load(&Data::embedded(), TREE_DEMO, 0, None)?;
+    let TaskSpec::Pyramid(task) = &cell.task else {
+        return Ok(Library::default());
+    };
+    let setup =
+        PyramidSetup::new(task, &cell).map_err(|error| SimError::Behaviour(error.to_string()))?;
+    Ok(library(&Arc::new(setup)))
+}
+
+fn read(file: &Path) -> Result<String, SimError> {
+    std::fs::read_to_string(file).map_err(|source| SimError::ScriptFile {
+        path: file.display().to_string(),
+        source,
+    })
+}
+
+fn source<'a>(
+    file: &'a str,
+    text: &'a str,
+    include: &'a dyn Fn(&str) -> Option<String>,
+) -> Source<'a> {
+    Source {
+        file,
+        text,
+        include,
+    }
+}
+
+/// Files a file includes lie beside it.
+fn includes(file: &Path) -> impl Fn(&str) -> Option<String> {
+    let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
+    move |name| std::fs::read_to_string(folder.join(name)).ok()
+}

@@ -1,0 +1,103 @@
+//! `robocell bt`, `fsm` and `schema`: what a policy is made of, and how it runs.
+
+use std::io::{IsTerminal, Write};
+use std::time::Duration;
+
+use super::top::View;
+use crate::cli::{BehaviourArgs, BehaviourVerb, CheckArgs, SchemaArgs, ShowArgs};
+use crate::client::Session;
+use crate::failure::{Context, Failure};
+use crate::{say, sim};
+
+/// How often a running behaviour is looked at.
+const LOOK: Duration = Duration::from_millis(100);
+/// The pictures are sent once a second; who has not heard one after this long
+/// will not.
+const LOOKS_FOR_PICTURES: usize = 30;
+/// Clears a terminal.
+const CLEAR: &str = "\x1b[2J\x1b[H";
+
+/// Shows or checks a behaviour; `kind` is `bt` or `fsm`.
+pub(crate) fn behaviour(kind: &str, args: &BehaviourArgs) -> Result<(), Failure> {
+    match &args.verb {
+        BehaviourVerb::Show(show) if show.live => live(show),
+        BehaviourVerb::Show(show) => draw(kind, show),
+        BehaviourVerb::Check(check) => checked(kind, check),
+    }
+}
+
+/// Prints the JSON Schema of a kind of file.
+pub(crate) fn schema(args: &SchemaArgs) -> Result<(), Failure> {
+    sim::run(&["schema".to_owned(), args.what.word().to_owned()])
+}
+
+fn checked(kind: &str, args: &CheckArgs) -> Result<(), Failure> {
+    let file = args.file.display().to_string();
+    sim::run(&[
+        "behaviour".to_owned(),
+        "check".to_owned(),
+        kind.to_owned(),
+        file,
+    ])
+}
+
+fn draw(kind: &str, args: &ShowArgs) -> Result<(), Failure> {
+    let (what, policy) = match &args.what {
+        Some(what) => (what.clone(), args.policy.clone()),
+        None => {
+            let spec = Session::of(&args.cell.cell)?.spec;
+            (spec.demo, Some(spec.policy))
+        }
+    };
+    let mut arguments: Vec<String> = ["behaviour", "show", kind, &what, "--format"]
+        .map(str::to_owned)
+        .to_vec();
+    arguments.push(args.format.word().to_owned());
+    if let Some(policy) = policy {
+        arguments.extend(["--policy".to_owned(), policy]);
+    }
+    if let Some(dir) = &args.data.data {
+        let dir = std::fs::canonicalize(dir).cannot(format!("find {}", dir.display()))?;
+        arguments.extend(["--data".to_owned(), dir.display().to_string()]);
+    }
+    sim::run(&arguments)
+}
+
+/// Prints the behaviour of a running cell whenever a node of it changes.
+fn live(args: &ShowArgs) -> Result<(), Failure> {
+    let mut view = View::open(&args.cell.cell)?;
+    let in_place = std::io::stdout().is_terminal();
+    let mut shown = String::new();
+    for looks in 0_usize.. {
+        view.update();
+        let frame = frame(&view);
+        if !frame.is_empty() && frame != shown {
+            if in_place {
+                write!(std::io::stdout(), "{CLEAR}").ok();
+            }
+            say::line(&frame);
+            shown = frame;
+            if args.once {
+                return Ok(());
+            }
+        }
+        if args.once && looks > LOOKS_FOR_PICTURES {
+            return Err(Failure::configuration(
+                "the task sent no picture of its policy; is it running? see `robocell status`",
+            ));
+        }
+        if view.session.dir.holder().is_none() {
+            break;
+        }
+        std::thread::sleep(LOOK);
+    }
+    Ok(())
+}
+
+fn frame(view: &View) -> String {
+    let pictures = view.trace.pictures.iter();
+    let drawn: Vec<String> = pictures
+        .map(|p| behavior::views::text(&p.graph, Some(&p.statuses)))
+        .collect();
+    drawn.join("\n")
+}
