@@ -132,10 +132,15 @@ pub(super) fn object<'v>(
         return None;
     };
     for entry in entries {
-        if !known.contains(&entry.key.as_str()) && !errors.is_full() {
-            let message = format!("in {what} {}", advice::unknown("key", &entry.key, known));
-            errors.push(file, entry.place, message);
+        if known.contains(&entry.key.as_str()) {
+            continue;
         }
+        let message = if errors.is_full() {
+            String::new()
+        } else {
+            format!("in {what} {}", advice::unknown("key", &entry.key, known))
+        };
+        errors.push(file, entry.place, message);
     }
     Some(entries)
 }
