@@ -11,7 +11,14 @@ impl<H: Host> Run<H> {
         let (first, end) = (i + 1, op.end as usize);
         let mut child = first;
         if op.status != NodeStatus::Running {
-            self.stop_between(first, end, ResetReason::ParentDone, cx);
+            // Beyond the current child none has run since all were stopped.
+            let ran = match op.cursor {
+                _ if op.open => end,
+                NONE => first,
+                current => self.flat.ops[current as usize].end as usize,
+            };
+            self.flat.ops[i].open = false;
+            self.stop_between(first, ran, ResetReason::ParentDone, cx);
         } else if memory && op.cursor != NONE {
             child = op.cursor as usize;
             if op.watches
@@ -26,7 +33,7 @@ impl<H: Host> Run<H> {
         let before = self.halting;
         while child < end {
             self.flat.ops[i].cursor = index(child);
-            let answer = self.tick(child, cx);
+            let answer = self.visit(child, cx);
             let next = self.flat.ops[child].end as usize;
             if answer != Status::Success {
                 if !memory {
@@ -66,7 +73,7 @@ impl<H: Host> Run<H> {
         let mut last = NONE;
         while child < end {
             last = index(child);
-            let answer = self.tick(child, cx);
+            let answer = self.visit(child, cx);
             let next = self.flat.ops[child].end as usize;
             if answer != Status::Failure {
                 self.flat.ops[i].cursor = last;
@@ -93,7 +100,7 @@ impl<H: Host> Run<H> {
         let mut child = first;
         while child < end {
             if !(skip && self.flat.ops[child].status == NodeStatus::Success) {
-                self.tick(child, cx);
+                self.visit(child, cx);
             }
             child = self.flat.ops[child].end as usize;
         }

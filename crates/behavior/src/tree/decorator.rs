@@ -23,7 +23,7 @@ impl<H: Host> Run<H> {
                 _ => {}
             }
         }
-        let child = self.tick(i + 1, cx);
+        let child = self.visit(i + 1, cx);
         if code == Code::Timeout && child == Status::Running && cx.now > self.deadline(i) {
             return self.done(i, Status::Failure, ResetReason::TimedOut, cx);
         }
@@ -121,7 +121,7 @@ impl<H: Host> Run<H> {
         if let Some(last) = op.last {
             return self.done(i, last, ResetReason::ParentDone, cx);
         }
-        let answer = self.tick(i + 1, cx);
+        let answer = self.visit(i + 1, cx);
         let over = match answer {
             Status::Success => true,
             Status::Failure => code == Code::OneShot { on_failure: true },
@@ -137,11 +137,7 @@ impl<H: Host> Run<H> {
         let op = &self.flat.ops[i];
         let leaf = &mut self.flat.leaves[usize::from(op.side)];
         cx.node = usize::from(op.node);
-        let answer = match leaf.start(cx) {
-            Ok(()) => leaf.tick(cx),
-            Err(fault) => Err(fault),
-        };
-        let holds = match answer {
+        let holds = match leaf.tick(true, cx) {
             Ok(status) => status == Status::Success,
             Err(fault) => self.fault(i, fault) == Status::Success,
         };
@@ -149,7 +145,7 @@ impl<H: Host> Run<H> {
         if !holds {
             return self.done(i, Status::Failure, ResetReason::Aborted, cx);
         }
-        let answer = self.tick(i + 1, cx);
+        let answer = self.visit(i + 1, cx);
         self.done(i, answer, ResetReason::ParentDone, cx)
     }
 
@@ -167,7 +163,7 @@ impl<H: Host> Run<H> {
             }
             self.flat.ops[i].open = true;
         }
-        let answer = self.tick(i + 1, cx);
+        let answer = self.visit(i + 1, cx);
         self.done(i, answer, ResetReason::ParentDone, cx)
     }
 }

@@ -46,6 +46,7 @@ impl<H: Host> Tree<H> {
         Ok(Self {
             run: Run {
                 flat,
+                changed: Vec::with_capacity(hashes.len()),
                 events,
                 halting: 0,
             },
@@ -65,7 +66,7 @@ impl<H: Host> Tree<H> {
             if run.halting > 0 && !run.drain(cx) {
                 return Status::Running;
             }
-            run.tick(0, cx)
+            run.visit(0, cx)
         })
     }
 
@@ -131,7 +132,9 @@ impl<H: Host> Tree<H> {
             local: &mut self.local,
             shared,
         };
-        work(&mut self.run, &mut cx)
+        let done = work(&mut self.run, &mut cx);
+        self.run.tell();
+        done
     }
 
     /// Status of the root.

@@ -15,7 +15,8 @@ pub struct Event {
 /// Kinds of [`Event`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EventKind {
-    /// Its status, with its modifiers, changed.
+    /// Its status, with its modifiers, is another one than after the tick
+    /// before. What came and went within the tick is not told.
     Status {
         /// What it was.
         from: NodeStatus,
@@ -35,7 +36,7 @@ pub enum EventKind {
     Overflow,
 }
 
-/// Room per node; a node changes its status twice in most of its ticks.
+/// Room per node: a status, a guard, a fault, and one that happens twice.
 const PER_NODE: usize = 4;
 const AT_LEAST: usize = 16;
 

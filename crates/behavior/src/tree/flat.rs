@@ -113,14 +113,19 @@ pub(super) struct Op {
     pub(super) deferred: Option<Status>,
     /// Of guards and checks.
     pub(super) held: Held,
-    /// Why it is halting.
+    /// Why it was stopped, if it was.
     pub(super) reason: ResetReason,
     /// Its status is that of the node: no modifier is around it.
     pub(super) outermost: bool,
     /// A child has a check that may interrupt its siblings.
     pub(super) watches: bool,
-    /// Delay: the child may run. One-shot: see `last`.
+    /// Delay: the child may run. Sequence: children beyond the current one may
+    /// have run, in an older form of the tree.
     pub(super) open: bool,
+    /// The status told last.
+    pub(super) shown: NodeStatus,
+    /// Its status changed during this tick, perhaps back.
+    pub(super) touched: bool,
     /// One-shot: the answer it gives ever after.
     pub(super) last: Option<Status>,
     /// Index of the node in the graph.
@@ -146,6 +151,8 @@ impl Op {
             outermost,
             watches: false,
             open: false,
+            shown: NodeStatus::Invalid,
+            touched: false,
             last: None,
             node,
             side: 0,

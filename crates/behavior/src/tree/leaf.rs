@@ -132,17 +132,11 @@ impl<H: Host> Cx<'_, '_, H> {
 
 /// A [`Leaf`] with its state, whatever type that is.
 pub trait AnyLeaf<H: Host>: Send {
-    /// See [`Leaf::start`].
+    /// [`Leaf::tick`], after [`Leaf::start`] if the run begins with it.
     ///
     /// # Errors
     /// As there.
-    fn start(&mut self, cx: &mut Cx<'_, '_, H>) -> Result<(), Fault>;
-
-    /// See [`Leaf::tick`].
-    ///
-    /// # Errors
-    /// As there.
-    fn tick(&mut self, cx: &mut Cx<'_, '_, H>) -> Result<Status, Fault>;
+    fn tick(&mut self, begins: bool, cx: &mut Cx<'_, '_, H>) -> Result<Status, Fault>;
 
     /// See [`Leaf::halt`].
     fn halt(&mut self, cx: &mut Cx<'_, '_, H>, reason: ResetReason) -> Halt;
@@ -174,11 +168,10 @@ struct WithState<L, S> {
 }
 
 impl<H: Host, L: Leaf<H>> AnyLeaf<H> for WithState<L, L::State> {
-    fn start(&mut self, cx: &mut Cx<'_, '_, H>) -> Result<(), Fault> {
-        self.leaf.start(&mut self.state, cx)
-    }
-
-    fn tick(&mut self, cx: &mut Cx<'_, '_, H>) -> Result<Status, Fault> {
+    fn tick(&mut self, begins: bool, cx: &mut Cx<'_, '_, H>) -> Result<Status, Fault> {
+        if begins {
+            self.leaf.start(&mut self.state, cx)?;
+        }
         self.leaf.tick(&mut self.state, cx)
     }
 

@@ -16,7 +16,7 @@ impl<H: Host> Run<H> {
         if asks && !self.ask(i, cx) {
             return self.done(i, Status::Failure, ResetReason::Aborted, cx);
         }
-        let answer = self.tick(i + 1, cx);
+        let answer = self.visit(i + 1, cx);
         if answer != Status::Running && interrupts(abort) {
             // What the node itself made of the key is no news to its siblings.
             self.ask(i, cx);

@@ -186,6 +186,13 @@ impl<H: Host> Tree<H> {
                     self.run.flat.ops[i].status = NodeStatus::Invalid;
                 }
             }
+            self.run.flat.ops[i].shown = self.run.flat.ops[i].status;
+            if matches!(op.code, Code::Sequence { .. }) {
+                let beyond = |c: &usize| op.cursor == NONE || *c > op.cursor as usize;
+                let valid = |c: usize| self.run.flat.ops[c].status != NodeStatus::Invalid;
+                let late = self.children(i).filter(beyond).any(valid);
+                self.run.flat.ops[i].open = late;
+            }
             let goes_on = matches!(op.code, Code::Sequence { .. } | Code::Selector { .. });
             if goes_on && op.status == NodeStatus::Running && op.cursor == NONE {
                 let runs = |c: &usize| self.run.is_running(*c);

@@ -3,26 +3,38 @@
 use std::time::Duration;
 
 use super::event::{EventKind, Events};
-use super::flat::{Code, Flat, Held};
+use super::flat::{Code, Flat, Held, NONE};
 use super::leaf::{Cx, Host};
 use crate::board::{Fault, In};
-use crate::status::{NodeStatus, ResetReason, Status};
+use crate::status::{NodeStatus, Status};
 
 /// The running part of a tree.
 pub(super) struct Run<H: Host> {
     pub(super) flat: Flat<H>,
     pub(super) events: Events,
+    /// Operations whose status changed during this tick.
+    pub(super) changed: Vec<u32>,
     /// How many leaves were told to stop and have not.
     pub(super) halting: usize,
 }
 
 impl<H: Host> Run<H> {
     /// Ticks the operation `i` with all it needs below.
+    #[inline]
+    pub(super) fn visit(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
+        if self.flat.ops[i].code == Code::Leaf {
+            self.leaf(i, cx)
+        } else {
+            self.tick(i, cx)
+        }
+    }
+
     pub(super) fn tick(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         let op = &mut self.flat.ops[i];
         let code = op.code;
-        if let Some(answer) = op.deferred.take() {
-            self.set(i, answer.into(), None);
+        if let Some(answer) = op.deferred {
+            op.deferred = None;
+            self.set(i, answer.into());
             return answer;
         }
         match code {
@@ -39,20 +51,16 @@ impl<H: Host> Run<H> {
         }
     }
 
-    #[inline]
+    #[inline(never)]
     fn leaf(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         let op = &self.flat.ops[i];
         let leaf = &mut self.flat.leaves[usize::from(op.side)];
         cx.node = usize::from(op.node);
-        let started = match op.status {
-            NodeStatus::Running => Ok(()),
-            _ => leaf.start(cx),
-        };
-        let status = match started.and_then(|()| leaf.tick(cx)) {
+        let status = match leaf.tick(op.status != NodeStatus::Running, cx) {
             Ok(status) => status,
             Err(fault) => self.fault(i, fault),
         };
-        self.set(i, status.into(), None);
+        self.set(i, status.into());
         status
     }
 
@@ -61,7 +69,7 @@ impl<H: Host> Run<H> {
             && let Err(fault) = self.arm(i, cx)
         {
             let status = self.fault(i, fault);
-            self.set(i, status.into(), None);
+            self.set(i, status.into());
             return status;
         }
         let status = if cx.now >= self.deadline(i) {
@@ -69,7 +77,7 @@ impl<H: Host> Run<H> {
         } else {
             Status::Running
         };
-        self.set(i, status.into(), None);
+        self.set(i, status.into());
         status
     }
 
@@ -98,18 +106,33 @@ impl<H: Host> Run<H> {
         Ok(())
     }
 
-    /// Gives the operation a status, and notes it if it is that of its node.
+    /// Gives the operation a status.
     #[inline]
-    pub(super) fn set(&mut self, i: usize, to: NodeStatus, reason: Option<ResetReason>) {
+    pub(super) fn set(&mut self, i: usize, to: NodeStatus) {
         let op = &mut self.flat.ops[i];
-        let from = op.status;
-        if from == to {
+        if op.status == to {
             return;
         }
         op.status = to;
-        if op.outermost {
-            let kind = EventKind::Status { from, to, reason };
-            self.events.push(usize::from(op.node), kind);
+        if op.outermost && !op.touched {
+            op.touched = true;
+            self.changed.push(u32::try_from(i).unwrap_or(NONE));
+        }
+    }
+
+    /// Tells whose status is another one than after the tick before.
+    pub(super) fn tell(&mut self) {
+        for i in self.changed.drain(..) {
+            let op = &mut self.flat.ops[i as usize];
+            op.touched = false;
+            let (from, to) = (op.shown, op.status);
+            if from != to {
+                op.shown = to;
+                let stopped = matches!(to, NodeStatus::Invalid | NodeStatus::Halting);
+                let reason = stopped.then_some(op.reason);
+                let kind = EventKind::Status { from, to, reason };
+                self.events.push(usize::from(op.node), kind);
+            }
         }
     }
 
@@ -140,7 +163,7 @@ impl<H: Host> Run<H> {
         } else {
             answer
         };
-        self.set(i, now.into(), None);
+        self.set(i, now.into());
         now
     }
 }

@@ -11,16 +11,19 @@ impl<H: Host> Run<H> {
         let op = &mut self.flat.ops[i];
         let (code, end) = (op.code, op.end as usize);
         op.deferred = None;
+        if op.status != NodeStatus::Halting {
+            op.reason = reason;
+        }
         match code {
             Code::Leaf => self.stop_leaf(i, reason, cx),
-            Code::Wait => self.set(i, NodeStatus::Invalid, Some(reason)),
+            Code::Wait => self.set(i, NodeStatus::Invalid),
             Code::Sequence { .. } | Code::Selector { .. } | Code::Parallel => {
                 op.cursor = NONE;
                 if code == Code::Parallel {
                     self.stop_running_between(i + 1, end, reason, cx);
                 }
                 self.stop_between(i + 1, end, reason, cx);
-                self.set(i, NodeStatus::Invalid, Some(reason));
+                self.set(i, NodeStatus::Invalid);
             }
             _ => {
                 if code == Code::Count {
@@ -30,7 +33,7 @@ impl<H: Host> Run<H> {
                 }
                 // Also a child that is invalid already, as py_trees does.
                 self.stop(i + 1, reason, cx);
-                self.set(i, NodeStatus::Invalid, Some(reason));
+                self.set(i, NodeStatus::Invalid);
             }
         }
     }
@@ -52,9 +55,8 @@ impl<H: Host> Run<H> {
         leaf.invalidated();
         if to == NodeStatus::Halting {
             self.halting += 1;
-            self.flat.ops[i].reason = reason;
         }
-        self.set(i, to, Some(reason));
+        self.set(i, to);
     }
 
     /// Stops the siblings from `first` up to `end` that are not invalid.
@@ -107,7 +109,7 @@ impl<H: Host> Run<H> {
             cx.node = usize::from(op.node);
             if leaf.halt(cx, reason) == Halt::Done {
                 self.halting = self.halting.saturating_sub(1);
-                self.set(i, NodeStatus::Invalid, Some(reason));
+                self.set(i, NodeStatus::Invalid);
             }
         }
         self.halting == 0
