@@ -1,4 +1,8 @@
 //! Lists the files of `robots/` and `cells/`, which are built into the program.
+#![allow(
+    clippy::unnecessary_debug_formatting,
+    reason = "the quotes and escapes of a string literal are wanted"
+)]
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -156,7 +156,7 @@ impl PhysicsProcess {
             for (slot, command) in commands.iter_mut().zip(&self.commands) {
                 *slot = command.get().filter(|c| mine(&c.header));
             }
-            if let Some(command) = commands[0] {
+            for command in commands.iter().flatten() {
                 let age = self.tick.saturating_sub(command.header.tick);
                 let published_ns = self.published_ns[index(command.header.tick)];
                 if age < PUBLISHED as u64 {

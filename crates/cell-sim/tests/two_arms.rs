@@ -189,6 +189,7 @@ fn one_arm_works_at_the_centre_while_the_other_builds_its_stack() {
         duo.run(3_000);
         assert!(duo.error(0) < 0.01 && duo.error(1) < 0.01);
     }
+    assert!(duo.nearest > 0.05, "{} m", duo.nearest);
 }
 
 #[test]
