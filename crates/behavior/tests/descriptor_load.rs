@@ -3,11 +3,14 @@
 mod descriptor_common;
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use behavior::board::Board;
-use behavior::tree::Node;
-use behavior::{Str, Value};
-use descriptor_common::{GOOD, Toy, read, read_with};
+use behavior::descriptor::{self, Source};
+use behavior::tree::{Node, Tree};
+use behavior::value::Set;
+use behavior::{NodeStatus, Status, Str, Value, views};
+use descriptor_common::{GOOD, Toy, library, read, read_with};
 
 fn find<'n>(node: &'n Node<Toy>, id: &str) -> Option<&'n Node<Toy>> {
     if node.id == id {
@@ -356,4 +359,41 @@ fn what_is_declared_for_nothing_is_found() {
     let read = read(&text).unwrap_or_else(|e| panic!("{e}"));
     let rules: Vec<&str> = read.findings.iter().map(|f| f.rule).collect();
     assert_eq!(rules, ["missing_id", "unused_constant", "unused_key"]);
+}
+
+#[test]
+fn a_loaded_tree_runs_as_written() {
+    let source = Source {
+        file: "t.json",
+        text: GOOD,
+        include: &|_| None,
+    };
+    let mut shared = Board::new();
+    let loaded = descriptor::load(&source, &library(), &BTreeMap::new(), &mut shared);
+    let mut tree = loaded.unwrap_or_else(|errors| panic!("{errors}"));
+    let mut world = Vec::new();
+    let mut tick = |tree: &mut Tree<Toy>, shared: &mut Board, ms| {
+        tree.tick(Duration::from_millis(ms), shared, &mut world)
+    };
+    assert_eq!(tick(&mut tree, &mut shared, 0), Status::Running);
+    let picked = Value::Text(Str::new("red").unwrap());
+    assert_eq!(value(tree.local(), "thing"), Some(picked));
+    let text = views::text(&tree.graph(), None);
+    assert!(text.contains("move (MoveTo)  target=to speed="), "{text}");
+    for ms in 1..6000 {
+        if tick(&mut tree, &mut shared, ms) != Status::Running {
+            break;
+        }
+    }
+    assert_eq!(tree.status(), NodeStatus::Success);
+    let done = shared.value(shared.index("done").unwrap());
+    assert_eq!(done, Some(Value::Set(Set(0b1110))));
+    assert_eq!(
+        world.first().map(String::as_str),
+        Some("move [0.1, 0.2, 0.9] 0.25")
+    );
+    assert_eq!(
+        world.last().map(String::as_str),
+        Some("move [0.0, 0.0, 1.0] 0.25")
+    );
 }
