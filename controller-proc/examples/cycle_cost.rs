@@ -82,7 +82,9 @@ fn main() {
     let demos = ["franka-stack", "franka-pyramid"];
     let mut benches = demos.map(Bench::new);
     for round in 0..ROUNDS {
-        benches.iter_mut().for_each(|bench| bench.travel(round));
+        for bench in &mut benches {
+            bench.travel(round);
+        }
     }
     for (demo, bench) in demos.into_iter().zip(benches) {
         let row = bench.samples.into_row(demo.to_owned());
