@@ -98,3 +98,8 @@ fn of_the_state_machine() {
 fn of_the_tree_in_code() {
     sweep("franka-stack", "bt", "RETRACT done", 3);
 }
+
+#[test]
+fn of_the_trees_from_a_file() {
+    sweep("franka-pyramid", "json", "[left] placed", 7);
+}

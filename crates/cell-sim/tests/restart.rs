@@ -30,6 +30,11 @@ fn assert_unnoticed(demo: &str, policy: &str, script: &str) {
     assert_eq!(hash(&spec, false), hash(&spec, true), "{demo} {policy}");
 }
 
+/// A cube is pulled off the pyramid.
+const PULLS: &str = r#"
+{"at_s": 4.0, "do": "drag", "object": "cube_1", "to": [0.35, 0.0, 0.025]}
+"#;
+
 const DRAG: &str = r#"{"at_phase": "TRANSPORT", "nth": 2, "after_s": 0.3, "do": "drag", "object": "red_cube", "to": [0.40, 0.35, 0.025]}"#;
 
 #[test]
@@ -38,5 +43,12 @@ fn of_every_stacking_policy_disturbed_and_not() {
         for script in ["", DRAG] {
             assert_unnoticed("franka-stack", policy, script);
         }
+    }
+}
+
+#[test]
+fn of_the_two_trees_of_the_pyramid_disturbed_and_not() {
+    for script in ["", PULLS] {
+        assert_unnoticed("franka-pyramid", "json", script);
     }
 }
