@@ -1,4 +1,5 @@
 //! No tick, reset or save uses the heap, whatever node it meets.
+#![allow(clippy::unwrap_used, reason = "in tests")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

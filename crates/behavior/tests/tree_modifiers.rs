@@ -1,4 +1,5 @@
 //! What is attached to nodes: loops, times, checks, and what checks interrupt.
+#![allow(clippy::unwrap_used, reason = "in tests")]
 
 mod tree_support;
 

@@ -1,5 +1,6 @@
 //! A tree that is thrown away at any tick and made from its record goes on as
 //! if nothing had happened; no bytes make it fall over.
+#![allow(clippy::unwrap_used, reason = "in tests")]
 
 mod tree_support;
 

@@ -102,7 +102,7 @@ impl Slot {
             Scope::Shared => shared,
         };
         let value = board.value_ref(self.index).ok_or(Fault::Unset(self))?;
-        T::from_value(*value).ok_or_else(|| Fault::Type {
+        T::from_value(*value).ok_or(Fault::Type {
             slot: self,
             found: *value,
         })

@@ -150,7 +150,7 @@ impl<H: Host> Tree<H> {
     /// node whose check does not hold has failed.
     pub fn statuses(&self, out: &mut Vec<NodeStatus>) {
         out.clear();
-        for op in self.run.flat.ops.iter() {
+        for op in &self.run.flat.ops {
             if op.outermost {
                 out.push(op.status);
             } else if op.status == NodeStatus::Halting

@@ -105,6 +105,7 @@ impl From<bool> for Held {
 }
 
 /// An operation with its state.
+#[allow(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Op {
     pub(super) code: Code,

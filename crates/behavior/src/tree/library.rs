@@ -1,4 +1,5 @@
 //! Node types registered from Rust, for trees that are written in files.
+#![allow(clippy::result_large_err, reason = "happens at load, once")]
 
 use std::collections::BTreeMap;
 

@@ -1,12 +1,12 @@
 //! A host whose leaves answer from scripts and tell what was done to them.
 #![allow(dead_code, reason = "each test file uses a part of it")]
+#![allow(clippy::unwrap_used, reason = "in tests")]
 
 use std::time::Duration;
 
-use behavior::board::{Board, Fault, Out};
+use behavior::board::{Board, Fault};
 use behavior::status::{NodeStatus, ResetReason, Status};
 use behavior::tree::{Cx, Halt, Host, Leaf, Node, Tree};
-use behavior::value::Plain;
 
 /// The world is a list of what happened.
 pub(crate) struct Bench;
@@ -56,21 +56,6 @@ impl Leaf<Bench> for Act {
         } else {
             Halt::NotYet
         }
-    }
-}
-
-/// Writes a value, and succeeds.
-pub(crate) struct Put<T>(pub(crate) Out<T>, pub(crate) T);
-
-impl<T: Plain + Send> Leaf<Bench> for Put<T>
-where
-    Out<T>: Send,
-{
-    type State = ();
-
-    fn tick(&self, _: &mut (), cx: &mut Cx<'_, '_, Bench>) -> Result<Status, Fault> {
-        cx.set(&self.0, self.1)?;
-        Ok(Status::Success)
     }
 }
 
