@@ -1,4 +1,10 @@
 //! What is found in files and trees that load.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::too_many_lines,
+    reason = "in tests"
+)]
 
 mod descriptor_common;
 

@@ -1,5 +1,11 @@
 //! Files made to do harm: each is refused with a place, soon and within
 //! bounded memory, and nothing panics.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::too_many_lines,
+    reason = "in tests"
+)]
 
 mod descriptor_common;
 

@@ -1,4 +1,10 @@
 //! What a file means, and what its author is told when it is wrong.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::too_many_lines,
+    reason = "in tests"
+)]
 
 mod descriptor_common;
 

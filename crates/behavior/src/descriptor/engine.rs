@@ -1,6 +1,10 @@
 //! The engine's own node types and modifiers as files name them: one table for
 //! the loader and for the schema.
 
+mod modifiers;
+
+pub(super) use modifiers::MODIFIERS;
+
 /// How many children a type takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Children {
@@ -364,95 +368,6 @@ pub(super) const NODES: &[EngineType] = &[
 pub(super) const SUBTREE: &str = "Subtree";
 /// Name of the type with a guard.
 pub(super) const GUARD: &str = "EternalGuard";
-
-/// What may be attached to any node.
-pub(super) const MODIFIERS: &[EngineType] = &[
-    node(
-        "CheckBlackboard",
-        Children::None,
-        TEST,
-        &["guard", "condition"],
-        "The node runs only where the test of the key holds",
-    ),
-    node(
-        "Timeout",
-        Children::None,
-        &[SECONDS],
-        &["deadline"],
-        "The node fails when it is not finished in time",
-    ),
-    node(
-        "Delay",
-        Children::None,
-        &[SECONDS],
-        &["wait"],
-        "These seconds before the node starts",
-    ),
-    node(
-        "Repeat",
-        Children::None,
-        &[
-            port(
-                "count",
-                Shape::Count(0),
-                Some("0"),
-                false,
-                "How often in all; 0 for ever",
-            ),
-            port(
-                "break_on_failure",
-                Shape::Bool,
-                Some("true"),
-                false,
-                "A failure ends it",
-            ),
-        ],
-        &["loop"],
-        "Runs the node again when it is finished",
-    ),
-    node(
-        "Retry",
-        Children::None,
-        &[
-            port(
-                "max",
-                Shape::Count(0),
-                Some("0"),
-                false,
-                "How often again at most; 0 for ever",
-            ),
-            port(
-                "reset_on_success",
-                Shape::Bool,
-                Some("true"),
-                false,
-                "A success sets the count back",
-            ),
-        ],
-        &["again"],
-        "Runs the node again when it failed",
-    ),
-    node(
-        "InvertStatus",
-        Children::None,
-        &[],
-        &["not", "negate"],
-        "Success for failure and the other way round",
-    ),
-    node(
-        "ForceStatus",
-        Children::None,
-        &[port(
-            "status",
-            Shape::Choice(FINAL_STATUSES),
-            None,
-            true,
-            "The answer",
-        )],
-        &["always"],
-        "This answer when the node is finished, whatever it was",
-    ),
-];
 
 /// The node type of that name.
 pub(super) fn find(name: &str) -> Option<&'static EngineType> {

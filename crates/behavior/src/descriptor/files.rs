@@ -42,18 +42,16 @@ impl Reader<'_> {
     fn add(&mut self, name: &str, root: Value, open: &mut Vec<String>) {
         open.push(name.to_owned());
         self.format(name, &root);
-        match root.get("includes") {
-            None => {}
-            Some(includes) => match includes.as_list() {
-                Some(list) => list.iter().for_each(|item| self.include(name, item, open)),
-                None => {
-                    let message = format!(
-                        "a list of file names is needed here, this is {}",
-                        includes.describe()
-                    );
-                    self.errors.push(name, includes.place, message);
+        if let Some(includes) = root.get("includes") {
+            if let Some(list) = includes.as_list() {
+                for item in list {
+                    self.include(name, item, open);
                 }
-            },
+            } else {
+                let found = includes.describe();
+                let message = format!("a list of file names is needed here, this is {found}");
+                self.errors.push(name, includes.place, message);
+            }
         }
         open.pop();
         self.files.push(File {

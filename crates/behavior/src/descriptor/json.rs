@@ -16,6 +16,10 @@ pub const MAX_BYTES: usize = 4 << 20;
 /// How deep objects and lists may be nested.
 pub const MAX_DEPTH: usize = 128;
 
+/// Columns beyond so many bytes count bytes instead of characters, as counting
+/// would take quadratic time in a file on one line.
+const MAX_COUNTED: usize = 4096;
+
 /// A place in a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
@@ -221,11 +225,8 @@ impl<'a> Lines<'a> {
     fn place(&self, offset: usize) -> Place {
         let line = self.starts.partition_point(|start| *start <= offset);
         let start = self.starts.get(line.saturating_sub(1)).copied();
-        // A file on one line would make columns quadratic; beyond this many
-        // bytes a column counts bytes.
-        const COUNTED: usize = 4096;
         let before = offset - start.unwrap_or(0).min(offset);
-        let counted = (before <= COUNTED)
+        let counted = (before <= MAX_COUNTED)
             .then(|| self.text.get(start.unwrap_or(0)..offset))
             .flatten();
         let column = counted.map_or(before, |text| text.chars().count()) + 1;

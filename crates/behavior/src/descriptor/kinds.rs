@@ -1,7 +1,5 @@
 //! What nodes of the engine's types are.
 
-use std::collections::BTreeMap;
-
 use super::build::{Builder, Site};
 use super::engine::{EngineType, PARALLEL, STATUSES};
 use super::files::place_of;
@@ -273,12 +271,15 @@ impl<'a, H: Host> Builder<'a, H> {
         node_type: &'a NodeType<H>,
         ports: Option<&'a Json>,
     ) -> Option<Box<dyn AnyLeaf<H>>> {
-        let before = self.errors.list.len() + self.errors.omitted;
-        let bindings = self.bindings(at.site, at.place, ports, node_type);
-        if self.errors.list.len() + self.errors.omitted > before {
-            return None;
-        }
-        match self.bind(at.id, node_type, &bindings) {
+        let bindings = self.bindings(at.site, at.place, ports, node_type)?;
+        let mut binder = Binder {
+            node: at.id,
+            bindings: &bindings,
+            constants: &self.constants,
+            local: &mut self.local,
+            shared: &mut self.shared,
+        };
+        match (node_type.build)(&mut binder) {
             Ok(leaf) => Some(leaf),
             Err(error) => {
                 let port = match &error {
@@ -295,21 +296,5 @@ impl<'a, H: Host> Builder<'a, H> {
                 None
             }
         }
-    }
-
-    fn bind(
-        &mut self,
-        id: &str,
-        node_type: &'a NodeType<H>,
-        bindings: &BTreeMap<String, Binding>,
-    ) -> Result<Box<dyn AnyLeaf<H>>, BindError> {
-        let mut binder = Binder {
-            node: id,
-            bindings,
-            constants: &self.constants,
-            local: &mut self.local,
-            shared: &mut self.shared,
-        };
-        (node_type.build)(&mut binder)
     }
 }

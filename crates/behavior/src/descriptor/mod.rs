@@ -81,27 +81,20 @@ pub fn read<H: Host>(
     let Some(top) = files.first() else {
         return Err(builder.errors);
     };
-    let name = match top.root.get("name") {
-        Some(name) => builder.name(&top.name, name),
-        None => {
-            let message = "\"name\" is missing; name the tree";
+    let (name, root) = (top.root.get("name"), top.root.get("root"));
+    for (key, value) in [("name", name), ("root", root)] {
+        if value.is_none() {
+            let message = format!("\"{key}\" is missing; a tree needs it");
             builder.errors.push(&top.name, Place::START, message);
-            None
         }
-    };
+    }
+    let name = name.and_then(|name| builder.name(&top.name, name));
     let site = build::Site {
         file: &top.name,
         prefix: String::new(),
         ports: None,
     };
-    let root = match top.root.get("root") {
-        Some(root) => builder.node(&site, root, nodes::Seat::ROOT),
-        None => {
-            let message = "\"root\" is missing; give the tree its first node";
-            builder.errors.push(&top.name, Place::START, message);
-            None
-        }
-    };
+    let root = root.and_then(|root| builder.node(&site, root, nodes::Seat::ROOT));
     let (Some(name), Some(root)) = (name, root) else {
         return Err(builder.errors.sorted());
     };

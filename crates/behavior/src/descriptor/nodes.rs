@@ -86,9 +86,9 @@ impl<'a, H: Host> Builder<'a, H> {
         };
         let modifiers = self.modifiers(at, get(entries, "modifiers"));
         let raw = self.child_list(site, entries);
-        self.misplaced(site, entries, &found, raw.len(), at.place);
-        let kind = self.node_kind(at, entries, &found, &raw);
-        let children = self.children(at, entries, &found, &raw, inner);
+        self.misplaced(site, entries, found.as_ref(), raw.len(), at.place);
+        let kind = self.node_kind(at, entries, found.as_ref(), &raw);
+        let children = self.children(at, entries, found.as_ref(), &raw, inner);
         let (Some(found), Some(kind), Some(modifiers), Some(children)) =
             (found, kind, modifiers, children)
         else {
@@ -248,20 +248,16 @@ impl<'a, H: Host> Builder<'a, H> {
     }
 
     fn child_list(&mut self, site: &Site<'a>, entries: &'a [Entry]) -> Vec<&'a Json> {
-        match get(entries, "children") {
-            None => Vec::new(),
-            Some(value) => match value.as_list() {
-                Some(list) => list.iter().collect(),
-                None => {
-                    let message = format!(
-                        "a list of nodes is needed here, this is {}",
-                        value.describe()
-                    );
-                    self.errors.push(site.file, value.place, message);
-                    Vec::new()
-                }
-            },
+        let Some(value) = get(entries, "children") else {
+            return Vec::new();
+        };
+        if let Some(list) = value.as_list() {
+            return list.iter().collect();
         }
+        let found = value.describe();
+        let message = format!("a list of nodes is needed here, this is {found}");
+        self.errors.push(site.file, value.place, message);
+        Vec::new()
     }
 
     /// Reports a wrong number of children, and keys of other types.
@@ -269,7 +265,7 @@ impl<'a, H: Host> Builder<'a, H> {
         &mut self,
         site: &Site<'a>,
         entries: &'a [Entry],
-        found: &Option<Found<'a, H>>,
+        found: Option<&Found<'a, H>>,
         count: usize,
         place: Place,
     ) {
@@ -312,11 +308,11 @@ impl<'a, H: Host> Builder<'a, H> {
         &mut self,
         at: At<'_, 'a>,
         entries: &'a [Entry],
-        found: &Option<Found<'a, H>>,
+        found: Option<&Found<'a, H>>,
         children: &[&'a Json],
     ) -> Option<Kind<H>> {
         let ports = get(entries, "ports");
-        match found.as_ref()? {
+        match found? {
             Found::Registered(node_type) => self.leaf(at, node_type, ports).map(Kind::Leaf),
             Found::Engine(spec) if spec.name == engine::SUBTREE => Some(Kind::PassThrough),
             Found::Engine(spec) if spec.name == engine::GUARD => {
@@ -358,7 +354,7 @@ impl<'a, H: Host> Builder<'a, H> {
         &mut self,
         at: At<'_, 'a>,
         entries: &'a [Entry],
-        found: &Option<Found<'a, H>>,
+        found: Option<&Found<'a, H>>,
         raw: &[&'a Json],
         depth: usize,
     ) -> Option<Vec<Node<H>>> {

@@ -86,17 +86,18 @@ impl<'a, H: Host> Builder<'a, H> {
         entries
     }
 
-    /// What the ports of a registered type are bound to.
+    /// What the ports of a registered type are bound to; `None` where one is
+    /// wrong, which is reported.
     pub(super) fn bindings(
         &mut self,
         site: &Site<'a>,
         place: Place,
         ports: Option<&'a Json>,
         node_type: &NodeType<H>,
-    ) -> BTreeMap<String, Binding> {
+    ) -> Option<BTreeMap<String, Binding>> {
         let known: Vec<&str> = node_type.ports.iter().map(|p| p.name).collect();
         let entries = self.port_entries(site, ports, &known);
-        let mut bindings = BTreeMap::new();
+        let mut bindings = Some(BTreeMap::new());
         for port in &node_type.ports {
             let entry = entries.iter().find(|e| e.key == port.name);
             let binding = match (entry, port.default) {
@@ -108,8 +109,9 @@ impl<'a, H: Host> Builder<'a, H> {
                     None
                 }
             };
-            if let Some(binding) = binding {
-                bindings.insert(port.name.to_owned(), binding);
+            match (binding, &mut bindings) {
+                (Some(binding), Some(all)) => drop(all.insert(port.name.to_owned(), binding)),
+                _ => bindings = None,
             }
         }
         bindings

@@ -311,14 +311,18 @@ struct Ports {
 }
 
 fn with_ports(ports: Ports) -> Map<String, Json> {
+    let Ports {
+        properties,
+        required,
+    } = ports;
     let mut then = Map::new();
-    if !ports.required.is_empty() {
+    if !required.is_empty() {
         then.insert("required".to_owned(), json!(["ports"]));
     }
     let ports = json!({
         "type": "object",
-        "properties": ports.properties,
-        "required": ports.required,
+        "properties": properties,
+        "required": required,
         "additionalProperties": false,
     });
     then.insert("properties".to_owned(), json!({"ports": ports}));

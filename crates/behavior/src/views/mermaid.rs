@@ -114,7 +114,9 @@ fn escaped(text: &str) -> String {
         match c {
             c if c.is_control() => escaped.push(' '),
             '"' | '#' | '&' | '<' | '>' | ';' | '`' | '|' | '\\' | '%' => {
-                escaped.push_str(&format!("#{};", u32::from(c)));
+                escaped.push('#');
+                escaped.push_str(&u32::from(c).to_string());
+                escaped.push(';');
             }
             c => escaped.push(c),
         }

@@ -81,7 +81,7 @@ pub(super) fn inner<H: Host>(kind: &Kind<H>, children: &[Answers]) -> Answers {
             }
             answers
         }
-        Kind::PassThrough | Kind::Count => child,
+        Kind::PassThrough | Kind::Count | Kind::OneShot(_) => child,
         Kind::Repeat { count } => Answers {
             success: child.success && count.is_some(),
             ..child.running()
@@ -90,7 +90,6 @@ pub(super) fn inner<H: Host>(kind: &Kind<H>, children: &[Answers]) -> Answers {
             failure: child.failure && count.is_some(),
             ..child.running()
         },
-        Kind::OneShot(_) => child,
         Kind::Condition(status) => Answers {
             success: child.has(*status),
             running: true,
