@@ -148,8 +148,8 @@ impl Output {
     }
 
     /// Adds the new value of a blackboard key.
-    pub fn key(&mut self, graph: usize, key: &str, value: &dyn std::fmt::Display) {
-        self.push_in(graph, TraceKind::Key, format_args!("{key}={value}"));
+    pub fn key(&mut self, graph: usize, scope: &str, key: &str, value: &dyn std::fmt::Display) {
+        self.push_in(graph, TraceKind::Key, format_args!("{scope}.{key}={value}"));
     }
 
     fn push(&mut self, kind: TraceKind, line: std::fmt::Arguments<'_>) {

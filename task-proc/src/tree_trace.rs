@@ -1,5 +1,7 @@
 //! What a tree did in a tick, as trace lines.
 
+use behavior::Value;
+use behavior::board::Board;
 use behavior::tree::{EventKind, Host, Tree};
 
 use crate::output::Output;
@@ -22,6 +24,35 @@ pub fn events<H: Host>(tree: &Tree<H>, graph: usize, out: &mut Output) {
                 out.log(format_args!(
                     "[fault] more happened in one tick than is kept"
                 ));
+            }
+        }
+    }
+}
+
+/// Remembers the values of a board, so that a new one is seen.
+#[derive(Clone, Debug, Default)]
+pub struct KeyWatch {
+    known: Vec<Option<Value>>,
+}
+
+impl KeyWatch {
+    /// Adds the keys of `board` whose value is new since the last call.
+    /// Positions change with every look at the world and are left out: they
+    /// stand in the goals.
+    pub fn changes(&mut self, board: &Board, scope: &str, graph: usize, out: &mut Output) {
+        for (index, key) in board.keys().enumerate() {
+            let value = board.value(index);
+            if self.known.len() <= index {
+                self.known.push(key.default);
+            }
+            let Some(known) = self.known.get_mut(index).filter(|known| **known != value) else {
+                continue;
+            };
+            *known = value;
+            match value {
+                Some(Value::Numbers(_)) => {}
+                Some(value) => out.key(graph, scope, &key.name, &value),
+                None => out.key(graph, scope, &key.name, &"unset"),
             }
         }
     }

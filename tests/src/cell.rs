@@ -100,6 +100,12 @@ impl TestCell {
         })
     }
 
+    /// Whether the launcher has not ended.
+    pub fn is_running(&mut self) -> bool {
+        let child = self.child.as_mut();
+        child.is_some_and(|child| matches!(child.try_wait(), Ok(None)))
+    }
+
     /// Waits for the launcher to end by itself.
     ///
     /// # Panics

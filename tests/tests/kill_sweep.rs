@@ -81,7 +81,10 @@ fn sweep(demo: &str, policy: &str, end: &str, offset: usize) {
     let (script, count) = kills(first_transfer_s(dir.path(), end), step, offset);
     assert!(count > 10, "the transfer was too short to be disturbed");
     let killed = run(dir.path(), demo, policy, &script);
-    println!("{demo} {policy}: {count} kills, hash {}", killed["state_hash"]);
+    println!(
+        "{demo} {policy}: {count} kills, hash {}",
+        killed["state_hash"]
+    );
     assert_eq!(killed["task_restarts"], count, "{killed}");
     assert_eq!(killed["script_left"], 0, "{killed}");
     for key in ["state_hash", "ticks", "placed", "drops", "outcome"] {
@@ -101,5 +104,5 @@ fn of_the_tree_in_code() {
 
 #[test]
 fn of_the_trees_from_a_file() {
-    sweep("franka-pyramid", "json", "[left] placed", 7);
+    sweep("franka-pyramid", "json", "[placed] left", 7);
 }

@@ -21,10 +21,11 @@ use crate::job::{Job, Place};
 use crate::observation::Observation;
 use crate::output::Output;
 use crate::policy::Policy;
+use crate::record;
 use crate::stack::resume::{InHand, in_hand};
 use crate::stack::scene::ARM;
 use crate::stack::{Phase, Scene, SetupError, StackSetup, command, recovery};
-use crate::{record, tree_trace};
+use crate::tree_trace::{self, KeyWatch};
 
 /// See the module.
 pub struct StackBt {
@@ -34,6 +35,7 @@ pub struct StackBt {
     shared: Board,
     phase: Option<Phase>,
     unsettled: bool,
+    keys: KeyWatch,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -57,6 +59,7 @@ impl StackBt {
             shared: Board::new(),
             phase: None,
             unsettled: false,
+            keys: KeyWatch::default(),
         })
     }
 
@@ -142,6 +145,7 @@ impl Policy for StackBt {
         let idle = || command::hold(gripper);
         out.arm(ARM, intent.map_or_else(idle, |(_, intent)| intent));
         tree_trace::events(&self.tree, 0, out);
+        self.keys.changes(self.tree.local(), "local", 0, out);
         command::report(&setup, &scene, self.phase, job, out);
     }
 
