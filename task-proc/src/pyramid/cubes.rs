@@ -15,6 +15,8 @@ const AVAILABLE: &str = "available";
 /// Two cubes of one layer with centres nearer than this many cube edges leave
 /// no room for fingers between them.
 const CROWDED_EDGES: f64 = 1.6;
+/// A place with no cube nearer than this many cube edges is clear.
+const CLEAR_EDGES: f64 = 2.2;
 /// A cube nearer than this many edges in the plane, and higher, lies on another.
 const ON_TOP_EDGES: f64 = 0.9;
 
@@ -225,6 +227,14 @@ pub(super) fn is_reachable(world: &World<'_>, position: Vector3<f64>) -> bool {
         .is_some_and(|arm| (position.xy() - arm.base).norm() <= reach)
 }
 
+/// Whether an arm other than this one reaches a place (m).
+pub(super) fn is_reachable_by_others(world: &World<'_>, position: Vector3<f64>) -> bool {
+    let reach = world.setup.numbers.reach_m;
+    let arms = world.setup.arms.iter().enumerate();
+    arms.filter(|(arm, _)| *arm != world.arm)
+        .any(|(_, arm)| (position.xy() - arm.base).norm() <= reach)
+}
+
 /// Whether a cube that is not part of `stack` stands where the stack of `arm`
 /// goes on, or so near that the fingers would meet it.
 pub(super) fn is_in_the_way(world: &World<'_>, arm: &ArmSetup, stack: Set, cube: usize) -> bool {
@@ -238,7 +248,7 @@ pub(super) fn is_in_the_way(world: &World<'_>, arm: &ArmSetup, stack: Set, cube:
 
 /// Whether nothing is near a place on the table.
 pub(super) fn is_clear(world: &World<'_>, place: Vector3<f64>, but: usize) -> bool {
-    let room = 2.0 * CROWDED_EDGES * world.setup.numbers.layer_height_m;
+    let room = CLEAR_EDGES * world.setup.numbers.layer_height_m;
     (0..world.setup.cubes.len())
         .filter(|cube| *cube != but)
         .filter_map(|cube| world.cube_position(cube))

@@ -20,23 +20,38 @@ const HAND_REACH_M: f64 = 0.135;
 const HAND_BREADTH_M: f64 = 0.065;
 
 /// Turn of the tool for a pick-up (rad): the cube's own that is nearest to the
-/// arm's, unless fingers turned by a quarter meet fewer neighbours.
+/// arm's, unless fingers turned by a quarter meet fewer neighbours. Where both
+/// meet as many, every other recovery tries the other one.
 pub(super) fn choose(world: &World<'_>, arm: &ArmSetup, cube: usize) -> f64 {
-    let Some(pose) = world.cube(cube) else {
-        return arm.yaw;
-    };
-    let along = geometry::nearest_quarter(geometry::yaw(&pose), arm.yaw);
+    let (along, across) = turns(world, arm, cube);
+    let (a, b) = (crowding(world, cube, along), crowding(world, cube, across));
+    let tried = world.counters.recoveries % 2 == 1;
+    if b < a || (a == b && a > 0 && tried) {
+        across
+    } else {
+        along
+    }
+}
+
+/// Whether fingers meet no neighbours on one way around a cube.
+pub(super) fn is_free(world: &World<'_>, arm: &ArmSetup, cube: usize) -> bool {
+    let (along, across) = turns(world, arm, cube);
+    crowding(world, cube, along) == 0 || crowding(world, cube, across) == 0
+}
+
+/// The two ways around a cube (rad).
+fn turns(world: &World<'_>, arm: &ArmSetup, cube: usize) -> (f64, f64) {
+    let own = world
+        .cube(cube)
+        .map_or(arm.yaw, |pose| geometry::yaw(&pose));
+    let along = geometry::nearest_quarter(own, arm.yaw);
     // Of the two quarter turns the one that winds the wrist less.
     let across = if along > 0.0 {
         along - FRAC_PI_2
     } else {
         along + FRAC_PI_2
     };
-    if crowding(world, cube, across) < crowding(world, cube, along) {
-        across
-    } else {
-        along
-    }
+    (along, across)
 }
 
 /// Cubes in the way of fingers that close along the tool's y axis.
@@ -58,6 +73,7 @@ fn crowding(world: &World<'_>, cube: usize, yaw: f64) -> usize {
             (REACH_M, BREADTH_M)
         };
         *other != cube
+            && !world.is_held(*other)
             && offset.z > -0.7 * edge
             && offset.xy().dot(&along).abs() < reach
             && offset.xy().dot(&across).abs() < breadth

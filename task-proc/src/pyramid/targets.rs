@@ -140,16 +140,14 @@ pub(super) fn goal_of(world: &World<'_>, arm: &ArmSetup, stack: Set, cube: usize
     let on_stack = setup.goal(arm, stack.len());
     let blocked = (0..setup.cubes.len())
         .any(|other| other != cube && is_in_the_way(world, arm, stack, other));
-    let beside = |step: &i32| {
-        // Towards the arm and away from it, a hand's length apart.
-        let x = f64::from(*step) * BESIDE_M;
-        let mut place = setup.goal(arm, 0);
-        place.x += x;
-        place
+    let beside = |[x, y]: &[f64; 2]| setup.goal(arm, 0) + Vector3::new(*x, *y, 0.0);
+    let clear = |place: &Vector3<f64>| {
+        is_clear(world, *place, cube)
+            && is_reachable(world, *place)
+            && (place.xy() - arm.base).norm() > TOO_NEAR_M
     };
-    let clear = |place: &Vector3<f64>| is_clear(world, *place, cube) && is_reachable(world, *place);
     let aside = blocked
-        .then(|| [-1, 1, -2].iter().map(beside).find(clear))
+        .then(|| BESIDE_M.iter().map(beside).find(clear))
         .flatten();
     Goal {
         position: aside.unwrap_or(on_stack),
@@ -157,8 +155,20 @@ pub(super) fn goal_of(world: &World<'_>, arm: &ArmSetup, stack: Set, cube: usize
     }
 }
 
-/// Steps between the places beside a stack (m).
-const BESIDE_M: f64 = 0.12;
+/// Where to look for a clear place, seen from the stack (m): in the direction in
+/// which the fingers close there has to be more room than across it.
+const BESIDE_M: [[f64; 2]; 8] = [
+    [0.14, 0.0],
+    [0.0, -0.12],
+    [0.0, 0.12],
+    [-0.12, 0.0],
+    [0.14, -0.12],
+    [0.14, 0.12],
+    [-0.12, -0.12],
+    [-0.12, 0.12],
+];
+/// Nearer to its base the arm folds up and gets stuck (m).
+const TOO_NEAR_M: f64 = 0.32;
 
 /// The TCP at `position` with the tool straight down.
 pub(super) fn down(position: Vector3<f64>, yaw: f64) -> Pose {

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::Alarm;
 use crate::pyramid::center::Center;
 use crate::pyramid::cubes::{self, CubeState, Cubes};
+use crate::pyramid::grip;
 use crate::pyramid::host::{Context, PyramidHost};
 use crate::pyramid::keys::{self, Recovery};
 use crate::pyramid::setup::PyramidSetup;
@@ -78,31 +79,35 @@ impl AcquireCube {
         Ok(matches!(state, CubeState::Reserved | CubeState::Carried).then_some(current))
     }
 
-    /// The next cube: one that stands in the way of the stack first, else by
-    /// the order.
+    /// The next cube: one that stands in the way of the stack first, then those
+    /// the fingers get around, then those that only this arm reaches, then by
+    /// the order. In a pyramid nobody touched the order alone decides.
     fn next(&self, cx: &Context<'_, '_>, stack: Set) -> Result<Option<usize>, Fault> {
         let Some(arm) = cx.world.arm_setup() else {
             return Ok(None);
         };
-        let mut first = None;
+        let mut best: Option<([bool; 3], usize)> = None;
         for cube in &arm.order {
             if self.cubes.state(cx, *cube)? != CubeState::Available {
                 continue;
             }
-            let seen = cx.world.cube_position(*cube);
-            let ready = seen.is_none_or(|position| {
-                cubes::is_reachable(cx.world, position)
-                    && cubes::is_free_on_top(cx.world, *cube)
-                    && !cx.world.is_held(*cube)
-            });
-            if ready && cubes::is_in_the_way(cx.world, arm, stack, *cube) {
-                return Ok(Some(*cube));
-            }
-            if ready && first.is_none() {
-                first = Some(*cube);
+            let Some(position) = cx.world.cube_position(*cube) else {
+                // Its turn has come, and it cannot be seen.
+                return Ok(Some(best.map_or(*cube, |(_, cube)| cube)));
+            };
+            let ready = cubes::is_reachable(cx.world, position)
+                && cubes::is_free_on_top(cx.world, *cube)
+                && !cx.world.is_held(*cube);
+            let worse = [
+                !cubes::is_in_the_way(cx.world, arm, stack, *cube),
+                !grip::is_free(cx.world, arm, *cube),
+                cubes::is_reachable_by_others(cx.world, position),
+            ];
+            if ready && best.is_none_or(|(least, _)| worse < least) {
+                best = Some((worse, *cube));
             }
         }
-        Ok(first)
+        Ok(best.map(|(_, cube)| cube))
     }
 
     fn reserve(&self, cx: &mut Context<'_, '_>, cube: usize, stack: Set) -> Result<Status, Fault> {

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::{Alarm, seconds};
 use crate::pyramid::center::Center;
 use crate::pyramid::cubes::{self, CubeState, Cubes};
+use crate::pyramid::grip;
 use crate::pyramid::host::{Context, PyramidHost};
 use crate::pyramid::keys::Recovery;
 use crate::pyramid::setup::PyramidSetup;
@@ -174,10 +175,12 @@ impl RecoverCube {
         ));
     }
 
-    /// The end of a recovery. A cube that something lies on is left to itself:
-    /// what lies on it has to be taken first.
+    /// The end of a recovery. A cube that the fingers do not get around is left
+    /// to itself: perhaps another one has to be taken first.
     fn finish(&self, cx: &mut Context<'_, '_>, cube: usize) -> Result<Status, Fault> {
-        if !cubes::is_free_on_top(cx.world, cube) {
+        let arm = cx.world.arm_setup();
+        let crowded = arm.is_some_and(|arm| !grip::is_free(cx.world, arm, cube));
+        if crowded || !cubes::is_free_on_top(cx.world, cube) {
             self.cubes.set_state(cx, cube, CubeState::Available)?;
             self.cubes.set_current(cx, None)?;
         }
