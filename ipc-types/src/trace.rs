@@ -21,8 +21,8 @@ code! {
         /// A blackboard key has a new value: `text` is `key=value`.
         Key = 5,
         /// Part of the picture: node `node` of `to`, child of node `from` - 1
-        /// (0: of none); `text` is id, kind, name and detail, each ended by
-        /// [`FIELD_END`].
+        /// (0: of none); `text` is id, kind, name and detail with [`FIELD_END`]
+        /// between them, and of node 0 the name of the picture besides.
         Node = 6,
         /// Part of the picture: an edge from node `from` to node `to`.
         Edge = 7,
@@ -39,7 +39,7 @@ impl TraceKind {
     }
 }
 
-/// Ends a field of a [`TraceKind::Node`] line.
+/// Stands between two fields of a [`TraceKind::Node`] line.
 pub const FIELD_END: char = '\u{1f}';
 
 /// Bytes of a line's text.

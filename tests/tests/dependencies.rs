@@ -65,7 +65,7 @@ fn only_the_one_process_cell_knows_a_process() {
 #[test]
 fn the_cores_know_neither_bus_nor_engine() {
     let all = dependencies();
-    for name in ["rmp", "cell-model"] {
+    for name in ["rmp", "behavior", "cell-model"] {
         for forbidden in ["cell-bus", "iceoryx2"].iter().chain(&ENGINES) {
             assert!(
                 !all[name].contains(*forbidden),
@@ -73,10 +73,12 @@ fn the_cores_know_neither_bus_nor_engine() {
             );
         }
     }
-    assert!(
-        all["rmp"].iter().all(|name| !all.contains_key(name)),
-        "rmp is usable alone"
-    );
+    for name in ["rmp", "behavior"] {
+        assert!(
+            all[name].iter().all(|other| !all.contains_key(other)),
+            "{name} is usable alone"
+        );
+    }
 }
 
 #[test]

@@ -94,10 +94,14 @@ fn live(args: &ShowArgs) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The pictures without their ports, which do not change.
 fn frame(view: &View) -> String {
-    let pictures = view.trace.pictures.iter();
-    let drawn: Vec<String> = pictures
-        .map(|p| behavior::views::text(&p.graph, Some(&p.statuses)))
-        .collect();
+    let mut drawn = Vec::new();
+    for picture in &view.trace.pictures {
+        let mut graph = picture.graph.clone();
+        graph.nodes.iter_mut().for_each(|n| n.detail.clear());
+        let text = behavior::views::text(&graph, Some(&picture.statuses));
+        drawn.push(format!("{}:\n{text}", graph.name));
+    }
     drawn.join("\n")
 }

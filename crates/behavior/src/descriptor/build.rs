@@ -357,7 +357,7 @@ impl<'a, H: Host> Builder<'a, H> {
 }
 
 /// `name` of `${name}`.
-fn only_constant(text: &str) -> Option<&str> {
+pub(super) fn only_constant(text: &str) -> Option<&str> {
     let name = text.strip_prefix("${")?.strip_suffix('}')?;
     (!name.contains(['$', '{', '}'])).then_some(name)
 }

@@ -1,33 +1,46 @@
 //! Ports of a node in one line.
 
+use std::collections::BTreeMap;
+
+use super::build::only_constant;
 use super::files::get;
 use super::json::{Data, Entry, Value as Json, shortened};
+use crate::value::Value;
 
-/// Ports in one line.
-pub(super) fn detail(entries: &[Entry]) -> String {
+type Constants = BTreeMap<String, Value>;
+
+/// Ports in one line; a port that is a constant shows its value.
+pub(super) fn detail(entries: &[Entry], constants: &Constants) -> String {
     let mut parts = Vec::new();
     if let Some(name) = get(entries, "subtree").and_then(Json::as_text) {
         parts.push(shortened(name));
     }
-    parts.extend(ports_line(get(entries, "ports")));
+    parts.extend(ports_line(get(entries, "ports"), constants));
     parts.join(" ")
 }
 
-fn ports_line(ports: Option<&Json>) -> Vec<String> {
+fn ports_line(ports: Option<&Json>, constants: &Constants) -> Vec<String> {
     let entries = ports.and_then(Json::as_object).unwrap_or_default();
-    let line = |e: &Entry| format!("{}={}", shortened(&e.key), value(&e.value));
+    let line = |e: &Entry| format!("{}={}", shortened(&e.key), value(&e.value, constants));
     entries.iter().map(line).collect()
 }
 
-fn value(json: &Json) -> String {
+fn value(json: &Json, constants: &Constants) -> String {
     match &json.data {
         Data::Null => "null".to_owned(),
         Data::Bool(value) => value.to_string(),
         Data::Integer(value) => value.to_string(),
         Data::Number(value) => value.to_string(),
-        Data::Text(text) => format!("'{}'", shortened(text)),
+        Data::Text(text) => match only_constant(text).and_then(|name| constants.get(name)) {
+            Some(value) => value.to_string(),
+            None => format!("'{}'", shortened(text)),
+        },
         Data::List(items) => {
-            let items: Vec<String> = items.iter().take(8).map(value).collect();
+            let items: Vec<String> = items
+                .iter()
+                .take(8)
+                .map(|item| value(item, constants))
+                .collect();
             format!("[{}]", items.join(", "))
         }
         Data::Object(entries) => match entries.as_slice() {

@@ -95,7 +95,7 @@ impl<'a, H: Host> Builder<'a, H> {
             return None;
         };
         Some(Node {
-            detail: detail(entries),
+            detail: detail(entries, &self.constants),
             type_name: found.name().to_owned(),
             name,
             kind,
