@@ -6,7 +6,7 @@ use behavior::value::Set;
 use ipc_types::Pose;
 use nalgebra::{Rotation2, Vector2, Vector3};
 
-use super::cubes::{is_clear, is_in_the_way, is_reachable};
+use super::cubes::{is_clear, is_in_the_way, is_reachable, is_reachable_by_others};
 use super::host::{Context, World};
 use super::setup::ArmSetup;
 use super::{grip, keys};
@@ -146,8 +146,14 @@ pub(super) fn goal_of(world: &World<'_>, arm: &ArmSetup, stack: Set, cube: usize
             && is_reachable(world, *place)
             && (place.xy() - arm.base).norm() > TOO_NEAR_M
     };
+    // Best where other arms reach the cube, too: they may need it.
+    let places = || BESIDE_M.iter().map(beside).filter(&clear);
     let aside = blocked
-        .then(|| BESIDE_M.iter().map(beside).find(clear))
+        .then(|| {
+            places()
+                .find(|place| is_reachable_by_others(world, *place))
+                .or_else(|| places().next())
+        })
         .flatten();
     Goal {
         position: aside.unwrap_or(on_stack),

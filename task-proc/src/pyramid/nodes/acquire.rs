@@ -30,6 +30,8 @@ struct AcquireCube {
 #[derive(Default, Serialize, Deserialize)]
 struct State {
     waiting: Alarm,
+    /// The cube that was reserved last, kept from one pick-up to the next.
+    last: Option<usize>,
 }
 
 /// The node type.
@@ -80,13 +82,19 @@ impl AcquireCube {
     }
 
     /// The next cube: one that stands in the way of the stack first, then those
-    /// the fingers get around, then those that only this arm reaches, then by
-    /// the order. In a pyramid nobody touched the order alone decides.
-    fn next(&self, cx: &Context<'_, '_>, stack: Set) -> Result<Option<usize>, Fault> {
+    /// the fingers get around (of those they do not, another than the last),
+    /// then those that only this arm reaches, then by the order. In a pyramid
+    /// nobody touched the order alone decides.
+    fn next(
+        &self,
+        state: &State,
+        cx: &Context<'_, '_>,
+        stack: Set,
+    ) -> Result<Option<usize>, Fault> {
         let Some(arm) = cx.world.arm_setup() else {
             return Ok(None);
         };
-        let mut best: Option<([bool; 3], usize)> = None;
+        let mut best: Option<([bool; 4], usize)> = None;
         for cube in &arm.order {
             if self.cubes.state(cx, *cube)? != CubeState::Available {
                 continue;
@@ -98,9 +106,11 @@ impl AcquireCube {
             let ready = cubes::is_reachable(cx.world, position)
                 && cubes::is_free_on_top(cx.world, *cube)
                 && !cx.world.is_held(*cube);
+            let crowded = !grip::is_free(cx.world, arm, *cube);
             let worse = [
                 !cubes::is_in_the_way(cx.world, arm, stack, *cube),
-                !grip::is_free(cx.world, arm, *cube),
+                crowded,
+                crowded && state.last == Some(*cube),
                 cubes::is_reachable_by_others(cx.world, position),
             ];
             if ready && best.is_none_or(|(least, _)| worse < least) {
@@ -159,7 +169,7 @@ impl Leaf<PyramidHost> for AcquireCube {
     type State = State;
 
     fn start(&self, state: &mut State, _cx: &mut Context<'_, '_>) -> Result<(), Fault> {
-        *state = State::default();
+        state.waiting.clear();
         Ok(())
     }
 
@@ -175,9 +185,10 @@ impl Leaf<PyramidHost> for AcquireCube {
         let stack = self.cubes.compare(cx)?;
         let cube = match own {
             Some(cube) => Some(cube),
-            None => self.next(cx, stack)?,
+            None => self.next(state, cx, stack)?,
         };
         if let Some(cube) = cube {
+            state.last = Some(cube);
             return self.reserve(cx, cube, stack);
         }
         if state.waiting.is_due(cx.now, cx.get(&self.warning)?) {

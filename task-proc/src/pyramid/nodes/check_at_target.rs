@@ -60,13 +60,6 @@ impl Leaf<PyramidHost> for CheckObjectAtTarget {
         let tolerance = cx.get(&self.xy_tolerance)?;
         let layer = cx.world.setup.numbers.layer_height_m;
         let cube = cx.world.setup.cube_named(name.as_str());
-        if let Some(p) = cube.and_then(|c| cx.world.cube_position(c)) {
-            let t = cx.world.tcp().map(|t| t.position);
-            cx.world.out.log(format_args!(
-                "DBG at {:.3} {:.3} {:.3} goal {x:.3} {y:.3} {z:.3} tcp {t:.3?}",
-                p.x, p.y, p.z
-            ));
-        }
         let stands = cube.is_some_and(|cube| {
             !cx.world.is_held(cube)
                 && cx.world.cube_position(cube).is_some_and(|position| {
