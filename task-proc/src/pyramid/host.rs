@@ -4,7 +4,7 @@ use behavior::tree::{Cx, Host};
 use ipc_types::decision::GoalKind;
 use ipc_types::world::OBJECT_ENABLED;
 use ipc_types::{GripperGoal, Pose};
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use super::setup::{ArmSetup, PyramidSetup};
 use crate::job::Counters;
@@ -20,6 +20,13 @@ const HAND_M: f64 = 0.05;
 /// Fingers nearer than this stand closed around a cube or on nothing (m); a
 /// cube's edge and a tilt.
 const CLOSED_BELOW_M: f64 = 0.06;
+
+/// Share of the way from its base to its stack at which an arm rests.
+const REST_SHARE: f64 = 0.75;
+/// How far beside that, away from the other arms (m).
+const REST_ASIDE_M: f64 = 0.12;
+/// How far above the height cubes are lifted to (m).
+const REST_ABOVE_M: f64 = 0.1;
 
 /// Marks trees of this demo.
 pub struct PyramidHost;
@@ -176,6 +183,24 @@ impl<'w> World<'w> {
             offset.norm() < position && angle < orientation
         });
         followed && near
+    }
+
+    /// Where the TCP is out of everybody's way: back from the arm's stack, on
+    /// the side away from the other arms, above all cubes.
+    pub fn rest(&self) -> Option<Pose> {
+        let arm = self.arm_setup()?;
+        let others = self
+            .setup
+            .arms
+            .iter()
+            .filter(|other| other.name != arm.name);
+        let away: Vector2<f64> = others.map(|other| arm.goal - other.goal).sum();
+        let away = away.try_normalize(1.0e-6).unwrap_or_default();
+        let place = arm.base + (arm.goal - arm.base) * REST_SHARE + away * REST_ASIDE_M;
+        Some(Pose {
+            position: [place.x, place.y, self.setup.numbers.lift_z_m + REST_ABOVE_M],
+            orientation_wxyz: geometry::straight_down(arm.yaw),
+        })
     }
 
     /// Name of the arm for the log.

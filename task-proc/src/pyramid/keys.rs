@@ -17,6 +17,8 @@ pub(super) const COMPLETION_KEY: &str = "completion_key";
 pub(super) const PICKUP_REFERENCE: &str = "pickup_reference";
 /// Local: the robot was found and its keys are set.
 pub(super) const INITIALIZED: &str = "initialized";
+/// Local: where the arm rests, a pose of the TCP.
+pub(super) const REST: &str = "rest";
 /// Local: the cube goes out of the way, not onto the stack.
 pub(super) const ASIDE: &str = "aside";
 /// Local: the seven targets, poses of the TCP, the last one of the cube.

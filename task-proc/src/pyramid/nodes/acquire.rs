@@ -1,6 +1,7 @@
 //! `AcquireCube`: takes the centre and reserves the next cube.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use behavior::Status;
 use behavior::board::{Access, Fault, In, Out};
@@ -8,7 +9,7 @@ use behavior::tree::{BindError, Binder, Leaf, NodeType};
 use behavior::value::Set;
 use serde::{Deserialize, Serialize};
 
-use super::Alarm;
+use super::{Alarm, wait};
 use crate::pyramid::center::Center;
 use crate::pyramid::cubes::{self, CubeState, Cubes};
 use crate::pyramid::grip;
@@ -29,6 +30,9 @@ struct AcquireCube {
 
 #[derive(Default, Serialize, Deserialize)]
 struct State {
+    key: u64,
+    /// Since when another arm owns the centre.
+    barred: Option<Duration>,
     waiting: Alarm,
     /// The cube that was reserved last, kept from one pick-up to the next.
     last: Option<usize>,
@@ -168,7 +172,9 @@ impl AcquireCube {
 impl Leaf<PyramidHost> for AcquireCube {
     type State = State;
 
-    fn start(&self, state: &mut State, _cx: &mut Context<'_, '_>) -> Result<(), Fault> {
+    fn start(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<(), Fault> {
+        state.key = cx.world.new_key();
+        state.barred = None;
         state.waiting.clear();
         Ok(())
     }
@@ -176,8 +182,9 @@ impl Leaf<PyramidHost> for AcquireCube {
     fn tick(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<Status, Fault> {
         if self.center.is_others(cx)? {
             state.waiting.clear();
-            return Ok(Status::Running);
+            return Ok(wait(&mut state.barred, state.key, cx));
         }
+        state.barred = None;
         let own = self.own(cx)?;
         if let Some(cube) = own {
             self.leave_other(cx, cube)?;

@@ -15,11 +15,30 @@ mod watch;
 
 use std::time::Duration;
 
+use behavior::Status;
+use ipc_types::GripperGoal;
 use serde::{Deserialize, Serialize};
+
+use crate::pyramid::host::Context;
 
 /// Seconds as a length of time; the longest where they are none.
 fn seconds(value: f64) -> Duration {
     Duration::try_from_secs_f64(value).unwrap_or(Duration::MAX)
+}
+
+/// An arm that waits for the centre longer than this goes out of the way: the
+/// one that works there may need the room (s).
+const PATIENCE_S: f64 = 2.0;
+
+/// What a node does that waits for the centre since `since`.
+fn wait(since: &mut Option<Duration>, key: u64, cx: &mut Context<'_, '_>) -> Status {
+    let began = *since.get_or_insert(cx.now);
+    if cx.now.saturating_sub(began) >= seconds(PATIENCE_S)
+        && let Some(rest) = cx.world.rest()
+    {
+        cx.world.go(key, rest, GripperGoal::Keep);
+    }
+    Status::Running
 }
 
 /// Says when something has lasted, again and again.

@@ -10,7 +10,7 @@ use ipc_types::GripperGoal;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{Alarm, seconds};
+use super::{Alarm, seconds, wait};
 use crate::pyramid::center::Center;
 use crate::pyramid::cubes::{self, CubeState, Cubes};
 use crate::pyramid::grip;
@@ -39,6 +39,8 @@ struct RecoverCube {
 #[derive(Default, Serialize, Deserialize)]
 struct State {
     key: u64,
+    /// Since when another arm owns the centre.
+    barred: Option<Duration>,
     /// Where the cube was when it moved last (m), and since when it is there.
     reference: Option<[f64; 3]>,
     still_since: Duration,
@@ -214,8 +216,9 @@ impl Leaf<PyramidHost> for RecoverCube {
             return Ok(Status::Failure);
         };
         if !self.center.take(cx)? {
-            return Ok(Status::Running);
+            return Ok(wait(&mut state.barred, state.key, cx));
         }
+        state.barred = None;
         if cx.world.cube_in_hand() == Some(cube) {
             // It is where it belongs; the pick-up takes it from here.
             self.recovery.clear(cx)?;

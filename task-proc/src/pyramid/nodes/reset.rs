@@ -15,6 +15,7 @@ use crate::pyramid::cubes::Cubes;
 use crate::pyramid::host::{Context, PyramidHost};
 use crate::pyramid::keys::{self, Recovery};
 use crate::pyramid::setup::PyramidSetup;
+use crate::pyramid::targets::{Numbers, to_numbers};
 
 /// The robot has to be found at one of so many ticks.
 const ATTEMPTS: u32 = 30;
@@ -28,6 +29,7 @@ struct FrankaReset {
     recovery_key: Out<Str>,
     completion_key: Out<Str>,
     initialized: Out<bool>,
+    rest: Out<Numbers>,
 }
 
 #[derive(Default, Serialize, Deserialize)]
@@ -72,6 +74,7 @@ impl FrankaReset {
                 Access::Write,
             )?,
             initialized: keys::local(binder, keys::INITIALIZED, Some(false), Access::Write)?,
+            rest: keys::local(binder, keys::REST, None, Access::Write)?,
         })
     }
 
@@ -89,6 +92,9 @@ impl FrankaReset {
             &self.completion_key,
             name(keys::stack_complete(robot.as_str())),
         )?;
+        if let Some(rest) = cx.world.rest() {
+            cx.set(&self.rest, to_numbers(&rest))?;
+        }
         self.cubes.compare(cx)?;
         cx.set(&self.initialized, true)
     }
