@@ -51,7 +51,7 @@ fn run_bench(args: &BenchArgs) -> Result<(), Failure> {
         BenchKind::E2e => e2e::run(args.seconds, args.json),
         BenchKind::Control => core_bench("control", args.json),
         BenchKind::Physics => core_bench("physics", args.json),
-        BenchKind::Behavior => core_bench("behavior", args.json),
+        BenchKind::Behavior => sim::behavior_bench(args.json),
         BenchKind::Ipc => bench::ipc::run(args.json).map_err(Failure::configuration),
         BenchKind::Loop => bench::loop_::run(args.json).map_err(Failure::configuration),
     }

@@ -7,7 +7,7 @@
 
 use std::path::{Path, PathBuf};
 
-use robocell_tests::cell::{TestCell, base};
+use robocell_tests::cell::{TestCell, base, generation};
 use robocell_tests::program::{Said, finish, robocell, wait_for};
 
 fn checkout() -> PathBuf {
@@ -187,4 +187,31 @@ fn copy(from: &Path, to: &Path) {
             std::fs::copy(entry.path(), target).expect("a file is copied");
         }
     }
+}
+
+/// A task that would not start is not started: the one that works is kept.
+#[test]
+fn a_broken_edit_is_refused_and_the_running_task_left_alone() {
+    let dir = base();
+    let data = dir.path().join("data");
+    copy(&checkout().join("cells"), &data.join("cells"));
+    copy(&checkout().join("robots"), &data.join("robots"));
+    let file = data.join("cells/franka-pyramid.tree.json");
+    let text = std::fs::read_to_string(&file).expect("the tree");
+    let data = data.display().to_string();
+    let run = ["franka-pyramid", "--data", &data, "--headless", "--paused"];
+    let cell = TestCell::start_in(dir, &run);
+    let before = cell.wait_up();
+    std::fs::write(&file, text.replace("MoveToTarget", "MoveToTargt")).expect("it is broken");
+    let said = cell.ask(&["restart", "task"]);
+    assert_eq!(said.code, 3, "{said:?}");
+    for part in ["did you mean 'MoveToTarget'?", "left alone"] {
+        assert!(said.stderr.contains(part), "{said:?}");
+    }
+    let after = cell.wait_up();
+    assert_eq!(generation(&after, "task"), generation(&before, "task"));
+    // Nor does a cell begin with it.
+    let other = cell.ask(&["run", "franka-pyramid", "--data", &data, "--cell", "other"]);
+    assert_eq!(other.code, 3, "{other:?}");
+    assert!(other.stderr.contains("did you mean"), "{other:?}");
 }

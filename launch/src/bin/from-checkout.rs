@@ -42,6 +42,10 @@ fn build_and_become() -> Result<ExitCode, String> {
     for package in PACKAGES {
         build.args(["--package", package]);
     }
+    // Its peers are built only for those who want to be compared with them.
+    if wants_behavior_bench(std::env::args().skip(1)) {
+        build.args(["--example", "bench_behavior"]);
+    }
     let status = build
         .status()
         .map_err(|error| format!("cannot start cargo: {error}"))?;
@@ -53,4 +57,23 @@ fn build_and_become() -> Result<ExitCode, String> {
         .args(std::env::args_os().skip(1))
         .exec();
     Err(format!("{}: {error}", robocell.display()))
+}
+
+/// Whether the first two words are `bench behavior`, whatever flags are among
+/// them.
+fn wants_behavior_bench(arguments: impl Iterator<Item = String>) -> bool {
+    let mut words = arguments.filter(|argument| !argument.starts_with('-'));
+    words.next().as_deref() == Some("bench") && words.next().as_deref() == Some("behavior")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bench_of_behaviours_is_built_when_it_is_asked_for() {
+        let wants = |line: &str| wants_behavior_bench(line.split(' ').map(str::to_owned));
+        assert!(wants("bench behavior") && wants("bench --json behavior"));
+        assert!(!wants("bench physics") && !wants("run behavior"));
+    }
 }

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use cell_model::run_spec::RunSpec;
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::topic::TopicId;
 use ipc_types::{GripperGoal, OperatorRequest, Pose, Wire, WorldState};
@@ -13,8 +14,8 @@ use crate::cli::{
 };
 use crate::control::{Reply, Request, ask};
 use crate::failure::{Context, Failure};
-use crate::run::plan::{did_you_mean, load};
-use crate::say;
+use crate::run::plan::{choose, did_you_mean, load};
+use crate::{say, sim};
 
 /// Physics answers within a tick; a busy machine needs longer.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -188,11 +189,26 @@ pub(crate) fn restart(args: &RestartArgs) -> Result<(), Failure> {
         ProcessName::Monitor => "monitor",
     };
     let session = Session::of(&args.cell.cell)?;
+    if args.process == ProcessName::Task {
+        check_task(&session.spec, args.policy.as_deref())?;
+    }
     let wish = Request::Restart {
         process: process.to_owned(),
         policy: args.policy.clone(),
     };
     accepted(ask(&session.dir.control(), &wish)?)
+}
+
+/// Nothing that runs is stopped for a task that would not start.
+fn check_task(spec: &RunSpec, policy: Option<&str>) -> Result<(), Failure> {
+    let data = spec.data_dir.as_deref();
+    let kept = |failure: Failure| Failure {
+        message: format!("{}\nthe task that runs was left alone", failure.message),
+        ..failure
+    };
+    let cell = load(data, &spec.demo, spec.seed, spec.robot.as_ref()).map_err(kept)?;
+    let policy = choose(policy, &cell.policies, &spec.policy, &spec.demo)?;
+    sim::check_policy(&spec.demo, &policy, data).map_err(kept)
 }
 
 /// `robocell down`: returns when nothing of the cell runs any more.

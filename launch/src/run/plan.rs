@@ -6,11 +6,13 @@ use std::path::{Path, PathBuf};
 
 use cell_model::run_spec::{RunSpec, Speed};
 use cell_model::script::{self, ScriptLine};
+use cell_model::task_spec::TaskSpec;
 use cell_model::{Cell, Data, RobotFiles};
 
 use crate::cli::RunArgs;
 use crate::failure::{Context, Failure};
 use crate::rundir::RunDir;
+use crate::sim;
 
 /// A run that can be started.
 #[derive(Debug)]
@@ -42,6 +44,10 @@ impl Plan {
             &cell.default_policy,
             &args.demo,
         )?;
+        if matches!(cell.task, TaskSpec::Pyramid(_)) {
+            // Its behaviour stands in a file of its own.
+            sim::check_policy(&args.demo, &policy, data_dir.as_deref())?;
+        }
         let objects: Vec<String> = cell.objects.iter().map(|o| o.name.clone()).collect();
         let script = args
             .script
