@@ -1,7 +1,6 @@
 //! What runs inside one process is another program's work: `cell-sim`.
 
 use std::path::Path;
-use std::path::Path;
 use std::process::Command;
 
 use crate::child::beside;
