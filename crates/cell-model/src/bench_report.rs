@@ -81,6 +81,13 @@ impl Row {
             ratio_p999: None,
         }
     }
+
+    /// The same figures, which are of this unit.
+    #[must_use]
+    pub fn in_unit(mut self, unit: &'static str) -> Self {
+        self.unit = unit;
+        self
+    }
 }
 
 /// All rows of one run.
@@ -131,9 +138,17 @@ impl Report {
         if json {
             return writeln!(out, "{}", serde_json::to_string(self)?);
         }
+        // One unit is said once, several behind its figures.
+        let unit = self.rows.first().map_or("us", |row| row.unit);
+        let mixed = self.rows.iter().any(|row| row.unit != unit);
+        let units = if mixed {
+            "units behind the figures".to_owned()
+        } else {
+            format!("times in {unit}")
+        };
         writeln!(
             out,
-            "{}: scheduling {}, times in us",
+            "{}: scheduling {}, {units}",
             self.bench, self.scheduling
         )?;
         for note in &self.notes {
@@ -148,9 +163,10 @@ impl Report {
             let ratio = row
                 .ratio
                 .map_or(String::new(), |ratio| format!("{ratio:.3}"));
+            let unit = if mixed { row.unit } else { "" };
             writeln!(
                 out,
-                "{:<42} {:>7} {:>9.2} {:>9.2} {:>9.2} {:>9.2}  {ratio:>7}  {}",
+                "{:<42} {:>7} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {unit} {ratio:>7}  {}",
                 row.name,
                 row.n,
                 row.p50,
@@ -182,6 +198,22 @@ mod tests {
             (500.0, 990.0, 999.0, 1000.0)
         );
         assert_eq!(self::row("none", std::iter::empty()).p50, 0.0);
+    }
+
+    #[test]
+    fn rows_of_several_units_say_theirs() {
+        let mut report = Report::new("behavior", false, &[]);
+        let text = |report: &Report| {
+            let mut out = Vec::new();
+            report.write(&mut out, false).unwrap();
+            String::from_utf8(out).unwrap()
+        };
+        report.rows = vec![row("a tick", [2000].into_iter())];
+        assert!(text(&report).contains("times in us"));
+        let counted = row("a tick", [0].into_iter()).in_unit("allocations");
+        report.rows.push(counted);
+        let table = text(&report);
+        assert!(table.contains("2.00 us ") && table.contains("0.00 allocations "));
     }
 
     #[test]

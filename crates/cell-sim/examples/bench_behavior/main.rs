@@ -1,0 +1,112 @@
+//! What behaviours cost: a tick of a tree, an event of a machine and of a
+//! matrix, a checkpoint; and the same work done by other libraries, in turns
+//! within one run. `robocell bench behavior` starts it.
+#![forbid(unsafe_code)]
+
+mod bonsai;
+mod instructions;
+mod machines;
+mod matrices;
+#[path = "../../../behavior/examples/pick_place/mod.rs"]
+mod pick_place;
+mod rounds;
+mod statig;
+mod subject;
+mod tasks;
+mod trees;
+
+use std::error::Error;
+use std::io::{Write, stderr, stdout};
+use std::process::ExitCode;
+
+use cell_model::bench_report::Report;
+use cell_rt::priority::{self, CONTROLLER_PRIORITY};
+use clap::Parser;
+
+use subject::Subject;
+
+#[global_allocator]
+static ALLOCATOR: cell_rt::alloc::Counting = cell_rt::alloc::Counting;
+
+/// What behaviours cost, against bonsai-bt and statig.
+#[derive(Parser)]
+struct Arguments {
+    /// One JSON object as the last line.
+    #[arg(long)]
+    json: bool,
+    /// Does the work of one row so many times, for an instruction counter.
+    #[arg(long, hide = true, num_args = 2, value_names = ["ROW", "TIMES"])]
+    only: Option<Vec<String>>,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let done = match arguments.only.as_deref() {
+        Some([row, times]) => only(row, times),
+        _ => bench(arguments.json),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // There is nobody left to tell.
+            writeln!(stderr(), "bench_behavior: {error}").ok();
+            ExitCode::from(3)
+        }
+    }
+}
+
+/// The rows in their order, in groups that are set up apart.
+const GROUPS: [fn() -> Result<Vec<Subject>, Box<dyn Error>>; 6] = [
+    trees::subjects,
+    bonsai::subjects,
+    machines::subjects,
+    statig::subjects,
+    matrices::subjects,
+    tasks::subjects,
+];
+
+fn only(row: &str, times: &str) -> Result<(), Box<dyn Error>> {
+    let times: u64 = times.parse()?;
+    for group in GROUPS {
+        if let Some(subject) = group()?.iter_mut().find(|it| it.name == row) {
+            (subject.work)(times);
+            return Ok(());
+        }
+    }
+    Err(format!("there is no row '{row}'").into())
+}
+
+fn bench(json: bool) -> Result<(), Box<dyn Error>> {
+    let granted = priority::request(CONTROLLER_PRIORITY, Some(0));
+    let mut report = Report::new("behavior", granted.fifo, &granted.refused);
+    let mut all = Vec::new();
+    for group in GROUPS {
+        all.extend(group()?);
+    }
+    report.notes.push(format!(
+        "each sample is the mean of {} in a row; rows take turns",
+        rounds::TIMES
+    ));
+    report.rows.extend(rounds::times(&mut all));
+    report.rows.extend(rounds::allocations(&mut all));
+    match instructions::rows(&all) {
+        Ok(rows) => report.rows.extend(rows),
+        Err(why) => report
+            .notes
+            .push(format!("instructions: not measured: {why}")),
+    }
+    for subject in &all {
+        let Some(peer) = subject.against else {
+            continue;
+        };
+        for suffix in ["", rounds::ALLOCATIONS, instructions::SUFFIX] {
+            let (own, other) = (
+                format!("{}{suffix}", subject.name),
+                format!("{peer}{suffix}"),
+            );
+            report.compare(&own, &other);
+        }
+    }
+    report.write(&mut stdout().lock(), json)?;
+    Ok(())
+}
