@@ -183,24 +183,6 @@ impl Json {
             counters,
             out,
         };
-        if arm == 0 && std::env::var("PYRDBG").is_ok() && now.as_millis() % 50 == 0 {
-            let c = world.cube(0).unwrap();
-            let t = world.tcp().unwrap();
-            let g = world.observation.arm(0).unwrap().gripper;
-            let tip = robot.tree.tip().map(|n| robot.phases[n]);
-            eprintln!(
-                "{:.2} {:?} cube {:.4?} q{:.3?} tcp {:.4?} w {:.4} f {:.1} held {} beam {}",
-                now.as_secs_f64(),
-                tip,
-                c.position,
-                c.orientation_wxyz,
-                t.position,
-                g.width,
-                g.grip_force,
-                g.held_object,
-                g.beam_object
-            );
-        }
         let status = robot.tree.tick(now, board, &mut world);
         tree_trace::events(&robot.tree, arm, out);
         self.memory.shown.note(arm, robot.tree.tip());

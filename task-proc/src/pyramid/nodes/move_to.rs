@@ -41,7 +41,7 @@ struct State {
 
 /// The node type.
 pub(in crate::pyramid) fn node_type() -> NodeType<PyramidHost> {
-    NodeType::new(
+    let node_type = NodeType::new(
         "MoveToTarget",
         "Moves the TCP to a target. It may watch the cube it goes for, or the \
          one it carries, and asks for a recovery when that one moved.",
@@ -72,44 +72,50 @@ pub(in crate::pyramid) fn node_type() -> NodeType<PyramidHost> {
         0.0,
         "turn of the hand about the vertical axis (degrees)",
     )
-    .within(-360.0, 360.0)
-    .input_or(
-        "monitor_pickup_motion",
-        false,
-        "asks for a recovery when the cube moved, or is not reached in time",
-    )
-    .input_or(
-        "monitor_grasp",
-        false,
-        "keeps the hand closed, and asks for a recovery when the cube left it",
-    )
-    .input_or("movement", 0.008, "a cube that moved further has moved (m)")
-    .within(1.0e-4, 1.0)
-    .input_or(
-        "max_grasp_distance",
-        0.05,
-        "a cube further from the TCP is not in the hand (m); 0.14 from the \
+    .within(-360.0, 360.0);
+    watching(node_type)
+}
+
+/// With the ports about the cube that is watched, and about the way.
+fn watching(node_type: NodeType<PyramidHost>) -> NodeType<PyramidHost> {
+    node_type
+        .input_or(
+            "monitor_pickup_motion",
+            false,
+            "asks for a recovery when the cube moved, or is not reached in time",
+        )
+        .input_or(
+            "monitor_grasp",
+            false,
+            "keeps the hand closed, and asks for a recovery when the cube left it",
+        )
+        .input_or("movement", 0.008, "a cube that moved further has moved (m)")
+        .within(1.0e-4, 1.0)
+        .input_or(
+            "max_grasp_distance",
+            0.05,
+            "a cube further from the TCP is not in the hand (m); 0.14 from the \
          origin of the hand's own frame",
-    )
-    .within(1.0e-3, 1.0)
-    .input_or(
-        "warning_interval",
-        5.0,
-        "a warning is given each time the target was not reached for this long (s)",
-    )
-    .within(0.001, 3600.0)
-    .input_or(
-        "straight_lead",
-        0.0,
-        "goes in a straight line: the arm is led by a point so far ahead on it \
+        )
+        .within(1.0e-3, 1.0)
+        .input_or(
+            "warning_interval",
+            5.0,
+            "a warning is given each time the target was not reached for this long (s)",
+        )
+        .within(0.001, 3600.0)
+        .input_or(
+            "straight_lead",
+            0.0,
+            "goes in a straight line: the arm is led by a point so far ahead on it \
          (m); with 0 it is sent to the target at once, and bows",
-    )
-    .within(0.0, 1.0)
-    .input_or(
-        "skip_when_held",
-        false,
-        "succeeds at once when the cube is in the hand already",
-    )
+        )
+        .within(0.0, 1.0)
+        .input_or(
+            "skip_when_held",
+            false,
+            "succeeds at once when the cube is in the hand already",
+        )
 }
 
 impl MoveToTarget {
