@@ -147,3 +147,16 @@ fn values_survive_in_a_record_by_the_names_of_their_keys() {
             .contains("blackboard")
     );
 }
+
+#[test]
+fn nodes_of_one_name_in_two_trees_are_two_clients() {
+    let mut board = Board::new();
+    board.declare("x", ValueType::Bool, None).unwrap();
+    let register =
+        |board: &mut Board| board.register("node", "x", ValueType::Bool, Access::Exclusive);
+    register(&mut board).unwrap();
+    register(&mut board).unwrap();
+    board.next_tree();
+    let refused = register(&mut board).unwrap_err();
+    assert!(matches!(refused, BoardError::Exclusive { .. }), "{refused}");
+}

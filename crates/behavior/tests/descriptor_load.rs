@@ -41,7 +41,7 @@ fn a_good_file_is_read_whole() {
     assert!(find(&read.root, "back/rest").is_some());
     let stopped = find(&read.root, "stopped").unwrap();
     assert_eq!(stopped.modifiers.len(), 2);
-    assert_eq!(there.detail, "target=to speed='${slow}'");
+    assert_eq!(there.detail, "target=to speed=0.25");
     assert_eq!(read.findings, []);
 }
 

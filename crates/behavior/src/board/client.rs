@@ -41,8 +41,7 @@ impl Client {
     ) -> Result<(), BoardError> {
         let name = self.absolute(key);
         board.declare(&name, T::TYPE, None)?;
-        let client = board.client_name(self.number).to_owned();
-        board.register(&client, &name, T::TYPE, access)?;
+        board.register_as(self.number, &name, T::TYPE, access)?;
         Ok(())
     }
 

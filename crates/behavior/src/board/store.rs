@@ -115,7 +115,10 @@ struct Key {
 #[derive(Clone, Debug, Default)]
 pub struct Board {
     keys: Vec<Key>,
-    clients: Vec<String>,
+    /// Number of the tree that was registering, and name.
+    clients: Vec<(u32, String)>,
+    /// Trees that have registered so far.
+    trees: u32,
 }
 
 impl Board {
@@ -179,9 +182,22 @@ impl Board {
         value_type: ValueType,
         access: Access,
     ) -> Result<usize, BoardError> {
-        let index = self.index(key).ok_or_else(|| self.unknown(key))?;
         let number = self.client_number(client);
-        let names = &self.clients;
+        self.register_as(number, key, value_type, access)
+    }
+
+    pub(super) fn register_as(
+        &mut self,
+        number: usize,
+        key: &str,
+        value_type: ValueType,
+        access: Access,
+    ) -> Result<usize, BoardError> {
+        let index = self.index(key).ok_or_else(|| self.unknown(key))?;
+        let name = |client: usize| {
+            let client = self.clients.get(client);
+            client.map_or_else(String::new, |(_, name)| name.clone())
+        };
         let Some(entry) = self.keys.get_mut(index) else {
             return Ok(index);
         };
@@ -202,15 +218,21 @@ impl Board {
         };
         if let Some((holder, _)) = entry.clients.iter().find(|c| in_the_way(c)) {
             return Err(BoardError::Exclusive {
-                client: client.to_owned(),
+                client: name(number),
                 key: key.to_owned(),
-                holder: names.get(*holder).cloned().unwrap_or_default(),
+                holder: name(*holder),
             });
         }
         if !entry.clients.contains(&(number, access)) {
             entry.clients.push((number, access));
         }
         Ok(index)
+    }
+
+    /// From here on other clients register, whatever they are called: two trees
+    /// of one file have nodes of the same names.
+    pub fn next_tree(&mut self) {
+        self.trees += 1;
     }
 
     /// A client that reaches keys by name while ticking.
@@ -238,7 +260,7 @@ impl Board {
         let entry = self.keys.get(index);
         let clients = entry.map(|k| k.clients.as_slice()).unwrap_or_default();
         clients.iter().map(|(number, access)| {
-            let name = self.clients.get(*number).map_or("", String::as_str);
+            let name = self.clients.get(*number).map_or("", |(_, n)| n.as_str());
             (name, *access)
         })
     }
@@ -306,13 +328,14 @@ impl Board {
     }
 
     pub(super) fn client_name(&self, number: usize) -> &str {
-        self.clients.get(number).map_or("", String::as_str)
+        self.clients.get(number).map_or("", |(_, n)| n.as_str())
     }
 
     fn client_number(&mut self, name: &str) -> usize {
-        let known = self.clients.iter().position(|c| c == name);
+        let own = |(tree, known): &(u32, String)| *tree == self.trees && known == name;
+        let known = self.clients.iter().position(own);
         known.unwrap_or_else(|| {
-            self.clients.push(name.to_owned());
+            self.clients.push((self.trees, name.to_owned()));
             self.clients.len() - 1
         })
     }

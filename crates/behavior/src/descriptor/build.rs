@@ -48,9 +48,10 @@ impl<'a, H: Host> Builder<'a, H> {
     pub(super) fn new(
         library: &'a Library<H>,
         constants: BTreeMap<String, Value>,
-        shared: Board,
+        mut shared: Board,
         errors: Errors,
     ) -> Self {
+        shared.next_tree();
         Self {
             library,
             constants,

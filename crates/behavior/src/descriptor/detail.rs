@@ -16,13 +16,35 @@ pub(super) fn detail(entries: &[Entry], constants: &Constants) -> String {
         parts.push(shortened(name));
     }
     parts.extend(ports_line(get(entries, "ports"), constants));
+    let modifiers = get(entries, "modifiers").and_then(Json::as_list);
+    let settings = modifiers.unwrap_or_default().iter();
+    parts.extend(settings.filter_map(|modifier| setting(modifier, constants)));
     parts.join(" ")
+}
+
+/// What a modifier is set to; its name is added by the picture.
+fn setting(modifier: &Json, constants: &Constants) -> Option<String> {
+    let mut parts = ports_line(modifier.get("ports"), constants);
+    let abort = modifier.get("abort").and_then(Json::as_text);
+    parts.extend(abort.map(|abort| format!("abort={}", shortened(abort))));
+    (!parts.is_empty()).then(|| format!("[{}]", parts.join(" ")))
 }
 
 fn ports_line(ports: Option<&Json>, constants: &Constants) -> Vec<String> {
     let entries = ports.and_then(Json::as_object).unwrap_or_default();
     let line = |e: &Entry| format!("{}={}", shortened(&e.key), value(&e.value, constants));
     entries.iter().map(line).collect()
+}
+
+/// `text` with the values of its constants.
+fn filled(text: &str, constants: &Constants) -> String {
+    let mut filled = text.to_owned();
+    for (name, value) in constants {
+        if let Value::Text(value) = value {
+            filled = filled.replace(&format!("${{{name}}}"), value.as_str());
+        }
+    }
+    filled
 }
 
 fn value(json: &Json, constants: &Constants) -> String {
@@ -44,7 +66,10 @@ fn value(json: &Json, constants: &Constants) -> String {
             format!("[{}]", items.join(", "))
         }
         Data::Object(entries) => match entries.as_slice() {
-            [entry] => shortened(entry.value.as_text().unwrap_or_default()),
+            [entry] => shortened(&filled(
+                entry.value.as_text().unwrap_or_default(),
+                constants,
+            )),
             _ => String::new(),
         },
     }
