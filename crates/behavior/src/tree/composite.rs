@@ -1,11 +1,12 @@
 //! Sequence, Selector and Parallel, as `py_trees` has them.
 
-use super::flat::{NONE, Needs};
+use super::flat::{Code, NONE, Needs};
 use super::leaf::{Cx, Host};
 use super::run::Run;
 use crate::status::{NodeStatus, ResetReason, Status};
 
 impl<H: Host> Run<H> {
+    #[inline]
     pub(super) fn sequence(&mut self, i: usize, memory: bool, cx: &mut Cx<'_, '_, H>) -> Status {
         let op = self.flat.ops[i];
         let (first, end) = (i + 1, op.end as usize);
@@ -18,7 +19,14 @@ impl<H: Host> Run<H> {
                 current => self.flat.ops[current as usize].end as usize,
             };
             self.flat.ops[i].open = false;
-            self.stop_between(first, ran, ResetReason::ParentDone, cx);
+            let mut stale = first;
+            if stale < ran && self.renew(first, ResetReason::ParentDone) {
+                // It is ticked below, anew.
+                stale = first + 1;
+            }
+            if stale < ran {
+                self.stop_between(stale, ran, ResetReason::ParentDone, cx);
+            }
         } else if memory && op.cursor != NONE {
             child = op.cursor as usize;
             if op.watches
@@ -31,10 +39,17 @@ impl<H: Host> Run<H> {
             }
         }
         let before = self.halting;
+        let mut answer = Status::Success;
+        let mut last = op.cursor;
         while child < end {
-            self.flat.ops[i].cursor = index(child);
-            let answer = self.visit(child, cx);
-            let next = self.flat.ops[child].end as usize;
+            last = index(child);
+            let op = &self.flat.ops[child];
+            let next = op.end as usize;
+            answer = if op.code == Code::Leaf {
+                self.leaf(child, cx)
+            } else {
+                self.tick(child, cx)
+            };
             if answer != Status::Success {
                 if !memory {
                     let reason = match answer {
@@ -43,13 +58,15 @@ impl<H: Host> Run<H> {
                     };
                     self.stop_between(next, end, reason, cx);
                 }
-                return self.answer(i, answer, before);
+                break;
             }
             child = next;
         }
-        self.answer(i, Status::Success, before)
+        self.flat.ops[i].cursor = last;
+        self.answer(i, answer, before)
     }
 
+    #[inline]
     pub(super) fn selector(&mut self, i: usize, memory: bool, cx: &mut Cx<'_, '_, H>) -> Status {
         let op = self.flat.ops[i];
         let (first, end) = (i + 1, op.end as usize);
@@ -70,24 +87,29 @@ impl<H: Host> Run<H> {
             self.stop_between(first, child, ResetReason::ParentDone, cx);
         }
         let before = self.halting;
-        let mut last = NONE;
+        let (mut answer, mut last) = (Status::Failure, NONE);
         while child < end {
             last = index(child);
-            let answer = self.visit(child, cx);
-            let next = self.flat.ops[child].end as usize;
+            let op = &self.flat.ops[child];
+            let next = op.end as usize;
+            answer = if op.code == Code::Leaf {
+                self.leaf(child, cx)
+            } else {
+                self.tick(child, cx)
+            };
             if answer != Status::Failure {
-                self.flat.ops[i].cursor = last;
                 if child != previous {
                     self.stop_between(next, end, ResetReason::Preempted, cx);
                 }
-                return self.answer(i, answer, before);
+                break;
             }
             child = next;
         }
         self.flat.ops[i].cursor = last;
-        self.answer(i, Status::Failure, before)
+        self.answer(i, answer, before)
     }
 
+    #[inline(never)]
     pub(super) fn parallel(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         let op = self.flat.ops[i];
         let (first, end) = (i + 1, op.end as usize);

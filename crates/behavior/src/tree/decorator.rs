@@ -7,6 +7,7 @@ use crate::status::{ResetReason, Status};
 
 impl<H: Host> Run<H> {
     /// Those that tick the child first and then make something of its answer.
+    #[inline(never)]
     pub(super) fn decorator(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         let code = self.flat.ops[i].code;
         if !self.is_running(i) {
@@ -115,6 +116,7 @@ impl<H: Host> Run<H> {
         child
     }
 
+    #[inline(never)]
     pub(super) fn one_shot(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         let op = &self.flat.ops[i];
         let code = op.code;
@@ -133,6 +135,7 @@ impl<H: Host> Run<H> {
         self.done(i, answer, ResetReason::ParentDone, cx)
     }
 
+    #[inline(never)]
     pub(super) fn guard(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         let op = &self.flat.ops[i];
         let leaf = &mut self.flat.leaves[usize::from(op.side)];
@@ -149,6 +152,7 @@ impl<H: Host> Run<H> {
         self.done(i, answer, ResetReason::ParentDone, cx)
     }
 
+    #[inline(never)]
     pub(super) fn delay(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         if !self.is_running(i) {
             self.flat.ops[i].open = false;

@@ -125,7 +125,8 @@ pub(super) struct Op {
     pub(super) open: bool,
     /// The status told last.
     pub(super) shown: NodeStatus,
-    /// Its status changed during this tick, perhaps back.
+    /// Its status changed during this tick, perhaps back; or nobody needs to
+    /// be told, as a modifier is around it.
     pub(super) touched: bool,
     /// One-shot: the answer it gives ever after.
     pub(super) last: Option<Status>,
@@ -153,7 +154,7 @@ impl Op {
             watches: false,
             open: false,
             shown: NodeStatus::Invalid,
-            touched: false,
+            touched: !outermost,
             last: None,
             node,
             side: 0,

@@ -212,7 +212,7 @@ pub enum BindError {
         /// The port or key.
         port: String,
         /// What it said.
-        source: BoardError,
+        source: Box<BoardError>,
     },
     /// A name from the host's world that is not there.
     #[error("{0}")]
@@ -292,7 +292,7 @@ impl Binder<'_> {
     ) -> Result<Out<T>, BindError> {
         let refused = |source| BindError::Board {
             port: key.to_owned(),
-            source,
+            source: Box::new(source),
         };
         let default = default.map(Plain::into_value);
         self.board(scope)
@@ -351,7 +351,7 @@ impl Binder<'_> {
             .register(node, key, T::TYPE, access)
             .map_err(|source| BindError::Board {
                 port: port.to_owned(),
-                source,
+                source: Box::new(source),
             })?;
         Ok(Slot { scope, index })
     }

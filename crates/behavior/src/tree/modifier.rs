@@ -9,6 +9,7 @@ use crate::status::{ResetReason, Status};
 use crate::value::Value;
 
 impl<H: Host> Run<H> {
+    #[inline(never)]
     pub(super) fn check(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         let side = usize::from(self.flat.ops[i].side);
         let abort = self.flat.checks[side].abort;

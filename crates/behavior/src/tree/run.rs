@@ -23,12 +23,20 @@ impl<H: Host> Run<H> {
     #[inline]
     pub(super) fn visit(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         if self.flat.ops[i].code == Code::Leaf {
-            self.leaf(i, cx)
+            self.leaf_apart(i, cx)
         } else {
             self.tick(i, cx)
         }
     }
 
+    /// For all but the composites: they do this in place, as a call for each
+    /// of their leaves would cost as much as what it does.
+    #[inline(never)]
+    fn leaf_apart(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
+        self.leaf(i, cx)
+    }
+
+    /// Ticks an operation that is not a leaf.
     pub(super) fn tick(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         let op = &mut self.flat.ops[i];
         let code = op.code;
@@ -38,7 +46,7 @@ impl<H: Host> Run<H> {
             return answer;
         }
         match code {
-            Code::Leaf => self.leaf(i, cx),
+            Code::Leaf => self.leaf_apart(i, cx),
             Code::Sequence { memory } => self.sequence(i, memory, cx),
             Code::Selector { memory } => self.selector(i, memory, cx),
             Code::Parallel => self.parallel(i, cx),
@@ -51,8 +59,9 @@ impl<H: Host> Run<H> {
         }
     }
 
-    #[inline(never)]
-    fn leaf(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
+    #[allow(clippy::inline_always, reason = "most of the cost of a tick is here")]
+    #[inline(always)]
+    pub(super) fn leaf(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         let op = &self.flat.ops[i];
         let leaf = &mut self.flat.leaves[usize::from(op.side)];
         cx.node = usize::from(op.node);
@@ -64,6 +73,7 @@ impl<H: Host> Run<H> {
         status
     }
 
+    #[inline(never)]
     fn wait(&mut self, i: usize, cx: &Cx<'_, '_, H>) -> Status {
         if !self.is_running(i)
             && let Err(fault) = self.arm(i, cx)
@@ -107,21 +117,30 @@ impl<H: Host> Run<H> {
     }
 
     /// Gives the operation a status.
-    #[inline]
+    #[allow(clippy::inline_always, reason = "most of the cost of a tick is here")]
+    #[inline(always)]
     pub(super) fn set(&mut self, i: usize, to: NodeStatus) {
         let op = &mut self.flat.ops[i];
         if op.status == to {
             return;
         }
         op.status = to;
-        if op.outermost && !op.touched {
+        if !op.touched {
             op.touched = true;
             self.changed.push(u32::try_from(i).unwrap_or(NONE));
         }
     }
 
     /// Tells whose status is another one than after the tick before.
+    #[inline]
     pub(super) fn tell(&mut self) {
+        // As in most ticks.
+        if !self.changed.is_empty() {
+            self.tell_changes();
+        }
+    }
+
+    fn tell_changes(&mut self) {
         for i in self.changed.drain(..) {
             let op = &mut self.flat.ops[i as usize];
             op.touched = false;
@@ -156,14 +175,20 @@ impl<H: Host> Run<H> {
 
     /// The answer of an operation, with whatever still halts because of it
     /// awaited: `before` is how many were halting before it stopped any.
+    #[allow(clippy::inline_always, reason = "most of the cost of a tick is here")]
+    #[inline(always)]
     pub(super) fn answer(&mut self, i: usize, answer: Status, before: usize) -> Status {
-        let now = if self.halting > before && answer != Status::Running {
-            self.flat.ops[i].deferred = Some(answer);
-            Status::Running
-        } else {
-            answer
-        };
-        self.set(i, now.into());
-        now
+        if self.halting > before && answer != Status::Running {
+            return self.defer(i, answer);
+        }
+        self.set(i, answer.into());
+        answer
+    }
+
+    #[cold]
+    fn defer(&mut self, i: usize, answer: Status) -> Status {
+        self.flat.ops[i].deferred = Some(answer);
+        self.set(i, NodeStatus::Running);
+        Status::Running
     }
 }

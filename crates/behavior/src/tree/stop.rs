@@ -60,7 +60,7 @@ impl<H: Host> Run<H> {
     }
 
     /// Stops the siblings from `first` up to `end` that are not invalid.
-    #[inline]
+    #[inline(never)]
     pub(super) fn stop_between(
         &mut self,
         first: usize,
@@ -71,12 +71,31 @@ impl<H: Host> Run<H> {
         let mut child = first;
         while child < end {
             let op = &self.flat.ops[child];
-            let next = op.end as usize;
-            if !matches!(op.status, NodeStatus::Invalid | NodeStatus::Halting) {
+            let (next, status) = (op.end as usize, op.status);
+            if self.renew(child, reason) {
+                self.set(child, NodeStatus::Invalid);
+            } else if !matches!(status, NodeStatus::Invalid | NodeStatus::Halting) {
                 self.stop(child, reason, cx);
             }
             child = next;
         }
+    }
+
+    /// As [`Self::stop`] for a leaf that has finished, but for its status:
+    /// whoever ticks it in the same moment need not take it away first.
+    /// `false`, and nothing is done, for everything else.
+    #[allow(clippy::inline_always, reason = "most of the cost of a tick is here")]
+    #[inline(always)]
+    pub(super) fn renew(&mut self, i: usize, reason: ResetReason) -> bool {
+        let op = &mut self.flat.ops[i];
+        let finished = matches!(op.status, NodeStatus::Success | NodeStatus::Failure);
+        if op.code != Code::Leaf || !finished {
+            return false;
+        }
+        op.deferred = None;
+        op.reason = reason;
+        self.flat.leaves[usize::from(op.side)].invalidated();
+        true
     }
 
     /// Stops the siblings from `first` up to `end` that are running.
