@@ -28,7 +28,7 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Drag(args) => client::drag(args),
         Command::Bt(args) => client::behaviour("bt", args),
         Command::Fsm(args) => client::behaviour("fsm", args),
-        Command::Schema(args) => client::schema(args),
+        Command::Schema(args) => client::schema(*args),
         Command::Bench(args) => run_bench(args),
         Command::BenchPeer { dir, prefix } => {
             bench::peer::run(dir, prefix).map_err(Failure::configuration)

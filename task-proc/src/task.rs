@@ -56,7 +56,7 @@ pub enum TaskError {
         /// The demo.
         demo: String,
         /// What is wrong.
-        source: PyramidError,
+        source: Box<PyramidError>,
     },
     /// Nobody to do it.
     #[error("cells/{demo}.toml has no [[arm]]; a task needs one")]
@@ -117,7 +117,7 @@ impl Task {
                 Json::NAME => {
                     let policy = Json::new(spec, cell).map_err(|source| TaskError::Pyramid {
                         demo: cell.name.clone(),
-                        source,
+                        source: Box::new(source),
                     })?;
                     (Box::new(policy), spec.grip_force_n)
                 }

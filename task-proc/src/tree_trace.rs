@@ -37,8 +37,8 @@ pub struct KeyWatch {
 
 impl KeyWatch {
     /// Adds the keys of `board` whose value is new since the last call.
-    /// Positions change with every look at the world and are left out: they
-    /// stand in the goals.
+    /// Quantities (positions, leases) change with every look at the world and
+    /// are left out; positions stand in the goals.
     pub fn changes(&mut self, board: &Board, scope: &str, graph: usize, out: &mut Output) {
         for (index, key) in board.keys().enumerate() {
             let value = board.value(index);
@@ -50,7 +50,7 @@ impl KeyWatch {
             };
             *known = value;
             match value {
-                Some(Value::Numbers(_)) => {}
+                Some(Value::Number(_) | Value::Numbers(_)) => {}
                 Some(value) => out.key(graph, scope, &key.name, &value),
                 None => out.key(graph, scope, &key.name, &"unset"),
             }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{ALL, BOTH, FakeCell};
+use common::{ALL, FakeCell};
 use ipc_types::Wire;
 use ipc_types::decision::Outcome;
 

@@ -3,7 +3,7 @@
 mod common;
 
 use cell_model::{Cell, Data};
-use common::{ALL, BOTH, FakeCell, RED, minus, norm};
+use common::{ALL, FakeCell, RED, minus, norm};
 use ipc_types::decision::{GoalKind, Outcome};
 use ipc_types::{GripperGoal, Pose};
 use task_proc::{Task, TaskError};

@@ -3,7 +3,7 @@
 mod common;
 
 use cell_model::{Cell, Data};
-use common::{ALL, BLUE, BOTH, FakeCell, RED};
+use common::{ALL, BLUE, FakeCell, RED};
 use ipc_types::GripperGoal;
 use ipc_types::decision::Outcome;
 use task_proc::{RecordError, Task};

@@ -3,7 +3,7 @@
 mod common;
 
 use cell_model::random::Random;
-use common::{ALL, BOTH, FakeCell};
+use common::{ALL, FakeCell};
 use ipc_types::decision::Outcome;
 
 /// Jobs per policy.

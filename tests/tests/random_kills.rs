@@ -5,7 +5,9 @@
 #![allow(
     clippy::expect_used,
     clippy::panic,
-    reason = "a test that cannot go on has failed"
+    clippy::print_stdout,
+    clippy::cast_possible_truncation,
+    reason = "a test that cannot go on has failed, and a series says what it did"
 )]
 
 use std::collections::HashSet;

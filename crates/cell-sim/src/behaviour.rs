@@ -116,8 +116,8 @@ fn graph_of_file(kind: Kind, file: &Path) -> Result<Graph, SimError> {
 }
 
 enum Table {
-    Machine(machine::Table),
-    Matrix(matrix::Table),
+    Machine(Box<machine::Table>),
+    Matrix(Box<matrix::Table>),
 }
 
 /// A file with a list of precedence is a matrix.
@@ -125,10 +125,14 @@ fn table(file: &str, text: &str) -> Result<Table, SimError> {
     let broken = |problems: machine::Problems| SimError::Behaviour(problems.to_string());
     if has_precedence(file, text) {
         let definition = matrix::Definition::read(file, text).map_err(broken)?;
-        return Ok(Table::Matrix(definition.compile_alone().map_err(broken)?));
+        return Ok(Table::Matrix(
+            definition.compile_alone().map_err(broken)?.into(),
+        ));
     }
     let definition = machine::Definition::read(file, text).map_err(broken)?;
-    Ok(Table::Machine(definition.compile_alone().map_err(broken)?))
+    Ok(Table::Machine(
+        definition.compile_alone().map_err(broken)?.into(),
+    ))
 }
 
 fn has_precedence(file: &str, text: &str) -> bool {

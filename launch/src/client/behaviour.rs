@@ -27,7 +27,7 @@ pub(crate) fn behaviour(kind: &str, args: &BehaviourArgs) -> Result<(), Failure>
 }
 
 /// Prints the JSON Schema of a kind of file.
-pub(crate) fn schema(args: &SchemaArgs) -> Result<(), Failure> {
+pub(crate) fn schema(args: SchemaArgs) -> Result<(), Failure> {
     sim::run(&["schema".to_owned(), args.what.word().to_owned()])
 }
 
@@ -42,12 +42,11 @@ fn checked(kind: &str, args: &CheckArgs) -> Result<(), Failure> {
 }
 
 fn draw(kind: &str, args: &ShowArgs) -> Result<(), Failure> {
-    let (what, policy) = match &args.what {
-        Some(what) => (what.clone(), args.policy.clone()),
-        None => {
-            let spec = Session::of(&args.cell.cell)?.spec;
-            (spec.demo, Some(spec.policy))
-        }
+    let (what, policy) = if let Some(what) = &args.what {
+        (what.clone(), args.policy.clone())
+    } else {
+        let spec = Session::of(&args.cell.cell)?.spec;
+        (spec.demo, Some(spec.policy))
     };
     let mut arguments: Vec<String> = ["behaviour", "show", kind, &what, "--format"]
         .map(str::to_owned)

@@ -88,7 +88,8 @@ impl Trace {
         if node == 0 {
             // The picture begins anew, perhaps another one.
             picture.graph.kind = GraphKind::Tree;
-            picture.graph.name = text.split(FIELD_END).nth(4).unwrap_or_default().to_owned();
+            let name = text.split(FIELD_END).nth(4).unwrap_or_default();
+            name.clone_into(&mut picture.graph.name);
             picture.graph.edges.clear();
         }
         picture.statuses.resize(count, NodeStatus::Invalid);

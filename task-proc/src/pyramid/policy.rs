@@ -26,7 +26,7 @@ use crate::observation::Observation;
 use crate::output::Output;
 use crate::policy::Policy;
 use crate::record;
-use crate::tree_trace;
+use crate::tree_trace::{self, KeyWatch};
 
 /// Version of the layout of [`Record`].
 const VERSION: u32 = 1;
@@ -39,6 +39,8 @@ struct Robot {
     board: usize,
     /// Phase by node.
     phases: Vec<Phase>,
+    /// For the trace.
+    keys: KeyWatch,
 }
 
 /// What the policy remembers beside trees and boards.
@@ -66,6 +68,8 @@ pub struct Json {
     /// Names are those of the cell file.
     boards: Vec<(String, Board)>,
     memory: Memory,
+    /// For the trace, one for each board.
+    shared_keys: Vec<KeyWatch>,
     /// The record of a policy that never ran.
     initial: Vec<u8>,
 }
@@ -85,6 +89,7 @@ impl Json {
             setup,
             robots: Vec::new(),
             boards: Vec::new(),
+            shared_keys: Vec::new(),
             initial: Vec::new(),
         };
         for arm in 0..policy.setup.arms.len() {
@@ -123,6 +128,7 @@ impl Json {
             tree,
             graph,
             board,
+            keys: KeyWatch::default(),
         });
         Ok(())
     }
@@ -131,6 +137,7 @@ impl Json {
         let known = self.boards.iter().position(|(known, _)| known == name);
         known.unwrap_or_else(|| {
             self.boards.push((name.to_owned(), Board::new()));
+            self.shared_keys.push(KeyWatch::default());
             self.boards.len() - 1
         })
     }
@@ -200,6 +207,16 @@ impl Json {
             out.log(format_args!("[done] {name}: the stack is complete"));
         } else {
             out.log(format_args!("[error] {name}: the tree failed, begins anew"));
+        }
+    }
+
+    /// Says which keys have a new value.
+    fn trace_keys(&mut self, out: &mut Output) {
+        for (arm, robot) in self.robots.iter_mut().enumerate() {
+            robot.keys.changes(robot.tree.local(), "local", arm, out);
+        }
+        for (watch, (name, board)) in self.shared_keys.iter_mut().zip(&self.boards) {
+            watch.changes(board, name, 0, out);
         }
     }
 
@@ -310,6 +327,7 @@ impl Policy for Json {
                 self.tick_robot(arm, now, observation, &mut job.counters, out);
             }
         }
+        self.trace_keys(out);
         self.report(observation, job, out);
     }
 
@@ -415,8 +433,11 @@ fn is_placed_key(key: &str, arm: &str) -> bool {
     key.strip_prefix(keys::PLACED) == Some(arm)
 }
 
+#[allow(
+    clippy::unnecessary_box_returns,
+    reason = "the error of bincode is a box"
+)]
 fn foreign(why: impl std::fmt::Display) -> bincode::Error {
-    Box::new(bincode::ErrorKind::Custom(format!(
-        "not a record of these trees: {why}"
-    )))
+    let text = format!("not a record of these trees: {why}");
+    serde::de::Error::custom(text)
 }

@@ -179,7 +179,7 @@ impl Policy for StackBt {
                 self.phase = saved.phase;
                 Ok(())
             }
-            Err(error) => Err(bincode::ErrorKind::Custom(error.to_string()).into()),
+            Err(error) => Err(serde::de::Error::custom(error)),
         }
     }
 

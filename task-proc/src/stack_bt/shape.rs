@@ -23,7 +23,7 @@ type Branch = Result<Part, BindError>;
 pub fn tree(holds_until_retracted: bool) -> Result<(Part, Board), BindError> {
     let board = keys::board().map_err(|source| BindError::Board {
         port: "blackboard".to_owned(),
-        source,
+        source: Box::new(source),
     })?;
     let mut planter = Planter {
         local: board,

@@ -194,9 +194,9 @@ impl Situation {
 
     /// The same with every cube within reach.
     pub(crate) fn freed(mut self) -> Self {
-        for cube in 0..CUBES {
+        for (cube, away) in AWAY.into_iter().enumerate() {
             if self.spot(cube) == Spot::Far {
-                self.put(cube, AWAY[cube]);
+                self.put(cube, away);
             }
         }
         self

@@ -38,6 +38,10 @@ pub fn schema() -> Value {
     })
 }
 
+#[allow(
+    clippy::needless_pass_by_value,
+    reason = "a literal is written where it is called"
+)]
 fn object(required: &[&str], properties: Value) -> Value {
     json!({
         "type": "object",

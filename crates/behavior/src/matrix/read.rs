@@ -116,16 +116,15 @@ fn during(value: &Value, problems: &mut Collector) -> Option<DuringDef> {
 }
 
 fn row(state: Option<&Name>, entry: &Entry, out: &mut Vec<CellDef>, problems: &mut Collector) {
-    match entry.value.as_object() {
-        Some(cells) => out.extend(cells.iter().filter_map(|it| cell(state, it, problems))),
-        None => {
-            let message = format!(
-                "the cells of a state are a table of EVENT = handler, not {}",
-                entry.value.describe()
-            );
-            problems.add(entry.value.place.into(), message);
-        }
+    if let Some(cells) = entry.value.as_object() {
+        out.extend(cells.iter().filter_map(|it| cell(state, it, problems)));
+        return;
     }
+    let message = format!(
+        "the cells of a state are a table of EVENT = handler, not {}",
+        entry.value.describe()
+    );
+    problems.add(entry.value.place.into(), message);
 }
 
 fn cell(state: Option<&Name>, entry: &Entry, problems: &mut Collector) -> Option<CellDef> {
