@@ -31,15 +31,16 @@ impl Center {
         })
     }
 
-    /// Whether another arm owns the centre.
-    pub(super) fn is_others(&self, cx: &Context<'_, '_>) -> Result<bool, Fault> {
+    /// Whether the arm must not go there: another one owns the centre, or it
+    /// is free and this arm does not answer, so that it would block it.
+    pub(super) fn is_closed(&self, cx: &Context<'_, '_>) -> Result<bool, Fault> {
         let owner = cx.read(&self.owner)?;
-        Ok(!owner.is_empty() && owner != self.me)
+        Ok(owner != self.me && (!owner.is_empty() || !cx.world.is_alive()))
     }
 
     /// Takes the lock if it is free; whether this arm has it now.
     pub(super) fn take(&self, cx: &mut Context<'_, '_>) -> Result<bool, Fault> {
-        if self.is_others(cx)? {
+        if self.is_closed(cx)? {
             return Ok(false);
         }
         if cx.read(&self.owner)? != self.me {

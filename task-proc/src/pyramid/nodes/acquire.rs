@@ -180,7 +180,7 @@ impl Leaf<PyramidHost> for AcquireCube {
     }
 
     fn tick(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<Status, Fault> {
-        if self.center.is_others(cx)? {
+        if self.center.is_closed(cx)? {
             state.waiting.clear();
             return Ok(wait(&mut state.barred, state.key, cx));
         }

@@ -9,7 +9,7 @@ use ipc_types::GripperGoal;
 use serde::{Deserialize, Serialize};
 
 use super::watch::Watch;
-use super::{Alarm, seconds};
+use super::{Alarm, seconds, wait};
 use crate::pyramid::host::{Context, PyramidHost};
 
 /// Fingers slower than this stand (m/s).
@@ -25,11 +25,15 @@ struct SetGripper {
     settle: In<f64>,
     movement: In<f64>,
     skip_when_held: In<bool>,
+    in_center: In<bool>,
     watch: Watch,
 }
 
 #[derive(Default, Serialize, Deserialize)]
 struct State {
+    key: u64,
+    /// Since when another arm owns the centre.
+    barred: Option<Duration>,
     begun: Option<Duration>,
     told: Option<Duration>,
     alarm: Alarm,
@@ -60,6 +64,11 @@ pub(in crate::pyramid) fn node_type() -> NodeType<PyramidHost> {
         false,
         "succeeds at once when the cube is in the hand already",
     )
+    .input_or(
+        "in_center",
+        false,
+        "works in the centre: waits while another arm owns it",
+    )
 }
 
 impl SetGripper {
@@ -71,6 +80,7 @@ impl SetGripper {
             settle: binder.input("settle")?,
             movement: binder.input("movement")?,
             skip_when_held: binder.input("skip_when_held")?,
+            in_center: binder.input("in_center")?,
             watch: Watch::bind(binder)?,
         })
     }
@@ -126,8 +136,11 @@ impl SetGripper {
 impl Leaf<PyramidHost> for SetGripper {
     type State = State;
 
-    fn start(&self, state: &mut State, _cx: &mut Context<'_, '_>) -> Result<(), Fault> {
-        *state = State::default();
+    fn start(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<(), Fault> {
+        *state = State {
+            key: cx.world.new_key(),
+            ..State::default()
+        };
         Ok(())
     }
 
@@ -149,6 +162,11 @@ impl Leaf<PyramidHost> for SetGripper {
         if self.has_slipped_away(state, gripper, cx)? {
             return Ok(Status::Running);
         }
+        // A lock that was lost while the arm was away is taken again first.
+        if cx.get(&self.in_center)? && !self.watch.center.take(cx)? {
+            return Ok(wait(&mut state.barred, state.key, cx));
+        }
+        state.barred = None;
         let begun = *state.begun.get_or_insert(cx.now);
         if cx.now.saturating_sub(begun) < seconds(before) {
             cx.world.grip(GripperGoal::Keep);

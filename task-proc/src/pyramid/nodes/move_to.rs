@@ -1,5 +1,7 @@
 //! `MoveToTarget`: brings the TCP to one of the targets.
 
+use std::time::Duration;
+
 use behavior::Status;
 use behavior::board::{Fault, In};
 use behavior::tree::{BindError, Binder, Leaf, NodeType};
@@ -7,8 +9,8 @@ use ipc_types::{GripperGoal, Pose};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::Alarm;
 use super::watch::Watch;
+use super::{Alarm, wait};
 use crate::pyramid::host::{Context, PyramidHost};
 use crate::pyramid::targets::{Numbers, from_numbers};
 use crate::stack::geometry;
@@ -27,6 +29,7 @@ struct MoveToTarget {
     warning: In<f64>,
     straight_lead: In<f64>,
     skip_when_held: In<bool>,
+    in_center: In<bool>,
     watch: Watch,
 }
 
@@ -35,6 +38,8 @@ struct State {
     key: u64,
     alarm: Alarm,
     missed: u32,
+    /// Since when another arm owns the centre.
+    barred: Option<Duration>,
     /// Where the TCP was at first (m).
     from: Option<[f64; 3]>,
 }
@@ -116,6 +121,11 @@ fn watching(node_type: NodeType<PyramidHost>) -> NodeType<PyramidHost> {
             false,
             "succeeds at once when the cube is in the hand already",
         )
+        .input_or(
+            "in_center",
+            false,
+            "works in the centre: waits while another arm owns it",
+        )
 }
 
 impl MoveToTarget {
@@ -133,6 +143,7 @@ impl MoveToTarget {
             warning: binder.input("warning_interval")?,
             straight_lead: binder.input("straight_lead")?,
             skip_when_held: binder.input("skip_when_held")?,
+            in_center: binder.input("in_center")?,
             watch: Watch::bind(binder)?,
         })
     }
@@ -220,10 +231,11 @@ impl Leaf<PyramidHost> for MoveToTarget {
             return Ok(Status::Running);
         }
         // A lock that was lost while the arm was away is taken again first.
-        if cx.get(&self.monitor_pickup_motion)? && !self.watch.center.take(cx)? {
+        if cx.get(&self.in_center)? && !self.watch.center.take(cx)? {
             state.alarm.clear();
-            return Ok(Status::Running);
+            return Ok(wait(&mut state.barred, state.key, cx));
         }
+        state.barred = None;
         let target = self.target(cx)?;
         let gripper = if cx.get(&self.monitor_grasp)? {
             GripperGoal::Close

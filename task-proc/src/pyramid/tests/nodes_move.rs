@@ -65,7 +65,7 @@ fn a_motion_that_nobody_watches_only_warns() {
 
 #[test]
 fn a_pick_up_waits_for_a_centre_that_it_lost() {
-    let mut bench = moving(json!({"monitor_pickup_motion": true}));
+    let mut bench = moving(json!({"monitor_pickup_motion": true, "in_center": true}));
     bench.tick();
     assert_eq!(bench.text("center_owner"), "left");
     bench.set_text("center_owner", "right");

@@ -1,0 +1,247 @@
+//! Two arms, their hands and a few cubes, where everything happens between two
+//! decisions or not at all.
+
+use ipc_types::decision::GoalKind;
+use ipc_types::world::OBJECT_ENABLED;
+use ipc_types::{ArmGoal, ArmStatus, GripperGoal, Header, Pose, Wire, WorldState};
+
+use super::choice::{ARMS, Choice};
+
+pub(crate) const CUBE_M: f64 = 0.05;
+const OPEN_M: f64 = 0.08;
+/// Where a lost cube ends up: at the edge of the pyramid, within reach of both
+/// arms; and where nobody reaches it.
+const AWAY: [[f64; 2]; 4] = [[0.40, 0.09], [0.40, -0.09], [0.52, 0.09], [0.52, -0.09]];
+const FAR: [[f64; 2]; 4] = [[1.0, 0.5], [1.0, 0.65], [1.0, -0.5], [1.0, -0.65]];
+
+/// See the module.
+#[derive(Clone)]
+pub(crate) struct World {
+    pub(crate) state: Box<WorldState>,
+    pub(crate) status: Box<[ArmStatus; ARMS]>,
+    /// By arm: the cube in the hand.
+    pub(crate) held: [Option<usize>; ARMS],
+    /// By arm: what the hand was told last.
+    pub(crate) told: [GripperGoal; ARMS],
+    /// By arm: its controller is silent.
+    pub(crate) silent: [bool; ARMS],
+    /// By cube: its place in the cell file.
+    objects: Vec<usize>,
+}
+
+impl World {
+    /// Both arms beside the pyramid, their hands open; the cubes at `places`.
+    pub(crate) fn new(objects: &[usize], places: &[[f64; 3]]) -> Self {
+        let mut state = Box::new(WorldState::zeroed());
+        state.header = Header::caused_by::<WorldState>(0);
+        state.arm_count = 2;
+        for (arm, y) in state.arms.iter_mut().zip([-0.5, 0.5]) {
+            arm.tcp = Pose {
+                position: [0.4, y, 0.4],
+                orientation_wxyz: [0.0, 1.0, 0.0, 0.0],
+            };
+            arm.gripper.width = OPEN_M;
+        }
+        state.object_count = 6;
+        let mut world = Self {
+            state,
+            status: Box::new([ArmStatus::zeroed(); ARMS]),
+            held: [None; ARMS],
+            told: [GripperGoal::Keep; ARMS],
+            silent: [false; ARMS],
+            objects: objects.to_vec(),
+        };
+        for (cube, place) in places.iter().enumerate() {
+            world.state.objects[objects[cube]].flags = OBJECT_ENABLED;
+            world.put(cube, *place);
+        }
+        world.settle();
+        world.sense();
+        world
+    }
+
+    pub(crate) fn is_possible(&self, choice: Choice) -> bool {
+        match choice {
+            Choice::Nothing | Choice::Reset | Choice::Killed => true,
+            Choice::Slow(arm) | Choice::Stuck(arm) | Choice::Silent(arm) => !self.silent[arm],
+            Choice::Heard(arm) => self.silent[arm],
+            Choice::HandStuck(arm) => {
+                self.told[arm] == GripperGoal::Open && !self.is_open(arm) && !self.silent[arm]
+            }
+            Choice::Slippery(arm) => {
+                self.told[arm] == GripperGoal::Close
+                    && self.held[arm].is_none()
+                    && !self.silent[arm]
+            }
+            Choice::Lost(arm) | Choice::KilledLost(arm) => self.held[arm].is_some(),
+            Choice::Moved(cube) => !self.is_held(cube) && !self.is_at(cube, AWAY[cube]),
+            Choice::Taken(cube) => !self.is_held(cube) && !self.is_far(cube),
+        }
+    }
+
+    /// The next `ticks`, in which `choice` happens and the arms follow `goals`.
+    pub(crate) fn pass(&mut self, ticks: u64, choice: Choice, goals: &[ArmGoal]) {
+        match choice {
+            Choice::Lost(arm) | Choice::KilledLost(arm) => self.lose(arm),
+            Choice::Moved(cube) => self.put_down(cube, AWAY[cube]),
+            Choice::Taken(cube) => self.put_down(cube, FAR[cube]),
+            Choice::Silent(arm) => self.silent[arm] = true,
+            Choice::Heard(arm) => self.silent[arm] = false,
+            _ => {}
+        }
+        let tick = self.state.header.tick + ticks;
+        self.state.header = Header::caused_by::<WorldState>(tick);
+        for arm in (0..ARMS)
+            .filter(|arm| !self.silent[*arm])
+            .collect::<Vec<_>>()
+        {
+            let goal = &goals[arm];
+            let status = &mut self.status[arm];
+            status.header = Header::caused_by::<ArmStatus>(tick);
+            status.goal_active = u32::from(goal.kind != GoalKind::Hold.code());
+            status.goal_id = goal.goal_id;
+            let stays = choice == Choice::Slow(arm) || choice == Choice::Stuck(arm);
+            if goal.kind == GoalKind::Pose.code() && !stays {
+                self.move_to(arm, goal.target);
+            }
+            match self.told[arm] {
+                GripperGoal::Close => self.close(arm, choice),
+                GripperGoal::Open if choice != Choice::HandStuck(arm) => self.open(arm),
+                GripperGoal::Open | GripperGoal::Keep => {}
+            }
+        }
+        self.settle();
+        self.sense();
+    }
+
+    /// The hands hear of a new decision.
+    pub(crate) fn tell(&mut self, goals: &[ArmGoal]) {
+        for (told, goal) in self.told.iter_mut().zip(goals) {
+            let gripper = GripperGoal::from_code(goal.gripper).unwrap();
+            if gripper != GripperGoal::Keep {
+                *told = gripper;
+            }
+        }
+    }
+
+    /// Nobody disturbs any more: controllers speak, cubes are within reach.
+    pub(crate) fn free(&mut self) {
+        self.silent = [false; ARMS];
+        for cube in 0..self.objects.len() {
+            if self.is_far(cube) {
+                self.put_down(cube, AWAY[cube]);
+            }
+        }
+        self.settle();
+        self.sense();
+    }
+
+    fn move_to(&mut self, arm: usize, target: Pose) {
+        self.state.arms[arm].tcp = target;
+        if let Some(cube) = self.held[arm] {
+            self.put(cube, target.position);
+        }
+    }
+
+    fn close(&mut self, arm: usize, choice: Choice) {
+        let finds = !matches!(choice, Choice::Slippery(a) | Choice::Lost(a) | Choice::KilledLost(a) if a == arm);
+        if self.held[arm].is_none() && finds {
+            self.held[arm] = self.between_fingers(arm);
+        }
+        let width = if self.held[arm].is_some() {
+            CUBE_M
+        } else {
+            0.0
+        };
+        self.state.arms[arm].gripper.width = width;
+    }
+
+    fn open(&mut self, arm: usize) {
+        self.held[arm] = None;
+        self.state.arms[arm].gripper.width = OPEN_M;
+    }
+
+    fn lose(&mut self, arm: usize) {
+        if let Some(cube) = self.held[arm].take() {
+            self.put_down(cube, AWAY[cube]);
+        }
+    }
+
+    fn put_down(&mut self, cube: usize, [x, y]: [f64; 2]) {
+        self.put(cube, [x, y, CUBE_M / 2.0]);
+    }
+
+    fn put(&mut self, cube: usize, position: [f64; 3]) {
+        self.state.objects[self.objects[cube]].pose = Pose {
+            position,
+            ..Pose::IDENTITY
+        };
+    }
+
+    /// Loose cubes rest on the table or on what is below them, the lowest first.
+    fn settle(&mut self) {
+        let mut order: Vec<usize> = (0..self.objects.len()).collect();
+        order.sort_by(|a, b| self.position(*a)[2].total_cmp(&self.position(*b)[2]));
+        for cube in order {
+            if !self.is_held(cube) {
+                let [x, y, _] = self.position(cube);
+                self.put(cube, [x, y, self.rest_height(cube)]);
+            }
+        }
+    }
+
+    /// Height at which a cube comes to rest if it is let go (m).
+    pub(crate) fn rest_height(&self, cube: usize) -> f64 {
+        let [x, y, z] = self.position(cube);
+        let below = |other: &usize| {
+            let [ox, oy, oz] = self.position(*other);
+            *other != cube && !self.is_held(*other) && oz < z && (x - ox).hypot(y - oy) < 0.03
+        };
+        let heights = (0..self.objects.len()).filter(below);
+        let top = heights.map(|other| self.position(other)[2] + CUBE_M);
+        top.fold(CUBE_M / 2.0, f64::max)
+    }
+
+    /// What the sensors of the hands say.
+    fn sense(&mut self) {
+        for arm in 0..ARMS {
+            let number = |cube: usize| u32::try_from(self.objects[cube] + 1).unwrap();
+            let held = self.held[arm].map_or(0, number);
+            let beam = self.held[arm]
+                .or(self.between_fingers(arm))
+                .map_or(0, number);
+            let gripper = &mut self.state.arms[arm].gripper;
+            (gripper.held_object, gripper.beam_object) = (held, beam);
+        }
+    }
+
+    fn between_fingers(&self, arm: usize) -> Option<usize> {
+        let tcp = self.state.arms[arm].tcp.position;
+        let near = |cube: &usize| {
+            let squares = self.position(*cube).into_iter().zip(tcp);
+            squares.map(|(a, b)| (a - b) * (a - b)).sum::<f64>() < 0.02 * 0.02
+        };
+        (0..self.objects.len()).find(|cube| !self.is_held(*cube) && near(cube))
+    }
+
+    pub(crate) fn position(&self, cube: usize) -> [f64; 3] {
+        self.state.objects[self.objects[cube]].pose.position
+    }
+
+    pub(crate) fn is_open(&self, arm: usize) -> bool {
+        self.state.arms[arm].gripper.width >= OPEN_M
+    }
+
+    fn is_held(&self, cube: usize) -> bool {
+        self.held.contains(&Some(cube))
+    }
+
+    fn is_at(&self, cube: usize, [x, y]: [f64; 2]) -> bool {
+        let [cx, cy, _] = self.position(cube);
+        (x - cx).hypot(y - cy) < 0.02
+    }
+
+    fn is_far(&self, cube: usize) -> bool {
+        self.position(cube)[0] > 0.9
+    }
+}

@@ -1,0 +1,133 @@
+//! Every situation the pyramid's trees can get into, with few cubes and a coarse
+//! world: breadth first over what the arms, the hands, the controllers, the
+//! cubes and the operator may do between two decisions, with the task killed in
+//! between.
+//!
+//! Shown in each: a hand never opens around a cube except where it is set down,
+//! in a recovery, or after a drop; one arm owns the centre, is alive, and no
+//! other is sent there; each cube is one arm's; and the job still gets done once
+//! nobody disturbs it.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test that cannot go on has failed, and says how much it saw"
+)]
+
+mod coarse_pyramid;
+
+use std::collections::{BTreeMap, HashSet, VecDeque};
+
+use coarse_pyramid::{Choice, Key, Setting, Situation};
+use ipc_types::decision::Outcome;
+
+/// Undisturbed, a job takes fewer steps.
+const PATIENCE: usize = 400;
+
+/// What was seen so far.
+#[derive(Default)]
+struct Search {
+    seen: HashSet<Key>,
+    /// Known to get done.
+    goes_on: HashSet<Key>,
+    steps: u64,
+    /// What went wrong, with the shortest way there.
+    wrong: BTreeMap<String, String>,
+}
+
+/// Looks at what comes of up to `disturbances`, and at no more than `most`
+/// situations.
+fn explore(setting: &Setting, disturbances: usize, most: usize) {
+    let choices = Choice::all(setting.cubes.len());
+    let first = Situation::begin(setting);
+    let mut search = Search::default();
+    search.seen.insert(first.key());
+    let mut now = VecDeque::from([first]);
+    let mut later = VecDeque::new();
+    for disturbed in 0..=disturbances {
+        let mut found = 0;
+        while let Some(situation) = now.pop_front() {
+            found += 1;
+            if search.seen.len() >= most {
+                continue;
+            }
+            search.watch_to_the_end(&situation);
+            for choice in &choices {
+                let Some(next) = situation.after(*choice) else {
+                    continue;
+                };
+                search.steps += 1;
+                if search.is_right(&next) && search.seen.insert(next.key()) {
+                    if choice.disturbs() {
+                        later.push_back(next);
+                    } else {
+                        now.push_back(next);
+                    }
+                }
+            }
+        }
+        let (seen, steps) = (search.seen.len(), search.steps);
+        println!("{disturbed} disturbances: {found} looked at, {seen} seen, {steps} steps");
+        std::mem::swap(&mut now, &mut later);
+    }
+    println!("{} left", now.len());
+    for (wrong, story) in &search.wrong {
+        println!("== {wrong}\n{story}");
+    }
+    assert!(
+        search.wrong.is_empty(),
+        "{} kinds of mistakes",
+        search.wrong.len()
+    );
+    assert!(search.seen.len() < most, "more than {most} situations");
+}
+
+impl Search {
+    fn is_right(&mut self, situation: &Situation) -> bool {
+        let Some(wrong) = situation.wrong() else {
+            return true;
+        };
+        self.note(wrong.to_owned(), situation);
+        false
+    }
+
+    fn note(&mut self, wrong: String, situation: &Situation) {
+        let story = || situation.story();
+        self.wrong.entry(wrong).or_insert_with(story);
+    }
+
+    /// With nobody in its way, and after another start if it was given up, the
+    /// job gets done.
+    fn watch_to_the_end(&mut self, situation: &Situation) {
+        let mut now = situation.clone().freed();
+        let mut way = Vec::new();
+        for _ in 0..PATIENCE {
+            let key = now.key();
+            if now.outcome() == Outcome::Done || self.goes_on.contains(&key) {
+                self.goes_on.extend(way);
+                return;
+            }
+            way.push(key);
+            if now.outcome() == Outcome::Failed {
+                now = now.restarted();
+            }
+            now = now.after(Choice::Nothing).unwrap();
+            self.steps += 1;
+            if !self.is_right(&now) {
+                return;
+            }
+        }
+        self.note(format!("stuck, {}", now.leaves()), &now);
+        // Nothing that leads here is said again.
+        self.goes_on.extend(way);
+    }
+}
+
+#[test]
+fn of_two_cubes_one_on_the_other() {
+    let setting = Setting {
+        cubes: &[(1, [0.46, 0.0, 0.075]), (5, [0.46, 0.0, 0.025])],
+        required: 1,
+    };
+    explore(&setting, 1, 60_000);
+}
