@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
+use cell_bus::{Bus, RunSite};
 use cell_rt::process::{SIGTERM, kill};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -98,6 +99,21 @@ impl TestCell {
             let processes = status["processes"].as_array();
             processes.is_some_and(|all| all.iter().all(|process| process["pid"].is_u64()))
         })
+    }
+
+    /// Joins its bus as one more reader.
+    ///
+    /// # Panics
+    /// Where the cell has no run file or no bus.
+    pub fn join(&self) -> Bus {
+        let text = std::fs::read_to_string(self.run_dir().join("run.json")).expect("a run file");
+        let spec: Value = serde_json::from_str(&text).expect("JSON");
+        let word = |key: &str| spec[key].as_str().expect("a text").to_owned();
+        let site = RunSite {
+            root: word("root").into(),
+            prefix: word("prefix"),
+        };
+        Bus::join(&site, spec["run"].as_u64().expect("a number"), 1, "test").expect("a bus")
     }
 
     /// Whether the launcher has not ended.

@@ -2,7 +2,6 @@
 
 #![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
 
-use cell_bus::{Bus, RunSite};
 use ipc_types::Decision;
 use ipc_types::topic::TopicId;
 use robocell_tests::cell::TestCell;
@@ -12,23 +11,11 @@ use serde_json::Value;
 /// Decisions to look at; physics waits for each, so few are missed.
 const ENOUGH: usize = 300;
 
-fn join(cell: &TestCell) -> Bus {
-    let text = std::fs::read_to_string(cell.run_dir().join("run.json")).expect("the run file");
-    let spec: Value = serde_json::from_str(&text).expect("a run file");
-    let word = |key: &str| spec[key].as_str().expect("a word").to_owned();
-    let site = RunSite {
-        root: word("root").into(),
-        prefix: word("prefix"),
-    };
-    let run = spec["run"].as_u64().expect("the run's identity");
-    Bus::join(&site, run, 1, "onlooker").expect("it joins")
-}
-
 #[test]
 fn every_decision_uses_the_status_of_the_tick_before_and_the_state_of_its_own() {
     let cell = TestCell::start(&["franka-stack", "--headless", "--speed", "max", "--paused"]);
     cell.wait_up();
-    let bus = join(&cell);
+    let bus = cell.join();
     let mut decisions = bus
         .subscriber::<Decision>(TopicId::Decision)
         .expect("the topic");

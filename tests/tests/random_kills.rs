@@ -14,12 +14,10 @@ use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use cell_bus::{Bus, RunSite};
 use ipc_types::decision::MAX_PLACED;
 use ipc_types::topic::TopicId;
 use ipc_types::{Decision, GripperGoal, WorldState};
 use robocell_tests::cell::{TestCell, base};
-use serde_json::Value;
 
 /// What is run, how long it takes at least (s), and where its stacks stand.
 struct Job {
@@ -110,17 +108,6 @@ impl Witness {
     }
 }
 
-fn join(cell: &TestCell) -> Bus {
-    let text = std::fs::read_to_string(cell.run_dir().join("run.json")).expect("the run file");
-    let spec: Value = serde_json::from_str(&text).expect("JSON");
-    let word = |key: &str| spec[key].as_str().expect("a text").to_owned();
-    let site = RunSite {
-        root: word("root").into(),
-        prefix: word("prefix"),
-    };
-    Bus::join(&site, spec["run"].as_u64().expect("a number"), 1, "test").expect("the bus")
-}
-
 fn run(job: &Job, seed: u64, random_state: &mut u64) -> u64 {
     let dir = base();
     let file = dir.path().join("kills.jsonl");
@@ -165,7 +152,7 @@ fn run(job: &Job, seed: u64, random_state: &mut u64) -> u64 {
 /// Looks at every decision until the cell ends.
 fn watch(cell: &mut TestCell, job: &Job, witness: &mut Witness) {
     cell.wait_up();
-    let bus = join(cell);
+    let bus = cell.join();
     let mut decisions = bus
         .latest::<Decision>(TopicId::Decision)
         .expect("decisions");

@@ -8,27 +8,14 @@
 
 use std::time::{Duration, Instant};
 
-use cell_bus::{Bus, RunSite};
 use cell_rt::process::{SIGKILL, kill};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{Decision, Health};
 use robocell_tests::cell::TestCell;
 use robocell_tests::program::wait_for;
-use serde_json::Value;
 
 /// Kills; far enough apart that the supervisor sees no crash loop.
 const KILLS: usize = 4;
-
-/// Joins the bus of a running cell.
-fn join(cell: &TestCell) -> Bus {
-    let text = std::fs::read_to_string(cell.run_dir().join("run.json")).unwrap();
-    let spec: Value = serde_json::from_str(&text).unwrap();
-    let site = RunSite {
-        root: spec["root"].as_str().unwrap().into(),
-        prefix: spec["prefix"].as_str().unwrap().to_owned(),
-    };
-    Bus::join(&site, spec["run"].as_u64().unwrap(), 1, "test").unwrap()
-}
 
 /// The time from kill -9 of the task to the first decision of the next one is
 /// printed, not bounded: it is a figure of the machine.
@@ -36,7 +23,7 @@ fn join(cell: &TestCell) -> Bus {
 fn a_killed_task_decides_again() {
     let cell = TestCell::start(&["franka-stack", "--headless"]);
     cell.wait_up();
-    let bus = join(&cell);
+    let bus = cell.join();
     let mut health = bus
         .latest::<Health>(TopicId::Health(Process::Task))
         .unwrap();
