@@ -42,8 +42,7 @@ impl<H: Host> Run<H> {
             }
             child = next;
         }
-        self.flat.ops[i].cursor = last;
-        self.answer(i, answer, before)
+        self.composed(i, last, answer, before)
     }
 
     /// Makes the children of a sequence that begins anew invalid.
@@ -100,7 +99,19 @@ impl<H: Host> Run<H> {
             }
             child = next;
         }
-        self.flat.ops[i].cursor = last;
+        self.composed(i, last, answer, before)
+    }
+
+    /// [`Run::answer`], given by the child `last`.
+    #[allow(clippy::inline_always, reason = "most of the cost of a tick is here")]
+    #[inline(always)]
+    fn composed(&mut self, i: usize, last: u32, answer: Status, before: usize) -> Status {
+        let op = &mut self.flat.ops[i];
+        op.cursor = last;
+        // Nothing is new in most ticks.
+        if answer == Status::Running && op.status == NodeStatus::Running {
+            return answer;
+        }
         self.answer(i, answer, before)
     }
 
