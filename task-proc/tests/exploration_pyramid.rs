@@ -123,11 +123,41 @@ impl Search {
     }
 }
 
+const TWO: Setting = Setting {
+    cubes: &[(1, [0.46, 0.0, 0.075]), (5, [0.46, 0.0, 0.025])],
+    required: 1,
+};
+
+const THREE: Setting = Setting {
+    cubes: &[
+        (1, [0.46, 0.0, 0.075]),
+        (2, [0.46, -0.027, 0.025]),
+        (3, [0.46, 0.027, 0.025]),
+    ],
+    required: 1,
+};
+
+const FOUR: Setting = Setting {
+    cubes: &[
+        (1, [0.46, 0.0, 0.075]),
+        (2, [0.46, -0.027, 0.025]),
+        (3, [0.46, 0.027, 0.025]),
+        (6, [0.46, 0.081, 0.025]),
+    ],
+    required: 2,
+};
+
 #[test]
 fn of_two_cubes_one_on_the_other() {
-    let setting = Setting {
-        cubes: &[(1, [0.46, 0.0, 0.075]), (5, [0.46, 0.0, 0.025])],
-        required: 1,
-    };
-    explore(&setting, 1, 60_000);
+    explore(&TWO, 1, 60_000);
+}
+
+#[test]
+fn of_three_cubes_for_a_stack_of_one_each() {
+    explore(&THREE, 1, 60_000);
+}
+
+#[test]
+fn of_four_cubes_for_a_stack_of_two_each() {
+    explore(&FOUR, 1, 500_000);
 }

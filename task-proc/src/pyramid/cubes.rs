@@ -17,6 +17,8 @@ const AVAILABLE: &str = "available";
 const CROWDED_EDGES: f64 = 1.6;
 /// A place with no cube nearer than this many cube edges is clear.
 const CLEAR_EDGES: f64 = 2.2;
+/// A cube nearer to a TCP than the start of a pick-up may be about to be taken (m).
+const AT_HAND_M: f64 = 0.12;
 /// A cube nearer than this many edges in the plane, and higher, lies on another.
 const ON_TOP_EDGES: f64 = 0.9;
 
@@ -225,6 +227,15 @@ pub(super) fn is_reachable(world: &World<'_>, position: Vector3<f64>) -> bool {
     world
         .arm_setup()
         .is_some_and(|arm| (position.xy() - arm.base).norm() <= reach)
+}
+
+/// Whether the hand of another arm is at a place (m): an arm that stopped in
+/// the middle of a pick-up may still close it.
+pub(super) fn is_at_another_hand(world: &World<'_>, position: Vector3<f64>) -> bool {
+    (0..world.setup.arms.len())
+        .filter(|arm| *arm != world.arm)
+        .filter_map(|arm| world.observation.tcp(arm))
+        .any(|tcp| (Vector3::from(tcp.position) - position).norm() < AT_HAND_M)
 }
 
 /// Whether an arm other than this one reaches a place (m).

@@ -148,7 +148,7 @@ impl Situation {
             silent: self.world.silent[arm],
             tcp: rough(self.world.state.arms[arm].tcp.position),
             goal: (goal.kind != 0).then(|| rough(goal.target.position)),
-            decisions: self.decisions[arm].min(3),
+            decisions: self.decisions[arm].min(1),
         }
     }
 

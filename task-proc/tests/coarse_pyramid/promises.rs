@@ -12,8 +12,8 @@ const GOALS: [[f64; 2]; ARMS] = [[0.46, -0.28], [0.46, 0.28]];
 /// The centre (m): half of its size around the pyramid.
 const CENTER: [f64; 2] = [0.46, 0.0];
 const CENTER_HALF: [f64; 2] = [0.10, 0.12];
-/// A lease, and what it takes to notice (ticks).
-const LEASE_TICKS: u64 = 700;
+/// A lease (ticks).
+const LEASE_TICKS: u64 = 500;
 
 /// One decision, and what led to it.
 pub(crate) struct Moment<'a> {
@@ -52,11 +52,12 @@ impl Moment<'_> {
         (!on_purpose).then(|| format!("arm {arm} opens its hand around cube {cube}"))
     }
 
-    /// Set down in the stack, or beside it, out of the way.
+    /// It goes into the stack, or beside it, out of the way. What is below may
+    /// have been pulled away in the last moment: then it falls by one layer.
     fn is_over_goal(&self, arm: usize, cube: usize) -> bool {
-        let [x, y, z] = self.world.position(cube);
+        let [x, y, _] = self.world.position(cube);
         let away = (x - GOALS[arm][0]).hypot(y - GOALS[arm][1]);
-        z - self.world.rest_height(cube) < 0.015 && (away < 0.025 || (0.1..0.2).contains(&away))
+        away < 0.025 || (0.1..0.2).contains(&away)
     }
 
     /// An arm is sent into the centre while it is the other's.
@@ -77,10 +78,8 @@ impl Moment<'_> {
     /// The dead own nothing.
     fn is_blocked(&self) -> Option<String> {
         let owner = self.seen.owner?;
-        let heard = self.world.status[owner].header.tick;
-        let silence = self.world.state.header.tick - heard;
-        let dead = self.world.silent[owner] && silence >= LEASE_TICKS;
-        dead.then(|| format!("arm {owner} is silent and owns the centre"))
+        (self.world.silence[owner] >= LEASE_TICKS)
+            .then(|| format!("arm {owner} is silent and owns the centre"))
     }
 
     /// Each cube is one arm's, and what the board says of it fits together.

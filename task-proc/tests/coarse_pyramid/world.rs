@@ -25,6 +25,8 @@ pub(crate) struct World {
     pub(crate) told: [GripperGoal; ARMS],
     /// By arm: its controller is silent.
     pub(crate) silent: [bool; ARMS],
+    /// By arm: for how long, in time the task counts (ticks).
+    pub(crate) silence: [u64; ARMS],
     /// By cube: its place in the cell file.
     objects: Vec<usize>,
 }
@@ -49,6 +51,7 @@ impl World {
             held: [None; ARMS],
             told: [GripperGoal::Keep; ARMS],
             silent: [false; ARMS],
+            silence: [0; ARMS],
             objects: objects.to_vec(),
         };
         for (cube, place) in places.iter().enumerate() {
@@ -88,6 +91,15 @@ impl World {
             Choice::Silent(arm) => self.silent[arm] = true,
             Choice::Heard(arm) => self.silent[arm] = false,
             _ => {}
+        }
+        // No policy time passes while nobody decides.
+        let killed = matches!(choice, Choice::Killed | Choice::KilledLost(_));
+        for (silence, silent) in self.silence.iter_mut().zip(self.silent) {
+            *silence = if silent {
+                *silence + ticks * u64::from(!killed)
+            } else {
+                0
+            };
         }
         let tick = self.state.header.tick + ticks;
         self.state.header = Header::caused_by::<WorldState>(tick);
@@ -191,7 +203,7 @@ impl World {
     }
 
     /// Height at which a cube comes to rest if it is let go (m).
-    pub(crate) fn rest_height(&self, cube: usize) -> f64 {
+    fn rest_height(&self, cube: usize) -> f64 {
         let [x, y, z] = self.position(cube);
         let below = |other: &usize| {
             let [ox, oy, oz] = self.position(*other);

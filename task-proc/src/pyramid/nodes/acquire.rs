@@ -109,7 +109,8 @@ impl AcquireCube {
             };
             let ready = cubes::is_reachable(cx.world, position)
                 && cubes::is_free_on_top(cx.world, *cube)
-                && !cx.world.is_held(*cube);
+                && !cx.world.is_held(*cube)
+                && !cubes::is_at_another_hand(cx.world, position);
             let crowded = !grip::is_free(cx.world, arm, *cube);
             let worse = [
                 !cubes::is_in_the_way(cx.world, arm, stack, *cube),
