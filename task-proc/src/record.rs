@@ -26,6 +26,7 @@ pub(crate) struct TaskRecord {
     pub(crate) panel: PanelMemory,
     pub(crate) goals: GoalBook,
     pub(crate) unsure: bool,
+    #[serde(with = "serde_bytes")]
     pub(crate) policy_state: Vec<u8>,
 }
 

@@ -13,6 +13,7 @@ use cell_model::task_spec::PyramidTask;
 use ipc_types::Text;
 use ipc_types::decision::Outcome;
 use serde::{Deserialize, Serialize};
+use serde_bytes::ByteBuf;
 
 use super::center::Lock;
 use super::cubes::is_at;
@@ -56,8 +57,8 @@ struct Memory {
 #[derive(Serialize, Deserialize)]
 struct Record {
     version: u32,
-    trees: Vec<Vec<u8>>,
-    boards: Vec<Vec<u8>>,
+    trees: Vec<ByteBuf>,
+    boards: Vec<ByteBuf>,
     memory: Memory,
 }
 
@@ -358,12 +359,12 @@ impl Policy for Json {
         for robot in &self.robots {
             let mut bytes = Vec::new();
             robot.tree.save(&mut bytes);
-            record.trees.push(bytes);
+            record.trees.push(ByteBuf::from(bytes));
         }
         for (_, board) in &self.boards {
             let mut bytes = Vec::new();
             board.save(&mut bytes);
-            record.boards.push(bytes);
+            record.boards.push(ByteBuf::from(bytes));
         }
         record::to_bytes(&record)
     }

@@ -41,6 +41,7 @@ pub struct StackBt {
 #[derive(Serialize, Deserialize)]
 struct Saved {
     phase: Option<Phase>,
+    #[serde(with = "serde_bytes")]
     tree: Vec<u8>,
 }
 
