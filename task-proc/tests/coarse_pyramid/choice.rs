@@ -22,6 +22,8 @@ pub(crate) enum Choice {
     Moved(usize),
     /// A cube that is not held is put out of reach.
     Taken(usize),
+    /// A cube that is not held is put beside the stack of an arm, in its way.
+    Beside(usize, usize),
     /// The controller falls silent: the arm stays, the fingers too.
     Silent(usize),
     /// It is heard again.
@@ -49,7 +51,14 @@ impl Choice {
                 Self::KilledLost(arm),
             ]
         };
-        let of_cube = |cube| [Self::Moved(cube), Self::Taken(cube)];
+        let of_cube = |cube| {
+            [
+                Self::Moved(cube),
+                Self::Taken(cube),
+                Self::Beside(cube, 0),
+                Self::Beside(cube, 1),
+            ]
+        };
         [Self::Nothing, Self::Reset, Self::Killed]
             .into_iter()
             .chain((0..ARMS).flat_map(of_arm))

@@ -18,7 +18,7 @@ use task_proc::{Policy as _, Task};
 use choice::ARMS;
 pub(crate) use choice::Choice;
 use promises::Moment;
-use spy::{Seen, Spy};
+use spy::{Seen, Spy, Word};
 use world::World;
 
 /// Time between two decisions: enough for a phase, or for its longest timeout.
@@ -189,8 +189,17 @@ impl Situation {
 
     /// The same when nobody disturbs any more.
     pub(crate) fn freed(mut self) -> Self {
-        self.world.free();
-        self.tell("freed".to_owned());
+        let seen = &self.seen;
+        let is_stranded = |cube: usize, arm: usize| {
+            let others = match seen.words[cube] {
+                Word::Available => false,
+                Word::Reserved(a) | Word::Carried(a) | Word::Placed(a) => a != arm,
+            };
+            others || seen.finished[arm]
+        };
+        if self.world.free(is_stranded) {
+            self.tell("freed".to_owned());
+        }
         self
     }
 

@@ -14,6 +14,9 @@ const OPEN_M: f64 = 0.08;
 const AWAY: [[f64; 2]; 4] = [[0.40, 0.09], [0.40, -0.09], [0.52, 0.09], [0.52, -0.09]];
 const FAR: [[f64; 2]; 4] = [[1.0, 0.5], [1.0, 0.65], [1.0, -0.5], [1.0, -0.65]];
 
+/// By arm: in the way of its stack.
+const BESIDE: [[f64; 2]; ARMS] = [[0.52, -0.28], [0.52, 0.28]];
+
 /// See the module.
 #[derive(Clone)]
 pub(crate) struct World {
@@ -77,7 +80,8 @@ impl World {
                     && !self.silent[arm]
             }
             Choice::Lost(arm) | Choice::KilledLost(arm) => self.held[arm].is_some(),
-            Choice::Moved(cube) => !self.is_held(cube) && !self.is_at(cube, AWAY[cube]),
+            Choice::Moved(cube) => self.can_be_put(cube, AWAY[cube]),
+            Choice::Beside(cube, arm) => self.can_be_put(cube, BESIDE[arm]),
             Choice::Taken(cube) => !self.is_held(cube) && !self.is_far(cube),
         }
     }
@@ -87,6 +91,7 @@ impl World {
         match choice {
             Choice::Lost(arm) | Choice::KilledLost(arm) => self.lose(arm),
             Choice::Moved(cube) => self.put_down(cube, AWAY[cube]),
+            Choice::Beside(cube, arm) => self.put_down(cube, BESIDE[arm]),
             Choice::Taken(cube) => self.put_down(cube, FAR[cube]),
             Choice::Silent(arm) => self.silent[arm] = true,
             Choice::Heard(arm) => self.silent[arm] = false,
@@ -136,16 +141,26 @@ impl World {
         }
     }
 
-    /// Nobody disturbs any more: controllers speak, cubes are within reach.
-    pub(crate) fn free(&mut self) {
+    /// Nobody disturbs any more: controllers speak, and cubes that nobody
+    /// reaches are brought back; `is_stranded` beside an arm's stack. Whether
+    /// there was anything to do.
+    pub(crate) fn free(&mut self, is_stranded: impl Fn(usize, usize) -> bool) -> bool {
+        let back: Vec<usize> = (0..self.objects.len())
+            .filter(|cube| {
+                let is_beside = |arm: &usize| self.is_at(*cube, BESIDE[*arm]);
+                let beside = (0..ARMS).find(is_beside);
+                self.is_far(*cube)
+                    || beside.is_some_and(|arm| !self.is_held(*cube) && is_stranded(*cube, arm))
+            })
+            .collect();
+        let changes = !back.is_empty() || self.silent != [false; ARMS];
         self.silent = [false; ARMS];
-        for cube in 0..self.objects.len() {
-            if self.is_far(cube) {
-                self.put_down(cube, AWAY[cube]);
-            }
+        for cube in back {
+            self.put_down(cube, AWAY[cube]);
         }
         self.settle();
         self.sense();
+        changes
     }
 
     fn move_to(&mut self, arm: usize, target: Pose) {
@@ -251,6 +266,18 @@ impl World {
     fn is_at(&self, cube: usize, [x, y]: [f64; 2]) -> bool {
         let [cx, cy, _] = self.position(cube);
         (x - cx).hypot(y - cy) < 0.02
+    }
+
+    /// Nobody puts a cube where it is already, or between the fingers of a hand.
+    fn can_be_put(&self, cube: usize, [x, y]: [f64; 2]) -> bool {
+        let tcps = self
+            .state
+            .arms
+            .iter()
+            .take(ARMS)
+            .map(|arm| arm.tcp.position);
+        let mut hands = tcps.filter(|[hx, hy, hz]| (x - hx).hypot(y - hy) < 0.06 && *hz < 0.15);
+        !self.is_held(cube) && !self.is_at(cube, [x, y]) && hands.next().is_none()
     }
 
     fn is_far(&self, cube: usize) -> bool {
