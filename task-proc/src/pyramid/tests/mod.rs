@@ -50,6 +50,8 @@ struct Bench {
     counters: Counters,
     last_key: u64,
     lines: Vec<String>,
+    /// The controllers are not heard.
+    mute: bool,
 }
 
 impl Bench {
@@ -91,6 +93,7 @@ impl Bench {
             counters: Counters::default(),
             last_key: 0,
             lines: Vec::new(),
+            mute: false,
         }
     }
 
@@ -100,6 +103,9 @@ impl Bench {
         let tick = u64::try_from(self.now.as_millis()).unwrap();
         self.state.header = Header::caused_by::<WorldState>(tick);
         for (status, goal) in self.status.iter_mut().zip(&self.decision.goals) {
+            if self.mute {
+                continue;
+            }
             status.header = Header::caused_by::<ArmStatus>(tick);
             status.goal_id = goal.goal_id;
             status.goal_active = u32::from(goal.kind != GoalKind::Hold.code());

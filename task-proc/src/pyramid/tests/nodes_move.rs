@@ -64,6 +64,22 @@ fn a_motion_that_nobody_watches_only_warns() {
 }
 
 #[test]
+fn a_lift_waits_for_a_centre_that_it_lost_and_goes_out_of_the_way() {
+    let mut bench = moving(json!({"monitor_grasp": true, "in_center": true}));
+    bench.hold(0);
+    bench.set_text("center_owner", "right");
+    assert_eq!(bench.tick(), Status::Running);
+    assert!(bench.holds_still());
+    bench.tick_after(2.5);
+    assert!(!bench.holds_still() && bench.goal().target.position[1] < -0.2);
+    assert_eq!(bench.gripper(), GripperGoal::Keep);
+    bench.set_text("center_owner", "");
+    bench.tick();
+    assert_eq!(bench.gripper(), GripperGoal::Close);
+    assert_eq!(bench.goal().target, pose(0.46, 0.0, 0.22));
+}
+
+#[test]
 fn a_pick_up_waits_for_a_centre_that_it_lost() {
     let mut bench = moving(json!({"monitor_pickup_motion": true, "in_center": true}));
     bench.tick();

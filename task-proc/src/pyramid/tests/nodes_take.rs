@@ -22,6 +22,31 @@ fn n01_waits_without_touching_anything_while_the_other_owns_the_centre() {
 }
 
 #[test]
+fn an_arm_that_does_not_answer_leaves_the_centre_alone() {
+    let mut bench = acquire(LEFT);
+    bench.mute = true;
+    assert_eq!(bench.tick_after(1.0), Status::Running);
+    assert_eq!(bench.text("center_owner"), "");
+    bench.mute = false;
+    assert_eq!(bench.tick(), Status::Success);
+}
+
+#[test]
+fn a_cube_between_the_fingers_of_the_other_arm_is_not_the_next() {
+    let mut bench = acquire(LEFT);
+    let top = bench.state.objects[0].pose.position;
+    bench.state.arms[RIGHT].tcp = pose(top[0], top[1], top[2]);
+    assert_eq!(
+        bench.tick(),
+        Status::Running,
+        "the others are near, or covered"
+    );
+    bench.state.arms[RIGHT].tcp = pose(top[0], top[1], top[2] + 0.2);
+    assert_eq!(bench.tick(), Status::Success);
+    assert_eq!(bench.current(), "cube_1");
+}
+
+#[test]
 fn n02_takes_the_centre_and_the_first_cube_of_the_order() {
     let mut bench = acquire(LEFT);
     assert_eq!(bench.tick(), Status::Success);
