@@ -44,6 +44,8 @@ fn explore(setting: &Setting, disturbances: usize, most: usize) {
     search.seen.insert(first.key());
     let mut now = VecDeque::from([first]);
     let mut later = VecDeque::new();
+    // Found by one disturbance more.
+    let mut left = 0_u64;
     for disturbed in 0..=disturbances {
         let mut found = 0;
         while let Some(situation) = now.pop_front() {
@@ -58,10 +60,12 @@ fn explore(setting: &Setting, disturbances: usize, most: usize) {
                 };
                 search.steps += 1;
                 if search.is_right(&next) && search.seen.insert(next.key()) {
-                    if choice.disturbs() {
+                    if !choice.disturbs() {
+                        now.push_back(next);
+                    } else if disturbed < disturbances {
                         later.push_back(next);
                     } else {
-                        now.push_back(next);
+                        left += 1;
                     }
                 }
             }
@@ -70,7 +74,7 @@ fn explore(setting: &Setting, disturbances: usize, most: usize) {
         println!("{disturbed} disturbances: {found} looked at, {seen} seen, {steps} steps");
         std::mem::swap(&mut now, &mut later);
     }
-    println!("{} left", now.len());
+    println!("{left} left");
     for (wrong, story) in &search.wrong {
         println!("== {wrong}\n{story}");
     }
