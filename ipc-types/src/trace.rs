@@ -21,8 +21,8 @@ code! {
         /// A blackboard key has a new value: `text` is `key=value`.
         Key = 5,
         /// Part of the picture: node `node` of `to`, child of node `from` - 1
-        /// (0: of none); `text` is id, kind, name and detail with [`FIELD_END`]
-        /// between them, and of node 0 the name of the picture besides.
+        /// (0: of none); `text` is the name of the picture, then id, kind, name
+        /// and detail of the node, with [`FIELD_END`] between them.
         Node = 6,
         /// Part of the picture: an edge from node `from` to node `to`.
         Edge = 7,

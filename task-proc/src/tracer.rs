@@ -76,13 +76,11 @@ impl Tracer {
         for (index, graph) in self.graphs.iter().enumerate() {
             let count = number(graph.nodes.len());
             for (node, spec) in graph.nodes.iter().enumerate() {
-                let mut text = format!(
-                    "{}{FIELD_END}{}{FIELD_END}{}{FIELD_END}{}",
-                    spec.id, spec.kind, spec.name, spec.detail
+                // Last comes what may be cut.
+                let text = format!(
+                    "{}{FIELD_END}{}{FIELD_END}{}{FIELD_END}{}{FIELD_END}{}",
+                    graph.name, spec.id, spec.kind, spec.name, spec.detail
                 );
-                if node == 0 {
-                    text = format!("{text}{FIELD_END}{}", graph.name);
-                }
                 let mut line = line(TraceKind::Node, index, &text);
                 line.node = node;
                 line.from = spec.parent.map_or(0, |p| number(p + 1));

@@ -1,31 +1,57 @@
 //! What a tree did in a tick, as trace lines.
 
-use behavior::Value;
-use behavior::board::Board;
+use behavior::board::{Board, Fault};
 use behavior::tree::{EventKind, Host, Tree};
+use behavior::{Graph, Value};
 
 use crate::output::Output;
 
-/// Adds the events of the last tick of `tree`, which is picture `graph` of the
-/// policy.
-pub fn events<H: Host>(tree: &Tree<H>, graph: usize, out: &mut Output) {
-    for event in tree.events() {
-        let place = (graph, event.node);
-        match event.kind {
-            EventKind::Status { from, to, reason } => {
-                let reason = reason.map_or("", behavior::ResetReason::name);
-                out.status(place, from, to, reason);
-            }
-            EventKind::Guard { holds } => out.guard(place, "guard", holds),
-            EventKind::Fault(fault) => {
-                out.log(format_args!("[fault] node {}: {fault}", event.node));
-            }
-            EventKind::Overflow => {
-                out.log(format_args!(
-                    "[fault] more happened in one tick than is kept"
-                ));
+/// Says what a tree did, tick by tick.
+#[derive(Clone, Debug, Default)]
+pub struct TreeTrace {
+    ids: Vec<String>,
+    /// The fault of the tick before: one that lasts is said once.
+    fault: Option<(usize, Fault)>,
+    keys: KeyWatch,
+}
+
+impl TreeTrace {
+    /// For a tree with that picture.
+    pub fn new(graph: &Graph) -> Self {
+        Self {
+            ids: graph.nodes.iter().map(|n| n.id.clone()).collect(),
+            ..Self::default()
+        }
+    }
+
+    /// Adds what happened in the last tick of `tree`, which is picture `graph`
+    /// of the policy, and the new values of its own keys.
+    pub fn tick<H: Host>(&mut self, tree: &Tree<H>, graph: usize, out: &mut Output) {
+        let mut now = None;
+        for event in tree.events() {
+            let place = (graph, event.node);
+            match event.kind {
+                EventKind::Status { from, to, reason } => {
+                    let reason = reason.map_or("", behavior::ResetReason::name);
+                    out.status(place, from, to, reason);
+                }
+                EventKind::Guard { holds } => out.guard(place, "guard", holds),
+                EventKind::Fault(fault) => {
+                    now = Some((event.node, fault));
+                    if self.fault != now {
+                        let id = self.ids.get(event.node).map_or("?", String::as_str);
+                        out.log(format_args!("[fault] node '{id}': {fault}"));
+                    }
+                }
+                EventKind::Overflow => {
+                    out.log(format_args!(
+                        "[fault] more happened in one tick than is kept"
+                    ));
+                }
             }
         }
+        self.fault = now;
+        self.keys.changes(tree.local(), "local", graph, out);
     }
 }
 

@@ -1,4 +1,4 @@
-//! SIGKILL after every decision of a transfer, in lockstep over shared memory:
+//! SIGKILL after the decisions of a transfer, in lockstep over shared memory:
 //! the run ends in the state it would have ended in.
 //!
 //! `ROBOCELL_SWEEP=all` kills after every decision; without it every 20th, with

@@ -14,9 +14,9 @@ use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use ipc_types::decision::MAX_PLACED;
+use ipc_types::decision::{GoalKind, MAX_PLACED};
 use ipc_types::topic::TopicId;
-use ipc_types::{Decision, GripperGoal, WorldState};
+use ipc_types::{ArmGoal, Decision, GripperGoal, WorldState};
 use robocell_tests::cell::{TestCell, base};
 
 /// What is run, how long it takes at least (s), and where its stacks stand.
@@ -47,11 +47,21 @@ const JOBS: [Job; 3] = [
         goals: &[[0.55, 0.20]],
     },
 ];
-/// Kills of one run; two or more lie far enough apart that each hits another
-/// start of the task.
+/// Kills of one run; they lie far enough apart that each hits another start of
+/// the task.
 const KILLS_PER_RUN: u64 = 8;
-/// A cube this near to the axis of a stack is where it belongs (m).
+/// A cube this near to the axis of a stack and to the height of a layer is
+/// where it belongs (m).
 const AT_STACK_M: f64 = 0.03;
+const AT_LAYER_M: f64 = 0.015;
+const CUBE_M: f64 = 0.05;
+
+/// Where the pyramid stands, up to the height at which a hand is clear of it:
+/// who picks there owns the centre.
+fn is_in_centre(goal: &ArmGoal) -> bool {
+    let [x, y, z] = goal.target.position;
+    goal.kind == GoalKind::Pose.code() && (x - 0.46).abs() < 0.12 && y.abs() < 0.1 && z < 0.2
+}
 
 /// Small, repeatable, good enough to choose instants with.
 fn random(state: &mut u64) -> f64 {
@@ -82,13 +92,21 @@ struct Witness {
 
 impl Witness {
     /// A gripper that is told to open has nothing in it, or stands where its
-    /// cube belongs; no cube is counted twice.
+    /// cube belongs; no cube is counted twice; one arm at most picks in the
+    /// centre.
     fn see(&mut self, decision: &Decision, state: &WorldState, goals: &[[f64; 2]]) {
         self.decisions += 1;
         self.generations.insert(decision.header.generation);
         let placed = &decision.placed[..(decision.placed_count as usize).min(MAX_PLACED)];
         let distinct: HashSet<&u32> = placed.iter().collect();
         assert_eq!(distinct.len(), placed.len(), "counted twice: {placed:?}");
+        let inside = decision.goals[..state.arms().len()].iter();
+        let inside = inside.filter(|goal| is_in_centre(goal)).count();
+        assert!(
+            inside <= 1,
+            "two arms in the centre, tick {}",
+            decision.header.tick
+        );
         for (goal, arm) in decision.goals.iter().zip(state.arms()) {
             let opens = goal.gripper == GripperGoal::Open.code();
             let held = (arm.gripper.held_object as usize).checked_sub(1);
@@ -98,7 +116,8 @@ impl Witness {
             let [x, y, z] = state.objects()[object].pose.position;
             let at_stack = goals
                 .iter()
-                .any(|[gx, gy]| (x - gx).hypot(y - gy) < AT_STACK_M);
+                .any(|[gx, gy]| (x - gx).hypot(y - gy) < AT_STACK_M)
+                && ((z / CUBE_M).fract() - 0.5).abs() * CUBE_M < AT_LAYER_M;
             assert!(
                 at_stack,
                 "{} lets go of object {object} at {x:.3} {y:.3} {z:.3}, tick {}",

@@ -61,7 +61,7 @@ pub fn draw(graphs: &[Graph], format: &str) -> String {
 /// # Errors
 /// Everything that is wrong in it.
 pub fn check(kind: Kind, file: &Path) -> Result<Vec<Finding>, SimError> {
-    let text = read(file)?;
+    let text = read(kind, file)?;
     let name = file.display().to_string();
     match kind {
         Kind::Tree => {
@@ -99,7 +99,7 @@ fn is_file(what: &str) -> bool {
 }
 
 fn graph_of_file(kind: Kind, file: &Path) -> Result<Graph, SimError> {
-    let text = read(file)?;
+    let text = read(kind, file)?;
     let name = file.display().to_string();
     if kind == Kind::Tree {
         let include = includes(file);
@@ -155,11 +155,21 @@ fn tree_library() -> Result<Library<PyramidHost>, SimError> {
     Ok(library(&Arc::new(setup)))
 }
 
-fn read(file: &Path) -> Result<String, SimError> {
-    std::fs::read_to_string(file).map_err(|source| SimError::ScriptFile {
-        path: file.display().to_string(),
-        source,
-    })
+/// Text of a file that looks like one of that kind.
+fn read(kind: Kind, file: &Path) -> Result<String, SimError> {
+    let name = file.display();
+    let text = std::fs::read_to_string(file).map_err(|error| {
+        SimError::Behaviour(format!("{name}: {error}; name a file, or a demo to show"))
+    })?;
+    let is_tree = text.contains("\"behavior-tree/");
+    let other = match kind {
+        Kind::Machine if is_tree => "this is a behaviour tree; use `robocell bt`",
+        Kind::Tree if file.extension().is_some_and(|e| e == "toml") => {
+            "trees are written in JSON; for a machine or a matrix use `robocell fsm`"
+        }
+        _ => return Ok(text),
+    };
+    Err(SimError::Behaviour(format!("{name}: {other}")))
 }
 
 fn source<'a>(

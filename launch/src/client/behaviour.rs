@@ -80,10 +80,13 @@ fn live(args: &ShowArgs) -> Result<(), Failure> {
                 return Ok(());
             }
         }
-        if args.once && looks > LOOKS_FOR_PICTURES {
-            return Err(Failure::configuration(
-                "the task sent no picture of its policy; is it running? see `robocell status`",
-            ));
+        if shown.is_empty() && looks == LOOKS_FOR_PICTURES {
+            let silent =
+                "the task sent no picture of its policy; is it running? see `robocell status`";
+            if args.once {
+                return Err(Failure::configuration(silent));
+            }
+            say::warn(silent);
         }
         if view.session.dir.holder().is_none() {
             break;

@@ -88,14 +88,13 @@ impl Trace {
         if node == 0 {
             // The picture begins anew, perhaps another one.
             picture.graph.kind = GraphKind::Tree;
-            let name = text.split(FIELD_END).nth(4).unwrap_or_default();
-            name.clone_into(&mut picture.graph.name);
             picture.graph.edges.clear();
         }
         picture.statuses.resize(count, NodeStatus::Invalid);
         picture.graph.nodes.resize_with(count, nobody);
         let mut fields = text.split(FIELD_END).map(str::to_owned);
         let mut field = || fields.next().unwrap_or_default();
+        picture.graph.name = field();
         if let Some(slot) = picture.graph.nodes.get_mut(node) {
             *slot = GraphNode {
                 id: field(),
@@ -189,14 +188,14 @@ mod tests {
             0,
             0,
             2,
-            "root\u{1f}selector\u{1f}Root\u{1f}",
+            "bt\u{1f}root\u{1f}selector\u{1f}Root\u{1f}",
         ));
         trace.take(&line(
             TraceKind::Node,
             1,
             1,
             2,
-            "lift\u{1f}action\u{1f}Lift\u{1f}LIFT",
+            "bt\u{1f}lift\u{1f}action\u{1f}Lift\u{1f}LIFT",
         ));
         trace.take(&line(TraceKind::Statuses, 0, 0, 0, "RR"));
         assert_eq!(trace.active(), ["Lift"]);

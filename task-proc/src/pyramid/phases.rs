@@ -59,14 +59,10 @@ impl Shown {
         Some((arm, (*self.at.get(arm)?)?))
     }
 
-    /// Forgets nodes beyond those of trees with so many nodes each: the
-    /// description was changed.
-    pub(super) fn fit(&mut self, nodes: &[usize]) {
-        self.at.resize(nodes.len(), None);
-        for (at, count) in self.at.iter_mut().zip(nodes) {
-            *at = at.filter(|node| node < count);
-        }
-        self.waiting.retain(|arm| *arm < nodes.len());
+    /// Each arm is at this node of a tree that was changed; nothing was entered.
+    pub(super) fn begin_at(&mut self, at: Vec<Option<usize>>) {
+        self.at = at;
+        self.waiting.clear();
     }
 }
 

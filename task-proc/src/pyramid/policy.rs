@@ -26,8 +26,8 @@ use crate::job::{Counters, Job};
 use crate::observation::Observation;
 use crate::output::Output;
 use crate::policy::Policy;
-use crate::record;
-use crate::tree_trace::{self, KeyWatch};
+use crate::record::{self, MAX_RECORD_BYTES};
+use crate::tree_trace::{KeyWatch, TreeTrace};
 
 /// Version of the layout of [`Record`].
 const VERSION: u32 = 1;
@@ -40,8 +40,9 @@ struct Robot {
     board: usize,
     /// Phase by node.
     phases: Vec<Phase>,
-    /// For the trace.
-    keys: KeyWatch,
+    trace: TreeTrace,
+    /// It failed at the tick before, which was said.
+    failing: bool,
 }
 
 /// What the policy remembers beside trees and boards.
@@ -57,6 +58,8 @@ struct Memory {
 #[derive(Serialize, Deserialize)]
 struct Record {
     version: u32,
+    /// Tells one list of nodes from another.
+    shape: u64,
     trees: Vec<ByteBuf>,
     boards: Vec<ByteBuf>,
     memory: Memory,
@@ -71,6 +74,8 @@ pub struct Json {
     memory: Memory,
     /// For the trace, one for each board.
     shared_keys: Vec<KeyWatch>,
+    /// Nodes and keys of the record taken last that are no more in the file.
+    lost: usize,
     /// The record of a policy that never ran.
     initial: Vec<u8>,
 }
@@ -91,12 +96,19 @@ impl Json {
             robots: Vec::new(),
             boards: Vec::new(),
             shared_keys: Vec::new(),
+            lost: 0,
             initial: Vec::new(),
         };
         for arm in 0..policy.setup.arms.len() {
             policy.add_robot(arm, cell)?;
         }
         policy.initial = policy.save();
+        // A record that does not fit is written empty.
+        let allowed = usize::try_from(MAX_RECORD_BYTES / 2).unwrap_or(usize::MAX);
+        let found = policy.initial.len();
+        if found == 0 || found > allowed {
+            return Err(PyramidError::TooLarge { found, allowed });
+        }
         Ok(policy)
     }
 
@@ -125,11 +137,12 @@ impl Json {
         let mut graph = tree.graph();
         spec.name.as_str().clone_into(&mut graph.name);
         self.robots.push(Robot {
+            trace: TreeTrace::new(&graph),
+            failing: false,
             phases: phases::names(spec.name.as_str(), &graph),
             tree,
             graph,
             board,
-            keys: KeyWatch::default(),
         });
         Ok(())
     }
@@ -192,9 +205,10 @@ impl Json {
             out,
         };
         let status = robot.tree.tick(now, board, &mut world);
-        tree_trace::events(&robot.tree, arm, out);
+        robot.trace.tick(&robot.tree, arm, out);
         self.memory.shown.note(arm, robot.tree.tip());
         if status == Status::Running {
+            robot.failing = false;
             return;
         }
         let name = self.setup.arms.get(arm).map(|a| a.name).unwrap_or_default();
@@ -206,16 +220,13 @@ impl Json {
         if status == Status::Success {
             self.memory.finish(arm);
             out.log(format_args!("[done] {name}: the stack is complete"));
-        } else {
+        } else if !std::mem::replace(&mut robot.failing, true) {
             out.log(format_args!("[error] {name}: the tree failed, begins anew"));
         }
     }
 
-    /// Says which keys have a new value.
+    /// Says which shared keys have a new value.
     fn trace_keys(&mut self, out: &mut Output) {
-        for (arm, robot) in self.robots.iter_mut().enumerate() {
-            robot.keys.changes(robot.tree.local(), "local", arm, out);
-        }
         for (watch, (name, board)) in self.shared_keys.iter_mut().zip(&self.boards) {
             watch.changes(board, name, 0, out);
         }
@@ -267,6 +278,15 @@ impl Json {
         job.placed.sort_unstable();
     }
 
+    /// A number for the ids of all nodes, FNV-1a.
+    fn shape(&self) -> u64 {
+        let nodes = self.robots.iter().flat_map(|r| &r.graph.nodes);
+        let bytes = nodes.flat_map(|n| n.id.bytes().chain([0]));
+        bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        })
+    }
+
     fn take(&mut self, record: &Record) -> Result<(), bincode::Error> {
         let fits = record.version == VERSION
             && record.trees.len() == self.robots.len()
@@ -275,15 +295,19 @@ impl Json {
         if !fits {
             return Err(foreign("another version, or another cell"));
         }
+        self.lost = 0;
         for ((_, board), bytes) in self.boards.iter_mut().zip(&record.boards) {
-            board.restore(bytes).map_err(foreign)?;
+            self.lost += board.restore(bytes).map_err(foreign)?.lost;
         }
         for (robot, bytes) in self.robots.iter_mut().zip(&record.trees) {
-            robot.tree.restore(bytes).map_err(foreign)?;
+            self.lost += robot.tree.restore(bytes).map_err(foreign)?.lost;
         }
         self.memory = record.memory.clone();
-        let nodes: Vec<usize> = self.robots.iter().map(|r| r.phases.len()).collect();
-        self.memory.shown.fit(&nodes);
+        if record.shape != self.shape() {
+            // The nodes have other numbers now.
+            let tips = self.robots.iter().map(|r| r.tree.tip());
+            self.memory.shown.begin_at(tips.collect());
+        }
         Ok(())
     }
 }
@@ -323,6 +347,12 @@ impl Policy for Json {
     fn tick(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         let now = Duration::from_millis(observation.time().ticks());
         self.watch_centers(observation, now, out);
+        let lost = std::mem::take(&mut self.lost);
+        if lost > 0 {
+            out.lifecycle(format_args!(
+                "[task] {lost} nodes or keys of the record are not in the files any more"
+            ));
+        }
         for arm in 0..self.robots.len() {
             if !self.memory.is_finished(arm) {
                 self.tick_robot(arm, now, observation, &mut job.counters, out);
@@ -352,6 +382,7 @@ impl Policy for Json {
     fn save(&self) -> Vec<u8> {
         let mut record = Record {
             version: VERSION,
+            shape: self.shape(),
             trees: Vec::new(),
             boards: Vec::new(),
             memory: self.memory.clone(),

@@ -28,6 +28,26 @@ pub enum PyramidError {
         /// The name.
         name: String,
     },
+    /// Two arms take the same cubes and could not tell each other.
+    #[error(
+        "arms '{first}' and '{second}' have cubes in common and different boards; give them one 'board'"
+    )]
+    Boards {
+        /// One of them.
+        first: Str,
+        /// The other one.
+        second: Str,
+    },
+    /// A behaviour too large for the task's record.
+    #[error(
+        "the behaviours need {found} bytes in the task's record, at most {allowed} are allowed; use fewer nodes"
+    )]
+    TooLarge {
+        /// What they need.
+        found: usize,
+        /// What there is, half of the record.
+        allowed: usize,
+    },
     /// An arm nothing is said about.
     #[error("[task.robot.{arm}] is missing; write what the arm shall do")]
     Arm {
@@ -105,6 +125,14 @@ impl PyramidSetup {
         };
         for arm in &cell.arms {
             let added = setup.arm(&arm.name, arm.base.translation.vector)?;
+            if let Some(other) = setup.arms.iter().find(|other| {
+                other.board != added.board && other.order.iter().any(|c| added.order.contains(c))
+            }) {
+                return Err(PyramidError::Boards {
+                    first: other.name,
+                    second: added.name,
+                });
+            }
             setup.arms.push(added);
         }
         Ok(setup)

@@ -25,7 +25,7 @@ use crate::record;
 use crate::stack::resume::{InHand, in_hand};
 use crate::stack::scene::ARM;
 use crate::stack::{Phase, Scene, SetupError, StackSetup, command, recovery};
-use crate::tree_trace::{self, KeyWatch};
+use crate::tree_trace::TreeTrace;
 
 /// See the module.
 pub struct StackBt {
@@ -35,7 +35,7 @@ pub struct StackBt {
     shared: Board,
     phase: Option<Phase>,
     unsettled: bool,
-    keys: KeyWatch,
+    trace: TreeTrace,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -54,13 +54,14 @@ impl StackBt {
     /// # Errors
     /// [`SetupError::Tree`], which would be a mistake in here.
     pub fn new(setup: Arc<StackSetup>) -> Result<Self, SetupError> {
+        let tree = grow(&setup)?;
         Ok(Self {
-            tree: grow(&setup)?,
+            trace: TreeTrace::new(&tree.graph()),
+            tree,
             setup,
             shared: Board::new(),
             phase: None,
             unsettled: false,
-            keys: KeyWatch::default(),
         })
     }
 
@@ -145,8 +146,7 @@ impl Policy for StackBt {
         self.phase = intent.map(|(phase, _)| phase);
         let idle = || command::hold(gripper);
         out.arm(ARM, intent.map_or_else(idle, |(_, intent)| intent));
-        tree_trace::events(&self.tree, 0, out);
-        self.keys.changes(self.tree.local(), "local", 0, out);
+        self.trace.tick(&self.tree, 0, out);
         command::report(&setup, &scene, self.phase, job, out);
     }
 

@@ -39,14 +39,17 @@ pub enum In<T> {
 pub struct Out<T> {
     /// The key.
     pub slot: Slot,
+    /// Whether it was registered for writing.
+    pub(crate) writable: bool,
     kind: std::marker::PhantomData<fn() -> T>,
 }
 
 impl<T> Out<T> {
     /// A handle on `slot`, whose key has to hold a `T`.
-    pub(crate) fn new(slot: Slot) -> Self {
+    pub(crate) fn new(slot: Slot, writable: bool) -> Self {
         Self {
             slot,
+            writable,
             kind: std::marker::PhantomData,
         }
     }

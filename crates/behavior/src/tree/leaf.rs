@@ -95,8 +95,12 @@ impl<H: Host> Cx<'_, '_, H> {
     /// Writes an output.
     ///
     /// # Errors
-    /// [`Fault::NotFinite`].
+    /// [`Fault::NotFinite`], and [`Fault::Access`] for a key that was registered
+    /// for reading.
     pub fn set<T: Plain>(&mut self, output: &Out<T>, value: T) -> Result<(), Fault> {
+        if !output.writable {
+            return Err(Fault::Access);
+        }
         let Slot { scope, index } = output.slot;
         let value = value.into_value();
         if self.board(scope).set(index, value) {
@@ -106,10 +110,12 @@ impl<H: Host> Cx<'_, '_, H> {
         }
     }
 
-    /// Takes the value of an output's key away.
+    /// Takes the value of an output's key away, if it may be written.
     pub fn unset<T: Plain>(&mut self, output: &Out<T>) {
         let Slot { scope, index } = output.slot;
-        self.board(scope).unset(index);
+        if output.writable {
+            self.board(scope).unset(index);
+        }
     }
 
     /// Whether an output's key has a value.

@@ -256,12 +256,10 @@ impl Binder<'_> {
     /// [`BindError`] where it is missing, a literal, or not to be written.
     pub fn output<T: Plain>(&mut self, port: &str) -> Result<Out<T>, BindError> {
         match self.binding::<T>(port)? {
-            Binding::Key(scope, key) => Ok(Out::new(self.slot::<T>(
-                scope,
-                &key,
-                Access::Write,
-                port,
-            )?)),
+            Binding::Key(scope, key) => {
+                let slot = self.slot::<T>(scope, &key, Access::Write, port)?;
+                Ok(Out::new(slot, true))
+            }
             Binding::Literal(value) => Err(BindError::Type {
                 port: port.to_owned(),
                 found: format!("the literal {value}"),
@@ -278,8 +276,9 @@ impl Binder<'_> {
         Ok(In::Key(self.slot::<T>(scope, key, Access::Read, key)?))
     }
 
-    /// A key the node writes, and may read, besides its ports. It is declared
-    /// here with its default, unless the file did.
+    /// A key the node uses besides its ports, to write and to read, or only to
+    /// read, as `access` says. It is declared here with its default, unless the
+    /// file did.
     ///
     /// # Errors
     /// [`BindError::Board`].
@@ -298,7 +297,8 @@ impl Binder<'_> {
         self.board(scope)
             .declare(key, T::TYPE, default)
             .map_err(refused)?;
-        Ok(Out::new(self.slot::<T>(scope, key, access, key)?))
+        let slot = self.slot::<T>(scope, key, access, key)?;
+        Ok(Out::new(slot, access != Access::Read))
     }
 
     /// A text constant of the instance, `robot` for example.

@@ -34,6 +34,8 @@ struct State {
     /// Since when another arm owns the centre.
     barred: Option<Duration>,
     waiting: Alarm,
+    /// The cube whose pose was not known at the last attempt.
+    unseen: Option<usize>,
     /// The cube that was reserved last, kept from one pick-up to the next.
     last: Option<usize>,
 }
@@ -125,7 +127,13 @@ impl AcquireCube {
         Ok(best.map(|(_, cube)| cube))
     }
 
-    fn reserve(&self, cx: &mut Context<'_, '_>, cube: usize, stack: Set) -> Result<Status, Fault> {
+    fn reserve(
+        &self,
+        state: &mut State,
+        cx: &mut Context<'_, '_>,
+        cube: usize,
+        stack: Set,
+    ) -> Result<Status, Fault> {
         let name = cx.world.setup.cube_name(cube);
         let arm = self.cubes.me();
         let goal = match cx.world.arm_setup() {
@@ -133,11 +141,15 @@ impl AcquireCube {
             None => return Ok(Status::Failure),
         };
         if !self.targets.aim(cx, cube, goal)? {
-            cx.world.out.log(format_args!(
-                "[error] {arm}: the pose of {name} is not known"
-            ));
+            // Said once, however often it is tried.
+            if state.unseen.replace(cube) != Some(cube) {
+                cx.world.out.log(format_args!(
+                    "[error] {arm}: the pose of {name} is not known"
+                ));
+            }
             return Ok(Status::Failure);
         }
+        state.unseen = None;
         self.recovery.clear(cx)?;
         if !cx.is_set(&self.complete) {
             cx.set(&self.complete, false)?;
@@ -197,7 +209,7 @@ impl Leaf<PyramidHost> for AcquireCube {
         };
         if let Some(cube) = cube {
             state.last = Some(cube);
-            return self.reserve(cx, cube, stack);
+            return self.reserve(state, cx, cube, stack);
         }
         if state.waiting.is_due(cx.now, cx.get(&self.warning)?) {
             let arm = self.cubes.me();

@@ -104,22 +104,29 @@ impl Leaf<PyramidHost> for FrankaReset {
     type State = State;
 
     fn start(&self, state: &mut State, _cx: &mut Context<'_, '_>) -> Result<(), Fault> {
-        *state = State::default();
+        // The attempts count on: an arm that stays silent is said to once.
+        *state = State {
+            attempts: state.attempts,
+            ..State::default()
+        };
         Ok(())
     }
 
     fn tick(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<Status, Fault> {
         if !cx.world.is_alive() {
-            state.attempts += 1;
+            state.attempts = state.attempts.saturating_add(1);
             if state.attempts < ATTEMPTS {
                 return Ok(Status::Running);
             }
-            let name = cx.world.name();
-            cx.world.out.log(format_args!(
-                "[error] {name}: the arm or its controller does not answer"
-            ));
+            if state.attempts == ATTEMPTS {
+                let name = cx.world.name();
+                cx.world.out.log(format_args!(
+                    "[error] {name}: the arm or its controller does not answer"
+                ));
+            }
             return Ok(Status::Failure);
         }
+        state.attempts = 0;
         if !state.begun {
             state.begun = true;
             self.begin(cx)?;

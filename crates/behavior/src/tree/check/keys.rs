@@ -21,12 +21,16 @@ fn board(board: &Board, scope: &str, findings: &mut Vec<Finding>) {
                     "'{reader}' reads it, but no node writes it and it has no default; give it one"
                 ),
             }),
-            // Of a shared key the reader may be another tree.
-            (None, Some((writer, _))) if scope == "local" => findings.push(Finding {
-                rule: "written_never_read",
-                place,
-                message: format!("'{writer}' writes it, but no other node reads it; take it out"),
-            }),
+            // Of a shared key the reader may be another tree; of several who
+            // may write, one may do so to read.
+            (None, Some((writer, _))) if scope == "local" && writers.next().is_none() => findings
+                .push(Finding {
+                    rule: "written_never_read",
+                    place,
+                    message: format!(
+                        "'{writer}' writes it, but no other node reads it; take it out"
+                    ),
+                }),
             _ => {}
         }
     }
