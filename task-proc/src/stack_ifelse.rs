@@ -126,7 +126,8 @@ impl StackIfElse {
         out: &mut Output,
     ) {
         let setup = Arc::clone(&self.setup);
-        if let Some(next) = selection::decide(&setup, scene, observation.time(), "decide", job, out) {
+        if let Some(next) = selection::decide(&setup, scene, observation.time(), "decide", job, out)
+        {
             self.memory.cube = Some(next.cube);
             self.memory.destination = Some(next.destination);
             self.memory.aborted = next.clears;

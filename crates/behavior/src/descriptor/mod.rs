@@ -4,7 +4,7 @@
 //! ports, and what they need: constants, keys of the two blackboards, subtrees
 //! and other files. [`load`] makes a [`Tree`] of it or names everything that is
 //! wrong, each with its line and column. [`check`] adds what is probably not
-//! meant, and [`schema`] tells editors what may be written.
+//! meant, and [`schema()`] tells editors what may be written.
 //!
 //! Reading any text ends soon: sizes, depths and counts are limited.
 
