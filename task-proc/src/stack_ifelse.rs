@@ -96,10 +96,8 @@ impl StackIfElse {
                     self.memory = Memory::default();
                 } else if let Progress::Done(reason) = progress {
                     let (name, number) = (setup.name(cube), phase.index());
-                    out.transition(format_args!(
-                        "[{name}] phase {number} done ({})",
-                        reason.name()
-                    ));
+                    let why = reason.name();
+                    out.transition(format_args!("[{name}] phase {number} done ({why})"));
                     if let Some(next) = phase.next() {
                         self.enter(next, cube, scene, observation, job, out);
                     } else {
