@@ -107,4 +107,6 @@ message!(
     crate::Health,
     crate::OperatorRequest,
     crate::OperatorReply,
+    crate::WorldPiece,
+    crate::Keyframe,
 );

@@ -15,6 +15,16 @@ pub enum TopicId {
     Trace,
     /// A process to launcher and monitor, 100 Hz.
     Health(Process),
+    /// Every state for the recorder, as [`crate::WorldPiece`]s.
+    WorldTap,
+    /// Every command for the recorder.
+    ArmCommandTap(u8),
+    /// Every status for the recorder.
+    ArmStatusTap(u8),
+    /// Every decision for the recorder.
+    DecisionTap,
+    /// What a process remembers, once a second, for the recorder.
+    Keyframe(Process),
 }
 
 /// A kind of process of the cell.
@@ -41,6 +51,16 @@ impl Process {
         }
     }
 
+    /// Number on the wire, within the topics of its kind.
+    fn code(self) -> u32 {
+        match self {
+            Self::Physics => 0,
+            Self::Task => 1,
+            Self::Monitor => 2,
+            Self::Controller(arm) => 0x10 + u32::from(arm),
+        }
+    }
+
     /// All processes of a cell of `arms` arms, in the order they are started.
     pub fn all(arms: u8) -> Vec<Self> {
         let mut all = vec![Self::Physics];
@@ -59,10 +79,12 @@ impl TopicId {
             Self::Trace => 3,
             Self::ArmCommand(arm) => 0x100 + u32::from(arm),
             Self::ArmStatus(arm) => 0x200 + u32::from(arm),
-            Self::Health(Process::Physics) => 0x300,
-            Self::Health(Process::Task) => 0x301,
-            Self::Health(Process::Monitor) => 0x302,
-            Self::Health(Process::Controller(arm)) => 0x310 + u32::from(arm),
+            Self::Health(process) => 0x300 + process.code(),
+            Self::WorldTap => 4,
+            Self::DecisionTap => 5,
+            Self::ArmCommandTap(arm) => 0x400 + u32::from(arm),
+            Self::ArmStatusTap(arm) => 0x500 + u32::from(arm),
+            Self::Keyframe(process) => 0x600 + process.code(),
         }
     }
 
@@ -75,6 +97,11 @@ impl TopicId {
             Self::ArmCommand(arm) => format!("arm/{arm}/command"),
             Self::ArmStatus(arm) => format!("arm/{arm}/status"),
             Self::Health(process) => format!("health/{}", process.name()),
+            Self::WorldTap => "tap/world".to_owned(),
+            Self::ArmCommandTap(arm) => format!("tap/arm/{arm}/command"),
+            Self::ArmStatusTap(arm) => format!("tap/arm/{arm}/status"),
+            Self::DecisionTap => "tap/decision".to_owned(),
+            Self::Keyframe(process) => format!("tap/keyframe/{}", process.name()),
         }
     }
 
@@ -86,8 +113,35 @@ impl TopicId {
         match self {
             Self::Trace => 1024,
             Self::ArmStatus(_) | Self::Decision => 2,
+            // Some 300 ms of lockstep at full speed.
+            Self::ArmCommandTap(_) | Self::ArmStatusTap(_) => 2048,
+            Self::WorldTap => 1024,
+            Self::DecisionTap => 256,
+            Self::Keyframe(_) => 4,
             _ => 1,
         }
+    }
+
+    /// Where a copy of each message of this topic goes as it was sent.
+    pub fn tap(self) -> Option<Self> {
+        match self {
+            Self::ArmCommand(arm) => Some(Self::ArmCommandTap(arm)),
+            Self::ArmStatus(arm) => Some(Self::ArmStatusTap(arm)),
+            Self::Decision => Some(Self::DecisionTap),
+            _ => None,
+        }
+    }
+
+    /// Whether only a recorder reads it.
+    pub fn is_tap(self) -> bool {
+        matches!(
+            self,
+            Self::WorldTap
+                | Self::ArmCommandTap(_)
+                | Self::ArmStatusTap(_)
+                | Self::DecisionTap
+                | Self::Keyframe(_)
+        )
     }
 }
 

@@ -26,6 +26,7 @@ mod shapes;
 mod snapshot;
 mod spawn;
 mod state;
+mod state_tap;
 mod tag;
 mod violations;
 pub mod watchdog;

@@ -12,6 +12,7 @@ use ipc_types::topic::{Process, TopicId};
 use ipc_types::{ArmCommand, DECISION_TICKS, Decision, Header, MAX_ARMS, TICK_NS, WorldState};
 
 use crate::plant::{Next, Plant};
+use crate::state_tap::StateTap;
 use crate::world::StepInput;
 
 /// How long lockstep polls before it sleeps (ns): longer than a cycle of a
@@ -59,6 +60,7 @@ struct PhysicsProcess {
     generation: u32,
     tick: u64,
     state: Publisher<WorldState>,
+    tap: StateTap,
     commands: Vec<Latest<ArmCommand>>,
     decision: Latest<Decision>,
     operator: OperatorServer,
@@ -80,6 +82,7 @@ impl PhysicsProcess {
             plant,
             generation: bus.generation(),
             state: bus.publisher(TopicId::WorldState)?,
+            tap: StateTap::new(bus)?,
             commands: commands.collect::<Result<_, _>>()?,
             decision: bus.latest(TopicId::Decision)?,
             operator: bus.operator_server()?,
@@ -170,11 +173,12 @@ impl PhysicsProcess {
     }
 
     fn publish(&mut self) {
-        let (plant, overruns) = (&self.plant, self.overruns);
+        let (plant, overruns, tap) = (&self.plant, self.overruns, &mut self.tap);
         // A state that was not sent is followed by another; the port counts it.
         let _sent = self.state.publish(|state| {
             plant.write_state(state);
             state.overruns = overruns;
+            tap.keep(state);
         });
         self.tick = self.plant.world().tick();
         self.published_ns[index(self.tick)] = monotonic_ns();
@@ -184,6 +188,7 @@ impl PhysicsProcess {
             .fold((0, 0), |(r, f), c| (r + c.rejected, f + c.fenced));
         self.health.totals(self.overruns, rejected, fenced);
         self.ring();
+        self.tap.publish(self.state.header());
     }
 
     fn ring(&mut self) {

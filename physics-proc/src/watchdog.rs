@@ -6,8 +6,10 @@
 //! - When the newest accepted command is older than the stop policy allows, the
 //!   arm brakes on a ramp within its limits, from the last setpoint, and holds.
 //! - A command further than [`MAX_STEP`] (plus what the velocity limit allows
-//!   since the last setpoint) from the setpoint in force is refused and counted:
-//!   a controller that starts again has to begin where the arm is.
+//!   since the last setpoint) from the setpoint in force is refused and counted.
+//! - After a brake, and from another controller, the first command has to go on
+//!   from the setpoint in force within the joint's limits. A controller that
+//!   slept through the brake is refused until it begins where the arm is.
 
 use cell_model::ramp::{self, RampState};
 use cell_model::stop::{PhysicsFlags, Stop, physics_stop};
@@ -174,7 +176,8 @@ impl Watchdog {
         let fresh = tick - id.tick <= cell_model::stop::COMMAND_AGE_TICKS;
         let sound =
             command.joint_count as usize == self.setpoint.len() && command.validate().is_ok();
-        if !fresh || !sound || !self.is_near(command, robot, tick) {
+        let goes_on = |id: Accepted| self.follows_on(id) || self.begins_here(command, robot);
+        if !fresh || !sound || !self.is_near(command, robot, tick) || !goes_on(id) {
             self.refused += u64::from(fresh);
             return false;
         }
@@ -197,13 +200,32 @@ impl Watchdog {
         steps.all(|step| step <= MAX_STEP)
     }
 
+    /// Whether the command's sender is the one the arm follows.
+    fn follows_on(&self, id: Accepted) -> bool {
+        let same = |last: Accepted| last.generation == id.generation;
+        self.source == Source::Commands && self.accepted.is_some_and(same)
+    }
+
+    /// Whether the command is one tick after the setpoint in force.
+    fn begins_here(&self, command: &ArmCommand, robot: &Robot) -> bool {
+        robot.arm_specs().enumerate().all(|(index, spec)| {
+            let before = ramp_state(self.setpoint[index]);
+            let position = command.joint_positions[index];
+            let velocity = command.joint_velocities[index];
+            !violations::advance(&before, position, velocity, 1.0, spec).1
+        })
+    }
+
     fn follow(&mut self, command: &ArmCommand, id: Accepted, robot: &Robot) {
         // Commands between this and the last one were overtaken, not skipped.
         let steps = match self.accepted {
-            Some(last) if self.source == Source::Commands && last.generation == id.generation => {
+            Some(last) if self.follows_on(id) => {
                 id.seq.saturating_sub(last.seq).clamp(1, 20) as f64
             }
-            _ => 1.0,
+            _ => {
+                self.anchor.clone_from(&self.setpoint);
+                1.0
+            }
         };
         for (index, spec) in robot.arm_specs().enumerate() {
             let (position, velocity) = (

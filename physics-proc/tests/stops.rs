@@ -93,6 +93,36 @@ fn a_controller_that_starts_where_the_arm_is_goes_on() {
 }
 
 #[test]
+fn a_controller_that_slept_through_the_brake_has_to_start_where_the_arm_is() {
+    let mut rig = interrupted();
+    let before = rig.state().arms[0];
+    (0..23).for_each(|_| silence(&mut rig));
+    let q = std::array::from_fn(|j| before.setpoint_positions[j]);
+    let qd = std::array::from_fn(|j| before.setpoint_velocities[j]);
+    let command = rig.command(&q, &qd, &[0.0; 7]);
+    rig.apply(&command);
+    let arm = rig.state().arms[0];
+    assert_eq!(
+        (arm.limit_violations, arm.stop_action),
+        (0, StopAction::Hold.code())
+    );
+    assert_eq!(rig.world.refused_commands(), 1);
+    // Goes on while the arm still brakes, one more tick on the same ramp.
+    let next =
+        |j: usize, dt: f64| arm.setpoint_velocities[j] + arm.setpoint_accelerations[j] * dt * 0.98;
+    let q = std::array::from_fn(|j| {
+        arm.setpoint_positions[j] + 0.5e-3 * (arm.setpoint_velocities[j] + next(j, 1e-3))
+    });
+    let command = rig.command(&q, &std::array::from_fn(|j| next(j, 1e-3)), &[0.0; 7]);
+    rig.apply(&command);
+    let arm = rig.state().arms[0];
+    assert_eq!(
+        (arm.limit_violations, arm.stop_action),
+        (0, StopAction::None.code())
+    );
+}
+
+#[test]
 fn a_command_from_elsewhere_is_refused_and_the_arm_stays() {
     let mut rig = Rig::new(2);
     rig.stay(10);

@@ -18,7 +18,7 @@ mod coarse_pyramid;
 
 use std::collections::{BTreeMap, HashSet, VecDeque};
 
-use coarse_pyramid::{Choice, Key, Setting, Situation};
+use coarse_pyramid::{Choice, Setting, Situation};
 use ipc_types::decision::Outcome;
 
 /// Undisturbed, a job takes fewer steps.
@@ -27,18 +27,19 @@ const PATIENCE: usize = 400;
 /// What was seen so far.
 #[derive(Default)]
 struct Search {
-    seen: HashSet<Key>,
+    seen: HashSet<u64>,
     /// Known to get done.
-    goes_on: HashSet<Key>,
+    goes_on: HashSet<u64>,
     steps: u64,
     /// What went wrong, with the shortest way there.
     wrong: BTreeMap<String, String>,
 }
 
-/// Looks at what comes of up to `disturbances`, and at no more than `most`
-/// situations.
-fn explore(setting: &Setting, disturbances: usize, most: usize) {
-    let choices = Choice::all(setting.cubes.len());
+/// Looks at what comes of up to `disturbances` of those `among` all, and at no
+/// more than `most` situations.
+fn explore(setting: &Setting, among: fn(Choice) -> bool, disturbances: usize, most: usize) {
+    let mut choices = Choice::all(setting.cubes.len());
+    choices.retain(|choice| !choice.disturbs() || among(*choice));
     let first = Situation::begin(setting);
     let mut search = Search::default();
     search.seen.insert(first.key());
@@ -72,6 +73,9 @@ fn explore(setting: &Setting, disturbances: usize, most: usize) {
         }
         let (seen, steps) = (search.seen.len(), search.steps);
         println!("{disturbed} disturbances: {found} looked at, {seen} seen, {steps} steps");
+        if later.is_empty() {
+            break;
+        }
         std::mem::swap(&mut now, &mut later);
     }
     println!("{left} left");
@@ -152,29 +156,74 @@ const FOUR: Setting = Setting {
     required: 2,
 };
 
+fn all(_: Choice) -> bool {
+    true
+}
+
+/// What goes wrong with arms and hands.
+fn hands(choice: Choice) -> bool {
+    use Choice::{HandStuck, Led, Lost, Slippery, Stuck};
+    matches!(
+        choice,
+        Stuck(_) | HandStuck(_) | Slippery(_) | Lost(_) | Led(_)
+    )
+}
+
+/// What somebody does with the cubes.
+fn cubes(choice: Choice) -> bool {
+    matches!(
+        choice,
+        Choice::Moved(_) | Choice::Taken(_) | Choice::Beside(_, _)
+    )
+}
+
+/// What becomes of processes, and the operator's reset.
+fn processes(choice: Choice) -> bool {
+    use Choice::{Killed, KilledLost, Reset, Silent};
+    matches!(choice, Silent(_) | Killed | KilledLost(_) | Reset)
+}
+
 #[test]
 fn of_two_cubes_one_on_the_other() {
-    explore(&TWO, 1, 100_000);
+    explore(&TWO, all, 1, 100_000);
 }
 
 #[test]
 fn of_three_cubes_for_a_stack_of_one_each() {
-    explore(&THREE, 1, 200_000);
+    explore(&THREE, all, 1, 200_000);
 }
 
 #[test]
 fn of_four_cubes_for_a_stack_of_two_each() {
-    explore(&FOUR, 0, 100_000);
+    explore(&FOUR, all, 0, 100_000);
 }
 
 #[test]
 #[ignore = "takes minutes"]
 fn of_four_cubes_disturbed() {
-    explore(&FOUR, 1, 1_000_000);
+    explore(&FOUR, all, 1, 5_000_000);
 }
 
 #[test]
 #[ignore = "takes minutes"]
 fn of_two_cubes_disturbed_twice() {
-    explore(&TWO, 2, 1_000_000);
+    explore(&TWO, all, 2, 5_000_000);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn of_two_cubes_with_all_that_hands_do() {
+    explore(&TWO, hands, usize::MAX, 20_000_000);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn of_two_cubes_with_all_that_cubes_do() {
+    explore(&TWO, cubes, usize::MAX, 20_000_000);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn of_two_cubes_with_all_that_processes_do() {
+    explore(&TWO, processes, usize::MAX, 20_000_000);
 }

@@ -77,9 +77,14 @@ impl Bus {
         self.identity.generation
     }
 
-    /// The writing end of a topic.
+    /// The writing end of a topic, and of its tap if it has one.
     pub fn publisher<T: Message>(&self, topic: TopicId) -> Result<Publisher<T>, BusError> {
-        self.publisher_of(&topic.service())
+        let publisher = self.publisher_of(&topic.service())?;
+        let Some(tap) = topic.tap() else {
+            return Ok(publisher);
+        };
+        let name = tap.service();
+        publisher.tapped(&self.open_topic::<T>(&name)?, &name)
     }
 
     /// A reading end of a topic: the newest message, read in place.

@@ -10,7 +10,9 @@ use iceoryx2::prelude::{
 use iceoryx2::service::builder::Builder;
 use ipc_types::header::Message;
 use ipc_types::topic::{OPERATOR_SERVICE, Process, TopicId, doorbell};
-use ipc_types::{ArmCommand, ArmStatus, Decision, Health, TraceLine, WorldState};
+use ipc_types::{
+    ArmCommand, ArmStatus, Decision, Health, Keyframe, TraceLine, WorldPiece, WorldState,
+};
 
 use crate::error::BusError;
 use crate::operator::create_service;
@@ -89,9 +91,15 @@ impl Keeper {
     fn create_topic(&mut self, topic: TopicId) -> Result<(), BusError> {
         match topic {
             TopicId::WorldState => self.create_topic_of::<WorldState>(topic),
-            TopicId::ArmCommand(_) => self.create_topic_of::<ArmCommand>(topic),
-            TopicId::ArmStatus(_) => self.create_topic_of::<ArmStatus>(topic),
-            TopicId::Decision => self.create_topic_of::<Decision>(topic),
+            TopicId::WorldTap => self.create_topic_of::<WorldPiece>(topic),
+            TopicId::Keyframe(_) => self.create_topic_of::<Keyframe>(topic),
+            TopicId::ArmCommand(_) | TopicId::ArmCommandTap(_) => {
+                self.create_topic_of::<ArmCommand>(topic)
+            }
+            TopicId::ArmStatus(_) | TopicId::ArmStatusTap(_) => {
+                self.create_topic_of::<ArmStatus>(topic)
+            }
+            TopicId::Decision | TopicId::DecisionTap => self.create_topic_of::<Decision>(topic),
             TopicId::Trace => self.create_topic_of::<TraceLine>(topic),
             TopicId::Health(_) => self.create_topic_of::<Health>(topic),
         }

@@ -1,10 +1,13 @@
 //! The writing end of a topic.
 
 use cell_rt::monotonic_ns;
+use iceoryx2::port::LoanError;
 use iceoryx2::port::publisher::Publisher as Port;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::{BackpressureStrategy, ipc};
+use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
+use ipc_types::Wire as _;
 use ipc_types::header::{Header, Message};
 
 use crate::bus::Identity;
@@ -15,8 +18,11 @@ use crate::error::{BusError, PublishError};
 #[derive(Debug)]
 pub struct Publisher<T: Message> {
     port: Port<ipc::Service, T, ()>,
+    /// Copies of all that is sent, for a recorder.
+    tap: Option<Port<ipc::Service, T, ()>>,
     identity: Identity,
-    seq: u64,
+    /// Of the newest message.
+    header: Header,
     errors: u64,
 }
 
@@ -26,22 +32,23 @@ impl<T: Message> Publisher<T> {
         name: &str,
         identity: Identity,
     ) -> Result<Self, BusError> {
-        let port = service
-            .publisher_builder()
-            // Overflow makes room, so this never applies; blocking must not be
-            // what happens if it ever does.
-            .backpressure_strategy(BackpressureStrategy::DiscardData)
-            .create()
-            .map_err(|error| BusError::Port {
-                service: name.to_owned(),
-                reason: format!("{error:?}"),
-            })?;
         Ok(Self {
-            port,
+            port: port(service, name)?,
+            tap: None,
             identity,
-            seq: 0,
+            header: Header::zeroed(),
             errors: 0,
         })
+    }
+
+    /// Also copies every message to `service`.
+    pub(crate) fn tapped(
+        mut self,
+        service: &PortFactory<ipc::Service, T, ()>,
+        name: &str,
+    ) -> Result<Self, BusError> {
+        self.tap = Some(port(service, name)?);
+        Ok(self)
     }
 
     /// Has `write` fill one message in place and sends it; returns its sequence
@@ -68,11 +75,19 @@ impl<T: Message> Publisher<T> {
         header.schema = T::SCHEMA;
         header.run = self.identity.run;
         header.generation = self.identity.generation;
-        header.seq = self.seq + 1;
+        header.seq = self.header.seq + 1;
         header.publish_ns = monotonic_ns();
+        let stamped = *header;
+        let copy = self.tap.as_ref().map(|tap| copied(sample.payload(), tap));
         sample.send().map_err(PublishError::Send)?;
-        self.seq += 1;
-        Ok(self.seq)
+        self.header = stamped;
+        // The recorder's copy goes last, and its loss is no failure of the topic.
+        match copy {
+            Some(Ok(copy)) => self.errors += u64::from(copy.send().is_err()),
+            Some(Err(_)) => self.errors += 1,
+            None => {}
+        }
+        Ok(self.header.seq)
     }
 
     /// Sends a copy of `message`, stamped as by [`Self::publish`].
@@ -91,13 +106,44 @@ impl<T: Message> Publisher<T> {
 
     /// Sequence number of the last message sent, 0 before the first.
     pub fn seq(&self) -> u64 {
-        self.seq
+        self.header.seq
+    }
+
+    /// Header of the last message sent; zeros before the first.
+    pub fn header(&self) -> &Header {
+        &self.header
     }
 
     /// Messages that were not sent.
     pub fn errors(&self) -> u64 {
         self.errors
     }
+}
+
+/// `message` in memory of another port.
+fn copied<T: Message>(
+    message: &T,
+    port: &Port<ipc::Service, T, ()>,
+) -> Result<SampleMut<ipc::Service, T, ()>, LoanError> {
+    let mut copy = ipc_types::loan::loan(port)?;
+    *copy.payload_mut() = *message;
+    Ok(copy)
+}
+
+fn port<T: Message>(
+    service: &PortFactory<ipc::Service, T, ()>,
+    name: &str,
+) -> Result<Port<ipc::Service, T, ()>, BusError> {
+    service
+        .publisher_builder()
+        // Overflow makes room, so this never applies; blocking must not be
+        // what happens if it ever does.
+        .backpressure_strategy(BackpressureStrategy::DiscardData)
+        .create()
+        .map_err(|error| BusError::Port {
+            service: name.to_owned(),
+            reason: format!("{error:?}"),
+        })
 }
 
 /// Takes out of a header what its place held before. Inputs beyond the count

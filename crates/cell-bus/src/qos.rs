@@ -1,7 +1,9 @@
 //! Settings of the services: made by the keeper, taken over by everybody else.
 
 use ipc_types::topic::{Process, TopicId};
-use ipc_types::{ArmCommand, ArmStatus, Decision, Health, TraceLine, WorldState};
+use ipc_types::{
+    ArmCommand, ArmStatus, Decision, Health, Keyframe, TraceLine, WorldPiece, WorldState,
+};
 
 /// One writer is legal (the fence sees to it); the rest is slack for slots of
 /// writers killed while they started, which are never given back.
@@ -18,7 +20,12 @@ const MAX_LOANED: usize = 2;
 
 /// Readers of a topic. Deep buffers are memory times readers, so they get few.
 pub(crate) fn max_subscribers(topic: TopicId) -> usize {
-    if topic.depth() > HISTORY { 6 } else { 16 }
+    match topic {
+        // The recorder, and one that was killed.
+        _ if topic.is_tap() => 3,
+        _ if topic.depth() > HISTORY => 6,
+        _ => 16,
+    }
 }
 
 /// All topics of a cell of `arms` arms.
@@ -28,15 +35,21 @@ pub(crate) fn topics(arms: u8) -> Vec<TopicId> {
         topics.extend([TopicId::ArmCommand(arm), TopicId::ArmStatus(arm)]);
     }
     topics.extend(Process::all(arms).into_iter().map(TopicId::Health));
+    let taps: Vec<TopicId> = topics.iter().filter_map(|topic| topic.tap()).collect();
+    topics.extend(taps);
+    topics.extend([TopicId::WorldTap, TopicId::Keyframe(Process::Task)]);
+    topics.extend((0..arms).map(|arm| TopicId::Keyframe(Process::Controller(arm))));
     topics
 }
 
 fn message_size(topic: TopicId) -> usize {
     match topic {
         TopicId::WorldState => size_of::<WorldState>(),
-        TopicId::ArmCommand(_) => size_of::<ArmCommand>(),
-        TopicId::ArmStatus(_) => size_of::<ArmStatus>(),
-        TopicId::Decision => size_of::<Decision>(),
+        TopicId::WorldTap => size_of::<WorldPiece>(),
+        TopicId::Keyframe(_) => size_of::<Keyframe>(),
+        TopicId::ArmCommand(_) | TopicId::ArmCommandTap(_) => size_of::<ArmCommand>(),
+        TopicId::ArmStatus(_) | TopicId::ArmStatusTap(_) => size_of::<ArmStatus>(),
+        TopicId::Decision | TopicId::DecisionTap => size_of::<Decision>(),
         TopicId::Trace => size_of::<TraceLine>(),
         TopicId::Health(_) => size_of::<Health>(),
     }

@@ -34,6 +34,9 @@ pub(crate) enum Choice {
     Killed,
     /// The same, and meanwhile a cube falls out of the hand.
     KilledLost(usize),
+    /// The operator pauses the task, opens the hand, puts what was in it
+    /// elsewhere and lets the task go on.
+    Led(usize),
 }
 
 impl Choice {
@@ -49,6 +52,7 @@ impl Choice {
                 Self::Silent(arm),
                 Self::Heard(arm),
                 Self::KilledLost(arm),
+                Self::Led(arm),
             ]
         };
         let of_cube = |cube| {

@@ -7,12 +7,13 @@ mod world;
 
 use std::cell::RefCell;
 use std::fmt::Write as _;
+use std::hash::{DefaultHasher, Hash, Hasher as _};
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
 use cell_model::{Cell, Data};
 use ipc_types::decision::Outcome;
-use ipc_types::{DECISION_TICKS, Decision, Validate, Wire};
+use ipc_types::{DECISION_TICKS, Decision, GripperGoal, Validate, Wire, WorldState};
 use task_proc::{Policy as _, Task};
 
 use choice::ARMS;
@@ -37,6 +38,8 @@ pub(crate) struct Setting {
 struct Bench {
     task: RefCell<Task>,
     window: Arc<Mutex<Seen>>,
+    /// What physics publishes, as far as it is the same in all situations.
+    state: RefCell<Box<WorldState>>,
     /// By arm and node.
     names: Vec<Vec<String>>,
 }
@@ -50,15 +53,15 @@ impl Bench {
 }
 
 /// What makes two situations the same.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Key {
+#[derive(Hash)]
+struct Key {
     seen: Seen,
     outcome: u32,
     spots: Vec<[i32; 3]>,
     arms: [ArmKey; ARMS],
 }
 
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Hash)]
 struct ArmKey {
     held: Option<usize>,
     is_open: bool,
@@ -111,6 +114,7 @@ impl Situation {
                 Box::new(spy),
             )),
             window,
+            state: RefCell::new(Box::new(WorldState::zeroed())),
         };
         let objects: Vec<usize> = setting.cubes.iter().map(|(c, _)| c - 1).collect();
         let places: Vec<[f64; 3]> = setting.cubes.iter().map(|(_, place)| *place).collect();
@@ -129,14 +133,18 @@ impl Situation {
         first
     }
 
-    pub(crate) fn key(&self) -> Key {
+    /// The same for situations that are the same, as a hash: there are millions.
+    pub(crate) fn key(&self) -> u64 {
         let cubes = 0..self.seen.words.len();
-        Key {
+        let key = Key {
             seen: self.seen.clone(),
             outcome: self.decision.outcome,
             spots: cubes.map(|c| rough(self.world.position(c))).collect(),
             arms: std::array::from_fn(|arm| self.arm_key(arm)),
-        }
+        };
+        let mut hasher = DefaultHasher::new();
+        key.hash(&mut hasher);
+        hasher.finish()
     }
 
     fn arm_key(&self, arm: usize) -> ArmKey {
@@ -146,7 +154,7 @@ impl Situation {
             is_open: self.world.is_open(arm),
             told: self.world.told[arm].code(),
             silent: self.world.silent[arm],
-            tcp: rough(self.world.state.arms[arm].tcp.position),
+            tcp: rough(self.world.arms[arm].tcp.position),
             goal: (goal.kind != 0).then(|| rough(goal.target.position)),
             decisions: self.decisions[arm].min(1),
         }
@@ -177,14 +185,32 @@ impl Situation {
             return None;
         }
         let mut next = self.clone();
+        if let Choice::Led(arm) = choice {
+            next.pause(arm);
+        }
         let ticks = match choice {
             Choice::Stuck(_) | Choice::HandStuck(_) => LATE,
             _ => SOON,
         };
         next.world.pass(ticks, choice, &self.decision.goals);
-        next.world.state.panel.task_reset += u32::from(choice == Choice::Reset);
+        let panel = &mut next.world.panel;
+        panel.task_reset += u32::from(choice == Choice::Reset);
+        panel.task_paused = 0;
         next.decide(choice);
         Some(next)
+    }
+
+    /// The operator takes over and opens the hand of an arm.
+    fn pause(&mut self, arm: usize) {
+        let panel = &mut self.world.panel;
+        panel.task_paused = 1;
+        self.decide(Choice::Led(arm));
+        let panel = &mut self.world.panel;
+        panel.target_arm = u32::try_from(arm).unwrap();
+        panel.gripper = GripperGoal::Open.code();
+        panel.gripper_seq += 1;
+        self.decide(Choice::Led(arm));
+        assert_eq!(self.decision.goals[arm].gripper, GripperGoal::Open.code());
     }
 
     /// The same when nobody disturbs any more.
@@ -205,7 +231,7 @@ impl Situation {
 
     /// The same after the operator asked for another start.
     pub(crate) fn restarted(mut self) -> Self {
-        self.world.state.panel.task_start += 1;
+        self.world.panel.task_start += 1;
         self.tell("started again".to_owned());
         self
     }
@@ -224,13 +250,15 @@ impl Situation {
         let bench = Rc::clone(&self.bench);
         let mut task = bench.task.borrow_mut();
         task.restore(&self.record).unwrap();
+        let mut state = bench.state.borrow_mut();
+        self.world.write(&mut state);
         if matches!(choice, Choice::Killed | Choice::KilledLost(_)) {
-            task.reconcile(&self.world.state);
+            task.reconcile(&state);
         }
         let before = self.decision.clone();
         let mut lines = Vec::new();
         let heard: [_; ARMS] = std::array::from_fn(|arm| Some(&self.world.status[arm]));
-        task.decide(&self.world.state, &heard, &mut self.decision, &mut lines);
+        task.decide(&state, &heard, &mut self.decision, &mut lines);
         self.decision.validate().unwrap();
         self.record = Rc::new(task.record());
         self.world.tell(&self.decision.goals);
@@ -242,7 +270,7 @@ impl Situation {
         }
         self.seen = seen;
         let leaf: [&str; ARMS] = std::array::from_fn(|arm| bench.leaf(&self.seen, arm));
-        let mut what = format!("{:6} {choice:?} -> {leaf:?}", self.world.state.header.tick);
+        let mut what = format!("{:6} {choice:?} -> {leaf:?}", self.world.tick);
         for line in lines.iter().filter(|l| l.kind.is_for_people()) {
             write!(what, " | {}", line.text.as_str()).unwrap();
         }

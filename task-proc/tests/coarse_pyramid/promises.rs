@@ -1,6 +1,6 @@
 //! What has to hold after every decision.
 
-use ipc_types::decision::GoalKind;
+use ipc_types::decision::{GoalKind, Outcome};
 use ipc_types::{ArmGoal, Decision, GripperGoal};
 
 use super::choice::ARMS;
@@ -47,9 +47,14 @@ impl Moment<'_> {
         let on_purpose = match self.leaf[arm] {
             "release" => self.is_over_goal(arm, cube),
             "recover" => true,
+            _ if self.is_operators() => true,
             _ => self.decision.drops > self.before.drops,
         };
         (!on_purpose).then(|| format!("arm {arm} opens its hand around cube {cube}"))
+    }
+
+    fn is_operators(&self) -> bool {
+        self.decision.outcome == Outcome::Paused.code()
     }
 
     /// It goes into the stack, or beside it, out of the way. What is below may
@@ -98,7 +103,9 @@ impl Moment<'_> {
                 Word::Reserved(a) | Word::Carried(a) | Word::Placed(a) => a != arm,
                 Word::Available => false,
             };
-            if self.world.held[arm].is_some_and(others) {
+            // A cube that fell between closing fingers is let go again.
+            let lets_go = matches!(self.leaf[arm], "grasp" | "recover");
+            if self.world.held[arm].is_some_and(others) && !lets_go {
                 return Some(format!("arm {arm} holds the other's cube"));
             }
             let placed = |cube: usize| seen.placed[arm] & (1 << cube) != 0;

@@ -3,7 +3,10 @@
 
 use ipc_types::decision::GoalKind;
 use ipc_types::world::OBJECT_ENABLED;
-use ipc_types::{ArmGoal, ArmStatus, GripperGoal, Header, Pose, Wire, WorldState};
+use ipc_types::{
+    ArmGoal, ArmState, ArmStatus, GripperGoal, Header, ObjectState, OperatorPanel, Pose, Wire,
+    WorldState,
+};
 
 use super::choice::{ARMS, Choice};
 
@@ -17,11 +20,17 @@ const FAR: [[f64; 2]; 4] = [[1.0, 0.5], [1.0, 0.65], [1.0, -0.5], [1.0, -0.65]];
 /// By arm: in the way of its stack.
 const BESIDE: [[f64; 2]; ARMS] = [[0.52, -0.28], [0.52, 0.28]];
 
-/// See the module.
+/// Objects of the cell file.
+const OBJECTS: usize = 6;
+
+/// See the module. Of the state only what the cell has: millions of these wait.
 #[derive(Clone)]
 pub(crate) struct World {
-    pub(crate) state: Box<WorldState>,
-    pub(crate) status: Box<[ArmStatus; ARMS]>,
+    pub(crate) tick: u64,
+    pub(crate) panel: OperatorPanel,
+    pub(crate) arms: [ArmState; ARMS],
+    objects_state: [ObjectState; OBJECTS],
+    pub(crate) status: [ArmStatus; ARMS],
     /// By arm: the cube in the hand.
     pub(crate) held: [Option<usize>; ARMS],
     /// By arm: what the hand was told last.
@@ -37,20 +46,21 @@ pub(crate) struct World {
 impl World {
     /// Both arms beside the pyramid, their hands open; the cubes at `places`.
     pub(crate) fn new(objects: &[usize], places: &[[f64; 3]]) -> Self {
-        let mut state = Box::new(WorldState::zeroed());
-        state.header = Header::caused_by::<WorldState>(0);
-        state.arm_count = 2;
-        for (arm, y) in state.arms.iter_mut().zip([-0.5, 0.5]) {
+        let arm = |y| {
+            let mut arm = ArmState::zeroed();
             arm.tcp = Pose {
                 position: [0.4, y, 0.4],
                 orientation_wxyz: [0.0, 1.0, 0.0, 0.0],
             };
             arm.gripper.width = OPEN_M;
-        }
-        state.object_count = 6;
+            arm
+        };
         let mut world = Self {
-            state,
-            status: Box::new([ArmStatus::zeroed(); ARMS]),
+            tick: 0,
+            panel: OperatorPanel::zeroed(),
+            arms: [arm(-0.5), arm(0.5)],
+            objects_state: [ObjectState::zeroed(); OBJECTS],
+            status: [ArmStatus::zeroed(); ARMS],
             held: [None; ARMS],
             told: [GripperGoal::Keep; ARMS],
             silent: [false; ARMS],
@@ -58,12 +68,22 @@ impl World {
             objects: objects.to_vec(),
         };
         for (cube, place) in places.iter().enumerate() {
-            world.state.objects[objects[cube]].flags = OBJECT_ENABLED;
+            world.objects_state[objects[cube]].flags = OBJECT_ENABLED;
             world.put(cube, *place);
         }
         world.settle();
         world.sense();
         world
+    }
+
+    /// Fills in what physics would publish.
+    pub(crate) fn write(&self, state: &mut WorldState) {
+        state.header = Header::caused_by::<WorldState>(self.tick);
+        state.panel = self.panel;
+        state.arm_count = ARMS as u32;
+        state.arms[..ARMS].copy_from_slice(&self.arms);
+        state.object_count = OBJECTS as u32;
+        state.objects[..OBJECTS].copy_from_slice(&self.objects_state);
     }
 
     pub(crate) fn is_possible(&self, choice: Choice) -> bool {
@@ -79,7 +99,9 @@ impl World {
                     && self.held[arm].is_none()
                     && !self.silent[arm]
             }
-            Choice::Lost(arm) | Choice::KilledLost(arm) => self.held[arm].is_some(),
+            Choice::Lost(arm) | Choice::KilledLost(arm) | Choice::Led(arm) => {
+                self.held[arm].is_some()
+            }
             Choice::Moved(cube) => self.can_be_put(cube, AWAY[cube]),
             Choice::Beside(cube, arm) => self.can_be_put(cube, BESIDE[arm]),
             Choice::Taken(cube) => !self.is_held(cube) && !self.is_far(cube),
@@ -89,7 +111,7 @@ impl World {
     /// The next `ticks`, in which `choice` happens and the arms follow `goals`.
     pub(crate) fn pass(&mut self, ticks: u64, choice: Choice, goals: &[ArmGoal]) {
         match choice {
-            Choice::Lost(arm) | Choice::KilledLost(arm) => self.lose(arm),
+            Choice::Lost(arm) | Choice::KilledLost(arm) | Choice::Led(arm) => self.lose(arm),
             Choice::Moved(cube) => self.put_down(cube, AWAY[cube]),
             Choice::Beside(cube, arm) => self.put_down(cube, BESIDE[arm]),
             Choice::Taken(cube) => self.put_down(cube, FAR[cube]),
@@ -106,8 +128,8 @@ impl World {
                 0
             };
         }
-        let tick = self.state.header.tick + ticks;
-        self.state.header = Header::caused_by::<WorldState>(tick);
+        self.tick += ticks;
+        let tick = self.tick;
         for arm in (0..ARMS)
             .filter(|arm| !self.silent[*arm])
             .collect::<Vec<_>>()
@@ -164,14 +186,14 @@ impl World {
     }
 
     fn move_to(&mut self, arm: usize, target: Pose) {
-        self.state.arms[arm].tcp = target;
+        self.arms[arm].tcp = target;
         if let Some(cube) = self.held[arm] {
             self.put(cube, target.position);
         }
     }
 
     fn close(&mut self, arm: usize, choice: Choice) {
-        let finds = !matches!(choice, Choice::Slippery(a) | Choice::Lost(a) | Choice::KilledLost(a) if a == arm);
+        let finds = !matches!(choice, Choice::Slippery(a) | Choice::Lost(a) | Choice::KilledLost(a) | Choice::Led(a) if a == arm);
         if self.held[arm].is_none() && finds {
             self.held[arm] = self.between_fingers(arm);
         }
@@ -180,12 +202,12 @@ impl World {
         } else {
             0.0
         };
-        self.state.arms[arm].gripper.width = width;
+        self.arms[arm].gripper.width = width;
     }
 
     fn open(&mut self, arm: usize) {
         self.held[arm] = None;
-        self.state.arms[arm].gripper.width = OPEN_M;
+        self.arms[arm].gripper.width = OPEN_M;
     }
 
     fn lose(&mut self, arm: usize) {
@@ -199,7 +221,7 @@ impl World {
     }
 
     fn put(&mut self, cube: usize, position: [f64; 3]) {
-        self.state.objects[self.objects[cube]].pose = Pose {
+        self.objects_state[self.objects[cube]].pose = Pose {
             position,
             ..Pose::IDENTITY
         };
@@ -237,13 +259,13 @@ impl World {
             let beam = self.held[arm]
                 .or(self.between_fingers(arm))
                 .map_or(0, number);
-            let gripper = &mut self.state.arms[arm].gripper;
+            let gripper = &mut self.arms[arm].gripper;
             (gripper.held_object, gripper.beam_object) = (held, beam);
         }
     }
 
     fn between_fingers(&self, arm: usize) -> Option<usize> {
-        let tcp = self.state.arms[arm].tcp.position;
+        let tcp = self.arms[arm].tcp.position;
         let near = |cube: &usize| {
             let squares = self.position(*cube).into_iter().zip(tcp);
             squares.map(|(a, b)| (a - b) * (a - b)).sum::<f64>() < 0.02 * 0.02
@@ -252,11 +274,11 @@ impl World {
     }
 
     pub(crate) fn position(&self, cube: usize) -> [f64; 3] {
-        self.state.objects[self.objects[cube]].pose.position
+        self.objects_state[self.objects[cube]].pose.position
     }
 
     pub(crate) fn is_open(&self, arm: usize) -> bool {
-        self.state.arms[arm].gripper.width >= OPEN_M
+        self.arms[arm].gripper.width >= OPEN_M
     }
 
     fn is_held(&self, cube: usize) -> bool {
@@ -270,12 +292,7 @@ impl World {
 
     /// Nobody puts a cube where it is already, or between the fingers of a hand.
     fn can_be_put(&self, cube: usize, [x, y]: [f64; 2]) -> bool {
-        let tcps = self
-            .state
-            .arms
-            .iter()
-            .take(ARMS)
-            .map(|arm| arm.tcp.position);
+        let tcps = self.arms.iter().map(|arm| arm.tcp.position);
         let mut hands = tcps.filter(|[hx, hy, hz]| (x - hx).hypot(y - hy) < 0.06 && *hz < 0.15);
         !self.is_held(cube) && !self.is_at(cube, [x, y]) && hands.next().is_none()
     }

@@ -1,0 +1,267 @@
+//! Copies for whoever records: every message as it was sent, in deep buffers of
+//! their own, so that the control topics stay shallow.
+
+use crate::header::Header;
+use crate::validate::{Check, Invalid, Validate};
+use crate::wire::wire;
+use crate::{ArmState, MAX_ARMS, MAX_OBJECTS, ObjectState, OperatorPanel, WorldState};
+
+/// Objects one [`WorldPiece`] has room for.
+pub const PIECE_OBJECTS: usize = 8;
+/// Ticks between two states whose objects are all recorded; those between name
+/// only what is touched or pulled.
+pub const OBJECT_TICKS: u64 = crate::DECISION_TICKS;
+/// Bytes of a state record in a [`Keyframe`].
+pub const KEYFRAME_BYTES: usize = 16 * 1024;
+
+wire! {
+    /// One object of a [`WorldPiece`].
+    pub struct PieceObject {
+        /// Index in [`WorldState::objects`].
+        pub index: u32,
+        /// Zero.
+        pub reserved: u32,
+        /// As in the state.
+        pub state: ObjectState,
+    }
+}
+
+wire! {
+    /// A [`WorldState`] for the recorder, all of it but for the objects nobody
+    /// asks for in this tick. States with more objects take several pieces, each
+    /// with all the rest.
+    pub struct WorldPiece {
+        /// Header of the piece.
+        pub header: Header,
+        /// Header of the state.
+        pub state: Header,
+        /// From 0 up.
+        pub piece: u32,
+        /// Pieces of this state.
+        pub pieces: u32,
+        /// As in the state.
+        pub flags: u32,
+        /// As in the state.
+        pub arm_count: u32,
+        /// As in the state: of the cell, not of this piece.
+        pub object_count: u32,
+        /// As in the state.
+        pub script_line: u32,
+        /// As in the state.
+        pub script_left: u32,
+        /// As in the state.
+        pub quarantined: u32,
+        /// As in the state.
+        pub overruns: u64,
+        /// As in the state.
+        pub state_hash: u64,
+        /// As in the state.
+        pub panel: OperatorPanel,
+        /// As in the state.
+        pub arms: [ArmState; MAX_ARMS],
+        /// 1 when the pieces of this state name all objects.
+        pub all_objects: u32,
+        /// Valid entries of `objects`.
+        pub count: u32,
+        /// Some of the objects.
+        pub objects: [PieceObject; PIECE_OBJECTS],
+    }
+}
+
+wire! {
+    /// All that a process remembers, as of the message with number `after_seq`
+    /// on its main topic (a command, a decision): whoever restores `bytes` and
+    /// is given the inputs that came later computes what the process did.
+    pub struct Keyframe {
+        /// Header; `tick` is the tick of that message.
+        pub header: Header,
+        /// Number of the last message the record covers, 0 before the first.
+        pub after_seq: u64,
+        /// Valid entries of `bytes`.
+        pub len: u32,
+        /// Zero.
+        pub reserved: u32,
+        /// The record; its own format says its version.
+        pub bytes: [u8; KEYFRAME_BYTES],
+    }
+}
+
+impl WorldPiece {
+    /// Takes over what is the same in all pieces of `state`.
+    pub fn take(&mut self, state: &WorldState) {
+        self.state = state.header;
+        self.flags = state.flags;
+        self.arm_count = state.arm_count;
+        self.object_count = state.object_count;
+        self.script_line = state.script_line;
+        self.script_left = state.script_left;
+        self.quarantined = state.quarantined;
+        self.overruns = state.overruns;
+        self.state_hash = state.state_hash;
+        self.panel = state.panel;
+        self.arms = state.arms;
+    }
+
+    /// Writes what the piece says into `state`; objects it does not name stay.
+    pub fn put(&self, state: &mut WorldState) {
+        state.header = self.state;
+        state.flags = self.flags;
+        state.arm_count = self.arm_count;
+        state.object_count = self.object_count;
+        state.script_line = self.script_line;
+        state.script_left = self.script_left;
+        state.quarantined = self.quarantined;
+        state.overruns = self.overruns;
+        state.state_hash = self.state_hash;
+        state.panel = self.panel;
+        state.arms = self.arms;
+        for object in self.objects() {
+            if let Some(place) = state.objects.get_mut(object.index as usize) {
+                *place = object.state;
+            }
+        }
+    }
+
+    /// The objects named.
+    pub fn objects(&self) -> &[PieceObject] {
+        &self.objects[..(self.count as usize).min(PIECE_OBJECTS)]
+    }
+}
+
+impl Keyframe {
+    /// The record.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes[..(self.len as usize).min(KEYFRAME_BYTES)]
+    }
+
+    /// Takes `bytes` in; false, and empty, when there is no room.
+    pub fn set(&mut self, bytes: &[u8]) -> bool {
+        let fits = self.bytes.get_mut(..bytes.len());
+        self.len = fits.as_ref().map_or(0, |_| bytes.len() as u32);
+        fits.map(|place| place.copy_from_slice(bytes)).is_some()
+    }
+}
+
+impl Validate for WorldPiece {
+    fn validate(&self) -> Result<(), Invalid> {
+        Check::count("arm_count", self.arm_count, MAX_ARMS)?;
+        Check::count("object_count", self.object_count, MAX_OBJECTS)?;
+        Check::count("count", self.count, PIECE_OBJECTS)?;
+        for object in self.objects() {
+            Check::count("index", object.index, MAX_OBJECTS - 1)?;
+        }
+        Ok(())
+    }
+}
+
+impl Validate for Keyframe {
+    fn validate(&self) -> Result<(), Invalid> {
+        Check::count("len", self.len, KEYFRAME_BYTES)
+    }
+}
+
+/// A state taken apart; for [`WorldPiece::take`] see there.
+pub struct Pieces {
+    next: u32,
+    pieces: u32,
+    all: bool,
+    first_object: usize,
+}
+
+impl Pieces {
+    /// The pieces `state` has to be sent in.
+    pub fn of(state: &WorldState) -> Self {
+        let all = state.header.tick % OBJECT_TICKS == 0;
+        let named = (0..state.objects().len()).filter(|index| is_named(state, all, *index));
+        Self {
+            next: 0,
+            pieces: (named.count().div_ceil(PIECE_OBJECTS) as u32).max(1),
+            all,
+            first_object: 0,
+        }
+    }
+
+    /// Whether a piece is left.
+    pub fn has_more(&self) -> bool {
+        self.next < self.pieces
+    }
+
+    /// Writes the next piece of the same `state`; false when there is none left.
+    pub fn write_next(&mut self, state: &WorldState, out: &mut WorldPiece) -> bool {
+        if !self.has_more() {
+            return false;
+        }
+        out.header = Header::caused_by::<WorldPiece>(state.header.tick);
+        out.take(state);
+        (out.piece, out.pieces) = (self.next, self.pieces);
+        out.all_objects = u32::from(self.all);
+        out.count = 0;
+        while self.first_object < state.objects().len() && (out.count as usize) < PIECE_OBJECTS {
+            let index = self.first_object;
+            if is_named(state, self.all, index) {
+                out.objects[out.count as usize] = PieceObject {
+                    index: index as u32,
+                    reserved: 0,
+                    state: state.objects[index],
+                };
+                out.count += 1;
+            }
+            self.first_object += 1;
+        }
+        self.next += 1;
+        true
+    }
+}
+
+fn is_named(state: &WorldState, all: bool, index: usize) -> bool {
+    let busy = crate::world::OBJECT_TOUCHED | crate::world::OBJECT_DRAGGED;
+    all || state.objects[index].flags & busy != 0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Wire as _;
+    use crate::world::OBJECT_TOUCHED;
+
+    fn state(tick: u64) -> WorldState {
+        let mut state = WorldState::zeroed();
+        state.header = Header::caused_by::<WorldState>(tick);
+        state.object_count = 20;
+        for (index, object) in state.objects.iter_mut().take(20).enumerate() {
+            object.pose.position[0] = index as f64;
+        }
+        state.objects[3].flags = OBJECT_TOUCHED;
+        state.panel.task_start = 7;
+        state
+    }
+
+    fn put_together(sent: &WorldState) -> (WorldState, u32) {
+        let (mut pieces, mut piece) = (Pieces::of(sent), WorldPiece::zeroed());
+        let (mut out, mut count) = (WorldState::zeroed(), 0);
+        while pieces.write_next(sent, &mut piece) {
+            assert_eq!((piece.piece, piece.pieces), (count, piece.pieces));
+            piece.put(&mut out);
+            count += 1;
+        }
+        (out, count)
+    }
+
+    #[test]
+    fn every_tenth_state_is_whole_and_the_others_name_what_is_touched() {
+        let sent = state(10);
+        assert_eq!(put_together(&sent), (sent, 3));
+        let sent = state(11);
+        let (heard, pieces) = put_together(&sent);
+        assert_eq!((heard.panel, pieces), (sent.panel, 1));
+        assert_eq!(heard.objects[3], sent.objects[3]);
+        assert_eq!(heard.objects[4].pose.position[0], 0.0);
+    }
+
+    #[test]
+    fn a_record_that_is_too_long_is_refused() {
+        let mut frame = Keyframe::zeroed();
+        assert!(frame.set(&[1, 2, 3]) && frame.bytes() == [1, 2, 3]);
+        assert!(!frame.set(&vec![0; KEYFRAME_BYTES + 1]) && frame.bytes().is_empty());
+    }
+}

@@ -1,0 +1,41 @@
+//! What the recorder hears of the state, after everybody else has it.
+
+use cell_bus::{Bus, BusError, Publisher};
+use ipc_types::tap::Pieces;
+use ipc_types::topic::TopicId;
+use ipc_types::{Header, Wire, WorldPiece, WorldState};
+
+/// A copy of the newest state, and the way out for its pieces.
+pub(crate) struct StateTap {
+    state: Box<WorldState>,
+    pieces: Publisher<WorldPiece>,
+}
+
+impl StateTap {
+    pub(crate) fn new(bus: &Bus) -> Result<Self, BusError> {
+        Ok(Self {
+            state: Box::new(WorldState::zeroed()),
+            pieces: bus.publisher(TopicId::WorldTap)?,
+        })
+    }
+
+    /// Keeps a copy of what is being published.
+    pub(crate) fn keep(&mut self, state: &WorldState) {
+        *self.state = *state;
+    }
+
+    /// Sends what was kept, under the header it was published with.
+    pub(crate) fn publish(&mut self, header: &Header) {
+        self.state.header = *header;
+        let (state, mut pieces) = (&self.state, Pieces::of(&self.state));
+        let mut more = true;
+        while more {
+            // A piece that was not sent is a gap in the recording; the port
+            // counts it.
+            let sent = self
+                .pieces
+                .publish(|piece| more = pieces.write_next(state, piece) && pieces.has_more());
+            more &= sent.is_ok();
+        }
+    }
+}
