@@ -23,6 +23,8 @@ use ipc_types::decision::Outcome;
 
 /// Undisturbed, a job takes fewer steps.
 const PATIENCE: usize = 400;
+/// Steps that are shown of a job that does not get done.
+const SHOWN: usize = 40;
 
 /// What was seen so far.
 #[derive(Default)]
@@ -100,7 +102,7 @@ impl Search {
     }
 
     fn note(&mut self, wrong: String, situation: &Situation) {
-        let story = || situation.story();
+        let story = || situation.story(80) + &situation.picture();
         self.wrong.entry(wrong).or_insert_with(story);
     }
 
@@ -109,7 +111,8 @@ impl Search {
     fn watch_to_the_end(&mut self, situation: &Situation) {
         let mut now = situation.clone();
         let mut way = Vec::new();
-        for _ in 0..PATIENCE {
+        let mut begun = None;
+        for step in 0..PATIENCE {
             now = now.freed();
             let key = now.key();
             if now.outcome() == Outcome::Done || self.goes_on.contains(&key) {
@@ -121,12 +124,18 @@ impl Search {
                 now = now.restarted();
             }
             now = now.after(Choice::Nothing).unwrap();
+            if step == SHOWN {
+                begun = Some(now.story(SHOWN));
+            }
             self.steps += 1;
             if !self.is_right(&now) {
                 return;
             }
         }
-        self.note(format!("stuck, {}", now.leaves()), &now);
+        let wrong = format!("stuck, {}", now.leaves());
+        let (before, then) = (situation.story(80), begun.unwrap_or_default());
+        let story = || format!("{before}-- then\n{then}...\n{}", now.picture());
+        self.wrong.entry(wrong).or_insert_with(story);
         // Nothing that leads here is said again.
         self.goes_on.extend(way);
     }

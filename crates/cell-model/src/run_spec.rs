@@ -83,6 +83,48 @@ pub struct RunSpec {
     pub time_limit_s: Option<f64>,
     /// Try for real-time scheduling and locked memory.
     pub real_time: bool,
+    /// The page; `None` with `--headless`.
+    pub page: Option<PageSpec>,
+    /// The flight recorder.
+    pub record: RecordSpec,
+}
+
+/// Where the page is served.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PageSpec {
+    /// Address and port to listen at.
+    pub address: std::net::SocketAddr,
+    /// The built page; the embedded one where missing.
+    pub dist: Option<PathBuf>,
+    /// What to do when there is no page, for people.
+    pub hint: String,
+    /// [`PageSecrets`] of the run, readable by its owner only.
+    pub secrets: PathBuf,
+}
+
+/// What opens the page: written by the launcher, mode 0600, kept over restarts
+/// of the monitor. Each is 32 hexadecimal digits.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PageSecrets {
+    /// Exchanged for the right to command.
+    pub operator_token: String,
+    /// Exchanged for the right to look.
+    pub viewer_token: String,
+    /// Cookie of an operator.
+    pub operator_cookie: String,
+    /// Cookie of a viewer.
+    pub viewer_cookie: String,
+}
+
+/// What the recorder keeps.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RecordSpec {
+    /// Directory of the flight recorder's ring.
+    pub flight_dir: PathBuf,
+    /// Bytes the ring may take.
+    pub limit_bytes: u64,
+    /// File that keeps the whole run, with `--record`.
+    pub file: Option<PathBuf>,
 }
 
 /// A run file that cannot be read or written.

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use cell_model::run_spec::{RunSpec, Speed};
+use cell_model::run_spec::{RecordSpec, RunSpec, Speed};
 use cell_model::summary::{RunOutcome, RunSummary};
 
 use crate::SimError;
@@ -41,6 +41,8 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
         until_done: true,
         time_limit_s: None,
         real_time: false,
+        page: None,
+        record: RecordSpec::default(),
     }
 }
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use cell_model::run_spec::{RunSpec, Speed};
+use cell_model::run_spec::{RecordSpec, RunSpec, Speed};
 use cell_model::script::{self, ScriptLine};
 use cell_model::task_spec::TaskSpec;
 use cell_model::{Cell, Data, RobotFiles};
@@ -78,6 +78,12 @@ impl Plan {
             until_done: args.until_done,
             time_limit_s: limit,
             real_time: args.speed == Speed::RealTime,
+            page: None,
+            record: RecordSpec {
+                flight_dir: dir.path().join("flight"),
+                limit_bytes: 64 << 20,
+                file: None,
+            },
         };
         Ok(Self {
             spec,

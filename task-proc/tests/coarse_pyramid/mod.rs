@@ -164,8 +164,18 @@ impl Situation {
         Outcome::from_code(self.decision.outcome).unwrap()
     }
 
-    /// What led here, the last steps.
-    pub(crate) fn story(&self) -> String {
+    /// What is where, and whose.
+    pub(crate) fn picture(&self) -> String {
+        let Seen { words, owner, .. } = &self.seen;
+        let cubes = 0..words.len();
+        let spots: Vec<_> = cubes.map(|c| self.world.position(c)).collect();
+        let hands = self.world.arms.map(|arm| arm.tcp.position);
+        let held = self.world.held;
+        format!("owner {owner:?}, {words:?} at {spots:.3?}, {held:?} in hands at {hands:.3?}\n")
+    }
+
+    /// What led here, at most the last `most` steps.
+    pub(crate) fn story(&self, most: usize) -> String {
         let mut steps = Vec::new();
         let mut step = self.story.as_ref();
         while let Some(here) = step {
@@ -173,7 +183,7 @@ impl Situation {
             step = here.before.as_ref();
         }
         let mut story = String::new();
-        for what in steps.iter().rev().skip(steps.len().saturating_sub(80)) {
+        for what in steps.iter().rev().skip(steps.len().saturating_sub(most)) {
             writeln!(story, "{what}").unwrap();
         }
         story

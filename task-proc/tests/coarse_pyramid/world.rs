@@ -20,6 +20,9 @@ const FAR: [[f64; 2]; 4] = [[1.0, 0.5], [1.0, 0.65], [1.0, -0.5], [1.0, -0.65]];
 /// By arm: in the way of its stack.
 const BESIDE: [[f64; 2]; ARMS] = [[0.52, -0.28], [0.52, 0.28]];
 
+/// From where a cube is put down; higher than any stack (m).
+const FROM_M: f64 = 0.5;
+
 /// Objects of the cell file.
 const OBJECTS: usize = 6;
 
@@ -216,8 +219,9 @@ impl World {
         }
     }
 
+    /// From above: where another cube is already, it comes to lie on that one.
     fn put_down(&mut self, cube: usize, [x, y]: [f64; 2]) {
-        self.put(cube, [x, y, CUBE_M / 2.0]);
+        self.put(cube, [x, y, FROM_M]);
     }
 
     fn put(&mut self, cube: usize, position: [f64; 3]) {

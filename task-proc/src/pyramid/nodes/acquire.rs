@@ -7,6 +7,7 @@ use behavior::Status;
 use behavior::board::{Access, Fault, In, Out};
 use behavior::tree::{BindError, Binder, Leaf, NodeType};
 use behavior::value::Set;
+use ipc_types::GripperGoal;
 use serde::{Deserialize, Serialize};
 
 use super::{Alarm, wait};
@@ -17,6 +18,11 @@ use crate::pyramid::host::{Context, PyramidHost};
 use crate::pyramid::keys::{self, Recovery};
 use crate::pyramid::setup::PyramidSetup;
 use crate::pyramid::targets::{Targets, goal_of};
+
+/// An arm is at rest when it is as near as this (m).
+const AT_REST_M: f64 = 0.05;
+/// And turned by less than this (rad).
+const AT_REST_RAD: f64 = 0.5;
 
 /// See the module.
 struct AcquireCube {
@@ -171,6 +177,37 @@ impl AcquireCube {
         Ok(!matches!(state, CubeState::Reserved | CubeState::Carried))
     }
 
+    /// The hand holds what another arm works at: that has to be let go of first,
+    /// which a recovery does.
+    fn is_others(&self, cx: &mut Context<'_, '_>) -> Result<bool, Fault> {
+        let Some(held) = cx.world.cube_in_hand() else {
+            return Ok(false);
+        };
+        if self.cubes.state(cx, held)? != CubeState::Others {
+            return Ok(false);
+        }
+        let name = cx.world.setup.cube_name(held);
+        self.recovery
+            .request(cx, format_args!("{name} in the hand is another arm's"))?;
+        Ok(true)
+    }
+
+    /// An arm that has nothing to do leaves the centre, and then its lock: the
+    /// other one may be about to bring what this one waits for.
+    fn leave_center(&self, state: &State, cx: &mut Context<'_, '_>) -> Result<(), Fault> {
+        let (true, Some(rest)) = (self.center.is_mine(cx)?, cx.world.rest()) else {
+            return Ok(());
+        };
+        cx.world.go(state.key, rest, GripperGoal::Keep);
+        if cx
+            .world
+            .has_reached(state.key, &rest, AT_REST_M, AT_REST_RAD)
+        {
+            self.center.release(cx)?;
+        }
+        Ok(())
+    }
+
     /// Gives up the reservation of another cube than `cube`.
     fn leave_other(&self, cx: &mut Context<'_, '_>, cube: usize) -> Result<(), Fault> {
         match self.cubes.current(cx)? {
@@ -198,6 +235,9 @@ impl Leaf<PyramidHost> for AcquireCube {
             return Ok(wait(&mut state.barred, state.key, cx));
         }
         state.barred = None;
+        if self.is_others(cx)? {
+            return Ok(Status::Running);
+        }
         let own = self.own(cx)?;
         if let Some(cube) = own {
             self.leave_other(cx, cube)?;
@@ -211,6 +251,7 @@ impl Leaf<PyramidHost> for AcquireCube {
             state.last = Some(cube);
             return self.reserve(state, cx, cube, stack);
         }
+        self.leave_center(state, cx)?;
         if state.waiting.is_due(cx.now, cx.get(&self.warning)?) {
             let arm = self.cubes.me();
             cx.world

@@ -177,6 +177,14 @@ impl RecoverCube {
         ));
     }
 
+    /// Whether the cube in the hand is another arm's.
+    fn holds_others(&self, cx: &Context<'_, '_>) -> Result<bool, Fault> {
+        let Some(held) = cx.world.cube_in_hand() else {
+            return Ok(false);
+        };
+        Ok(self.cubes.state(cx, held)? == CubeState::Others)
+    }
+
     /// The end of a recovery. A cube that the fingers do not get around is left
     /// to itself: perhaps another one has to be taken first.
     fn finish(&self, cx: &mut Context<'_, '_>, cube: usize) -> Result<Status, Fault> {
@@ -212,6 +220,10 @@ impl Leaf<PyramidHost> for RecoverCube {
             return Ok(Status::Failure);
         }
         let Some(cube) = self.cubes.current(cx)? else {
+            if self.holds_others(cx)? {
+                cx.world.grip(GripperGoal::Open);
+                return Ok(Status::Running);
+            }
             self.recovery.clear(cx)?;
             return Ok(Status::Failure);
         };
@@ -225,6 +237,11 @@ impl Leaf<PyramidHost> for RecoverCube {
             return Ok(Status::Failure);
         }
         self.cubes.set_state(cx, cube, CubeState::Reserved)?;
+        if cx.world.cube_in_hand().is_some() {
+            // Another one, which is let go where it is, not on top of this one.
+            cx.world.grip(GripperGoal::Open);
+            return Ok(Status::Running);
+        }
         let seen = cx.world.cube_position(cube);
         let Some(position) = seen.filter(|p| p.iter().all(|x| x.is_finite())) else {
             cx.world.grip(GripperGoal::Open);

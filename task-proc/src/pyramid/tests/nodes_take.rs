@@ -1,6 +1,7 @@
 //! Rows N01 to N07, N19 to N23 and N29: taking a cube, and getting it back.
 
 use behavior::{Status, Value};
+use ipc_types::Wire as _;
 use serde_json::json;
 
 use super::{Bench, LEFT, RIGHT, pose, set_of};
@@ -287,5 +288,52 @@ fn a_reset_keeps_a_hand_closed_that_holds_a_cube() {
     let mut bench = Bench::new(LEFT, json!({"type": "FrankaReset"}));
     bench.hold(3);
     assert_eq!(bench.tick(), Status::Success);
+    assert_eq!(bench.gripper(), ipc_types::GripperGoal::Keep);
+}
+
+#[test]
+fn a_recovery_lets_another_cube_go_where_it_is() {
+    let mut bench = recover(LEFT);
+    bench.hold(3);
+    assert_eq!(bench.tick(), Status::Running);
+    assert_eq!(bench.gripper(), ipc_types::GripperGoal::Open);
+    assert!(bench.holds_still(), "it would fall on its own cube");
+    bench.state.arms[LEFT].gripper = ipc_types::GripperState::zeroed();
+    bench.state.arms[LEFT].gripper.width = 0.08;
+    assert_eq!(bench.tick(), Status::Running);
+    assert!(!bench.holds_still());
+}
+
+#[test]
+fn an_arm_with_nothing_to_take_leaves_the_centre_and_gives_it_back() {
+    let mut bench = acquire(LEFT);
+    for cube in 0..6 {
+        *bench.cube(cube) = [1.5, 0.2 * cube as f64, 0.025];
+    }
+    assert_eq!(bench.tick(), Status::Running);
+    assert!(bench.holds_still(), "it is not in the centre");
+    bench.set_text("center_owner", "left");
+    assert_eq!(bench.tick(), Status::Running);
+    assert_eq!(bench.text("center_owner"), "left", "still there");
+    bench.state.arms[LEFT].tcp = bench.goal().target;
+    assert_eq!(bench.tick(), Status::Running);
+    assert_eq!(bench.text("center_owner"), "");
+}
+
+#[test]
+fn another_arms_cube_in_the_hand_is_let_go_of_by_a_recovery() {
+    let mut bench = acquire(LEFT);
+    bench.hold(3);
+    bench.set_text("cube_state:cube_4", "reserved:right");
+    assert_eq!(bench.tick(), Status::Running);
+    assert!(bench.recovery() && bench.current().is_empty());
+    let mut bench = Bench::new(LEFT, json!({"type": "RecoverCube"}));
+    bench.hold(3);
+    bench.set_text("cube_state:cube_4", "reserved:right");
+    assert_eq!(bench.tick(), Status::Running);
+    assert_eq!(bench.gripper(), ipc_types::GripperGoal::Open);
+    // One that is nobody's is gone on with.
+    bench.set_text("cube_state:cube_4", "available");
+    assert_eq!(bench.tick(), Status::Failure);
     assert_eq!(bench.gripper(), ipc_types::GripperGoal::Keep);
 }

@@ -1,0 +1,194 @@
+// The messages of docs/page-protocol.md.
+
+export type Vec3 = [number, number, number];
+/** x, y, z (m), then w, x, y, z, in the world frame. */
+export type Pose = [number, number, number, number, number, number, number];
+
+export type Shape =
+  | { kind: "box"; size_m: Vec3 }
+  | { kind: "sphere"; radius_m: number }
+  | { kind: "cylinder"; radius_m: number; length_m: number }
+  | { kind: "capsule"; radius_m: number; length_m: number }
+  | { kind: "compound"; parts: { shape: Shape; pose: Pose }[] };
+
+export interface JointSpec {
+  name: string;
+  kind: string;
+  lower: number;
+  upper: number;
+  velocity: number;
+  acceleration: number;
+  effort: number;
+  home: number;
+}
+
+export interface ArmSpec {
+  name: string;
+  robot: string;
+  base: { position: Vec3; orientation_wxyz: [number, number, number, number] };
+  urdf: string;
+  joints: JointSpec[];
+  arm_joints: number;
+  gripper: { kind: string; max_width_m: number; finger_joints: string[] } | null;
+  tool_link: string;
+  tool: Pose;
+  spheres: { link: string; center: Vec3; radius: number }[];
+  meshes: string[];
+}
+
+export interface Scene {
+  demo: string;
+  description: string;
+  camera: { eye_m: Vec3; target_m: Vec3 };
+  arms: ArmSpec[];
+  objects: { name: string; shape: Shape; colour: Vec3; mass_kg: number }[];
+  fixtures: {
+    name: string;
+    shape: Shape;
+    pose: Pose;
+    colour: Vec3;
+    obstacle: number | null;
+  }[];
+  task: Record<string, unknown>;
+  panel: string;
+  start_event: boolean;
+}
+
+export interface DemoSpec {
+  name: string;
+  description: string;
+  policies: string[];
+  default_policy: string;
+}
+
+export interface Hello {
+  role: "operator" | "viewer";
+  live: boolean;
+  run: {
+    id: string;
+    cell: string;
+    demo: string;
+    policy: string;
+    seed: number;
+    speed: string;
+  };
+  demos: DemoSpec[];
+  source: string | null;
+}
+
+export interface ProcessStatus {
+  name: string;
+  state: "running" | "silent";
+  pid: number | null;
+  generation: number | null;
+  scheduling: string | null;
+  rate_hz: number;
+  late_p50_us: number;
+  late_p99_us: number;
+  late_max_us: number;
+  body_p50_us: number;
+  body_p99_us: number;
+  missed: number;
+  rejected: number;
+  fenced: number;
+  note: string;
+}
+
+export interface HopLatency {
+  hop: string;
+  arm: number | null;
+  n: number;
+  p50_us: number;
+  p99_us: number;
+  p999_us: number;
+  max_us: number;
+  buckets: [number, number][];
+}
+
+export interface Status {
+  processes: ProcessStatus[];
+  task: {
+    policy: string;
+    outcome: "idle" | "running" | "done" | "failed" | "paused";
+    phase: string;
+    reason: string;
+    drops: number;
+    resyncs: number;
+    aborts: number;
+    recoveries: number;
+    placed: string[];
+    decision_age_ms: number;
+    limit_violations: number;
+    io: { conveyor_running: boolean };
+  };
+  latency: HopLatency[];
+  recorder: {
+    state: "on" | "off" | "trouble";
+    bytes: number;
+    limit_bytes: number;
+    file: string | null;
+    gaps: number;
+    note: string;
+  };
+  rt: "fifo" | "other" | "lockstep";
+}
+
+export interface Graph {
+  name: string;
+  kind: string;
+  nodes: {
+    id: string;
+    kind: string;
+    name: string;
+    parent: number | null;
+    detail: string;
+  }[];
+  edges: { from: number; to: number; label: string }[];
+}
+
+export interface LogLine {
+  time_s: number;
+  kind: "log" | "transition" | "lifecycle";
+  text: string;
+  mark: string | null;
+}
+
+export type TextMessage =
+  | ({ t: "hello" } & Hello)
+  | { t: "scene"; scene: Scene }
+  | ({ t: "status" } & Status)
+  | { t: "graphs"; graphs: Graph[] }
+  | { t: "statuses"; graph: number; letters: string }
+  | { t: "edge"; graph: number; from: number; to: number; label: string }
+  | { t: "keys"; graph: number; values: Record<string, string> }
+  | { t: "guards"; graph: number; values: Record<string, boolean> }
+  | { t: "log"; lines: LogLine[] }
+  | { t: "timeline"; from_s: number; to_s: number }
+  | ({ t: "ack" } & Ack)
+  | { t: "gone"; what: string };
+
+export interface Ack {
+  id: number;
+  ok: boolean;
+  tick: number | null;
+  message: string;
+}
+
+export type Command =
+  | { do: "pause" | "resume" | "reset" | "again" }
+  | { do: "step"; count: number }
+  | { do: "task_start" | "task_pause" | "task_resume" | "task_reset" }
+  | { do: "drag"; object: string; to: Vec3; for_s: number }
+  | {
+      do: "target";
+      arm: number;
+      position: Vec3;
+      orientation_wxyz: [number, number, number, number];
+    }
+  | { do: "gripper"; arm: number; to: "open" | "close" }
+  | { do: "drop_parts"; count: number }
+  | { do: "add_bin"; flipped: boolean }
+  | { do: "restart"; process: string; policy?: string }
+  | { do: "load"; demo: string; policy?: string; seed: number; speed: string }
+  | { do: "record"; what: "start" | "stop" | "last"; seconds?: number }
+  | { do: "seek"; time_s: number | null; play?: boolean };

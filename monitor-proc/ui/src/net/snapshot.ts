@@ -1,0 +1,125 @@
+// The binary frame of docs/page-protocol.md.
+import type { Pose } from "./protocol";
+
+const MAGIC = 0x31534352;
+const HEADER_BYTES = 40;
+const ARM_WORDS = 112;
+const OBJECT_WORDS = 8;
+const MAX_JOINTS = 16;
+
+export const FLAG = {
+  paused: 1,
+  lockstep: 2,
+  ending: 4,
+  taskPaused: 8,
+  notLive: 16,
+  recording: 32,
+} as const;
+
+export const OBJECT = { enabled: 1, touched: 2, dragged: 4, asleep: 8 } as const;
+
+export interface ArmState {
+  joints: number;
+  fault: boolean;
+  attached: boolean;
+  goalActive: boolean;
+  targetValid: boolean;
+  physicsStop: number;
+  controllerStop: number;
+  clipped: number;
+  positions: Float32Array;
+  velocities: Float32Array;
+  efforts: Float32Array;
+  setpoints: Float32Array;
+  accelerations: Float32Array;
+  tcp: Pose;
+  target: Pose;
+  commanded: Pose;
+  width: number;
+  force: number;
+  load: number;
+  positionError: number;
+  clearance: number;
+  /** Index of the object, or null. */
+  held: number | null;
+  obstacleMask: number;
+}
+
+export interface Snapshot {
+  flags: number;
+  time: number;
+  tick: number;
+  realTimeFactor: number;
+  arms: ArmState[];
+  objects: { pose: Pose; flags: number }[];
+}
+
+/** The snapshot in `frame`, or null if it is none. */
+export function decode(frame: ArrayBuffer): Snapshot | null {
+  if (frame.byteLength < HEADER_BYTES) return null;
+  const view = new DataView(frame);
+  if (view.getUint32(0, true) !== MAGIC) return null;
+  const arms = view.getUint32(32, true);
+  const objects = view.getUint32(36, true);
+  const words = arms * ARM_WORDS + objects * OBJECT_WORDS;
+  if (frame.byteLength !== HEADER_BYTES + 4 * words) return null;
+  let at = HEADER_BYTES;
+  const snapshot: Snapshot = {
+    flags: view.getUint32(4, true),
+    time: view.getFloat64(8, true),
+    tick: view.getFloat64(16, true),
+    realTimeFactor: view.getFloat64(24, true),
+    arms: [],
+    objects: [],
+  };
+  for (let arm = 0; arm < arms; arm++) {
+    snapshot.arms.push(decodeArm(view, at));
+    at += 4 * ARM_WORDS;
+  }
+  for (let object = 0; object < objects; object++) {
+    snapshot.objects.push({
+      pose: pose(view, at),
+      flags: view.getUint32(at + 28, true),
+    });
+    at += 4 * OBJECT_WORDS;
+  }
+  return snapshot;
+}
+
+function decodeArm(view: DataView, at: number): ArmState {
+  const u32 = (word: number) => view.getUint32(at + 4 * word, true);
+  const f32 = (word: number) => view.getFloat32(at + 4 * word, true);
+  const joints = (word: number) =>
+    Float32Array.from({ length: MAX_JOINTS }, (_, joint) => f32(word + joint));
+  const flags = u32(1);
+  return {
+    joints: u32(0),
+    fault: (flags & 1) !== 0,
+    attached: (flags & 2) !== 0,
+    goalActive: (flags & 4) !== 0,
+    targetValid: (flags & 8) !== 0,
+    physicsStop: u32(2) & 0xffff,
+    controllerStop: u32(2) >>> 16,
+    clipped: u32(3),
+    positions: joints(4),
+    velocities: joints(20),
+    efforts: joints(36),
+    setpoints: joints(52),
+    accelerations: joints(68),
+    tcp: pose(view, at + 4 * 84),
+    target: pose(view, at + 4 * 91),
+    commanded: pose(view, at + 4 * 98),
+    width: f32(105),
+    force: f32(106),
+    load: f32(107),
+    positionError: f32(108),
+    clearance: f32(109),
+    held: u32(110) === 0 ? null : u32(110) - 1,
+    obstacleMask: u32(111),
+  };
+}
+
+function pose(view: DataView, at: number): Pose {
+  const f32 = (index: number) => view.getFloat32(at + 4 * index, true);
+  return [f32(0), f32(1), f32(2), f32(3), f32(4), f32(5), f32(6)];
+}

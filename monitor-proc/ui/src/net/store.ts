@@ -1,0 +1,144 @@
+// All the page knows, kept over reconnections, and what tells of changes.
+import type {
+  Ack,
+  Command,
+  Graph,
+  Hello,
+  LogLine,
+  Scene,
+  Status,
+  TextMessage,
+} from "./protocol";
+import { decode, type Snapshot } from "./snapshot";
+
+const KEPT_LINES = 2000;
+
+/** What can change. */
+export interface Events {
+  connection: boolean;
+  hello: Hello;
+  scene: Scene;
+  snapshot: Snapshot;
+  status: Status;
+  graphs: Graph[];
+  /** Graph whose statuses, edge, keys or guards changed. */
+  graph: number;
+  log: LogLine[];
+  timeline: { from_s: number; to_s: number };
+  /** Something to tell the person. */
+  notice: { text: string; bad: boolean };
+}
+
+type Listener<K extends keyof Events> = (value: Events[K]) => void;
+
+export class Store {
+  connected = false;
+  hello: Hello | null = null;
+  scene: Scene | null = null;
+  snapshot: Snapshot | null = null;
+  status: Status | null = null;
+  graphs: Graph[] = [];
+  letters: string[] = [];
+  edges: ({ from: number; to: number; label: string } | undefined)[] = [];
+  keys: Record<string, string>[] = [];
+  guards: Record<string, boolean>[] = [];
+  log: LogLine[] = [];
+  timeline: { from_s: number; to_s: number } | null = null;
+
+  /** Sends a command; set by the connection. */
+  send: (command: Command) => Promise<Ack> = () =>
+    Promise.resolve({ id: 0, ok: false, tick: null, message: "not connected" });
+
+  private readonly listeners = new Map<keyof Events, Set<(value: never) => void>>();
+
+  /** Calls `listener` on every change of `what`. */
+  on<K extends keyof Events>(what: K, listener: Listener<K>): () => void {
+    const all = this.listeners.get(what) ?? new Set();
+    all.add(listener as (value: never) => void);
+    this.listeners.set(what, all);
+    return () => all.delete(listener as (value: never) => void);
+  }
+
+  tell<K extends keyof Events>(what: K, value: Events[K]): void {
+    for (const listener of this.listeners.get(what) ?? []) {
+      (listener as Listener<K>)(value);
+    }
+  }
+
+  /** Sends a command and tells the person when it was refused. */
+  async command(command: Command): Promise<Ack> {
+    const ack = await this.send(command);
+    if (!ack.ok) this.tell("notice", { text: ack.message, bad: true });
+    return ack;
+  }
+
+  takeFrame(frame: ArrayBuffer): void {
+    const snapshot = decode(frame);
+    if (snapshot === null) return;
+    this.snapshot = snapshot;
+    this.tell("snapshot", snapshot);
+  }
+
+  takeText(message: TextMessage): void {
+    switch (message.t) {
+      case "hello":
+        // Another run tells its own story; the same one tells it again.
+        this.log = [];
+        this.hello = message;
+        this.tell("hello", message);
+        break;
+      case "scene":
+        this.scene = message.scene;
+        this.tell("scene", message.scene);
+        break;
+      case "status":
+        this.status = message;
+        this.tell("status", message);
+        break;
+      case "graphs":
+        this.takeGraphs(message.graphs);
+        break;
+      case "statuses":
+        this.letters[message.graph] = message.letters;
+        this.tell("graph", message.graph);
+        break;
+      case "edge":
+        this.edges[message.graph] = message;
+        this.tell("graph", message.graph);
+        break;
+      case "keys":
+        this.keys[message.graph] = { ...this.keys[message.graph], ...message.values };
+        this.tell("graph", message.graph);
+        break;
+      case "guards":
+        this.guards[message.graph] = { ...this.guards[message.graph], ...message.values };
+        this.tell("graph", message.graph);
+        break;
+      case "log":
+        this.log.push(...message.lines);
+        this.log.splice(0, this.log.length - KEPT_LINES);
+        this.tell("log", message.lines);
+        break;
+      case "timeline":
+        this.timeline = { from_s: message.from_s, to_s: message.to_s };
+        this.tell("timeline", this.timeline);
+        break;
+      case "gone":
+        this.tell("notice", { text: `the monitor closed the connection: ${message.what}`, bad: true });
+        break;
+      case "ack":
+        break;
+    }
+  }
+
+  private takeGraphs(graphs: Graph[]): void {
+    // A restarted task draws the same picture again: what was seen stays.
+    if (JSON.stringify(graphs) === JSON.stringify(this.graphs)) return;
+    this.graphs = graphs;
+    this.letters = [];
+    this.edges = [];
+    this.keys = [];
+    this.guards = [];
+    this.tell("graphs", graphs);
+  }
+}
