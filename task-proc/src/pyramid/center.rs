@@ -38,11 +38,6 @@ impl Center {
         Ok(owner != self.me && (!owner.is_empty() || !cx.world.is_alive()))
     }
 
-    /// Whether this arm owns the centre.
-    pub(super) fn is_mine(&self, cx: &Context<'_, '_>) -> Result<bool, Fault> {
-        Ok(cx.read(&self.owner)? == self.me)
-    }
-
     /// Takes the lock if it is free; whether this arm has it now.
     pub(super) fn take(&self, cx: &mut Context<'_, '_>) -> Result<bool, Fault> {
         if self.is_closed(cx)? {

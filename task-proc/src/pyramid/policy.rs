@@ -438,7 +438,7 @@ impl Policy for Json {
                 ));
             }
             let flag = board.index(&keys::recovery_requested(spec.name.as_str()));
-            if let (Some(_), None, Some(flag)) = (carried, held, flag) {
+            if let (Some(_), Some(flag)) = (carried.filter(|_| carried != held), flag) {
                 world.counters.recoveries += 1;
                 board.set(flag, Value::Bool(true));
             }

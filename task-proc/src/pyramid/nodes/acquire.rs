@@ -1,7 +1,6 @@
 //! `AcquireCube`: takes the centre and reserves the next cube.
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use behavior::Status;
 use behavior::board::{Access, Fault, In, Out};
@@ -10,7 +9,7 @@ use behavior::value::Set;
 use ipc_types::GripperGoal;
 use serde::{Deserialize, Serialize};
 
-use super::{Alarm, wait};
+use super::{Alarm, Turn};
 use crate::pyramid::center::Center;
 use crate::pyramid::cubes::{self, CubeState, Cubes};
 use crate::pyramid::grip;
@@ -37,8 +36,7 @@ struct AcquireCube {
 #[derive(Default, Serialize, Deserialize)]
 struct State {
     key: u64,
-    /// Since when another arm owns the centre.
-    barred: Option<Duration>,
+    turn: Turn,
     waiting: Alarm,
     /// The cube whose pose was not known at the last attempt.
     unseen: Option<usize>,
@@ -193,16 +191,17 @@ impl AcquireCube {
     }
 
     /// An arm that has nothing to do leaves the centre, and then its lock: the
-    /// other one may be about to bring what this one waits for.
-    fn leave_center(&self, state: &State, cx: &mut Context<'_, '_>) -> Result<(), Fault> {
-        let (true, Some(rest)) = (self.center.is_mine(cx)?, cx.world.rest()) else {
+    /// other one may be about to bring what this one waits for, or leave a cube
+    /// alone because this hand is at it.
+    fn rest(&self, state: &State, cx: &mut Context<'_, '_>) -> Result<(), Fault> {
+        let Some(rest) = cx.world.rest() else {
             return Ok(());
         };
         cx.world.go(state.key, rest, GripperGoal::Keep);
-        if cx
+        let there = cx
             .world
-            .has_reached(state.key, &rest, AT_REST_M, AT_REST_RAD)
-        {
+            .has_reached(state.key, &rest, AT_REST_M, AT_REST_RAD);
+        if there {
             self.center.release(cx)?;
         }
         Ok(())
@@ -224,7 +223,7 @@ impl Leaf<PyramidHost> for AcquireCube {
 
     fn start(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<(), Fault> {
         state.key = cx.world.new_key();
-        state.barred = None;
+        state.turn = Turn::default();
         state.waiting.clear();
         Ok(())
     }
@@ -232,9 +231,10 @@ impl Leaf<PyramidHost> for AcquireCube {
     fn tick(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<Status, Fault> {
         if self.center.is_closed(cx)? {
             state.waiting.clear();
-            return Ok(wait(&mut state.barred, state.key, cx));
+            state.turn.wait(state.key, cx);
+            return Ok(Status::Running);
         }
-        state.barred = None;
+        state.turn = Turn::default();
         if self.is_others(cx)? {
             return Ok(Status::Running);
         }
@@ -251,7 +251,7 @@ impl Leaf<PyramidHost> for AcquireCube {
             state.last = Some(cube);
             return self.reserve(state, cx, cube, stack);
         }
-        self.leave_center(state, cx)?;
+        self.rest(state, cx)?;
         if state.waiting.is_due(cx.now, cx.get(&self.warning)?) {
             let arm = self.cubes.me();
             cx.world

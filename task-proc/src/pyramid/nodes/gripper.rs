@@ -9,7 +9,7 @@ use ipc_types::GripperGoal;
 use serde::{Deserialize, Serialize};
 
 use super::watch::Watch;
-use super::{Alarm, seconds, wait};
+use super::{Alarm, Turn, seconds};
 use crate::pyramid::host::{Context, PyramidHost};
 
 /// Fingers slower than this stand (m/s).
@@ -32,8 +32,7 @@ struct SetGripper {
 #[derive(Default, Serialize, Deserialize)]
 struct State {
     key: u64,
-    /// Since when another arm owns the centre.
-    barred: Option<Duration>,
+    turn: Turn,
     begun: Option<Duration>,
     told: Option<Duration>,
     alarm: Alarm,
@@ -124,9 +123,12 @@ impl SetGripper {
             && self.watch.cube(cx)?.is_some()
             && !self.watch.holds(cx)?
         {
+            let caught = cx.world.cube_in_hand();
+            let name = caught.map(|cube| cx.world.setup.cube_name(cube));
+            let on = name.as_ref().map_or("nothing", Str::as_str);
             self.watch
                 .recovery
-                .request(cx, format_args!("the hand closed on nothing"))?;
+                .request(cx, format_args!("the hand closed on {on}"))?;
             return Ok(Status::Running);
         }
         Ok(Status::Success)
@@ -162,11 +164,9 @@ impl Leaf<PyramidHost> for SetGripper {
         if self.has_slipped_away(state, gripper, cx)? {
             return Ok(Status::Running);
         }
-        // A lock that was lost while the arm was away is taken again first.
-        if cx.get(&self.in_center)? && !self.watch.center.take(cx)? {
-            return Ok(wait(&mut state.barred, state.key, cx));
+        if cx.get(&self.in_center)? && !state.turn.comes(&self.watch.center, state.key, cx)? {
+            return Ok(Status::Running);
         }
-        state.barred = None;
         let begun = *state.begun.get_or_insert(cx.now);
         if cx.now.saturating_sub(begun) < seconds(before) {
             cx.world.grip(GripperGoal::Keep);

@@ -15,10 +15,11 @@ mod watch;
 
 use std::time::Duration;
 
-use behavior::Status;
+use behavior::board::Fault;
 use ipc_types::GripperGoal;
 use serde::{Deserialize, Serialize};
 
+use crate::pyramid::center::Center;
 use crate::pyramid::host::Context;
 
 /// Seconds as a length of time; the longest where they are none.
@@ -30,15 +31,41 @@ fn seconds(value: f64) -> Duration {
 /// one that works there may need the room (s).
 const PATIENCE_S: f64 = 2.0;
 
-/// What a node does that waits for the centre since `since`.
-fn wait(since: &mut Option<Duration>, key: u64, cx: &mut Context<'_, '_>) -> Status {
-    let began = *since.get_or_insert(cx.now);
-    if cx.now.saturating_sub(began) >= seconds(PATIENCE_S)
-        && let Some(rest) = cx.world.rest()
-    {
-        cx.world.go(key, rest, GripperGoal::Keep);
+/// A node's turn to work in the centre.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Turn {
+    /// Since when another arm owns the centre.
+    barred: Option<Duration>,
+}
+
+impl Turn {
+    /// Takes the centre; whether this arm owns it. While it does not, the arm
+    /// waits, with goals under `key`. A lock that was lost while the arm was
+    /// away is taken again.
+    fn comes(
+        &mut self,
+        center: &Center,
+        key: u64,
+        cx: &mut Context<'_, '_>,
+    ) -> Result<bool, Fault> {
+        let mine = center.take(cx)?;
+        if mine {
+            self.barred = None;
+        } else {
+            self.wait(key, cx);
+        }
+        Ok(mine)
     }
-    Status::Running
+
+    /// Stays, and goes out of the way after a while.
+    fn wait(&mut self, key: u64, cx: &mut Context<'_, '_>) {
+        let began = *self.barred.get_or_insert(cx.now);
+        if cx.now.saturating_sub(began) >= seconds(PATIENCE_S)
+            && let Some(rest) = cx.world.rest()
+        {
+            cx.world.go(key, rest, GripperGoal::Keep);
+        }
+    }
 }
 
 /// Says when something has lasted, again and again.

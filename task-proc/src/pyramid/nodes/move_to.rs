@@ -1,7 +1,5 @@
 //! `MoveToTarget`: brings the TCP to one of the targets.
 
-use std::time::Duration;
-
 use behavior::Status;
 use behavior::board::{Fault, In};
 use behavior::tree::{BindError, Binder, Leaf, NodeType};
@@ -10,7 +8,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::watch::Watch;
-use super::{Alarm, wait};
+use super::{Alarm, Turn};
 use crate::pyramid::host::{Context, PyramidHost};
 use crate::pyramid::targets::{Numbers, from_numbers};
 use crate::stack::geometry;
@@ -38,8 +36,7 @@ struct State {
     key: u64,
     alarm: Alarm,
     missed: u32,
-    /// Since when another arm owns the centre.
-    barred: Option<Duration>,
+    turn: Turn,
     /// Where the TCP was at first (m).
     from: Option<[f64; 3]>,
 }
@@ -230,12 +227,10 @@ impl Leaf<PyramidHost> for MoveToTarget {
         if self.is_broken(state, cx)? {
             return Ok(Status::Running);
         }
-        // A lock that was lost while the arm was away is taken again first.
-        if cx.get(&self.in_center)? && !self.watch.center.take(cx)? {
+        if cx.get(&self.in_center)? && !state.turn.comes(&self.watch.center, state.key, cx)? {
             state.alarm.clear();
-            return Ok(wait(&mut state.barred, state.key, cx));
+            return Ok(Status::Running);
         }
-        state.barred = None;
         let target = self.target(cx)?;
         let gripper = if cx.get(&self.monitor_grasp)? {
             GripperGoal::Close

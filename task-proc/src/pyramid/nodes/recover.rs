@@ -10,7 +10,7 @@ use ipc_types::GripperGoal;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{Alarm, seconds, wait};
+use super::{Alarm, Turn, seconds};
 use crate::pyramid::center::Center;
 use crate::pyramid::cubes::{self, CubeState, Cubes};
 use crate::pyramid::grip;
@@ -39,8 +39,9 @@ struct RecoverCube {
 #[derive(Default, Serialize, Deserialize)]
 struct State {
     key: u64,
-    /// Since when another arm owns the centre.
-    barred: Option<Duration>,
+    turn: Turn,
+    /// Another arm's cube the hand opens around.
+    let_go: Option<usize>,
     /// Where the cube was when it moved last (m), and since when it is there.
     reference: Option<[f64; 3]>,
     still_since: Duration,
@@ -52,9 +53,10 @@ pub(in crate::pyramid) fn node_type(setup: &Arc<PyramidSetup>) -> NodeType<Pyram
     let setup = Arc::clone(setup);
     NodeType::new(
         "RecoverCube",
-        "Takes the centre, opens the hand unless the cube is in it, goes above \
-         the arm's cube and waits there until it lies still. Fails when it is \
-         through, so that a selector goes on with the pick-up.",
+        "Takes the centre, opens the hand, goes above the arm's cube and waits \
+         there until it lies still. Fails when it is through, so that a selector \
+         goes on with the pick-up, and at once when a cube is in the hand; one \
+         that another arm works at is let go first.",
         move |binder| RecoverCube::new(&setup, binder),
     )
     .aliases(&["FrankaRecoverCube"])
@@ -177,12 +179,15 @@ impl RecoverCube {
         ));
     }
 
-    /// Whether the cube in the hand is another arm's.
-    fn holds_others(&self, cx: &Context<'_, '_>) -> Result<bool, Fault> {
-        let Some(held) = cx.world.cube_in_hand() else {
-            return Ok(false);
-        };
-        Ok(self.cubes.state(cx, held)? == CubeState::Others)
+    /// Opens the hand where it is: what falls must not lie on the arm's cube.
+    fn let_go(&self, state: &mut State, cx: &mut Context<'_, '_>, held: usize) {
+        cx.world.grip(GripperGoal::Open);
+        if state.let_go.replace(held) != Some(held) {
+            let (arm, name) = (self.cubes.me(), cx.world.setup.cube_name(held));
+            cx.world.out.log(format_args!(
+                "[recover] {arm}: lets {name} go, it is another arm's"
+            ));
+        }
     }
 
     /// The end of a recovery. A cube that the fingers do not get around is left
@@ -219,29 +224,23 @@ impl Leaf<PyramidHost> for RecoverCube {
             ));
             return Ok(Status::Failure);
         }
-        let Some(cube) = self.cubes.current(cx)? else {
-            if self.holds_others(cx)? {
-                cx.world.grip(GripperGoal::Open);
-                return Ok(Status::Running);
-            }
+        let held = cx.world.cube_in_hand();
+        if let Some(held) = held
+            && self.cubes.state(cx, held)? == CubeState::Others
+        {
+            self.let_go(state, cx, held);
+            return Ok(Status::Running);
+        }
+        let (None, Some(cube)) = (held, self.cubes.current(cx)?) else {
+            // Nothing to look after; or what is in the hand is taken from here
+            // by the pick-up.
             self.recovery.clear(cx)?;
             return Ok(Status::Failure);
         };
-        if !self.center.take(cx)? {
-            return Ok(wait(&mut state.barred, state.key, cx));
-        }
-        state.barred = None;
-        if cx.world.cube_in_hand() == Some(cube) {
-            // It is where it belongs; the pick-up takes it from here.
-            self.recovery.clear(cx)?;
-            return Ok(Status::Failure);
-        }
-        self.cubes.set_state(cx, cube, CubeState::Reserved)?;
-        if cx.world.cube_in_hand().is_some() {
-            // Another one, which is let go where it is, not on top of this one.
-            cx.world.grip(GripperGoal::Open);
+        if !state.turn.comes(&self.center, state.key, cx)? {
             return Ok(Status::Running);
         }
+        self.cubes.set_state(cx, cube, CubeState::Reserved)?;
         let seen = cx.world.cube_position(cube);
         let Some(position) = seen.filter(|p| p.iter().all(|x| x.is_finite())) else {
             cx.world.grip(GripperGoal::Open);

@@ -292,12 +292,15 @@ fn a_reset_keeps_a_hand_closed_that_holds_a_cube() {
 }
 
 #[test]
-fn a_recovery_lets_another_cube_go_where_it_is() {
+fn a_recovery_lets_the_others_cube_go_where_it_is() {
     let mut bench = recover(LEFT);
     bench.hold(3);
+    bench.set_text("cube_state:cube_4", "reserved:right");
+    bench.tick();
     assert_eq!(bench.tick(), Status::Running);
     assert_eq!(bench.gripper(), ipc_types::GripperGoal::Open);
     assert!(bench.holds_still(), "it would fall on its own cube");
+    assert_eq!(bench.count("lets cube_4 go"), 1);
     bench.state.arms[LEFT].gripper = ipc_types::GripperState::zeroed();
     bench.state.arms[LEFT].gripper.width = 0.08;
     assert_eq!(bench.tick(), Status::Running);
@@ -305,16 +308,25 @@ fn a_recovery_lets_another_cube_go_where_it_is() {
 }
 
 #[test]
+fn a_recovery_leaves_a_hand_closed_that_holds_a_free_cube() {
+    let mut bench = recover(LEFT);
+    bench.hold(3);
+    assert_eq!(bench.tick(), Status::Failure);
+    assert_eq!(bench.gripper(), ipc_types::GripperGoal::Keep);
+    assert!(!bench.recovery());
+}
+
+#[test]
 fn an_arm_with_nothing_to_take_leaves_the_centre_and_gives_it_back() {
     let mut bench = acquire(LEFT);
+    let goal_y = bench.setup.arms[LEFT].goal.y;
     for cube in 0..6 {
         *bench.cube(cube) = [1.5, 0.2 * cube as f64, 0.025];
     }
-    assert_eq!(bench.tick(), Status::Running);
-    assert!(bench.holds_still(), "it is not in the centre");
     bench.set_text("center_owner", "left");
     assert_eq!(bench.tick(), Status::Running);
     assert_eq!(bench.text("center_owner"), "left", "still there");
+    assert!(bench.goal().target.position[1] < goal_y, "its own side");
     bench.state.arms[LEFT].tcp = bench.goal().target;
     assert_eq!(bench.tick(), Status::Running);
     assert_eq!(bench.text("center_owner"), "");
