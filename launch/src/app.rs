@@ -5,7 +5,7 @@ use ipc_types::operator::OperatorAction;
 
 use crate::cli::{BenchArgs, BenchKind, Cli, Command, EvalArgs};
 use crate::failure::{Context, Failure};
-use crate::{bench, client, e2e, run, sim};
+use crate::{bench, client, e2e, record, replay, run, sim};
 
 /// Does what the command line says.
 pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
@@ -17,6 +17,9 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Down(args) => client::down(args),
         Command::Doctor(args) => client::doctor(args),
         Command::Logs(args) => client::logs(args),
+        Command::Load(args) => client::load(args),
+        Command::Record(args) => record::record(args),
+        Command::Replay(args) => replay::replay(args),
         Command::Restart(args) => client::restart(args),
         Command::Pause(args) => client::plain(args, OperatorAction::Pause),
         Command::Resume(args) => client::plain(args, OperatorAction::Resume),

@@ -6,7 +6,7 @@ use cell_model::run_spec::Speed;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
-use crate::cli_values::{cell_name, finite, positive_seconds, seed_range};
+use crate::cli_values::{cell_name, finite, positive_seconds, seconds_back, seed_range};
 
 /// Name of a cell when nothing else is said.
 pub const DEFAULT_CELL: &str = "cell";
@@ -47,6 +47,12 @@ pub enum Command {
     Doctor(ReportArgs),
     /// Print what the processes of a cell wrote
     Logs(LogsArgs),
+    /// Put another scene in the place of the one that runs; it waits for `resume`
+    Load(LoadArgs),
+    /// Keep what the recorder heard
+    Record(RecordArgs),
+    /// Show a recording on the page, or compute it again and compare
+    Replay(ReplayArgs),
     /// Stop one process of a running cell and start it again
     Restart(RestartArgs),
     /// Stop simulated time
@@ -139,6 +145,12 @@ pub struct RunArgs {
     /// Things to do at given times or phases, one JSON object a line
     #[arg(long, value_name = "FILE.jsonl")]
     pub script: Option<PathBuf>,
+    /// Keep the whole run in this file (MCAP), whatever the ring forgets
+    #[arg(long, value_name = "FILE.mcap", conflicts_with = "one_process")]
+    pub record: Option<PathBuf>,
+    /// Address (or ADDRESS:PORT) the page listens at; loopback otherwise
+    #[arg(long, value_name = "ADDR", conflicts_with = "headless")]
+    pub listen: Option<String>,
     /// Set the scene up and wait for `robocell resume`
     #[arg(long, conflicts_with = "one_process")]
     pub paused: bool,
@@ -160,6 +172,77 @@ pub struct RunArgs {
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub cell: CellArgs,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub data: DataArgs,
+}
+
+/// `robocell load`.
+#[derive(Clone, Debug, Args)]
+pub struct LoadArgs {
+    /// Name of the demo; `robocell list` names them
+    pub demo: String,
+    /// Policy of the task; the demo's default otherwise
+    #[arg(long, value_name = "P")]
+    pub policy: Option<String>,
+    /// Varies poses and friction within the bounds of the cell file
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// As of `run`
+    #[arg(long, value_name = "1|max|X", default_value = "1")]
+    pub speed: String,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// `robocell record`.
+#[derive(Clone, Debug, Args)]
+pub struct RecordArgs {
+    /// What to keep
+    #[command(subcommand)]
+    pub verb: RecordVerb,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// What to keep.
+#[derive(Clone, Debug, Subcommand)]
+pub enum RecordVerb {
+    /// Keep everything from now on
+    Start {
+        /// File to write (MCAP); a name is made up otherwise
+        #[arg(value_name = "FILE.mcap")]
+        file: Option<PathBuf>,
+    },
+    /// End what `start` or `run --record` began
+    Stop,
+    /// Keep the last seconds of the flight recorder, as in `last 60s`
+    Last {
+        /// How long
+        #[arg(value_name = "60s", value_parser = seconds_back)]
+        span: f64,
+        /// File to write (MCAP); a name is made up otherwise
+        #[arg(value_name = "FILE.mcap")]
+        file: Option<PathBuf>,
+    },
+}
+
+/// `robocell replay`.
+#[derive(Clone, Debug, Args)]
+pub struct ReplayArgs {
+    /// The recording (MCAP), or the directory of a flight recorder
+    pub file: PathBuf,
+    /// Compute every command and decision again and compare bit for bit
+    #[arg(long)]
+    pub verify: bool,
+    /// With `--verify`: print one JSON object
+    #[arg(long, requires = "verify")]
+    pub json: bool,
+    /// Address (or ADDRESS:PORT) the page listens at; loopback otherwise
+    #[arg(long, value_name = "ADDR", conflicts_with = "verify")]
+    pub listen: Option<String>,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub data: DataArgs,

@@ -25,6 +25,18 @@ pub(crate) fn positive_seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+/// How far back, as in `60s` or `2min`.
+pub(crate) fn seconds_back(text: &str) -> Result<f64, String> {
+    let (number, factor) = if let Some(minutes) = text.strip_suffix("min") {
+        (minutes, 60.0)
+    } else {
+        (text.strip_suffix('s').unwrap_or(text), 1.0)
+    };
+    positive_seconds(number)
+        .map(|value| value * factor)
+        .map_err(|_| "a time as in 60s or 2min".to_owned())
+}
+
 /// `A..B`, both ends included.
 pub(crate) fn seed_range(text: &str) -> Result<(u64, u64), String> {
     let wanted = || "A..B with A up to B, for example 1..50".to_owned();
@@ -65,6 +77,16 @@ mod tests {
             assert!(cell_name(bad).is_err(), "{bad}");
         }
         assert!(cell_name("left_arm-2").is_ok());
+    }
+
+    #[test]
+    fn a_time_back_has_a_unit_or_means_seconds() {
+        assert_eq!(seconds_back("60s"), Ok(60.0));
+        assert_eq!(seconds_back("2min"), Ok(120.0));
+        assert_eq!(seconds_back("0.5"), Ok(0.5));
+        for bad in ["", "s", "-3s", "1h", "nan"] {
+            assert!(seconds_back(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]

@@ -28,6 +28,18 @@ pub(crate) enum Request {
         /// Policy the task goes on with.
         policy: Option<String>,
     },
+    /// Take the cell down and set up another scene in its place, which waits
+    /// for resume.
+    Load {
+        /// Name of the demo.
+        demo: String,
+        /// Its default where missing.
+        policy: Option<String>,
+        /// Seed of the scene.
+        seed: u64,
+        /// As on the command line.
+        speed: String,
+    },
 }
 
 /// The launcher's answer.

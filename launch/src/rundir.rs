@@ -1,7 +1,7 @@
 //! The run directory: where it is, who holds it, what lies in it.
 //!
-//! `BASE/CELL/` with `lock`, `run.json`, `children.json`, `control.sock`,
-//! `logs/` and the bus's root. BASE is `ROBOCELL_RUN_DIR`, or
+//! `BASE/CELL/` with `lock`, `run.json`, `page.json`, `children.json`,
+//! `control.sock`, `record.sock`, `logs/` and the bus's root. BASE is `ROBOCELL_RUN_DIR`, or
 //! `XDG_RUNTIME_DIR/robocell` where that is in memory, or
 //! `/dev/shm/robocell-UID`. Mode 0700.
 
@@ -94,6 +94,16 @@ impl RunDir {
     /// Socket between the launcher and the commands that talk to it.
     pub fn control(&self) -> PathBuf {
         self.path.join("control.sock")
+    }
+
+    /// What opens the page.
+    pub fn page(&self) -> PathBuf {
+        self.path.join("page.json")
+    }
+
+    /// Socket between the recorder and the commands that talk to it.
+    pub fn record(&self) -> PathBuf {
+        self.path.join("record.sock")
     }
 
     /// Pids of the processes, for the next start after a crash of the launcher.

@@ -3,6 +3,7 @@
 mod behaviour;
 mod doctor;
 mod list;
+mod load;
 mod logs;
 mod operate;
 mod picture;
@@ -13,6 +14,7 @@ mod watched;
 pub(crate) use behaviour::{behaviour, schema};
 pub(crate) use doctor::doctor;
 pub(crate) use list::list;
+pub(crate) use load::load;
 pub(crate) use logs::logs;
 pub(crate) use operate::{down, drag, gripper, plain, restart, step, target, task};
 pub(crate) use status::status;

@@ -20,6 +20,8 @@ struct Status {
     seed: u64,
     pid: u32,
     since: String,
+    /// Link to the page, for who may command.
+    page: Option<String>,
     paused: bool,
     tick: Option<u64>,
     sim_time_s: Option<f64>,
@@ -82,6 +84,7 @@ fn describe(session: &Session, picture: &Picture) -> Status {
         seed: spec.seed,
         pid: session.holder.pid,
         since: session.holder.since.clone(),
+        page: spec.page.as_ref().and_then(crate::page::link),
         paused: state.is_some_and(|s| s.has(FLAG_PAUSED)),
         tick: state.map(|s| s.header.tick),
         sim_time_s: state.map(|s| s.header.sim_time_ns as f64 * 1.0e-9),
@@ -134,6 +137,9 @@ fn print(status: &Status) {
         "cell {}: {}, policy {}, seed {}, {time}{pause}; launcher pid {} since {}",
         status.cell, status.demo, status.policy, status.seed, status.pid, status.since
     ));
+    if let Some(page) = &status.page {
+        say::line(format_args!("page: {page}"));
+    }
     let outcome = status.outcome.as_deref().unwrap_or("no decision");
     let reason = status
         .reason

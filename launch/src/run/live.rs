@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use cell_bus::{Bus, Keeper, OperatorClient, RunSite};
-use cell_model::run_spec::RunSpec;
+use cell_model::run_spec::{PageSecrets, RunSpec};
 use cell_model::summary::{RunFacts, RunSummary};
 use cell_rt::clock::monotonic_ns;
 use cell_rt::process::{SIGCONT, SIGSTOP, private_umask};
@@ -22,7 +22,7 @@ use crate::control::{Reply, Request, Server};
 use crate::failure::{Context, Failure};
 use crate::lock::Lock;
 use crate::supervisor::{Action, Event, Rules, Supervisor};
-use crate::{leftovers, say};
+use crate::{leftovers, page, say};
 
 /// How often the launcher looks.
 const TURN: Duration = Duration::from_millis(5);
@@ -35,6 +35,8 @@ pub(crate) enum End {
     Finished(Box<RunSummary>),
     /// Because somebody asked.
     Stopped,
+    /// Because another scene was asked for.
+    Replaced(Box<Plan>),
     /// Because a process could not be kept running.
     GaveUp(String),
 }
@@ -48,6 +50,7 @@ pub(crate) struct LiveCell {
     bus: Bus,
     keeper: Keeper,
     control: Server,
+    secrets: Option<PageSecrets>,
     supervisor: Supervisor,
     faults: Faults,
     processes: Vec<Process>,
@@ -100,6 +103,7 @@ impl LiveCell {
         plan.spec
             .save(&plan.dir.spec())
             .map_err(Failure::configuration)?;
+        let secrets = plan.spec.page.as_ref().map(page::open).transpose()?;
         let site = RunSite {
             root: plan.spec.root.clone(),
             prefix: plan.spec.prefix.clone(),
@@ -123,6 +127,7 @@ impl LiveCell {
             bus,
             keeper,
             control,
+            secrets,
             supervisor: Supervisor::new(&processes, rules),
             faults: Faults::new(&plan.spec.script, &processes),
             processes,
@@ -135,9 +140,12 @@ impl LiveCell {
         })
     }
 
-    /// One line about what is started.
+    /// What is started, and where its page is.
     pub(crate) fn announce(&self) {
         say::line(super::banner::title(&self.plan.spec));
+        if let (Some(page), Some(secrets)) = (&self.plan.spec.page, &self.secrets) {
+            page::lines(page, secrets).into_iter().for_each(say::line);
+        }
     }
 
     /// What the processes were told.
@@ -374,18 +382,22 @@ impl LiveCell {
     fn answer_clients(&mut self, now: u64) {
         let mut asked = None;
         let (plan, processes) = (&mut self.plan, &self.processes);
-        self.control.poll(|request| {
-            let reply = consider(plan, processes, &request);
-            if reply.ok {
-                asked = Some(request);
-            }
-            reply
-        });
+        self.control
+            .poll(|request| match consider(plan, processes, request) {
+                Ok((wish, message)) => {
+                    asked = Some(wish);
+                    Reply { ok: true, message }
+                }
+                Err(failure) => Reply {
+                    ok: false,
+                    message: failure.to_string(),
+                },
+            });
         match asked {
             None => {}
-            Some(Request::Down) => self.finish_with(End::Stopped),
-            Some(Request::Restart { process, .. }) => {
-                for process in named(&self.processes, &process) {
+            Some(Wish::End(end)) => self.finish_with(end),
+            Some(Wish::Restart(which)) => {
+                for process in which {
                     self.tell(now, Event::Restart { process });
                 }
             }
@@ -393,35 +405,55 @@ impl LiveCell {
     }
 }
 
-/// Whether a client's wish can be fulfilled. Another policy is written down
-/// where the next start of the task reads it.
-fn consider(plan: &mut Plan, processes: &[Process], request: &Request) -> Reply {
-    let refuse = |message: String| Reply { ok: false, message };
-    let Request::Restart { process, policy } = request else {
-        return Reply {
-            ok: true,
-            message: "stopping".to_owned(),
-        };
-    };
-    if named(processes, process).is_empty() {
-        return refuse(format!("this cell has no process `{process}`"));
-    }
-    if let Some(policy) = policy {
-        if process != "task" {
-            return refuse("--policy goes with `restart task` only".to_owned());
+/// What a client asked for and gets.
+enum Wish {
+    End(End),
+    Restart(Vec<Process>),
+}
+
+/// Whether a client's wish can be fulfilled, and what to say about it. Another
+/// policy is written down where the next start of the task reads it.
+fn consider(
+    plan: &mut Plan,
+    processes: &[Process],
+    request: Request,
+) -> Result<(Wish, String), Failure> {
+    match request {
+        Request::Down => Ok((Wish::End(End::Stopped), "stopping".to_owned())),
+        Request::Load {
+            demo,
+            policy,
+            seed,
+            speed,
+        } => {
+            let speed = speed.parse().map_err(Failure::usage)?;
+            let next = plan.replaced(&demo, policy.as_deref(), seed, speed)?;
+            let message = format!("setting up {}", super::banner::title(&next.spec));
+            Ok((Wish::End(End::Replaced(Box::new(next))), message))
         }
-        match choose(Some(policy), &plan.policies, "", &plan.spec.demo) {
-            Ok(policy) => plan.spec.policy = policy,
-            Err(failure) => return refuse(failure.to_string()),
-        }
-        if let Err(error) = plan.spec.save(&plan.dir.spec()) {
-            return refuse(error.to_string());
+        Request::Restart { process, policy } => {
+            let which = named(processes, &process);
+            if which.is_empty() {
+                let message = format!("this cell has no process `{process}`");
+                return Err(Failure::configuration(message));
+            }
+            if let Some(policy) = policy {
+                take_over(plan, &process, &policy)?;
+            }
+            Ok((Wish::Restart(which), format!("restarting {process}")))
         }
     }
-    Reply {
-        ok: true,
-        message: format!("restarting {process}"),
+}
+
+fn take_over(plan: &mut Plan, process: &str, policy: &str) -> Result<(), Failure> {
+    if process != "task" {
+        let message = "--policy goes with `restart task` only";
+        return Err(Failure::configuration(message));
     }
+    plan.spec.policy = choose(Some(policy), &plan.policies, "", &plan.spec.demo)?;
+    plan.spec
+        .save(&plan.dir.spec())
+        .map_err(Failure::configuration)
 }
 
 #[cfg(test)]

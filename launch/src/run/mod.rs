@@ -17,29 +17,34 @@ pub(crate) use plan::Plan;
 
 /// Runs a cell as the command line says.
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
-    let plan = Plan::resolve(args)?;
-    let until_done = plan.spec.until_done;
+    let mut plan = Plan::resolve(args)?;
     if args.one_process {
         return one_process::run(&plan, args.json);
     }
-    let mut greet = plan.stays && !args.json;
-    let live = LiveCell::start(plan)?;
-    if !args.json {
-        live.announce();
-    }
-    let end = live.stay(|live| {
-        if greet && live.is_ready() {
-            greet = false;
-            banner::ready(live);
+    loop {
+        let until_done = plan.spec.until_done;
+        let mut greet = plan.stays && !args.json;
+        let live = LiveCell::start(plan)?;
+        if !args.json {
+            live.announce();
         }
-    });
-    if until_done && matches!(end, End::Stopped) {
-        return Err(Failure {
-            code: Code::TaskFailed,
-            message: "stopped before the task was done".to_owned(),
+        let end = live.stay(|live| {
+            if greet && live.is_ready() {
+                greet = false;
+                banner::ready(live);
+            }
         });
+        match end {
+            End::Replaced(next) => plan = *next,
+            End::Stopped if until_done => {
+                return Err(Failure {
+                    code: Code::TaskFailed,
+                    message: "stopped before the task was done".to_owned(),
+                });
+            }
+            end => return report(&end, args.json),
+        }
     }
-    report(&end, args.json)
 }
 
 /// The last words of a run, and its exit code.
@@ -53,7 +58,7 @@ fn report(end: &End, json: bool) -> Result<(), Failure> {
             }
             code_of(summary)
         }
-        End::Stopped => Ok(()),
+        End::Stopped | End::Replaced(_) => Ok(()),
         End::GaveUp(message) => Err(Failure {
             code: Code::GaveUp,
             message: message.clone(),

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use cell_model::run_spec::{RecordSpec, RunSpec, Speed};
+use cell_model::run_spec::{PageSpec, RecordSpec, RunSpec, Speed};
 use cell_model::script::{self, ScriptLine};
 use cell_model::task_spec::TaskSpec;
 use cell_model::{Cell, Data, RobotFiles};
@@ -12,7 +12,7 @@ use cell_model::{Cell, Data, RobotFiles};
 use crate::cli::RunArgs;
 use crate::failure::{Context, Failure};
 use crate::rundir::RunDir;
-use crate::sim;
+use crate::{flight, page, sim};
 
 /// A run that can be started.
 #[derive(Debug)]
@@ -29,6 +29,8 @@ pub(crate) struct Plan {
     pub(crate) stays: bool,
     /// Kill what seems to hang.
     pub(crate) watchdog: bool,
+    /// What was asked for.
+    args: RunArgs,
 }
 
 impl Plan {
@@ -78,11 +80,10 @@ impl Plan {
             until_done: args.until_done,
             time_limit_s: limit,
             real_time: args.speed == Speed::RealTime,
-            page: None,
+            page: page(args, &dir)?,
             record: RecordSpec {
-                flight_dir: dir.path().join("flight"),
-                limit_bytes: 64 << 20,
-                file: None,
+                file: args.record.as_deref().map(new_file).transpose()?,
+                ..flight::ring(&args.cell.cell, &dir)
             },
         };
         Ok(Self {
@@ -92,8 +93,45 @@ impl Plan {
             policies: cell.policies,
             stays: limit.is_none(),
             watchdog: !args.no_watchdog,
+            args: args.clone(),
         })
     }
+
+    /// The run of another scene in place of this one, on the same page; it waits
+    /// for resume, and has no end of its own.
+    pub(crate) fn replaced(
+        &self,
+        demo: &str,
+        policy: Option<&str>,
+        seed: u64,
+        speed: Speed,
+    ) -> Result<Self, Failure> {
+        let args = RunArgs {
+            demo: demo.to_owned(),
+            policy: policy.map(str::to_owned),
+            seed,
+            speed,
+            paused: true,
+            until_done: false,
+            timeout: None,
+            script: None,
+            record: None,
+            robot: self.args.robot.clone().filter(|_| demo == self.args.demo),
+            headless: true,
+            ..self.args.clone()
+        };
+        let mut plan = Self::resolve(&args)?;
+        plan.spec.page = self.spec.page.clone();
+        Ok(plan)
+    }
+}
+
+/// The page, unless the run has none.
+fn page(args: &RunArgs, dir: &RunDir) -> Result<Option<PageSpec>, Failure> {
+    if args.headless || args.one_process {
+        return Ok(None);
+    }
+    page::plan(args.listen.as_deref(), dir).map(Some)
 }
 
 /// What the controllers will need, found out before anything starts.
@@ -161,6 +199,18 @@ fn absolute(path: &Path) -> Result<PathBuf, Failure> {
             path.display()
         ))
     })
+}
+
+/// The path of a file that may not exist yet, in a directory that does.
+pub(crate) fn new_file(path: &Path) -> Result<PathBuf, Failure> {
+    let name = path
+        .file_name()
+        .ok_or_else(|| Failure::usage(format!("{}: that names no file", path.display())))?;
+    let parent = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    Ok(absolute(parent)?.join(name))
 }
 
 /// Paths are made absolute: the processes work in another directory.

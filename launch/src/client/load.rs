@@ -1,0 +1,43 @@
+//! `robocell load`: another scene in the place of the one that runs.
+
+use std::time::{Duration, Instant};
+
+use super::Session;
+use crate::cli::LoadArgs;
+use crate::control::{Request, ask};
+use crate::failure::{Code, Failure};
+use crate::say;
+
+/// An orderly stop and a start take a few seconds.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Asks the launcher, and waits until the other scene is there.
+pub(crate) fn load(args: &LoadArgs) -> Result<(), Failure> {
+    let session = Session::of(&args.cell.cell)?;
+    let request = Request::Load {
+        demo: args.demo.clone(),
+        policy: args.policy.clone(),
+        seed: args.seed,
+        speed: args.speed.clone(),
+    };
+    let reply = ask(&session.dir.control(), &request)?;
+    if !reply.ok {
+        return Err(Failure::configuration(reply.message));
+    }
+    say::line(&reply.message);
+    let since = Instant::now();
+    while since.elapsed() < PATIENCE {
+        std::thread::sleep(Duration::from_millis(50));
+        let there = Session::of(&args.cell.cell).is_ok_and(|now| {
+            now.spec.run != session.spec.run && now.dir.control().exists() && now.join().is_ok()
+        });
+        if there {
+            say::line("It is stopped: `robocell resume` starts it.");
+            return Ok(());
+        }
+    }
+    Err(Failure {
+        code: Code::GaveUp,
+        message: "the other scene does not come up; `robocell logs` says more".to_owned(),
+    })
+}

@@ -1,0 +1,41 @@
+//! Where the flight recorder keeps its ring.
+
+use std::path::PathBuf;
+
+use cell_model::run_spec::RecordSpec;
+
+use crate::rundir::{ENV_RUN_DIR, RunDir};
+
+/// Names the directory of the recordings of all cells.
+const ENV_STATE_DIR: &str = "ROBOCELL_STATE_DIR";
+/// Bytes of the ring on a disk: about ten minutes of one arm.
+const DISK_BYTES: u64 = 512 << 20;
+/// Bytes of the ring in memory.
+const MEMORY_BYTES: u64 = 96 << 20;
+
+/// The ring of `cell`, on disk where the user keeps such things. Whoever chose
+/// another run directory, or has no home, finds it there: in memory, and
+/// smaller.
+pub(crate) fn ring(cell: &str, dir: &RunDir) -> RecordSpec {
+    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+    let state = set(ENV_STATE_DIR).map(PathBuf::from).or_else(|| {
+        if set(ENV_RUN_DIR).is_some() {
+            return None;
+        }
+        let xdg = set("XDG_STATE_HOME").map(PathBuf::from);
+        let base = xdg.or_else(|| Some(PathBuf::from(set("HOME")?).join(".local/state")))?;
+        base.is_absolute().then(|| base.join("robocell"))
+    });
+    match state {
+        Some(state) => RecordSpec {
+            flight_dir: state.join("flight").join(cell),
+            limit_bytes: DISK_BYTES,
+            file: None,
+        },
+        None => RecordSpec {
+            flight_dir: dir.path().join("flight"),
+            limit_bytes: MEMORY_BYTES,
+            file: None,
+        },
+    }
+}

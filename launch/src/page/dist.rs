@@ -1,0 +1,191 @@
+//! The built page. In a checkout it is built once, and again when its sources
+//! changed, if Node.js is there; elsewhere it is part of the monitor.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, SystemTime};
+
+use cell_rt::lock::Lock;
+
+use crate::say;
+
+/// What the page is made of, under `monitor-proc/ui`.
+const SOURCES: [&str; 6] = [
+    "src",
+    "index.html",
+    "package.json",
+    "package-lock.json",
+    "tsconfig.json",
+    "vite.config.ts",
+];
+/// How long another launcher may take to build it.
+const PATIENCE: Duration = Duration::from_secs(180);
+
+/// Directory of the page in a checkout, built if need be, and what to tell a
+/// person where it could not be.
+pub(crate) fn built() -> (Option<PathBuf>, String) {
+    let Some(ui) = checkout() else {
+        return (None, String::new());
+    };
+    let dist = ui.join("dist");
+    match build(&ui) {
+        Ok(()) => (Some(dist), String::new()),
+        // An older page is better than none.
+        Err(why) if is_built(&ui) => (Some(dist), format!("{why} The page of before is served.")),
+        Err(why) => (None, why),
+    }
+}
+
+/// `monitor-proc/ui` of the checkout our executable lies in.
+fn checkout() -> Option<PathBuf> {
+    let own = std::env::current_exe().ok()?;
+    let uis = own.ancestors().map(|dir| dir.join("monitor-proc/ui"));
+    uis.into_iter().find(|ui| ui.join("package.json").is_file())
+}
+
+/// Whether there is a page, of whatever age.
+fn is_built(ui: &Path) -> bool {
+    ui.join("dist/index.html").is_file()
+}
+
+fn build(ui: &Path) -> Result<(), String> {
+    if !is_stale(ui) {
+        return Ok(());
+    }
+    let _lock = take_turn(ui)?;
+    // Somebody else may just have built it.
+    if !is_stale(ui) {
+        return Ok(());
+    }
+    if !knows("node") || !knows("npm") {
+        return Err(
+            "The page is not built, because Node.js is missing: install Node.js 20 or newer \
+             with npm, and start the cell again."
+                .to_owned(),
+        );
+    }
+    if newest(&ui.join("package-lock.json")) > newest(&ui.join("node_modules/.package-lock.json")) {
+        say::line("page: fetching its packages (npm ci) ...");
+        npm(ui, &["ci", "--no-audit", "--no-fund", "--loglevel=error"])?;
+    }
+    say::line("page: building it once (npm run build) ...");
+    npm(
+        ui,
+        &[
+            "run",
+            "--silent",
+            "build",
+            "--",
+            "--outDir",
+            "dist.new",
+            "--emptyOutDir",
+        ],
+    )?;
+    // Put in place at once, so that nobody is served half a page.
+    let (new, dist) = (ui.join("dist.new"), ui.join("dist"));
+    fs::remove_dir_all(&dist).ok();
+    fs::rename(&new, &dist).map_err(|error| format!("cannot put the built page in place: {error}."))
+}
+
+/// Builds the page alone, however many cells start at once.
+fn take_turn(ui: &Path) -> Result<Lock, String> {
+    let path = std::env::temp_dir().join(format!(
+        "robocell-page-{}.lock",
+        cell_rt::process::user_id()
+    ));
+    let since = std::time::Instant::now();
+    loop {
+        match Lock::try_new(&path) {
+            Ok(Some(lock)) => return Ok(lock),
+            Ok(None) if since.elapsed() < PATIENCE => {
+                std::thread::sleep(Duration::from_millis(200));
+            }
+            Ok(None) => {
+                return Err(format!(
+                    "Another robocell has been building the page in {} for long.",
+                    ui.display()
+                ));
+            }
+            Err(error) => {
+                return Err(format!(
+                    "The page cannot be built: {}: {error}.",
+                    path.display()
+                ));
+            }
+        }
+    }
+}
+
+fn is_stale(ui: &Path) -> bool {
+    let sources = SOURCES.iter().map(|source| newest(&ui.join(source))).max();
+    sources.flatten() > newest(&ui.join("dist/index.html"))
+}
+
+/// When the file, or the newest file below the directory, was written.
+fn newest(path: &Path) -> Option<SystemTime> {
+    let meta = fs::metadata(path).ok()?;
+    if !meta.is_dir() {
+        return meta.modified().ok();
+    }
+    let entries = fs::read_dir(path).ok()?.flatten();
+    entries.filter_map(|entry| newest(&entry.path())).max()
+}
+
+fn knows(program: &str) -> bool {
+    let said = Command::new(program)
+        .arg("--version")
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
+    said.is_ok_and(|status| status.success())
+}
+
+fn npm(ui: &Path, arguments: &[&str]) -> Result<(), String> {
+    let said = Command::new("npm")
+        .args(arguments)
+        .current_dir(ui)
+        .stdin(Stdio::null())
+        .output();
+    let what = arguments.join(" ");
+    let said =
+        said.map_err(|error| format!("The page is not built: cannot start npm: {error}."))?;
+    if said.status.success() {
+        return Ok(());
+    }
+    let text = [said.stdout, said.stderr].concat();
+    let text = String::from_utf8_lossy(&text);
+    let lines: Vec<&str> = text
+        .lines()
+        .filter(|line| !line.trim().is_empty())
+        .collect();
+    let last = lines[lines.len().saturating_sub(6)..].join("\n  ");
+    Err(format!(
+        "The page is not built: `npm {what}` failed:\n  {last}\n "
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_is_stale_when_a_source_is_newer() {
+        let ui = std::env::temp_dir().join(format!("robocell-ui-{}", std::process::id()));
+        fs::create_dir_all(ui.join("src/deep")).unwrap();
+        fs::create_dir_all(ui.join("dist")).unwrap();
+        let write = |name: &str, age_s: u64| {
+            let file = fs::File::create(ui.join(name)).unwrap();
+            file.set_modified(SystemTime::now() - Duration::from_secs(age_s))
+                .unwrap();
+        };
+        write("src/deep/main.ts", 10);
+        assert!(is_stale(&ui), "never built");
+        write("dist/index.html", 5);
+        assert!(!is_stale(&ui));
+        write("src/deep/main.ts", 1);
+        assert!(is_stale(&ui));
+        fs::remove_dir_all(ui).unwrap();
+    }
+}

@@ -1,0 +1,91 @@
+//! The page of a run: where it is served, what opens it, and what is served.
+
+mod address;
+mod dist;
+mod secrets;
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+
+use cell_model::run_spec::{PageSecrets, PageSpec};
+
+use crate::failure::Failure;
+use crate::rundir::RunDir;
+
+pub(crate) use address::address;
+pub(crate) use dist::built;
+
+/// The page of a run in `dir`, listening where `listen` says or on loopback.
+pub(crate) fn plan(listen: Option<&str>, dir: &RunDir) -> Result<PageSpec, Failure> {
+    let (dist, hint) = built();
+    Ok(PageSpec {
+        address: address(listen)?,
+        dist,
+        hint,
+        secrets: dir.page(),
+    })
+}
+
+/// Makes what opens the page, unless an earlier run of this launcher has.
+pub(crate) fn open(page: &PageSpec) -> Result<PageSecrets, Failure> {
+    secrets::load(&page.secrets).map_or_else(|| secrets::make(&page.secrets), Ok)
+}
+
+/// The link to the page for whoever may command; `None` when it cannot be read.
+pub(crate) fn link(page: &PageSpec) -> Option<String> {
+    let secrets = secrets::load(&page.secrets)?;
+    Some(link_with(page.address, &secrets.operator_token))
+}
+
+/// What `run` says about the page, line by line; the first is the bare link.
+pub(crate) fn lines(page: &PageSpec, secrets: &PageSecrets) -> Vec<String> {
+    let mut lines = vec![link_with(page.address, &secrets.operator_token)];
+    if !page.address.ip().is_loopback() {
+        lines.push(format!(
+            "warning: the page listens at {} and can be reached from the network; it is not encrypted. \
+             Who has the link above can move the arms. A link to look only: {}",
+            page.address,
+            link_with(page.address, &secrets.viewer_token)
+        ));
+    }
+    lines.extend((!page.hint.is_empty()).then(|| format!("note: {}", page.hint)));
+    lines
+}
+
+/// An address that means every interface is no place to go to: from this
+/// machine it is loopback.
+fn link_with(address: SocketAddr, token: &str) -> String {
+    let ip = match address.ip() {
+        ip if ip.is_unspecified() => IpAddr::V4(Ipv4Addr::LOCALHOST),
+        ip => ip,
+    };
+    format!(
+        "http://{}/?token={token}",
+        SocketAddr::new(ip, address.port())
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_listens_to_the_network_is_warned() {
+        let secrets = PageSecrets {
+            operator_token: "aa".to_owned(),
+            viewer_token: "bb".to_owned(),
+            operator_cookie: String::new(),
+            viewer_cookie: String::new(),
+        };
+        let mut page = PageSpec {
+            address: ([127, 0, 0, 1], 8600).into(),
+            dist: None,
+            hint: String::new(),
+            secrets: "page.json".into(),
+        };
+        assert_eq!(lines(&page, &secrets), ["http://127.0.0.1:8600/?token=aa"]);
+        page.address = ([0, 0, 0, 0], 8600).into();
+        let said = lines(&page, &secrets);
+        assert_eq!(said[0], "http://127.0.0.1:8600/?token=aa");
+        assert!(said[1].contains("warning") && said[1].contains("token=bb"));
+    }
+}

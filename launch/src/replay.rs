@@ -1,0 +1,84 @@
+//! `robocell replay`: a recording on the page, or computed again.
+
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::child::beside;
+use crate::cli::ReplayArgs;
+use crate::failure::{Context, Failure};
+use crate::rundir::RunDir;
+use crate::{page, say, sim};
+
+/// Does what the command line says.
+pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
+    let file = existing(&args.file)?;
+    if args.verify {
+        return verify(args, &file);
+    }
+    let dir = RunDir::of(&format!("replay-{}", std::process::id()));
+    let lock = dir.take("replay")?;
+    let page = page::plan(args.listen.as_deref(), &dir)?;
+    let secrets = page::open(&page)?;
+    page::lines(&page, &secrets).into_iter().for_each(say::line);
+    say::line("Ctrl-C ends it.");
+    let program = beside("monitor-proc")?;
+    let mut command = Command::new(&program);
+    command
+        .arg("replay")
+        .arg(&file)
+        .arg("--address")
+        .arg(page.address.to_string())
+        .arg("--secrets")
+        .arg(&page.secrets)
+        .arg("--hint")
+        .arg(&page.hint);
+    if let Some(dist) = &page.dist {
+        command.arg("--dist").arg(dist);
+    }
+    // In a group of its own, so that Ctrl-C comes here: what is left is removed
+    // after the server has ended.
+    cell_rt::signal::install_stop_handler().cannot("listen to signals")?;
+    let status = command
+        .process_group(0)
+        .spawn()
+        .and_then(|mut child| {
+            let pid = child.id();
+            loop {
+                if let Some(status) = child.try_wait()? {
+                    return Ok(status);
+                }
+                if cell_rt::signal::stop_requested() {
+                    cell_rt::process::kill(pid, cell_rt::process::SIGTERM).ok();
+                }
+                std::thread::sleep(std::time::Duration::from_millis(20));
+            }
+        })
+        .cannot(format!("start {}", program.display()))?;
+    std::fs::remove_dir_all(dir.path()).ok();
+    drop(lock);
+    if status.success() {
+        Ok(())
+    } else {
+        Err(Failure::configuration(
+            "the recording is not shown, see above",
+        ))
+    }
+}
+
+fn verify(args: &ReplayArgs, file: &Path) -> Result<(), Failure> {
+    let mut arguments = vec!["verify".to_owned(), file.display().to_string()];
+    if let Some(dir) = &args.data.data {
+        let dir = existing(dir)?;
+        arguments.extend(["--data".to_owned(), dir.display().to_string()]);
+    }
+    arguments.extend(args.json.then(|| "--json".to_owned()));
+    sim::run(&arguments)
+}
+
+fn existing(path: &Path) -> Result<PathBuf, Failure> {
+    std::fs::canonicalize(path).cannot(format!(
+        "open {}; give a recording, as `robocell record last 60s` writes it",
+        path.display()
+    ))
+}
