@@ -138,6 +138,19 @@ pub(crate) fn tidy(dir: &RunDir, root: &std::path::Path) -> Result<(), Failure> 
     Ok(())
 }
 
+/// Removes what a process or a client of an earlier run of `dir` wrote after it
+/// was wiped, in its last moment; nothing of the run with `prefix`.
+pub(crate) fn sweep(dir: &RunDir, prefix: &str) {
+    let late = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default();
+        !name.as_encoded_bytes().starts_with(prefix.as_bytes())
+    };
+    for path in segments(&dir.family()).into_iter().filter(late) {
+        // Its writer may take it away at this moment; the next start looks again.
+        remove(&path).ok();
+    }
+}
+
 fn remove_segments(dir: &RunDir) -> Result<(), Failure> {
     for path in segments(&dir.family()) {
         remove(&path).cannot(format!("remove {}", path.display()))?;
@@ -184,6 +197,11 @@ mod tests {
         let segment = PathBuf::from(SHM).join(format!("{}beef_segment", dir.family()));
         fs::write(&segment, "x").unwrap();
         fs::create_dir_all(dir.path().join("bbeef/nodes")).unwrap();
+        sweep(&dir, &format!("{}beef_", dir.family()));
+        assert!(segment.exists(), "of this run");
+        sweep(&dir, &format!("{}cafe_", dir.family()));
+        assert!(!segment.exists(), "of an earlier one");
+        fs::write(&segment, "x").unwrap();
         fs::write(dir.children(), "[]").unwrap();
         assert!(
             wipe(&dir)

@@ -178,8 +178,13 @@ impl LiveCell {
 
     /// Keeps the cell running to its end; `look` is called at every turn.
     pub(crate) fn stay(mut self, mut look: impl FnMut(&mut Self)) -> End {
+        let mut swept = false;
         while !self.supervisor.is_down() {
             self.turn();
+            if !swept && self.is_ready() {
+                swept = true;
+                leftovers::sweep(&self.plan.dir, &self.plan.spec.prefix);
+            }
             look(&mut self);
             std::thread::sleep(TURN);
         }
