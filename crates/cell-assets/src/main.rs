@@ -1,0 +1,4 @@
+//! `robocell assets`.
+#![forbid(unsafe_code)]
+
+fn main() {}
