@@ -3,9 +3,9 @@
 use clap::CommandFactory;
 use ipc_types::operator::OperatorAction;
 
-use crate::cli::{BenchArgs, BenchKind, Cli, Command, EvalArgs};
+use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, BenchKind, Cli, Command, EvalArgs};
 use crate::failure::{Context, Failure};
-use crate::{bench, client, e2e, record, replay, run, sim};
+use crate::{bench, client, e2e, record, replay, run, shot, sim};
 
 /// Does what the command line says.
 pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
@@ -20,6 +20,8 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Load(args) => client::load(args),
         Command::Record(args) => record::record(args),
         Command::Replay(args) => replay::replay(args),
+        Command::Shot(args) => shot::shot(args),
+        Command::Assets(args) => assets(args),
         Command::Restart(args) => client::restart(args),
         Command::Pause(args) => client::plain(args, OperatorAction::Pause),
         Command::Resume(args) => client::plain(args, OperatorAction::Resume),
@@ -64,6 +66,22 @@ fn core_bench(kind: &str, json: bool) -> Result<(), Failure> {
     let mut arguments = vec!["bench".to_owned(), kind.to_owned()];
     arguments.extend(json.then(|| "--json".to_owned()));
     sim::run(&arguments)
+}
+
+/// The work is another program's: most never need what it is made of.
+fn assets(args: &AssetsArgs) -> Result<(), Failure> {
+    let mut arguments = Vec::new();
+    match &args.verb {
+        AssetsVerb::List => arguments.push("list".to_owned()),
+        AssetsVerb::Fetch { from, force } => {
+            arguments.push("fetch".to_owned());
+            if let Some(from) = from {
+                arguments.extend(["--from".to_owned(), from.display().to_string()]);
+            }
+            arguments.extend(force.then(|| "--force".to_owned()));
+        }
+    }
+    sim::run_other("cell-assets", &arguments)
 }
 
 /// Names are checked here, so that a typo is answered before anything starts.

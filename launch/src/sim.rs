@@ -11,6 +11,11 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     run_program(&beside("cell-sim")?, arguments)
 }
 
+/// Runs another of our programs the same way.
+pub(crate) fn run_other(program: &str, arguments: &[String]) -> Result<(), Failure> {
+    run_program(&beside(program)?, arguments)
+}
+
 /// Runs the bench of behaviours. It is an example of `cell-sim`, as the
 /// libraries it measures against are no dependencies of a cell.
 pub(crate) fn behavior_bench(json: bool) -> Result<(), Failure> {

@@ -8,13 +8,14 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 
 /// Packages whose programs a cell needs.
-const PACKAGES: [&str; 6] = [
+const PACKAGES: [&str; 7] = [
     "launch",
     "physics-proc",
     "controller-proc",
     "task-proc",
     "monitor-proc",
     "cell-sim",
+    "cell-assets",
 ];
 
 fn main() -> ExitCode {

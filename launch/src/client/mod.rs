@@ -6,7 +6,7 @@ mod list;
 mod load;
 mod logs;
 mod operate;
-mod picture;
+pub(crate) mod picture;
 mod status;
 mod top;
 mod watched;

@@ -1,0 +1,137 @@
+//! The cell a picture is taken of: the one that runs, or one started for it.
+
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use ipc_types::world::FLAG_PAUSED;
+
+use crate::cli::ShotArgs;
+use crate::client::Session;
+use crate::client::picture::Picture;
+use crate::failure::{Code, Context, Failure};
+use crate::page;
+
+/// Starting a cell, or computing some minutes of it, takes a while.
+const PATIENCE: Duration = Duration::from_secs(180);
+
+/// See the module. A cell that was started for the picture ends with it.
+pub(crate) struct Shown {
+    link: String,
+    _own: Option<Own>,
+}
+
+struct Own {
+    launcher: Child,
+    name: String,
+}
+
+impl Shown {
+    /// The cell `args` name.
+    pub(crate) fn of(args: &ShotArgs) -> Result<Self, Failure> {
+        let Some(demo) = &args.demo else {
+            return Ok(Self {
+                link: link(&Session::of(&args.cell.cell)?)?,
+                _own: None,
+            });
+        };
+        let own = Own::start(args, demo)?;
+        let session = own.wait("its start", |session| {
+            Picture::open(session).is_ok_and(|mut picture| {
+                picture.fill();
+                picture.state().is_some() && picture.decision().is_some()
+            })
+        })?;
+        let ticks = (args.time.unwrap_or(0.0) * 1000.0).round() as u64;
+        if ticks > 0 {
+            own.run_to(ticks)?;
+        }
+        Ok(Self {
+            link: link(&session)?,
+            _own: Some(own),
+        })
+    }
+
+    /// Link to its page.
+    pub(crate) fn link(&self) -> &str {
+        &self.link
+    }
+}
+
+fn link(session: &Session) -> Result<String, Failure> {
+    let page = session.spec.page.as_ref().and_then(page::link);
+    page.ok_or_else(|| {
+        Failure::configuration(
+            "this cell was started with --headless and has no page to take a picture of",
+        )
+    })
+}
+
+impl Own {
+    fn start(args: &ShotArgs, demo: &str) -> Result<Self, Failure> {
+        let name = format!("shot-{}", std::process::id());
+        let seed = args.seed.to_string();
+        let program = std::env::current_exe().map_err(Failure::configuration)?;
+        let mut command = Command::new(program);
+        command
+            .args(["run", demo, "--cell", &name, "--paused", "--speed", "max"])
+            .args(["--seed", &seed])
+            .stdin(Stdio::null())
+            .stdout(Stdio::null());
+        if let Some(policy) = &args.policy {
+            command.args(["--policy", policy]);
+        }
+        let launcher = command.spawn().cannot("start the cell")?;
+        Ok(Self { launcher, name })
+    }
+
+    fn wait(
+        &self,
+        what: &str,
+        mut there: impl FnMut(&Session) -> bool,
+    ) -> Result<Session, Failure> {
+        let since = Instant::now();
+        while since.elapsed() < PATIENCE {
+            if let Ok(session) = Session::of(&self.name)
+                && there(&session)
+            {
+                return Ok(session);
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        Err(Failure {
+            code: Code::GaveUp,
+            message: format!("the cell for the picture does not get to {what}"),
+        })
+    }
+
+    /// Lets the task work for so many ticks, then stops time.
+    fn run_to(&self, ticks: u64) -> Result<(), Failure> {
+        let count = ticks.to_string();
+        for words in [&["task", "start"][..], &["step", &count]] {
+            let program = std::env::current_exe().map_err(Failure::configuration)?;
+            let status = Command::new(program)
+                .args(words)
+                .args(["--cell", &self.name])
+                .stdout(Stdio::null())
+                .status();
+            status.cannot("talk to the cell")?;
+        }
+        let session = self.wait("its start", |_| true)?;
+        let mut picture = Picture::open(&session)?;
+        self.wait("the time asked for", |_| {
+            picture.fill();
+            let is_there = |state: &ipc_types::WorldState| {
+                state.header.tick >= ticks && state.has(FLAG_PAUSED)
+            };
+            picture.state().is_some_and(is_there)
+        })?;
+        Ok(())
+    }
+}
+
+impl Drop for Own {
+    fn drop(&mut self) {
+        cell_rt::process::kill(self.launcher.id(), cell_rt::process::SIGTERM).ok();
+        self.launcher.wait().ok();
+    }
+}

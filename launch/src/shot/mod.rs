@@ -1,0 +1,56 @@
+//! `robocell shot`: a picture of the page, taken by a browser without a window.
+
+mod browser;
+mod cell;
+
+use std::time::{Duration, Instant};
+
+use crate::cli::ShotArgs;
+use crate::failure::{Code, Context, Failure};
+use crate::run::plan::new_file;
+use crate::say;
+use browser::Browser;
+use cell::Shown;
+
+/// A browser without a GPU draws the first picture slowly.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Between two questions whether the page is settled.
+const NAP: Duration = Duration::from_millis(100);
+
+/// True when the page shows what it was asked for.
+const SETTLED: &str = "window.robocell !== undefined && window.robocell.settled()";
+
+/// Takes the picture.
+pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
+    let out = new_file(&args.out)?;
+    let shown = Shown::of(args)?;
+    let (width, height) = args.size;
+    let mut browser = Browser::start(width, height)?;
+    let mut fragment = vec!["shot=1".to_owned()];
+    // A cell that was started for the picture stands at the time already.
+    if let (Some(time), None) = (args.time, &args.demo) {
+        fragment.push(format!("time={time}"));
+    }
+    fragment.extend(args.view.clone());
+    browser.open(&format!("{}#{}", shown.link(), fragment.join("&")))?;
+    let since = Instant::now();
+    while browser.evaluate(SETTLED)? != serde_json::Value::Bool(true) {
+        if since.elapsed() > PATIENCE {
+            let title = browser
+                .evaluate("document.title + ': ' + document.body.innerText.slice(0, 300)")?;
+            return Err(Failure {
+                code: Code::GaveUp,
+                message: format!(
+                    "the page does not come up within {} s; it says: {}",
+                    PATIENCE.as_secs(),
+                    title.as_str().unwrap_or_default()
+                ),
+            });
+        }
+        std::thread::sleep(NAP);
+    }
+    let picture = browser.picture()?;
+    std::fs::write(&out, picture).cannot(format!("write {}", out.display()))?;
+    say::line(format_args!("{}: {width} x {height}", out.display()));
+    Ok(())
+}
