@@ -3,7 +3,7 @@
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
@@ -58,11 +58,15 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     }
 }
 
-/// `franka-stack-1763720000.mcap`, in the current directory.
+/// `franka-stack.mcap`, or the first of `franka-stack-2.mcap`, ... that is free,
+/// in the current directory.
 fn made_up(demo: &str) -> PathBuf {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    let seconds = now.map_or(0, |since| since.as_secs());
-    PathBuf::from(format!("{demo}-{seconds}.mcap"))
+    let name = |number: u32| match number {
+        1 => PathBuf::from(format!("{demo}.mcap")),
+        _ => PathBuf::from(format!("{demo}-{number}.mcap")),
+    };
+    let free = (1..10_000).map(name).find(|path| !path.exists());
+    free.unwrap_or_else(|| name(1))
 }
 
 fn ask(socket: &Path, request: &Request) -> io::Result<Reply> {

@@ -175,16 +175,16 @@ mod tests {
         let ui = std::env::temp_dir().join(format!("robocell-ui-{}", std::process::id()));
         fs::create_dir_all(ui.join("src/deep")).unwrap();
         fs::create_dir_all(ui.join("dist")).unwrap();
-        let write = |name: &str, age_s: u64| {
+        let write = |name: &str, day: u64| {
             let file = fs::File::create(ui.join(name)).unwrap();
-            file.set_modified(SystemTime::now() - Duration::from_secs(age_s))
-                .unwrap();
+            let time = SystemTime::UNIX_EPOCH + Duration::from_secs(86_400 * day);
+            file.set_modified(time).unwrap();
         };
-        write("src/deep/main.ts", 10);
-        assert!(is_stale(&ui), "never built");
-        write("dist/index.html", 5);
-        assert!(!is_stale(&ui));
         write("src/deep/main.ts", 1);
+        assert!(is_stale(&ui), "never built");
+        write("dist/index.html", 2);
+        assert!(!is_stale(&ui));
+        write("src/deep/main.ts", 3);
         assert!(is_stale(&ui));
         fs::remove_dir_all(ui).unwrap();
     }

@@ -42,7 +42,7 @@ fn random() -> Result<String, Failure> {
     let mut bytes = [0_u8; BYTES];
     let mut source = fs::File::open("/dev/urandom").cannot("open /dev/urandom")?;
     source.read_exact(&mut bytes).cannot("read /dev/urandom")?;
-    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(format!("{:032x}", u128::from_ne_bytes(bytes)))
 }
 
 #[cfg(test)]

@@ -121,7 +121,7 @@ impl Plan {
             ..self.args.clone()
         };
         let mut plan = Self::resolve(&args)?;
-        plan.spec.page = self.spec.page.clone();
+        plan.spec.page.clone_from(&self.spec.page);
         Ok(plan)
     }
 }

@@ -41,7 +41,8 @@ impl Shown {
                 picture.state().is_some() && picture.decision().is_some()
             })
         })?;
-        let ticks = (args.time.unwrap_or(0.0) * 1000.0).round() as u64;
+        let ticks = Duration::from_secs_f64(args.time.unwrap_or(0.0)).as_millis();
+        let ticks = u64::try_from(ticks).unwrap_or(u64::MAX);
         if ticks > 0 {
             own.run_to(ticks)?;
         }
