@@ -5,7 +5,7 @@ use ipc_types::operator::OperatorAction;
 
 use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, BenchKind, Cli, Command, EvalArgs};
 use crate::failure::{Context, Failure};
-use crate::{bench, client, e2e, record, replay, run, shot, sim};
+use crate::{bench, client, e2e, monitor_bench, record, replay, run, shot, sim};
 
 /// Does what the command line says.
 pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
@@ -54,6 +54,7 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
 fn run_bench(args: &BenchArgs) -> Result<(), Failure> {
     match args.kind {
         BenchKind::E2e => e2e::run(args.seconds, args.json),
+        BenchKind::Monitor => monitor_bench::run(args.seconds, args.json),
         BenchKind::Control => core_bench("control", args.json),
         BenchKind::Physics => core_bench("physics", args.json),
         BenchKind::Behavior => sim::behavior_bench(args.json),

@@ -588,6 +588,8 @@ pub enum BenchKind {
     Physics,
     /// Trees, machines and the task's record
     Behavior,
+    /// What the page and the recorder cost
+    Monitor,
 }
 
 /// `robocell bench`.
@@ -598,7 +600,7 @@ pub struct BenchArgs {
     /// Print one JSON object as the last line
     #[arg(long)]
     pub json: bool,
-    /// How long `e2e` measures
+    /// How long `e2e` and `monitor` measure
     #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 5.0, value_parser = positive_seconds)]
     pub seconds: f64,
 }

@@ -14,6 +14,7 @@ pub mod failure;
 mod flight;
 mod leftovers;
 pub mod lock;
+mod monitor_bench;
 mod page;
 mod record;
 mod replay;

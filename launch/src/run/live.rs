@@ -153,6 +153,11 @@ impl LiveCell {
         &self.plan.spec
     }
 
+    /// What opens its page.
+    pub(crate) fn secrets(&self) -> Option<&PageSecrets> {
+        self.secrets.as_ref()
+    }
+
     /// What is heard of the processes.
     pub(crate) fn watch(&self) -> &Watch {
         &self.watch
