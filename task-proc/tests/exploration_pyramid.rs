@@ -220,7 +220,6 @@ fn of_two_cubes_disturbed_twice() {
 }
 
 #[test]
-#[ignore = "takes minutes"]
 fn of_two_cubes_with_all_that_hands_do() {
     explore(&TWO, hands, usize::MAX, 20_000_000);
 }

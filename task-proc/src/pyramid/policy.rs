@@ -1,5 +1,8 @@
 //! The policy of the pyramid: one tree for each arm, ticked one after the other.
 
+mod record;
+mod report;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,26 +14,19 @@ use behavior::{Graph, NodeStatus, Status, Value};
 use cell_model::Cell;
 use cell_model::task_spec::PyramidTask;
 use ipc_types::Text;
-use ipc_types::decision::Outcome;
-use serde::{Deserialize, Serialize};
-use serde_bytes::ByteBuf;
 
 use super::center::Lock;
-use super::cubes::is_at;
 use super::host::{self, PyramidHost, World};
-use super::keys;
 use super::library::library;
-use super::phases::{self, Phase, Shown};
+use super::phases::{self, Phase};
 use super::setup::{PyramidError, PyramidSetup};
 use crate::job::{Counters, Job};
 use crate::observation::Observation;
 use crate::output::Output;
 use crate::policy::Policy;
-use crate::record::{self, MAX_RECORD_BYTES};
+use crate::record::MAX_RECORD_BYTES;
 use crate::tree_trace::{KeyWatch, TreeTrace};
-
-/// Version of the layout of [`Record`].
-const VERSION: u32 = 1;
+use record::Memory;
 
 /// One arm's tree.
 struct Robot {
@@ -43,26 +39,6 @@ struct Robot {
     trace: TreeTrace,
     /// It failed at the tick before, which was said.
     failing: bool,
-}
-
-/// What the policy remembers beside trees and boards.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Memory {
-    /// Key of the newest goal.
-    last_key: u64,
-    /// By arm: its tree succeeded and is not ticked again.
-    finished: Vec<bool>,
-    shown: Shown,
-}
-
-#[derive(Serialize, Deserialize)]
-struct Record {
-    version: u32,
-    /// Tells one list of nodes from another.
-    shape: u64,
-    trees: Vec<ByteBuf>,
-    boards: Vec<ByteBuf>,
-    memory: Memory,
 }
 
 /// See the module.
@@ -231,105 +207,6 @@ impl Json {
             watch.changes(board, name, 0, out);
         }
     }
-
-    /// Says how the job stands.
-    fn report(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
-        if self.memory.shown.advance() {
-            job.counters.phase_entry += 1;
-        }
-        out.phase = self.phase();
-        job.done = self.memory.finished.iter().all(|finished| *finished);
-        out.outcome = if job.done {
-            Outcome::Done
-        } else {
-            Outcome::Running
-        };
-        job.placed.clear();
-        for (arm, robot) in self.robots.iter().enumerate() {
-            let (Some(spec), Some((_, board))) =
-                (self.setup.arms.get(arm), self.boards.get(robot.board))
-            else {
-                continue;
-            };
-            let key = board
-                .keys()
-                .position(|k| is_placed_key(&k.name, spec.name.as_str()));
-            let Some(Value::Set(set)) = key.and_then(|key| board.value(key)) else {
-                continue;
-            };
-            let mut unused = (0, Counters::default());
-            let world = World {
-                observation,
-                setup: &self.setup,
-                arm,
-                last_key: &mut unused.0,
-                counters: &mut unused.1,
-                out,
-            };
-            for cube in set.items() {
-                let stands = (0..set.len())
-                    .any(|layer| is_at(&world, cube as usize, self.setup.goal(spec, layer)));
-                let object = self.setup.cubes.get(cube as usize).map(|c| c.object);
-                if let Some(object) = object.filter(|_| stands) {
-                    job.placed.push(u32::try_from(object).unwrap_or(u32::MAX));
-                }
-            }
-        }
-        job.placed.sort_unstable();
-    }
-
-    /// A number for the ids of all nodes, FNV-1a.
-    fn shape(&self) -> u64 {
-        let nodes = self.robots.iter().flat_map(|r| &r.graph.nodes);
-        let bytes = nodes.flat_map(|n| n.id.bytes().chain([0]));
-        bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-        })
-    }
-
-    fn take(&mut self, record: &Record) -> Result<(), bincode::Error> {
-        let fits = record.version == VERSION
-            && record.trees.len() == self.robots.len()
-            && record.boards.len() == self.boards.len()
-            && record.memory.finished.len() == self.robots.len();
-        if !fits {
-            return Err(foreign("another version, or another cell"));
-        }
-        self.lost = 0;
-        for ((_, board), bytes) in self.boards.iter_mut().zip(&record.boards) {
-            self.lost += board.restore(bytes).map_err(foreign)?.lost;
-        }
-        for (robot, bytes) in self.robots.iter_mut().zip(&record.trees) {
-            self.lost += robot.tree.restore(bytes).map_err(foreign)?.lost;
-        }
-        self.memory = record.memory.clone();
-        if record.shape != self.shape() {
-            // The nodes have other numbers now.
-            let tips = self.robots.iter().map(|r| r.tree.tip());
-            self.memory.shown.begin_at(tips.collect());
-        }
-        Ok(())
-    }
-}
-
-impl Memory {
-    fn new(arms: usize) -> Self {
-        Self {
-            last_key: 0,
-            finished: vec![false; arms],
-            shown: Shown::new(arms),
-        }
-    }
-
-    fn is_finished(&self, arm: usize) -> bool {
-        self.finished.get(arm).copied().unwrap_or(false)
-    }
-
-    fn finish(&mut self, arm: usize) {
-        if let Some(finished) = self.finished.get_mut(arm) {
-            *finished = true;
-        }
-    }
 }
 
 impl Policy for Json {
@@ -380,68 +257,16 @@ impl Policy for Json {
     }
 
     fn save(&self) -> Vec<u8> {
-        let mut record = Record {
-            version: VERSION,
-            shape: self.shape(),
-            trees: Vec::new(),
-            boards: Vec::new(),
-            memory: self.memory.clone(),
-        };
-        for robot in &self.robots {
-            let mut bytes = Vec::new();
-            robot.tree.save(&mut bytes);
-            record.trees.push(ByteBuf::from(bytes));
-        }
-        for (_, board) in &self.boards {
-            let mut bytes = Vec::new();
-            board.save(&mut bytes);
-            record.boards.push(ByteBuf::from(bytes));
-        }
-        record::to_bytes(&record)
+        self.to_record()
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
-        let record: Record = record::from_bytes(bytes)?;
-        self.take(&record).inspect_err(|_| self.reset())
+        self.take_record(bytes).inspect_err(|_| self.reset())
     }
 
-    /// What was carried and is not in the hand any more was lost in the
-    /// meantime. Everything else is seen by the nodes themselves: a cube in the
-    /// hand is gone on with, a cube that moved is picked up anew.
     fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
-        for (arm, robot) in self.robots.iter().enumerate() {
-            let (Some(spec), Some((_, board))) =
-                (self.setup.arms.get(arm), self.boards.get_mut(robot.board))
-            else {
-                continue;
-            };
-            let mut unused = 0;
-            let world = World {
-                observation,
-                setup: &self.setup,
-                arm,
-                last_key: &mut unused,
-                counters: &mut job.counters,
-                out,
-            };
-            let held = world.cube_in_hand();
-            let carried = (0..self.setup.cubes.len()).find(|cube| {
-                let key = keys::cube_state(self.setup.cube_name(*cube).as_str());
-                let state = board.index(&key).and_then(|key| board.value(key));
-                matches!(state, Some(Value::Text(s)) if s.as_str() == format!("carried:{}", spec.name))
-            });
-            if let Some(held) = held {
-                let name = self.setup.cube_name(held);
-                world.out.log(format_args!(
-                    "[resume] {}: {name} is in the hand",
-                    spec.name
-                ));
-            }
-            let flag = board.index(&keys::recovery_requested(spec.name.as_str()));
-            if let (Some(_), Some(flag)) = (carried.filter(|_| carried != held), flag) {
-                world.counters.recoveries += 1;
-                board.set(flag, Value::Bool(true));
-            }
+        for arm in 0..self.robots.len() {
+            self.reconcile_arm(arm, observation, job, out);
         }
     }
 }
@@ -459,17 +284,4 @@ pub(super) fn grow(
         .map_err(|error| PyramidError::Descriptor(format!("{}: {error}", source.file)))?;
     *shared = read.shared;
     Ok(tree)
-}
-
-fn is_placed_key(key: &str, arm: &str) -> bool {
-    key.strip_prefix(keys::PLACED) == Some(arm)
-}
-
-#[allow(
-    clippy::unnecessary_box_returns,
-    reason = "the error of bincode is a box"
-)]
-fn foreign(why: impl std::fmt::Display) -> bincode::Error {
-    let text = format!("not a record of these trees: {why}");
-    serde::de::Error::custom(text)
 }

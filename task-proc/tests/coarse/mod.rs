@@ -1,5 +1,7 @@
 //! A world in which everything happens between two decisions, or not at all.
 
+mod choice;
+
 use std::sync::Arc;
 
 use cell_model::{Cell, Data};
@@ -10,7 +12,11 @@ use ipc_types::{
 };
 use task_proc::Task;
 
+pub(crate) use choice::Choice;
+
 const CUBES: usize = 2;
+/// How often something is tried, fewer times than in the cell file.
+const ATTEMPTS: u32 = 2;
 const CUBE_M: f64 = 0.05;
 const OPEN_M: f64 = 0.08;
 const GOAL: [f64; 2] = [0.55, 0.20];
@@ -20,42 +26,6 @@ const FAR: [[f64; 3]; CUBES] = [[1.0, 0.5, 0.025], [1.0, 0.65, 0.025]];
 /// Time between two decisions: enough for a phase, or for its longest timeout.
 const SOON: u64 = 600 / DECISION_TICKS * DECISION_TICKS;
 const LATE: u64 = 5_100 / DECISION_TICKS * DECISION_TICKS;
-
-/// What may happen between two decisions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Choice {
-    /// All go where they shall.
-    Nothing,
-    /// The arm does not get anywhere.
-    ArmStuck,
-    /// The fingers do not open.
-    GripperStuck,
-    /// The fingers find no hold.
-    Slippery,
-    /// What is in the hand falls out.
-    Lost,
-    /// A cube that is not held is put elsewhere.
-    Moved(usize),
-    /// A cube that is not held is put out of reach.
-    Taken(usize),
-    /// The task is reset.
-    Reset,
-}
-
-impl Choice {
-    pub(crate) const ALL: [Self; 10] = [
-        Self::Nothing,
-        Self::ArmStuck,
-        Self::GripperStuck,
-        Self::Slippery,
-        Self::Lost,
-        Self::Moved(0),
-        Self::Moved(1),
-        Self::Taken(0),
-        Self::Taken(1),
-        Self::Reset,
-    ];
-}
 
 /// Where a cube is, as far as it matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -77,8 +47,11 @@ pub(crate) struct Key {
     spots: [Spot; CUBES],
     is_open: bool,
     at_target: bool,
+    opening: bool,
     decisions_in_phase: u32,
     losses: u32,
+    /// By cube.
+    misplaced: [u32; CUBES],
 }
 
 /// A world and a task in the middle of its job.
@@ -95,6 +68,13 @@ pub(crate) struct Situation {
     decisions_in_phase: u32,
     /// Drops since a cube was last set down.
     losses: u32,
+    /// The hand was told to let go and did not yet: its fingers are stuck. It
+    /// may be told again.
+    opening: bool,
+    /// The cube that was let go last.
+    released: Option<usize>,
+    /// By cube: how often in a row it was not where it had been set down.
+    misplaced: [u32; CUBES],
     story: Vec<String>,
 }
 
@@ -105,6 +85,10 @@ impl Situation {
         let all = r#"["red_cube", "blue_cube", "green_cube", "yellow_cube"]"#;
         assert!(text.contains(all));
         let text = text.replace(all, r#"["red_cube", "blue_cube"]"#);
+        // What is counted makes situations, and many of them.
+        let five = "max_attempts = 5";
+        assert!(text.contains(five));
+        let text = text.replace(five, &format!("max_attempts = {ATTEMPTS}"));
         let file = "cells/franka-stack.toml";
         let cell = Cell::from_text(&data, "franka-stack", file, &text, 0, None).unwrap();
         let policy = ["fsm", "ifelse", "bt"]
@@ -135,9 +119,12 @@ impl Situation {
             at_target: false,
             decisions_in_phase: 0,
             losses: 0,
+            opening: false,
+            released: None,
+            misplaced: [0; CUBES],
             story: Vec::new(),
         };
-        first.decide();
+        first.decide(Choice::Nothing);
         first
     }
 
@@ -149,8 +136,10 @@ impl Situation {
             spots: std::array::from_fn(|cube| self.spot(cube)),
             is_open: self.state.arms[0].gripper.width >= OPEN_M,
             at_target: self.at_target,
+            opening: self.opening,
             decisions_in_phase: self.decisions_in_phase.min(3),
-            losses: self.losses.min(6),
+            losses: self.losses.min(2 * ATTEMPTS),
+            misplaced: self.misplaced.map(|times| times.min(ATTEMPTS)),
         }
     }
 
@@ -168,28 +157,46 @@ impl Situation {
             return None;
         }
         let mut next = self.clone();
-        let told = GripperGoal::from_code(self.decision.goals[0].gripper).unwrap();
+        if choice == Choice::Led {
+            next.pause();
+        }
+        let told = GripperGoal::from_code(next.decision.goals[0].gripper).unwrap();
         let (mut ticks, mut is_reset) = (SOON, false);
         match choice {
             Choice::ArmStuck | Choice::GripperStuck => ticks = LATE,
-            Choice::Lost => next.let_go(true),
+            Choice::Lost | Choice::KilledLost | Choice::Led => next.let_go(true),
             Choice::Moved(cube) => next.put(cube, AWAY[cube]),
             Choice::Taken(cube) => next.put(cube, FAR[cube]),
             Choice::Reset => is_reset = true,
-            Choice::Nothing | Choice::Slippery => {}
+            Choice::Nothing | Choice::Slippery | Choice::Killed => {}
         }
         next.move_arm(choice == Choice::ArmStuck);
         match told {
-            GripperGoal::Close => next.close(matches!(choice, Choice::Slippery | Choice::Lost)),
+            GripperGoal::Close => next.close(matches!(
+                choice,
+                Choice::Slippery | Choice::Lost | Choice::KilledLost
+            )),
             GripperGoal::Open if choice != Choice::GripperStuck => next.open(),
             GripperGoal::Open | GripperGoal::Keep => {}
         }
         next.settle();
         next.state.header = Header::caused_by::<WorldState>(self.state.header.tick + ticks);
         next.state.panel.task_reset += u32::from(is_reset);
+        next.state.panel.task_paused = 0;
         next.story.push(format!("{choice:?}"));
-        next.decide();
+        next.decide(choice);
         Some(next)
+    }
+
+    /// The operator takes over and opens the hand.
+    fn pause(&mut self) {
+        self.state.panel.task_paused = 1;
+        self.decide(Choice::Led);
+        self.state.panel.gripper = GripperGoal::Open.code();
+        self.state.panel.gripper_seq += 1;
+        self.decide(Choice::Led);
+        let gripper = self.decision.goals[0].gripper;
+        assert_eq!(gripper, GripperGoal::Open.code());
     }
 
     /// The same with every cube within reach.
@@ -212,24 +219,27 @@ impl Situation {
     fn is_possible(&self, choice: Choice) -> bool {
         let told = GripperGoal::from_code(self.decision.goals[0].gripper).unwrap();
         match choice {
-            Choice::Nothing | Choice::ArmStuck | Choice::Reset => true,
+            Choice::Nothing | Choice::ArmStuck | Choice::Reset | Choice::Killed => true,
             Choice::GripperStuck => {
                 told == GripperGoal::Open && self.state.arms[0].gripper.width < OPEN_M
             }
             Choice::Slippery => told == GripperGoal::Close && self.held.is_none(),
-            Choice::Lost => self.held.is_some(),
+            Choice::Lost | Choice::KilledLost | Choice::Led => self.held.is_some(),
             Choice::Moved(cube) => self.held != Some(cube) && self.spot(cube) != Spot::Away,
             Choice::Taken(cube) => self.held != Some(cube) && self.spot(cube) != Spot::Far,
         }
     }
 
-    fn decide(&mut self) {
+    fn decide(&mut self, choice: Choice) {
         let mut task = Task::new(&self.cell, self.policy).unwrap();
         task.restore(&self.record).unwrap();
         let before = self.decision.clone();
         let mut lines = Vec::new();
         let gripper = &mut self.state.arms[0].gripper;
         gripper.held_object = self.held.map_or(0, |c| u32::try_from(c + 1).unwrap());
+        if matches!(choice, Choice::Killed | Choice::KilledLost) {
+            task.reconcile(&self.state);
+        }
         task.decide(
             &self.state,
             &[Some(&self.status)],
@@ -247,22 +257,43 @@ impl Situation {
         } else {
             self.decisions_in_phase + 1
         };
-        // A reset begins to count anew.
         self.losses += self.decision.drops.saturating_sub(before.drops);
         if self.decision.phase.as_str() == "RETRACT" {
             self.losses = 0;
         }
+        if choice == Choice::Reset {
+            (self.losses, self.misplaced) = (0, [0; CUBES]);
+        }
+        self.count_misplaced(&before);
         self.assert_keeps_hold(&before);
     }
 
+    /// What the policies count, too, and give up at.
+    fn count_misplaced(&mut self, before: &Decision) {
+        let (was, is) = (before.phase.as_str(), self.decision.phase.as_str());
+        if is == "RELEASE" && self.held.is_some() {
+            self.released = self.held;
+        }
+        if let Some(cube) = self.released.filter(|_| was == "RETRACT" && is != was) {
+            let stands = self.spot(cube) == Spot::Goal(cube);
+            self.misplaced[cube] = if stands { 0 } else { self.misplaced[cube] + 1 };
+        }
+    }
+
     /// The promise: a cube in the hand is let go on purpose only.
-    fn assert_keeps_hold(&self, before: &Decision) {
+    fn assert_keeps_hold(&mut self, before: &Decision) {
         let opens = self.decision.goals[0].gripper == GripperGoal::Open.code();
+        let closes = self.decision.goals[0].gripper == GripperGoal::Close.code();
+        self.opening &= self.held.is_some() && !closes;
         if self.held.is_none() || !opens {
             return;
         }
-        let on_purpose =
-            self.decision.phase.as_str() == "RELEASE" || self.decision.drops > before.drops;
+        let goes_on = self.opening;
+        self.opening = true;
+        let on_purpose = self.decision.phase.as_str() == "RELEASE"
+            || goes_on
+            || self.decision.drops > before.drops
+            || self.outcome() == Outcome::Paused;
         assert!(
             on_purpose,
             "{} opens the gripper around a cube in {}: {:#?}",

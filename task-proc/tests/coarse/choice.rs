@@ -1,0 +1,47 @@
+//! What may happen between two decisions.
+
+/// By cube where it matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Choice {
+    /// All go where they shall.
+    Nothing,
+    /// The arm does not get anywhere.
+    ArmStuck,
+    /// The fingers do not open.
+    GripperStuck,
+    /// The fingers find no hold.
+    Slippery,
+    /// What is in the hand falls out.
+    Lost,
+    /// A cube that is not held is put elsewhere.
+    Moved(usize),
+    /// A cube that is not held is put out of reach.
+    Taken(usize),
+    /// The task is reset.
+    Reset,
+    /// The task is killed, and another one goes on from its record.
+    Killed,
+    /// The same, and meanwhile what is in the hand falls out.
+    KilledLost,
+    /// The operator pauses the task, opens the hand, puts what was in it
+    /// elsewhere and lets the task go on.
+    Led,
+}
+
+impl Choice {
+    pub(crate) const ALL: [Self; 13] = [
+        Self::Nothing,
+        Self::ArmStuck,
+        Self::GripperStuck,
+        Self::Slippery,
+        Self::Lost,
+        Self::Moved(0),
+        Self::Moved(1),
+        Self::Taken(0),
+        Self::Taken(1),
+        Self::Reset,
+        Self::Killed,
+        Self::KilledLost,
+        Self::Led,
+    ];
+}
