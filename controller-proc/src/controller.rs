@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::record::{Record, RecordError};
 use crate::robot_state::RobotState;
 
 /// What a controller shall bring about; a missing part keeps its last value.
@@ -74,6 +75,20 @@ impl<C: Controller> Shared<C> {
             .try_borrow_mut()
             .ok()
             .map(|mut inner| f(&mut inner))
+    }
+
+    /// Writes or reads whether it was reset, and by `inner` what it remembers.
+    pub(crate) fn record(
+        &self,
+        record: &mut Record<'_>,
+        inner: impl FnOnce(&mut C, &mut Record<'_>) -> Result<(), RecordError>,
+    ) -> Result<(), RecordError> {
+        let mut started = self.started.get();
+        record.bool("started", &mut started)?;
+        self.started.set(started);
+        // Nobody asks from within the controller's own call.
+        self.with(|controller| inner(controller, record))
+            .unwrap_or(Ok(()))
     }
 
     /// Lets the next reset take effect again.
@@ -205,6 +220,17 @@ impl<K: PartialEq> SelectableController<K> {
         let found = self.choices.iter().position(|c| c.key == *key);
         self.next = found.ok_or(UnknownKey)?;
         Ok(())
+    }
+
+    /// Writes or reads which is active and which were started. What the choices
+    /// themselves remember is recorded where they are kept.
+    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
+        let count = self.choices.len();
+        record.index("active controller", &mut self.active, count)?;
+        record.index("next controller", &mut self.next, count)?;
+        self.choices
+            .iter_mut()
+            .try_for_each(|choice| record.bool("started", &mut choice.started))
     }
 
     /// Name of the active controller.

@@ -15,6 +15,7 @@ use crate::convert::{isometry, pose};
 use crate::corridor::Corridor;
 use crate::goal::GoalLatch;
 use crate::gripper_controller::GripperController;
+use crate::record::{RECORD_VERSION, Record, RecordError};
 use crate::rmpflow_controller::{RmpFlowController, RmpFlowError};
 use crate::robot_state::RobotState;
 
@@ -121,6 +122,71 @@ impl Cycle {
         self.count(state.header.tick);
         self.write_command(state, command);
         self.write_status(state, arm, stop, status);
+    }
+
+    /// Writes all this cycle remembers into `out`, and how old a decision may
+    /// get here; the bytes written, or an error where they do not fit. Allocates
+    /// nothing. For the next states and decisions a restored cycle computes what
+    /// this one does, bit for bit.
+    ///
+    /// # Errors
+    /// [`RecordError::Length`].
+    pub fn save(
+        &mut self,
+        decision_limit_ticks: u64,
+        out: &mut [u8],
+    ) -> Result<usize, RecordError> {
+        let mut limit = decision_limit_ticks;
+        let mut record = Record::write(out);
+        self.record(&mut record, &mut limit)?;
+        Ok(record.len())
+    }
+
+    /// Takes back what [`Cycle::save`] wrote; how old a decision may get.
+    ///
+    /// # Errors
+    /// [`RecordError`] for a record of another version, arm or robot, and for a
+    /// damaged one; this cycle must then not be used any more.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<u64, RecordError> {
+        let mut limit = 0;
+        let mut record = Record::read(bytes);
+        self.record(&mut record, &mut limit)?;
+        record.end()?;
+        Ok(limit)
+    }
+
+    fn record(&mut self, record: &mut Record<'_>, limit: &mut u64) -> Result<(), RecordError> {
+        let mut version = RECORD_VERSION;
+        record.u32(&mut version)?;
+        if version != RECORD_VERSION {
+            return Err(RecordError::Version { found: version });
+        }
+        record.same("arm number", self.arm as u64)?;
+        record.same("joint count", self.joint_count as u64)?;
+        record.u64(limit)?;
+        record.option(
+            "begun",
+            &mut self.began_with,
+            |record, (generation, reset)| {
+                record.u32(generation)?;
+                record.u32(reset)
+            },
+        )?;
+        record.u64(&mut self.cycles)?;
+        record.u64(&mut self.clipped_cycles)?;
+        record.u64(&mut self.missed_cycles)?;
+        record.option("last tick", &mut self.last_tick, Record::u64)?;
+        self.latch.record(record)?;
+        self.last.record(record)?;
+        self.pairs.record(record)?;
+        self.kept_width.record(record, GripperController::record)?;
+        self.motion.record(record, RmpFlowController::record)
+    }
+
+    /// Generation and number of the decision that is latched.
+    pub fn latched(&self) -> Option<(u32, u64)> {
+        self.latch.decision_tick()?;
+        Some((self.latch.generation(), self.latch.seq()))
     }
 
     /// Joint positions of the last command (rad or m).

@@ -3,6 +3,8 @@
 use ipc_types::decision::{GoalKind, GripperGoal};
 use ipc_types::{ArmGoal, Decision, Pose, Wire};
 
+use crate::record::{Record, RecordError, damaged};
+
 /// What an arm has been asked to do.
 #[derive(Clone, Copy, Debug)]
 pub struct GoalLatch {
@@ -44,6 +46,23 @@ impl GoalLatch {
             None | Some(GripperGoal::Keep) => {}
             Some(gripper) => self.gripper = gripper,
         }
+    }
+
+    /// Writes or reads all of it.
+    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
+        let mut bytes = [0; size_of::<ArmGoal>()];
+        bytes.copy_from_slice(self.goal.as_bytes());
+        record.bytes(&mut bytes)?;
+        // The length is that of the type.
+        self.goal = ArmGoal::from_bytes(&bytes).unwrap_or(self.goal);
+        record.u32(&mut self.generation)?;
+        record.u64(&mut self.seq)?;
+        record.option("latch", &mut self.decision_tick, Record::u64)?;
+        let mut gripper = self.gripper.code();
+        record.u32(&mut gripper)?;
+        self.gripper = GripperGoal::from_code(gripper)
+            .ok_or(damaged("latched gripper goal", u64::from(gripper)))?;
+        Ok(())
     }
 
     /// The goal.

@@ -1,6 +1,7 @@
 //! A gripper that goes to one width.
 
 use crate::controller::{Controller, Setpoint};
+use crate::record::{Record, RecordError};
 use crate::robot_state::RobotState;
 
 /// Commands the fingers of a parallel gripper to a fixed width.
@@ -19,6 +20,11 @@ impl GripperController {
             fingers,
             width,
         }
+    }
+
+    /// Writes or reads what changes.
+    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
+        record.f64(&mut self.width)
     }
 
     /// Another width (m).

@@ -13,5 +13,6 @@ pub mod goal;
 pub mod gripper_controller;
 pub mod other_arm;
 pub mod process;
+pub mod record;
 pub mod rmpflow_controller;
 pub mod robot_state;

@@ -10,6 +10,8 @@ use ipc_types::ArmState;
 use nalgebra::{Isometry3, Point3, Vector3};
 use rmp::{Obstacle, ObstacleError, ObstacleId, ObstacleSet};
 
+use crate::record::{Record, RecordError};
+
 /// Another arm, seen from the base of one's own.
 #[derive(Debug)]
 pub struct OtherArm {
@@ -94,6 +96,24 @@ impl OtherArm {
                 *slot = *measured;
             }
         }
+        self.move_parts(set);
+    }
+
+    /// Writes or reads where it was seen last; `set` follows.
+    pub(crate) fn record(
+        &mut self,
+        record: &mut Record<'_>,
+        set: &mut ObstacleSet,
+    ) -> Result<(), RecordError> {
+        record.same("joints of the other arm", self.positions.len() as u64)?;
+        record.f64s(&mut self.positions)?;
+        if record.reads() {
+            self.move_parts(set);
+        }
+        Ok(())
+    }
+
+    fn move_parts(&mut self, set: &mut ObstacleSet) {
         self.robot.link_poses_into(&self.positions, &mut self.links);
         for (part, id) in self.parts.iter().zip(&self.ids) {
             let pose = self.base * self.links[part.link] * part.cover.pose;

@@ -11,7 +11,9 @@ use cell_rt::{monotonic_ns, sleep_until};
 use cell_worker::{HealthReporter, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_LOCKSTEP;
-use ipc_types::{ArmCommand, ArmStatus, DECISION_TICKS, Decision, TICK_NS, Wire, WorldState};
+use ipc_types::{
+    ArmCommand, ArmStatus, DECISION_TICKS, Decision, Header, Keyframe, TICK_NS, Wire, WorldState,
+};
 
 use crate::cycle::Cycle;
 use crate::rmpflow_controller::RmpFlowError;
@@ -23,6 +25,8 @@ const SPIN_LOCKSTEP_NS: u64 = 300_000;
 const NUDGE: Duration = Duration::from_millis(5);
 /// A state that does not come within this is given up for this cycle (ns).
 const PATIENCE_NS: u64 = 5_000_000;
+/// How often the record of the cycle is sent (ticks).
+const KEYFRAME_TICKS: u64 = 1000;
 /// Longest wait of lockstep for a decision that was sent, but not yet to this
 /// reader: its writer may have been killed in between and has to come back (ns).
 const DELIVERY_NS: u64 = 2_000_000_000;
@@ -61,6 +65,7 @@ struct ControllerProcess {
     gate: Gate<Decision>,
     command: Publisher<ArmCommand>,
     status: Publisher<ArmStatus>,
+    keyframe: Publisher<Keyframe>,
     sent: ArmCommand,
     report: ArmStatus,
     physics_bell: Doorbell,
@@ -73,6 +78,8 @@ struct ControllerProcess {
     answered: Option<(u32, u64)>,
     lockstep: bool,
     expected_ns: u64,
+    /// Second of simulated time the record was sent in last.
+    kept_in: Option<u64>,
 }
 
 impl ControllerProcess {
@@ -82,13 +89,14 @@ impl ControllerProcess {
         } else {
             DECISION_AGE_OTHER_TICKS
         };
-        Ok(Self {
+        let mut process = Self {
             cycle,
             state: bus.subscriber(TopicId::WorldState)?,
             decision: bus.subscriber(TopicId::Decision)?,
             gate: Gate::new(),
             command: bus.publisher(TopicId::ArmCommand(arm))?,
             status: bus.publisher(TopicId::ArmStatus(arm))?,
+            keyframe: bus.publisher(TopicId::Keyframe(Process::Controller(arm)))?,
             sent: ArmCommand::zeroed(),
             report: ArmStatus::zeroed(),
             physics_bell: bus.doorbell(Process::Physics)?,
@@ -100,7 +108,11 @@ impl ControllerProcess {
             answered: None,
             lockstep: false,
             expected_ns: 0,
-        })
+            kept_in: None,
+        };
+        // As it is before its first command.
+        process.publish_keyframe(&Header::zeroed());
+        Ok(process)
     }
 
     /// Waits for the next state and answers it.
@@ -163,11 +175,42 @@ impl ControllerProcess {
             .update(state, decision, self.decision_limit_ticks, command, report);
         // Status before command: who has seen the command may rely on it.
         let _sent = self.status.publish(|message| *message = *report).is_ok();
-        let _sent = self.command.publish(|message| *message = *command).is_ok();
+        let sent = self.command.publish(|message| *message = *command).is_ok();
         self.answered = Some((generation, tick));
         if self.lockstep {
             self.physics_bell.ring();
             self.task_bell.ring();
+        }
+        // A command that was not sent has no number to stand after.
+        if sent && self.kept_in != Some(tick / KEYFRAME_TICKS) {
+            self.kept_in = Some(tick / KEYFRAME_TICKS);
+            let of_command = self.sent.header;
+            self.publish_keyframe(&of_command);
+        }
+    }
+
+    /// Sends what the cycle remembers, for who computes it again, as of the
+    /// newest command, whose header is `of_command`.
+    fn publish_keyframe(&mut self, of_command: &Header) {
+        let (cycle, limit) = (&mut self.cycle, self.decision_limit_ticks);
+        let after_seq = self.command.seq();
+        let mut fits = true;
+        let sent = self.keyframe.publish(|message| {
+            message.header = Header {
+                inputs: of_command.inputs,
+                input_count: of_command.input_count,
+                ..Header::caused_by::<Keyframe>(of_command.tick)
+            };
+            message.after_seq = after_seq;
+            message.reserved = 0;
+            let length = cycle.save(limit, &mut message.bytes).ok();
+            fits = length.is_some();
+            // Fits: the room is that of the array.
+            message.len = length.map_or(0, |length| u32::try_from(length).unwrap_or(0));
+        });
+        if !fits || sent.is_err() {
+            self.health
+                .note("the controller's record could not be kept: no replay verifies this run");
         }
     }
 

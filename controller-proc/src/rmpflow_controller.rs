@@ -3,12 +3,13 @@
 
 use cell_model::{Cell, FixtureSpec, Shape};
 use ipc_types::ArmState;
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rmp::{JointLimits, MotionState, Obstacle, ObstacleId, RmpFlow, TargetId};
 
 use crate::controller::{Controller, Setpoint};
 use crate::other_arm::OtherArm;
-use crate::robot_state::RobotState;
+use crate::record::{Record, RecordError, damaged};
+use crate::robot_state::{MAX_STATE_JOINTS, RobotState};
 
 /// Length of a cycle (s).
 const CYCLE_S: f64 = 1.0e-3;
@@ -68,6 +69,13 @@ enum Mode {
     Stay,
 }
 
+/// A target of the tool in the base frame (m).
+#[derive(Clone, Copy, Debug, Default)]
+struct Target {
+    position: Option<Vector3<f64>>,
+    orientation: Option<UnitQuaternion<f64>>,
+}
+
 /// The arm's motion.
 pub struct RmpFlowController {
     flow: RmpFlow,
@@ -76,6 +84,8 @@ pub struct RmpFlowController {
     limits: JointLimits,
     default_posture: Vec<f64>,
     posture: Vec<f64>,
+    /// What the policies were told last: position and orientation of the tool.
+    target: Target,
     obstacles: Vec<ObstacleId>,
     obstacle_mask: u64,
     others: Vec<OtherArm>,
@@ -128,6 +138,7 @@ impl RmpFlowController {
             limits,
             default_posture: robot.default_joint_positions.clone(),
             posture: robot.default_joint_positions.clone(),
+            target: Target::default(),
             obstacles,
             obstacle_mask: u64::MAX,
             others,
@@ -166,11 +177,7 @@ impl RmpFlowController {
     fn apply(&mut self, setpoint: &Setpoint) -> Result<(), rmp::SetupError> {
         if setpoint.obstacle_mask != self.obstacle_mask {
             self.obstacle_mask = setpoint.obstacle_mask;
-            for (bit, id) in self.obstacles.iter().enumerate() {
-                let enabled = self.obstacle_mask >> bit.min(63) & 1 == 1;
-                // The id came from this set, so it is there.
-                let _known = self.flow.obstacles_mut().set_enabled(*id, enabled).is_ok();
-            }
+            self.mask_obstacles();
         }
         if setpoint.hold {
             return self.hold();
@@ -183,10 +190,27 @@ impl RmpFlowController {
                 .unwrap_or(*slot);
         }
         self.flow.set_posture(&self.posture)?;
+        self.lead(Target {
+            position: setpoint.position,
+            orientation: setpoint.orientation,
+        })
+    }
+
+    fn lead(&mut self, target: Target) -> Result<(), rmp::SetupError> {
+        self.flow.set_position_target(self.tool, target.position)?;
+        self.target.position = target.position;
         self.flow
-            .set_position_target(self.tool, setpoint.position)?;
-        self.flow
-            .set_orientation_target(self.tool, setpoint.orientation)
+            .set_orientation_target(self.tool, target.orientation)?;
+        self.target.orientation = target.orientation;
+        Ok(())
+    }
+
+    fn mask_obstacles(&mut self) {
+        for (bit, id) in self.obstacles.iter().enumerate() {
+            let enabled = self.obstacle_mask >> bit.min(63) & 1 == 1;
+            // The id came from this set, so it is there.
+            let _known = self.flow.obstacles_mut().set_enabled(*id, enabled).is_ok();
+        }
     }
 
     /// Ends the motion, then stays at the pose it ended in.
@@ -207,10 +231,10 @@ impl RmpFlowController {
             .flow
             .target_frame_pose_at(self.tool, &self.state.positions)?;
         self.flow.set_posture(&self.state.positions)?;
-        self.flow
-            .set_position_target(self.tool, pose.map(|p| p.translation.vector))?;
-        self.flow
-            .set_orientation_target(self.tool, pose.map(|p| p.rotation))
+        self.lead(Target {
+            position: pose.map(|p| p.translation.vector),
+            orientation: pose.map(|p| p.rotation),
+        })
     }
 
     fn step(&mut self) -> Result<(), rmp::FlowError> {
@@ -234,6 +258,75 @@ impl RmpFlowController {
         }
         Ok(())
     }
+}
+
+/// The record.
+impl RmpFlowController {
+    /// Writes or reads all that is remembered from cycle to cycle.
+    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
+        record.f64s(&mut self.state.positions)?;
+        record.f64s(&mut self.state.velocities)?;
+        record.f64s(&mut self.state.accelerations)?;
+        record.f64s(&mut self.posture)?;
+        record.u64(&mut self.obstacle_mask)?;
+        let mut mode = self.mode as u32;
+        record.u32(&mut mode)?;
+        self.mode = match mode {
+            0 => Mode::Follow,
+            1 => Mode::Brake,
+            2 => Mode::Stay,
+            found => return Err(damaged("mode", u64::from(found))),
+        };
+        record_pose(record, &mut self.tool_pose)?;
+        record.f64(&mut self.min_clearance)?;
+        record.u64(&mut self.clipped_joints)?;
+        record.same("other arms", self.others.len() as u64)?;
+        for other in &mut self.others {
+            other.record(record, self.flow.obstacles_mut())?;
+        }
+        self.record_flow(record)
+    }
+
+    /// What the policies themselves remember: posture, target, and the bounds
+    /// that were active, from which the next resolve starts.
+    fn record_flow(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
+        let mut posture = [0.0; MAX_STATE_JOINTS];
+        let joints = self.flow.joint_count().min(MAX_STATE_JOINTS);
+        posture[..joints].copy_from_slice(&self.flow.posture()[..joints]);
+        record.f64s(&mut posture[..joints])?;
+        let mut target = self.target;
+        record.option("target", &mut target.position, |record, position| {
+            record.f64s(position.iter_mut())
+        })?;
+        record.option("target", &mut target.orientation, record_rotation)?;
+        let (mut lower, mut upper) = self.flow.active_bounds();
+        record.u64(&mut lower)?;
+        record.u64(&mut upper)?;
+        if record.reads() {
+            self.mask_obstacles();
+            self.flow.set_active_bounds(lower, upper);
+            let told = self.flow.set_posture(&posture[..joints]);
+            told.and_then(|()| self.lead(target))
+                .map_err(|_not_finite| damaged("posture or target", 0))?;
+        }
+        Ok(())
+    }
+}
+
+fn record_pose(record: &mut Record<'_>, pose: &mut Isometry3<f64>) -> Result<(), RecordError> {
+    record.f64s(pose.translation.vector.iter_mut())?;
+    record_rotation(record, &mut pose.rotation)
+}
+
+fn record_rotation(
+    record: &mut Record<'_>,
+    rotation: &mut UnitQuaternion<f64>,
+) -> Result<(), RecordError> {
+    let mut coordinates = rotation.coords;
+    record.f64s(coordinates.iter_mut())?;
+    // Bit by bit: it was of norm 1 when it was written.
+    *rotation = UnitQuaternion::new_unchecked(coordinates.into());
+    Ok(())
 }
 
 impl Controller for RmpFlowController {

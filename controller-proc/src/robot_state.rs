@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::record::{Record, RecordError};
+
 /// Joints a state can hold: those of an arm and its gripper.
 pub const MAX_STATE_JOINTS: usize = 24;
 
@@ -44,6 +46,11 @@ impl JointField {
     /// The first `count` values; joints without one read zero.
     pub fn first(&self, count: usize) -> &[f64] {
         &self.values[..count.min(MAX_STATE_JOINTS)]
+    }
+
+    fn record(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
+        record.u32(&mut self.set)?;
+        record.f64s(&mut self.values)
     }
 
     fn combine(&self, other: &Self, kind: &'static str) -> Result<Self, CombineError> {
@@ -92,6 +99,13 @@ impl RobotState {
         velocities: JointField::EMPTY,
         accelerations: JointField::EMPTY,
     };
+
+    /// Writes or reads all of it.
+    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
+        self.positions.record(record)?;
+        self.velocities.record(record)?;
+        self.accelerations.record(record)
+    }
 
     /// What both say together.
     ///

@@ -9,7 +9,8 @@ use cell_worker::{HealthReporter, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_LOCKSTEP;
 use ipc_types::{
-    ArmStatus, DECISION_TICKS, Decision, Header, Input, MAX_ARMS, TraceLine, Wire, WorldState,
+    ArmStatus, DECISION_TICKS, Decision, Header, Input, Keyframe, MAX_ARMS, TraceLine, Wire,
+    WorldState,
 };
 
 use crate::memory::{Memory, MemoryError};
@@ -19,7 +20,7 @@ use crate::{Task, TaskError};
 /// Longest sleep between two looks at the state.
 const NUDGE: Duration = Duration::from_millis(5);
 /// A task that decided nothing for longer looks at the world anew (ticks).
-const MISSED_TICKS: u64 = 100;
+pub const MISSED_TICKS: u64 = 100;
 /// Longest wait of lockstep for the controllers' words on the tick before, which
 /// were sent, but perhaps not yet to this reader (ns).
 const DELIVERY_NS: u64 = 2_000_000_000;
@@ -28,6 +29,8 @@ const DELIVERY_NS: u64 = 2_000_000_000;
 const STATUS_TICKS: u64 = 100;
 /// How often the pictures are sent (ticks).
 const PICTURE_TICKS: u64 = 1000;
+/// How often the task's record is sent (ticks).
+const KEYFRAME_TICKS: u64 = 1000;
 
 /// Why a task cannot run.
 #[derive(Debug, thiserror::Error)]
@@ -67,6 +70,7 @@ struct TaskProcess {
     statuses: Vec<(Subscriber<ArmStatus>, Gate<ArmStatus>)>,
     decision: Publisher<Decision>,
     trace: Publisher<TraceLine>,
+    keyframe: Publisher<Keyframe>,
     lines: Vec<TraceLineText>,
     bells: Vec<Doorbell>,
     sleeper: Sleeper,
@@ -77,6 +81,8 @@ struct TaskProcess {
     begun: bool,
     /// Tick the pictures were sent at last.
     drawn: Option<u64>,
+    /// Second of simulated time the record was sent in last.
+    kept_in: Option<u64>,
 }
 
 impl TaskProcess {
@@ -94,6 +100,7 @@ impl TaskProcess {
             statuses,
             decision: bus.publisher(TopicId::Decision)?,
             trace: bus.publisher(TopicId::Trace)?,
+            keyframe: bus.publisher(TopicId::Keyframe(Process::Task))?,
             lines: Vec::with_capacity(ROOM_FOR_LINES),
             bells,
             sleeper: bus.sleeper(Process::Task)?,
@@ -102,6 +109,7 @@ impl TaskProcess {
             decided: None,
             begun: false,
             drawn: None,
+            kept_in: None,
         })
     }
 
@@ -130,6 +138,8 @@ impl TaskProcess {
         if !self.begun {
             self.begun = true;
             self.begin(generation, tick);
+            let record = self.task.record();
+            self.publish_keyframe(&record);
         }
         let due = match self.decided {
             Some((g, last)) if g == generation && tick >= last => {
@@ -163,8 +173,8 @@ impl TaskProcess {
         self.decided = Some((generation, saved.tick));
         self.message = saved.decision;
         // The decision was made, perhaps not heard, or not by everybody. It is
-        // absolute, and its tick says how old it is.
-        self.publish();
+        // absolute, and its tick says how old it is. Another one follows.
+        let _sent = self.publish();
     }
 
     fn reconcile(&mut self) {
@@ -198,7 +208,10 @@ impl TaskProcess {
         if !self.memory.write(generation, tick, &self.message, &record) {
             self.health.note("the task's record is too long to be kept");
         }
-        self.publish();
+        let sent = self.publish();
+        if sent && self.is_keyframe_due(tick) {
+            self.publish_keyframe(&record);
+        }
         self.draw(tick);
         let lines = std::mem::take(&mut self.lines);
         for line in &lines {
@@ -250,11 +263,43 @@ impl TaskProcess {
         }
     }
 
-    fn publish(&mut self) {
+    /// `false` for a decision that was not sent: it is followed by another on the
+    /// next tenth tick.
+    fn publish(&mut self) -> bool {
         let message = &self.message;
-        // One that was not sent is followed by another on the next tenth tick.
-        let _sent = self.decision.publish(|slot| *slot = *message).is_ok();
+        let sent = self.decision.publish(|slot| *slot = *message).is_ok();
         self.bells.iter_mut().for_each(Doorbell::ring);
+        sent
+    }
+
+    /// Once a second, and after a decision between two tenth ticks: the states
+    /// there are recorded in part only.
+    fn is_keyframe_due(&mut self, tick: u64) -> bool {
+        let second = tick / KEYFRAME_TICKS;
+        let due = self.kept_in != Some(second) || !tick.is_multiple_of(DECISION_TICKS);
+        self.kept_in = Some(second);
+        due
+    }
+
+    /// Sends `record`, what the task remembers, for who computes its decisions
+    /// again, as of the newest decision; its tick and inputs are in the header.
+    fn publish_keyframe(&mut self, record: &[u8]) {
+        let (last, after_seq) = (self.message.header, self.decision.seq());
+        let mut fits = true;
+        let sent = self.keyframe.publish(|message| {
+            message.header = Header {
+                inputs: last.inputs,
+                input_count: last.input_count,
+                ..Header::caused_by::<Keyframe>(last.tick)
+            };
+            message.after_seq = after_seq;
+            message.reserved = 0;
+            fits = message.set(record);
+        });
+        if !fits || sent.is_err() {
+            self.health
+                .note("the task's record could not be kept: no replay verifies this run");
+        }
     }
 
     fn say(&mut self, tick: u64, text: &str) {
@@ -285,7 +330,9 @@ impl TaskProcess {
     }
 }
 
-fn name_inputs(header: &mut Header, state: &WorldState, statuses: &[Option<&ArmStatus>]) {
+/// Names in `header` what a decision was made from: `state`, and of each arm the
+/// status, if there was one.
+pub fn name_inputs(header: &mut Header, state: &WorldState, statuses: &[Option<&ArmStatus>]) {
     header.input_count = 0;
     header.push_input(Input {
         topic: TopicId::WorldState.code(),

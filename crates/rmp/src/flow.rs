@@ -312,6 +312,18 @@ impl RmpFlow {
         })
     }
 
+    /// The joints that stood at their lower and at their upper bound after the
+    /// last [`RmpFlow::step_cell`], bit per joint: where the next resolve starts.
+    pub fn active_bounds(&self) -> (u64, u64) {
+        self.cell.active_bounds()
+    }
+
+    /// Lets the next resolve start from these bounds: from the same ones it
+    /// takes the same way, to the last bit.
+    pub fn set_active_bounds(&mut self, lower: u64, upper: u64) {
+        self.cell.set_active_bounds(lower, upper);
+    }
+
     /// Pose of a target frame at the last evaluation, base frame.
     pub fn target_frame_pose(&self, id: TargetId) -> Option<Isometry3<f64>> {
         let frame = self.targets.get(id.0)?;

@@ -37,6 +37,26 @@ impl BoxQp {
         }
     }
 
+    /// The coordinates at their lower and at their upper bound, bit by bit.
+    pub(crate) fn active_bounds(&self) -> (u64, u64) {
+        let at = |bound: Place| {
+            let places = self.places.iter().enumerate();
+            places.fold(0, |bits, (i, place)| bits | u64::from(*place == bound) << i)
+        };
+        (at(Place::Lower), at(Place::Upper))
+    }
+
+    /// Starts from these.
+    pub(crate) fn set_active_bounds(&mut self, lower: u64, upper: u64) {
+        for (i, place) in self.places.iter_mut().enumerate() {
+            *place = match (lower >> i & 1, upper >> i & 1) {
+                (1, _) => Place::Lower,
+                (_, 1) => Place::Upper,
+                _ => Place::Free,
+            };
+        }
+    }
+
     /// Writes the minimiser to `out`. `false`: the metric is not positive
     /// definite, or no answer was found in a bounded number of steps; `out` then is
     /// the point of the box nearest to zero.

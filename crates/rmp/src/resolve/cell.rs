@@ -64,6 +64,16 @@ impl CellResolve {
         }
     }
 
+    /// See [`crate::RmpFlow::active_bounds`].
+    pub(crate) fn active_bounds(&self) -> (u64, u64) {
+        self.qp.active_bounds()
+    }
+
+    /// See [`crate::RmpFlow::set_active_bounds`].
+    pub(crate) fn set_active_bounds(&mut self, lower: u64, upper: u64) {
+        self.qp.set_active_bounds(lower, upper);
+    }
+
     /// Writes the acceleration to `out`; `false` where the metric was singular and
     /// the joints brake instead.
     pub(crate) fn resolve(

@@ -1,0 +1,207 @@
+//! The record of a cycle: all it remembers, as plain little-endian bytes.
+//!
+//! One walk over the fields serves both ways, so what is written is what is
+//! read. Nothing allocates.
+
+/// Version of the layout; another one is refused.
+pub const RECORD_VERSION: u32 = 1;
+
+/// Why a record was not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RecordError {
+    /// Written by another version.
+    #[error(
+        "the controller's record has layout version {found}, this build reads {RECORD_VERSION}; use the build that wrote it"
+    )]
+    Version {
+        /// Version in the record.
+        found: u32,
+    },
+    /// Written for another arm or another robot.
+    #[error(
+        "the controller's record has {what} {found}, this arm has {expected}; it is of another cell"
+    )]
+    OtherArm {
+        /// What differs.
+        what: &'static str,
+        /// In the record.
+        found: u64,
+        /// Of this arm.
+        expected: u64,
+    },
+    /// A value that means nothing.
+    #[error("the controller's record is damaged: {what} is {found}")]
+    Damaged {
+        /// The field.
+        what: &'static str,
+        /// Its value.
+        found: u64,
+    },
+    /// Too few bytes, or too many; or no room to write.
+    #[error("the controller's record has {bytes} bytes, it needs {needed}")]
+    Length {
+        /// There are.
+        bytes: usize,
+        /// There have to be (so far as it was read).
+        needed: usize,
+    },
+}
+
+/// A place in a record that is written or read.
+pub(crate) struct Record<'a> {
+    place: Place<'a>,
+    at: usize,
+}
+
+enum Place<'a> {
+    Write(&'a mut [u8]),
+    Read(&'a [u8]),
+}
+
+impl<'a> Record<'a> {
+    /// A record to write into `bytes`.
+    pub(crate) fn write(bytes: &'a mut [u8]) -> Self {
+        Self {
+            place: Place::Write(bytes),
+            at: 0,
+        }
+    }
+
+    /// A record to read from `bytes`.
+    pub(crate) fn read(bytes: &'a [u8]) -> Self {
+        Self {
+            place: Place::Read(bytes),
+            at: 0,
+        }
+    }
+
+    /// Bytes written or read so far.
+    pub(crate) fn len(&self) -> usize {
+        self.at
+    }
+
+    /// Whether values are read, and not written.
+    pub(crate) fn reads(&self) -> bool {
+        matches!(self.place, Place::Read(_))
+    }
+
+    /// Everything was read.
+    pub(crate) fn end(&self) -> Result<(), RecordError> {
+        match &self.place {
+            Place::Read(bytes) if bytes.len() != self.at => Err(RecordError::Length {
+                bytes: bytes.len(),
+                needed: self.at,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    pub(crate) fn bytes(&mut self, value: &mut [u8]) -> Result<(), RecordError> {
+        let (from, to) = (self.at, self.at + value.len());
+        let short = |bytes: usize| RecordError::Length { bytes, needed: to };
+        match &mut self.place {
+            Place::Write(bytes) => {
+                let length = bytes.len();
+                let place = bytes.get_mut(from..to).ok_or(short(length))?;
+                place.copy_from_slice(value);
+            }
+            Place::Read(bytes) => {
+                let place = bytes.get(from..to).ok_or(short(bytes.len()))?;
+                value.copy_from_slice(place);
+            }
+        }
+        self.at = to;
+        Ok(())
+    }
+
+    pub(crate) fn u64(&mut self, value: &mut u64) -> Result<(), RecordError> {
+        let mut bytes = value.to_le_bytes();
+        self.bytes(&mut bytes)?;
+        *value = u64::from_le_bytes(bytes);
+        Ok(())
+    }
+
+    pub(crate) fn u32(&mut self, value: &mut u32) -> Result<(), RecordError> {
+        let mut bytes = value.to_le_bytes();
+        self.bytes(&mut bytes)?;
+        *value = u32::from_le_bytes(bytes);
+        Ok(())
+    }
+
+    /// Bit by bit.
+    pub(crate) fn f64(&mut self, value: &mut f64) -> Result<(), RecordError> {
+        let mut bits = value.to_bits();
+        self.u64(&mut bits)?;
+        *value = f64::from_bits(bits);
+        Ok(())
+    }
+
+    /// The values of a list whose length is fixed.
+    pub(crate) fn f64s<'v>(
+        &mut self,
+        values: impl IntoIterator<Item = &'v mut f64>,
+    ) -> Result<(), RecordError> {
+        values.into_iter().try_for_each(|value| self.f64(value))
+    }
+
+    pub(crate) fn bool(&mut self, what: &'static str, value: &mut bool) -> Result<(), RecordError> {
+        let mut code = u32::from(*value);
+        self.u32(&mut code)?;
+        *value = match code {
+            0 => false,
+            1 => true,
+            found => return Err(damaged(what, u64::from(found))),
+        };
+        Ok(())
+    }
+
+    /// An index below `count`.
+    pub(crate) fn index(
+        &mut self,
+        what: &'static str,
+        value: &mut usize,
+        count: usize,
+    ) -> Result<(), RecordError> {
+        let mut wide = *value as u64;
+        self.u64(&mut wide)?;
+        *value = usize::try_from(wide)
+            .ok()
+            .filter(|index| *index < count)
+            .ok_or(damaged(what, wide))?;
+        Ok(())
+    }
+
+    /// A value that may be missing.
+    pub(crate) fn option<T: Default>(
+        &mut self,
+        what: &'static str,
+        value: &mut Option<T>,
+        mut inner: impl FnMut(&mut Self, &mut T) -> Result<(), RecordError>,
+    ) -> Result<(), RecordError> {
+        let mut present = value.is_some();
+        self.bool(what, &mut present)?;
+        if !present {
+            *value = None;
+            return Ok(());
+        }
+        inner(self, value.get_or_insert_default())
+    }
+
+    /// Something that has to be the same where the record is read.
+    pub(crate) fn same(&mut self, what: &'static str, expected: u64) -> Result<(), RecordError> {
+        let mut found = expected;
+        self.u64(&mut found)?;
+        if found == expected {
+            return Ok(());
+        }
+        Err(RecordError::OtherArm {
+            what,
+            found,
+            expected,
+        })
+    }
+}
+
+pub(crate) fn damaged(what: &'static str, found: u64) -> RecordError {
+    RecordError::Damaged { what, found }
+}
