@@ -17,8 +17,9 @@ const AVAILABLE: &str = "available";
 const CROWDED_EDGES: f64 = 1.6;
 /// A place with no cube nearer than this many cube edges is clear.
 const CLEAR_EDGES: f64 = 2.2;
-/// A cube nearer to a TCP than the start of a pick-up may be about to be taken (m).
-const AT_HAND_M: f64 = 0.12;
+/// A cube nearer to a TCP than the start of a pick-up and this many cube edges
+/// may be about to be taken.
+const AT_HAND_EDGES: f64 = 0.4;
 /// A cube nearer than this many edges in the plane, and higher, lies on another.
 const ON_TOP_EDGES: f64 = 0.9;
 
@@ -232,10 +233,12 @@ pub(super) fn is_reachable(world: &World<'_>, position: Vector3<f64>) -> bool {
 /// Whether the hand of another arm is at a place (m): an arm that stopped in
 /// the middle of a pick-up may still close it.
 pub(super) fn is_at_another_hand(world: &World<'_>, position: Vector3<f64>) -> bool {
+    let numbers = &world.setup.numbers;
+    let near = numbers.approach_m + AT_HAND_EDGES * numbers.layer_height_m;
     (0..world.setup.arms.len())
         .filter(|arm| *arm != world.arm)
         .filter_map(|arm| world.observation.tcp(arm))
-        .any(|tcp| (Vector3::from(tcp.position) - position).norm() < AT_HAND_M)
+        .any(|tcp| (Vector3::from(tcp.position) - position).norm() < near)
 }
 
 /// Whether an arm other than this one reaches a place (m).

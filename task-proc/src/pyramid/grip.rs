@@ -8,16 +8,16 @@ use super::host::World;
 use super::setup::ArmSetup;
 use crate::stack::geometry;
 
-/// A cube with its centre nearer than this along the fingers' axis is in their
-/// way (m): half of the open width, a finger's thickness, half of a turned cube.
-const REACH_M: f64 = 0.09;
-/// Half a finger's breadth and half of a turned cube (m).
-const BREADTH_M: f64 = 0.045;
-/// The same for cubes as high as the palm (m): half of the hand, which is 0.2 m
-/// long and 0.063 m broad, and half of a turned cube.
-const HAND_REACH_M: f64 = 0.135;
-/// See [`HAND_REACH_M`] (m).
-const HAND_BREADTH_M: f64 = 0.065;
+/// Thickness of a finger of the hand, along the axis on which it closes (m).
+const FINGER_THICK_M: f64 = 0.015;
+/// Half of a finger's breadth (m).
+const FINGER_BREADTH_M: f64 = 0.010;
+/// Half of the hand, which is 0.2 m long and 0.063 m broad (m).
+const HAND_LENGTH_M: f64 = 0.10;
+/// See [`HAND_LENGTH_M`] (m).
+const HAND_BREADTH_M: f64 = 0.03;
+/// Half of a cube that is turned (cube edges).
+const TURNED_EDGES: f64 = 0.7;
 
 /// Turn of the tool for a pick-up (rad): the cube's own that is nearest to the
 /// arm's, unless fingers turned by a quarter meet fewer neighbours. Where both
@@ -56,7 +56,16 @@ fn turns(world: &World<'_>, arm: &ArmSetup, cube: usize) -> (f64, f64) {
 
 /// Cubes in the way of fingers that close along the tool's y axis.
 fn crowding(world: &World<'_>, cube: usize, yaw: f64) -> usize {
-    let edge = world.setup.numbers.layer_height_m;
+    let numbers = &world.setup.numbers;
+    let edge = numbers.layer_height_m;
+    // With its centre nearer than this, another cube is in the way: of the open
+    // fingers, and of the palm above them.
+    let turned = TURNED_EDGES * edge;
+    let fingers = (
+        0.5 * numbers.open_width_m + FINGER_THICK_M + turned,
+        FINGER_BREADTH_M + turned,
+    );
+    let palm = (HAND_LENGTH_M + turned, HAND_BREADTH_M + turned);
     let Some(centre) = world.cube_position(cube) else {
         return 0;
     };
@@ -67,11 +76,8 @@ fn crowding(world: &World<'_>, cube: usize, yaw: f64) -> usize {
             return false;
         };
         let offset = position - centre;
-        let (reach, breadth) = if offset.z > 0.5 * edge {
-            (HAND_REACH_M, HAND_BREADTH_M)
-        } else {
-            (REACH_M, BREADTH_M)
-        };
+        let high = offset.z > 0.5 * edge;
+        let (reach, breadth) = if high { palm } else { fingers };
         *other != cube
             && !world.is_held(*other)
             && offset.z > -0.7 * edge

@@ -14,12 +14,12 @@ use crate::stack::geometry;
 
 /// An arm whose controller was silent for longer does not work (ticks of 1 ms).
 const ECHO_LIMIT_TICKS: u64 = 100;
-/// A cube further than this from the TCP is not between the fingers (m): half a
-/// cube's diagonal and what a pull may shift it by.
-const HAND_M: f64 = 0.05;
-/// Fingers nearer than this stand closed around a cube or on nothing (m); a
-/// cube's edge and a tilt.
-const CLOSED_BELOW_M: f64 = 0.06;
+/// A cube further than this many edges from the TCP is not between the fingers:
+/// half of its diagonal and what a pull may shift it by.
+const IN_HAND_EDGES: f64 = 1.0;
+/// Fingers nearer than this many cube edges stand closed around a cube or on
+/// nothing: one, and a tilt.
+const CLOSED_EDGES: f64 = 1.2;
 
 /// Share of the way from its base to its stack at which an arm rests.
 const REST_SHARE: f64 = 0.75;
@@ -106,7 +106,8 @@ impl<'w> World<'w> {
     /// beam between fingers that were closed; and it is where the fingers are.
     pub fn cube_in_hand_of(&self, arm: usize) -> Option<usize> {
         let gripper = self.observation.arm(arm)?.gripper;
-        let closed = gripper.width < CLOSED_BELOW_M
+        let edge = self.setup.numbers.layer_height_m;
+        let closed = gripper.width < CLOSED_EDGES * edge
             && self
                 .out
                 .previous(arm)
@@ -118,7 +119,7 @@ impl<'w> World<'w> {
         };
         let cube = self.setup.cube_of_object(seen as usize - 1)?;
         let tcp = Vector3::from(self.observation.tcp(arm)?.position);
-        ((self.cube_position(cube)? - tcp).norm() < HAND_M).then_some(cube)
+        ((self.cube_position(cube)? - tcp).norm() < IN_HAND_EDGES * edge).then_some(cube)
     }
 
     /// The cube in this arm's hand.

@@ -140,14 +140,15 @@ pub(super) fn goal_of(world: &World<'_>, arm: &ArmSetup, stack: Set, cube: usize
     let on_stack = setup.goal(arm, stack.len());
     let blocked = (0..setup.cubes.len())
         .any(|other| other != cube && is_in_the_way(world, arm, stack, other));
-    let beside = |[x, y]: &[f64; 2]| setup.goal(arm, 0) + Vector3::new(*x, *y, 0.0);
+    let edge = setup.numbers.layer_height_m;
+    let beside = |[x, y]: &[f64; 2]| setup.goal(arm, 0) + Vector3::new(*x, *y, 0.0) * edge;
     let clear = |place: &Vector3<f64>| {
         is_clear(world, *place, cube)
             && is_reachable(world, *place)
             && (place.xy() - arm.base).norm() > TOO_NEAR_M
     };
     // Best where other arms reach the cube, too: they may need it.
-    let places = || BESIDE_M.iter().map(beside).filter(&clear);
+    let places = || BESIDE_EDGES.iter().map(beside).filter(&clear);
     let aside = blocked
         .then(|| {
             places()
@@ -161,17 +162,17 @@ pub(super) fn goal_of(world: &World<'_>, arm: &ArmSetup, stack: Set, cube: usize
     }
 }
 
-/// Where to look for a clear place, seen from the stack (m): in the direction in
-/// which the fingers close there has to be more room than across it.
-const BESIDE_M: [[f64; 2]; 8] = [
-    [0.14, 0.0],
-    [0.0, -0.12],
-    [0.0, 0.12],
-    [-0.12, 0.0],
-    [0.14, -0.12],
-    [0.14, 0.12],
-    [-0.12, -0.12],
-    [-0.12, 0.12],
+/// Where to look for a clear place, seen from the stack (cube edges): in the
+/// direction in which the fingers close there has to be more room than across it.
+const BESIDE_EDGES: [[f64; 2]; 8] = [
+    [2.8, 0.0],
+    [0.0, -2.4],
+    [0.0, 2.4],
+    [-2.4, 0.0],
+    [2.8, -2.4],
+    [2.8, 2.4],
+    [-2.4, -2.4],
+    [-2.4, 2.4],
 ];
 /// Nearer to its base the arm folds up and gets stuck (m).
 const TOO_NEAR_M: f64 = 0.32;

@@ -46,7 +46,7 @@ impl Moment<'_> {
         }
         let on_purpose = match self.leaf[arm] {
             "release" => self.is_over_goal(arm, cube),
-            "recover" => true,
+            "recover" => self.is_others(arm, cube),
             _ if self.is_operators() => true,
             _ => self.decision.drops > self.before.drops,
         };
@@ -55,6 +55,14 @@ impl Moment<'_> {
 
     fn is_operators(&self) -> bool {
         self.decision.outcome == Outcome::Paused.code()
+    }
+
+    /// The board says that a cube is the other arm's.
+    fn is_others(&self, arm: usize, cube: usize) -> bool {
+        match self.seen.words[cube] {
+            Word::Reserved(a) | Word::Carried(a) | Word::Placed(a) => a != arm,
+            Word::Available => false,
+        }
     }
 
     /// It goes into the stack, or beside it, out of the way. What is below may
@@ -99,13 +107,9 @@ impl Moment<'_> {
             if seen.words.iter().filter(works).count() > 1 {
                 return Some(format!("arm {arm} has two cubes"));
             }
-            let others = |cube: usize| match seen.words[cube] {
-                Word::Reserved(a) | Word::Carried(a) | Word::Placed(a) => a != arm,
-                Word::Available => false,
-            };
             // A cube that fell between closing fingers is let go again.
             let lets_go = matches!(self.leaf[arm], "grasp" | "recover");
-            if self.world.held[arm].is_some_and(others) && !lets_go {
+            if self.world.held[arm].is_some_and(|cube| self.is_others(arm, cube)) && !lets_go {
                 return Some(format!("arm {arm} holds the other's cube"));
             }
             let placed = |cube: usize| seen.placed[arm] & (1 << cube) != 0;
