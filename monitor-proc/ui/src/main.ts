@@ -1,0 +1,41 @@
+// Starts the page: the store, the 3D view, the panels around it, the connection.
+import "./style.css";
+import { connect } from "./net/link";
+import { Store } from "./net/store";
+import { mountPanels } from "./panels/index";
+import { View } from "./view/index";
+
+declare global {
+  interface Window {
+    /** What browser tests and the screenshot command read. */
+    robocell: { store: Store; view: View | null };
+  }
+}
+
+/** The view, or null where the browser has no WebGL: the panels work without. */
+function makeView(store: Store, element: HTMLElement): View | null {
+  try {
+    return new View(store, element);
+  } catch (error) {
+    const note = document.createElement("p");
+    note.className = "no-view";
+    note.textContent = `No 3D view: ${error instanceof Error ? error.message : String(error)}`;
+    element.replaceChildren(note);
+    return null;
+  }
+}
+
+const element = document.getElementById("view");
+if (element === null) throw new Error("the page has no #view");
+const store = new Store();
+const view = makeView(store, element);
+window.robocell = { store, view };
+mountPanels(store, view);
+
+if (import.meta.env.DEV && new URLSearchParams(location.search).has("demo")) {
+  const { startDemo } = await import("../dev/demo");
+  startDemo(store);
+} else {
+  const scheme = location.protocol === "https:" ? "wss" : "ws";
+  connect(store, `${scheme}://${location.host}/ws`);
+}

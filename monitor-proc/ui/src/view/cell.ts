@@ -1,0 +1,132 @@
+// What stands in the cell: robots, objects and furniture of one scene.
+import { Box3, Group, type Object3D, Vector3 } from "three";
+import type { Scene, Shape, Vec3 } from "../net/protocol";
+import { OBJECT, type Snapshot } from "../net/snapshot";
+import { body, place } from "./body";
+import { floorHeight, furniture } from "./furniture";
+import { Robot } from "./robots/robot";
+
+export interface Body {
+  name: string;
+  shape: Shape;
+  group: Group;
+  /** Bits of `OBJECT`. */
+  flags: number;
+}
+
+/** How far an arm that is asked for nothing may reach up (m). */
+const HEADROOM_M = 0.75;
+
+export class Cell {
+  readonly root = new Group();
+  readonly robots: Robot[] = [];
+  readonly bodies: Body[] = [];
+  readonly floor: number;
+  /** What went wrong while it was built, for the person. */
+  readonly troubles: string[] = [];
+
+  constructor(
+    readonly scene: Scene,
+    changed: () => void,
+  ) {
+    this.floor = floorHeight(scene);
+    this.root.add(furniture(scene, this.floor));
+    for (const { name, shape, colour } of scene.objects) {
+      const group = body(name, shape, colour);
+      group.visible = false;
+      this.bodies.push({ name, shape, group, flags: 0 });
+      this.root.add(group);
+    }
+    for (const spec of scene.arms) {
+      try {
+        const robot = new Robot(spec, changed);
+        this.robots.push(robot);
+        this.root.add(robot.root);
+      } catch (error) {
+        const what = error instanceof Error ? error.message : String(error);
+        this.troubles.push(`the robot of ${spec.name} cannot be drawn: ${what}`);
+      }
+    }
+  }
+
+  apply(snapshot: Snapshot): void {
+    for (const robot of this.robots) {
+      const state = snapshot.arms[this.scene.arms.indexOf(robot.spec)];
+      if (state !== undefined) robot.setJoints(state.positions);
+    }
+    this.bodies.forEach((item, index) => {
+      const state = snapshot.objects[index];
+      if (state === undefined) return;
+      item.flags = state.flags;
+      item.group.visible = (state.flags & OBJECT.enabled) !== 0;
+      place(item.group, state.pose);
+    });
+  }
+
+  /** The arm's robot, by its place in the scene. */
+  robot(arm: number): Robot | null {
+    const spec = this.scene.arms[arm];
+    return this.robots.find((robot) => robot.spec === spec) ?? null;
+  }
+
+  body(name: string): Body | null {
+    return this.bodies.find((item) => item.name === name) ?? null;
+  }
+
+  /** The name of the object or of the arm that `object` is a part of. */
+  ownerOf(object: Object3D): { body: Body | null; arm: number | null } {
+    for (let at: Object3D | null = object; at !== null; at = at.parent) {
+      const item = this.bodies.find(({ group }) => group === at);
+      if (item !== undefined) return { body: item, arm: null };
+      const robot = this.robots.find(({ root }) => root === at);
+      if (robot !== undefined) {
+        return { body: null, arm: this.scene.arms.indexOf(robot.spec) };
+      }
+    }
+    return { body: null, arm: null };
+  }
+
+  /** What a picture of the whole cell has to hold (m). */
+  extent(): Box3 {
+    const all = new Box3();
+    for (const { root } of this.robots) {
+      all.expandByObject(root);
+      const head = root.position.clone();
+      head.z += HEADROOM_M;
+      all.expandByPoint(head);
+    }
+    for (const { group } of this.bodies) {
+      if (group.visible) all.expandByObject(group);
+    }
+    for (const point of goals(this.scene)) all.expandByPoint(point);
+    if (all.isEmpty()) all.setFromCenterAndSize(new Vector3(0, 0, 0.3), new Vector3(1, 1, 0.6));
+    return all;
+  }
+
+  /** Where the objects are drawn (m). */
+  positions(): Record<string, Vec3> {
+    return Object.fromEntries(
+      this.bodies
+        .filter(({ group }) => group.visible)
+        .map(({ name, group }) => [name, group.getWorldPosition(new Vector3()).toArray() as Vec3]),
+    );
+  }
+}
+
+/** Places on the table that the task's description names, of any kind. */
+function goals(scene: Scene): Vector3[] {
+  const found: Vector3[] = [];
+  const walk = (value: unknown, key: string, depth: number) => {
+    if (depth > 4 || value === null || typeof value !== "object") return;
+    if (Array.isArray(value)) {
+      const numbers: number[] = value.filter((item): item is number => typeof item === "number");
+      if (/(position|goal).*_m$/.test(key) && numbers.length >= 2 && numbers.length === value.length) {
+        found.push(new Vector3(numbers[0], numbers[1], numbers[2] ?? 0));
+      }
+      return;
+    }
+    for (const [name, inner] of Object.entries(value)) walk(inner, name, depth + 1);
+  };
+  walk(scene.task, "", 0);
+  return found;
+}

@@ -1,0 +1,40 @@
+// Draws at most once per frame of the browser, and only when asked to.
+
+export class Frames {
+  private asked = false;
+  private pending = 0;
+  private drawnAt: number | null = null;
+
+  /** `draw` draws; `took` gets the time from one drawn frame to the next tick (ms). */
+  constructor(
+    private readonly draw: () => void,
+    private readonly took: (ms: number) => void,
+  ) {
+    document.addEventListener("visibilitychange", () => {
+      this.drawnAt = null;
+      if (!document.hidden && this.asked) this.schedule();
+    });
+  }
+
+  /** Asks for a new picture. */
+  ask(): void {
+    this.asked = true;
+    if (!document.hidden) this.schedule();
+  }
+
+  private schedule(): void {
+    if (this.pending === 0) this.pending = requestAnimationFrame((now) => this.tick(now));
+  }
+
+  private tick(now: number): void {
+    this.pending = 0;
+    if (this.drawnAt !== null) this.took(now - this.drawnAt);
+    this.drawnAt = null;
+    if (!this.asked) return;
+    this.asked = false;
+    this.drawnAt = now;
+    this.draw();
+    // One tick more than needed: it tells what this picture cost.
+    this.schedule();
+  }
+}

@@ -1,0 +1,97 @@
+// Keeps the picture moving where there is no GPU: steps down when frames take
+// too long, and up again after a long calm.
+
+export interface Level {
+  name: string;
+  multisample: boolean;
+  shadows: boolean;
+  /** Physically based materials with reflections. */
+  fine: boolean;
+  /** Of the screen's own pixels. */
+  pixels: number;
+}
+
+/** From the best to the fastest. */
+export const LEVELS: readonly Level[] = [
+  { name: "full", multisample: true, shadows: true, fine: true, pixels: 1 },
+  { name: "no antialiasing", multisample: false, shadows: true, fine: true, pixels: 1 },
+  { name: "no shadows", multisample: false, shadows: false, fine: true, pixels: 1 },
+  { name: "plain light", multisample: false, shadows: false, fine: false, pixels: 1 },
+  { name: "3/4 resolution", multisample: false, shadows: false, fine: false, pixels: 0.75 },
+  { name: "6/10 resolution", multisample: false, shadows: false, fine: false, pixels: 0.6 },
+];
+
+const SLOW_MS = 40;
+const FAST_MS = 20;
+const WINDOW = 40;
+/** Few but very slow frames are enough to judge. */
+const IMPATIENT_MS = 1500;
+const FEWEST = 6;
+/** The first frames of a level compile its programs. */
+const WARM_UP = 3;
+const CALM_FRAMES = 1800;
+
+function median(values: number[]): number {
+  const sorted = [...values].sort((a, b) => a - b);
+  return sorted[Math.floor(sorted.length / 2)] ?? 0;
+}
+
+export class Quality {
+  /** Median time of a frame (ms), over the last frames that were measured. */
+  frameMs = 0;
+  private times: number[] = [];
+  private calm = 0;
+  private fresh = WARM_UP;
+  private best = 0;
+
+  /** `fixed`: stay at this level whatever frames take. */
+  constructor(
+    private index: number,
+    private readonly fixed: boolean,
+    private readonly changed: (level: Level) => void,
+  ) {}
+
+  get level(): Level {
+    return LEVELS[this.index] ?? (LEVELS[0] as Level);
+  }
+
+  /** 0 is the best. */
+  get step(): number {
+    return this.index;
+  }
+
+  /** Takes the time between two frames of which the second was drawn at once (ms). */
+  frame(ms: number): void {
+    if (this.fresh > 0) {
+      this.fresh -= 1;
+      return;
+    }
+    this.times.push(ms);
+    const total = this.times.reduce((sum, time) => sum + time, 0);
+    const enough = this.times.length >= FEWEST && total > IMPATIENT_MS;
+    if (this.times.length < WINDOW && !enough) return;
+    this.frameMs = median(this.times);
+    this.judge(this.times.length);
+    this.times = [];
+  }
+
+  private judge(frames: number): void {
+    if (this.fixed) return;
+    this.calm = this.frameMs < FAST_MS ? this.calm + frames : 0;
+    if (this.frameMs > SLOW_MS && this.index < LEVELS.length - 1) {
+      // A better level that was too slow is not tried again soon.
+      this.best = this.index + 1;
+      this.go(this.index + (this.frameMs > 4 * SLOW_MS ? 2 : 1));
+    } else if (this.calm > CALM_FRAMES && this.index > 0) {
+      this.calm = 0;
+      if (this.index > this.best) this.go(this.index - 1);
+      else this.best -= 1;
+    }
+  }
+
+  private go(index: number): void {
+    this.index = Math.min(Math.max(index, 0), LEVELS.length - 1);
+    this.fresh = WARM_UP;
+    this.changed(this.level);
+  }
+}

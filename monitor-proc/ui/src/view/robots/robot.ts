@@ -1,0 +1,113 @@
+// One arm of the cell: kinematics from its URDF, dressed link by link.
+import { Group, type Material, Mesh, type Object3D, Quaternion, Vector3 } from "three";
+import URDFLoader, { type URDFLink, type URDFRobot } from "urdf-loader";
+import type { ArmSpec, Vec3 } from "../../net/protocol";
+import { fetchedMesh } from "./fetched";
+import { ownParts } from "./own";
+import { pandaDress } from "./panda";
+import { type Dress, meshes } from "./part";
+import { ur10Dress } from "./ur10";
+
+const DRESSES: Record<string, (() => Dress) | undefined> = { panda: pandaDress, ur10: ur10Dress };
+const dresses = new Map<string, Dress>();
+
+function dressOf(robot: string): Dress | null {
+  const make = Object.hasOwn(DRESSES, robot) ? DRESSES[robot] : undefined;
+  if (make === undefined) return null;
+  const dress = dresses.get(robot) ?? make();
+  dresses.set(robot, dress);
+  return dress;
+}
+
+export class Robot {
+  readonly root = new Group();
+  private readonly urdf: URDFRobot;
+
+  /** Throws where the URDF cannot be read. `changed` is called when meshes came. */
+  constructor(
+    readonly spec: ArmSpec,
+    private readonly changed: () => void = () => {},
+    private readonly ghost: Material | null = null,
+  ) {
+    const loader = new URDFLoader();
+    loader.parseVisual = false;
+    loader.parseCollision = false;
+    this.urdf = loader.parse(spec.urdf);
+    for (const joint of Object.values(this.urdf.joints)) {
+      // What was measured is drawn, be it beyond a limit or not.
+      joint.ignoreLimits = true;
+    }
+    for (const [name, link] of Object.entries(this.urdf.links)) this.dress(name, link);
+    const [w, x, y, z] = spec.base.orientation_wxyz;
+    this.root.position.set(...spec.base.position);
+    this.root.quaternion.set(x, y, z, w);
+    this.root.add(this.urdf);
+    this.root.name = spec.name;
+    this.setJoints(spec.joints.map((joint) => joint.home));
+  }
+
+  private dress(name: string, link: URDFLink): void {
+    const { robot } = this.spec;
+    const dress = dressOf(robot);
+    const key = `${dress === null ? this.spec.urdf.length : ""}${robot}/${name}`;
+    const built = meshes(key, () => (dress === null ? ownParts(link) : (dress[name] ?? [])));
+    for (const mesh of built) this.put(link, mesh);
+    if (!this.spec.meshes.includes(name)) return;
+    void fetchedMesh(robot, name).then((fetched) => {
+      if (fetched === null) return;
+      link.remove(...built);
+      this.put(link, fetched);
+      this.changed();
+    });
+  }
+
+  private put(link: URDFLink, object: Object3D): void {
+    const { ghost } = this;
+    if (ghost !== null) {
+      object.traverse((inner) => {
+        if (!(inner instanceof Mesh)) return;
+        inner.material = ghost;
+        inner.castShadow = false;
+        inner.receiveShadow = false;
+      });
+    }
+    link.add(object);
+  }
+
+  /** Positions in the order of the scene's joints (rad, m). */
+  setJoints(positions: ArrayLike<number>): void {
+    this.spec.joints.forEach((joint, index) => {
+      const position = positions[index];
+      if (position !== undefined && Number.isFinite(position)) {
+        this.urdf.joints[joint.name]?.setJointValue(position);
+      }
+    });
+  }
+
+  link(name: string): Object3D | null {
+    return this.urdf.links[name] ?? null;
+  }
+
+  /** Where each link's frame is drawn, in the world (m). */
+  linkPositions(): Record<string, Vec3> {
+    this.root.updateWorldMatrix(true, true);
+    const at = new Vector3();
+    const all: [string, Vec3][] = Object.entries(this.urdf.links).map(([name, link]) => [
+      name,
+      at.setFromMatrixPosition(link.matrixWorld).toArray() as Vec3,
+    ]);
+    return Object.fromEntries(all);
+  }
+
+  /** Where its tool centre point is drawn, and how it is turned there. */
+  toolPose(): { position: Vector3; orientation: Quaternion } {
+    this.root.updateWorldMatrix(true, true);
+    const [x, y, z, qw, qx, qy, qz] = this.spec.tool;
+    const frame = this.link(this.spec.tool_link) ?? this.root;
+    const turn = frame.getWorldQuaternion(new Quaternion());
+    return {
+      position: frame.localToWorld(new Vector3(x, y, z)),
+      orientation: turn.multiply(new Quaternion(qx, qy, qz, qw)),
+    };
+  }
+}

@@ -1,0 +1,80 @@
+// The renderer and its canvas: size, quality, and drawing when there is need.
+import {
+  HalfFloatType,
+  NeutralToneMapping,
+  PCFShadowMap,
+  type PerspectiveCamera,
+  type Scene,
+  WebGLRenderTarget,
+  WebGLRenderer,
+} from "three";
+import { OutputPass } from "three/addons/postprocessing/OutputPass.js";
+import type { Level } from "./quality";
+
+const SAMPLES = 4;
+const MOST_PIXELS = 2;
+
+export class Screen {
+  readonly renderer: WebGLRenderer;
+  private readonly output = new OutputPass();
+  private smooth: WebGLRenderTarget | null = null;
+  private level: Level | null = null;
+
+  constructor(private readonly element: HTMLElement) {
+    this.renderer = new WebGLRenderer({ antialias: false, powerPreference: "high-performance" });
+    this.renderer.toneMapping = NeutralToneMapping;
+    this.renderer.toneMappingExposure = 1;
+    this.renderer.shadowMap.type = PCFShadowMap;
+    // Shadows change when something moves, not when somebody looks around.
+    this.renderer.shadowMap.autoUpdate = false;
+    this.renderer.domElement.className = "stage";
+    element.append(this.renderer.domElement);
+  }
+
+  get canvas(): HTMLCanvasElement {
+    return this.renderer.domElement;
+  }
+
+  /** Whether a program draws, and not a graphics card. */
+  get isSoftware(): boolean {
+    const gl = this.renderer.getContext();
+    const info = gl.getExtension("WEBGL_debug_renderer_info");
+    const name: unknown = info === null ? "" : gl.getParameter(info.UNMASKED_RENDERER_WEBGL);
+    return /swiftshader|llvmpipe|softpipe|software/i.test(String(name));
+  }
+
+  use(level: Level): void {
+    this.level = level;
+    this.renderer.shadowMap.enabled = level.shadows;
+    this.renderer.shadowMap.needsUpdate = true;
+    this.resize();
+  }
+
+  /** Width and height of the element (CSS pixels). */
+  get size(): [number, number] {
+    return [Math.max(1, this.element.clientWidth), Math.max(1, this.element.clientHeight)];
+  }
+
+  resize(): void {
+    const ratio = Math.min(window.devicePixelRatio, MOST_PIXELS) * (this.level?.pixels ?? 1);
+    this.renderer.setPixelRatio(ratio);
+    this.renderer.setSize(...this.size, true);
+    this.smooth?.dispose();
+    this.smooth = null;
+    if (this.level?.multisample !== true) return;
+    const { width, height } = this.canvas;
+    this.smooth = new WebGLRenderTarget(width, height, { samples: SAMPLES, type: HalfFloatType });
+    this.output.setSize(width, height);
+  }
+
+  draw(scene: Scene, camera: PerspectiveCamera, moved: boolean): void {
+    if (moved) this.renderer.shadowMap.needsUpdate = true;
+    this.renderer.setRenderTarget(this.smooth);
+    this.renderer.render(scene, camera);
+    if (this.smooth === null) return;
+    this.renderer.setRenderTarget(null);
+    this.output.renderToScreen = true;
+    // The first target is what a chain of passes would write to; the last one writes none.
+    this.output.render(this.renderer, this.smooth, this.smooth, 0, false);
+  }
+}

@@ -1,0 +1,97 @@
+// Geometries of the built-in look. All are indexed and carry positions and
+// normals only, so that the parts of a link can be merged into one draw call.
+import {
+  type BufferGeometry,
+  LatheGeometry,
+  Quaternion,
+  SphereGeometry,
+  TorusGeometry,
+  Vector2,
+  Vector3,
+} from "three";
+import { RoundedBoxGeometry } from "three/addons/geometries/RoundedBoxGeometry.js";
+import { mergeVertices } from "three/addons/utils/BufferGeometryUtils.js";
+import type { Vec3 } from "../net/protocol";
+
+const SEGMENTS = 24;
+const CAP_STEPS = 5;
+const BEVEL_STEPS = 3;
+const QUARTER = Math.PI / 2;
+
+function plain(geometry: BufferGeometry): BufferGeometry {
+  geometry.deleteAttribute("uv");
+  return geometry.index === null ? mergeVertices(geometry) : geometry;
+}
+
+/** A profile of (radius, height), turned around z. */
+function turned(profile: Vector2[], segments = SEGMENTS): BufferGeometry {
+  const geometry = new LatheGeometry(profile, segments);
+  geometry.rotateX(QUARTER);
+  return plain(geometry);
+}
+
+/** An arc of the profile around (`radius`, `height`), from angle `from` to `to`. */
+function arc(radius: number, height: number, r: number, from: number, to: number, steps: number) {
+  return Array.from({ length: steps + 1 }, (_, step) => {
+    const angle = from + ((to - from) * step) / steps;
+    return new Vector2(Math.max(0, radius + r * Math.cos(angle)), height + r * Math.sin(angle));
+  });
+}
+
+/** A cylinder along z with its middle at the origin and rounded rims (m). */
+export function cylinder(
+  bottom: number,
+  height: number,
+  bevel = 0.004,
+  top = bottom,
+  segments = SEGMENTS,
+): BufferGeometry {
+  const rim = Math.min(bevel, height / 2, bottom, top);
+  const half = height / 2;
+  return turned(
+    [
+      new Vector2(0, -half),
+      ...arc(bottom - rim, rim - half, rim, -QUARTER, 0, BEVEL_STEPS),
+      ...arc(top - rim, half - rim, rim, 0, QUARTER, BEVEL_STEPS),
+      new Vector2(0, half),
+    ],
+    segments,
+  );
+}
+
+/** A capsule from `a` to `b` with the radii `ra` and `rb` there (m). */
+export function taper(a: Vec3, b: Vec3, ra: number, rb: number): BufferGeometry {
+  const from = new Vector3(...a);
+  const along = new Vector3(...b).sub(from);
+  const length = along.length();
+  const geometry = turned([
+    ...arc(0, 0, ra, -QUARTER, 0, CAP_STEPS),
+    ...arc(0, length, rb, 0, QUARTER, CAP_STEPS),
+  ]);
+  const turn = new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), along.normalize());
+  geometry.applyQuaternion(turn);
+  geometry.translate(...a);
+  return geometry;
+}
+
+/** A capsule along z with its middle at the origin; `length` without the caps (m). */
+export function capsule(radius: number, length: number): BufferGeometry {
+  return taper([0, 0, -length / 2], [0, 0, length / 2], radius, radius);
+}
+
+/** A box with round edges (m). */
+export function box(x: number, y: number, z: number, edge = 0.004): BufferGeometry {
+  const radius = Math.min(edge, x / 2.01, y / 2.01, z / 2.01);
+  return plain(new RoundedBoxGeometry(x, y, z, 3, radius));
+}
+
+export function sphere(radius: number, segments = SEGMENTS): BufferGeometry {
+  const geometry = new SphereGeometry(radius, segments, Math.ceil(segments / 2));
+  geometry.rotateX(QUARTER);
+  return plain(geometry);
+}
+
+/** A ring around z (m). */
+export function ring(radius: number, thickness: number): BufferGeometry {
+  return plain(new TorusGeometry(radius, thickness, 6, 2 * SEGMENTS));
+}
