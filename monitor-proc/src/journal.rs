@@ -53,6 +53,12 @@ impl<W: Write> Journal<W> {
         self.lost += u64::from(written.is_err());
     }
 
+    /// Writes down what a person asked for at `time_s` (simulated).
+    pub fn operator(&mut self, time_s: f64, text: &str) {
+        let written = writeln!(self.out, "{time_s:10.3} s* {text}");
+        self.lost += u64::from(written.is_err());
+    }
+
     /// Says that lines are missing because nobody read them in time.
     pub fn gap(&mut self, lines: u64) {
         let written = writeln!(
@@ -65,6 +71,28 @@ impl<W: Write> Journal<W> {
     /// Lines the disk did not take.
     pub fn lost(&self) -> u64 {
         self.lost
+    }
+}
+
+/// A hand that drags says the same sixty times a second; once is enough.
+#[derive(Clone, Debug, Default)]
+pub struct Said {
+    last: String,
+    at_ns: u64,
+}
+
+impl Said {
+    /// What is said again within this time is one and the same (ns).
+    const PAUSE_NS: u64 = 1_000_000_000;
+
+    /// Whether `text` begins something at `now_ns`.
+    pub fn is_new(&mut self, text: &str, now_ns: u64) -> bool {
+        // Nothing but a drag and a target goes on.
+        let goes_on = text.starts_with("drag ") || text == "target";
+        let new = !goes_on || text != self.last || now_ns >= self.at_ns + Self::PAUSE_NS;
+        text.clone_into(&mut self.last);
+        self.at_ns = now_ns;
+        new
     }
 }
 
@@ -87,6 +115,18 @@ mod tests {
             text,
             "    12.340 s  [decide] -> stack red_cube\n             * 3 lines were not read in time\n"
         );
+    }
+
+    #[test]
+    fn a_drag_is_written_down_once_and_every_button_each_time() {
+        let mut said = Said::default();
+        let times = [0, 16, 32, 1100, 1116].map(|ms| ms * 1_000_000);
+        let new = times.map(|now_ns| said.is_new("drag red_cube", now_ns));
+        assert_eq!(new, [true, false, false, true, false]);
+        assert!(said.is_new("pause", 0) && said.is_new("pause", 0));
+        let mut out = Vec::new();
+        Journal::new(&mut out).operator(1.5, "operator: pause");
+        assert_eq!(out, b"     1.500 s* operator: pause\n");
     }
 
     #[test]

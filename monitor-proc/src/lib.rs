@@ -1,7 +1,23 @@
 //! The monitor: sees everything, slows nobody, and may be killed at any time.
 //!
-//! It keeps the task's log for people (`logs/trace.log` in the run directory).
+//! It keeps the task's log for people (`logs/trace.log` in the run directory)
+//! and serves the page (docs/page-protocol.md): what it knows goes into a
+//! [`hub`], from the bus, and from there to as many pages as look; commands of
+//! pages go to a desk that carries them out.
 #![forbid(unsafe_code)]
 
+pub mod desk;
+pub mod feed;
+pub mod hub;
 pub mod journal;
+pub mod live;
+pub mod mark;
+pub mod pace;
+pub mod page;
 pub mod process;
+pub mod scene;
+pub mod scrub;
+pub mod snapshot;
+pub mod status;
+pub mod story;
+pub mod web;

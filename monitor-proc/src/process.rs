@@ -1,15 +1,22 @@
-//! The monitor on the bus: drain what was said, write it down.
+//! The monitor on the bus: drain what was said, write it down, feed the page.
 
 use std::fs::File;
+use std::sync::mpsc;
+use std::thread::{self, Scope};
 use std::time::Duration;
 
 use cell_bus::{Bus, BusError, Sleeper, Subscriber};
+use cell_model::run_spec::PageSpec;
 use cell_rt::{monotonic_ns, signal::stop_requested};
 use cell_worker::{HealthReporter, Start};
 use ipc_types::topic::{Process, TopicId};
-use ipc_types::{TraceLine, WorldState};
+use ipc_types::world::FLAG_ENDING;
+use ipc_types::{TICK_NS, TraceLine, WorldState};
 
-use crate::journal::Journal;
+use crate::desk::{LiveDesk, serve_errands, serve_physics};
+use crate::feed::{Feed, RecorderNews};
+use crate::journal::{Journal, Said};
+use crate::live::{self, PageError, Trouble};
 
 /// Longest sleep between two looks.
 const NUDGE: Duration = Duration::from_millis(5);
@@ -17,9 +24,12 @@ const NUDGE: Duration = Duration::from_millis(5);
 /// Why a monitor cannot run.
 #[derive(Debug, thiserror::Error)]
 pub enum ProcessError {
-    /// The log folder.
+    /// The log folder, or a thread.
     #[error("logs of the run: {0}; check that the run directory belongs to you")]
     Journal(#[from] std::io::Error),
+    /// The page.
+    #[error(transparent)]
+    Page(#[from] PageError),
     /// The bus.
     #[error(transparent)]
     Bus(#[from] BusError),
@@ -29,19 +39,69 @@ pub enum ProcessError {
 ///
 /// # Errors
 ///
-/// When the log cannot be opened or the bus cannot be joined.
+/// When the log cannot be opened, the scene cannot be told, or the bus cannot
+/// be joined.
 pub fn run(start: &Start) -> Result<(), ProcessError> {
     let logs = start.spec.run_dir.join("logs");
     std::fs::create_dir_all(&logs)?;
     let journal = Journal::open(&logs)?;
-    let bus = start.join(Process::Monitor)?;
-    let mut process = MonitorProcess::new(&bus, journal)?;
-    while !stop_requested() {
-        process.turn();
+    thread::scope(|scope| {
+        let page = start.spec.page.as_ref();
+        let page = page
+            .map(|page| Page::open(scope, start, page))
+            .transpose()?;
+        let bus = start.join(Process::Monitor)?;
+        let mut process = MonitorProcess::new(&bus, start, journal, page)?;
+        while !stop_requested() {
+            process.turn();
+        }
+        // What was said last is still to be written.
+        process.drain();
+        Ok(())
+    })
+}
+
+/// The page's ends on the thread of the bus.
+struct Page {
+    hub: std::sync::Arc<crate::hub::Hub>,
+    said: mpsc::Receiver<String>,
+    trouble: Trouble,
+}
+
+impl Page {
+    /// Starts the threads of the page: they end when it is closed.
+    fn open<'scope>(
+        scope: &'scope Scope<'scope, '_>,
+        start: &'scope Start,
+        page: &'scope PageSpec,
+    ) -> Result<Self, ProcessError> {
+        let (desk, counters) = LiveDesk::new();
+        let site = live::prepare(start, page, desk)?;
+        let (hub, trouble) = (site.hub.clone(), Trouble::default());
+        let (physics, errands) = (counters.physics, counters.errands);
+        let told = trouble.clone();
+        let closed = Page {
+            hub: hub.clone(),
+            said: counters.journal,
+            trouble,
+        };
+        let named = |name: &str| thread::Builder::new().name(name.to_owned());
+        named("operator").spawn_scoped(scope, move || serve_physics(start, &physics))?;
+        let control = start.spec.run_dir.join("control.sock");
+        named("errands").spawn_scoped(scope, move || {
+            let record = |_| Err("there is no recorder".to_owned());
+            serve_errands(&control, &errands, record);
+        })?;
+        named("page").spawn_scoped(scope, move || live::serve(site, page.address, &told))?;
+        Ok(closed)
     }
-    // What was said last is still to be written.
-    process.drain();
-    Ok(())
+}
+
+impl Drop for Page {
+    fn drop(&mut self) {
+        // Whatever the reason: the threads must end. A word already said stays.
+        self.hub.close("restart");
+    }
 }
 
 struct MonitorProcess {
@@ -50,18 +110,34 @@ struct MonitorProcess {
     state: Subscriber<WorldState>,
     gaps: u64,
     tick: u64,
+    ending: bool,
+    feed: Option<Feed>,
+    page: Option<Page>,
+    said: Said,
     sleeper: Sleeper,
     health: HealthReporter,
 }
 
 impl MonitorProcess {
-    fn new(bus: &Bus, journal: Journal<File>) -> Result<Self, BusError> {
+    fn new(
+        bus: &Bus,
+        start: &Start,
+        journal: Journal<File>,
+        page: Option<Page>,
+    ) -> Result<Self, BusError> {
+        let feed = page
+            .as_ref()
+            .map(|page| Feed::new(bus, start, page.hub.clone()));
         Ok(Self {
             journal,
             trace: bus.subscriber(TopicId::Trace)?,
             state: bus.subscriber(TopicId::WorldState)?,
             gaps: 0,
             tick: 0,
+            ending: false,
+            feed: feed.transpose()?,
+            page,
+            said: Said::default(),
             sleeper: bus.sleeper(Process::Monitor)?,
             health: HealthReporter::new(bus, Process::Monitor, false)?,
         })
@@ -72,28 +148,74 @@ impl MonitorProcess {
         self.drain();
         if let Some(state) = self.state.take() {
             self.tick = state.header.tick;
+            self.ending = state.has(FLAG_ENDING);
+        }
+        self.write_down(began_ns);
+        if let Some(feed) = &mut self.feed {
+            feed.turn(began_ns, RecorderNews::default);
         }
         let now_ns = monotonic_ns();
         self.health.cycle(0, now_ns.saturating_sub(began_ns));
         let counts = self.trace.counts();
         self.health.totals(0, counts.rejected, counts.fenced);
+        self.say_trouble();
+        self.health.publish_if_due(self.tick, now_ns);
+        let idle_ns = self
+            .feed
+            .as_ref()
+            .map_or(u64::MAX, |feed| feed.idle_ns(now_ns));
+        self.sleeper.wait(NUDGE.min(Duration::from_nanos(idle_ns)));
+    }
+
+    fn say_trouble(&mut self) {
         if self.journal.lost() > 0 {
             self.health.note(&format!(
                 "the disk did not take {} lines of the log",
                 self.journal.lost()
             ));
+        } else if let Some(page) = &self.page
+            && let Some(note) = page.trouble.note()
+        {
+            self.health.note(&note);
         }
-        self.health.publish_if_due(self.tick, now_ns);
-        self.sleeper.wait(NUDGE);
+    }
+
+    /// What people asked for, in the log and on the page.
+    fn write_down(&mut self, now_ns: u64) {
+        let Some(page) = &self.page else {
+            return;
+        };
+        let time_s = (self.tick * TICK_NS) as f64 / 1.0e9;
+        for text in page.said.try_iter() {
+            if self.said.is_new(&text, now_ns) {
+                let text = format!("operator: {text}");
+                self.journal.operator(time_s, &text);
+                page.hub.say(time_s, "lifecycle", &text);
+            }
+        }
     }
 
     fn drain(&mut self) {
         let journal = &mut self.journal;
-        self.trace.take_all(|line| journal.line(line));
+        let hub = self.feed.as_ref().map(Feed::hub);
+        self.trace.take_all(|line| {
+            journal.line(line);
+            if let Some(hub) = hub {
+                hub.take_line(line);
+            }
+        });
         let gaps = self.trace.counts().late;
         if gaps > self.gaps {
             self.journal.gap(gaps - self.gaps);
             self.gaps = gaps;
+        }
+    }
+}
+
+impl Drop for MonitorProcess {
+    fn drop(&mut self) {
+        if let Some(page) = &self.page {
+            page.hub.close(if self.ending { "end" } else { "restart" });
         }
     }
 }

@@ -1,0 +1,254 @@
+//! Carries out the commands of pages in a live cell: physics over the bus, the
+//! launcher over its socket, the recorder beside it. Each on a thread of its
+//! own, so that a restart does not hold up a hand that pulls a cube.
+
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::sync::mpsc;
+use std::time::Duration;
+
+use cell_bus::{Bus, OperatorClient};
+use cell_worker::Start;
+use ipc_types::OperatorRequest;
+use ipc_types::operator::ReplyCode;
+use ipc_types::topic::Process;
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::page::command::{Order, RecordOrder};
+use crate::page::desk::{Answer, Desk, Reply, send};
+
+/// Commands of all pages that wait.
+const WAITING: usize = 128;
+/// Physics answers within a tick; a busy machine needs longer.
+const PHYSICS_PATIENCE: Duration = Duration::from_secs(2);
+/// A demo is loaded, and a process started, within this.
+const LAUNCHER_PATIENCE: Duration = Duration::from_secs(10);
+/// Longest answer of the launcher (bytes).
+const MAX_ANSWER: u64 = 1 << 16;
+
+/// For physics.
+pub type PhysicsErrand = (Box<OperatorRequest>, Answer);
+/// For the launcher or the recorder.
+pub type Errand = (ErrandKind, Answer);
+
+/// What somebody other than physics shall do.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ErrandKind {
+    /// A line for the launcher.
+    Launch(Value),
+    /// For the recorder.
+    Record(RecordOrder),
+}
+
+/// The counter: sorts commands, and has each written down.
+pub struct LiveDesk {
+    physics: mpsc::SyncSender<PhysicsErrand>,
+    errands: mpsc::SyncSender<Errand>,
+    journal: mpsc::Sender<String>,
+}
+
+/// Where the counter's other ends are.
+pub struct Counters {
+    /// For [`serve_physics`].
+    pub physics: mpsc::Receiver<PhysicsErrand>,
+    /// For [`serve_errands`].
+    pub errands: mpsc::Receiver<Errand>,
+    /// For the journal.
+    pub journal: mpsc::Receiver<String>,
+}
+
+impl LiveDesk {
+    /// A desk, and where its work arrives.
+    pub fn new() -> (Self, Counters) {
+        let (physics, at_physics) = mpsc::sync_channel(WAITING);
+        let (errands, at_errands) = mpsc::sync_channel(WAITING);
+        let (journal, at_journal) = mpsc::channel();
+        let desk = Self {
+            physics,
+            errands,
+            journal,
+        };
+        let counters = Counters {
+            physics: at_physics,
+            errands: at_errands,
+            journal: at_journal,
+        };
+        (desk, counters)
+    }
+}
+
+impl Desk for LiveDesk {
+    fn take(&self, order: Order, said: &str, answer: Answer) {
+        // Without a journal nobody listens any more.
+        let _written = self.journal.send(said.to_owned()).is_ok();
+        let left = match order {
+            Order::Operate(request) => over(self.physics.try_send((request, answer))),
+            Order::Launch(line) => over(self.errands.try_send((ErrandKind::Launch(line), answer))),
+            Order::Record(order) => {
+                over(self.errands.try_send((ErrandKind::Record(order), answer)))
+            }
+            Order::Play(_) => Some((answer, "this cell is live: there is nothing to replay")),
+        };
+        if let Some((answer, why)) = left {
+            send(answer, Reply::refused(why));
+        }
+    }
+}
+
+/// The answer of what was not taken, and why.
+fn over<T>(sent: Result<(), mpsc::TrySendError<(T, Answer)>>) -> Option<(Answer, &'static str)> {
+    match sent {
+        Ok(()) => None,
+        Err(mpsc::TrySendError::Full((_, answer))) => {
+            Some((answer, "too many commands wait; try again"))
+        }
+        Err(mpsc::TrySendError::Disconnected((_, answer))) => {
+            Some((answer, "the monitor is ending"))
+        }
+    }
+}
+
+/// Hands requests to physics until the desk is gone.
+pub fn serve_physics(start: &Start, orders: &mpsc::Receiver<PhysicsErrand>) {
+    let mut line = Line::default();
+    while let Ok((request, answer)) = orders.recv() {
+        let reply = line.ask(start, *request);
+        send(answer, reply);
+    }
+}
+
+/// The line to physics, made when it is needed.
+#[derive(Default)]
+struct Line {
+    // In this order: a port is closed before its bus.
+    client: Option<OperatorClient>,
+    bus: Option<Bus>,
+}
+
+impl Line {
+    fn ask(&mut self, start: &Start, request: OperatorRequest) -> Reply {
+        let client = match self.client(start) {
+            Ok(client) => client,
+            Err(why) => return Reply::refused(why),
+        };
+        match client.request(request, PHYSICS_PATIENCE) {
+            Err(error) => Reply::refused(error.to_string()),
+            Ok(reply) => Reply {
+                ok: reply.code == ReplyCode::Accepted.code(),
+                tick: Some(reply.header.tick),
+                message: reply.message.as_str().to_owned(),
+            },
+        }
+    }
+
+    fn client(&mut self, start: &Start) -> Result<&mut OperatorClient, String> {
+        if self.client.is_none() {
+            let bus = match self.bus.take() {
+                Some(bus) => bus,
+                None => start
+                    .join(Process::Monitor)
+                    .map_err(|error| error.to_string())?,
+            };
+            let client = bus.operator_client();
+            self.bus = Some(bus);
+            self.client = Some(client.map_err(|error| error.to_string())?);
+        }
+        self.client
+            .as_mut()
+            .ok_or_else(|| "there is no line to physics".to_owned())
+    }
+}
+
+/// Runs errands until the desk is gone; `record` asks the recorder.
+pub fn serve_errands(
+    control: &Path,
+    errands: &mpsc::Receiver<Errand>,
+    mut record: impl FnMut(RecordOrder) -> Result<String, String>,
+) {
+    while let Ok((errand, answer)) = errands.recv() {
+        let reply = match errand {
+            ErrandKind::Launch(line) => ask_launcher(control, &line),
+            ErrandKind::Record(order) => match record(order) {
+                Ok(message) => Reply {
+                    message,
+                    ..Reply::done()
+                },
+                Err(why) => Reply::refused(why),
+            },
+        };
+        send(answer, reply);
+    }
+}
+
+#[derive(Deserialize)]
+struct LauncherReply {
+    ok: bool,
+    message: String,
+}
+
+fn ask_launcher(control: &Path, line: &Value) -> Reply {
+    let talk = || -> io::Result<LauncherReply> {
+        let mut stream = UnixStream::connect(control)?;
+        stream.set_read_timeout(Some(LAUNCHER_PATIENCE))?;
+        stream.set_write_timeout(Some(LAUNCHER_PATIENCE))?;
+        writeln!(stream, "{line}")?;
+        let mut answer = String::new();
+        BufReader::new(stream.take(MAX_ANSWER)).read_line(&mut answer)?;
+        Ok(serde_json::from_str(&answer)?)
+    };
+    match talk() {
+        Ok(reply) => Reply {
+            ok: reply.ok,
+            tick: None,
+            message: reply.message,
+        },
+        Err(error) => Reply::refused(format!("the launcher does not answer: {error}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::net::UnixListener;
+    use tokio::sync::oneshot;
+
+    #[test]
+    fn a_restart_reaches_the_launcher_and_its_refusal_the_page() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("control.sock");
+        let listener = UnixListener::bind(&path).unwrap();
+        let launcher = std::thread::spawn(move || {
+            let (stream, _) = listener.accept().unwrap();
+            let mut line = String::new();
+            BufReader::new(&stream).read_line(&mut line).unwrap();
+            let mut stream = stream;
+            writeln!(stream, r#"{{"ok": false, "message": "not now"}}"#).unwrap();
+            line
+        });
+        let (desk, counters) = LiveDesk::new();
+        let (answer, mut reply) = oneshot::channel();
+        let line = serde_json::json!({ "ask": "restart", "process": "task" });
+        desk.take(Order::Launch(line.clone()), "restart task", answer);
+        drop(desk);
+        serve_errands(&path, &counters.errands, |_| Err("no recorder".to_owned()));
+        assert_eq!(reply.try_recv().unwrap(), Reply::refused("not now"));
+        assert_eq!(counters.journal.recv().unwrap(), "restart task");
+        assert_eq!(launcher.join().unwrap(), format!("{line}\n"));
+    }
+
+    #[test]
+    fn a_command_too_many_is_refused_at_once() {
+        let (desk, _counters) = LiveDesk::new();
+        let mut replies = Vec::new();
+        for _ in 0..=WAITING {
+            let (answer, reply) = oneshot::channel();
+            desk.take(Order::Record(RecordOrder::Stop), "record stop", answer);
+            replies.push(reply);
+        }
+        let last = replies.last_mut().unwrap().try_recv().unwrap();
+        assert!(!last.ok && last.message.contains("too many"), "{last:?}");
+        assert!(replies[0].try_recv().is_err(), "still waits");
+    }
+}

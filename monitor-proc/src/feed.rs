@@ -1,0 +1,182 @@
+//! From the bus to the hub: frames at 60 Hz while somebody looks, how everybody
+//! is doing at 4 Hz.
+
+use std::sync::Arc;
+
+use cell_bus::{Bus, BusError, Latest};
+use cell_worker::Start;
+use ipc_types::topic::{Process, TopicId};
+use ipc_types::{ArmStatus, Decision, Health, WorldState};
+use serde_json::Value;
+
+use crate::hub::Hub;
+use crate::pace::Pace;
+use crate::scene;
+use crate::snapshot::{FLAG_RECORDING, Moment, encode};
+use crate::status::{Look, status};
+
+/// 60 frames a second.
+const FRAME_NS: u64 = 16_666_667;
+/// How often a status is told.
+const STATUS_NS: u64 = 250_000_000;
+/// Who publishes nothing for this long is silent.
+const SILENCE_NS: u64 = 1_000_000_000;
+
+/// Reads what the page shows.
+pub struct Feed {
+    hub: Arc<Hub>,
+    world: Latest<WorldState>,
+    status: Vec<Latest<ArmStatus>>,
+    decision: Latest<Decision>,
+    healths: Vec<(Process, Latest<Health>)>,
+    pace: Pace,
+    fingers: Vec<usize>,
+    objects: Vec<String>,
+    policy: String,
+    recording: bool,
+    next_frame_ns: u64,
+    next_status_ns: u64,
+}
+
+impl Feed {
+    /// Opens the topics.
+    ///
+    /// # Errors
+    ///
+    /// When one cannot be opened.
+    pub fn new(bus: &Bus, start: &Start, hub: Arc<Hub>) -> Result<Self, BusError> {
+        let mut healths = Vec::new();
+        for process in Process::all(start.spec.arms) {
+            healths.push((process, bus.latest(TopicId::Health(process))?));
+        }
+        let arms = 0..start.spec.arms;
+        let status = arms.map(|arm| bus.latest(TopicId::ArmStatus(arm)));
+        Ok(Self {
+            hub,
+            world: bus.latest(TopicId::WorldState)?,
+            status: status.collect::<Result<_, _>>()?,
+            decision: bus.latest(TopicId::Decision)?,
+            healths,
+            pace: Pace::default(),
+            fingers: scene::fingers(&start.cell),
+            objects: start.cell.objects.iter().map(|o| o.name.clone()).collect(),
+            policy: start.spec.policy.clone(),
+            recording: false,
+            next_frame_ns: 0,
+            next_status_ns: 0,
+        })
+    }
+
+    /// The hub.
+    pub fn hub(&self) -> &Hub {
+        &self.hub
+    }
+
+    /// How long until there is something to do (ns).
+    pub fn idle_ns(&self, now_ns: u64) -> u64 {
+        let next = if self.hub.is_watched() {
+            self.next_frame_ns
+        } else {
+            self.next_status_ns
+        };
+        next.saturating_sub(now_ns)
+    }
+
+    /// The world as it was looked at last.
+    pub fn world(&self) -> Option<&WorldState> {
+        self.world.get()
+    }
+
+    /// Tells what is due at `now_ns`.
+    pub fn turn(&mut self, now_ns: u64, recorder: impl FnOnce() -> RecorderNews) {
+        if self.hub.is_watched() && now_ns >= self.next_frame_ns {
+            self.next_frame_ns = after(self.next_frame_ns, FRAME_NS, now_ns);
+            self.frame(now_ns);
+        }
+        self.hub.tell_news();
+        if now_ns >= self.next_status_ns {
+            self.next_status_ns = after(self.next_status_ns, STATUS_NS, now_ns);
+            self.tell_status(now_ns, recorder());
+        }
+    }
+
+    fn look(&mut self) {
+        self.world.refresh();
+        self.decision.refresh();
+        for status in &mut self.status {
+            status.refresh();
+        }
+    }
+
+    fn frame(&mut self, now_ns: u64) {
+        self.look();
+        let Some(world) = self.world.get() else {
+            return;
+        };
+        let status: Vec<Option<&ArmStatus>> = self.status.iter().map(Latest::get).collect();
+        let moment = Moment {
+            world,
+            status: &status,
+            decision: self.decision.get(),
+            real_time_factor: self.pace.look(now_ns, world.header.sim_time_ns),
+            flags: if self.recording { FLAG_RECORDING } else { 0 },
+        };
+        self.hub.frame(encode(&moment, &self.fingers));
+    }
+
+    fn tell_status(&mut self, now_ns: u64, recorder: RecorderNews) {
+        self.look();
+        self.recording = recorder.to_file;
+        for (_, latest) in &mut self.healths {
+            latest.refresh();
+        }
+        let heard = |latest: &Latest<Health>| {
+            let publish_ns = latest.get().map_or(0, |health| health.header.publish_ns);
+            publish_ns + SILENCE_NS > now_ns
+        };
+        let healths = self.healths.iter();
+        let processes: Vec<(Process, Option<&Health>)> = healths
+            .map(|(process, latest)| (*process, latest.get().filter(|_| heard(latest))))
+            .collect();
+        let decision = self.decision.get();
+        let mut message = status(&Look {
+            processes: &processes,
+            world: self.world.get(),
+            decision,
+            objects: &self.objects,
+            policy: &self.policy,
+        });
+        if let Some((recorder, latency)) = recorder.told {
+            message["recorder"] = recorder;
+            message["latency"] = latency;
+        }
+        if let Some(decision) = decision.filter(|d| !d.policy.is_empty()) {
+            self.hub.set_policy(decision.policy.as_str());
+        }
+        self.hub.tell_status(&message);
+        if let Some((from_s, to_s)) = recorder.span_s {
+            self.hub.tell_timeline(from_s, to_s);
+        }
+    }
+}
+
+/// What the recorder says for a status.
+#[derive(Clone, Debug, Default)]
+pub struct RecorderNews {
+    /// `recorder` and `latency` of the message.
+    pub told: Option<(Value, Value)>,
+    /// What the flight recorder holds, when it is time to say it (s).
+    pub span_s: Option<(f64, f64)>,
+    /// Whether a file is being written.
+    pub to_file: bool,
+}
+
+/// The next of a row of moments after `now_ns`; those missed are left out.
+fn after(due_ns: u64, period_ns: u64, now_ns: u64) -> u64 {
+    let next = due_ns + period_ns;
+    if next > now_ns {
+        next
+    } else {
+        now_ns + period_ns
+    }
+}

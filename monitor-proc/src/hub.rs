@@ -1,0 +1,246 @@
+//! What pages are fed from: the newest frame, and slow news with the last known
+//! state for late joiners. Filled by the bus, by a replayed file, or by a test.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use axum::body::Bytes;
+use axum::extract::ws::Utf8Bytes;
+use ipc_types::TraceLine;
+use serde::Serialize;
+use serde_json::{Value, json};
+use tokio::sync::{broadcast, watch};
+
+use crate::page::role::Role;
+use crate::story::Story;
+
+/// News a slow reader can be behind; then it is told everything anew.
+const WAITING_NEWS: usize = 512;
+
+/// The run as the page names it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct RunInfo {
+    /// 16 hexadecimal digits.
+    pub id: String,
+    /// Name of the cell.
+    pub cell: String,
+    /// Name of the demo.
+    pub demo: String,
+    /// Name of the policy.
+    pub policy: String,
+    /// Seed of the run.
+    pub seed: u64,
+    /// `1`, `max`, or a factor.
+    pub speed: String,
+}
+
+/// A demo that can be loaded.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct DemoInfo {
+    /// Its name.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// Policies that can run it.
+    pub policies: Vec<String>,
+    /// The one that runs where none is named.
+    pub default_policy: String,
+}
+
+/// What a client is told first, but for its role.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Hello {
+    /// False for a replayed file.
+    pub live: bool,
+    /// The run.
+    pub run: RunInfo,
+    /// What can be loaded.
+    pub demos: Vec<DemoInfo>,
+    /// Name of the replayed file.
+    pub source: Option<String>,
+}
+
+/// Last state of all that is told.
+struct Known {
+    hello: Hello,
+    scene: Arc<Value>,
+    story: Story,
+    status: Option<Utf8Bytes>,
+    timeline: Option<Utf8Bytes>,
+}
+
+/// A client's ends.
+pub struct Joined {
+    /// The newest frame; empty before the first.
+    pub frames: watch::Receiver<Bytes>,
+    /// News from now on.
+    pub news: broadcast::Receiver<Utf8Bytes>,
+    /// Why the connection has to end, once it has to.
+    pub gone: watch::Receiver<Option<&'static str>>,
+    /// All that was told before.
+    pub state: Vec<Utf8Bytes>,
+}
+
+/// Feeds the pages. Whoever feeds it waits for nobody.
+pub struct Hub {
+    frames: watch::Sender<Bytes>,
+    news: broadcast::Sender<Utf8Bytes>,
+    gone: watch::Sender<Option<&'static str>>,
+    known: Mutex<Known>,
+}
+
+impl Hub {
+    /// A hub that knows no more than the scene.
+    pub fn new(hello: Hello, scene: Value) -> Arc<Self> {
+        let known = Known {
+            hello,
+            scene: Arc::new(scene),
+            story: Story::default(),
+            status: None,
+            timeline: None,
+        };
+        Arc::new(Self {
+            frames: watch::Sender::new(Bytes::new()),
+            news: broadcast::Sender::new(WAITING_NEWS),
+            gone: watch::Sender::new(None),
+            known: Mutex::new(known),
+        })
+    }
+
+    /// Whether anybody looks.
+    pub fn is_watched(&self) -> bool {
+        self.frames.receiver_count() > 0
+    }
+
+    /// Shows a frame; the one before is forgotten, seen or not. A frame that is
+    /// the same as the one before is none.
+    pub fn frame(&self, frame: Vec<u8>) {
+        self.frames.send_if_modified(|newest| {
+            let new = *newest != frame;
+            if new {
+                *newest = Bytes::from(frame);
+            }
+            new
+        });
+    }
+
+    /// Takes a line of the task's trace; [`Self::tell_news`] tells it.
+    pub fn take_line(&self, line: &TraceLine) {
+        self.lock().story.take(line);
+    }
+
+    /// Adds a line to the log.
+    pub fn say(&self, time_s: f64, kind: &str, text: &str) {
+        self.lock().story.say(time_s, kind, text);
+    }
+
+    /// Forgets what the task said: another past is shown from now on.
+    pub fn forget_story(&self, story: Story) {
+        let mut known = self.lock();
+        known.story = story;
+        for message in known.story.everything() {
+            self.tell(&message);
+        }
+        // What it counts as new has just been told.
+        known.story.news();
+    }
+
+    /// Tells what is new in the task's story.
+    pub fn tell_news(&self) {
+        let mut known = self.lock();
+        for message in known.story.news() {
+            self.tell(&message);
+        }
+    }
+
+    /// Tells how everybody is doing.
+    pub fn tell_status(&self, status: &Value) {
+        let mut known = self.lock();
+        known.status = Some(self.tell(status));
+    }
+
+    /// Tells what the recorder holds (simulated seconds).
+    pub fn tell_timeline(&self, from_s: f64, to_s: f64) {
+        let mut known = self.lock();
+        let message = json!({ "t": "timeline", "from_s": from_s, "to_s": to_s });
+        known.timeline = Some(self.tell(&message));
+    }
+
+    /// The policy that runs now: a task can be restarted with another one.
+    pub fn set_policy(&self, policy: &str) {
+        let mut known = self.lock();
+        if known.hello.run.policy != policy {
+            policy.clone_into(&mut known.hello.run.policy);
+        }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> Arc<Value> {
+        self.lock().scene.clone()
+    }
+
+    /// Ends every connection; the first reason is the one that is told.
+    pub fn close(&self, why: &'static str) {
+        self.gone.send_if_modified(|gone| {
+            let first = gone.is_none();
+            gone.get_or_insert(why);
+            first
+        });
+    }
+
+    /// Ready once the hub is closed.
+    pub async fn closed(&self) {
+        let mut gone = self.gone.subscribe();
+        let _closed = gone.wait_for(Option::is_some).await.is_ok();
+    }
+
+    /// A new client's ends; nothing is told twice, and nothing is left out.
+    pub fn join(&self, role: Role) -> Joined {
+        let mut frames = self.frames.subscribe();
+        frames.mark_changed();
+        let known = self.lock();
+        Joined {
+            frames,
+            news: self.news.subscribe(),
+            gone: self.gone.subscribe(),
+            state: known.everything(role),
+        }
+    }
+
+    /// All of the task's story once more.
+    pub fn story(&self) -> Vec<Utf8Bytes> {
+        self.lock().story.everything().iter().map(text).collect()
+    }
+
+    fn tell(&self, message: &Value) -> Utf8Bytes {
+        let text = text(message);
+        if self.news.receiver_count() > 0 {
+            // The last one may leave at this moment.
+            let _heard = self.news.send(text.clone()).is_ok();
+        }
+        text
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Known> {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Known {
+    fn everything(&self, role: Role) -> Vec<Utf8Bytes> {
+        let mut hello = json!(self.hello);
+        hello["t"] = json!("hello");
+        hello["role"] = json!(role.name());
+        let mut all = vec![
+            text(&hello),
+            text(&json!({ "t": "scene", "scene": *self.scene })),
+        ];
+        all.extend(self.story.everything().iter().map(text));
+        all.extend(self.status.clone());
+        all.extend(self.timeline.clone());
+        all
+    }
+}
+
+fn text(message: &Value) -> Utf8Bytes {
+    Utf8Bytes::from(message.to_string())
+}

@@ -1,0 +1,171 @@
+//! The page of a live cell: what it is made of, and the thread that serves it.
+
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use cell_model::run_spec::{PageSecrets, PageSpec, RunSpec, Speed};
+use cell_worker::Start;
+
+use crate::desk::LiveDesk;
+use crate::hub::{Hello, Hub, RunInfo};
+use crate::page::command::Names;
+use crate::scene::{self, SceneError};
+use crate::web::files::Files;
+use crate::web::gate::Gate;
+use crate::web::{self, Site};
+
+/// Folder with `meshes/ROBOT/LINK.glb`.
+const ENV_ASSETS: &str = "ROBOCELL_ASSETS_DIR";
+/// Time for the last word to every page.
+const LAST_WORD: Duration = Duration::from_millis(150);
+
+/// Why a page cannot be served at all.
+#[derive(Debug, thiserror::Error)]
+pub enum PageError {
+    /// The secrets file.
+    #[error("{path}: {reason}; the launcher writes this file, start the cell with `robocell run`")]
+    Secrets {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// The scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+}
+
+/// All of a site but its address.
+pub struct Prepared {
+    /// What feeds the page.
+    pub hub: Arc<Hub>,
+    secrets: PageSecrets,
+    site: Box<dyn FnOnce(Gate) -> Site + Send>,
+}
+
+/// Trouble with the page, for the process's health.
+#[derive(Clone, Debug, Default)]
+pub struct Trouble(Arc<Mutex<Option<String>>>);
+
+impl Trouble {
+    /// The trouble, if there is one.
+    pub fn note(&self) -> Option<String> {
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
+    }
+
+    fn set(&self, note: String) {
+        eprintln!("warning: {note}");
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(note);
+    }
+}
+
+/// Reads everything the page of `start` needs.
+///
+/// # Errors
+///
+/// When a file cannot be read.
+pub fn prepare(start: &Start, page: &PageSpec, desk: LiveDesk) -> Result<Prepared, PageError> {
+    let secrets = read_secrets(&page.secrets)?;
+    let meshes = meshes();
+    let scene = scene::scene(&start.cell, &start.spec, meshes.paths())?;
+    let hello = Hello {
+        live: true,
+        run: run_info(&start.spec),
+        demos: scene::demos(&start.cell.data),
+        source: None,
+    };
+    let hub = Hub::new(hello, scene);
+    let names = Names {
+        objects: start.cell.objects.iter().map(|o| o.name.clone()).collect(),
+        arms: u32::from(start.spec.arms),
+    };
+    let files = Files::page(page.dist.as_deref());
+    let (hint, fed) = (page.hint.clone(), hub.clone());
+    let site = move |gate| Site {
+        gate,
+        files,
+        meshes,
+        hint,
+        hub: fed,
+        desk: Arc::new(desk),
+        names,
+        past: None,
+    };
+    Ok(Prepared {
+        hub,
+        secrets,
+        site: Box::new(site),
+    })
+}
+
+/// Meshes somebody has fetched.
+pub fn meshes() -> Files {
+    let folder = std::env::var_os(ENV_ASSETS).map(PathBuf::from);
+    folder.map_or_else(Files::default, |f| Files::folder(&f.join("meshes"), ""))
+}
+
+/// Reads the secrets of a run.
+///
+/// # Errors
+///
+/// When the file is missing or broken.
+pub fn read_secrets(path: &Path) -> Result<PageSecrets, PageError> {
+    let refuse = |reason: String| PageError::Secrets {
+        path: path.to_owned(),
+        reason,
+    };
+    let text = std::fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
+    serde_json::from_str(&text).map_err(|error| refuse(error.to_string()))
+}
+
+/// The run as the page names it.
+pub fn run_info(spec: &RunSpec) -> RunInfo {
+    RunInfo {
+        id: format!("{:016x}", spec.run),
+        cell: spec.cell.clone(),
+        demo: spec.demo.clone(),
+        policy: spec.policy.clone(),
+        seed: spec.seed,
+        speed: match spec.speed {
+            Speed::RealTime => "1".to_owned(),
+            Speed::Max => "max".to_owned(),
+            Speed::Factor(factor) => factor.to_string(),
+        },
+    }
+}
+
+/// Serves the page until its hub is closed. What is wrong is said in `trouble`:
+/// a monitor without a page goes on.
+pub fn serve(prepared: Prepared, address: SocketAddr, trouble: &Trouble) {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build();
+    let served = runtime.and_then(|runtime| {
+        runtime.block_on(async {
+            let hub = prepared.hub.clone();
+            tokio::select! {
+                served = listen(prepared, address) => served,
+                () = ended(&hub) => Ok(()),
+            }
+        })
+    });
+    if let Err(error) = served {
+        trouble.set(format!("no page at {address}: {error}"));
+    }
+}
+
+async fn listen(prepared: Prepared, address: SocketAddr) -> std::io::Result<()> {
+    let listening = web::bind(address).await?;
+    let gate = Gate::new(listening.address(), prepared.secrets);
+    listening.serve((prepared.site)(gate)).await
+}
+
+async fn ended(hub: &Hub) {
+    hub.closed().await;
+    tokio::time::sleep(LAST_WORD).await;
+}

@@ -1,0 +1,305 @@
+//! The commands of a page (docs/page-protocol.md), checked.
+
+use cell_model::run_spec::Speed;
+use ipc_types::operator::OperatorAction;
+use ipc_types::{GripperGoal, OperatorRequest, Pose, Wire};
+use serde_json::{Value, json};
+
+use super::fields::{Fields, MAX_WHOLE};
+
+/// A place that can be asked for (m, in each coordinate).
+const MAX_PLACE_M: f64 = 20.0;
+/// Longest pull (s).
+const MAX_DRAG_S: f64 = 3600.0;
+/// Most ticks of one step.
+const MAX_STEPS: u64 = 1_000_000;
+/// Most parts of one request.
+const MAX_PARTS: u64 = 1000;
+/// Longest simulated time (s).
+const MAX_TIME_S: f64 = 1.0e9;
+
+/// Names a command can use.
+#[derive(Clone, Debug, Default)]
+pub struct Names {
+    /// Objects in the order of the cell file.
+    pub objects: Vec<String>,
+    /// Arms of the cell.
+    pub arms: u32,
+}
+
+/// Something to be carried out.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Order {
+    /// By physics.
+    Operate(Box<OperatorRequest>),
+    /// By the launcher: one line of its own language.
+    Launch(Value),
+    /// By the recorder.
+    Record(RecordOrder),
+    /// By the clock of a replay.
+    Play(PlayOrder),
+}
+
+/// What the recorder shall do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RecordOrder {
+    /// Keep all from now on, in a file.
+    Start,
+    /// Close that file.
+    Stop,
+    /// Write a file of the last so many seconds.
+    Last(f64),
+}
+
+/// What a replay's clock shall do.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlayOrder {
+    /// Go to this time (s).
+    pub time_s: Option<f64>,
+    /// Go on, or stand still.
+    pub play: Option<bool>,
+    /// Seconds of the recording per second.
+    pub speed: Option<f64>,
+    /// Go on by so many ticks, then stand still.
+    pub step: Option<u64>,
+}
+
+/// A command of a page.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// For a [`super::desk::Desk`]; the text is for the journal.
+    Order(Order, String),
+    /// Show another time to this client alone; `None`: live.
+    Seek(PlayOrder),
+    /// Tell everything once more.
+    Again,
+}
+
+/// Number of a command, as far as it can be read, for its answer.
+pub fn id(command: &Value) -> u64 {
+    command
+        .get("id")
+        .and_then(Value::as_u64)
+        .filter(|id| *id <= MAX_WHOLE)
+        .unwrap_or(0)
+}
+
+/// Reads one command.
+///
+/// # Errors
+///
+/// Which field is wrong, what it is, and what is allowed.
+pub fn parse(command: &Value, names: &Names) -> Result<Command, String> {
+    let Some(map) = command.as_object() else {
+        return Err("a command must be an object with `id` and `do`".to_owned());
+    };
+    let fields = Fields(map);
+    fields.whole("id", 0, MAX_WHOLE)?;
+    let verb = fields.one_of("do", VERBS)?;
+    match verb {
+        "again" => Ok(Command::Again),
+        "seek" => seek(&fields).map(Command::Seek),
+        "restart" => restart(&fields),
+        "load" => load(&fields),
+        "record" => record(&fields),
+        _ => operate(verb, &fields, names),
+    }
+}
+
+const VERBS: &[&str] = &[
+    "pause",
+    "resume",
+    "reset",
+    "step",
+    "task_start",
+    "task_pause",
+    "task_resume",
+    "task_reset",
+    "drag",
+    "target",
+    "gripper",
+    "drop_parts",
+    "add_bin",
+    "restart",
+    "load",
+    "record",
+    "seek",
+    "again",
+];
+
+fn operate(verb: &str, fields: &Fields<'_>, names: &Names) -> Result<Command, String> {
+    let mut request = OperatorRequest::zeroed();
+    request.pose = Pose::IDENTITY;
+    let mut said = verb.replace('_', " ");
+    let action = match verb {
+        "pause" => OperatorAction::Pause,
+        "resume" => OperatorAction::Resume,
+        "reset" => OperatorAction::Reset,
+        "task_start" => OperatorAction::TaskStart,
+        "task_pause" => OperatorAction::TaskPause,
+        "task_resume" => OperatorAction::TaskResume,
+        "task_reset" => OperatorAction::TaskReset,
+        "step" => {
+            request.count = count(fields, MAX_STEPS)?;
+            OperatorAction::Step
+        }
+        "drop_parts" => {
+            request.count = count(fields, MAX_PARTS)?;
+            OperatorAction::DropParts
+        }
+        "add_bin" => {
+            request.count = u32::from(fields.flag("flipped")?);
+            OperatorAction::AddBin
+        }
+        "drag" => drag(&mut request, &mut said, fields, names)?,
+        "target" => target(&mut request, fields, names)?,
+        _ => gripper(&mut request, &mut said, fields, names)?,
+    };
+    request.action = action.code();
+    if matches!(verb, "step" | "drop_parts") {
+        said = format!("{said} {}", request.count);
+    }
+    Ok(Command::Order(Order::Operate(Box::new(request)), said))
+}
+
+fn count(fields: &Fields<'_>, most: u64) -> Result<u32, String> {
+    if fields.is_missing("count") {
+        return Ok(1);
+    }
+    Ok(u32::try_from(fields.whole("count", 1, most)?).unwrap_or(1))
+}
+
+fn drag(
+    request: &mut OperatorRequest,
+    said: &mut String,
+    fields: &Fields<'_>,
+    names: &Names,
+) -> Result<OperatorAction, String> {
+    let name = fields.text("object", "the name of an object")?;
+    let index = names.objects.iter().position(|known| known == name);
+    let index = index.and_then(|index| u32::try_from(index).ok());
+    let known = || format!("one of {}", names.objects.join(", "));
+    request.object = index.ok_or_else(|| fields.wrong("object", &known()))?;
+    request.pose.position = fields.numbers("to", MAX_PLACE_M)?;
+    request.seconds = if fields.is_missing("for_s") {
+        2.0
+    } else {
+        fields.number("for_s", 0.0, MAX_DRAG_S)?
+    };
+    *said = format!("drag {name}");
+    Ok(OperatorAction::Drag)
+}
+
+fn arm(fields: &Fields<'_>, names: &Names) -> Result<u32, String> {
+    if fields.is_missing("arm") {
+        return Ok(0);
+    }
+    let last = u64::from(names.arms.saturating_sub(1));
+    Ok(u32::try_from(fields.whole("arm", 0, last)?).unwrap_or(0))
+}
+
+fn target(
+    request: &mut OperatorRequest,
+    fields: &Fields<'_>,
+    names: &Names,
+) -> Result<OperatorAction, String> {
+    request.arm = arm(fields, names)?;
+    request.pose.position = fields.numbers("position", MAX_PLACE_M)?;
+    let turn: [f64; 4] = fields.numbers("orientation_wxyz", 1.001)?;
+    let length = turn.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if (length - 1.0).abs() > 1.0e-3 {
+        return Err(fields.wrong("orientation_wxyz", "a unit quaternion, w first"));
+    }
+    request.pose.orientation_wxyz = turn.map(|x| x / length);
+    Ok(OperatorAction::Target)
+}
+
+fn gripper(
+    request: &mut OperatorRequest,
+    said: &mut String,
+    fields: &Fields<'_>,
+    names: &Names,
+) -> Result<OperatorAction, String> {
+    request.arm = arm(fields, names)?;
+    let word = fields.one_of("to", &["open", "close"])?;
+    let goal = if word == "open" {
+        GripperGoal::Open
+    } else {
+        GripperGoal::Close
+    };
+    request.count = goal.code();
+    *said = format!("gripper {word}");
+    Ok(OperatorAction::Gripper)
+}
+
+/// A name that cannot be anything else: the launcher knows which there are.
+fn name(fields: &Fields<'_>, key: &str) -> Result<String, String> {
+    let allowed = "a name of letters, digits, '-' and '_'";
+    let text = fields.text(key, allowed)?;
+    let fine = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if (1..=64).contains(&text.len()) && text.chars().all(fine) && !text.starts_with('-') {
+        return Ok(text.to_owned());
+    }
+    Err(fields.wrong(key, allowed))
+}
+
+fn policy(fields: &Fields<'_>) -> Result<Option<String>, String> {
+    if fields.is_missing("policy") {
+        return Ok(None);
+    }
+    name(fields, "policy").map(Some)
+}
+
+fn restart(fields: &Fields<'_>) -> Result<Command, String> {
+    let known = ["task", "controller", "physics", "monitor"];
+    let process = fields.one_of("process", &known)?;
+    let policy = policy(fields)?;
+    let line = json!({ "ask": "restart", "process": process, "policy": policy });
+    Ok(Command::Order(
+        Order::Launch(line),
+        format!("restart {process}"),
+    ))
+}
+
+fn load(fields: &Fields<'_>) -> Result<Command, String> {
+    let demo = name(fields, "demo")?;
+    let policy = policy(fields)?;
+    let seed = fields.whole("seed", 0, MAX_WHOLE)?;
+    let speed = fields.text("speed", "1, max, or a factor from 0.01 to 50")?;
+    speed
+        .parse::<Speed>()
+        .map_err(|_| fields.wrong("speed", "1, max, or a factor from 0.01 to 50"))?;
+    let said = format!("load {demo}, seed {seed}, speed {speed}");
+    let line = json!({
+        "ask": "load", "demo": demo, "policy": policy, "seed": seed, "speed": speed,
+    });
+    Ok(Command::Order(Order::Launch(line), said))
+}
+
+fn record(fields: &Fields<'_>) -> Result<Command, String> {
+    let what = fields.one_of("what", &["start", "stop", "last"])?;
+    let order = match what {
+        "start" => RecordOrder::Start,
+        "stop" => RecordOrder::Stop,
+        _ if fields.is_missing("seconds") => RecordOrder::Last(60.0),
+        _ => RecordOrder::Last(fields.number("seconds", 0.1, 1.0e6)?),
+    };
+    Ok(Command::Order(
+        Order::Record(order),
+        format!("record {what}"),
+    ))
+}
+
+fn seek(fields: &Fields<'_>) -> Result<PlayOrder, String> {
+    let mut order = PlayOrder::default();
+    if !fields.is_missing("time_s") {
+        order.time_s = Some(fields.number("time_s", 0.0, MAX_TIME_S)?);
+    }
+    if !fields.is_missing("play") {
+        order.play = Some(fields.flag("play")?);
+    }
+    if !fields.is_missing("speed") {
+        order.speed = Some(fields.number("speed", 0.01, 50.0)?);
+    }
+    Ok(order)
+}

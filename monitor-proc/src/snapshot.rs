@@ -1,0 +1,268 @@
+//! One moment of the cell as the page's binary frame (docs/page-protocol.md).
+
+use ipc_types::decision::GoalKind;
+use ipc_types::{ArmState, ArmStatus, Decision, ObjectState, Pose, WorldState};
+
+/// `RCS1`, little-endian.
+pub const MAGIC: u32 = 0x3153_4352;
+/// Bytes before the arms.
+pub const HEADER_BYTES: usize = 40;
+/// Bytes of one arm.
+pub const ARM_BYTES: usize = 112 * 4;
+/// Bytes of one object.
+pub const OBJECT_BYTES: usize = 8 * 4;
+
+/// The operator has paused the task.
+pub const FLAG_TASK_PAUSED: u32 = 8;
+/// Scrubbed or replayed.
+pub const FLAG_NOT_LIVE: u32 = 16;
+/// A recording is being written to a file.
+pub const FLAG_RECORDING: u32 = 32;
+/// Physics waits for a line of the script.
+pub const FLAG_SCRIPTED_STOP: u32 = 64;
+/// The bits of [`WorldState::flags`] that the page knows.
+const WORLD_FLAGS: u32 = 7;
+
+/// What a frame is made of.
+#[derive(Clone, Copy)]
+pub struct Moment<'a> {
+    /// The world.
+    pub world: &'a WorldState,
+    /// What the controllers said last, by arm.
+    pub status: &'a [Option<&'a ArmStatus>],
+    /// What the task said last.
+    pub decision: Option<&'a Decision>,
+    /// Simulated seconds per second.
+    pub real_time_factor: f64,
+    /// [`FLAG_NOT_LIVE`] and [`FLAG_RECORDING`].
+    pub flags: u32,
+}
+
+/// Finger joints of every arm, in the order of the cell file.
+pub type Fingers<'a> = &'a [usize];
+
+/// The frame of `moment`.
+pub fn encode(moment: &Moment<'_>, fingers: Fingers<'_>) -> Vec<u8> {
+    let world = moment.world;
+    let (arms, objects) = (world.arms(), world.objects());
+    let size = HEADER_BYTES + arms.len() * ARM_BYTES + objects.len() * OBJECT_BYTES;
+    let mut out = Frame(Vec::with_capacity(size));
+    out.u32(MAGIC);
+    out.u32(flags(moment));
+    out.f64(world.header.sim_time_ns as f64 * 1.0e-9);
+    out.f64(world.header.tick as f64);
+    out.f64(moment.real_time_factor);
+    out.u32(number(arms.len()));
+    out.u32(number(objects.len()));
+    for (index, arm) in arms.iter().enumerate() {
+        let status = moment.status.get(index).copied().flatten();
+        let fingers = fingers.get(index).copied().unwrap_or(0);
+        let mask = obstacle_word(moment.decision, index);
+        let target_valid = target_is_valid(moment, index, status);
+        out.arm(&ArmView {
+            arm,
+            status,
+            target_valid,
+            fingers,
+            mask,
+        });
+    }
+    for object in objects {
+        out.object(object);
+    }
+    out.0
+}
+
+fn flags(moment: &Moment<'_>) -> u32 {
+    let world = moment.world;
+    let bit = |on: bool, flag: u32| if on { flag } else { 0 };
+    (world.flags & WORLD_FLAGS)
+        | bit(world.panel.task_paused != 0, FLAG_TASK_PAUSED)
+        | bit(world.script_line != 0, FLAG_SCRIPTED_STOP)
+        | (moment.flags & (FLAG_NOT_LIVE | FLAG_RECORDING))
+}
+
+/// Whether the controller's target is a place to show: the task's pose, or
+/// where the operator leads the arm.
+fn target_is_valid(moment: &Moment<'_>, arm: usize, status: Option<&ArmStatus>) -> bool {
+    let panel = &moment.world.panel;
+    let led = panel.task_paused != 0 && panel.target_seq > 0 && panel.target_arm as usize == arm;
+    let goal = moment.decision.and_then(|d| d.goals.get(arm));
+    let sent = goal.is_some_and(|goal| goal.kind == GoalKind::Pose.code());
+    status.is_some_and(|status| status.goal_active == 1) && (led || sent)
+}
+
+fn number(count: usize) -> u32 {
+    u32::try_from(count).unwrap_or(0)
+}
+
+/// Which obstacles of the cell count: it is the task that says so.
+fn obstacle_word(decision: Option<&Decision>, arm: usize) -> u32 {
+    let goal = decision.and_then(|d| d.goals.get(arm));
+    let mask = goal.map_or(0, |goal| goal.obstacle_mask);
+    let all = u32::from(mask == u64::MAX) << 31;
+    (mask & 0x7fff_ffff) as u32 | all
+}
+
+struct ArmView<'a> {
+    arm: &'a ArmState,
+    status: Option<&'a ArmStatus>,
+    target_valid: bool,
+    fingers: usize,
+    mask: u32,
+}
+
+struct Frame(Vec<u8>);
+
+impl Frame {
+    fn u32(&mut self, value: u32) {
+        self.0.extend_from_slice(&value.to_le_bytes());
+    }
+
+    fn f64(&mut self, value: f64) {
+        self.0.extend_from_slice(&value.to_le_bytes());
+    }
+
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "seven digits are enough for a picture"
+    )]
+    fn f32(&mut self, value: f64) {
+        self.0.extend_from_slice(&(value as f32).to_le_bytes());
+    }
+
+    fn all(&mut self, values: &[f64]) {
+        values.iter().for_each(|value| self.f32(*value));
+    }
+
+    fn pose(&mut self, pose: &Pose) {
+        self.all(&pose.position);
+        self.all(&pose.orientation_wxyz);
+    }
+
+    fn arm(&mut self, view: &ArmView<'_>) {
+        let ArmView { arm, status, .. } = *view;
+        let goal_active = status.is_some_and(|s| s.goal_active == 1);
+        self.u32(arm.joint_count);
+        self.u32(
+            u32::from(arm.fault == 1)
+                | u32::from(arm.gripper.attached == 1) << 1
+                | u32::from(goal_active) << 2
+                | u32::from(view.target_valid) << 3,
+        );
+        let controller_stop = status.map_or(0, |s| s.stop_action);
+        self.u32((arm.stop_action & 0xffff) | controller_stop << 16);
+        // An arm has 16 joints at most.
+        self.u32(status.map_or(0, |s| (s.clipped_joints & 0xffff) as u32));
+        self.joints(arm, status, view.fingers);
+        self.pose(&arm.tcp);
+        self.pose(status.map_or(&arm.tcp, |s| &s.target));
+        self.pose(status.map_or(&arm.tcp, |s| &s.setpoint));
+        let gripper = &arm.gripper;
+        self.all(&[gripper.width, gripper.grip_force, gripper.load]);
+        self.f32(status.map_or(0.0, |s| s.position_error));
+        self.f32(status.map_or(1000.0, |s| s.min_clearance));
+        self.u32(gripper.held_object);
+        self.u32(view.mask);
+    }
+
+    fn joints(&mut self, arm: &ArmState, status: Option<&ArmStatus>, fingers: usize) {
+        let count = (arm.joint_count as usize).min(arm.joint_positions.len());
+        // A finger's position is half the width.
+        let with = |joints: &[f64; 16], finger: f64| {
+            let mut all = *joints;
+            if let Some(places) = all.get_mut(count..(count + fingers).min(16)) {
+                places.fill(finger);
+            }
+            all
+        };
+        let gripper = &arm.gripper;
+        let commanded = status.map_or(gripper.width, |s| s.gripper.width);
+        self.all(&with(&arm.joint_positions, 0.5 * gripper.width));
+        self.all(&with(&arm.joint_velocities, 0.5 * gripper.width_velocity));
+        self.all(&with(&arm.joint_efforts, gripper.grip_force));
+        self.all(&with(&arm.setpoint_positions, 0.5 * commanded));
+        self.all(&with(&arm.setpoint_accelerations, 0.0));
+    }
+
+    fn object(&mut self, object: &ObjectState) {
+        self.pose(&object.pose);
+        self.u32(object.flags);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ipc_types::Wire;
+
+    fn word(frame: &[u8], at: usize) -> u32 {
+        u32::from_le_bytes(frame[at..at + 4].try_into().unwrap())
+    }
+
+    fn float(frame: &[u8], at: usize) -> f32 {
+        f32::from_bits(word(frame, at))
+    }
+
+    #[test]
+    fn the_page_finds_every_value_at_its_place() {
+        let mut world = WorldState::zeroed();
+        (world.arm_count, world.object_count, world.flags) = (2, 3, 1);
+        world.header.sim_time_ns = 1_500_000_000;
+        world.panel.task_paused = 1;
+        world.arms[1].joint_count = 7;
+        world.arms[1].joint_positions[6] = 0.25;
+        world.arms[1].gripper.width = 0.08;
+        world.arms[1].gripper.held_object = 3;
+        world.objects[2].pose = Pose::IDENTITY;
+        world.objects[2].flags = 5;
+        let mut status = ArmStatus::zeroed();
+        (status.goal_active, status.stop_action) = (1, 3);
+        status.target = Pose::IDENTITY;
+        let mut decision = Decision::zeroed();
+        decision.goals[1].kind = GoalKind::Pose.code();
+        decision.goals[1].obstacle_mask = u64::MAX;
+        let moment = Moment {
+            world: &world,
+            status: &[None, Some(&status)],
+            decision: Some(&decision),
+            real_time_factor: 0.5,
+            flags: FLAG_RECORDING,
+        };
+        let frame = encode(&moment, &[2, 2]);
+        assert_eq!(frame.len(), HEADER_BYTES + 2 * ARM_BYTES + 3 * OBJECT_BYTES);
+        assert_eq!(word(&frame, 4), 1 | FLAG_TASK_PAUSED | FLAG_RECORDING);
+        assert_eq!(f64::from_le_bytes(frame[8..16].try_into().unwrap()), 1.5);
+        let arm = HEADER_BYTES + ARM_BYTES;
+        assert_eq!((word(&frame, arm), word(&frame, arm + 4)), (7, 4 | 8));
+        assert_eq!(word(&frame, arm + 8), 3 << 16);
+        assert_eq!(float(&frame, arm + 4 * 10), 0.25);
+        assert_eq!(
+            float(&frame, arm + 4 * 11),
+            0.04,
+            "a finger goes half the width"
+        );
+        assert_eq!(float(&frame, arm + 4 * 94), 1.0, "the target's w");
+        assert_eq!(word(&frame, arm + 4 * 110), 3);
+        assert_eq!(word(&frame, arm + 4 * 111), u32::MAX);
+        let object = HEADER_BYTES + 2 * ARM_BYTES + 2 * OBJECT_BYTES;
+        assert_eq!(float(&frame, object + 12), 1.0);
+        assert_eq!(word(&frame, object + 28), 5);
+    }
+
+    #[test]
+    fn without_controller_and_task_nothing_is_pretended() {
+        let mut world = WorldState::zeroed();
+        world.arm_count = 1;
+        let moment = Moment {
+            world: &world,
+            status: &[],
+            decision: None,
+            real_time_factor: 0.0,
+            flags: 0,
+        };
+        let frame = encode(&moment, &[]);
+        assert_eq!(word(&frame, HEADER_BYTES + 4), 0);
+        assert_eq!(float(&frame, HEADER_BYTES + 4 * 109), 1000.0);
+    }
+}

@@ -1,0 +1,175 @@
+//! How everybody is doing, as the page is told four times a second
+//! (docs/page-protocol.md, `status`).
+
+use ipc_types::decision::Outcome;
+use ipc_types::health::Scheduling;
+use ipc_types::topic::Process;
+use ipc_types::world::FLAG_LOCKSTEP;
+use ipc_types::{Decision, Health, WorldState};
+use serde_json::{Value, json};
+
+/// What a status is made of.
+#[derive(Clone, Copy)]
+pub struct Look<'a> {
+    /// Every process with its health, unless it is silent.
+    pub processes: &'a [(Process, Option<&'a Health>)],
+    /// The world.
+    pub world: Option<&'a WorldState>,
+    /// What the task said last.
+    pub decision: Option<&'a Decision>,
+    /// Names of the objects in the order of the cell file.
+    pub objects: &'a [String],
+    /// Policy of the run, where the task has not said its own.
+    pub policy: &'a str,
+}
+
+/// The message, without what the recorder knows.
+pub fn status(look: &Look<'_>) -> Value {
+    let processes: Vec<Value> = look
+        .processes
+        .iter()
+        .map(|(p, h)| process(*p, *h))
+        .collect();
+    json!({
+        "t": "status",
+        "processes": processes,
+        "task": task(look),
+        "latency": [],
+        "recorder": {
+            "state": "off", "bytes": 0, "limit_bytes": 0, "file": null, "gaps": 0, "note": "",
+        },
+        "rt": scheduling_of_run(look),
+    })
+}
+
+fn process(process: Process, health: Option<&Health>) -> Value {
+    let figure = |of: fn(&Health) -> f64| health.map_or(0.0, of);
+    let count = |of: fn(&Health) -> u64| health.map_or(0, of);
+    json!({
+        "name": process.name(),
+        "state": if health.is_some() { "running" } else { "silent" },
+        "pid": health.map(|h| h.pid),
+        "generation": health.map(|h| h.header.generation),
+        "scheduling": health.map(|h| scheduling(h)),
+        "rate_hz": figure(|h| h.rate_hz),
+        "late_p50_us": figure(|h| h.lateness_p50_ns * 1.0e-3),
+        "late_p99_us": figure(|h| h.lateness_p99_ns * 1.0e-3),
+        "late_max_us": figure(|h| h.lateness_max_ns * 1.0e-3),
+        "body_p50_us": figure(|h| h.body_p50_ns * 1.0e-3),
+        "body_p99_us": figure(|h| h.body_p99_ns * 1.0e-3),
+        "missed": count(|h| h.missed_cycles),
+        "rejected": count(|h| h.rejected),
+        "fenced": count(|h| h.fenced),
+        "note": health.map_or("", |h| h.note.as_str()),
+    })
+}
+
+fn scheduling(health: &Health) -> &'static str {
+    if health.scheduling == Scheduling::Fifo.code() {
+        "fifo"
+    } else {
+        "other"
+    }
+}
+
+fn scheduling_of_run(look: &Look<'_>) -> &'static str {
+    if look.world.is_some_and(|world| world.has(FLAG_LOCKSTEP)) {
+        return "lockstep";
+    }
+    let physics = look.processes.iter().find(|(p, _)| *p == Process::Physics);
+    physics
+        .and_then(|(_, health)| health.map(scheduling))
+        .unwrap_or("other")
+}
+
+fn task(look: &Look<'_>) -> Value {
+    let decision = look.decision;
+    let count = |of: fn(&Decision) -> u32| decision.map_or(0, of);
+    let policy = decision.map_or("", |d| d.policy.as_str());
+    let outcome = decision.and_then(|d| Outcome::from_code(d.outcome));
+    let ticks = match (look.world, decision) {
+        (Some(world), Some(decision)) => world.header.tick.saturating_sub(decision.header.tick),
+        _ => 0,
+    };
+    let violations = look
+        .world
+        .map_or(0, |w| w.arms().iter().map(|a| a.limit_violations).sum());
+    json!({
+        "policy": if policy.is_empty() { look.policy } else { policy },
+        "outcome": outcome.map_or("idle", word),
+        "phase": decision.map_or("", |d| d.phase.as_str()),
+        "reason": decision.map_or("", |d| d.reason.as_str()),
+        "drops": count(|d| d.drops),
+        "resyncs": count(|d| d.resyncs),
+        "aborts": count(|d| d.aborts),
+        "recoveries": count(|d| d.recoveries),
+        "placed": placed(decision, look.objects),
+        // A tick is a millisecond.
+        "decision_age_ms": ticks,
+        "limit_violations": violations as u64,
+        "io": { "conveyor_running": decision.is_some_and(|d| d.io.conveyor_running == 1) },
+    })
+}
+
+fn word(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Idle => "idle",
+        Outcome::Running => "running",
+        Outcome::Done => "done",
+        Outcome::Failed => "failed",
+        Outcome::Paused => "paused",
+    }
+}
+
+fn placed<'a>(decision: Option<&Decision>, objects: &'a [String]) -> Vec<&'a str> {
+    let Some(decision) = decision else {
+        return Vec::new();
+    };
+    let indices = decision.placed.iter().take(decision.placed_count as usize);
+    indices
+        .filter_map(|index| objects.get(*index as usize).map(String::as_str))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ipc_types::{Text, Wire};
+
+    #[test]
+    fn a_silent_process_and_a_task_at_work_are_told() {
+        let mut world = WorldState::zeroed();
+        world.header.tick = 120;
+        let mut decision = Decision::zeroed();
+        decision.header.tick = 110;
+        decision.outcome = Outcome::Running.code();
+        decision.policy = Text::new("bt");
+        (
+            decision.placed_count,
+            decision.placed[0],
+            decision.placed[1],
+        ) = (2, 1, 99);
+        let mut health = Health::zeroed();
+        (health.pid, health.lateness_p99_ns) = (7, 2500.0);
+        let processes = [(Process::Physics, Some(&health)), (Process::Task, None)];
+        let objects = ["red".to_owned(), "</script>".to_owned()];
+        let message = status(&Look {
+            processes: &processes,
+            world: Some(&world),
+            decision: Some(&decision),
+            objects: &objects,
+            policy: "fsm",
+        });
+        assert_eq!(message["processes"][0]["late_p99_us"], 2.5);
+        assert_eq!(message["processes"][1]["state"], "silent");
+        assert_eq!(message["processes"][1]["pid"], Value::Null);
+        let task = &message["task"];
+        assert_eq!(
+            (&task["policy"], &task["outcome"]),
+            (&json!("bt"), &json!("running"))
+        );
+        assert_eq!(task["placed"], json!(["</script>"]));
+        assert_eq!(task["decision_age_ms"], 10);
+        assert_eq!(message["rt"], "other");
+    }
+}

@@ -1,0 +1,441 @@
+//! What the task says about itself, put together from its trace for the page:
+//! pictures, how their nodes stand, the last way taken, values, the log.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+use behavior::graph::{GraphEdge, GraphNode};
+use ipc_types::TraceLine;
+use ipc_types::trace::{FIELD_END, TraceKind};
+use serde_json::{Value, json};
+
+use crate::mark;
+
+/// Lines of the log a late joiner is told.
+pub const KEPT_LINES: usize = 500;
+/// A policy has no more pictures, and none has more nodes, edges or names.
+const MAX_GRAPHS: usize = 16;
+const MAX_NODES: usize = 4096;
+const MAX_NAMES: usize = 512;
+
+/// One picture of the policy.
+#[derive(Clone, Debug, Default)]
+struct Picture {
+    name: String,
+    nodes: Vec<GraphNode>,
+    edges: Vec<GraphEdge>,
+    letters: Vec<u8>,
+    taken: Option<GraphEdge>,
+    left: Option<usize>,
+    keys: BTreeMap<String, String>,
+    guards: BTreeMap<String, bool>,
+}
+
+/// What was said since it was told last.
+#[derive(Clone, Debug, Default)]
+struct News {
+    graphs: bool,
+    letters: BTreeSet<usize>,
+    taken: BTreeSet<usize>,
+    keys: BTreeSet<(usize, String)>,
+    guards: BTreeSet<(usize, String)>,
+    lines: Vec<Value>,
+}
+
+/// The trace of a task as far as it was heard.
+#[derive(Clone, Debug, Default)]
+pub struct Story {
+    pictures: Vec<Picture>,
+    log: VecDeque<Value>,
+    news: News,
+}
+
+impl Story {
+    /// Takes one line; what makes no sense is left out.
+    pub fn take(&mut self, line: &TraceLine) {
+        let (graph, node) = (line.graph as usize, line.node as usize);
+        let text = line.text.as_str();
+        let time_s = line.header.sim_time_ns as f64 * 1.0e-9;
+        match TraceKind::from_code(line.kind) {
+            Some(TraceKind::Log) => self.say(time_s, "log", text),
+            Some(TraceKind::Transition) => self.say(time_s, "transition", text),
+            Some(TraceKind::Lifecycle) => self.say(time_s, "lifecycle", text),
+            Some(TraceKind::Node) => self.node(graph, node, line),
+            Some(TraceKind::Edge) => self.edge(graph, line),
+            Some(TraceKind::Status) => {
+                let letters = b"IRSFR";
+                let letter = letters.get(line.to as usize).copied().unwrap_or(b'I');
+                self.letter(graph, node, letter, text);
+            }
+            Some(TraceKind::Statuses) => {
+                for (offset, letter) in text.bytes().enumerate() {
+                    self.letter(graph, node.saturating_add(offset), page_letter(letter), "");
+                }
+            }
+            Some(TraceKind::Guard) => self.guard(graph, node, text, line.to == 1),
+            Some(TraceKind::Key) => self.key(graph, text),
+            None => {}
+        }
+    }
+
+    /// Adds a line to the log.
+    pub fn say(&mut self, time_s: f64, kind: &str, text: &str) {
+        let line = json!({ "time_s": time_s, "kind": kind, "text": text, "mark": mark::of(text) });
+        self.news.lines.push(line.clone());
+        if self.news.lines.len() > KEPT_LINES {
+            self.news.lines.remove(0);
+        }
+        self.log.push_back(line);
+        if self.log.len() > KEPT_LINES {
+            self.log.pop_front();
+        }
+    }
+
+    /// Messages about all that is new since the last call.
+    pub fn news(&mut self) -> Vec<Value> {
+        let news = std::mem::take(&mut self.news);
+        let mut out = Vec::new();
+        if news.graphs && self.pictures.iter().all(Picture::is_whole) {
+            out.push(self.graphs_message());
+        } else {
+            // The rest of the picture is on its way.
+            self.news.graphs = news.graphs;
+        }
+        out.extend(
+            news.letters
+                .iter()
+                .filter_map(|g| self.statuses_message(*g)),
+        );
+        out.extend(news.taken.iter().filter_map(|g| self.edge_message(*g)));
+        for graph in 0..self.pictures.len() {
+            out.extend(self.values_message(graph, Some(&news)));
+        }
+        if !news.lines.is_empty() {
+            out.push(json!({ "t": "log", "lines": news.lines }));
+        }
+        out
+    }
+
+    /// Messages that tell somebody new everything.
+    pub fn everything(&self) -> Vec<Value> {
+        let mut out = vec![self.graphs_message()];
+        for graph in 0..self.pictures.len() {
+            out.extend(self.statuses_message(graph));
+            out.extend(self.edge_message(graph));
+            out.extend(self.values_message(graph, None));
+        }
+        out.push(json!({ "t": "log", "lines": self.log }));
+        out
+    }
+
+    fn graphs_message(&self) -> Value {
+        let graphs: Vec<Value> = self.pictures.iter().map(Picture::to_json).collect();
+        json!({ "t": "graphs", "graphs": graphs })
+    }
+
+    fn statuses_message(&self, graph: usize) -> Option<Value> {
+        let letters = String::from_utf8(self.pictures.get(graph)?.letters.clone()).ok()?;
+        Some(json!({ "t": "statuses", "graph": graph, "letters": letters }))
+    }
+
+    fn edge_message(&self, graph: usize) -> Option<Value> {
+        let edge = self.pictures.get(graph)?.taken.as_ref()?;
+        let (from, to, label) = (edge.from, edge.to, &edge.label);
+        Some(json!({ "t": "edge", "graph": graph, "from": from, "to": to, "label": label }))
+    }
+
+    /// Keys and guards, all of them or what is new.
+    fn values_message(&self, graph: usize, only: Option<&News>) -> Vec<Value> {
+        let Some(picture) = self.pictures.get(graph) else {
+            return Vec::new();
+        };
+        let mut out = Vec::new();
+        let wanted = |set: Option<&BTreeSet<(usize, String)>>, name: &str| {
+            set.is_none_or(|set| set.contains(&(graph, name.to_owned())))
+        };
+        let mut keys = picture.keys.clone();
+        keys.retain(|name, _| wanted(only.map(|n| &n.keys), name));
+        if !keys.is_empty() {
+            out.push(json!({ "t": "keys", "graph": graph, "values": keys }));
+        }
+        let mut guards = picture.guards.clone();
+        guards.retain(|name, _| wanted(only.map(|n| &n.guards), name));
+        if !guards.is_empty() {
+            out.push(json!({ "t": "guards", "graph": graph, "values": guards }));
+        }
+        out
+    }
+
+    fn letter(&mut self, graph: usize, node: usize, letter: u8, reason: &str) {
+        let Some(picture) = self.pictures.get_mut(graph) else {
+            return;
+        };
+        let Some(slot) = picture
+            .letters
+            .get_mut(node)
+            .filter(|slot| **slot != letter)
+        else {
+            return;
+        };
+        let before = std::mem::replace(slot, letter);
+        self.news.letters.insert(graph);
+        if picture.edges.is_empty() {
+            return;
+        }
+        if letter != b'R' && before == b'R' {
+            picture.left = Some(node);
+        } else if letter == b'R'
+            && let Some(from) = picture.left.take()
+        {
+            picture.taken = Some(picture.way(from, node, reason));
+            self.news.taken.insert(graph);
+        }
+    }
+
+    fn guard(&mut self, graph: usize, node: usize, name: &str, holds: bool) {
+        let Some(picture) = self.pictures.get_mut(graph) else {
+            return;
+        };
+        // A guard without a name of its own has that of its node.
+        let of_node = picture.nodes.get(node).filter(|_| name == "guard");
+        let name = of_node.map_or(name, |node| &node.name).to_owned();
+        let room = picture.guards.len() < MAX_NAMES || picture.guards.contains_key(&name);
+        if room && picture.guards.insert(name.clone(), holds) != Some(holds) {
+            self.news.guards.insert((graph, name));
+        }
+    }
+
+    fn key(&mut self, graph: usize, text: &str) {
+        let (Some(picture), Some((name, value))) =
+            (self.pictures.get_mut(graph), text.split_once('='))
+        else {
+            return;
+        };
+        let room = picture.keys.len() < MAX_NAMES || picture.keys.contains_key(name);
+        let known = picture.keys.get(name).is_some_and(|known| known == value);
+        if room && !known {
+            picture.keys.insert(name.to_owned(), value.to_owned());
+            self.news.keys.insert((graph, name.to_owned()));
+        }
+    }
+
+    fn node(&mut self, graph: usize, node: usize, line: &TraceLine) {
+        let count = line.to as usize;
+        if graph >= MAX_GRAPHS || count > MAX_NODES || node >= count {
+            return;
+        }
+        if self.pictures.len() <= graph {
+            self.pictures.resize_with(graph + 1, Picture::default);
+        }
+        let Some(picture) = self.pictures.get_mut(graph) else {
+            return;
+        };
+        let mut fields = line.text.as_str().split(FIELD_END).map(str::to_owned);
+        let mut field = || fields.next().unwrap_or_default();
+        let name = field();
+        let spec = GraphNode {
+            id: field(),
+            kind: field(),
+            name: field(),
+            parent: (line.from as usize).checked_sub(1).filter(|p| *p < node),
+            detail: field(),
+        };
+        if picture.name != name || picture.nodes.len() != count {
+            // Another policy: nothing of the one before is left.
+            *picture = Picture {
+                name,
+                ..Picture::default()
+            };
+            picture.nodes.resize_with(count, nobody);
+            picture.letters.resize(count, b'I');
+            self.news.graphs = true;
+            self.news.letters.insert(graph);
+            if graph == 0 {
+                self.pictures.truncate(1);
+            }
+        }
+        let Some(picture) = self.pictures.get_mut(graph) else {
+            return;
+        };
+        if let Some(slot) = picture.nodes.get_mut(node).filter(|slot| **slot != spec) {
+            *slot = spec;
+            self.news.graphs = true;
+        }
+    }
+
+    fn edge(&mut self, graph: usize, line: &TraceLine) {
+        let Some(picture) = self.pictures.get_mut(graph) else {
+            return;
+        };
+        let edge = GraphEdge {
+            from: line.from as usize,
+            to: line.to as usize,
+            label: line.text.as_str().to_owned(),
+        };
+        let nodes = picture.nodes.len();
+        let fits = edge.from < nodes && edge.to < nodes && picture.edges.len() < MAX_NODES;
+        if fits && !picture.edges.contains(&edge) {
+            picture.edges.push(edge);
+            self.news.graphs = true;
+        }
+    }
+}
+
+impl Picture {
+    /// What it is a picture of: a tree has no edges, and the names of the nodes
+    /// of the others tell which.
+    fn kind(&self) -> &'static str {
+        let is = |kind: &str| self.nodes.iter().any(|node| node.kind == kind);
+        match () {
+            () if is("phase") => "code",
+            () if is("state") && self.nodes.iter().any(|n| n.detail.contains(": ")) => "matrix",
+            () if is("state") => "machine",
+            () => "tree",
+        }
+    }
+
+    fn is_whole(&self) -> bool {
+        self.nodes.iter().all(|node| !node.id.is_empty())
+    }
+
+    fn to_json(&self) -> Value {
+        json!({ "name": self.name, "kind": self.kind(), "nodes": self.nodes, "edges": self.edges })
+    }
+
+    /// The edge of the picture from one node to another, or one that is not in it.
+    fn way(&self, from: usize, to: usize, reason: &str) -> GraphEdge {
+        let known = self.edges.iter().find(|e| e.from == from && e.to == to);
+        known.cloned().unwrap_or_else(|| GraphEdge {
+            from,
+            to,
+            label: reason.to_owned(),
+        })
+    }
+}
+
+/// The page knows four letters: a node that is told to stop still runs.
+fn page_letter(letter: u8) -> u8 {
+    match letter {
+        b'S' | b'F' => letter,
+        b'R' | b'H' => b'R',
+        _ => b'I',
+    }
+}
+
+fn nobody() -> GraphNode {
+    GraphNode {
+        id: String::new(),
+        kind: String::new(),
+        name: String::new(),
+        parent: None,
+        detail: String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ipc_types::{Text, Wire};
+
+    fn line(kind: TraceKind, node: u32, from: u32, to: u32, text: &str) -> TraceLine {
+        let mut line = TraceLine::zeroed();
+        line.kind = kind.code();
+        (line.node, line.from, line.to) = (node, from, to);
+        line.text = Text::new(text);
+        line
+    }
+
+    fn machine() -> Story {
+        let mut story = Story::default();
+        for (node, name) in [(0, "open"), (1, "shut")] {
+            let text = format!("door\u{1f}{name}\u{1f}state\u{1f}{name}\u{1f}");
+            story.take(&line(TraceKind::Node, node, 0, 2, &text));
+        }
+        story.take(&line(TraceKind::Edge, 0, 0, 1, "push"));
+        story
+    }
+
+    fn kinds(messages: &[Value]) -> Vec<&str> {
+        messages.iter().filter_map(|m| m["t"].as_str()).collect()
+    }
+
+    #[test]
+    fn a_machine_shows_the_way_it_took() {
+        let mut story = machine();
+        story.take(&line(TraceKind::Statuses, 0, 0, 0, "R-"));
+        let first = story.news();
+        assert_eq!(kinds(&first), ["graphs", "statuses"]);
+        assert_eq!(first[0]["graphs"][0]["kind"], "machine");
+        assert_eq!(first[1]["letters"], "RI");
+        story.take(&line(TraceKind::Status, 0, 1, 0, ""));
+        story.take(&line(TraceKind::Status, 1, 0, 1, ""));
+        let second = story.news();
+        assert_eq!(kinds(&second), ["statuses", "edge"]);
+        assert_eq!(
+            (&second[1]["label"], &second[1]["to"]),
+            (&json!("push"), &json!(1))
+        );
+        assert!(story.news().is_empty());
+    }
+
+    #[test]
+    fn only_what_changed_is_told_and_a_late_joiner_is_told_all() {
+        let mut story = machine();
+        story.take(&line(TraceKind::Key, 0, 0, 0, "local.cube=red"));
+        story.take(&line(TraceKind::Guard, 1, 0, 1, "guard"));
+        story.take(&line(
+            TraceKind::Log,
+            0,
+            0,
+            0,
+            "[drop] <script>alert(1)</script>",
+        ));
+        story.news();
+        story.take(&line(TraceKind::Key, 0, 0, 0, "local.cube=red"));
+        story.take(&line(TraceKind::Guard, 1, 0, 0, "guard"));
+        let news = story.news();
+        assert_eq!(
+            news,
+            [json!({ "t": "guards", "graph": 0, "values": { "shut": false } })]
+        );
+        let all = story.everything();
+        assert_eq!(kinds(&all), ["graphs", "statuses", "keys", "guards", "log"]);
+        assert_eq!(all[4]["lines"][0]["mark"], "drop");
+        assert_eq!(
+            all[4]["lines"][0]["text"],
+            "[drop] <script>alert(1)</script>"
+        );
+    }
+
+    #[test]
+    fn half_a_picture_is_not_shown_and_another_policy_replaces_all() {
+        let mut story = machine();
+        story.news();
+        let half = "tree\u{1f}root\u{1f}selector\u{1f}Root\u{1f}";
+        story.take(&line(TraceKind::Node, 0, 0, 2, half));
+        assert!(!kinds(&story.news()).contains(&"graphs"));
+        let rest = "tree\u{1f}lift\u{1f}action\u{1f}Lift\u{1f}";
+        story.take(&line(TraceKind::Node, 1, 1, 2, rest));
+        let news = story.news();
+        assert_eq!(news[0]["graphs"][0]["kind"], "tree");
+        assert_eq!(news[0]["graphs"][0]["edges"], json!([]));
+        assert_eq!(news[0]["graphs"][0]["nodes"][1]["parent"], 0);
+    }
+
+    #[test]
+    fn nonsense_is_left_out_and_the_log_is_bounded() {
+        let mut story = Story::default();
+        story.take(&line(TraceKind::Node, 7, 0, 3, "x"));
+        story.take(&line(TraceKind::Node, 0, 0, u32::MAX, "x"));
+        story.take(&line(TraceKind::Statuses, u32::MAX, 9, 9, "RR"));
+        story.take(&line(TraceKind::Edge, 0, 1, 2, "x"));
+        story.take(&line(TraceKind::Key, 0, 1, 2, "a=b"));
+        assert!(story.news().is_empty());
+        for _ in 0..2000 {
+            story.say(0.0, "log", "x");
+        }
+        assert_eq!(
+            story.everything()[1]["lines"].as_array().unwrap().len(),
+            KEPT_LINES
+        );
+    }
+}

@@ -1,0 +1,124 @@
+//! The built page: read once, into memory. What is not in the list does not
+//! exist, so no path leads anywhere else.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use axum::body::Bytes;
+use rust_embed::RustEmbed;
+
+/// More files, or larger ones all together, are no page of ours.
+const MAX_FILES: usize = 4000;
+const MAX_BYTES: u64 = 128 << 20;
+/// Folders within folders.
+const MAX_DEPTH: usize = 8;
+
+/// The page of a release.
+#[derive(RustEmbed)]
+#[folder = "ui/dist"]
+#[allow_missing = true]
+struct Embedded;
+
+/// One file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Asset {
+    /// Its bytes.
+    pub body: Bytes,
+    /// Its type for browsers.
+    pub mime: &'static str,
+}
+
+/// Files by the path they are asked for with, `/index.html`.
+#[derive(Clone, Debug, Default)]
+pub struct Files {
+    by_path: BTreeMap<String, Asset>,
+}
+
+impl Files {
+    /// The built page in `dist`, or the embedded one.
+    pub fn page(dist: Option<&Path>) -> Self {
+        match dist {
+            Some(dist) => Self::folder(dist, ""),
+            None => Self::embedded(),
+        }
+    }
+
+    /// All files under `folder`, with `prefix` before their paths. Links are
+    /// not followed; what cannot be read is left out.
+    pub fn folder(folder: &Path, prefix: &str) -> Self {
+        let mut files = Self::default();
+        let mut room = MAX_BYTES;
+        files.walk(folder, prefix, MAX_DEPTH, &mut room);
+        files
+    }
+
+    fn embedded() -> Self {
+        let mut files = Self::default();
+        for path in Embedded::iter() {
+            if let Some(file) = Embedded::get(&path) {
+                files.insert(format!("/{path}"), file.data.into_owned());
+            }
+        }
+        files
+    }
+
+    fn walk(&mut self, folder: &Path, prefix: &str, depth: usize, room: &mut u64) {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        for entry in entries {
+            let (Ok(kind), Ok(name)) = (entry.file_type(), entry.file_name().into_string()) else {
+                continue;
+            };
+            let path = format!("{prefix}/{name}");
+            if kind.is_dir() && depth > 0 {
+                self.walk(&entry.path(), &path, depth - 1, room);
+            }
+            let size = entry.metadata().map_or(u64::MAX, |meta| meta.len());
+            if !kind.is_file() || size > *room || self.by_path.len() >= MAX_FILES {
+                continue;
+            }
+            if let Ok(body) = std::fs::read(entry.path()) {
+                *room -= size.min(*room);
+                self.insert(path, body);
+            }
+        }
+    }
+
+    fn insert(&mut self, path: String, body: Vec<u8>) {
+        let mime = mime(&path);
+        let body = Bytes::from(body);
+        self.by_path.insert(path, Asset { body, mime });
+    }
+
+    /// The file asked for by exactly this path; `/` is the page itself.
+    pub fn get(&self, path: &str) -> Option<&Asset> {
+        self.by_path
+            .get(if path == "/" { "/index.html" } else { path })
+    }
+
+    /// Whether there is a page.
+    pub fn has_page(&self) -> bool {
+        self.get("/").is_some()
+    }
+
+    /// The paths.
+    pub fn paths(&self) -> impl Iterator<Item = &str> + Clone {
+        self.by_path.keys().map(String::as_str)
+    }
+}
+
+fn mime(path: &str) -> &'static str {
+    match path.rsplit_once('.').map_or("", |(_, ending)| ending) {
+        "html" => "text/html; charset=utf-8",
+        "js" | "mjs" => "text/javascript; charset=utf-8",
+        "css" => "text/css; charset=utf-8",
+        "json" | "map" => "application/json",
+        "svg" => "image/svg+xml",
+        "png" => "image/png",
+        "ico" => "image/x-icon",
+        "woff2" => "font/woff2",
+        "wasm" => "application/wasm",
+        "glb" => "model/gltf-binary",
+        "txt" => "text/plain; charset=utf-8",
+        _ => "application/octet-stream",
+    }
+}

@@ -1,0 +1,254 @@
+//! Who may come in: the name the server is called by, where a request comes
+//! from, tokens and cookies.
+
+use std::net::{IpAddr, SocketAddr};
+
+use axum::http::header::{AUTHORIZATION, COOKIE, HOST, ORIGIN};
+use axum::http::{HeaderMap, Uri};
+use cell_model::run_spec::PageSecrets;
+use subtle::ConstantTimeEq;
+
+use crate::page::role::Role;
+
+/// Decides about every request.
+#[derive(Clone, Debug)]
+pub struct Gate {
+    address: SocketAddr,
+    secrets: PageSecrets,
+    cookie: String,
+}
+
+impl Gate {
+    /// The gate of a server that listens at `address`.
+    pub fn new(address: SocketAddr, secrets: PageSecrets) -> Self {
+        // Cookies of one host are shared by its ports: the name tells the cells
+        // apart.
+        let cookie = format!("robocell_{}", address.port());
+        Self {
+            address,
+            secrets,
+            cookie,
+        }
+    }
+
+    /// Whether the request was sent to this server under one of its own names.
+    /// Another name is another site that resolves to this address.
+    pub fn is_for_us(&self, uri: &Uri, headers: &HeaderMap) -> bool {
+        let mut hosts = headers.get_all(HOST).iter();
+        let (Some(host), None) = (hosts.next(), hosts.next()) else {
+            return false;
+        };
+        let asked = uri
+            .authority()
+            .is_none_or(|asked| self.is_our_name(asked.as_str()));
+        asked && host.to_str().is_ok_and(|host| self.is_our_name(host))
+    }
+
+    fn is_our_name(&self, host: &str) -> bool {
+        let port = format!(":{}", self.address.port());
+        let name = match host.strip_suffix(&port) {
+            Some(name) => name,
+            None if self.address.port() == 80 => host,
+            None => return false,
+        };
+        if name.eq_ignore_ascii_case("localhost") {
+            return true;
+        }
+        let bare = name
+            .strip_prefix('[')
+            .and_then(|rest| rest.strip_suffix(']'));
+        let address = match bare {
+            Some(v6) => v6.parse().ok().map(IpAddr::V6),
+            None => name.parse().ok().map(IpAddr::V4),
+        };
+        let listens = self.address.ip();
+        // A browser that names an address was told the address, so where the
+        // server listens at all of them, each is its name.
+        address.is_some_and(|ip| {
+            ip.is_loopback() && is_plain_loopback(ip) || ip == listens || listens.is_unspecified()
+        })
+    }
+
+    /// Whether a request that changes something, or stays, comes from our own
+    /// page, or from a program that shows its token.
+    pub fn is_from_us(&self, headers: &HeaderMap) -> bool {
+        let mut origins = headers.get_all(ORIGIN).iter();
+        match (origins.next(), origins.next()) {
+            (None, _) => self.bearer(headers).is_some(),
+            (Some(origin), None) => {
+                let host = headers.get(HOST).and_then(|host| host.to_str().ok());
+                let ours = host.map(|host| format!("http://{host}"));
+                ours.is_some_and(|ours| origin.as_bytes().eq_ignore_ascii_case(ours.as_bytes()))
+            }
+            _ => false,
+        }
+    }
+
+    /// What the sender of a request may do.
+    pub fn role(&self, headers: &HeaderMap) -> Option<Role> {
+        self.bearer(headers).or_else(|| self.cookie_role(headers))
+    }
+
+    /// What a token stands for.
+    pub fn role_of_token(&self, token: &str) -> Option<Role> {
+        self.role_of(
+            token,
+            &self.secrets.operator_token,
+            &self.secrets.viewer_token,
+        )
+    }
+
+    /// The header line that gives a client its role.
+    pub fn set_cookie(&self, role: Role) -> String {
+        let value = match role {
+            Role::Operator => &self.secrets.operator_cookie,
+            Role::Viewer => &self.secrets.viewer_cookie,
+        };
+        format!("{}={value}; Path=/; HttpOnly; SameSite=Strict", self.cookie)
+    }
+
+    fn bearer(&self, headers: &HeaderMap) -> Option<Role> {
+        let line = headers.get(AUTHORIZATION)?.to_str().ok()?;
+        let (scheme, token) = line.split_once(' ')?;
+        if !scheme.eq_ignore_ascii_case("bearer") {
+            return None;
+        }
+        self.role_of_token(token.trim())
+    }
+
+    fn cookie_role(&self, headers: &HeaderMap) -> Option<Role> {
+        let lines = headers
+            .get_all(COOKIE)
+            .iter()
+            .filter_map(|line| line.to_str().ok());
+        let pairs = lines.flat_map(|line| line.split(';'));
+        let ours = pairs.filter_map(|pair| {
+            let (name, value) = pair.trim().split_once('=')?;
+            (name == self.cookie).then_some(value)
+        });
+        let secrets = &self.secrets;
+        ours.filter_map(|value| {
+            self.role_of(value, &secrets.operator_cookie, &secrets.viewer_cookie)
+        })
+        .max()
+    }
+
+    fn role_of(&self, given: &str, operator: &str, viewer: &str) -> Option<Role> {
+        let same = |secret: &str| -> bool {
+            !secret.is_empty() && bool::from(given.as_bytes().ct_eq(secret.as_bytes()))
+        };
+        let (operator, viewer) = (same(operator), same(viewer));
+        match (operator, viewer) {
+            (true, _) => Some(Role::Operator),
+            (_, true) => Some(Role::Viewer),
+            _ => None,
+        }
+    }
+}
+
+/// 127.0.0.1 and ::1; the rest of 127/8 is nobody's name.
+fn is_plain_loopback(ip: IpAddr) -> bool {
+    ip == IpAddr::from([127, 0, 0, 1]) || ip == IpAddr::from([0, 0, 0, 0, 0, 0, 0, 1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use axum::http::HeaderValue;
+
+    fn gate(address: &str) -> Gate {
+        let secrets = PageSecrets {
+            operator_token: "a".repeat(32),
+            viewer_token: "b".repeat(32),
+            operator_cookie: "c".repeat(32),
+            viewer_cookie: "d".repeat(32),
+        };
+        Gate::new(address.parse().unwrap(), secrets)
+    }
+
+    fn headers(lines: &[(&'static str, &str)]) -> HeaderMap {
+        let mut map = HeaderMap::new();
+        for (name, value) in lines {
+            map.append(*name, HeaderValue::from_str(value).unwrap());
+        }
+        map
+    }
+
+    #[test]
+    fn only_our_own_names_are_answered() {
+        let loopback = gate("127.0.0.1:8000");
+        for host in [
+            "localhost:8000",
+            "127.0.0.1:8000",
+            "[::1]:8000",
+            "LOCALHOST:8000",
+        ] {
+            assert!(loopback.is_our_name(host), "{host}");
+        }
+        let strange = [
+            "",
+            ":8000",
+            "localhost",
+            "localhost:8001",
+            "evil.example:8000",
+            "127.0.0.2:8000",
+            "localhost.evil.example:8000",
+            "localhost:8000.evil.example",
+            "192.168.0.7:8000",
+            "[::ffff:127.0.0.1]:8000",
+            "user@localhost:8000",
+            "0.0.0.0:8000",
+        ];
+        for host in strange {
+            assert!(!loopback.is_our_name(host), "{host}");
+        }
+        assert!(gate("192.168.0.7:8000").is_our_name("192.168.0.7:8000"));
+        assert!(!gate("192.168.0.7:8000").is_our_name("192.168.0.8:8000"));
+        assert!(gate("0.0.0.0:8000").is_our_name("192.168.0.8:8000"));
+        assert!(!gate("0.0.0.0:8000").is_our_name("evil.example:8000"));
+        let two = headers(&[("host", "localhost:8000"), ("host", "evil.example")]);
+        assert!(!loopback.is_for_us(&Uri::from_static("/"), &two));
+        let ours = headers(&[("host", "localhost:8000")]);
+        let absolute = Uri::from_static("http://evil.example/");
+        assert!(!loopback.is_for_us(&absolute, &ours));
+    }
+
+    #[test]
+    fn a_page_of_another_origin_is_a_stranger_and_a_program_shows_its_token() {
+        let gate = gate("127.0.0.1:8000");
+        let from = |lines: &[(&'static str, &str)]| {
+            let mut all = headers(lines);
+            all.insert(HOST, HeaderValue::from_static("localhost:8000"));
+            gate.is_from_us(&all)
+        };
+        let token = format!("Bearer {}", "a".repeat(32));
+        assert!(from(&[("origin", "http://localhost:8000")]));
+        assert!(!from(&[("origin", "http://localhost:8001")]));
+        assert!(!from(&[("origin", "https://localhost:8000")]));
+        assert!(!from(&[("origin", "null")]));
+        assert!(!from(&[]));
+        assert!(from(&[("authorization", &token)]));
+        assert!(!from(&[
+            ("authorization", &token),
+            ("origin", "http://evil.example")
+        ]));
+        assert!(!from(&[("authorization", "Bearer x")]));
+    }
+
+    #[test]
+    fn the_best_cookie_counts_and_those_of_other_cells_do_not() {
+        let gate = gate("127.0.0.1:8000");
+        let role = |line: &str| gate.role(&headers(&[("cookie", line)]));
+        let (operator, viewer) = ("c".repeat(32), "d".repeat(32));
+        assert_eq!(role(&format!("robocell_8000={viewer}")), Some(Role::Viewer));
+        let both = format!("x=1; robocell_8000={viewer}; robocell_8000={operator}");
+        assert_eq!(role(&both), Some(Role::Operator));
+        assert_eq!(role(&format!("robocell_8001={operator}")), None);
+        assert_eq!(role("robocell_8000="), None);
+        assert_eq!(
+            role(&format!("robocell_8000={}", "a".repeat(32))),
+            None,
+            "a token"
+        );
+    }
+}

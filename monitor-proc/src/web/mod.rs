@@ -1,0 +1,11 @@
+//! The HTTP server of the page (docs/page-protocol.md).
+
+pub mod files;
+pub mod gate;
+mod link;
+mod plain;
+mod routes;
+mod serve;
+mod socket;
+
+pub use serve::{Listening, Site, bind};

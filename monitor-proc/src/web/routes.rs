@@ -1,0 +1,221 @@
+//! What is answered to which request, and in which order it is checked: the
+//! name of the server, then who asks, then what for.
+
+use std::sync::Arc;
+
+use axum::Router;
+use axum::body::Body;
+use axum::extract::connect_info::ConnectInfo;
+use axum::extract::rejection::{JsonRejection, QueryRejection};
+use axum::extract::ws::WebSocketUpgrade;
+use axum::extract::ws::rejection::WebSocketUpgradeRejection;
+use axum::extract::{DefaultBodyLimit, Query, Request, State};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{any, post};
+use serde::Deserialize;
+
+use super::files::Asset;
+use super::link::Patience;
+use super::serve::Served;
+use super::{plain, socket};
+
+/// Largest body of a request (bytes).
+const MAX_BODY: usize = 4096;
+/// Scripts, styles and connections from here only; pictures may be made by the
+/// page itself.
+const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; \
+    img-src 'self' data: blob:; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; \
+    form-action 'none'; object-src 'none'";
+
+type Ours = State<Arc<Served>>;
+
+/// All routes behind the first check.
+pub(super) fn router(served: Arc<Served>) -> Router {
+    Router::new()
+        .route("/ws", any(websocket))
+        .route("/api/scene", any(scene))
+        .route("/api/token", post(token))
+        .fallback(file)
+        .layer(DefaultBodyLimit::max(MAX_BODY))
+        .layer(middleware::from_fn_with_state(served.clone(), first_check))
+        .with_state(served)
+}
+
+/// Host before anything else; the headers of every answer.
+async fn first_check(
+    State(served): Ours,
+    ConnectInfo(patience): ConnectInfo<Patience>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let for_us = served.site.gate.is_for_us(request.uri(), request.headers());
+    let mut response = if for_us {
+        next.run(request).await
+    } else {
+        let text = "this is not the name of this server; use 127.0.0.1 or localhost\n";
+        plain::line(StatusCode::FORBIDDEN, text)
+    };
+    patience.renew();
+    let headers = response.headers_mut();
+    let fixed = [
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::X_FRAME_OPTIONS, "DENY"),
+    ];
+    for (name, value) in fixed {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+#[derive(Deserialize)]
+struct Entry {
+    token: Option<String>,
+}
+
+/// The page and its files.
+async fn file(
+    State(served): Ours,
+    method: Method,
+    uri: Uri,
+    headers: HeaderMap,
+    entry: Result<Query<Entry>, QueryRejection>,
+) -> Response {
+    if method != Method::GET && method != Method::HEAD {
+        return plain::line(StatusCode::METHOD_NOT_ALLOWED, "only GET\n");
+    }
+    let gate = &served.site.gate;
+    let token = entry.ok().and_then(|Query(entry)| entry.token);
+    if let (Some(token), "/") = (token, uri.path()) {
+        return match gate.role_of_token(&token) {
+            Some(role) => enter(&gate.set_cookie(role)),
+            None => plain::wrong_token(),
+        };
+    }
+    if gate.role(&headers).is_none() {
+        return plain::no_cookie();
+    }
+    let site = &served.site;
+    if let Some(mesh) = uri.path().strip_prefix("/meshes") {
+        return found(site.meshes.get(mesh), mesh);
+    }
+    if uri.path() == "/" && !site.files.has_page() {
+        return plain::no_page(&site.hint);
+    }
+    found(site.files.get(uri.path()), uri.path())
+}
+
+/// A cookie, and on to the page, so that the token leaves the address.
+fn enter(cookie: &str) -> Response {
+    let mut response = (StatusCode::SEE_OTHER, [(header::LOCATION, "/")]).into_response();
+    put_cookie(&mut response, cookie);
+    response
+}
+
+fn put_cookie(response: &mut Response, cookie: &str) {
+    if let Ok(value) = HeaderValue::from_str(cookie) {
+        response.headers_mut().insert(header::SET_COOKIE, value);
+    }
+    plain::no_store(response);
+}
+
+fn found(asset: Option<&Asset>, path: &str) -> Response {
+    let Some(asset) = asset else {
+        return plain::line(StatusCode::NOT_FOUND, "there is no such file\n");
+    };
+    // Names of built files carry a hash of what is in them.
+    let caching = if path.starts_with("/assets/") {
+        "private, max-age=31536000, immutable"
+    } else {
+        "no-store"
+    };
+    let headers = [
+        (header::CONTENT_TYPE, asset.mime),
+        (header::CACHE_CONTROL, caching),
+    ];
+    (headers, Body::from(asset.body.clone())).into_response()
+}
+
+async fn scene(State(served): Ours, method: Method, headers: HeaderMap) -> Response {
+    if method != Method::GET {
+        return plain::line(StatusCode::METHOD_NOT_ALLOWED, "only GET\n");
+    }
+    if served.site.gate.role(&headers).is_none() {
+        return plain::line(
+            StatusCode::UNAUTHORIZED,
+            "a cookie or a bearer token is needed\n",
+        );
+    }
+    let kind = [
+        (header::CONTENT_TYPE, "application/json"),
+        (header::CACHE_CONTROL, "no-store"),
+    ];
+    (kind, served.site.hub.scene().to_string()).into_response()
+}
+
+#[derive(Deserialize)]
+struct TokenBody {
+    token: String,
+}
+
+/// A viewer becomes an operator.
+async fn token(
+    State(served): Ours,
+    headers: HeaderMap,
+    body: Result<axum::Json<TokenBody>, JsonRejection>,
+) -> Response {
+    let gate = &served.site.gate;
+    if !gate.is_from_us(&headers) {
+        return plain::line(
+            StatusCode::FORBIDDEN,
+            "a page of another origin may not do this\n",
+        );
+    }
+    let Ok(axum::Json(TokenBody { token })) = body else {
+        return plain::line(
+            StatusCode::BAD_REQUEST,
+            "a JSON object with `token` is needed\n",
+        );
+    };
+    let Some(role) = gate.role_of_token(&token) else {
+        return plain::line(StatusCode::FORBIDDEN, "this is not the token of this run\n");
+    };
+    let mut response = StatusCode::NO_CONTENT.into_response();
+    put_cookie(&mut response, &gate.set_cookie(role));
+    response
+}
+
+async fn websocket(
+    State(served): Ours,
+    ConnectInfo(patience): ConnectInfo<Patience>,
+    headers: HeaderMap,
+    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
+) -> Response {
+    let gate = &served.site.gate;
+    if !gate.is_from_us(&headers) {
+        return plain::line(
+            StatusCode::FORBIDDEN,
+            "a page of another origin may not do this\n",
+        );
+    }
+    let Some(role) = gate.role(&headers) else {
+        return plain::line(
+            StatusCode::UNAUTHORIZED,
+            "a cookie or a bearer token is needed\n",
+        );
+    };
+    let Ok(upgrade) = upgrade else {
+        return plain::line(StatusCode::BAD_REQUEST, "this is for websockets\n");
+    };
+    let Ok(place) = served.sockets.clone().try_acquire_owned() else {
+        return plain::line(StatusCode::SERVICE_UNAVAILABLE, "too many pages are open\n");
+    };
+    socket::limit(upgrade).on_upgrade(move |socket| async move {
+        patience.never_ends();
+        socket::serve(socket, served, role).await;
+        drop(place);
+    })
+}

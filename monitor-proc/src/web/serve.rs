@@ -1,0 +1,114 @@
+//! The server itself: its address, its limits, what it serves.
+
+use std::io;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::net::{TcpListener, TcpSocket};
+use tokio::sync::Semaphore;
+
+use super::files::Files;
+use super::gate::Gate;
+use super::link::{Door, Patience};
+use super::routes;
+use crate::hub::Hub;
+use crate::page::command::Names;
+use crate::page::desk::Desk;
+use crate::scrub::OpenPast;
+
+/// Websockets at a time.
+pub(super) const MAX_SOCKETS: usize = 16;
+/// Connections that wait to be accepted.
+const BACKLOG: u32 = 1024;
+/// A small buffer: what a slow reader has not taken is replaced by the newest,
+/// and not kept for it here.
+const SEND_BUFFER: u32 = 128 << 10;
+/// A monitor before this one may not have let go of the port yet.
+const BIND_PAUSE: Duration = Duration::from_millis(100);
+const BIND_TRIES: usize = 50;
+
+/// What is served.
+pub struct Site {
+    /// Who may come in.
+    pub gate: Gate,
+    /// The page.
+    pub files: Files,
+    /// Meshes by `/ROBOT/LINK.glb`.
+    pub meshes: Files,
+    /// What to do when there is no page, for people.
+    pub hint: String,
+    /// What feeds the pages.
+    pub hub: Arc<Hub>,
+    /// Who carries out commands.
+    pub desk: Arc<dyn Desk>,
+    /// Names commands can use.
+    pub names: Names,
+    /// The recording to look back into, when this is a live cell.
+    pub past: Option<OpenPast>,
+}
+
+/// An open port nobody is served at yet.
+pub struct Listening {
+    listener: TcpListener,
+    address: SocketAddr,
+}
+
+/// A site with the places of its websockets.
+pub(super) struct Served {
+    pub(super) site: Site,
+    pub(super) sockets: Arc<Semaphore>,
+}
+
+/// Opens `address`; tries for five seconds.
+///
+/// # Errors
+///
+/// When it is taken, or not an address of this machine.
+pub async fn bind(address: SocketAddr) -> io::Result<Listening> {
+    let mut tries = 1;
+    loop {
+        match open(address) {
+            Ok(listening) => return Ok(listening),
+            Err(error) if tries >= BIND_TRIES => return Err(error),
+            Err(_) => tries += 1,
+        }
+        tokio::time::sleep(BIND_PAUSE).await;
+    }
+}
+
+fn open(address: SocketAddr) -> io::Result<Listening> {
+    let socket = match address {
+        SocketAddr::V4(_) => TcpSocket::new_v4()?,
+        SocketAddr::V6(_) => TcpSocket::new_v6()?,
+    };
+    socket.set_reuseaddr(true)?;
+    // Accepted sockets inherit it.
+    socket.set_send_buffer_size(SEND_BUFFER)?;
+    socket.bind(address)?;
+    let listener = socket.listen(BACKLOG)?;
+    let address = listener.local_addr()?;
+    Ok(Listening { listener, address })
+}
+
+impl Listening {
+    /// Address and port.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Serves `site`; ends only when it is dropped.
+    ///
+    /// # Errors
+    ///
+    /// When the port is lost.
+    pub async fn serve(self, site: Site) -> io::Result<()> {
+        let served = Arc::new(Served {
+            site,
+            sockets: Arc::new(Semaphore::new(MAX_SOCKETS)),
+        });
+        let router = routes::router(served);
+        let service = router.into_make_service_with_connect_info::<Patience>();
+        axum::serve(Door::new(self.listener), service).await
+    }
+}

@@ -1,0 +1,339 @@
+//! One page: the newest frame and all news to it, commands from it.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use axum::body::Bytes;
+use axum::extract::ws::{Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
+use futures_util::stream::{SplitSink, SplitStream};
+use futures_util::{SinkExt, StreamExt};
+use serde_json::{Value, json};
+use tokio::sync::broadcast::error::RecvError;
+use tokio::sync::{Semaphore, mpsc, oneshot, watch};
+use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
+
+use super::serve::Served;
+use crate::hub::Joined;
+use crate::page::command::{self, Command, Order, PlayOrder};
+use crate::page::desk::{Answer, Reply};
+use crate::page::rate::RateLimit;
+use crate::page::role::Role;
+use crate::scrub::Scrubber;
+
+/// Largest message of a page (bytes).
+const MAX_MESSAGE: usize = 64 << 10;
+/// Most that waits to be written (bytes); a scene is the largest message.
+const MAX_WAITING: usize = 1 << 20;
+/// Commands of one page that are being carried out.
+const MAX_UNDER_WAY: usize = 8;
+/// Answers that wait to be written.
+const MAX_ANSWERS: usize = 64;
+/// How often a page is asked whether it is there; once without an answer is
+/// forgiven.
+const PING: Duration = Duration::from_secs(10);
+/// A page that takes nothing for this long is too slow.
+const SEND_PATIENCE: Duration = Duration::from_secs(10);
+/// Time for the last word.
+const LAST_WORD: Duration = Duration::from_secs(1);
+
+type Sink = SplitSink<WebSocket, Message>;
+
+/// What the reading half hands to the writing half.
+enum Out {
+    Text(Utf8Bytes),
+    /// Tell the task's story once more.
+    Again,
+    /// Show these frames, or the live ones.
+    Frames(Option<watch::Receiver<Bytes>>),
+}
+
+/// Sets the limits of a websocket.
+pub(super) fn limit(upgrade: WebSocketUpgrade) -> WebSocketUpgrade {
+    upgrade
+        .max_message_size(MAX_MESSAGE)
+        .max_frame_size(MAX_MESSAGE)
+        .read_buffer_size(16 << 10)
+        .write_buffer_size(0)
+        .max_write_buffer_size(MAX_WAITING)
+}
+
+/// Serves one page until it goes.
+pub(super) async fn serve(socket: WebSocket, served: Arc<Served>, role: Role) {
+    let joined = served.site.hub.join(role);
+    let (sink, stream) = socket.split();
+    let (out, outgoing) = mpsc::channel(MAX_ANSWERS);
+    let (last_word, last) = oneshot::channel();
+    let heard = Arc::new(AtomicBool::new(true));
+    let writer = Writer {
+        sink,
+        served: served.clone(),
+        outgoing,
+        scrubbed: None,
+        heard: heard.clone(),
+        unheard: 0,
+    };
+    let reader = Reader {
+        served,
+        role,
+        out,
+        under_way: Arc::new(Semaphore::new(MAX_UNDER_WAY)),
+        scrubber: None,
+        began: Instant::now(),
+    };
+    let mut writing = std::pin::pin!(writer.run(joined, last));
+    tokio::select! {
+        () = &mut writing => {}
+        why = reader.run(stream, &heard) => {
+            let told = last_word.send(why).is_ok();
+            if told {
+                // Who does not take it is closed all the same.
+                let _heard = timeout(LAST_WORD, writing).await.is_ok();
+            }
+        }
+    }
+}
+
+struct Writer {
+    sink: Sink,
+    served: Arc<Served>,
+    outgoing: mpsc::Receiver<Out>,
+    scrubbed: Option<watch::Receiver<Bytes>>,
+    heard: Arc<AtomicBool>,
+    unheard: u32,
+}
+
+impl Writer {
+    async fn run(mut self, mut joined: Joined, mut last: oneshot::Receiver<Option<&'static str>>) {
+        for text in std::mem::take(&mut joined.state) {
+            if !self.text(text).await {
+                return;
+            }
+        }
+        let mut ping = interval(PING);
+        ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        loop {
+            let goes_on = tokio::select! {
+                biased;
+                why = &mut last => return self.close(why.ok().flatten()).await,
+                why = gone(&mut joined.gone) => return self.close(Some(why)).await,
+                Some(out) = self.outgoing.recv() => self.out(out).await,
+                news = joined.news.recv() => match news {
+                    Ok(text) => self.text(text).await,
+                    Err(RecvError::Lagged(_)) => self.story().await,
+                    Err(RecvError::Closed) => return self.close(Some("end")).await,
+                },
+                frame = newest(&mut joined.frames, &mut self.scrubbed) => self.frame(frame).await,
+                _ = ping.tick() => self.ping().await,
+            };
+            if !goes_on {
+                return;
+            }
+        }
+    }
+
+    async fn out(&mut self, out: Out) -> bool {
+        match out {
+            Out::Text(text) => self.text(text).await,
+            Out::Again => self.story().await,
+            Out::Frames(frames) => {
+                self.scrubbed = frames;
+                true
+            }
+        }
+    }
+
+    async fn story(&mut self) -> bool {
+        for text in self.served.site.hub.story() {
+            if !self.text(text).await {
+                return false;
+            }
+        }
+        true
+    }
+
+    async fn frame(&mut self, frame: Bytes) -> bool {
+        frame.is_empty() || self.send(Message::Binary(frame)).await
+    }
+
+    async fn text(&mut self, text: Utf8Bytes) -> bool {
+        self.send(Message::Text(text)).await
+    }
+
+    async fn ping(&mut self) -> bool {
+        self.unheard += 1;
+        if self.heard.swap(false, Ordering::AcqRel) {
+            self.unheard = 0;
+        }
+        self.unheard < 3 && self.send(Message::Ping(Bytes::new())).await
+    }
+
+    /// Nothing else is sent meanwhile: what waits is the newest when it is done.
+    async fn send(&mut self, message: Message) -> bool {
+        matches!(
+            timeout(SEND_PATIENCE, self.sink.send(message)).await,
+            Ok(Ok(()))
+        )
+    }
+
+    async fn close(mut self, why: Option<&'static str>) {
+        if let Some(what) = why {
+            let word = json!({ "t": "gone", "what": what }).to_string();
+            if !self.text(Utf8Bytes::from(word)).await {
+                return;
+            }
+        }
+        let _closed = self.sink.close().await.is_ok();
+    }
+}
+
+/// Why all connections end, once they do.
+async fn gone(gone: &mut watch::Receiver<Option<&'static str>>) -> &'static str {
+    match gone.wait_for(Option::is_some).await {
+        Ok(why) => why.unwrap_or("end"),
+        Err(_) => "end",
+    }
+}
+
+/// The next frame: of the time the page looks at.
+async fn newest(
+    live: &mut watch::Receiver<Bytes>,
+    scrubbed: &mut Option<watch::Receiver<Bytes>>,
+) -> Bytes {
+    let frames = scrubbed.as_mut().unwrap_or(live);
+    if frames.changed().await.is_err() {
+        // The thread that looked back is gone; the last frame stays.
+        std::future::pending::<()>().await;
+    }
+    frames.borrow_and_update().clone()
+}
+
+struct Reader {
+    served: Arc<Served>,
+    role: Role,
+    out: mpsc::Sender<Out>,
+    under_way: Arc<Semaphore>,
+    scrubber: Option<Scrubber>,
+    began: Instant,
+}
+
+impl Reader {
+    /// Reads until the page goes, or has to: then why.
+    async fn run(
+        mut self,
+        mut stream: SplitStream<WebSocket>,
+        heard: &AtomicBool,
+    ) -> Option<&'static str> {
+        let mut limit = RateLimit::new(0.0);
+        while let Some(message) = stream.next().await {
+            heard.store(true, Ordering::Release);
+            if !limit.allows(self.began.elapsed().as_secs_f64()) {
+                return Some("flood");
+            }
+            match message {
+                Ok(Message::Text(text)) => self.command(text.as_str()).await,
+                Ok(Message::Binary(_)) => self.refuse(0, "commands are text").await,
+                Ok(Message::Ping(_) | Message::Pong(_)) => {}
+                Ok(Message::Close(_)) => return None,
+                Err(error) if is_too_large(&error) => return Some("too large"),
+                Err(_) => return None,
+            }
+        }
+        None
+    }
+
+    async fn command(&mut self, text: &str) {
+        let value: Value = match serde_json::from_str(text) {
+            Ok(value) => value,
+            Err(error) => return self.refuse(0, &format!("not JSON: {error}")).await,
+        };
+        let id = command::id(&value);
+        match command::parse(&value, &self.served.site.names) {
+            Err(why) => self.refuse(id, &why).await,
+            Ok(Command::Again) => {
+                self.hand_over(Out::Again).await;
+                self.answer(id, &Reply::done()).await;
+            }
+            Ok(Command::Seek(order)) => self.seek(id, order).await,
+            Ok(Command::Order(order, said)) => self.order(id, order, &said).await,
+        }
+    }
+
+    async fn order(&mut self, id: u64, order: Order, said: &str) {
+        if self.role < Role::Operator {
+            let why = "this page may only look; give it the operator's token";
+            return self.refuse(id, why).await;
+        }
+        if let Some(answer) = self.promise(id).await {
+            self.served.site.desk.take(order, said, answer);
+        }
+    }
+
+    /// Another time: of a live cell for this page alone, of a replay for all.
+    async fn seek(&mut self, id: u64, order: PlayOrder) {
+        let Some(open) = self.served.site.past.clone() else {
+            return self.order(id, Order::Play(order), "").await;
+        };
+        let Some(time_s) = order.time_s else {
+            self.scrubber = None;
+            self.hand_over(Out::Frames(None)).await;
+            return self.answer(id, &Reply::done()).await;
+        };
+        if self.scrubber.is_none() {
+            match Scrubber::start(open) {
+                Ok(scrubber) => {
+                    self.hand_over(Out::Frames(Some(scrubber.frames()))).await;
+                    self.scrubber = Some(scrubber);
+                }
+                Err(error) => return self.refuse(id, &error.to_string()).await,
+            }
+        }
+        if let Some(answer) = self.promise(id).await
+            && let Some(scrubber) = &self.scrubber
+        {
+            scrubber.seek(time_s, answer);
+        }
+    }
+
+    /// An answer that is sent when it comes; none when too many are awaited.
+    async fn promise(&self, id: u64) -> Option<Answer> {
+        let Ok(place) = self.under_way.clone().try_acquire_owned() else {
+            self.refuse(id, "busy with the commands before; try again")
+                .await;
+            return None;
+        };
+        let (answer, reply) = oneshot::channel();
+        let out = self.out.clone();
+        tokio::spawn(async move {
+            let reply = reply.await;
+            drop(place);
+            let nobody = || Reply::refused("nobody could answer; the monitor may be ending");
+            let text = acknowledge(id, &reply.unwrap_or_else(|_| nobody()));
+            let _page_is_there = out.send(Out::Text(text)).await.is_ok();
+        });
+        Some(answer)
+    }
+
+    async fn refuse(&self, id: u64, why: &str) {
+        self.answer(id, &Reply::refused(why)).await;
+    }
+
+    async fn answer(&self, id: u64, reply: &Reply) {
+        self.hand_over(Out::Text(acknowledge(id, reply))).await;
+    }
+
+    async fn hand_over(&self, out: Out) {
+        let _page_is_there = self.out.send(out).await.is_ok();
+    }
+}
+
+fn acknowledge(id: u64, reply: &Reply) -> Utf8Bytes {
+    let (ok, tick, message) = (reply.ok, reply.tick, &reply.message);
+    let text = json!({ "t": "ack", "id": id, "ok": ok, "tick": tick, "message": message });
+    Utf8Bytes::from(text.to_string())
+}
+
+/// The library tells its reasons apart in words only.
+fn is_too_large(error: &axum::Error) -> bool {
+    error.to_string().contains("too long") || error.to_string().contains("Space limit")
+}
