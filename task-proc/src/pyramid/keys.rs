@@ -9,8 +9,9 @@ use super::host::Context;
 
 /// Local: name of the cube the tree works at, empty for none.
 pub(super) const CURRENT_CUBE: &str = "current_cube";
-/// Local: name of the shared key that asks for a recovery. This and the next
-/// two are for whoever looks at the board; no node reads them.
+/// Local: name of the shared key that asks for a recovery. Like
+/// [`COMPLETION_KEY`] and [`INITIALIZED`] for whoever looks at the board; no
+/// node reads it.
 pub(super) const RECOVERY_KEY: &str = "recovery_key";
 /// Local: name of the shared key that tells the stack is complete.
 pub(super) const COMPLETION_KEY: &str = "completion_key";

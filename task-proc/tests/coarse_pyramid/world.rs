@@ -83,9 +83,9 @@ impl World {
     pub(crate) fn write(&self, state: &mut WorldState) {
         state.header = Header::caused_by::<WorldState>(self.tick);
         state.panel = self.panel;
-        state.arm_count = ARMS as u32;
+        state.arm_count = u32::try_from(ARMS).unwrap();
         state.arms[..ARMS].copy_from_slice(&self.arms);
-        state.object_count = OBJECTS as u32;
+        state.object_count = u32::try_from(OBJECTS).unwrap();
         state.objects[..OBJECTS].copy_from_slice(&self.objects_state);
     }
 

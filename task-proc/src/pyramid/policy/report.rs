@@ -131,3 +131,52 @@ fn says(board: &Board, cube: &str, word: &str) -> bool {
     let key = board.index(&keys::cube_state(cube));
     matches!(key.and_then(|key| board.value(key)), Some(Value::Text(text)) if text.as_str() == word)
 }
+
+#[cfg(test)]
+#[allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test that cannot go on has failed"
+)]
+mod tests {
+    use behavior::Str;
+    use cell_model::task_spec::TaskSpec;
+    use cell_model::{Cell, Data};
+    use ipc_types::{Wire as _, WorldState};
+
+    use super::*;
+    use crate::time::PolicyTime;
+
+    /// Recoveries that are asked for when the record says that the left arm
+    /// carries the first cube and the hand holds object `held`, from 1.
+    fn recoveries(held: u32) -> u32 {
+        let cell = Cell::load(&Data::embedded(), "franka-pyramid", 1, None).unwrap();
+        let TaskSpec::Pyramid(task) = &cell.task else {
+            panic!("the cell has a pyramid")
+        };
+        let mut policy = Json::new(task, &cell).unwrap();
+        let (_, board) = &mut policy.boards[0];
+        let key = board.index("cube_state:cube_1").unwrap();
+        board.set(key, Value::Text(Str::new("carried:left").unwrap()));
+        let mut state = Box::new(WorldState::zeroed());
+        (state.arm_count, state.object_count) = (2, 6);
+        for object in &mut state.objects[..6] {
+            object.flags = ipc_types::world::OBJECT_ENABLED;
+        }
+        state.arms[0].gripper.held_object = held;
+        let observation = Observation::new(&state, &[], PolicyTime::from_ticks(0));
+        let mut job = Job::new(6);
+        policy.reconcile(&observation, &mut job, &mut Output::default());
+        let board = policy.board("shared").unwrap();
+        let flag = board.value(board.index("recovery_requested:left").unwrap());
+        assert_eq!(flag == Some(Value::Bool(true)), job.counters.recoveries > 0);
+        job.counters.recoveries
+    }
+
+    #[test]
+    fn a_cube_that_is_not_in_the_hand_any_more_is_recovered() {
+        assert_eq!(recoveries(1), 0);
+        assert_eq!(recoveries(0), 1, "lost");
+        assert_eq!(recoveries(2), 1, "another one is there");
+    }
+}
