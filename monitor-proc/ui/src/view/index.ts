@@ -1,60 +1,255 @@
 // The cell in 3D: what is drawn, what lies over it, and what a hand can do to it.
 import "./up";
 import "./view.css";
+import { Vector3 } from "three";
+import type { Scene, Vec3 } from "../net/protocol";
+import type { Snapshot } from "../net/snapshot";
 import type { Store } from "../net/store";
+import { getHash } from "../panels/hash";
+import type { ViewApi } from "../panels/view-api";
 import { Camera } from "./camera";
 import { Cell } from "./cell";
 import { Frames } from "./frames";
+import { Labels } from "./labels";
 import { useCheap } from "./materials";
-import { Quality } from "./quality";
+import { Overlays } from "./overlays/index";
+import { LEVELS, type Level, Quality } from "./quality";
 import { Screen } from "./screen";
 import { Stage } from "./stage";
+import { Toggles } from "./toggles";
+import { Drag } from "./touch/drag";
+import { Gizmo } from "./touch/gizmo";
+import { Selection } from "./touch/selection";
 
-export class View {
+/** Without a graphics card the ladder begins at plain light. */
+const SOFTWARE_LEVEL = 3;
+const LEAST_REACH_M = 0.9;
+
+export class View implements ViewApi {
+  readonly toggles = new Toggles();
+  readonly quality: Quality;
   private readonly screen: Screen;
   private readonly stage: Stage;
   private readonly eye: Camera;
   private readonly frames: Frames;
-  readonly quality: Quality;
+  private readonly labels: Labels;
+  private readonly overlays: Overlays;
+  private readonly selection: Selection;
+  private readonly drag: Drag;
+  private readonly gizmo: Gizmo;
   private cell: Cell | null = null;
+  private shown: Snapshot | null = null;
+  /** Something other than the camera changed since the last picture. */
+  private stale = true;
   private framed = false;
-  private moved = true;
-  constructor(private readonly store: Store, element: HTMLElement) {
+
+  constructor(
+    private readonly store: Store,
+    private readonly element: HTMLElement,
+  ) {
+    this.frames = new Frames(
+      () => this.draw(),
+      (ms) => this.quality.frame(ms),
+    );
+    const look = () => this.frames.ask();
+    const touch = () => this.refresh();
+    const cell = () => this.cell;
     this.screen = new Screen(element);
     this.stage = new Stage(this.screen.renderer);
-    this.quality = new Quality(0, true, () => {});
-    this.frames = new Frames(() => this.draw(), (ms) => this.quality.frame(ms));
-    this.eye = new Camera(this.screen.canvas, () => this.frames?.ask());
-    this.screen.use(this.quality.level);
-    useCheap(!this.quality.level.fine, this.stage.scene);
-    this.stage.useReflections(this.quality.level.fine);
-    new ResizeObserver(() => { this.screen.resize(); this.eye.resize(...this.screen.size); this.frames.ask(); }).observe(element);
-    store.on("scene", (scene) => {
-      if (this.cell) this.stage.scene.remove(this.cell.root);
-      this.cell = new Cell(scene, () => this.frames.ask());
-      this.stage.scene.add(this.cell.root);
-      this.framed = false;
-      this.frames.ask();
-    });
-    store.on("snapshot", () => this.frames.ask());
+    this.labels = new Labels(element);
+    this.eye = new Camera(this.screen.canvas, look);
+    this.overlays = new Overlays(this.stage.scene, this.toggles, this.labels);
+    this.gizmo = new Gizmo(this.screen.canvas, this.eye, store, look);
+    this.drag = new Drag(element, this.eye, store, cell, touch);
+    const busy = () => this.gizmo.dragging || this.drag.active;
+    this.selection = new Selection(element, this.eye, cell, busy);
+    this.stage.scene.add(this.gizmo.root, this.drag.root, this.selection.root);
+    this.quality = this.ladder();
+    this.use(this.quality.level);
+    this.listen();
   }
-  private draw() {
+
+  /** A camera preset: 1 the scene's own, 2 top, 3 front, 4 side, 5 at the tool. */
+  camera(preset: number): void {
+    this.eye.preset(preset, this.tool());
+  }
+
+  gizmoMode(mode: "translate" | "rotate"): void {
+    this.gizmo.mode(mode);
+    this.refresh();
+  }
+
+  /** The arm whose target the gizmo leads, by its place in the scene. */
+  get followTarget(): number {
+    return this.gizmo.arm;
+  }
+
+  set followTarget(arm: number) {
+    this.gizmo.arm = arm;
+    this.refresh();
+  }
+
+  /** Selects an object or an arm by name; an arm also gets the gizmo. */
+  select(name: string | null): void {
+    this.selection.set(name);
+    this.refresh();
+  }
+
+  /** Calls `listener` with the name of what is selected, on every change. */
+  onSelect(listener: (name: string | null) => void): () => void {
+    return this.selection.onSelect(listener);
+  }
+
+  /** The picture as it is now, as the data URL of a PNG. */
+  pixels(): string {
+    this.draw();
+    return this.screen.canvas.toDataURL("image/png");
+  }
+
+  /** Where the objects are drawn, in the world (m). */
+  bodyPositions(): Record<string, Vec3> {
+    this.catchUp();
+    return this.cell?.positions() ?? {};
+  }
+
+  /** Where an arm's links are drawn, by the arm's place or name (m). */
+  linkPositions(arm: number | string): Record<string, Vec3> {
+    this.catchUp();
+    const specs = this.cell?.scene.arms ?? [];
+    const index = typeof arm === "number" ? arm : specs.findIndex(({ name }) => name === arm);
+    return this.cell?.robot(index)?.linkPositions() ?? {};
+  }
+
+  /**
+   * Where something is on the page (client pixels): an object, an arm's base,
+   * `tool`, `gizmo`, or a handle of it: `gizmo x`, `gizmo y`, `gizmo z`.
+   */
+  screenOf(name: string): [number, number] | null {
+    this.catchUp();
+    const at = this.placeOf(name);
+    if (at === null) return null;
+    this.eye.lens.updateMatrixWorld();
+    at.project(this.eye.lens);
+    const frame = this.element.getBoundingClientRect();
+    return [
+      frame.left + (0.5 + at.x / 2) * frame.width,
+      frame.top + (0.5 - at.y / 2) * frame.height,
+    ];
+  }
+
+  private placeOf(name: string): Vector3 | null {
+    const body = this.cell?.body(name);
+    if (body != null) return body.group.position.clone();
+    const [word = "", axis = null] = name.split(" ");
+    if (word === "gizmo") return this.gizmo.handle(axis);
+    if (name === "tool") return this.tool();
+    const robot = this.cell?.robots.find(({ spec }) => spec.name === name);
+    return robot?.root.position.clone() ?? null;
+  }
+
+  private tool(): Vector3 | null {
+    return this.cell?.robot(this.gizmo.arm)?.toolPose().position ?? null;
+  }
+
+  private ladder(): Quality {
+    const wanted = getHash("quality");
+    const fixed = wanted === null ? -1 : LEVELS.findIndex((_, index) => wanted === `${index}`);
+    const first = fixed >= 0 ? fixed : this.screen.isSoftware ? SOFTWARE_LEVEL : 0;
+    return new Quality(first, fixed >= 0, (level) => this.use(level));
+  }
+
+  private use(level: Level): void {
+    useCheap(!level.fine, this.stage.scene);
+    this.stage.useReflections(level.fine);
+    this.screen.use(level);
+    this.refresh();
+  }
+
+  private listen(): void {
+    new ResizeObserver(() => {
+      this.screen.resize();
+      this.eye.resize(...this.screen.size);
+      this.refresh();
+    }).observe(this.element);
+    this.screen.canvas.addEventListener("webglcontextrestored", () => this.use(this.quality.level));
+    this.toggles.onChange(() => this.refresh());
+    this.selection.onSelect((name) => this.takeArm(name));
+    this.store.on("scene", (scene) => this.takeScene(scene));
+    this.store.on("snapshot", () => this.refresh());
+    this.store.on("connection", (connected) => {
+      if (!connected) this.drag.drop();
+    });
+    if (this.store.scene !== null) this.takeScene(this.store.scene);
+  }
+
+  private takeArm(name: string | null): void {
+    const arm = this.cell?.scene.arms.findIndex((spec) => spec.name === name) ?? -1;
+    if (arm >= 0) this.gizmo.arm = arm;
+    this.refresh();
+  }
+
+  private takeScene(scene: Scene): void {
+    // The same scene comes again after every reconnection: the picture stays.
+    if (this.cell !== null && JSON.stringify(scene) === JSON.stringify(this.cell.scene)) return;
+    if (this.cell !== null) this.stage.scene.remove(this.cell.root);
+    this.drag.drop();
+    this.selection.set(null);
+    this.overlays.reset();
+    this.gizmo.arm = 0;
+    this.cell = new Cell(scene, () => this.refresh());
+    this.stage.scene.add(this.cell.root);
+    for (const text of this.cell.troubles) this.store.tell("notice", { text, bad: true });
+    this.shown = null;
+    this.framed = false;
+    this.frame();
+    this.refresh();
+  }
+
+  /** Light and camera for the whole cell, once more when its objects have come. */
+  private frame(): void {
+    if (this.cell === null || this.framed) return;
+    this.framed = this.shown !== null;
+    const extent = this.cell.extent();
+    const size = extent.getSize(new Vector3());
+    const reach = Math.max(LEAST_REACH_M, 0.5 * Math.hypot(size.x, size.y));
+    this.stage.arrange(this.cell.floor, extent.getCenter(new Vector3()), reach);
+    this.eye.frame(this.cell.scene, extent);
+  }
+
+  private refresh(): void {
+    this.stale = true;
+    this.frames.ask();
+  }
+
+  /** Moves the cell to the newest snapshot, drawn or not. */
+  private catchUp(): void {
     const { cell } = this;
     const { snapshot } = this.store;
-    if (cell && snapshot) {
-      cell.apply(snapshot);
-      if (!this.framed) {
-        this.framed = true;
-        const extent = cell.extent();
-        const c = extent.getCenter(this.eye.orbit.target.clone());
-        this.stage.arrange(cell.floor, c, 0.9);
-        this.eye.frame(cell.scene, extent);
-      }
-    }
-    this.screen.draw(this.stage.scene, this.eye.lens, this.moved);
+    if (cell === null || snapshot === null || snapshot === this.shown) return;
+    this.shown = snapshot;
+    cell.apply(snapshot);
+    this.frame();
   }
-  readonly toggles = { names: () => [] as string[], get: (_: string) => false, set: (_: string, __: boolean) => {} };
-  camera(n: number) { this.eye.preset(n, null); }
-  gizmoMode(_: "translate" | "rotate") {}
-  select(_: string | null) {}
+
+  private draw(): void {
+    const moved = this.stale;
+    this.stale = false;
+    this.catchUp();
+    if (moved) this.dress();
+    this.labels.place(this.eye.lens, ...this.screen.size);
+    this.screen.draw(this.stage.scene, this.eye.lens, moved);
+  }
+
+  /** Brings all that hangs on the cell to where the cell is now. */
+  private dress(): void {
+    const { cell, shown } = this;
+    if (cell === null || shown === null) return;
+    this.eye.follow(this.tool());
+    this.labels.begin();
+    this.overlays.update(cell, shown);
+    this.labels.end();
+    this.gizmo.update(cell, shown, this.toggles.get("targets"));
+    this.drag.update();
+    this.selection.update();
+  }
 }

@@ -1,0 +1,61 @@
+// Short texts that stand at points of the cell. They are elements over the
+// canvas: sharp at every quality, and only ever text.
+import { type PerspectiveCamera, Vector3 } from "three";
+
+interface Label {
+  element: HTMLElement;
+  at: Vector3;
+  used: boolean;
+}
+
+export class Labels {
+  private readonly layer = document.createElement("div");
+  private readonly labels = new Map<string, Label>();
+
+  constructor(element: HTMLElement) {
+    this.layer.className = "labels";
+    element.append(this.layer);
+  }
+
+  /** Begins a new set: what is not said again goes. */
+  begin(): void {
+    for (const label of this.labels.values()) label.used = false;
+  }
+
+  /** Says `text` at `at`; `key` names the label, `kind` is a class of the style sheet. */
+  say(key: string, text: string, at: Vector3, kind = ""): HTMLElement {
+    let label = this.labels.get(key);
+    if (label === undefined) {
+      label = { element: document.createElement("div"), at: new Vector3(), used: true };
+      this.layer.append(label.element);
+      this.labels.set(key, label);
+    }
+    label.used = true;
+    label.at.copy(at);
+    label.element.className = `label ${kind}`;
+    if (label.element.textContent !== text) label.element.textContent = text;
+    return label.element;
+  }
+
+  /** Ends the set that `begin` began. */
+  end(): void {
+    for (const [key, { element, used }] of this.labels) {
+      if (used) continue;
+      element.remove();
+      this.labels.delete(key);
+    }
+  }
+
+  /** Moves all to where `camera` sees their points. */
+  place(camera: PerspectiveCamera, width: number, height: number): void {
+    const at = new Vector3();
+    for (const label of this.labels.values()) {
+      at.copy(label.at).project(camera);
+      const seen = at.z < 1 && Math.abs(at.x) < 1.1 && Math.abs(at.y) < 1.1;
+      label.element.style.display = seen ? "" : "none";
+      const x = (0.5 + at.x / 2) * width;
+      const y = (0.5 - at.y / 2) * height;
+      label.element.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -130%)`;
+    }
+  }
+}

@@ -1,0 +1,57 @@
+// All overlays, switched by name.
+import type { Object3D } from "three";
+import type { Snapshot } from "../../net/snapshot";
+import type { Cell } from "../cell";
+import type { Labels } from "../labels";
+import type { Toggles } from "../toggles";
+import { Approach } from "./approach";
+import { Contacts } from "./contacts";
+import { Distances } from "./distances";
+import { Ghost } from "./ghost";
+import { Names } from "./names";
+import type { Overlay } from "./overlay";
+import { Spheres } from "./spheres";
+import { Suction } from "./suction";
+import { Targets } from "./targets";
+import { Trails } from "./trails";
+
+export class Overlays {
+  private readonly all: Overlay[] = [
+    new Targets(),
+    new Approach(),
+    new Spheres(),
+    new Distances(),
+    new Contacts(),
+    new Suction(),
+    new Trails(),
+    new Ghost(),
+    new Names(),
+  ];
+
+  constructor(
+    scene: Object3D,
+    private readonly toggles: Toggles,
+    private readonly labels: Labels,
+  ) {
+    for (const { root, name } of this.all) {
+      root.visible = toggles.get(name);
+      scene.add(root);
+    }
+    toggles.onChange((name, on) => {
+      const overlay = this.all.find((one) => one.name === name);
+      if (overlay === undefined) return;
+      overlay.root.visible = on;
+      if (!on) overlay.reset();
+    });
+  }
+
+  update(cell: Cell, snapshot: Snapshot): void {
+    for (const overlay of this.all) {
+      if (this.toggles.get(overlay.name)) overlay.update(cell, snapshot, this.labels);
+    }
+  }
+
+  reset(): void {
+    for (const overlay of this.all) overlay.reset();
+  }
+}

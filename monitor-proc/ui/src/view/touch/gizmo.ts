@@ -1,0 +1,118 @@
+// The handle that moves and turns an arm's target. It leads the arm while the
+// task is paused, and goes along with the tool while it is not.
+import { Object3D, Vector3 } from "three";
+import { TransformControls } from "three/addons/controls/TransformControls.js";
+import type { Pose, Vec3 } from "../../net/protocol";
+import { FLAG, type Snapshot } from "../../net/snapshot";
+import type { Store } from "../../net/store";
+import type { Camera } from "../camera";
+import type { Cell } from "../cell";
+
+const SEND_MS = 50;
+/** The monitor needs a moment to tell the target that was just sent. */
+const ECHO_MS = 500;
+const LIVE_SIZE = 0.85;
+const IDLE_SIZE = 0.4;
+/** Of an arrow's length in the units of the handle: where it is easy to hit. */
+const GRIP = 0.4;
+
+const AXES: Record<string, Vector3 | undefined> = {
+  x: new Vector3(1, 0, 0),
+  y: new Vector3(0, 1, 0),
+  z: new Vector3(0, 0, 1),
+};
+
+export class Gizmo {
+  readonly root: Object3D;
+  /** The arm that is led; its place in the scene. */
+  arm = 0;
+  /** Whether the operator can lead the arm now. */
+  live = false;
+  private readonly goal = new Object3D();
+  private readonly controls: TransformControls;
+  private sentAt = -Infinity;
+  private timer = 0;
+  /** The target as it was when the task was paused; the arm need not be near it. */
+  private old: string | null = null;
+
+  constructor(
+    canvas: HTMLElement,
+    private readonly camera: Camera,
+    private readonly store: Store,
+    changed: () => void,
+  ) {
+    this.controls = new TransformControls(camera.lens, canvas);
+    this.controls.attach(this.goal);
+    this.controls.addEventListener("change", changed);
+    this.controls.addEventListener("objectChange", () => this.send());
+    this.controls.addEventListener("dragging-changed", ({ value }) => {
+      camera.orbit.enabled = value !== true;
+    });
+    this.root = new Object3D();
+    this.root.add(this.goal, this.controls.getHelper());
+    this.root.visible = false;
+  }
+
+  get dragging(): boolean {
+    return this.controls.dragging;
+  }
+
+  mode(mode: "translate" | "rotate"): void {
+    this.controls.setMode(mode);
+    // The tool turns about its own axes, and moves along the room's.
+    this.controls.setSpace(mode === "rotate" ? "local" : "world");
+  }
+
+  /** `shown`: also while it cannot lead. */
+  update(cell: Cell, snapshot: Snapshot, shown: boolean): void {
+    const state = snapshot.arms[this.arm];
+    const past = (snapshot.flags & FLAG.notLive) !== 0;
+    const paused = (snapshot.flags & FLAG.taskPaused) !== 0 || cell.scene.task["kind"] === "reach";
+    const viewer = this.store.hello?.role === "viewer";
+    this.live = state !== undefined && paused && !past && !viewer;
+    this.controls.enabled = this.live;
+    this.controls.size = this.live ? LIVE_SIZE : IDLE_SIZE;
+    this.root.visible = state !== undefined && (this.live || shown);
+    if (state === undefined) return;
+    const target = state.targetValid ? JSON.stringify(state.target) : null;
+    if (!this.live) this.old = null;
+    else if (this.old === null) this.old = target ?? "";
+    if (this.dragging || performance.now() - this.sentAt < ECHO_MS) return;
+    const led = this.live && target !== null && target !== this.old;
+    this.put(led ? state.target : state.tcp);
+  }
+
+  /** Where a handle is (`x`, `y`, `z`, or the middle), in the world (m). */
+  handle(axis: string | null): Vector3 {
+    this.goal.updateWorldMatrix(true, false);
+    const at = new Vector3().setFromMatrixPosition(this.goal.matrixWorld);
+    const direction = axis === null ? undefined : AXES[axis];
+    if (direction === undefined) return at;
+    const { lens } = this.camera;
+    const away = at.distanceTo(lens.position);
+    const scale = (away * 1.9 * Math.tan((lens.fov * Math.PI) / 360) * this.controls.size) / 4;
+    return at.addScaledVector(direction, GRIP * scale);
+  }
+
+  private put([x, y, z, qw, qx, qy, qz]: Pose): void {
+    this.goal.position.set(x, y, z);
+    this.goal.quaternion.set(qx, qy, qz, qw);
+  }
+
+  private send(): void {
+    const wait = this.sentAt + SEND_MS - performance.now();
+    clearTimeout(this.timer);
+    if (wait > 0) {
+      this.timer = window.setTimeout(() => this.send(), wait);
+      return;
+    }
+    this.sentAt = performance.now();
+    const { x, y, z, w } = this.goal.quaternion;
+    void this.store.command({
+      do: "target",
+      arm: this.arm,
+      position: this.goal.position.toArray() as Vec3,
+      orientation_wxyz: [w, x, y, z],
+    });
+  }
+}
