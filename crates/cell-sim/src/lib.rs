@@ -7,6 +7,7 @@ pub mod bench;
 pub mod eval;
 pub mod one_process;
 pub mod run;
+pub mod verify;
 
 pub use one_process::OneProcess;
 
@@ -54,6 +55,9 @@ pub enum SimError {
     /// Nobody takes the results.
     #[error("the results cannot be written: {0}")]
     Output(std::io::Error),
+    /// A recording that cannot be verified.
+    #[error(transparent)]
+    Verify(#[from] verify::VerifyError),
     /// A record of the task that the task does not take back.
     #[error(transparent)]
     Record(#[from] task_proc::RecordError),

@@ -1,0 +1,196 @@
+//! The controller of one arm, computed again.
+
+use std::collections::VecDeque;
+
+use cell_model::Cell;
+use controller_proc::cycle::Cycle;
+use ipc_types::tap::KEYFRAME_BYTES;
+use ipc_types::topic::{Process, TopicId};
+use ipc_types::{ArmCommand, ArmStatus, Wire, WorldState};
+
+use super::VerifyError;
+use super::difference::{Difference, first_byte};
+use super::inputs::{Inputs, StateRecords, input};
+use super::report::{Report, compare};
+use super::shelf::{Found, Key, PATIENCE, key};
+
+/// Compares the commands of one arm with what its controller computes.
+pub(super) struct ArmCheck<'a> {
+    cell: &'a Cell,
+    arm: u8,
+    waiting: VecDeque<Box<ArmCommand>>,
+    running: Option<Running>,
+    state: Box<WorldState>,
+    bytes: Vec<u8>,
+}
+
+/// A controller as it was after a command.
+struct Running {
+    cycle: Cycle,
+    decision_limit_ticks: u64,
+    at: Key,
+}
+
+/// What the head of the queue came to.
+enum Step {
+    /// An input may still come.
+    Wait,
+    /// An input was not recorded.
+    Lost,
+    /// Computed and compared.
+    Done,
+}
+
+impl<'a> ArmCheck<'a> {
+    pub(super) fn new(cell: &'a Cell, arm: u8) -> Self {
+        Self {
+            cell,
+            arm,
+            waiting: VecDeque::new(),
+            running: None,
+            state: Box::new(WorldState::zeroed()),
+            bytes: vec![0; KEYFRAME_BYTES],
+        }
+    }
+
+    /// The next command of this arm.
+    pub(super) fn offer(&mut self, command: Box<ArmCommand>) {
+        self.waiting.push_back(command);
+    }
+
+    /// Computes what can be computed by now.
+    pub(super) fn go_on(
+        &mut self,
+        inputs: &Inputs,
+        records: &StateRecords,
+        report: &mut Report,
+    ) -> Result<(), VerifyError> {
+        while let Some(command) = self.waiting.front() {
+            let (generation, seq) = key(&command.header);
+            let before = (generation, seq.saturating_sub(1));
+            if self.running.as_ref().is_none_or(|r| r.at != before) {
+                self.running = self.begin(before, records)?;
+                report.stretches += u64::from(self.running.is_some());
+            }
+            match self.step(inputs, report) {
+                Step::Wait if self.waiting.len() < PATIENCE => return Ok(()),
+                Step::Wait | Step::Lost => {
+                    self.running = None;
+                    report.commands.skipped += 1;
+                }
+                Step::Done => self.check_record((generation, seq), records, report)?,
+            }
+            self.waiting.pop_front();
+        }
+        Ok(())
+    }
+
+    fn process(&self) -> Process {
+        Process::Controller(self.arm)
+    }
+
+    fn begin(&self, at: Key, records: &StateRecords) -> Result<Option<Running>, VerifyError> {
+        let Some(record) = records.after(self.process(), at) else {
+            return Ok(None);
+        };
+        let mut cycle = Cycle::new(self.cell, usize::from(self.arm))?;
+        let decision_limit_ticks = cycle.restore(&record.bytes)?;
+        Ok(Some(Running {
+            cycle,
+            decision_limit_ticks,
+            at,
+        }))
+    }
+
+    fn step(&mut self, inputs: &Inputs, report: &mut Report) -> Step {
+        let (Some(running), Some(command)) = (&mut self.running, self.waiting.front()) else {
+            return Step::Lost;
+        };
+        let Some(state) = input(&command.header, TopicId::WorldState) else {
+            return Step::Lost;
+        };
+        let state = match inputs.states.find(state) {
+            Found::Here(state) => state,
+            Found::NotYet => return Step::Wait,
+            Found::Lost => return Step::Lost,
+        };
+        let named = input(&command.header, TopicId::Decision);
+        // What is latched already changes nothing when it is heard again.
+        let news = named.filter(|named| running.cycle.latched() != Some(*named));
+        let decision = match news.map(|named| inputs.decisions.find(named)) {
+            None => None,
+            Some(Found::Here(decision)) => Some(&**decision),
+            Some(Found::NotYet) => return Step::Wait,
+            Some(Found::Lost) => return Step::Lost,
+        };
+        let shelf = inputs.statuses.get(usize::from(self.arm));
+        let status = match shelf.map(|shelf| shelf.find(key(&command.header))) {
+            Some(Found::NotYet) => return Step::Wait,
+            // The two are sent together, and the same number of times.
+            Some(Found::Here(status)) => {
+                Some(status).filter(|s| s.header.inputs == command.header.inputs)
+            }
+            Some(Found::Lost) | None => None,
+        };
+        state.write_arms(&mut self.state);
+        let (mut computed, mut said) = (ArmCommand::zeroed(), ArmStatus::zeroed());
+        running.cycle.update(
+            &self.state,
+            decision,
+            running.decision_limit_ticks,
+            &mut computed,
+            &mut said,
+        );
+        running.at = key(&command.header);
+        report.compared_at(command.header.tick);
+        let arm = self.arm;
+        match status {
+            None => report.statuses.skipped += 1,
+            Some(status) => {
+                report.statuses.compared += 1;
+                let found = compare(&format!("status of arm {arm}"), &**status, &mut said);
+                report.statuses.different += u64::from(found.is_some());
+                found.into_iter().for_each(|d| report.differs(d));
+            }
+        }
+        report.commands.compared += 1;
+        let found = compare(&format!("command of arm {arm}"), &**command, &mut computed);
+        report.commands.different += u64::from(found.is_some());
+        found.into_iter().for_each(|d| report.differs(d));
+        Step::Done
+    }
+
+    /// Compares what is remembered now with the record of it, if there is one,
+    /// and goes on from that where they differ.
+    fn check_record(
+        &mut self,
+        at: Key,
+        records: &StateRecords,
+        report: &mut Report,
+    ) -> Result<(), VerifyError> {
+        let (Some(record), Some(running)) = (records.after(self.process(), at), &mut self.running)
+        else {
+            return Ok(());
+        };
+        let limit = running.decision_limit_ticks;
+        let length = running.cycle.save(limit, &mut self.bytes)?;
+        let computed = self.bytes.get(..length).unwrap_or_default();
+        report.records.compared += 1;
+        if computed == record.bytes {
+            return Ok(());
+        }
+        report.records.different += 1;
+        let (field, recorded, computed) = first_byte(&record.bytes, computed);
+        report.differs(Difference {
+            message: format!("record of {}", self.process().name()),
+            generation: at.0,
+            seq: at.1,
+            tick: record.header.tick,
+            field,
+            recorded,
+            computed,
+        });
+        self.running = self.begin(at, records)?;
+        Ok(())
+    }
+}

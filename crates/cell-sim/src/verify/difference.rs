@@ -1,0 +1,141 @@
+//! Where two messages differ first, by the name of the field.
+
+use std::fmt::Debug;
+
+use serde::Serialize;
+
+/// The first difference of a recording from what is computed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Difference {
+    /// `decision`, `command of arm 0`, `status of arm 0`, `record of task`, ...
+    pub message: String,
+    /// Generation of its writer.
+    pub generation: u32,
+    /// Its number.
+    pub seq: u64,
+    /// The tick that caused it.
+    pub tick: u64,
+    /// Path of the field, as `goals[0].target.position[2]`.
+    pub field: String,
+    /// Its value in the recording.
+    pub recorded: String,
+    /// Its value as computed.
+    pub computed: String,
+}
+
+/// Path and both values of the first field that differs.
+pub(super) fn first_field<T: Debug>(recorded: &T, computed: &T) -> (String, String, String) {
+    let (one, other) = (format!("{recorded:#?}"), format!("{computed:#?}"));
+    let mut path = Path::default();
+    for (a, b) in one.lines().zip(other.lines()) {
+        path.enter(a);
+        if a != b {
+            return (path.text(), value(a), value(b));
+        }
+    }
+    let hidden = || "equal as text, not in its bytes".to_owned();
+    ("(hidden)".to_owned(), hidden(), hidden())
+}
+
+/// Where two records of bytes differ first.
+pub(super) fn first_byte(recorded: &[u8], computed: &[u8]) -> (String, String, String) {
+    let at = recorded.iter().zip(computed).position(|(a, b)| a != b);
+    match at {
+        Some(at) => {
+            let byte = |bytes: &[u8]| bytes.get(at).map(u8::to_string).unwrap_or_default();
+            (format!("byte {at}"), byte(recorded), byte(computed))
+        }
+        None => {
+            let length = |bytes: &[u8]| format!("{} bytes", bytes.len());
+            ("length".to_owned(), length(recorded), length(computed))
+        }
+    }
+}
+
+/// The way to a line of the printed form of a message, of which every level is
+/// four spaces further in.
+#[derive(Default)]
+struct Path {
+    levels: Vec<Level>,
+}
+
+struct Level {
+    name: Option<String>,
+    /// Lines of this level so far, for lists.
+    index: usize,
+}
+
+impl Path {
+    fn enter(&mut self, line: &str) {
+        let text = line.trim_start_matches(' ');
+        let depth = (line.len() - text.len()) / 4;
+        // The name of the type, and the ends of lists and of structs.
+        if depth == 0 || text.starts_with([']', '}', ')']) {
+            return;
+        }
+        let name = text.split_once(": ").map(|(name, _)| name.to_owned());
+        self.levels.truncate(depth);
+        match self.levels.get_mut(depth - 1) {
+            Some(level) => {
+                level.index += 1;
+                level.name = name;
+            }
+            None => self.levels.push(Level { name, index: 0 }),
+        }
+    }
+
+    fn text(&self) -> String {
+        let mut text = String::new();
+        for level in &self.levels {
+            match &level.name {
+                Some(name) if text.is_empty() => text.push_str(name),
+                Some(name) => text.extend([".", name]),
+                None => text.push_str(&format!("[{}]", level.index)),
+            }
+        }
+        text
+    }
+}
+
+fn value(line: &str) -> String {
+    let text = line.trim().trim_end_matches(',');
+    text.split_once(": ")
+        .map_or(text, |(_, value)| value)
+        .to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ipc_types::{ArmCommand, Decision, Input, Text, Wire};
+
+    #[test]
+    fn a_field_is_named_by_the_way_to_it() {
+        let one = Decision::zeroed();
+        let mut other = one;
+        other.goals[1].target.position[2] = -0.0;
+        other.drops = 3;
+        let found = first_field(&one, &other);
+        assert_eq!(found.0, "goals[1].target.position[2]");
+        assert_eq!((found.1.as_str(), found.2.as_str()), ("0.0", "-0.0"));
+        other = one;
+        other.phase = Text::new("LIFT");
+        let found = first_field(&one, &other);
+        assert_eq!((found.0.as_str(), found.2.as_str()), ("phase", "\"LIFT\""));
+    }
+
+    #[test]
+    fn inputs_are_counted_from_zero() {
+        let one = ArmCommand::zeroed();
+        let mut other = one;
+        other.header.inputs[1] = Input {
+            topic: 0,
+            generation: 0,
+            seq: 9,
+            age_ticks: 0,
+        };
+        assert_eq!(first_field(&one, &other).0, "header.inputs[1].seq");
+        assert_eq!(first_byte(&[1, 2], &[1, 3]).0, "byte 1");
+        assert_eq!(first_byte(&[1, 2], &[1]).0, "length");
+    }
+}

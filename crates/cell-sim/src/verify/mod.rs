@@ -1,0 +1,107 @@
+//! Runs controllers and task again on what was recorded, and compares every
+//! command, status and decision with what they said then, bit for bit.
+//!
+//! Every message names the messages it was computed from, so nothing has to be
+//! guessed: a state that was skipped then is skipped now, and a decision that
+//! came late comes late. Computing begins at a state record of the process and
+//! ends where something was not recorded, to begin again at the next one.
+
+mod controller;
+mod difference;
+mod inputs;
+mod message;
+mod report;
+mod shelf;
+mod states;
+mod task;
+
+use cell_model::Cell;
+
+pub use difference::Difference;
+pub use message::{Message, Messages, Recorded};
+pub use report::{Count, Gap, Report, Verdict};
+
+use controller::ArmCheck;
+use inputs::{Inputs, StateRecords};
+use task::TaskCheck;
+
+/// Why a recording cannot be verified.
+#[derive(Debug, thiserror::Error)]
+pub enum VerifyError {
+    /// The recording.
+    #[error("{0}")]
+    Recording(String),
+    /// A controller does not fit the robot.
+    #[error(transparent)]
+    Controller(#[from] controller_proc::rmpflow_controller::RmpFlowError),
+    /// The state record of a controller.
+    #[error(transparent)]
+    ControllerRecord(#[from] controller_proc::record::RecordError),
+    /// The policy.
+    #[error(transparent)]
+    Task(#[from] task_proc::TaskError),
+    /// The state record of the task.
+    #[error(transparent)]
+    TaskRecord(#[from] task_proc::RecordError),
+}
+
+/// Verifies what was recorded of a run of `cell` that began with `policy`.
+///
+/// # Errors
+/// [`VerifyError`] where the recording cannot be read, or is of another cell or
+/// another version; what differs is no error.
+pub fn verify(
+    cell: &Cell,
+    policy: &str,
+    recorded: &(impl Recorded + ?Sized),
+) -> Result<Report, VerifyError> {
+    let records = StateRecords::of(recorded)?;
+    let arms = 0..u8::try_from(cell.arms.len()).unwrap_or(u8::MAX);
+    let mut run = Run {
+        inputs: Inputs::default(),
+        arms: arms.map(|arm| ArmCheck::new(cell, arm)).collect(),
+        task: TaskCheck::new(cell, policy),
+        records,
+        report: Report::default(),
+    };
+    for message in recorded.messages()? {
+        run.take(message?)?;
+    }
+    run.inputs.end();
+    run.go_on()?;
+    Ok(run.report)
+}
+
+struct Run<'a> {
+    inputs: Inputs,
+    arms: Vec<ArmCheck<'a>>,
+    task: TaskCheck<'a>,
+    records: StateRecords,
+    report: Report,
+}
+
+impl Run<'_> {
+    fn take(&mut self, message: Message) -> Result<(), VerifyError> {
+        if !self.inputs.put(&message, &mut self.report) {
+            return Ok(());
+        }
+        match message {
+            Message::Command(arm, command) => {
+                if let Some(check) = self.arms.get_mut(usize::from(arm)) {
+                    check.offer(command);
+                }
+            }
+            Message::Decision(decision) => self.task.offer(decision),
+            _ => {}
+        }
+        self.go_on()
+    }
+
+    fn go_on(&mut self) -> Result<(), VerifyError> {
+        let (inputs, records, report) = (&self.inputs, &self.records, &mut self.report);
+        for arm in &mut self.arms {
+            arm.go_on(inputs, records, report)?;
+        }
+        self.task.go_on(inputs, records, report)
+    }
+}

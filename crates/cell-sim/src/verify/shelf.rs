@@ -1,0 +1,160 @@
+//! Recorded messages of one topic, until nobody asks for them any more.
+
+use std::collections::VecDeque;
+
+use ipc_types::Header;
+
+/// Which message of a topic: generation of its writer, and its number.
+pub(super) type Key = (u32, u64);
+
+/// Messages kept. A recorder that drains one topic after the other writes some
+/// thousand messages of one before those of another that belong to them.
+const ROOM: usize = 8192;
+
+/// Messages that may wait for an input: whoever has waited for longer waits for
+/// something that was not recorded.
+pub(super) const PATIENCE: usize = ROOM / 2;
+
+/// The key of a message.
+pub(super) fn key(header: &Header) -> Key {
+    (header.generation, header.seq)
+}
+
+/// What became of a message that is asked for.
+pub(super) enum Found<'a, T> {
+    /// It is here.
+    Here(&'a T),
+    /// It may still come.
+    NotYet,
+    /// It was not recorded, or is too old.
+    Lost,
+}
+
+/// Messages that are missing between two of a topic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Missing {
+    /// Generation of the writer.
+    pub(super) generation: u32,
+    /// The first that is missing.
+    pub(super) first_seq: u64,
+    /// How many.
+    pub(super) count: u64,
+}
+
+/// Finds the holes in the numbers of a topic.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sequence {
+    newest: Option<Key>,
+}
+
+impl Sequence {
+    /// Takes the next message; `None` for one that is no newer than the last,
+    /// else what is missing before it. What was sent before the recording began
+    /// is not missing.
+    pub(super) fn take(&mut self, key: Key) -> Option<Option<Missing>> {
+        let expected = match self.newest {
+            Some(newest) if key <= newest => return None,
+            Some((generation, seq)) if generation == key.0 => seq.saturating_add(1),
+            Some(_) => 1,
+            None => key.1,
+        };
+        self.newest = Some(key);
+        let count = key.1.saturating_sub(expected);
+        Some((count > 0).then_some(Missing {
+            generation: key.0,
+            first_seq: expected,
+            count,
+        }))
+    }
+
+    /// Whether a message with `key` cannot come any more.
+    fn is_past(&self, key: Key) -> bool {
+        self.newest.is_some_and(|newest| newest >= key)
+    }
+}
+
+/// The newest messages of one topic.
+pub(super) struct Shelf<T> {
+    kept: VecDeque<(Key, T)>,
+    sequence: Sequence,
+    ended: bool,
+}
+
+impl<T> Default for Shelf<T> {
+    fn default() -> Self {
+        Self {
+            kept: VecDeque::new(),
+            sequence: Sequence::default(),
+            ended: false,
+        }
+    }
+}
+
+impl<T> Shelf<T> {
+    /// Puts the next message there; what is missing before it.
+    pub(super) fn put(&mut self, key: Key, message: T) -> Option<Missing> {
+        let missing = self.sequence.take(key)?;
+        if self.kept.len() == ROOM {
+            self.kept.pop_front();
+        }
+        self.kept.push_back((key, message));
+        missing
+    }
+
+    /// Nothing more will come.
+    pub(super) fn end(&mut self) {
+        self.ended = true;
+    }
+
+    /// The message with `key`.
+    pub(super) fn find(&self, key: Key) -> Found<'_, T> {
+        let at = self.kept.partition_point(|(kept, _)| *kept < key);
+        match self.kept.get(at) {
+            Some((kept, message)) if *kept == key => Found::Here(message),
+            _ if self.ended || self.sequence.is_past(key) => Found::Lost,
+            _ => Found::NotYet,
+        }
+    }
+
+    /// Whether a message with `key`, or one after it, has come already.
+    pub(super) fn has(&self, key: Key) -> bool {
+        self.sequence.is_past(key)
+    }
+
+    /// The messages after `key`, oldest first.
+    pub(super) fn after(&self, key: Key) -> impl Iterator<Item = &(Key, T)> {
+        let at = self.kept.partition_point(|(kept, _)| *kept <= key);
+        self.kept.range(at..)
+    }
+
+    /// Whether nothing more will come.
+    pub(super) fn has_ended(&self) -> bool {
+        self.ended
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_may_come_is_waited_for_and_what_was_passed_over_is_lost() {
+        let mut shelf = Shelf::default();
+        assert_eq!(shelf.put((1, 5), 'a'), None);
+        let hole = Missing {
+            generation: 1,
+            first_seq: 6,
+            count: 2,
+        };
+        assert_eq!(shelf.put((1, 8), 'b'), Some(hole));
+        assert_eq!(shelf.put((1, 8), 'c'), None);
+        assert!(matches!(shelf.find((1, 8)), Found::Here('b')));
+        assert!(matches!(shelf.find((1, 6)), Found::Lost));
+        assert!(matches!(shelf.find((1, 9)), Found::NotYet));
+        // A writer that was started again begins at 1.
+        assert_eq!(shelf.put((2, 1), 'd'), None);
+        assert!(matches!(shelf.find((1, 9)), Found::Lost));
+        shelf.end();
+        assert!(matches!(shelf.find((2, 2)), Found::Lost));
+    }
+}

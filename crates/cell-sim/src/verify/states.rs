@@ -1,0 +1,173 @@
+//! Recorded states, put together from their pieces.
+
+use ipc_types::tap::PIECE_OBJECTS;
+use ipc_types::{MAX_OBJECTS, ObjectState, Wire, WorldPiece, WorldState};
+
+use super::shelf::{Found, Key, Missing, Shelf, key};
+
+/// A state as far as it was recorded.
+pub(super) struct SeenState {
+    /// Everything but the objects.
+    piece: Box<WorldPiece>,
+    /// The newest that is known of each.
+    objects: Vec<ObjectState>,
+    /// Those the state itself names.
+    named: Vec<bool>,
+}
+
+impl SeenState {
+    /// Writes the state into `out`.
+    pub(super) fn write(&self, out: &mut WorldState) {
+        self.piece.put(out);
+        out.objects = [ObjectState::zeroed(); MAX_OBJECTS];
+        for (place, object) in out.objects.iter_mut().zip(&self.objects) {
+            *place = *object;
+        }
+    }
+
+    /// Writes all but the objects, which a controller does not look at.
+    pub(super) fn write_arms(&self, out: &mut WorldState) {
+        self.piece.put(out);
+    }
+
+    /// Whether every object was recorded in this very tick.
+    pub(super) fn is_whole(&self) -> bool {
+        self.named.iter().all(|named| *named)
+    }
+
+    /// Whether the objects this state does not name stood still from the last
+    /// state that named them to `later`.
+    fn rests_until(&self, later: &Self) -> bool {
+        let objects = self.objects.iter().zip(&later.objects).zip(&self.named);
+        self.objects.len() == later.objects.len()
+            && objects
+                .into_iter()
+                .all(|((now, then), named)| *named || now.as_bytes() == then.as_bytes())
+    }
+}
+
+/// All states, by generation and number.
+#[derive(Default)]
+pub(super) struct States {
+    shelf: Shelf<SeenState>,
+    objects: Vec<ObjectState>,
+    /// The state that comes, and the pieces it still lacks.
+    coming: Option<(Key, SeenState, u32)>,
+}
+
+impl States {
+    /// Takes a piece in; what is missing before the state it completes.
+    pub(super) fn put(&mut self, piece: &WorldPiece) -> Option<Missing> {
+        let state = key(&piece.state);
+        let count = (piece.object_count as usize).min(MAX_OBJECTS);
+        if piece.piece == 0 {
+            if self.objects.len() != count {
+                self.objects = vec![ObjectState::zeroed(); count];
+            }
+            let seen = SeenState {
+                piece: Box::new(*piece),
+                objects: Vec::new(),
+                named: vec![false; count],
+            };
+            self.coming = Some((state, seen, 0));
+        }
+        // A piece whose forerunner was lost belongs to no state.
+        let (coming, mut seen, next) = self.coming.take()?;
+        if coming != state || next != piece.piece {
+            return None;
+        }
+        for object in piece.objects() {
+            let index = object.index as usize;
+            if let (Some(place), Some(named)) =
+                (self.objects.get_mut(index), seen.named.get_mut(index))
+            {
+                *place = object.state;
+                *named = true;
+            }
+        }
+        if next + 1 < piece.pieces.min((MAX_OBJECTS / PIECE_OBJECTS) as u32 + 1) {
+            self.coming = Some((coming, seen, next + 1));
+            return None;
+        }
+        seen.objects.clone_from(&self.objects);
+        self.shelf.put(state, seen)
+    }
+
+    /// The state with `key`.
+    pub(super) fn find(&self, key: Key) -> Found<'_, SeenState> {
+        self.shelf.find(key)
+    }
+
+    /// Whether what `key` does not name stood still around it; `None` as long
+    /// as the next whole state may still come.
+    pub(super) fn rests_around(&self, key: Key) -> Option<bool> {
+        let Found::Here(state) = self.shelf.find(key) else {
+            return Some(false);
+        };
+        let mut later = self.shelf.after(key);
+        match later.find(|((generation, _), seen)| *generation != key.0 || seen.is_whole()) {
+            Some(((generation, _), seen)) => Some(*generation == key.0 && state.rests_until(seen)),
+            None if self.shelf.has_ended() => Some(false),
+            None => None,
+        }
+    }
+
+    /// Nothing more will come.
+    pub(super) fn end(&mut self) {
+        self.shelf.end();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ipc_types::Header;
+    use ipc_types::tap::Pieces;
+
+    fn send(states: &mut States, tick: u64, position: f64, lose: Option<u32>) -> Option<Missing> {
+        let mut state = WorldState::zeroed();
+        state.header = Header::caused_by::<WorldState>(tick);
+        (state.header.generation, state.header.seq) = (1, tick + 1);
+        state.object_count = 20;
+        state.objects[17].pose.position[0] = position;
+        let (mut pieces, mut piece) = (Pieces::of(&state), WorldPiece::zeroed());
+        let mut missing = None;
+        while pieces.write_next(&state, &mut piece) {
+            if lose != Some(piece.piece) {
+                missing = missing.or(states.put(&piece));
+            }
+        }
+        missing
+    }
+
+    #[test]
+    fn a_state_is_there_once_all_its_pieces_are() {
+        let mut states = States::default();
+        assert_eq!(send(&mut states, 10, 1.0, None), None);
+        let mut out = WorldState::zeroed();
+        if let Found::Here(seen) = states.find((1, 11)) {
+            seen.write(&mut out);
+        }
+        assert_eq!(
+            (out.header.tick, out.objects[17].pose.position[0]),
+            (10, 1.0)
+        );
+        assert_eq!(send(&mut states, 20, 1.0, Some(1)), None);
+        assert!(matches!(states.find((1, 21)), Found::NotYet));
+        assert_eq!(send(&mut states, 21, 1.0, None).map(|m| m.count), Some(10));
+        assert!(matches!(states.find((1, 21)), Found::Lost));
+    }
+
+    #[test]
+    fn what_was_not_named_is_known_where_it_stood_still() {
+        let mut states = States::default();
+        for (tick, position) in [(10, 1.0), (13, 1.0), (20, 1.0), (24, 1.5), (30, 2.0)] {
+            send(&mut states, tick, position, None);
+            if tick == 13 {
+                assert_eq!(states.rests_around((1, 14)), None);
+            }
+        }
+        assert_eq!(states.rests_around((1, 14)), Some(true));
+        assert_eq!(states.rests_around((1, 25)), Some(false));
+    }
+}

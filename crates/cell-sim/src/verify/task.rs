@@ -1,0 +1,289 @@
+//! The task, computed again.
+
+use std::collections::VecDeque;
+
+use cell_model::Cell;
+use ipc_types::topic::{Process, TopicId};
+use ipc_types::{ArmStatus, Decision, MAX_ARMS, Wire, WorldState};
+use task_proc::process::{MISSED_TICKS, name_inputs};
+use task_proc::{Task, TaskError};
+
+use super::VerifyError;
+use super::difference::{Difference, first_byte};
+use super::inputs::{Inputs, StateRecord, StateRecords, input};
+use super::report::{Report, compare};
+use super::shelf::{Found, Key, PATIENCE, key};
+
+/// Compares the decisions with what the task decides.
+pub(super) struct TaskCheck<'a> {
+    cell: &'a Cell,
+    /// Policy the run began with.
+    policy: &'a str,
+    waiting: VecDeque<Box<Decision>>,
+    running: Option<Running>,
+    /// The newest that was computed.
+    last: Option<Decision>,
+    state: Box<WorldState>,
+    doubts: Vec<Doubt>,
+}
+
+/// A task as it was after a decision.
+struct Running {
+    task: Task,
+    at: Key,
+    /// Generation of physics and tick decided on last.
+    decided: Option<(u32, u64)>,
+    /// Whether all it saw was recorded.
+    sure: bool,
+}
+
+/// A decision that differs, made from a state of which not all objects were
+/// recorded: only where they stood still is that a difference.
+struct Doubt {
+    state: Key,
+    difference: Difference,
+}
+
+/// What the head of the queue came to.
+enum Step {
+    /// An input may still come.
+    Wait,
+    /// An input was not recorded.
+    Lost,
+    /// Computed and compared.
+    Done,
+}
+
+type Heard<'s> = [Option<&'s ArmStatus>; MAX_ARMS];
+
+impl<'a> TaskCheck<'a> {
+    pub(super) fn new(cell: &'a Cell, policy: &'a str) -> Self {
+        Self {
+            cell,
+            policy,
+            waiting: VecDeque::new(),
+            running: None,
+            last: None,
+            state: Box::new(WorldState::zeroed()),
+            doubts: Vec::new(),
+        }
+    }
+
+    /// The next decision.
+    pub(super) fn offer(&mut self, decision: Box<Decision>) {
+        self.waiting.push_back(decision);
+    }
+
+    /// Computes what can be computed by now.
+    pub(super) fn go_on(
+        &mut self,
+        inputs: &Inputs,
+        records: &StateRecords,
+        report: &mut Report,
+    ) -> Result<(), VerifyError> {
+        while let Some(decision) = self.waiting.front() {
+            let (generation, seq) = key(&decision.header);
+            let before = (generation, seq.saturating_sub(1));
+            if self.running.as_ref().is_none_or(|r| r.at != before) {
+                self.running = self.begin(before, decision.policy.as_str(), records)?;
+                report.stretches += u64::from(self.running.is_some());
+            }
+            if self.running.is_none() && seq == 1 && self.repeats(report) {
+                self.waiting.pop_front();
+                continue;
+            }
+            match self.step(inputs, report) {
+                Step::Wait if self.waiting.len() < PATIENCE => break,
+                Step::Wait | Step::Lost => {
+                    self.running = None;
+                    report.decisions.skipped += 1;
+                }
+                Step::Done => self.check_record((generation, seq), records, report)?,
+            }
+            self.waiting.pop_front();
+        }
+        self.judge_doubts(inputs, report);
+        Ok(())
+    }
+
+    fn begin(
+        &self,
+        at: Key,
+        policy: &str,
+        records: &StateRecords,
+    ) -> Result<Option<Running>, VerifyError> {
+        let Some(record) = records.after(Process::Task, at) else {
+            return Ok(None);
+        };
+        // A task can be started again with another policy than the run began
+        // with; a name that is none is a difference, and not the end.
+        let task = match Task::new(self.cell, policy) {
+            Err(TaskError::UnknownPolicy { .. }) => Task::new(self.cell, self.policy),
+            task => task,
+        };
+        let mut running = Running {
+            task: task?,
+            at,
+            decided: None,
+            sure: true,
+        };
+        running.restore(record)?;
+        Ok(Some(running))
+    }
+
+    /// Whether the head is the last decision of the task before, which a new one
+    /// sends again; then it is compared with that.
+    fn repeats(&mut self, report: &mut Report) -> bool {
+        let (Some(head), Some(last)) = (self.waiting.front(), &mut self.last) else {
+            return false;
+        };
+        if head.header.inputs != last.header.inputs {
+            return false;
+        }
+        report.decisions.compared += 1;
+        if let Some(difference) = compare("decision", &**head, last) {
+            report.decisions.different += 1;
+            report.differs(difference);
+        }
+        true
+    }
+
+    fn step(&mut self, inputs: &Inputs, report: &mut Report) -> Step {
+        let (Some(running), Some(decision)) = (&mut self.running, self.waiting.front()) else {
+            return Step::Lost;
+        };
+        let Some(state_key) = input(&decision.header, TopicId::WorldState) else {
+            return Step::Lost;
+        };
+        let seen = match inputs.states.find(state_key) {
+            Found::Here(seen) => seen,
+            Found::NotYet => return Step::Wait,
+            Found::Lost => return Step::Lost,
+        };
+        let statuses = match heard(decision, inputs) {
+            Ok(statuses) => statuses,
+            Err(step) => return step,
+        };
+        seen.write(&mut self.state);
+        running.sure &= seen.is_whole();
+        let mut computed = running.decide(&self.state, &statuses);
+        running.at = key(&decision.header);
+        report.compared_at(decision.header.tick);
+        match compare("decision", &**decision, &mut computed) {
+            None => report.decisions.compared += 1,
+            Some(difference) if running.sure => {
+                report.decisions.compared += 1;
+                report.decisions.different += 1;
+                report.differs(difference);
+            }
+            Some(difference) => self.doubts.push(Doubt {
+                state: state_key,
+                difference,
+            }),
+        }
+        self.last = Some(computed);
+        Step::Done
+    }
+
+    /// Compares what is remembered now with the record of it, if there is one,
+    /// and goes on from that where they differ.
+    fn check_record(
+        &mut self,
+        at: Key,
+        records: &StateRecords,
+        report: &mut Report,
+    ) -> Result<(), VerifyError> {
+        let Some(running) = &mut self.running else {
+            return Ok(());
+        };
+        let Some(record) = records.after(Process::Task, at) else {
+            // What it believes now cannot be known.
+            if !running.sure {
+                self.running = None;
+            }
+            return Ok(());
+        };
+        let computed = running.task.record();
+        let same = computed == record.bytes;
+        if running.sure {
+            report.records.compared += 1;
+        }
+        if running.sure && !same {
+            report.records.different += 1;
+            let (field, recorded, computed) = first_byte(&record.bytes, &computed);
+            report.differs(Difference {
+                message: "record of task".to_owned(),
+                generation: at.0,
+                seq: at.1,
+                tick: record.header.tick,
+                field,
+                recorded,
+                computed,
+            });
+        }
+        if !same {
+            running.restore(record)?;
+        }
+        running.sure = true;
+        Ok(())
+    }
+
+    fn judge_doubts(&mut self, inputs: &Inputs, report: &mut Report) {
+        self.doubts.retain(|doubt| {
+            let Some(rested) = inputs.states.rests_around(doubt.state) else {
+                return true;
+            };
+            if rested {
+                report.decisions.compared += 1;
+                report.decisions.different += 1;
+                report.differs(doubt.difference.clone());
+            } else {
+                report.decisions.skipped += 1;
+            }
+            false
+        });
+    }
+}
+
+impl Running {
+    fn restore(&mut self, record: &StateRecord) -> Result<(), VerifyError> {
+        self.task.restore(&record.bytes)?;
+        let state = input(&record.header, TopicId::WorldState);
+        self.decided = state.map(|(generation, _)| (generation, record.header.tick));
+        Ok(())
+    }
+
+    /// What the process does on the bus once it is time to decide.
+    fn decide(&mut self, state: &WorldState, statuses: &Heard<'_>) -> Decision {
+        let (generation, tick) = (state.header.generation, state.header.tick);
+        match self.decided {
+            Some((known, _)) if known != generation => self.task.begin_new_scene(),
+            Some((_, last)) if tick > last.saturating_add(MISSED_TICKS) => {
+                self.task.reconcile(state);
+            }
+            _ => {}
+        }
+        let mut decision = Decision::zeroed();
+        self.task
+            .decide(state, statuses, &mut decision, &mut Vec::new());
+        name_inputs(&mut decision.header, state, statuses);
+        self.decided = Some((generation, tick));
+        decision
+    }
+}
+
+/// The statuses `decision` was made from.
+fn heard<'i>(decision: &Decision, inputs: &'i Inputs) -> Result<Heard<'i>, Step> {
+    let mut statuses = [None; MAX_ARMS];
+    for (arm, (slot, shelf)) in (0_u8..).zip(statuses.iter_mut().zip(&inputs.statuses)) {
+        let Some(named) = input(&decision.header, TopicId::ArmStatus(arm)) else {
+            continue;
+        };
+        *slot = match shelf.find(named) {
+            Found::Here(status) => Some(&**status),
+            Found::NotYet => return Err(Step::Wait),
+            Found::Lost => return Err(Step::Lost),
+        };
+    }
+    Ok(statuses)
+}
