@@ -1,9 +1,50 @@
 // The panels around the 3D view.
+import "./panels.css";
 import type { Store } from "../net/store";
+import { actions } from "./actions";
+import { demoTab } from "./demo-tab";
+import { Desk } from "./desk";
+import { helpSheet } from "./help";
+import { mountKeys } from "./keys";
+import { latencyTab } from "./latency/index";
+import { mountLeft } from "./left/index";
+import { plotsTab } from "./plots/index";
+import { robotTab } from "./robot/index";
+import { mountSplitters } from "./splitters";
+import { tabs } from "./tabs";
+import { taskTab } from "./task/index";
+import { mountTimeline } from "./timeline";
+import { mountToasts } from "./toasts";
+import { mountTop, stepsInput, stepsOf } from "./top/index";
 import type { ViewApi } from "./view-api";
 
 /** Fills #top, #left, #right and #bottom; works without a view and before any data. */
 export function mountPanels(store: Store, view: ViewApi | null): void {
-  void store;
-  void view;
+  const desk = new Desk(store, view);
+  const steps = stepsInput();
+  const act = actions(desk, () => stepsOf(steps));
+  const help = helpSheet();
+  const place = (id: string, fill: (host: HTMLElement) => void) => {
+    const host = document.getElementById(id);
+    if (host !== null) fill(host);
+  };
+  place("top", (host) => mountTop(desk, host, act, steps, help));
+  place("left", (host) => mountLeft(desk, host));
+  place("right", (host) => {
+    const all = tabs([
+      { key: "task", name: "Task", body: taskTab(desk) },
+      { key: "robot", name: "Robot", body: robotTab(desk, act) },
+      { key: "plots", name: "Plots", body: plotsTab(desk) },
+      { key: "latency", name: "Latency", body: latencyTab(desk) },
+    ]);
+    demoTab(desk, all);
+    host.replaceChildren(all.root);
+  });
+  place("bottom", (host) => mountTimeline(desk, host));
+  mountSplitters();
+  mountToasts(store);
+  mountKeys(desk, act, help);
+  if (import.meta.env.DEV && new URLSearchParams(location.search).has("fake")) {
+    void import("./dev").then(({ fakeFeed }) => fakeFeed(store));
+  }
 }

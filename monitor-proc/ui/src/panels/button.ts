@@ -1,0 +1,51 @@
+// Buttons that say why they do nothing, and what would do the same on the
+// command line.
+import type { Desk } from "./desk";
+import { el, setAttr, setTitle } from "./dom";
+import { type IconName, icon } from "./icons";
+
+export interface ButtonSpec {
+  label?: string;
+  icon?: IconName;
+  class?: string;
+  /** What it does, in words. */
+  about: () => string;
+  /** The same on the command line, or null where there is nothing like it. */
+  twin: () => string | null;
+  /** Why it cannot be pressed now, or null. */
+  why?: () => string | null;
+  run: () => unknown;
+}
+
+/** A button of `spec`. It stays reachable when it is off, so that its reason is. */
+export function button(desk: Desk, spec: ButtonSpec): HTMLButtonElement {
+  const { label, class: kind = "" } = spec;
+  const node = el("button", { type: "button", class: `button ${kind}` });
+  if (spec.icon !== undefined) node.append(icon(spec.icon));
+  if (label !== undefined) node.append(el("span", {}, label));
+  const why = () => spec.why?.() ?? null;
+  const refresh = () => {
+    const reason = why();
+    setAttr(node, "aria-disabled", reason === null ? null : "true");
+    const twin = spec.twin();
+    const lines = [spec.about(), twin === null ? "" : `$ ${twin}`];
+    if (reason !== null) lines.push(`Not now: ${reason}`);
+    setTitle(node, lines.filter((line) => line !== "").join("\n"));
+    if (label === undefined) setAttr(node, "aria-label", spec.about());
+  };
+  node.addEventListener("click", () => {
+    const reason = why();
+    if (reason === null) spec.run();
+    else desk.say(reason, true);
+    refresh();
+  });
+  desk.pulse.add(node, refresh);
+  refresh();
+  return node;
+}
+
+/** Shows another icon on a button made with one. */
+export function setIcon(node: HTMLButtonElement, name: IconName): void {
+  const before = node.querySelector("svg");
+  if (before?.dataset.icon !== name) before?.replaceWith(icon(name));
+}

@@ -1,0 +1,75 @@
+// Who owns the centre, whose each cube is, what each arm has placed, and both
+// trees side by side. All of it stands on the board that the trees share.
+import type { Store } from "../../net/store";
+import { el, setAttr, setText } from "../dom";
+import { css } from "../format";
+import { sharedKeys } from "../task/values";
+import { treeView } from "../task/tree";
+
+/** The value of key `name` on any shared board. */
+function keyed(store: Store, name: string): string | undefined {
+  const found = Object.entries(sharedKeys(store)).find(([key]) => key.slice(key.indexOf(".") + 1) === name);
+  return found?.[1].replace(/^["']|["']$/g, "");
+}
+
+export function mountPyramid(store: Store, element: HTMLElement): () => void {
+  const scene = store.scene;
+  const arms = scene?.arms.map(({ name }) => name) ?? [];
+  const owner = el("b", { class: "badge" }, "free");
+  const sides = arms.map((name) => {
+    const placed = el("div", { class: "placed-set" });
+    const state = el("span", { class: "dim" });
+    return { name, placed, state, node: el("div", { class: "side" }, el("div", { class: "row" }, el("b", {}, name), state), placed) };
+  });
+  const cubes = (scene?.objects ?? []).map((object) => {
+    const swatch = el("i", { class: "cube" });
+    swatch.style.background = css(object.colour);
+    const state = el("span", { class: "dim" });
+    return { name: object.name, state, node: el("div", { class: "cube-row" }, swatch, el("span", {}, object.name), state) };
+  });
+  const trees = el("div", { class: "side-by-side" });
+  element.append(
+    el("p", { class: "row" }, "The centre belongs to", owner),
+    el("div", { class: "sides" }, ...sides.map(({ node }) => node)),
+    el("h3", {}, "Cubes"),
+    el("div", { class: "cube-list" }, ...cubes.map(({ node }) => node)),
+    el("h3", {}, "Both trees"),
+    trees,
+  );
+  const show = () => {
+    const centre = keyed(store, "center_owner") ?? "";
+    setText(owner, centre === "" ? "nobody" : centre);
+    setAttr(owner, "data-tone", centre === "" ? null : centre === arms[0] ? "info" : "warn");
+    for (const { name, state, node } of cubes) {
+      const word = keyed(store, `cube_state:${name}`) ?? "available";
+      const [what, whose] = word.split(":");
+      setText(state, whose === undefined ? (what ?? "") : `${what} by ${whose}`);
+      setAttr(node, "data-state", what ?? "");
+    }
+    for (const { name, placed, state } of sides) {
+      const set = keyed(store, `placed:${name}`) ?? "";
+      const inSet = set.replace(/[{}[\]()"']/g, " ").split(/[\s,]+/).filter((one) => one !== "" && one !== "unset");
+      const required = Number(scene?.task.required_count ?? 3);
+      setText(placed, inSet.length === 0 ? "nothing placed yet" : inSet.join(", "));
+      const wishes = keyed(store, `recovery_requested:${name}`) === "true" ? " · recovery asked for" : "";
+      setText(state, `${inSet.length} of ${required}${wishes}`);
+    }
+  };
+  let views: { show: () => void }[] = [];
+  const drawTrees = () => {
+    const drawn = store.graphs.map((_, index) => treeView(store, null, index, () => {}));
+    views = drawn;
+    trees.replaceChildren(...drawn.map(({ root }) => el("div", { class: "graph-body" }, root)));
+    for (const view of drawn) view.show();
+  };
+  drawTrees();
+  show();
+  const off = [
+    store.on("graphs", drawTrees),
+    store.on("graph", (index) => {
+      views[index]?.show();
+      show();
+    }),
+  ];
+  return () => off.forEach((one) => one());
+}

@@ -1,0 +1,64 @@
+// Making and changing elements. Text goes in as text only: names come from
+// files and may hold anything.
+
+type Attrs = Record<string, string | number | boolean>;
+type Child = Node | string | null;
+
+function fill<E extends Element>(element: E, attrs: Attrs, children: Child[]): E {
+  for (const [name, value] of Object.entries(attrs)) {
+    if (value !== false) element.setAttribute(name, value === true ? "" : String(value));
+  }
+  element.append(...children.filter((child) => child !== null));
+  return element;
+}
+
+export function el<K extends keyof HTMLElementTagNameMap>(
+  tag: K,
+  attrs: Attrs = {},
+  ...children: Child[]
+): HTMLElementTagNameMap[K] {
+  return fill(document.createElement(tag), attrs, children);
+}
+
+export function svg<K extends keyof SVGElementTagNameMap>(
+  tag: K,
+  attrs: Attrs = {},
+  ...children: Child[]
+): SVGElementTagNameMap[K] {
+  return fill(document.createElementNS("http://www.w3.org/2000/svg", tag), attrs, children);
+}
+
+/** Sets the text where it is another one: untouched nodes cost no layout. */
+export function setText(node: Node, text: string): void {
+  if (node.textContent !== text) node.textContent = text;
+}
+
+export function setTitle(node: HTMLElement, text: string): void {
+  if (node.title !== text) node.title = text;
+}
+
+/** Sets or (null) removes an attribute, where it differs. */
+export function setAttr(node: Element, name: string, value: string | null): void {
+  if (node.getAttribute(name) === value) return;
+  if (value === null) node.removeAttribute(name);
+  else node.setAttribute(name, value);
+}
+
+/** Begins the animation of `name` anew. */
+export function flash(node: HTMLElement, name = "flash"): void {
+  node.classList.remove(name);
+  void node.offsetWidth;
+  node.classList.add(name);
+}
+
+/** A select with `values`, keeping the choice where it still exists. */
+export function setOptions(select: HTMLSelectElement, values: string[], chosen?: string): void {
+  const before = chosen ?? select.value;
+  const same =
+    select.options.length === values.length &&
+    values.every((value, index) => select.options[index]?.value === value);
+  if (!same) {
+    select.replaceChildren(...values.map((value) => el("option", { value }, value)));
+  }
+  if (values.includes(before)) select.value = before;
+}

@@ -1,0 +1,43 @@
+// How often each delay occurred: time to the right and counts upwards, both in
+// powers of ten, as the rare ones matter.
+import type { HopLatency } from "../../net/protocol";
+import { svg } from "../dom";
+import { micros } from "../format";
+
+const WIDTH = 320;
+const HEIGHT = 64;
+const BASE = HEIGHT - 14;
+
+export function histogram(hop: HopLatency): SVGSVGElement {
+  const root = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "histogram", preserveAspectRatio: "none", role: "img" });
+  const counted = hop.buckets.filter(([, count]) => count > 0);
+  const most = Math.max(...counted.map(([, count]) => count), 1);
+  const first = Math.log10(Math.max(Math.min(...counted.map(([upper]) => upper), 1e9), 1));
+  const last = Math.log10(Math.max(...counted.map(([upper]) => upper), 10));
+  const low = Math.floor(Math.min(first, last - 0.1));
+  const high = Math.ceil(last + 0.01);
+  const x = (us: number) => (WIDTH * (Math.log10(Math.max(us, 1)) - low)) / (high - low);
+  for (let power = low; power <= high; power++) {
+    const at = x(10 ** power);
+    root.append(svg("line", { x1: at, x2: at, y1: 0, y2: BASE, class: "grid" }));
+    const anchor = power === low ? "start" : power === high ? "end" : "middle";
+    root.append(svg("text", { x: at, y: HEIGHT - 3, "text-anchor": anchor }, micros(10 ** power)));
+  }
+  let before = 10 ** low;
+  for (const [upper, count] of hop.buckets) {
+    if (count > 0) {
+      const height = Math.max((BASE * Math.log10(1 + count)) / Math.log10(1 + most), 1.5);
+      const left = x(Math.min(before, upper));
+      const width = Math.max(x(upper) - left - 0.6, 1.4);
+      const bar = svg("rect", { x: left, y: BASE - height, width, height, class: "bar" });
+      bar.append(svg("title", {}, `up to ${micros(upper)}: ${count}`));
+      root.append(bar);
+    }
+    before = upper;
+  }
+  const marks = [["p50", hop.p50_us], ["p99", hop.p99_us]] as const;
+  for (const [name, us] of marks) {
+    root.append(svg("line", { x1: x(us), x2: x(us), y1: 0, y2: BASE, class: `mark ${name}` }, svg("title", {}, `${name} ${micros(us)}`)));
+  }
+  return root;
+}

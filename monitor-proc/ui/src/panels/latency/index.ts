@@ -1,0 +1,58 @@
+// How long each hop takes, and which cycles were missed and why.
+import type { HopLatency, ProcessStatus } from "../../net/protocol";
+import type { Desk } from "../desk";
+import { el } from "../dom";
+import { micros } from "../format";
+import { histogram } from "./histogram";
+
+export function latencyTab(desk: Desk): HTMLElement {
+  const hops = el("div", { class: "hops" }, el("p", { class: "dim hint" }, "No hop was measured yet."));
+  const missed = el("div", { class: "missed" });
+  const root = el(
+    "div",
+    { class: "latency-tab column scroll" },
+    hops,
+    el("h3", {}, "Cycles of each process"),
+    missed,
+    el("p", { class: "dim" }, "The same in the terminal: ", el("code", {}, "robocell top"), ", ", el("code", {}, "robocell bench e2e")),
+  );
+  let stale = true;
+  const draw = () => {
+    const { status } = desk.store;
+    stale = !root.checkVisibility();
+    if (status === null || stale) return;
+    if (status.latency.length > 0) hops.replaceChildren(...status.latency.map((hop) => hopRow(desk, hop)));
+    missed.replaceChildren(cycleTable(status.processes));
+  };
+  desk.store.on("status", draw);
+  desk.pulse.add(root, () => stale && draw());
+  return root;
+}
+
+function hopRow(desk: Desk, hop: HopLatency): HTMLElement {
+  const name = hop.arm === null ? hop.hop : `${hop.hop} · ${desk.armName(hop.arm)}`;
+  const figures = [
+    ["p50", hop.p50_us],
+    ["p99", hop.p99_us],
+    ["p99.9", hop.p999_us],
+    ["max", hop.max_us],
+  ] as const;
+  const head = el("div", { class: "row" }, el("b", {}, name), el("span", { class: "spacer" }), el("span", { class: "dim num" }, `n ${hop.n}`));
+  const cells = figures.map(([label, us]) =>
+    el("span", { class: "figure" }, el("span", { class: "dim" }, label), el("b", { class: "num" }, hop.n > 0 ? micros(us) : "–")),
+  );
+  return el("div", { class: "hop" }, head, el("div", { class: "figures" }, ...cells), hop.n > 0 ? histogram(hop) : null);
+}
+
+function cycleTable(processes: ProcessStatus[]): HTMLElement {
+  const heads = ["process", "missed", "late p99", "late max", "body p50", "body p99"];
+  const rows = processes.flatMap((one) => {
+    const cells = [one.late_p99_us, one.late_max_us, one.body_p50_us, one.body_p99_us].map(micros);
+    const missed = el("td", { class: one.missed > 0 ? "num amber" : "num" }, String(one.missed));
+    const row = el("tr", {}, el("th", { scope: "row" }, one.name), missed, ...cells.map((text) => el("td", { class: "num" }, text)));
+    if (one.note === "") return [row];
+    return [row, el("tr", { class: "note" }, el("td", { colspan: heads.length, class: "dim" }, one.note))];
+  });
+  const head = el("tr", {}, ...heads.map((name) => el("th", { scope: "col" }, name)));
+  return el("table", {}, el("thead", {}, head), el("tbody", {}, ...rows));
+}

@@ -1,0 +1,94 @@
+// The processes of the cell, and a restart button each.
+import type { ProcessStatus } from "../../net/protocol";
+import { button } from "../button";
+import type { Desk } from "../desk";
+import { el, setAttr, setOptions, setText, setTitle } from "../dom";
+import { micros } from "../format";
+
+interface Row {
+  root: HTMLElement;
+  show: (status: ProcessStatus) => void;
+}
+
+export function processes(desk: Desk): HTMLElement {
+  const list = el("div", { class: "processes" }, el("p", { class: "dim" }, "No process has reported yet."));
+  const rows = new Map<string, Row>();
+  desk.store.on("status", (status) => {
+    const names = status.processes.map((one) => one.name);
+    if (names.join() !== [...rows.keys()].join()) {
+      rows.clear();
+      for (const name of names) rows.set(name, processRow(desk, name));
+      list.replaceChildren(...[...rows.values()].map((row) => row.root));
+    }
+    for (const one of status.processes) rows.get(one.name)?.show(one);
+  });
+  return list;
+}
+
+function processRow(desk: Desk, name: string): Row {
+  const dot = el("i", { class: "dot" });
+  const rate = el("span", { class: "num" });
+  const late = el("span", { class: "num" });
+  const more = el("div", { class: "dim more" });
+  const policy = name === "task" ? policyChoice(desk) : null;
+  const other = () => policy !== null && policy.value !== "" && policy.value !== desk.store.status?.task.policy;
+  const restart = button(desk, {
+    icon: "reset",
+    class: "icon-only quiet",
+    about: () => `Restart ${name}${other() ? ` with policy ${policy?.value}` : ""}`,
+    twin: () => `robocell restart ${name}${other() ? ` --policy ${policy?.value}` : ""}`,
+    why: () => desk.cellRefusal(),
+    run: () =>
+      desk.send({ do: "restart", process: name, ...(other() && policy ? { policy: policy.value } : {}) }),
+  });
+  const head = el("div", { class: "head" }, dot, el("b", {}, name), rate, late, restart);
+  const root = el("div", { class: "process" }, head, more, policy);
+  return { root, show: (status) => show(status, { root, dot, rate, late, more }) };
+}
+
+function show(
+  status: ProcessStatus,
+  at: { root: HTMLElement; dot: HTMLElement; rate: HTMLElement; late: HTMLElement; more: HTMLElement },
+): void {
+  const running = status.state === "running";
+  setAttr(at.dot, "data-tone", running ? "ok" : "bad");
+  setTitle(at.dot, status.state);
+  setText(at.rate, running ? `${status.rate_hz.toFixed(0)} Hz` : status.state);
+  setText(at.late, running ? micros(status.late_p99_us) : "");
+  setTitle(
+    at.late,
+    `lateness p50 ${micros(status.late_p50_us)}, p99 ${micros(status.late_p99_us)}, max ${micros(status.late_max_us)}`,
+  );
+  const facts = [`gen ${status.generation ?? "–"}`];
+  if (status.scheduling !== null) facts.push(status.scheduling);
+  if (status.missed > 0) facts.push(`${status.missed} missed`);
+  if (status.rejected > 0) facts.push(`${status.rejected} rejected`);
+  if (status.fenced > 0) facts.push(`${status.fenced} fenced`);
+  if (status.note !== "") facts.push(status.note);
+  setText(at.more, facts.join(" · "));
+  setTitle(at.more, `pid ${status.pid ?? "–"} · ${facts.join(" · ")}`);
+  at.root.classList.toggle("silent", !running);
+}
+
+/** With which policy the task starts again; of no use where there is one. */
+function policyChoice(desk: Desk): HTMLSelectElement {
+  const select = el("select", { "aria-label": "Policy of the restarted task", class: "restart-policy" });
+  select.title = "Policy the task is restarted with";
+  const fill = () => {
+    const { hello } = desk.store;
+    const demo = hello?.demos.find((one) => one.name === hello.run.demo);
+    setOptions(select, demo?.policies ?? []);
+    select.hidden = (demo?.policies.length ?? 0) < 2;
+  };
+  const follow = () => {
+    const now = desk.store.status?.task.policy;
+    if (now !== undefined && now !== select.dataset.now) {
+      select.dataset.now = now;
+      select.value = now;
+    }
+  };
+  desk.store.on("hello", fill);
+  desk.store.on("status", follow);
+  fill();
+  return select;
+}

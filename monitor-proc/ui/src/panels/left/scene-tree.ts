@@ -1,0 +1,98 @@
+// What is in the scene; a click selects it in the view.
+import type { Scene } from "../../net/protocol";
+import { OBJECT } from "../../net/snapshot";
+import type { Desk } from "../desk";
+import { el, setText } from "../dom";
+import { css } from "../format";
+
+type Refresh = () => void;
+
+export function sceneTree(desk: Desk): HTMLElement {
+  const root = el("div", { class: "scene-tree" }, el("p", { class: "dim" }, "No scene yet."));
+  let refreshes: Refresh[] = [];
+  desk.store.on("scene", (scene) => {
+    refreshes = [];
+    root.replaceChildren(
+      group("Arms", arms(desk, scene, refreshes)),
+      group("Objects", objects(desk, scene, refreshes)),
+      group("Fixtures", fixtures(desk, scene)),
+    );
+  });
+  desk.pulse.add(root, () => {
+    for (const refresh of refreshes) refresh();
+  });
+  root.addEventListener("keydown", (event) => {
+    if (event.key === "Escape") select(desk, root, null, null);
+  });
+  return root;
+}
+
+function group(name: string, rows: HTMLElement[]): HTMLElement {
+  const head = el("summary", {}, name, el("span", { class: "dim count" }, String(rows.length)));
+  return el("details", { open: true, class: "tree-group" }, head, ...rows);
+}
+
+function row(desk: Desk, name: string, colour: string | null, state: HTMLElement, then?: () => void): HTMLElement {
+  const swatch = el("i", { class: "swatch" });
+  if (colour !== null) swatch.style.background = colour;
+  const node = el("button", { type: "button", class: "tree-row", title: `Select ${name} in the view` });
+  node.append(swatch, el("span", { class: "name" }, name), state);
+  node.addEventListener("click", () => {
+    then?.();
+    const root = node.closest<HTMLElement>(".scene-tree");
+    const off = node.getAttribute("aria-current") === "true";
+    if (root !== null) select(desk, root, off ? null : node, off ? null : name);
+  });
+  return node;
+}
+
+function select(desk: Desk, root: HTMLElement, node: HTMLElement | null, name: string | null): void {
+  for (const one of root.querySelectorAll("[aria-current]")) one.removeAttribute("aria-current");
+  node?.setAttribute("aria-current", "true");
+  desk.view?.select(name);
+}
+
+function arms(desk: Desk, scene: Scene, refreshes: Refresh[]): HTMLElement[] {
+  return scene.arms.map((arm, index) => {
+    const state = el("span", { class: "dim state" });
+    refreshes.push(() => {
+      const now = desk.snapshot?.arms[index];
+      const held = now?.held == null ? null : scene.objects[now.held]?.name;
+      setText(state, now?.fault ? "fault" : held ? `holds ${held}` : arm.robot);
+    });
+    return row(desk, arm.name, null, state, () => {
+      desk.arm = index;
+    });
+  });
+}
+
+function objects(desk: Desk, scene: Scene, refreshes: Refresh[]): HTMLElement[] {
+  return scene.objects.map((object, index) => {
+    const state = el("span", { class: "dim state" });
+    refreshes.push(() => {
+      const now = desk.snapshot?.objects[index];
+      if (!now) return;
+      const holder = desk.snapshot?.arms.findIndex((arm) => arm.held === index) ?? -1;
+      setText(state, objectState(now.flags, holder < 0 ? null : desk.armName(holder), now.pose[2]));
+    });
+    return row(desk, object.name, css(object.colour), state);
+  });
+}
+
+function objectState(flags: number, holder: string | null, z: number): string {
+  if ((flags & OBJECT.enabled) === 0) return "not in the scene";
+  const words = [];
+  if (holder !== null) words.push(`held by ${holder}`);
+  else if ((flags & OBJECT.dragged) !== 0) words.push("dragged");
+  else if ((flags & OBJECT.touched) !== 0) words.push("touched");
+  else if ((flags & OBJECT.asleep) !== 0) words.push("at rest");
+  words.push(`z ${z.toFixed(3)}`);
+  return words.join(" · ");
+}
+
+function fixtures(desk: Desk, scene: Scene): HTMLElement[] {
+  return scene.fixtures.map((fixture) => {
+    const about = fixture.obstacle === null ? "" : `obstacle ${fixture.obstacle}`;
+    return row(desk, fixture.name, css(fixture.colour), el("span", { class: "dim state" }, about));
+  });
+}

@@ -1,0 +1,97 @@
+// Up to four plots and the signals to put into them. The URL keeps them.
+import type { Desk } from "../desk";
+import { el, setAttr, setText } from "../dom";
+import { getHash, setHash } from "../hash";
+import { History } from "./history";
+import { draggable, Plot } from "./plot";
+
+const MOST_PLOTS = 4;
+const FIRST = "position error";
+
+export function plotsTab(desk: Desk): HTMLElement {
+  const history = new History(desk.store);
+  const stack = el("div", { class: "plot-stack" });
+  const plots: Plot[] = [];
+  let active: Plot | null = null;
+  let held = false;
+
+  const keep = () => setHash("plots", plots.map((plot) => plot.keys.join("~")).join("|") || null);
+  const activate = (plot: Plot | null) => {
+    active = plot;
+    for (const one of plots) one.root.classList.toggle("active", one === plot);
+  };
+  const add = (keys: string[]) => {
+    if (plots.length >= MOST_PLOTS) return;
+    const plot: Plot = new Plot(history, keys, keep, () => {
+      plots.splice(plots.indexOf(plot), 1);
+      plot.root.remove();
+      activate(plots[0] ?? null);
+      keep();
+    });
+    plot.root.addEventListener("pointerdown", () => activate(plot));
+    plot.root.addEventListener("focusin", () => activate(plot));
+    plots.push(plot);
+    stack.append(plot.root);
+    activate(plot);
+  };
+
+  const list = signalList(history, (key) => {
+    if (active === null) add([]);
+    active?.add(key);
+    keep();
+  });
+  const more = el("button", { type: "button", class: "button small" }, "Add plot");
+  more.addEventListener("click", () => add([]));
+  const hold = el("button", { type: "button", class: "button small", title: "Hold the picture; the signals go on behind it" }, "Hold");
+  hold.addEventListener("click", () => {
+    held = !held;
+    setText(hold, held ? "Go on" : "Hold");
+    setAttr(hold, "aria-pressed", String(held));
+  });
+
+  let begun = false;
+  const begin = () => {
+    if (begun || history.signals.length === 0 || desk.store.scene === null) return;
+    begun = true;
+    const kept = getHash("plots");
+    const first = history.signals.find(({ name }) => name === FIRST)?.key;
+    const joints = history.signals.filter(({ name }) => name.endsWith("position")).slice(0, 7);
+    const usual = [first === undefined ? [] : [first], joints.map(({ key }) => key)];
+    const wanted = kept === null ? usual : kept.split("|").map((one) => one.split("~").filter(Boolean));
+    for (const keys of wanted.slice(0, MOST_PLOTS)) add(keys);
+    activate(plots[0] ?? null);
+  };
+  history.on(begin);
+  begin();
+  desk.pulse.add(stack, () => {
+    more.disabled = plots.length >= MOST_PLOTS;
+    if (held) return;
+    for (const plot of plots) plot.show();
+  });
+  return el("div", { class: "plots-tab column" }, el("div", { class: "row" }, more, hold, el("span", { class: "dim" }, "last 30 s")), stack, list);
+}
+
+function signalList(history: History, onPick: (key: string) => void): HTMLElement {
+  const filter = el("input", { type: "search", placeholder: "find a signal", "aria-label": "Find a signal" });
+  const body = el("div", { class: "signal-body scroll" });
+  const fill = () => {
+    const wanted = filter.value.trim().toLowerCase();
+    const groups = new Map<string, HTMLElement[]>();
+    for (const { key, group, name, unit } of history.signals) {
+      if (!key.toLowerCase().includes(wanted)) continue;
+      const node = el("button", { type: "button", class: "signal", title: "Click, or drag it into a plot" }, name, el("span", { class: "dim" }, unit));
+      node.addEventListener("click", () => onPick(key));
+      draggable(node, key);
+      groups.set(group, [...(groups.get(group) ?? []), node]);
+    }
+    const open = wanted !== "";
+    const parts = [...groups].map(([name, nodes], index) =>
+      el("details", { open: open || index === 0 }, el("summary", {}, name), el("div", { class: "signals" }, ...nodes)),
+    );
+    body.replaceChildren(...parts);
+  };
+  filter.addEventListener("input", fill);
+  history.on(fill);
+  fill();
+  return el("div", { class: "signal-list" }, filter, body);
+}

@@ -1,0 +1,104 @@
+// One plot of several signals.
+import uPlot from "uplot";
+import "uplot/dist/uPlot.min.css";
+import { el } from "../dom";
+import type { History } from "./history";
+
+/** Told apart also by those who see few colours. */
+const COLOURS = ["#58a6ff", "#f0a53a", "#4cc38a", "#d2a8ff", "#ff7b72", "#79e0e8", "#e3d26f", "#c9d1d9"];
+const AXIS = "#93a1b1";
+const GRID = { stroke: "#232c36", width: 1 };
+const TYPE = "text/x-robocell-signal";
+
+export class Plot {
+  readonly root = el("div", { class: "plot", tabindex: 0, "aria-label": "Plot" });
+  keys: string[];
+  private readonly chips = el("div", { class: "chips" });
+  private readonly area = el("div", { class: "plot-area" });
+  private chart: uPlot | null = null;
+
+  constructor(
+    private readonly history: History,
+    keys: string[],
+    private readonly changed: () => void,
+    onRemove: () => void,
+  ) {
+    this.keys = keys;
+    const remove = el("button", { type: "button", class: "button icon-only quiet", title: "Remove this plot", "aria-label": "Remove this plot" }, "×");
+    remove.addEventListener("click", onRemove);
+    this.root.append(el("div", { class: "row" }, this.chips, el("span", { class: "spacer" }), remove), this.area);
+    new ResizeObserver(() => this.resize()).observe(this.area);
+    this.root.addEventListener("dragover", (event) => {
+      if (event.dataTransfer?.types.includes(TYPE)) event.preventDefault();
+    });
+    this.root.addEventListener("drop", (event) => {
+      const key = event.dataTransfer?.getData(TYPE);
+      if (key === undefined || key === "") return;
+      event.preventDefault();
+      this.add(key);
+    });
+    this.rebuild();
+  }
+
+  add(key: string): void {
+    if (this.keys.includes(key) || this.keys.length >= COLOURS.length) return;
+    this.keys.push(key);
+    this.rebuild();
+    this.changed();
+  }
+
+  show(): void {
+    if (this.chart === null) return;
+    const data = this.history.window(this.keys);
+    this.chart.setData(data as uPlot.AlignedData);
+  }
+
+  private drop(key: string): void {
+    this.keys = this.keys.filter((one) => one !== key);
+    this.rebuild();
+    this.changed();
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.area;
+    if (width > 0 && height > 0) this.chart?.setSize({ width, height });
+  }
+
+  private rebuild(): void {
+    this.chips.replaceChildren(
+      ...this.keys.map((key, index) => {
+        const chip = el("button", { type: "button", class: "chip", title: `Take ${key} out` });
+        const signal = this.history.find(key);
+        chip.append(el("i", { class: "swatch" }), `${signal?.name ?? key}`, el("span", { class: "dim" }, signal?.unit ?? ""), "×");
+        chip.style.setProperty("--colour", COLOURS[index] ?? "");
+        chip.addEventListener("click", () => this.drop(key));
+        return chip;
+      }),
+    );
+    if (this.keys.length === 0) this.chips.append(el("span", { class: "dim" }, "Click a signal, or drag it here"));
+    this.chart?.destroy();
+    const axis = { stroke: AXIS, grid: GRID, ticks: GRID, font: "10px system-ui" };
+    const options: uPlot.Options = {
+      width: Math.max(this.area.clientWidth, 100),
+      height: Math.max(this.area.clientHeight, 60),
+      legend: { show: false },
+      cursor: { y: false, drag: { x: false, y: false } },
+      scales: { x: { time: false } },
+      axes: [
+        { ...axis, size: 22, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
+        { ...axis, size: 46 },
+      ],
+      series: [{}, ...this.keys.map((_, index) => ({ stroke: COLOURS[index] ?? AXIS, width: 1.5, points: { show: false } }))],
+    };
+    this.chart = new uPlot(options, this.history.window(this.keys) as uPlot.AlignedData, this.area);
+  }
+}
+
+/** Makes `node` a thing that carries signal `key` into a plot. */
+export function draggable(node: HTMLElement, key: string): void {
+  node.draggable = true;
+  node.addEventListener("dragstart", (event) => {
+    event.dataTransfer?.setData(TYPE, key);
+    if (event.dataTransfer !== null) event.dataTransfer.effectAllowed = "copy";
+  });
+}

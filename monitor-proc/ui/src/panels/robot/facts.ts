@@ -1,0 +1,67 @@
+// One arm in a few lines: what holds it back, what it holds, how far it is.
+import type { ArmState } from "../../net/snapshot";
+import type { Desk } from "../desk";
+import { el, setAttr, setText, setTitle } from "../dom";
+import { millimetres } from "../format";
+import { stopWords } from "../stop-words";
+
+/** Clearance of an arm without obstacles (m). */
+const NO_OBSTACLE_M = 999;
+
+export function facts(desk: Desk, arm: number): HTMLElement {
+  const controller = stopBadge("controller");
+  const physics = stopBadge("drives");
+  const rows: [string, (state: ArmState) => string][] = [
+    ["goal", (state) => (state.goalActive ? (state.targetValid ? "followed" : "followed, no pose") : "none")],
+    ["position error", (state) => (state.targetValid ? millimetres(state.positionError) : "–")],
+    ["clearance", (state) => (state.clearance > NO_OBSTACLE_M ? "no obstacle" : millimetres(state.clearance, 0))],
+    ["holds", (state) => (state.held === null ? "nothing" : (desk.store.scene?.objects[state.held]?.name ?? "?"))],
+    ...gripperRows(desk, arm),
+    ["TCP", (state) => state.tcp.slice(0, 3).map((value) => value.toFixed(3)).join(", ")],
+  ];
+  const cells = rows.map(([name, text]) => {
+    const value = el("b", { class: "num" }, "–");
+    return { value, text, node: el("div", { class: "fact" }, el("span", { class: "dim" }, name), value) };
+  });
+  const root = el(
+    "div",
+    { class: "facts" },
+    el("div", { class: "stops" }, controller.node, physics.node),
+    ...cells.map(({ node }) => node),
+  );
+  desk.pulse.add(root, () => {
+    const state = desk.snapshot?.arms[arm];
+    if (!root.isConnected || !state) return;
+    controller.show(state.controllerStop, false);
+    physics.show(state.physicsStop, state.fault);
+    for (const { value, text } of cells) setText(value, text(state));
+  });
+  return root;
+}
+
+function gripperRows(desk: Desk, arm: number): [string, (state: ArmState) => string][] {
+  const gripper = desk.store.scene?.arms[arm]?.gripper;
+  if (!gripper) return [];
+  if (gripper.finger_joints.length === 0) {
+    return [["suction", (state) => `${state.attached ? "attached" : "free"}, load ${(100 * state.load).toFixed(0)} %`]];
+  }
+  return [
+    ["opening", (state) => `${millimetres(state.width)} of ${millimetres(gripper.max_width_m, 0)}`],
+    ["grip force", (state) => `${state.force.toFixed(1)} N`],
+  ];
+}
+
+function stopBadge(who: string) {
+  const badge = el("span", { class: "badge" }, "–");
+  const about = el("span", { class: "dim" });
+  return {
+    node: el("div", { class: "stop" }, el("span", { class: "who" }, who), badge, about),
+    show(code: number, fault: boolean) {
+      const words = stopWords(code);
+      setText(badge, fault ? "Fault" : words.name);
+      setAttr(badge, "data-tone", fault ? "bad" : words.tone);
+      setText(about, words.about);
+      setTitle(about, words.about);
+    },
+  };
+}

@@ -1,0 +1,76 @@
+// A target of the tool in numbers.
+import type { Vec3 } from "../../net/protocol";
+import { handRefusal } from "../actions";
+import { button } from "../button";
+import type { Desk } from "../desk";
+import { el, setText } from "../dom";
+import { fromRpy, toRpy } from "./rotation";
+
+const RAD = Math.PI / 180;
+const FIELDS = ["x", "y", "z", "roll", "pitch", "yaw"] as const;
+
+export function targetForm(desk: Desk): HTMLElement {
+  const inputs = FIELDS.map((name, index) =>
+    el("input", { type: "number", step: index < 3 ? 0.005 : 1, "aria-label": name, title: index < 3 ? `${name} in metres, world frame` : `${name} in degrees` }),
+  );
+  const numbers = () => inputs.map((input) => Number.parseFloat(input.value));
+  const why = () => {
+    const refusal = desk.cellRefusal() ?? handRefusal(desk);
+    if (refusal !== null) return refusal;
+    return numbers().every(Number.isFinite) ? null : "a field is empty";
+  };
+  const measured = () => {
+    const tcp = desk.snapshot?.arms[desk.arm]?.tcp;
+    if (tcp === undefined) return;
+    const turn = toRpy([tcp[3], tcp[4], tcp[5], tcp[6]]);
+    const values = [...tcp.slice(0, 3).map((v) => v.toFixed(3)), ...turn.map((v) => (v / RAD).toFixed(1))];
+    for (const [index, input] of inputs.entries()) input.value = values[index] ?? "";
+  };
+  const which = () => (desk.arm === 0 ? "" : ` --arm ${desk.arm}`);
+  const go = button(desk, {
+    label: "Go",
+    class: "primary",
+    about: () => "Lead the tool to this target (metres and degrees, world frame)",
+    twin: () => {
+      const all = numbers().map((v, index) => (index < 3 ? v : v * RAD));
+      return `robocell target ${all.map((v) => (Number.isFinite(v) ? v.toFixed(4) : "?")).join(" ")}${which()}`;
+    },
+    why,
+    run: () => {
+      const [x = 0, y = 0, z = 0, roll = 0, pitch = 0, yaw = 0] = numbers();
+      const position: Vec3 = [x, y, z];
+      const turn = fromRpy(roll * RAD, pitch * RAD, yaw * RAD);
+      return desk.send({ do: "target", arm: desk.arm, position, orientation_wxyz: turn });
+    },
+  });
+  const here = button(desk, {
+    label: "From robot",
+    about: () => "Fill in where the tool is now",
+    twin: () => null,
+    run: measured,
+  });
+  const reason = el("p", { class: "dim" });
+  const form = el(
+    "form",
+    { class: "target-form", "aria-label": "Target of the tool" },
+    el("h3", {}, "Target of the tool"),
+    el("div", { class: "target-fields" }, ...FIELDS.map((name, index) => el("label", {}, name, inputs[index] ?? ""))),
+    el("div", { class: "row" }, here, go, reason),
+  );
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    go.click();
+  });
+  let filled = false;
+  desk.onArm(() => {
+    filled = false;
+  });
+  desk.pulse.add(form, () => {
+    setText(reason, why() ?? "");
+    if (!filled && desk.snapshot?.arms[desk.arm] !== undefined) {
+      filled = true;
+      measured();
+    }
+  });
+  return form;
+}

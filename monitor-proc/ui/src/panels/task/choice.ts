@@ -1,0 +1,43 @@
+// Which of the policy's graphs is shown: each arm may have its own tree.
+import type { Graph } from "../../net/protocol";
+import type { Store } from "../../net/store";
+import { el, setAttr } from "../dom";
+
+export class GraphChoice {
+  readonly root = el("div", { class: "segments graph-choice", role: "group", "aria-label": "Graph", hidden: true });
+  index = 0;
+  private readonly listeners = new Set<() => void>();
+
+  constructor(private readonly store: Store) {
+    store.on("graphs", (graphs) => this.fill(graphs));
+    this.fill(store.graphs);
+  }
+
+  get graph(): Graph | undefined {
+    return this.store.graphs[this.index];
+  }
+
+  /** Calls `listener` when another graph is chosen, or its picture is new. */
+  on(listener: () => void): void {
+    this.listeners.add(listener);
+  }
+
+  private fill(graphs: Graph[]): void {
+    const buttons = graphs.map((graph, index) => {
+      const button = el("button", { type: "button", class: "button small" }, graph.name);
+      button.addEventListener("click", () => this.choose(index));
+      return button;
+    });
+    this.root.replaceChildren(...buttons);
+    this.root.hidden = graphs.length < 2;
+    this.choose(this.index < graphs.length ? this.index : 0);
+  }
+
+  private choose(chosen: number): void {
+    this.index = chosen;
+    for (const [index, button] of [...this.root.children].entries()) {
+      setAttr(button, "aria-pressed", String(index === chosen));
+    }
+    for (const listener of this.listeners) listener();
+  }
+}

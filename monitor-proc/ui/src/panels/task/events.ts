@@ -1,0 +1,51 @@
+// What was said, newest last, with a filter.
+import type { LogLine } from "../../net/protocol";
+import type { Desk } from "../desk";
+import { el, setAttr } from "../dom";
+
+const SHOWN = 400;
+const KINDS = ["log", "transition", "lifecycle"] as const;
+
+export function eventLog(desk: Desk): HTMLElement {
+  const { store } = desk;
+  const list = el("div", { class: "event-list scroll", role: "log", tabindex: 0, "aria-label": "Events" });
+  const filter = el("input", { type: "search", placeholder: "filter", "aria-label": "Filter events" });
+  const wanted = new Set<string>(KINDS);
+  const fits = (line: LogLine) =>
+    wanted.has(line.kind) && line.text.toLowerCase().includes(filter.value.trim().toLowerCase());
+
+  const append = (lines: LogLine[]) => {
+    const atEnd = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
+    list.append(...lines.filter(fits).slice(-SHOWN).map((line) => row(desk, line)));
+    while (list.childElementCount > SHOWN) list.firstElementChild?.remove();
+    if (atEnd) list.scrollTop = list.scrollHeight;
+  };
+  const rebuild = () => {
+    list.replaceChildren();
+    append(store.log);
+    list.scrollTop = list.scrollHeight;
+  };
+  filter.addEventListener("input", rebuild);
+  const chips = KINDS.map((kind) => {
+    const chip = el("button", { type: "button", class: "button small", "aria-pressed": "true" }, kind);
+    chip.addEventListener("click", () => {
+      if (!wanted.delete(kind)) wanted.add(kind);
+      setAttr(chip, "aria-pressed", String(wanted.has(kind)));
+      rebuild();
+    });
+    return chip;
+  });
+  store.on("hello", rebuild);
+  store.on("log", append);
+  rebuild();
+  return el("div", { class: "events" }, el("div", { class: "row event-bar" }, filter, ...chips), list);
+}
+
+function row(desk: Desk, line: LogLine): HTMLElement {
+  const time = el("button", { type: "button", class: "event-time num", title: "Look at this moment" });
+  time.textContent = line.time_s.toFixed(2);
+  time.addEventListener("click", () => desk.send({ do: "seek", time_s: line.time_s }));
+  const node = el("div", { class: "event", "data-kind": line.kind }, time, el("span", {}, line.text));
+  if (line.mark !== null) node.dataset.mark = line.mark;
+  return node;
+}

@@ -1,0 +1,54 @@
+// The task: how it stands, its buttons, its graph, values and events.
+import { button } from "../button";
+import type { Desk } from "../desk";
+import { el } from "../dom";
+import { panes } from "../tabs";
+import { eventLog } from "./events";
+import { graphPane } from "./graph-pane";
+import { NodeDetail } from "./node-detail";
+import { taskButtons } from "./buttons";
+import { taskSummary } from "./summary";
+import { GraphChoice } from "./choice";
+import { valueTables } from "./values";
+
+export function taskTab(desk: Desk): HTMLElement {
+  const choice = new GraphChoice(desk.store);
+  const detail = new NodeDetail(desk.store, choice);
+  return el(
+    "div",
+    { class: "task-tab column" },
+    taskSummary(desk),
+    taskButtons(desk),
+    choice.root,
+    graphPane(desk, choice, (node) => detail.show(node)),
+    detail.root,
+    panes([
+      ["Events", eventLog(desk)],
+      ["Values", valueTables(desk.store, choice)],
+    ]),
+    editLine(desk),
+  );
+}
+
+function editLine(desk: Desk): HTMLElement {
+  const restart = button(desk, {
+    label: "Restart task",
+    class: "small",
+    about: () => "Begin the task again with its descriptor as it is on disk now",
+    twin: () => "robocell restart task",
+    why: () => desk.cellRefusal(),
+    run: () => desk.send({ do: "restart", process: "task" }),
+  });
+  return el(
+    "p",
+    { class: "edit-line dim" },
+    el(
+      "span",
+      {},
+      "Edit the behaviour in your own editor (",
+      el("code", {}, "robocell schema tree"),
+      " gives it completion); a restart of the task takes it over.",
+    ),
+    restart,
+  );
+}

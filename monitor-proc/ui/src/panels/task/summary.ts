@@ -1,0 +1,53 @@
+// One look at the task: outcome, phase, reason, and what went wrong how often.
+import type { Status } from "../../net/protocol";
+import type { Desk } from "../desk";
+import { el, setAttr, setText, setTitle } from "../dom";
+import { words } from "../format";
+
+const TONE: Record<Status["task"]["outcome"], string> = {
+  idle: "info",
+  running: "ok",
+  done: "ok",
+  failed: "bad",
+  paused: "warn",
+};
+
+const COUNTERS = [
+  ["drops", "Held objects that were lost"],
+  ["resyncs", "Pick-ups begun again because the object moved"],
+  ["aborts", "Transfers turned back because the stack below was gone"],
+  ["recoveries", "Recoveries of any other kind"],
+  ["limit_violations", "Limits of the robot that were violated, as physics measured"],
+] as const;
+
+export function taskSummary(desk: Desk): HTMLElement {
+  const outcome = el("span", { class: "badge" }, "–");
+  const phase = el("b", { class: "phase" }, "no task yet");
+  const policy = el("span", { class: "dim" });
+  const reason = el("div", { class: "dim reason" });
+  const counters = COUNTERS.map(([key, about]) => {
+    const value = el("b", { class: "num" }, "0");
+    const name = key === "limit_violations" ? "limits" : key;
+    return { key, value, node: el("span", { class: "counter", title: about }, value, name) };
+  });
+  desk.store.on("status", ({ task }) => {
+    setText(outcome, task.outcome);
+    setAttr(outcome, "data-tone", TONE[task.outcome]);
+    setText(phase, words(task.phase) || "–");
+    setText(policy, `${task.policy} · decision ${task.decision_age_ms.toFixed(0)} ms old`);
+    setTitle(policy, "Policy, and the age of its newest decision");
+    setText(reason, words(task.reason));
+    reason.hidden = task.reason === "";
+    for (const { key, value } of counters) {
+      setText(value, String(task[key]));
+      value.classList.toggle("amber", task[key] > 0);
+    }
+  });
+  return el(
+    "div",
+    { class: "summary" },
+    el("div", { class: "row" }, outcome, phase, el("span", { class: "spacer" }), policy),
+    reason,
+    el("div", { class: "counters" }, ...counters.map(({ node }) => node)),
+  );
+}

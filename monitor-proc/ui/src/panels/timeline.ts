@@ -1,0 +1,146 @@
+// What the flight recorder holds, with marks for what happened; dragging looks
+// back.
+import { FLAG } from "../net/snapshot";
+import { button, setIcon } from "./button";
+import type { Desk } from "./desk";
+import { el, setAttr, setText } from "./dom";
+
+const SEEKS_A_SECOND = 12;
+const MARKS: [string, string][] = [
+  ["drop", "object lost"],
+  ["resync", "picked up anew"],
+  ["abort", "turned back"],
+  ["recover", "recovery"],
+  ["restart", "process restarted"],
+  ["done", "done"],
+  ["fault", "fault"],
+];
+
+export function mountTimeline(desk: Desk, host: HTMLElement): void {
+  const { store } = desk;
+  const marks = el("div", { class: "marks" });
+  const cursor = el("i", { class: "cursor" });
+  const bar = el("div", { class: "bar", role: "slider", tabindex: 0, "aria-label": "Time shown" }, marks, cursor);
+  const from = el("span", { class: "num dim" });
+  const to = el("span", { class: "num dim" });
+  const now = el("output", { class: "num now" });
+  const span = () => {
+    const { timeline, snapshot } = store;
+    const end = snapshot?.time ?? 0;
+    const past = desk.flag(FLAG.notLive);
+    const first = timeline?.from_s ?? Math.min(end, 0);
+    return { first, last: Math.max(timeline?.to_s ?? 0, past ? 0 : end, first + 0.001) };
+  };
+  const share = (time: number) => {
+    const { first, last } = span();
+    return Math.min(Math.max((time - first) / (last - first), 0), 1);
+  };
+  const seek = seeker(desk);
+  const timeAt = (x: number) => {
+    const box = bar.getBoundingClientRect();
+    const { first, last } = span();
+    return first + Math.min(Math.max((x - box.left) / box.width, 0), 1) * (last - first);
+  };
+  bar.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    bar.setPointerCapture(event.pointerId);
+    seek(timeAt(event.clientX));
+  });
+  bar.addEventListener("pointermove", (event) => {
+    if (bar.hasPointerCapture(event.pointerId)) seek(timeAt(event.clientX));
+  });
+  bar.addEventListener("keydown", (event) => {
+    const step = { ArrowLeft: -0.1, ArrowRight: 0.1, PageUp: -5, PageDown: 5 }[event.key];
+    if (step === undefined) return;
+    event.preventDefault();
+    const { first, last } = span();
+    const wanted = (store.snapshot?.time ?? last) + (event.shiftKey ? 10 * step : step);
+    seek(Math.min(Math.max(wanted, first), last));
+  });
+
+  const drawMarks = () => {
+    const { first, last } = span();
+    const seen = store.log.filter((line) => line.mark !== null && line.time_s >= first && line.time_s <= last);
+    const nodes = seen.map((line) => {
+      const node = el("i", { "data-mark": line.mark ?? "", title: `${line.time_s.toFixed(2)} s  ${line.text}` });
+      node.style.left = `${100 * share(line.time_s)}%`;
+      return node;
+    });
+    marks.replaceChildren(...nodes);
+  };
+  const show = () => {
+    const time = store.snapshot?.time ?? 0;
+    const { first, last } = span();
+    cursor.style.left = `${100 * share(time)}%`;
+    setText(from, `${first.toFixed(1)} s`);
+    setText(to, `${last.toFixed(1)} s`);
+    setText(now, past(desk, time, last));
+    setAttr(bar, "aria-valuemin", first.toFixed(2));
+    setAttr(bar, "aria-valuemax", last.toFixed(2));
+    setAttr(bar, "aria-valuenow", time.toFixed(2));
+  };
+  store.on("log", drawMarks);
+  store.on("timeline", drawMarks);
+  store.on("hello", drawMarks);
+  desk.pulse.add(host, show);
+  const legend = MARKS.map(([mark, about]) => el("span", {}, el("i", { "data-mark": mark }), about));
+  host.replaceChildren(
+    liveButton(desk),
+    now,
+    from,
+    bar,
+    to,
+    el("div", { class: "legend dim" }, ...legend),
+  );
+  show();
+}
+
+function past(desk: Desk, time: number, last: number): string {
+  if (!desk.flag(FLAG.notLive) || desk.store.hello?.live === false) return `${time.toFixed(2)} s`;
+  return `${time.toFixed(2)} s (${(time - last).toFixed(1)} s)`;
+}
+
+/** Sends the newest wish, but not all of a fast hand. */
+function seeker(desk: Desk): (time: number) => void {
+  let wish: number | null = null;
+  let waiting = false;
+  const send = () => {
+    waiting = false;
+    if (wish === null) return;
+    const time = wish;
+    wish = null;
+    waiting = true;
+    void desk.send({ do: "seek", time_s: time });
+    setTimeout(send, 1000 / SEEKS_A_SECOND);
+  };
+  return (time) => {
+    wish = time;
+    if (!waiting) send();
+  };
+}
+
+/** Back to now; in a recording, play and pause. */
+function liveButton(desk: Desk): HTMLElement {
+  const replay = () => desk.store.hello?.live === false;
+  const away = () => desk.flag(FLAG.notLive) && !replay();
+  const node = button(desk, {
+    icon: "dot",
+    label: "Live",
+    class: "live",
+    about: () =>
+      replay() ? (desk.paused ? "Play the recording" : "Pause the recording") : away() ? "Back to what is now" : "You see what is now; drag along the bar to look back",
+    twin: () => (replay() ? "robocell replay FILE" : null),
+    run: () => {
+      if (!replay()) return desk.send({ do: "seek", time_s: null });
+      const time = desk.snapshot?.time ?? 0;
+      return desk.send({ do: "seek", time_s: time, play: desk.paused });
+    },
+  });
+  const name = node.querySelector("span");
+  desk.pulse.add(node, () => {
+    if (name !== null) setText(name, replay() ? (desk.paused ? "Play" : "Pause") : away() ? "Back to live" : "Live");
+    setIcon(node, replay() ? (desk.paused ? "play" : "pause") : "dot");
+    setAttr(node, "data-tone", replay() ? "info" : away() ? "warn" : "ok");
+  });
+  return node;
+}

@@ -1,0 +1,49 @@
+// How the run stands: real time, recorder, connection, and who we are.
+import { FLAG } from "../../net/snapshot";
+import type { Desk } from "../desk";
+import { el, setAttr, setText, setTitle } from "../dom";
+import { recordBadge } from "./record";
+import { roleBadge } from "./role";
+
+const RT = {
+  fifo: ["RT", "ok", "Real-time scheduling (SCHED_FIFO) for physics and controllers"],
+  other: ["RT off", "warn", "Ordinary scheduling: the system refuses SCHED_FIFO. `robocell doctor` says how to allow it"],
+  lockstep: ["lockstep", "info", "Lockstep: every cycle waits for the one before; no clock is involved"],
+} as const;
+
+export function badges(desk: Desk): HTMLElement {
+  const { store } = desk;
+  const rt = el("span", { class: "badge" }, "RT");
+  const link = el("span", { class: "badge", role: "status" }, "offline");
+
+  const showRt = () => {
+    const kind = desk.flag(FLAG.lockstep) ? "lockstep" : store.status?.rt;
+    if (kind === undefined) return;
+    const [name, tone, about] = RT[kind];
+    setText(rt, name);
+    setAttr(rt, "data-tone", tone);
+    setTitle(rt, about);
+  };
+  const showLink = () => {
+    const replay = store.hello?.live === false;
+    const past = desk.flag(FLAG.notLive) && !replay;
+    const name = !store.connected ? "offline" : replay ? "replay" : past ? "past" : "live";
+    setText(link, name);
+    setAttr(link, "data-tone", name === "live" ? "ok" : name === "offline" ? "bad" : "info");
+    const about = {
+      offline: "The monitor does not answer; the page tries again",
+      replay: `A recording: ${store.hello?.source ?? ""}`,
+      past: "You look at what the flight recorder holds; Live goes back",
+      live: "Connected: what you see is now",
+    }[name];
+    setTitle(link, about);
+    document.body.classList.toggle("offline", !store.connected);
+    document.body.classList.toggle("past", past);
+  };
+  desk.pulse.add(null, () => {
+    showRt();
+    showLink();
+  });
+  store.on("connection", showLink);
+  return el("div", { class: "group badges" }, rt, recordBadge(desk), link, roleBadge(desk));
+}

@@ -1,0 +1,62 @@
+// The bar on top: which scene, its clock, and how things stand.
+import { FLAG } from "../../net/snapshot";
+import type { Actions } from "../actions";
+import { button, setIcon } from "../button";
+import type { Desk } from "../desk";
+import { el, setAttr, setText, setTitle } from "../dom";
+import { badges } from "./badges";
+import { sceneForm } from "./scene-form";
+
+export function mountTop(desk: Desk, host: HTMLElement, act: Actions, steps: HTMLInputElement, help: () => void): void {
+  const clock = el("output", { class: "clock", title: "Simulated time" }, "–");
+  const factor = el("output", { class: "factor", title: "Simulated seconds per second" }, "–");
+  const play = button(desk, act.playPause);
+  const helpButton = button(desk, {
+    label: "?",
+    class: "icon-only",
+    about: () => "Keys and commands",
+    twin: () => "robocell help",
+    run: help,
+  });
+  setAttr(helpButton, "aria-label", "Help");
+  host.replaceChildren(
+    el("div", { class: "brand" }, "robocell"),
+    sceneForm(desk),
+    el(
+      "div",
+      { class: "group transport", role: "group", "aria-label": "Clock" },
+      play,
+      button(desk, act.stop),
+      button(desk, act.step),
+      steps,
+      button(desk, act.reset),
+    ),
+    el("div", { class: "group time" }, clock, factor),
+    el("div", { class: "spacer" }),
+    badges(desk),
+    helpButton,
+  );
+  desk.pulse.add(null, () => {
+    const { snapshot } = desk;
+    setIcon(play, desk.paused || !snapshot ? "play" : "pause");
+    play.classList.toggle("primary", desk.paused);
+    if (!snapshot) return;
+    setText(clock, `${snapshot.time.toFixed(2)} s`);
+    setTitle(clock, `Simulated time; tick ${snapshot.tick}`);
+    const still = desk.paused;
+    setText(factor, still ? "paused" : `× ${snapshot.realTimeFactor.toFixed(2)}`);
+    const slow = !still && !desk.flag(FLAG.lockstep) && snapshot.realTimeFactor < 0.95;
+    factor.classList.toggle("amber", slow);
+  });
+}
+
+/** How many ticks a step runs. */
+export function stepsInput(): HTMLInputElement {
+  const attrs = { type: "number", min: 1, max: 1_000_000, value: 1, class: "steps" };
+  return el("input", { ...attrs, "aria-label": "Ticks of a step", title: "Ticks of 1 ms that a step runs" });
+}
+
+export function stepsOf(input: HTMLInputElement): number {
+  const count = Math.round(Number(input.value));
+  return Number.isFinite(count) ? Math.min(Math.max(count, 1), 1_000_000) : 1;
+}

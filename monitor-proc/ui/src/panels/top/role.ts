@@ -1,0 +1,57 @@
+// Operator or viewer, and how a viewer becomes an operator.
+import type { Desk } from "../desk";
+import { el, setAttr, setText, setTitle } from "../dom";
+import { popover } from "../popover";
+
+export function roleBadge(desk: Desk): HTMLElement {
+  const badge = el("button", { type: "button", class: "badge role" }, "–");
+  const token = el("input", {
+    type: "password",
+    autocomplete: "off",
+    spellcheck: "false",
+    "aria-label": "Operator token",
+    placeholder: "operator token",
+  });
+  const form = el(
+    "form",
+    {},
+    el("p", {}, "The address that `robocell run` prints ends with the operator's token. With it, this page may also command."),
+    el("div", { class: "row" }, token, el("button", { class: "button primary" }, "Present")),
+  );
+  const sheet = el("div", { class: "role-sheet" }, form);
+  popover(badge, sheet);
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    void present(desk, token.value.trim());
+    token.value = "";
+  });
+  const show = () => {
+    const role = desk.store.hello?.role;
+    setText(badge, role ?? "–");
+    setAttr(badge, "data-tone", role === "operator" ? "ok" : "warn");
+    setTitle(
+      badge,
+      role === "operator"
+        ? "You may command the cell"
+        : "You may look only; click to present the operator's token",
+    );
+  };
+  desk.store.on("hello", show);
+  show();
+  return el("span", { class: "with-popover" }, badge, sheet);
+}
+
+async function present(desk: Desk, token: string): Promise<void> {
+  try {
+    const answer = await fetch("/api/token", {
+      method: "POST",
+      headers: { "content-type": "application/json" },
+      body: JSON.stringify({ token }),
+    });
+    // The socket keeps the role it was opened with.
+    if (answer.ok) location.reload();
+    else desk.say(answer.status === 403 ? "that is not the operator's token" : `refused (${answer.status})`, true);
+  } catch {
+    desk.say("the monitor does not answer", true);
+  }
+}
