@@ -18,9 +18,12 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     }
     let dir = RunDir::of(&format!("replay-{}", std::process::id()));
     let lock = dir.take("replay")?;
-    let page = page::plan(args.listen.as_deref(), &dir)?;
-    let secrets = page::open(&page)?;
-    page::lines(&page, &secrets).into_iter().for_each(say::line);
+    let shown = page::Page::new(args.listen.as_deref())?;
+    shown.save(&dir)?;
+    let page = shown.spec(&dir);
+    page::lines(&page, shown.secrets())
+        .into_iter()
+        .for_each(say::line);
     say::line("Ctrl-C ends it.");
     let program = beside("monitor-proc")?;
     let mut command = Command::new(&program);

@@ -44,10 +44,23 @@ impl TestCell {
     /// # Panics
     /// Where the program cannot be started.
     pub fn start_in(base: TempDir, arguments: &[&str]) -> Self {
+        Self::start_with(base, arguments, |_| {})
+    }
+
+    /// As [`TestCell::start_in`], `prepare` changing what is started.
+    ///
+    /// # Panics
+    /// Where the program cannot be started.
+    pub fn start_with(
+        base: TempDir,
+        arguments: &[&str],
+        prepare: impl FnOnce(&mut std::process::Command),
+    ) -> Self {
         let all: Vec<&str> = ["run"].iter().chain(arguments).copied().collect();
         let out = std::fs::File::create(base.path().join("stdout")).expect("a file for stdout");
         let err = std::fs::File::create(base.path().join("stderr")).expect("a file for stderr");
         let mut command = robocell(base.path(), &all);
+        prepare(&mut command);
         let child = command
             .stdout(Stdio::from(out))
             .stderr(Stdio::from(err))

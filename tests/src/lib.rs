@@ -14,4 +14,5 @@
 pub mod assert;
 pub mod cell;
 pub mod fault;
+pub mod http;
 pub mod program;

@@ -1,6 +1,10 @@
 //! Where the page listens.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
+use std::rc::Rc;
+
+use cell_rt::lock::Lock;
+use cell_rt::process::user_id;
 
 use crate::failure::Failure;
 
@@ -8,34 +12,60 @@ use crate::failure::Failure;
 /// beside a cell.
 const PORTS: std::ops::Range<u16> = 8600..8700;
 
+/// An address that no other launcher takes while this value lives.
+#[derive(Clone, Debug)]
+pub(crate) struct Place {
+    /// Where to listen.
+    pub(crate) address: SocketAddr,
+    _reserved: Option<Rc<Lock>>,
+}
+
 /// The address `listen` names (`ADDR` or `ADDR:PORT`), or loopback. A port that
 /// was asked for has to be free; otherwise the first free one is taken.
-pub(crate) fn address(listen: Option<&str>) -> Result<SocketAddr, Failure> {
+pub(crate) fn place(listen: Option<&str>) -> Result<Place, Failure> {
     let (ip, port) = match listen {
         None => (IpAddr::V4(Ipv4Addr::LOCALHOST), None),
         Some(text) => parse(text)?,
     };
-    let free = |port: &u16| TcpListener::bind((ip, *port)).is_ok();
-    match port {
-        Some(port) if free(&port) => Ok(SocketAddr::new(ip, port)),
-        Some(port) => Err(Failure::configuration(format!(
-            "--listen {ip}:{port}: cannot listen there; the address has to be one of this machine and the \
-             port free (`--listen {ip}` takes the first free one from {})",
-            PORTS.start
-        ))),
-        None => PORTS
-            .clone()
-            .find(free)
-            .map(|port| SocketAddr::new(ip, port))
-            .ok_or_else(|| {
-                Failure::configuration(format!(
-                    "no port from {} to {} is free at {ip}; `--listen ADDR:PORT` names another, \
-                     `--headless` starts no page",
-                    PORTS.start,
-                    PORTS.end - 1
-                ))
-            }),
+    if let Some(port) = port {
+        if !is_free(ip, port) {
+            return Err(Failure::configuration(format!(
+                "--listen {ip}:{port}: cannot listen there; the address has to be one of this machine and the \
+                 port free (`--listen {ip}` takes the first free one from {})",
+                PORTS.start
+            )));
+        }
+        return Ok(Place {
+            address: SocketAddr::new(ip, port),
+            _reserved: None,
+        });
     }
+    let found = PORTS.clone().find_map(|port| {
+        let reserved = reserve(port)?;
+        is_free(ip, port).then(|| Place {
+            address: SocketAddr::new(ip, port),
+            _reserved: Some(Rc::new(reserved)),
+        })
+    });
+    found.ok_or_else(|| {
+        Failure::configuration(format!(
+            "no port from {} to {} is free at {ip}; `--listen ADDR:PORT` names another, \
+             `--headless` starts no page",
+            PORTS.start,
+            PORTS.end - 1
+        ))
+    })
+}
+
+fn is_free(ip: IpAddr, port: u16) -> bool {
+    TcpListener::bind((ip, port)).is_ok()
+}
+
+/// Between the choice of a port and the moment the monitor listens there,
+/// another launcher could choose the same.
+fn reserve(port: u16) -> Option<Lock> {
+    let name = format!("robocell-port-{}-{port}.lock", user_id());
+    Lock::try_new(&std::env::temp_dir().join(name)).ok()?
 }
 
 fn parse(text: &str) -> Result<(IpAddr, Option<u16>), Failure> {
@@ -72,11 +102,11 @@ mod tests {
 
     #[test]
     fn a_taken_port_is_passed_over_but_not_when_it_was_asked_for() {
-        let first = address(None).unwrap();
-        let taken = TcpListener::bind(first).unwrap();
-        assert_ne!(address(None).unwrap(), first);
-        let message = address(Some(&first.to_string())).unwrap_err().to_string();
-        assert!(message.contains(&first.port().to_string()), "{message}");
-        drop(taken);
+        let first = place(None).unwrap();
+        assert_ne!(place(None).unwrap().address, first.address, "reserved");
+        let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = taken.local_addr().unwrap();
+        let message = place(Some(&address.to_string())).unwrap_err().to_string();
+        assert!(message.contains(&address.port().to_string()), "{message}");
     }
 }

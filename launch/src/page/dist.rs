@@ -10,6 +10,9 @@ use cell_rt::lock::Lock;
 
 use crate::say;
 
+/// Names the directory of the page's sources, in place of that of the checkout.
+const ENV_UI: &str = "ROBOCELL_UI_DIR";
+
 /// What the page is made of, under `monitor-proc/ui`.
 const SOURCES: [&str; 6] = [
     "src",
@@ -39,6 +42,9 @@ pub(crate) fn built() -> (Option<PathBuf>, String) {
 
 /// `monitor-proc/ui` of the checkout our executable lies in.
 fn checkout() -> Option<PathBuf> {
+    if let Some(ui) = std::env::var_os(ENV_UI).filter(|ui| !ui.is_empty()) {
+        return Some(PathBuf::from(ui));
+    }
     let own = std::env::current_exe().ok()?;
     let uis = own.ancestors().map(|dir| dir.join("monitor-proc/ui"));
     uis.into_iter().find(|ui| ui.join("package.json").is_file())

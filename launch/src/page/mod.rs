@@ -11,23 +11,46 @@ use cell_model::run_spec::{PageSecrets, PageSpec};
 use crate::failure::Failure;
 use crate::rundir::RunDir;
 
-pub(crate) use address::address;
-pub(crate) use dist::built;
+use address::{Place, place};
+use dist::built;
 
-/// The page of a run in `dir`, listening where `listen` says or on loopback.
-pub(crate) fn plan(listen: Option<&str>, dir: &RunDir) -> Result<PageSpec, Failure> {
-    let (dist, hint) = built();
-    Ok(PageSpec {
-        address: address(listen)?,
-        dist,
-        hint,
-        secrets: dir.page(),
-    })
+/// The page of a run, from its choice of an address to its end, and of those
+/// that take its place.
+#[derive(Clone, Debug)]
+pub(crate) struct Page {
+    place: Place,
+    secrets: PageSecrets,
 }
 
-/// Makes what opens the page, unless an earlier run of this launcher has.
-pub(crate) fn open(page: &PageSpec) -> Result<PageSecrets, Failure> {
-    secrets::load(&page.secrets).map_or_else(|| secrets::make(&page.secrets), Ok)
+impl Page {
+    /// A page that listens where `listen` says, or on loopback.
+    pub(crate) fn new(listen: Option<&str>) -> Result<Self, Failure> {
+        Ok(Self {
+            place: place(listen)?,
+            secrets: secrets::make()?,
+        })
+    }
+
+    /// What the monitor is told, for a run in `dir`.
+    pub(crate) fn spec(&self, dir: &RunDir) -> PageSpec {
+        let (dist, hint) = built();
+        PageSpec {
+            address: self.place.address,
+            dist,
+            hint,
+            secrets: dir.page(),
+        }
+    }
+
+    /// Writes down what opens it, in `dir`, which is there now.
+    pub(crate) fn save(&self, dir: &RunDir) -> Result<(), Failure> {
+        secrets::save(&self.secrets, &dir.page())
+    }
+
+    /// What opens it.
+    pub(crate) fn secrets(&self) -> &PageSecrets {
+        &self.secrets
+    }
 }
 
 /// The link to the page for whoever may command; `None` when it cannot be read.

@@ -12,16 +12,20 @@ use crate::failure::{Context, Failure};
 /// Bytes of each secret.
 const BYTES: usize = 16;
 
-/// Makes new ones and writes them to `path`, mode 0600.
-pub(crate) fn make(path: &Path) -> Result<PageSecrets, Failure> {
-    let secrets = PageSecrets {
+/// New ones.
+pub(crate) fn make() -> Result<PageSecrets, Failure> {
+    Ok(PageSecrets {
         operator_token: random()?,
         viewer_token: random()?,
         operator_cookie: random()?,
         viewer_cookie: random()?,
-    };
+    })
+}
+
+/// Writes them to `path`, mode 0600.
+pub(crate) fn save(secrets: &PageSecrets, path: &Path) -> Result<(), Failure> {
     let what = format!("write {}", path.display());
-    let text = serde_json::to_string(&secrets).cannot(&what)?;
+    let text = serde_json::to_string(secrets).cannot(&what)?;
     let mut file = OpenOptions::new()
         .write(true)
         .create(true)
@@ -29,8 +33,7 @@ pub(crate) fn make(path: &Path) -> Result<PageSecrets, Failure> {
         .mode(0o600)
         .open(path)
         .cannot(&what)?;
-    file.write_all(text.as_bytes()).cannot(&what)?;
-    Ok(secrets)
+    file.write_all(text.as_bytes()).cannot(&what)
 }
 
 /// Those at `path`.
@@ -53,10 +56,11 @@ mod tests {
     #[test]
     fn secrets_are_for_their_owner_and_never_the_same() {
         let path = std::env::temp_dir().join(format!("robocell-secrets-{}", std::process::id()));
-        let made = make(&path).unwrap();
+        let made = make().unwrap();
+        save(&made, &path).unwrap();
         assert_eq!(load(&path), Some(made.clone()));
         assert_eq!(fs::metadata(&path).unwrap().mode() & 0o777, 0o600);
-        let again = make(&path).unwrap();
+        let again = make().unwrap();
         fs::remove_file(&path).unwrap();
         assert_ne!(made.operator_token, again.operator_token);
         assert_ne!(made.operator_token, made.viewer_token);

@@ -50,7 +50,6 @@ pub(crate) struct LiveCell {
     bus: Bus,
     keeper: Keeper,
     control: Server,
-    secrets: Option<PageSecrets>,
     supervisor: Supervisor,
     faults: Faults,
     processes: Vec<Process>,
@@ -103,7 +102,9 @@ impl LiveCell {
         plan.spec
             .save(&plan.dir.spec())
             .map_err(Failure::configuration)?;
-        let secrets = plan.spec.page.as_ref().map(page::open).transpose()?;
+        if let Some(page) = &plan.page {
+            page.save(&plan.dir)?;
+        }
         let site = RunSite {
             root: plan.spec.root.clone(),
             prefix: plan.spec.prefix.clone(),
@@ -127,7 +128,6 @@ impl LiveCell {
             bus,
             keeper,
             control,
-            secrets,
             supervisor: Supervisor::new(&processes, rules),
             faults: Faults::new(&plan.spec.script, &processes),
             processes,
@@ -143,8 +143,10 @@ impl LiveCell {
     /// What is started, and where its page is.
     pub(crate) fn announce(&self) {
         say::line(super::banner::title(&self.plan.spec));
-        if let (Some(page), Some(secrets)) = (&self.plan.spec.page, &self.secrets) {
-            page::lines(page, secrets).into_iter().for_each(say::line);
+        if let (Some(spec), Some(page)) = (&self.plan.spec.page, &self.plan.page) {
+            page::lines(spec, page.secrets())
+                .into_iter()
+                .for_each(say::line);
         }
     }
 
@@ -155,7 +157,7 @@ impl LiveCell {
 
     /// What opens its page.
     pub(crate) fn secrets(&self) -> Option<&PageSecrets> {
-        self.secrets.as_ref()
+        self.plan.page.as_ref().map(page::Page::secrets)
     }
 
     /// What is heard of the processes.

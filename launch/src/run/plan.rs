@@ -4,15 +4,16 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use cell_model::run_spec::{PageSpec, RecordSpec, RunSpec, Speed};
+use cell_model::run_spec::{RecordSpec, RunSpec, Speed};
 use cell_model::script::{self, ScriptLine};
 use cell_model::task_spec::TaskSpec;
 use cell_model::{Cell, Data, RobotFiles};
 
 use crate::cli::RunArgs;
 use crate::failure::{Context, Failure};
+use crate::page::Page;
 use crate::rundir::RunDir;
-use crate::{flight, page, sim};
+use crate::{flight, sim};
 
 /// A run that can be started.
 #[derive(Debug)]
@@ -29,6 +30,8 @@ pub(crate) struct Plan {
     pub(crate) stays: bool,
     /// Kill what seems to hang.
     pub(crate) watchdog: bool,
+    /// Its page.
+    pub(crate) page: Option<Page>,
     /// What was asked for.
     args: RunArgs,
 }
@@ -36,6 +39,13 @@ pub(crate) struct Plan {
 impl Plan {
     /// Resolves the command line; the first thing that is wrong is the error.
     pub(crate) fn resolve(args: &RunArgs) -> Result<Self, Failure> {
+        let page = (!args.headless && !args.one_process)
+            .then(|| Page::new(args.listen.as_deref()))
+            .transpose()?;
+        Self::with_page(args, page)
+    }
+
+    fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Self, Failure> {
         let data_dir = args.data.data.as_deref().map(absolute).transpose()?;
         let robot = robot_files(args)?;
         let cell = load(data_dir.as_deref(), &args.demo, args.seed, robot.as_ref())?;
@@ -80,7 +90,7 @@ impl Plan {
             until_done: args.until_done,
             time_limit_s: limit,
             real_time: args.speed == Speed::RealTime,
-            page: page(args, &dir)?,
+            page: page.as_ref().map(|page| page.spec(&dir)),
             record: RecordSpec {
                 file: args.record.as_deref().map(new_file).transpose()?,
                 ..flight::ring(&args.cell.cell, &dir)
@@ -93,6 +103,7 @@ impl Plan {
             policies: cell.policies,
             stays: limit.is_none(),
             watchdog: !args.no_watchdog,
+            page,
             args: args.clone(),
         })
     }
@@ -117,21 +128,10 @@ impl Plan {
             script: None,
             record: None,
             robot: self.args.robot.clone().filter(|_| demo == self.args.demo),
-            headless: true,
             ..self.args.clone()
         };
-        let mut plan = Self::resolve(&args)?;
-        plan.spec.page.clone_from(&self.spec.page);
-        Ok(plan)
+        Self::with_page(&args, self.page.clone())
     }
-}
-
-/// The page, unless the run has none.
-fn page(args: &RunArgs, dir: &RunDir) -> Result<Option<PageSpec>, Failure> {
-    if args.headless || args.one_process {
-        return Ok(None);
-    }
-    page::plan(args.listen.as_deref(), dir).map(Some)
 }
 
 /// What the controllers will need, found out before anything starts.

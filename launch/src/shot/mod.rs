@@ -26,7 +26,7 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     let shown = Shown::of(args)?;
     let (width, height) = args.size;
     let mut browser = Browser::start(width, height)?;
-    let mut fragment = vec!["shot=1".to_owned()];
+    let mut fragment = vec!["quality=0".to_owned()];
     // A cell that was started for the picture stands at the time already.
     if let (Some(time), None) = (args.time, &args.demo) {
         fragment.push(format!("time={time}"));

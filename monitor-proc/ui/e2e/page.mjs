@@ -1,0 +1,95 @@
+// Browser tests of the page of a running cell: `node page.mjs SCENARIO LINK`.
+// ROBOCELL names the program for the commands' twins. Exits 1 with what was
+// wrong; started by tests/tests/page.rs.
+import { spawnSync } from "node:child_process";
+import { chromium } from "playwright-core";
+import { scenarios } from "./scenarios.mjs";
+
+const PATIENCE_MS = 120_000;
+
+const FLAGS = [
+  "--use-gl=angle",
+  "--use-angle=swiftshader",
+  "--enable-unsafe-swiftshader",
+  "--ignore-gpu-blocklist",
+  "--disable-quic",
+  "--no-first-run",
+  "--disable-background-networking",
+  "--disable-component-update",
+  "--disable-sync",
+  "--no-sandbox",
+];
+
+/** Runs the twin of a button. */
+function robocell(...args) {
+  const said = spawnSync(process.env.ROBOCELL, args, { encoding: "utf8" });
+  if (said.status !== 0) throw new Error(`robocell ${args.join(" ")}: ${said.stderr}`);
+  return said.stdout;
+}
+
+const [name, link] = process.argv.slice(2);
+const scenario = scenarios[name];
+if (scenario === undefined || link === undefined) {
+  console.error(`usage: page.mjs ${Object.keys(scenarios).join("|")} LINK`);
+  process.exit(2);
+}
+
+const browser = await chromium.launch({ executablePath: process.env.CHROMIUM, args: FLAGS });
+const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
+page.setDefaultTimeout(PATIENCE_MS);
+const errors = [];
+page.on("console", (message) => {
+  if (message.type() === "error") errors.push(message.text());
+});
+page.on("pageerror", (error) => errors.push(String(error)));
+
+const test = {
+  page,
+  robocell,
+  /** The value of `look` on the page, which gets `window.robocell`. */
+  look: (look, arg) => page.evaluate(`(${look})(window.robocell, ${JSON.stringify(arg ?? null)})`),
+  /** Waits until `look` is true on the page. */
+  until: async (what, look, arg) => {
+    const condition = `(${look})(window.robocell, ${JSON.stringify(arg ?? null)})`;
+    try {
+      await page.waitForFunction(condition, null, { timeout: PATIENCE_MS, polling: 50 });
+    } catch {
+      throw new Error(`waited in vain until ${what}`);
+    }
+  },
+  same: (what, found, expected) => {
+    if (JSON.stringify(found) !== JSON.stringify(expected)) {
+      throw new Error(`${what} is ${JSON.stringify(found)}, not ${JSON.stringify(expected)}`);
+    }
+  },
+  near: (what, found, expected, within) => {
+    const off = Math.hypot(...expected.map((x, axis) => x - found[axis]));
+    if (!(off <= within)) {
+      throw new Error(`${what} is at ${found}, ${off} m from ${expected}`);
+    }
+  },
+  /** Presses the button whose command-line twin is `twin`. */
+  press: async (twin) => {
+    const button = page.locator(`button:visible[title*="$ ${twin}"]`).first();
+    await button.click();
+  },
+  /** What a restart makes the browser say is no mistake of the page. */
+  forgive: (pattern) => {
+    const kept = errors.filter((error) => !pattern.test(error));
+    errors.splice(0, errors.length, ...kept);
+  },
+};
+
+try {
+  await page.goto(link);
+  await test.until("the page shows the cell", (r) => r !== undefined && r.settled());
+  await scenario(test);
+  test.same("what the console complains about", errors, []);
+  console.log(`${name}: ok`);
+} catch (error) {
+  console.error(`${name}: ${error.message}`);
+  if (errors.length > 0) console.error(`console: ${errors.join("\n")}`);
+  process.exitCode = 1;
+} finally {
+  await browser.close();
+}

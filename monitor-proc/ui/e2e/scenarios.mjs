@@ -1,0 +1,216 @@
+// What a person does on the page, and what has to come of it.
+
+const PAUSED = 1;
+const TASK_PAUSED = 8;
+const NOT_LIVE = 16;
+
+const flag = (bit) => `(r) => (r.store.snapshot.flags & ${bit}) !== 0`;
+const noFlag = (bit) => `(r) => (r.store.snapshot.flags & ${bit}) === 0`;
+
+/** Bodies and robots are drawn where physics has them. */
+async function draws({ look, until, near, page }) {
+  const seen = await look((r) => ({
+    bodies: r.view.bodyPositions(),
+    objects: r.store.scene.objects.map(({ name }, index) => ({
+      name,
+      at: r.store.snapshot.objects[index].pose.slice(0, 3),
+    })),
+    arms: r.store.scene.arms.map((arm, index) => ({
+      name: arm.name,
+      link: r.view.linkPositions(index)[arm.tool_link],
+      reach: Math.hypot(...arm.tool.slice(0, 3)),
+      tcp: r.store.snapshot.arms[index].tcp.slice(0, 3),
+    })),
+    nodes: r.store.graphs.reduce((sum, graph) => sum + graph.nodes.length, 0),
+  }));
+  for (const { name, at } of seen.objects) near(name, seen.bodies[name], at, 1e-3);
+  for (const { name, link, reach, tcp } of seen.arms) {
+    // The tool lies in the last link's frame, at a distance of `reach`.
+    const off = Math.hypot(...tcp.map((x, axis) => x - link[axis]));
+    if (Math.abs(off - reach) > 3e-3) throw new Error(`the tool of ${name} is ${off - reach} m off`);
+  }
+  if (seen.nodes < 2) throw new Error("no picture of the policy");
+  await until("processes are listed", (r) => r.store.status.processes.length >= 4);
+  const shot = await page.screenshot();
+  if (shot.length < 30_000) throw new Error(`the page is empty: ${shot.length} bytes of PNG`);
+}
+
+/** Pulls a placed cube out of the stack with the mouse. */
+async function drag({ page, look, until, press }) {
+  await press("robocell resume");
+  await until("the red cube is placed and the hand is away", (r) => {
+    const { placed, phase } = r.store.status.task;
+    return placed.includes("red_cube") && !["RELEASE", "LOWER"].includes(phase);
+  });
+  const index = await look((r) => r.store.scene.objects.findIndex(({ name }) => name === "red_cube"));
+  const before = await look((r, i) => r.store.snapshot.objects[i].pose.slice(0, 3), index);
+  const lines = await look((r) => r.store.log.length);
+  const [x, y] = await look((r) => r.view.screenOf("red_cube"));
+  await page.keyboard.down("Shift");
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  for (let step = 1; step <= 10; step++) {
+    await page.mouse.move(x - 12 * step, y + 3 * step);
+    await page.waitForTimeout(60);
+  }
+  await until(
+    "physics moved the cube",
+    (r, { index, before }) => {
+      const at = r.store.snapshot.objects[index].pose;
+      return Math.hypot(at[0] - before[0], at[1] - before[1]) > 0.06;
+    },
+    { index, before },
+  );
+  await page.mouse.up();
+  await page.keyboard.up("Shift");
+  await until(
+    "the log tells of the recovery",
+    (r, lines) =>
+      r.store.log.slice(lines).some(({ mark }) => ["abort", "resync", "recover", "drop"].includes(mark)),
+    lines,
+  );
+  await until("the job goes on", (r) => r.store.status.task.outcome === "running");
+}
+
+/** Leads the arm by the target while the task is paused. */
+async function gizmo({ page, look, until, press, near }) {
+  await press("robocell resume");
+  await until("the task works", (r) => r.store.status.task.outcome === "running");
+  await press("robocell task pause");
+  await until("the task is paused", flag(TASK_PAUSED));
+  await until("the arm stands", (r) => r.store.snapshot.arms[0].accelerations.every((a) => a === 0));
+  const before = await look((r) => r.store.snapshot.arms[0].tcp.slice(0, 3));
+  const [x, y] = await look((r) => r.view.screenOf("gizmo z"));
+  await page.mouse.move(x, y);
+  await page.waitForTimeout(300);
+  await page.mouse.down();
+  for (let step = 1; step <= 8; step++) {
+    await page.mouse.move(x, y - 8 * step);
+    await page.waitForTimeout(60);
+  }
+  await page.mouse.up();
+  await until(
+    "the arm followed",
+    (r, before) => {
+      const at = r.store.snapshot.arms[0].tcp;
+      return Math.hypot(...before.map((x, axis) => at[axis] - x)) > 0.03;
+    },
+    before,
+  );
+  const where = await look((r) => ({
+    target: r.store.snapshot.arms[0].target.slice(0, 3),
+    valid: r.store.snapshot.arms[0].targetValid,
+  }));
+  if (!where.valid) throw new Error("the target is not shown");
+  await until(
+    "the tool is at the target",
+    (r, target) => Math.hypot(...target.map((x, a) => r.store.snapshot.arms[0].tcp[a] - x)) < 0.02,
+    where.target,
+  );
+  near("the target", where.target, [before[0], before[1], where.target[2]], 0.01);
+}
+
+/** Each button does what its command does. */
+async function buttons({ page, look, until, press, robocell, same }) {
+  const generation = (name) => look((r, n) => r.store.status.processes.find((p) => p.name === n).generation, name);
+  // Simulated time.
+  robocell("pause");
+  await until("the command paused", flag(PAUSED));
+  await press("robocell resume");
+  await until("the button resumed", noFlag(PAUSED));
+  await press("robocell pause");
+  await until("the button paused", flag(PAUSED));
+  const tick = await look((r) => r.store.snapshot.tick);
+  const steps = Number((await page.locator('button[title*="$ robocell step"]').first().getAttribute("title")).match(/step (\d+)/)[1]);
+  await press("robocell step");
+  await until("it stepped", (r, to) => r.store.snapshot.tick === to, tick + steps);
+  robocell("step", String(steps));
+  await until("the command steps alike", (r, to) => r.store.snapshot.tick === to, tick + 2 * steps);
+  await press("robocell reset");
+  const bodies = () => look((r) => r.view.bodyPositions());
+  await until("the scene is back", (r) => r.store.snapshot.arms[0].velocities.every((v) => Math.abs(v) < 1e-3));
+  const after = await bodies();
+  robocell("reset");
+  await page.waitForTimeout(300);
+  same("the scene after the command", await bodies(), after);
+  robocell("resume");
+  // The task.
+  await until("the task works", (r) => r.store.status.task.outcome === "running");
+  await press("robocell task pause");
+  await until("the button paused the task", flag(TASK_PAUSED));
+  robocell("task", "resume");
+  await until("the command resumed it", noFlag(TASK_PAUSED));
+  robocell("task", "pause");
+  await until("the command paused it", flag(TASK_PAUSED));
+  // The hand is led while the task is paused; one button opens and closes.
+  await page.keyboard.press("g");
+  await until("the hand closes", (r) => r.store.snapshot.arms[0].width < 0.06);
+  robocell("gripper", "open");
+  await until("the command opens it", (r) => r.store.snapshot.arms[0].width > 0.075);
+  await press("robocell task resume");
+  await until("the button resumed the task", noFlag(TASK_PAUSED));
+  const lines = await look((r) => r.store.log.length);
+  await press("robocell task reset");
+  await until(
+    "the task began anew",
+    (r, lines) => r.store.log.slice(lines).some(({ text }) => text.includes("[task] reset")),
+    lines,
+  );
+  await press("robocell task start");
+  // Processes.
+  const task = await generation("task");
+  await press("robocell restart task");
+  await until(
+    "a new task",
+    (r, n) => r.store.status.processes.find((p) => p.name === "task").generation > n,
+    task,
+  );
+  // Another scene on the same page.
+  await page.selectOption("select.demo", "franka-pyramid");
+  await press("robocell load franka-pyramid");
+  await until("the other scene", (r) => r.store.scene.demo === "franka-pyramid" && r.store.snapshot.arms.length === 2);
+  await until("it waits for Play", flag(PAUSED));
+}
+
+/** The page lives on when the task and the monitor are replaced. */
+async function restarts({ page, look, until, robocell, forgive }) {
+  const nodes = await look((r) => r.store.graphs[0].nodes.length);
+  const text = await page.locator("#right").innerText();
+  robocell("restart", "task");
+  await until("a new task", (r) => r.store.status.processes.find((p) => p.name === "task").generation === 2);
+  robocell("restart", "monitor");
+  await until("the connection is lost", (r) => !r.store.connected);
+  // Nothing that was there is taken away meanwhile.
+  if ((await page.locator("#right").innerText()).length < text.length / 2) {
+    throw new Error("the panels are emptied while the monitor is away");
+  }
+  await until("it is back", (r) => r.store.connected);
+  await until(
+    "the monitor's second start shows the same tree",
+    (r, nodes) =>
+      r.store.graphs[0].nodes.length === nodes &&
+      r.store.status.processes.find((p) => p.name === "monitor")?.generation === 2,
+    nodes,
+  );
+  const tick = await look((r) => r.store.snapshot.tick);
+  await until("the picture moves", (r, tick) => r.store.snapshot.tick > tick, tick);
+  forgive(/WebSocket connection to|ERR_CONNECTION_REFUSED/);
+}
+
+/** Back to what just happened, and forth to now. */
+async function scrub({ page, look, until, press }) {
+  await until("the flight recorder holds some seconds", (r) => {
+    const { timeline } = r.store;
+    return timeline !== null && timeline.to_s - timeline.from_s > 3;
+  });
+  const time = await look((r) => r.store.timeline.from_s + 1.5);
+  const ack = await page.evaluate((t) => window.robocell.store.command({ do: "seek", time_s: t }), time);
+  if (!ack.ok) throw new Error(`seek: ${ack.message}`);
+  await until("the past is shown", flag(NOT_LIVE));
+  await until("the right moment", (r, t) => Math.abs(r.store.snapshot.time - t) < 0.05, time);
+  await page.evaluate(() => window.robocell.store.command({ do: "seek", time_s: null }));
+  await until("it is live again", noFlag(NOT_LIVE));
+  void press;
+}
+
+export const scenarios = { draws, drag, gizmo, buttons, restarts, scrub };

@@ -1,0 +1,104 @@
+//! The page in a real browser: what a person sees and does there. Needs
+//! Chromium, Node.js and the page's packages; says so and does nothing where
+//! one is missing.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test that cannot go on has failed"
+)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Mutex;
+
+use robocell_tests::cell::{TestCell, base};
+use robocell_tests::program::{built, finish, wait_for};
+
+/// One browser at a time: without a GPU it takes the processor that the cell's
+/// loops need.
+static ONE: Mutex<()> = Mutex::new(());
+
+fn ui() -> PathBuf {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../monitor-proc/ui")).to_owned()
+}
+
+/// The browser, or why there is no test.
+fn browser() -> Result<PathBuf, &'static str> {
+    if !ui().join("node_modules/playwright-core").is_dir() {
+        return Err("the page's packages are missing: `npm ci` in monitor-proc/ui");
+    }
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let find = |name: &str| {
+        std::env::split_paths(&path)
+            .map(|dir| dir.join(name))
+            .find(|file| file.is_file())
+    };
+    find("node").ok_or("Node.js is missing")?;
+    find("chromium")
+        .or_else(|| find("chromium-browser"))
+        .or_else(|| find("google-chrome"))
+        .ok_or("Chromium is missing")
+}
+
+/// Runs a scenario of `monitor-proc/ui/e2e` on a cell started with `arguments`.
+#[track_caller]
+fn browse(scenario: &str, arguments: &[&str]) {
+    let _one = ONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let chromium = match browser() {
+        Ok(chromium) => chromium,
+        Err(why) => {
+            eprintln!("skipped: {why}");
+            return;
+        }
+    };
+    let cell = TestCell::start_with(base(), arguments, |_| {});
+    let link = wait_for("the link", || {
+        let said = fs::read_to_string(cell.base().join("stdout")).unwrap_or_default();
+        let link = said.lines().find(|line| line.starts_with("http://"));
+        link.map(str::to_owned)
+    });
+    cell.wait_up();
+    let mut command = Command::new("node");
+    command
+        .arg(ui().join("e2e/page.mjs"))
+        .args([scenario, &link])
+        .env("CHROMIUM", chromium)
+        .env("ROBOCELL", built("robocell"))
+        .env("ROBOCELL_RUN_DIR", cell.base());
+    let said = finish(command);
+    assert_eq!(said.code, 0, "{}{}", said.stdout, said.stderr);
+}
+
+#[test]
+fn each_demo_is_drawn_where_physics_has_it() {
+    for demo in ["franka-stack", "franka-pyramid", "reach"] {
+        browse("draws", &[demo, "--paused"]);
+    }
+}
+
+#[test]
+fn a_cube_pulled_by_the_mouse_moves_in_physics_and_the_task_recovers() {
+    browse("drag", &["franka-stack", "--paused"]);
+}
+
+#[test]
+fn the_gizmo_leads_the_arm_while_the_task_is_paused() {
+    browse("gizmo", &["franka-stack", "--paused"]);
+}
+
+#[test]
+fn every_button_does_what_its_command_does() {
+    browse("buttons", &["franka-stack"]);
+}
+
+#[test]
+fn the_page_outlives_the_task_and_the_monitor() {
+    browse("restarts", &["franka-stack"]);
+}
+
+#[test]
+fn the_page_goes_back_to_what_just_happened() {
+    browse("scrub", &["franka-stack"]);
+}
