@@ -8,6 +8,7 @@
 
 pub mod desk;
 pub mod feed;
+pub mod film;
 pub mod hub;
 pub mod journal;
 pub mod live;
@@ -15,6 +16,7 @@ pub mod mark;
 pub mod pace;
 pub mod page;
 pub mod process;
+pub mod replay;
 pub mod scene;
 pub mod scrub;
 pub mod snapshot;

@@ -77,6 +77,13 @@ impl Story {
         }
     }
 
+    /// As [`Self::take`], but for lines of the log.
+    pub fn take_picture(&mut self, line: &TraceLine) {
+        if !TraceKind::from_code(line.kind).is_some_and(TraceKind::is_for_people) {
+            self.take(line);
+        }
+    }
+
     /// Adds a line to the log.
     pub fn say(&mut self, time_s: f64, kind: &str, text: &str) {
         let line = json!({ "time_s": time_s, "kind": kind, "text": text, "mark": mark::of(text) });

@@ -117,7 +117,7 @@ impl Writer {
                 biased;
                 why = &mut last => return self.close(why.ok().flatten()).await,
                 why = gone(&mut joined.gone) => return self.close(Some(why)).await,
-                Some(out) = self.outgoing.recv() => self.out(out).await,
+                Some(out) = self.outgoing.recv() => self.out(out, &mut joined.frames).await,
                 news = joined.news.recv() => match news {
                     Ok(text) => self.text(text).await,
                     Err(RecvError::Lagged(_)) => self.story().await,
@@ -132,12 +132,14 @@ impl Writer {
         }
     }
 
-    async fn out(&mut self, out: Out) -> bool {
+    async fn out(&mut self, out: Out, live: &mut watch::Receiver<Bytes>) -> bool {
         match out {
             Out::Text(text) => self.text(text).await,
             Out::Again => self.story().await,
             Out::Frames(frames) => {
                 self.scrubbed = frames;
+                // Back from the past, the present is news.
+                live.mark_changed();
                 true
             }
         }

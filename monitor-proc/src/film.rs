@@ -1,0 +1,86 @@
+//! What was recorded, as it is shown again.
+
+use ipc_types::{ArmStatus, Decision, TraceLine, WorldState};
+
+use crate::scrub::Past;
+use crate::snapshot::{FLAG_NOT_LIVE, Moment, encode};
+
+/// One moment of a recording.
+#[derive(Clone, Debug)]
+pub struct Still {
+    /// The world.
+    pub world: Box<WorldState>,
+    /// What the controllers had said.
+    pub status: Vec<ArmStatus>,
+    /// What the task had said.
+    pub decision: Box<Decision>,
+}
+
+/// A recording that is read.
+pub trait Film {
+    /// First and last moment (simulated seconds).
+    fn span_s(&self) -> (f64, f64);
+
+    /// The newest moment at or before `time_s`.
+    ///
+    /// # Errors
+    ///
+    /// Why there is none.
+    fn still(&mut self, time_s: f64) -> Result<Still, String>;
+
+    /// Trace of the task after `from_s` up to `to_s`, oldest first.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be read.
+    fn trace(&mut self, from_s: f64, to_s: f64) -> Result<Vec<TraceLine>, String>;
+
+    /// The last `count` lines for people up to `time_s`, oldest first.
+    ///
+    /// # Errors
+    ///
+    /// When they cannot be read.
+    fn log_until(&mut self, time_s: f64, count: usize) -> Result<Vec<TraceLine>, String>;
+}
+
+impl Still {
+    /// The frame of this moment.
+    pub fn frame(&self, fingers: &[usize], real_time_factor: f64, flags: u32) -> Vec<u8> {
+        // Each status says which arm it is of.
+        let of = |arm: usize| self.status.iter().find(|s| s.arm as usize == arm);
+        let status: Vec<Option<&ArmStatus>> = (0..self.world.arms().len()).map(of).collect();
+        let moment = Moment {
+            world: &self.world,
+            status: &status,
+            decision: Some(&self.decision),
+            real_time_factor,
+            flags: FLAG_NOT_LIVE | flags,
+        };
+        encode(&moment, fingers)
+    }
+}
+
+/// Frames of a film for one page.
+pub struct Projector<F> {
+    film: F,
+    fingers: Vec<usize>,
+}
+
+impl<F: Film> Projector<F> {
+    /// Shows `film`; `fingers` as in [`crate::scene::fingers`].
+    pub fn new(film: F, fingers: Vec<usize>) -> Self {
+        Self { film, fingers }
+    }
+}
+
+impl<F: Film> Past for Projector<F> {
+    fn frame(&mut self, time_s: f64) -> Result<Vec<u8>, String> {
+        let (from_s, to_s) = self.film.span_s();
+        // The caller opens anew what may have gone on in the meantime.
+        if !(from_s..=to_s).contains(&time_s) {
+            let span = format!("from {from_s:.1} s to {to_s:.1} s");
+            return Err(format!("{time_s:.1} s is not recorded; there is {span}"));
+        }
+        Ok(self.film.still(time_s)?.frame(&self.fingers, 0.0, 0))
+    }
+}

@@ -1,0 +1,117 @@
+//! The clock of a replay: time is an argument.
+
+use crate::page::command::PlayOrder;
+
+/// Length of a tick (s).
+const TICK_S: f64 = 0.001;
+/// More than this passed at once is a machine that slept (s).
+const MAX_LEAP_S: f64 = 0.25;
+
+/// Where a replay is and how it goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clock {
+    /// Simulated time shown (s).
+    pub time_s: f64,
+    /// Whether it goes on.
+    pub plays: bool,
+    /// Recorded seconds per second.
+    pub speed: f64,
+    from_s: f64,
+    to_s: f64,
+    looked_s: Option<f64>,
+}
+
+impl Clock {
+    /// A clock at the beginning of `(from, to)`, which goes.
+    pub fn new((from_s, to_s): (f64, f64)) -> Self {
+        Self {
+            time_s: from_s,
+            plays: true,
+            speed: 1.0,
+            from_s,
+            to_s: to_s.max(from_s),
+            looked_s: None,
+        }
+    }
+
+    /// Goes on to `now_s` of the clock on the wall; stands still at the end.
+    pub fn look(&mut self, now_s: f64) -> f64 {
+        let passed_s = self.looked_s.map_or(0.0, |looked_s| now_s - looked_s);
+        self.looked_s = Some(now_s);
+        if self.plays {
+            let passed_s = passed_s.clamp(0.0, MAX_LEAP_S);
+            self.set(self.time_s + passed_s * self.speed);
+            if self.time_s >= self.to_s {
+                self.plays = false;
+            }
+        }
+        self.time_s
+    }
+
+    /// Does what a page asked for.
+    pub fn obey(&mut self, order: PlayOrder) {
+        if let Some(speed) = order.speed {
+            self.speed = speed;
+        }
+        if let Some(time_s) = order.time_s {
+            self.set(time_s);
+        }
+        if let Some(ticks) = order.step {
+            self.plays = false;
+            self.set(self.time_s + ticks as f64 * TICK_S);
+        }
+        if let Some(plays) = order.play {
+            // At the end, to play is to play again.
+            if plays && self.time_s >= self.to_s {
+                self.set(self.from_s);
+            }
+            self.plays = plays;
+        }
+    }
+
+    fn set(&mut self, time_s: f64) {
+        self.time_s = time_s.clamp(self.from_s, self.to_s);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_plays_at_its_speed_stops_at_the_end_and_begins_again() {
+        let mut clock = Clock::new((10.0, 12.0));
+        clock.look(0.0);
+        assert_eq!(clock.look(0.2), 10.2);
+        clock.obey(PlayOrder {
+            speed: Some(2.0),
+            ..PlayOrder::default()
+        });
+        assert_eq!(clock.look(0.4), 10.6);
+        assert_eq!(clock.look(100.0), 11.1, "a machine that slept");
+        for look in 0..10 {
+            clock.look(100.0 + 0.2 * f64::from(look));
+        }
+        assert_eq!((clock.time_s, clock.plays), (12.0, false));
+        clock.obey(PlayOrder {
+            play: Some(true),
+            ..PlayOrder::default()
+        });
+        assert_eq!((clock.time_s, clock.plays), (10.0, true));
+    }
+
+    #[test]
+    fn a_step_stands_still_and_a_time_outside_is_the_nearest_inside() {
+        let mut clock = Clock::new((0.0, 5.0));
+        clock.obey(PlayOrder {
+            step: Some(500),
+            ..PlayOrder::default()
+        });
+        assert_eq!((clock.look(1.0), clock.plays), (0.5, false));
+        clock.obey(PlayOrder {
+            time_s: Some(99.0),
+            ..PlayOrder::default()
+        });
+        assert_eq!(clock.time_s, 5.0);
+    }
+}

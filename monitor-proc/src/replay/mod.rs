@@ -1,0 +1,5 @@
+//! A recorded file on the page, as if it were live: no bus, a clock of its own.
+
+pub mod clock;
+mod desk;
+pub mod player;

@@ -1,0 +1,276 @@
+//! A server with a hub nobody feeds but the test, and blunt clients.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    dead_code,
+    unreachable_pub,
+    reason = "a test that cannot go on has failed; not every test uses every part"
+)]
+
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use cell_model::run_spec::PageSecrets;
+use monitor_proc::hub::{Hello, Hub, RunInfo};
+use monitor_proc::page::command::{Names, Order};
+use monitor_proc::page::desk::{Answer, Desk, Reply, send};
+use monitor_proc::scrub::Past;
+use monitor_proc::web::files::Files;
+use monitor_proc::web::gate::Gate;
+use monitor_proc::web::{Site, bind};
+use serde_json::{Value, json};
+use tungstenite::client::IntoClientRequest;
+use tungstenite::{Message, WebSocket};
+
+pub const OPERATOR: &str = "0123456789abcdef0123456789abcdef";
+pub const VIEWER: &str = "fedcba9876543210fedcba9876543210";
+/// A hung server fails a test; it does not hang it.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+pub type Socket = WebSocket<TcpStream>;
+
+/// Remembers what it was asked, and says yes.
+#[derive(Default)]
+pub struct FakeDesk(pub Mutex<Vec<(Order, String)>>);
+
+impl Desk for FakeDesk {
+    fn take(&self, order: Order, said: &str, answer: Answer) {
+        self.0.lock().unwrap().push((order, said.to_owned()));
+        send(
+            answer,
+            Reply {
+                tick: Some(7),
+                ..Reply::done()
+            },
+        );
+    }
+}
+
+/// A recording of ten seconds; its frames say their time.
+struct FakePast;
+
+impl Past for FakePast {
+    fn frame(&mut self, time_s: f64) -> Result<Vec<u8>, String> {
+        if time_s > 10.0 {
+            return Err("not recorded".to_owned());
+        }
+        Ok(format!("past {time_s}").into_bytes())
+    }
+}
+
+pub struct Bench {
+    pub hub: Arc<Hub>,
+    pub desk: Arc<FakeDesk>,
+    pub address: SocketAddr,
+    server: Option<std::thread::JoinHandle<()>>,
+}
+
+impl Bench {
+    pub fn start() -> Self {
+        Self::with(Files::default(), true)
+    }
+
+    pub fn with(files: Files, live: bool) -> Self {
+        let name = "<script>alert(1)</script>";
+        let hello = Hello {
+            live,
+            run: RunInfo {
+                id: "1".to_owned(),
+                cell: "c".to_owned(),
+                demo: "d".to_owned(),
+                policy: "p".to_owned(),
+                seed: 1,
+                speed: "1".to_owned(),
+            },
+            demos: Vec::new(),
+            source: None,
+        };
+        let hub = Hub::new(hello, json!({ "demo": "d", "objects": [{ "name": name }] }));
+        let desk = Arc::new(FakeDesk::default());
+        let (tell, told) = std::sync::mpsc::channel();
+        let (fed, asked) = (hub.clone(), desk.clone());
+        let server = std::thread::spawn(move || {
+            let runtime = tokio::runtime::Builder::new_current_thread()
+                .enable_all()
+                .build()
+                .unwrap();
+            runtime.block_on(async {
+                let listening = bind("127.0.0.1:0".parse().unwrap()).await.unwrap();
+                let address = listening.address();
+                tell.send(address).unwrap();
+                let site = Site {
+                    gate: Gate::new(address, secrets()),
+                    files,
+                    meshes: Files::default(),
+                    hint: "install <Node>".to_owned(),
+                    hub: fed.clone(),
+                    desk: asked,
+                    names: Names {
+                        objects: vec!["red_cube".to_owned(), name.to_owned()],
+                        arms: 1,
+                    },
+                    past: live.then_some(Arc::new(|| Ok(Box::new(FakePast) as Box<dyn Past>))),
+                };
+                tokio::select! {
+                    served = listening.serve(site) => served.unwrap(),
+                    () = fed.closed() => tokio::time::sleep(Duration::from_millis(100)).await,
+                }
+            });
+        });
+        Self {
+            hub,
+            desk,
+            address: told.recv().unwrap(),
+            server: Some(server),
+        }
+    }
+
+    pub fn host(&self) -> String {
+        format!("localhost:{}", self.address.port())
+    }
+
+    pub fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(self.address).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream
+    }
+
+    /// Sends `head` and `body` as they are; the whole answer.
+    pub fn raw(&self, head: &str, body: &str) -> String {
+        let mut stream = self.connect();
+        let length = body.len();
+        let text = format!("{head}Connection: close\r\nContent-Length: {length}\r\n\r\n{body}");
+        stream.write_all(text.as_bytes()).unwrap();
+        let mut answer = Vec::new();
+        // A refused connection may be reset after its answer.
+        let _read = stream.read_to_end(&mut answer);
+        String::from_utf8_lossy(&answer).into_owned()
+    }
+
+    /// `GET path` with more header lines.
+    pub fn get(&self, path: &str, lines: &str) -> String {
+        let host = self.host();
+        self.raw(
+            &format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n{lines}"),
+            "",
+        )
+    }
+
+    pub fn post(&self, path: &str, lines: &str, body: &str) -> String {
+        let host = self.host();
+        let head = format!(
+            "POST {path} HTTP/1.1\r\nHost: {host}\r\nContent-Type: application/json\r\n{lines}"
+        );
+        self.raw(&head, body)
+    }
+
+    /// The cookie line a token is exchanged for.
+    pub fn cookie(&self, token: &str) -> String {
+        let answer = self.get(&format!("/?token={token}"), "");
+        let line = answer
+            .lines()
+            .find(|l| l.starts_with("set-cookie: "))
+            .unwrap();
+        let pair = line["set-cookie: ".len()..].split(';').next().unwrap();
+        format!("Cookie: {pair}\r\n")
+    }
+
+    /// Opens a websocket as a program does, or says which status refused it.
+    pub fn socket(&self, token: &str) -> Result<Socket, u16> {
+        self.upgrade(&[("authorization", &format!("Bearer {token}"))])
+    }
+
+    pub fn upgrade(&self, lines: &[(&'static str, &str)]) -> Result<Socket, u16> {
+        let url = format!("ws://{}/ws", self.host());
+        let mut request = url.into_client_request().unwrap();
+        for (name, value) in lines {
+            request.headers_mut().insert(*name, value.parse().unwrap());
+        }
+        match tungstenite::client(request, self.connect()) {
+            Ok((socket, _)) => Ok(socket),
+            Err(tungstenite::HandshakeError::Failure(tungstenite::Error::Http(answer))) => {
+                Err(answer.status().as_u16())
+            }
+            Err(other) => panic!("{other}"),
+        }
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        self.hub.close("end");
+        if let Some(server) = self.server.take() {
+            let joined = server.join();
+            assert!(
+                joined.is_ok() || std::thread::panicking(),
+                "the server panicked"
+            );
+        }
+    }
+}
+
+fn secrets() -> PageSecrets {
+    PageSecrets {
+        operator_token: OPERATOR.to_owned(),
+        viewer_token: VIEWER.to_owned(),
+        operator_cookie: "c".repeat(32),
+        viewer_cookie: "d".repeat(32),
+    }
+}
+
+/// Status code of an answer.
+pub fn status(answer: &str) -> u16 {
+    let code = answer.split(' ').nth(1).unwrap_or_default();
+    code.parse().unwrap_or(0)
+}
+
+/// The next text of kind `t`.
+pub fn text(socket: &mut Socket, t: &str) -> Value {
+    loop {
+        if let Message::Text(text) = socket.read().unwrap() {
+            let value: Value = serde_json::from_str(text.as_str()).unwrap();
+            if value["t"] == t {
+                return value;
+            }
+        }
+    }
+}
+
+/// The next binary frame.
+pub fn frame(socket: &mut Socket) -> Vec<u8> {
+    loop {
+        if let Message::Binary(frame) = socket.read().unwrap() {
+            return frame.to_vec();
+        }
+    }
+}
+
+/// Sends `command` and waits for its answer.
+pub fn ask(socket: &mut Socket, command: &str) -> Value {
+    socket.send(Message::text(command)).unwrap();
+    let sent: Value = serde_json::from_str(command).unwrap_or_default();
+    let id = sent["id"].as_u64().unwrap_or(0);
+    loop {
+        let ack = text(socket, "ack");
+        if ack["id"] == id {
+            return ack;
+        }
+    }
+}
+
+/// Reads to the end: the last word, if there was one.
+pub fn last_word(socket: &mut Socket) -> Option<String> {
+    let mut word = None;
+    while let Ok(message) = socket.read() {
+        if let Message::Text(text) = message {
+            let value: Value = serde_json::from_str(text.as_str()).unwrap();
+            if value["t"] == "gone" {
+                word = value["what"].as_str().map(str::to_owned);
+            }
+        }
+    }
+    word
+}
