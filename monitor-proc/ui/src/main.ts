@@ -3,12 +3,13 @@ import "./style.css";
 import { connect } from "./net/link";
 import { Store } from "./net/store";
 import { mountPanels } from "./panels/index";
+import { settled } from "./settled";
 import { View } from "./view/index";
 
 declare global {
   interface Window {
     /** What browser tests and the screenshot command read. */
-    robocell: { store: Store; view: View | null };
+    robocell: { store: Store; view: View | null; settled: () => boolean };
   }
 }
 
@@ -29,7 +30,7 @@ const element = document.getElementById("view");
 if (element === null) throw new Error("the page has no #view");
 const store = new Store();
 const view = makeView(store, element);
-window.robocell = { store, view };
+window.robocell = { store, view, settled: settled(store) };
 mountPanels(store, view);
 
 if (import.meta.env.DEV && new URLSearchParams(location.search).has("demo")) {
