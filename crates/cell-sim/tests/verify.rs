@@ -1,5 +1,6 @@
 //! A run is computed again from its recording: the same to the last bit, or the
 //! first message that differs by name.
+#![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
 
 mod verify_support;
 
@@ -56,9 +57,9 @@ fn every_demo_and_policy_in_lockstep_is_the_same() {
 /// States are missed, decisions come late, and the task looks between two tenth
 /// ticks.
 const REAL: Timing = Timing {
-    misses: Some(|arm, tick| (tick * 7 + arm as u64 * 5) % 31 == 0 || tick % 997 < 6),
+    misses: Some(|arm, tick| (tick * 7 + arm as u64 * 5).is_multiple_of(31) || tick % 997 < 6),
     late: Some(|tick| tick / 10 % 4),
-    dozes: Some(|tick| tick % 170 == 0 || (4_000..4_150).contains(&tick)),
+    dozes: Some(|tick| tick.is_multiple_of(170) || (4_000..4_150).contains(&tick)),
 };
 
 #[test]

@@ -67,7 +67,7 @@ fn run(demo: &str, policy: &str, script: &str, every: u64, silence: [u64; 2]) ->
     loop {
         let tick = sim.state().header.tick;
         for pair in &mut pairs {
-            if tick % every == 0 {
+            if tick.is_multiple_of(every) {
                 pair.renew(&cell);
             }
             pair.update(sim.state(), heard.as_ref());

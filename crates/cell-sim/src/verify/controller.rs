@@ -6,13 +6,14 @@ use cell_model::Cell;
 use controller_proc::cycle::Cycle;
 use ipc_types::tap::KEYFRAME_BYTES;
 use ipc_types::topic::{Process, TopicId};
-use ipc_types::{ArmCommand, ArmStatus, Wire, WorldState};
+use ipc_types::{ArmCommand, ArmStatus, Decision, Wire, WorldState};
 
 use super::VerifyError;
 use super::difference::{Difference, first_byte};
 use super::inputs::{Inputs, StateRecords, input};
 use super::report::{Report, compare};
-use super::shelf::{Found, Key, PATIENCE, key};
+use super::shelf::{Found, Key, PATIENCE, Step, key};
+use super::states::SeenState;
 
 /// Compares the commands of one arm with what its controller computes.
 pub(super) struct ArmCheck<'a> {
@@ -29,16 +30,6 @@ struct Running {
     cycle: Cycle,
     decision_limit_ticks: u64,
     at: Key,
-}
-
-/// What the head of the queue came to.
-enum Step {
-    /// An input may still come.
-    Wait,
-    /// An input was not recorded.
-    Lost,
-    /// Computed and compared.
-    Done,
 }
 
 impl<'a> ArmCheck<'a> {
@@ -106,37 +97,15 @@ impl<'a> ArmCheck<'a> {
         let (Some(running), Some(command)) = (&mut self.running, self.waiting.front()) else {
             return Step::Lost;
         };
-        let Some(state) = input(&command.header, TopicId::WorldState) else {
-            return Step::Lost;
+        let heard = match heard(self.arm, command, running.cycle.latched(), inputs) {
+            Ok(heard) => heard,
+            Err(step) => return step,
         };
-        let state = match inputs.states.find(state) {
-            Found::Here(state) => state,
-            Found::NotYet => return Step::Wait,
-            Found::Lost => return Step::Lost,
-        };
-        let named = input(&command.header, TopicId::Decision);
-        // What is latched already changes nothing when it is heard again.
-        let news = named.filter(|named| running.cycle.latched() != Some(*named));
-        let decision = match news.map(|named| inputs.decisions.find(named)) {
-            None => None,
-            Some(Found::Here(decision)) => Some(&**decision),
-            Some(Found::NotYet) => return Step::Wait,
-            Some(Found::Lost) => return Step::Lost,
-        };
-        let shelf = inputs.statuses.get(usize::from(self.arm));
-        let status = match shelf.map(|shelf| shelf.find(key(&command.header))) {
-            Some(Found::NotYet) => return Step::Wait,
-            // The two are sent together, and the same number of times.
-            Some(Found::Here(status)) => {
-                Some(status).filter(|s| s.header.inputs == command.header.inputs)
-            }
-            Some(Found::Lost) | None => None,
-        };
-        state.write_arms(&mut self.state);
+        heard.state.write_arms(&mut self.state);
         let (mut computed, mut said) = (ArmCommand::zeroed(), ArmStatus::zeroed());
         running.cycle.update(
             &self.state,
-            decision,
+            heard.decision,
             running.decision_limit_ticks,
             &mut computed,
             &mut said,
@@ -144,19 +113,16 @@ impl<'a> ArmCheck<'a> {
         running.at = key(&command.header);
         report.compared_at(command.header.tick);
         let arm = self.arm;
-        match status {
-            None => report.statuses.skipped += 1,
-            Some(status) => {
-                report.statuses.compared += 1;
-                let found = compare(&format!("status of arm {arm}"), &**status, &mut said);
-                report.statuses.different += u64::from(found.is_some());
-                found.into_iter().for_each(|d| report.differs(d));
-            }
+        if let Some(status) = heard.status {
+            let found = compare(&format!("status of arm {arm}"), status, &mut said);
+            report.statuses.add(found.is_some());
+            report.differs(found);
+        } else {
+            report.statuses.skipped += 1;
         }
-        report.commands.compared += 1;
         let found = compare(&format!("command of arm {arm}"), &**command, &mut computed);
-        report.commands.different += u64::from(found.is_some());
-        found.into_iter().for_each(|d| report.differs(d));
+        report.commands.add(found.is_some());
+        report.differs(found);
         Step::Done
     }
 
@@ -175,13 +141,12 @@ impl<'a> ArmCheck<'a> {
         let limit = running.decision_limit_ticks;
         let length = running.cycle.save(limit, &mut self.bytes)?;
         let computed = self.bytes.get(..length).unwrap_or_default();
-        report.records.compared += 1;
+        report.records.add(computed != record.bytes);
         if computed == record.bytes {
             return Ok(());
         }
-        report.records.different += 1;
         let (field, recorded, computed) = first_byte(&record.bytes, computed);
-        report.differs(Difference {
+        report.differs(Some(Difference {
             message: format!("record of {}", self.process().name()),
             generation: at.0,
             seq: at.1,
@@ -189,8 +154,46 @@ impl<'a> ArmCheck<'a> {
             field,
             recorded,
             computed,
-        });
+        }));
         self.running = self.begin(at, records)?;
         Ok(())
     }
+}
+
+/// What a command was computed from, and the status that went with it.
+struct Heard<'i> {
+    state: &'i SeenState,
+    /// Only one that is news to the controller.
+    decision: Option<&'i Decision>,
+    status: Option<&'i ArmStatus>,
+}
+
+fn heard<'i>(
+    arm: u8,
+    command: &ArmCommand,
+    latched: Option<Key>,
+    inputs: &'i Inputs,
+) -> Result<Heard<'i>, Step> {
+    let state = input(&command.header, TopicId::WorldState).ok_or(Step::Lost)?;
+    let state = inputs.states.find(state).here()?;
+    // What is latched already changes nothing when it is heard again.
+    let named = input(&command.header, TopicId::Decision);
+    let decision = match named.filter(|named| latched != Some(*named)) {
+        Some(named) => Some(&**inputs.decisions.find(named).here()?),
+        None => None,
+    };
+    let shelf = inputs.statuses.get(usize::from(arm)).ok_or(Step::Lost)?;
+    let status = match shelf.find(key(&command.header)) {
+        Found::NotYet => return Err(Step::Wait),
+        // The two are sent together, and the same number of times.
+        Found::Here(status) => {
+            Some(&**status).filter(|status| status.header.inputs == command.header.inputs)
+        }
+        Found::Lost => None,
+    };
+    Ok(Heard {
+        state,
+        decision,
+        status,
+    })
 }

@@ -40,16 +40,12 @@ pub(super) fn first_field<T: Debug>(recorded: &T, computed: &T) -> (String, Stri
 /// Where two records of bytes differ first.
 pub(super) fn first_byte(recorded: &[u8], computed: &[u8]) -> (String, String, String) {
     let at = recorded.iter().zip(computed).position(|(a, b)| a != b);
-    match at {
-        Some(at) => {
-            let byte = |bytes: &[u8]| bytes.get(at).map(u8::to_string).unwrap_or_default();
-            (format!("byte {at}"), byte(recorded), byte(computed))
-        }
-        None => {
-            let length = |bytes: &[u8]| format!("{} bytes", bytes.len());
-            ("length".to_owned(), length(recorded), length(computed))
-        }
+    if let Some(at) = at {
+        let byte = |bytes: &[u8]| bytes.get(at).map(u8::to_string).unwrap_or_default();
+        return (format!("byte {at}"), byte(recorded), byte(computed));
     }
+    let length = |bytes: &[u8]| format!("{} bytes", bytes.len());
+    ("length".to_owned(), length(recorded), length(computed))
 }
 
 /// The way to a line of the printed form of a message, of which every level is
@@ -90,7 +86,7 @@ impl Path {
             match &level.name {
                 Some(name) if text.is_empty() => text.push_str(name),
                 Some(name) => text.extend([".", name]),
-                None => text.push_str(&format!("[{}]", level.index)),
+                None => text.extend(["[", level.index.to_string().as_str(), "]"]),
             }
         }
         text

@@ -38,10 +38,12 @@ impl Inputs {
                 (TopicId::ArmStatus(*arm), missing, status.header.tick)
             }
             Message::Command(arm, command) => {
+                let key = key(&command.header);
                 let sequence = self.commands.get_mut(usize::from(*arm));
-                let Some(missing) = sequence.and_then(|s| s.take(key(&command.header))) else {
+                let Some(sequence) = sequence.filter(|sequence| !sequence.is_past(key)) else {
                     return false;
                 };
+                let missing = sequence.take(key);
                 (TopicId::ArmCommand(*arm), missing, command.header.tick)
             }
             Message::Decision(decision) => {

@@ -21,6 +21,13 @@ pub struct Count {
     pub skipped: u64,
 }
 
+impl Count {
+    pub(super) fn add(&mut self, different: bool) {
+        self.compared += 1;
+        self.different += u64::from(different);
+    }
+}
+
 /// Messages of a topic that were not recorded.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Gap {
@@ -106,7 +113,10 @@ impl Report {
     }
 
     /// Keeps the one with the smallest tick.
-    pub(super) fn differs(&mut self, difference: Difference) {
+    pub(super) fn differs(&mut self, difference: Option<Difference>) {
+        let Some(difference) = difference else {
+            return;
+        };
         let first = self.first_difference.as_ref();
         if first.is_none_or(|first| difference.tick < first.tick) {
             self.first_difference = Some(difference);

@@ -30,6 +30,27 @@ pub(super) enum Found<'a, T> {
     Lost,
 }
 
+/// What computing a message came to.
+pub(super) enum Step {
+    /// An input may still come.
+    Wait,
+    /// An input was not recorded.
+    Lost,
+    /// Computed and compared.
+    Done,
+}
+
+impl<'a, T> Found<'a, T> {
+    /// The message, or what it means that it is not here.
+    pub(super) fn here(self) -> Result<&'a T, Step> {
+        match self {
+            Found::Here(message) => Ok(message),
+            Found::NotYet => Err(Step::Wait),
+            Found::Lost => Err(Step::Lost),
+        }
+    }
+}
+
 /// Messages that are missing between two of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Missing {
@@ -48,10 +69,9 @@ pub(super) struct Sequence {
 }
 
 impl Sequence {
-    /// Takes the next message; `None` for one that is no newer than the last,
-    /// else what is missing before it. What was sent before the recording began
-    /// is not missing.
-    pub(super) fn take(&mut self, key: Key) -> Option<Option<Missing>> {
+    /// Takes the next message, and says what is missing before it. What was sent
+    /// before the recording began is not missing.
+    pub(super) fn take(&mut self, key: Key) -> Option<Missing> {
         let expected = match self.newest {
             Some(newest) if key <= newest => return None,
             Some((generation, seq)) if generation == key.0 => seq.saturating_add(1),
@@ -60,15 +80,15 @@ impl Sequence {
         };
         self.newest = Some(key);
         let count = key.1.saturating_sub(expected);
-        Some((count > 0).then_some(Missing {
+        (count > 0).then_some(Missing {
             generation: key.0,
             first_seq: expected,
             count,
-        }))
+        })
     }
 
     /// Whether a message with `key` cannot come any more.
-    fn is_past(&self, key: Key) -> bool {
+    pub(super) fn is_past(&self, key: Key) -> bool {
         self.newest.is_some_and(|newest| newest >= key)
     }
 }
@@ -93,7 +113,10 @@ impl<T> Default for Shelf<T> {
 impl<T> Shelf<T> {
     /// Puts the next message there; what is missing before it.
     pub(super) fn put(&mut self, key: Key, message: T) -> Option<Missing> {
-        let missing = self.sequence.take(key)?;
+        if self.sequence.is_past(key) {
+            return None;
+        }
+        let missing = self.sequence.take(key);
         if self.kept.len() == ROOM {
             self.kept.pop_front();
         }

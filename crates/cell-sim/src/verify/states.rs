@@ -1,6 +1,5 @@
 //! Recorded states, put together from their pieces.
 
-use ipc_types::tap::PIECE_OBJECTS;
 use ipc_types::{MAX_OBJECTS, ObjectState, Wire, WorldPiece, WorldState};
 
 use super::shelf::{Found, Key, Missing, Shelf, key};
@@ -19,10 +18,13 @@ impl SeenState {
     /// Writes the state into `out`.
     pub(super) fn write(&self, out: &mut WorldState) {
         self.piece.put(out);
-        out.objects = [ObjectState::zeroed(); MAX_OBJECTS];
-        for (place, object) in out.objects.iter_mut().zip(&self.objects) {
+        let (known, beyond) = out
+            .objects
+            .split_at_mut(self.objects.len().min(MAX_OBJECTS));
+        for (place, object) in known.iter_mut().zip(&self.objects) {
             *place = *object;
         }
+        beyond.fill(ObjectState::zeroed());
     }
 
     /// Writes all but the objects, which a controller does not look at.
@@ -85,7 +87,7 @@ impl States {
                 *named = true;
             }
         }
-        if next + 1 < piece.pieces.min((MAX_OBJECTS / PIECE_OBJECTS) as u32 + 1) {
+        if next + 1 < piece.pieces {
             self.coming = Some((coming, seen, next + 1));
             return None;
         }

@@ -12,7 +12,7 @@ use super::VerifyError;
 use super::difference::{Difference, first_byte};
 use super::inputs::{Inputs, StateRecord, StateRecords, input};
 use super::report::{Report, compare};
-use super::shelf::{Found, Key, PATIENCE, key};
+use super::shelf::{Key, PATIENCE, Step, key};
 
 /// Compares the decisions with what the task decides.
 pub(super) struct TaskCheck<'a> {
@@ -42,16 +42,6 @@ struct Running {
 struct Doubt {
     state: Key,
     difference: Difference,
-}
-
-/// What the head of the queue came to.
-enum Step {
-    /// An input may still come.
-    Wait,
-    /// An input was not recorded.
-    Lost,
-    /// Computed and compared.
-    Done,
 }
 
 type Heard<'s> = [Option<&'s ArmStatus>; MAX_ARMS];
@@ -140,11 +130,9 @@ impl<'a> TaskCheck<'a> {
         if head.header.inputs != last.header.inputs {
             return false;
         }
-        report.decisions.compared += 1;
-        if let Some(difference) = compare("decision", &**head, last) {
-            report.decisions.different += 1;
-            report.differs(difference);
-        }
+        let found = compare("decision", &**head, last);
+        report.decisions.add(found.is_some());
+        report.differs(found);
         true
     }
 
@@ -155,13 +143,12 @@ impl<'a> TaskCheck<'a> {
         let Some(state_key) = input(&decision.header, TopicId::WorldState) else {
             return Step::Lost;
         };
-        let seen = match inputs.states.find(state_key) {
-            Found::Here(seen) => seen,
-            Found::NotYet => return Step::Wait,
-            Found::Lost => return Step::Lost,
-        };
-        let statuses = match heard(decision, inputs) {
-            Ok(statuses) => statuses,
+        let heard = inputs.states.find(state_key).here().and_then(|seen| {
+            let statuses = heard(decision, inputs)?;
+            Ok((seen, statuses))
+        });
+        let (seen, statuses) = match heard {
+            Ok(heard) => heard,
             Err(step) => return step,
         };
         seen.write(&mut self.state);
@@ -170,16 +157,14 @@ impl<'a> TaskCheck<'a> {
         running.at = key(&decision.header);
         report.compared_at(decision.header.tick);
         match compare("decision", &**decision, &mut computed) {
-            None => report.decisions.compared += 1,
-            Some(difference) if running.sure => {
-                report.decisions.compared += 1;
-                report.decisions.different += 1;
-                report.differs(difference);
-            }
-            Some(difference) => self.doubts.push(Doubt {
+            Some(difference) if !running.sure => self.doubts.push(Doubt {
                 state: state_key,
                 difference,
             }),
+            found => {
+                report.decisions.add(found.is_some());
+                report.differs(found);
+            }
         }
         self.last = Some(computed);
         Step::Done
@@ -206,12 +191,11 @@ impl<'a> TaskCheck<'a> {
         let computed = running.task.record();
         let same = computed == record.bytes;
         if running.sure {
-            report.records.compared += 1;
+            report.records.add(!same);
         }
         if running.sure && !same {
-            report.records.different += 1;
             let (field, recorded, computed) = first_byte(&record.bytes, &computed);
-            report.differs(Difference {
+            report.differs(Some(Difference {
                 message: "record of task".to_owned(),
                 generation: at.0,
                 seq: at.1,
@@ -219,7 +203,7 @@ impl<'a> TaskCheck<'a> {
                 field,
                 recorded,
                 computed,
-            });
+            }));
         }
         if !same {
             running.restore(record)?;
@@ -234,9 +218,8 @@ impl<'a> TaskCheck<'a> {
                 return true;
             };
             if rested {
-                report.decisions.compared += 1;
-                report.decisions.different += 1;
-                report.differs(doubt.difference.clone());
+                report.decisions.add(true);
+                report.differs(Some(doubt.difference.clone()));
             } else {
                 report.decisions.skipped += 1;
             }
@@ -279,11 +262,7 @@ fn heard<'i>(decision: &Decision, inputs: &'i Inputs) -> Result<Heard<'i>, Step>
         let Some(named) = input(&decision.header, TopicId::ArmStatus(arm)) else {
             continue;
         };
-        *slot = match shelf.find(named) {
-            Found::Here(status) => Some(&**status),
-            Found::NotYet => return Err(Step::Wait),
-            Found::Lost => return Err(Step::Lost),
-        };
+        *slot = Some(&**shelf.find(named).here()?);
     }
     Ok(statuses)
 }

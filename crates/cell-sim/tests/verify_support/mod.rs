@@ -165,7 +165,7 @@ impl Bench {
             }
         }
         self.step();
-        if tick % 64 == 0 {
+        if tick.is_multiple_of(64) {
             self.drain();
         }
     }
