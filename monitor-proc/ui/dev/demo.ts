@@ -2,12 +2,13 @@
 // the page. Never part of the build.
 import pandaUrdf from "../../../robots/panda/panda.urdf?raw";
 import xrdf from "../../../robots/panda/panda.xrdf?raw";
-import type { ArmSpec, Scene, Vec3 } from "../src/net/protocol";
+import type { ArmSpec, Pose, Scene, Vec3 } from "../src/net/protocol";
 import type { Store } from "../src/net/store";
+import { Robot } from "../src/view/robots/robot";
 import type { ArmState, Snapshot } from "../src/net/snapshot";
 
 const HOME = [0.012, -0.5686, 0, -2.8102, 0, 3.0366, 0.741];
-const UR_HOME = [0, -1.2, 1.7, -2.07, -1.57, 0];
+const UR_HOME = [-0.3, -1.35, 1.75, -1.97, -1.57, 0];
 const UR = [
   ["shoulder_pan_joint", "base_link", "shoulder_link", "0 0 0.1273", "0 0 0", "0 0 1"],
   ["shoulder_lift_joint", "shoulder_link", "upper_arm_link", "0 0.220941 0", "0 1.5707963 0", "0 1 0"],
@@ -143,6 +144,15 @@ function scene(kind: string): Scene {
   };
 }
 
+const models = new Map<ArmSpec, Robot>();
+
+function posed(spec: ArmSpec, positions: Float32Array) {
+  const model = models.get(spec) ?? new Robot(spec);
+  models.set(spec, model);
+  model.setJoints(positions);
+  return model.toolPose();
+}
+
 function armState(spec: ArmSpec, time: number): ArmState {
   const positions = new Float32Array(16);
   const setpoints = new Float32Array(16);
@@ -151,6 +161,9 @@ function armState(spec: ArmSpec, time: number): ArmState {
     positions[index] = one.home + swing;
     setpoints[index] = one.home + swing * 1.5;
   });
+  const { position, orientation } = posed(spec, positions);
+  const { x: qx, y: qy, z: qz, w: qw } = orientation;
+  const tcp: Pose = [position.x, position.y, position.z, qw, qx, qy, qz];
   const [x, y, z] = spec.base.position;
   return {
     joints: spec.arm_joints,
@@ -166,9 +179,9 @@ function armState(spec: ArmSpec, time: number): ArmState {
     efforts: new Float32Array(16),
     setpoints,
     accelerations: new Float32Array(16),
-    tcp: [x + 0.4, y + 0.1 * Math.sin(time), z + 0.5, 0, 1, 0, 0],
+    tcp,
     target: [x + 0.45, y - 0.3, z + 0.125, 0, 1, 0, 0],
-    commanded: [x + 0.4, y, z + 0.5, 0, 1, 0, 0],
+    commanded: tcp,
     width: 0.08,
     force: 0,
     load: 0.6,

@@ -13,9 +13,7 @@ const browser = await chromium.launch({
 const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
 page.on("console", (message) => console.log(message.type(), message.text()));
 page.on("pageerror", (error) => console.log("pageerror", error.stack));
-await page.goto(`${process.env.PAGE ?? "http://127.0.0.1:5199/"}${query}`);
-// ALONE=1: the view fills the window, without the panels.
-if (process.env.ALONE) await page.addStyleTag({ content: "#view{position:fixed!important;inset:0}" });
+await page.goto(`${process.env.PAGE ?? "http://localhost:5199/dev/alone.html"}${query}`);
 await page.waitForTimeout(Number(wait));
 if (process.env.SHOW) console.log(JSON.stringify(await page.evaluate(process.env.SHOW)));
 await page.screenshot({ path: out });

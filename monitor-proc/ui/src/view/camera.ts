@@ -1,5 +1,5 @@
 // Where the cell is seen from: presets, the mouse, the URL's hash.
-import { Box3, PerspectiveCamera, Sphere, Vector3 } from "three";
+import { Box3, PerspectiveCamera, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Scene } from "../net/protocol";
 import { getHash, setHash } from "../panels/hash";
@@ -13,13 +13,23 @@ const TOP = new Vector3(-0.001, 0, 1);
 const FRONT = new Vector3(1, 0, 0.22);
 const SIDE = new Vector3(0.001, -1, 0.22);
 
+const FIT_ROUNDS = 4;
+/** Of the picture's half width and height. */
+const FIT_MARGIN = 0.95;
+
+/** A point's offset across the picture, and towards the eye. */
+interface Side {
+  at: number;
+  depth: number;
+}
+
 export class Camera {
   readonly lens = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.02, 80);
   readonly orbit: OrbitControls;
   /** What the camera goes along with, as of the last frame. */
   private followed: Vector3 | null = null;
   private following = false;
-  private extent = new Sphere(new Vector3(0.3, 0, 0.3), 0.9);
+  private points = [new Vector3(-0.3, -0.5, 0), new Vector3(0.7, 0.5, 0.8)];
   private seen = { eye: new Vector3(1.5, 0.5, 1.2), target: new Vector3(0.5, 0, 0.2) };
   private writing = 0;
 
@@ -37,9 +47,9 @@ export class Camera {
     this.look(this.seen.target, this.seen.eye);
   }
 
-  /** Takes over a new scene; `extent` holds all that should be in the picture. */
-  frame(scene: Scene, extent: Box3): void {
-    extent.getBoundingSphere(this.extent);
+  /** Takes over a new scene; `points` should all be in the picture. */
+  frame(scene: Scene, points: Vector3[]): void {
+    this.points = points;
     this.seen.eye.set(...scene.camera.eye_m);
     this.seen.target.set(...scene.camera.target_m);
     if (!this.restore()) this.preset(1, null);
@@ -49,19 +59,14 @@ export class Camera {
   preset(number: number, tool: Vector3 | null): void {
     this.following = number === 5 && tool !== null;
     this.followed = null;
-    const { center } = this.extent;
     if (number === 5 && tool !== null) {
       this.look(tool, tool.clone().add(TOOL_OFFSET));
       this.followed = tool.clone();
-    } else if (number === 2) this.fit(center, TOP);
-    else if (number === 3) this.fit(center, FRONT);
-    else if (number === 4) this.fit(center, SIDE);
-    else {
-      const direction = this.seen.eye.clone().sub(this.seen.target);
-      // The whole cell is shown, also where the panels leave little room.
-      const middle = this.seen.target.clone().lerp(center, 0.5);
-      this.fit(middle, direction);
-    }
+    } else if (number === 2) this.fit(TOP);
+    else if (number === 3) this.fit(FRONT);
+    else if (number === 4) this.fit(SIDE);
+    // The whole cell is shown, also where the panels leave little room.
+    else this.fit(this.seen.eye.clone().sub(this.seen.target));
     if (number === 1) setHash("cam", null);
     else this.write();
   }
@@ -92,12 +97,32 @@ export class Camera {
     if (getHash("cam") === null && !this.following) this.preset(1, null);
   }
 
-  private fit(target: Vector3, direction: Vector3): void {
-    const half = (this.lens.fov * Math.PI) / 360;
-    const across = Math.atan(Math.tan(half) * this.lens.aspect);
-    const away = this.extent.radius / Math.sin(Math.min(half, across));
-    const unit = direction.clone().normalize();
-    this.look(target, target.clone().addScaledVector(unit, away));
+  /** Stands back along `direction` until the whole cell is in the picture. */
+  private fit(direction: Vector3): void {
+    const back = direction.clone().normalize();
+    const right = new Vector3(0, 0, 1).cross(back).normalize();
+    const up = back.clone().cross(right);
+    const tan = Math.tan((this.lens.fov * Math.PI) / 360);
+    const target = new Box3().setFromPoints(this.points).getCenter(new Vector3());
+    let away = 1;
+    for (let round = 0; round < FIT_ROUNDS; round++) {
+      const corners = this.points.map((point) => point.clone().sub(target));
+      const [wide, tall] = [right, up].map((axis, index) => {
+        const reach = tan * (index === 0 ? this.lens.aspect : 1) * FIT_MARGIN;
+        return corners.map((corner) => ({ at: corner.dot(axis) / reach, depth: corner.dot(back) }));
+      }) as [Side[], Side[]];
+      const needed = (sides: Side[]) => Math.max(...sides.map(({ at, depth }) => Math.abs(at) + depth));
+      away = Math.max(needed(wide), needed(tall));
+      // Near corners look larger: the middle of the picture is not that of the box.
+      const skew = (sides: Side[]) => {
+        const seen = sides.map(({ at, depth }) => at / (away - depth));
+        return (Math.max(...seen) + Math.min(...seen)) / 2;
+      };
+      const step = away * tan * FIT_MARGIN;
+      target.addScaledVector(right, skew(wide) * step * this.lens.aspect);
+      target.addScaledVector(up, skew(tall) * step);
+    }
+    this.look(target, target.clone().addScaledVector(back, away));
   }
 
   private look(target: Vector3, eye: Vector3): void {

@@ -3,7 +3,7 @@ import { Box3, Group, type Object3D, Vector3 } from "three";
 import type { Scene, Shape, Vec3 } from "../net/protocol";
 import { OBJECT, type Snapshot } from "../net/snapshot";
 import { body, place } from "./body";
-import { floorHeight, furniture } from "./furniture";
+import { floorHeight, furniture, tableCorners } from "./furniture";
 import { Robot } from "./robots/robot";
 
 export interface Body {
@@ -16,6 +16,8 @@ export interface Body {
 
 /** How far an arm that is asked for nothing may reach up (m). */
 const HEADROOM_M = 0.75;
+/** How much of a table may be cut off, so that the arms are not drawn too small. */
+const TABLE_MARGIN = 0.15;
 
 export class Cell {
   readonly root = new Group();
@@ -86,21 +88,22 @@ export class Cell {
     return { body: null, arm: null };
   }
 
-  /** What a picture of the whole cell has to hold (m). */
-  extent(): Box3 {
-    const all = new Box3();
+  /** Points that a picture of the whole cell has to hold (m). */
+  outlinePoints(): Vector3[] {
+    const points = goals(this.scene);
     for (const { root } of this.robots) {
-      all.expandByObject(root);
-      const head = root.position.clone();
-      head.z += HEADROOM_M;
-      all.expandByPoint(head);
+      points.push(...cornersOf(new Box3().setFromObject(root)));
+      points.push(root.position.clone().setZ(root.position.z + HEADROOM_M));
     }
     for (const { group } of this.bodies) {
-      if (group.visible) all.expandByObject(group);
+      if (group.visible) points.push(...cornersOf(new Box3().setFromObject(group)));
     }
-    for (const point of goals(this.scene)) all.expandByPoint(point);
-    if (all.isEmpty()) all.setFromCenterAndSize(new Vector3(0, 0, 0.3), new Vector3(1, 1, 0.6));
-    return all;
+    const middle = new Box3().setFromPoints(points).getCenter(new Vector3());
+    for (const corner of tableCorners(this.scene)) {
+      points.push(corner.lerp(new Vector3(middle.x, middle.y, corner.z), TABLE_MARGIN));
+    }
+    if (points.length === 0) points.push(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 0.6));
+    return points;
   }
 
   /** Where the objects are drawn (m). */
@@ -111,6 +114,12 @@ export class Cell {
         .map(({ name, group }) => [name, group.getWorldPosition(new Vector3()).toArray() as Vec3]),
     );
   }
+}
+
+function cornersOf({ min, max }: Box3): Vector3[] {
+  return [min.x, max.x].flatMap((x) =>
+    [min.y, max.y].flatMap((y) => [min.z, max.z].map((z) => new Vector3(x, y, z))),
+  );
 }
 
 /** Places on the table that the task's description names, of any kind. */

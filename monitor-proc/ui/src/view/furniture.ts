@@ -1,5 +1,5 @@
 // The fixtures of the cell, with what makes them look like themselves.
-import { Group, Mesh } from "three";
+import { Group, Mesh, Quaternion, Vector3 } from "three";
 import type { Scene, Vec3 } from "../net/protocol";
 import { body, halfHeight, place } from "./body";
 import { material } from "./materials";
@@ -7,7 +7,7 @@ import { box, cylinder } from "./shapes";
 
 const TABLE_HEIGHT_M = 0.75;
 const LEG_M = 0.07;
-const FRAME = { colour: 0x3a424b, roughness: 0.5, metalness: 0.2 };
+const FRAME = { colour: 0x474a4e, roughness: 0.5, metalness: 0.1 };
 
 type Fixture = Scene["fixtures"][number];
 
@@ -17,6 +17,21 @@ function isTable({ name, shape }: Fixture): boolean {
 
 function lowest({ shape, pose }: Fixture): number {
   return pose[2] - halfHeight(shape);
+}
+
+/** The corners of what the arms work on (m). */
+export function tableCorners(scene: Scene): Vector3[] {
+  return scene.fixtures.filter(isTable).flatMap(({ shape, pose }) => {
+    if (shape.kind !== "box") return [];
+    const [x, y, z] = shape.size_m;
+    const turn = new Quaternion(pose[4], pose[5], pose[6], pose[3]);
+    return [-1, 1].flatMap((side) =>
+      [-1, 1].map((end) => {
+        const corner = new Vector3((side * x) / 2, (end * y) / 2, z / 2).applyQuaternion(turn);
+        return corner.add({ x: pose[0], y: pose[1], z: pose[2] });
+      }),
+    );
+  });
 }
 
 /** Height of the room's floor (m): a table stands on legs, all else on the floor. */

@@ -1,7 +1,7 @@
 // The cell in 3D: what is drawn, what lies over it, and what a hand can do to it.
 import "./up";
 import "./view.css";
-import { Vector3 } from "three";
+import { Box3, Vector3 } from "three";
 import type { Scene, Vec3 } from "../net/protocol";
 import type { Snapshot } from "../net/snapshot";
 import type { Store } from "../net/store";
@@ -160,7 +160,7 @@ export class View implements ViewApi {
 
   private use(level: Level): void {
     useCheap(!level.fine, this.stage.scene);
-    this.stage.useReflections(level.fine);
+    this.stage.useFine(level.fine);
     this.screen.use(level);
     this.refresh();
   }
@@ -209,11 +209,12 @@ export class View implements ViewApi {
   private frame(): void {
     if (this.cell === null || this.framed) return;
     this.framed = this.shown !== null;
-    const extent = this.cell.extent();
+    const points = this.cell.outlinePoints();
+    const extent = new Box3().setFromPoints(points);
     const size = extent.getSize(new Vector3());
     const reach = Math.max(LEAST_REACH_M, 0.5 * Math.hypot(size.x, size.y));
     this.stage.arrange(this.cell.floor, extent.getCenter(new Vector3()), reach);
-    this.eye.frame(this.cell.scene, extent);
+    this.eye.frame(this.cell.scene, points);
   }
 
   private refresh(): void {

@@ -21,9 +21,9 @@ export interface Look {
 
 /** The colours of the built-in robots. */
 export const PAINT = {
-  white: { colour: 0xf2f4f6, roughness: 0.38 },
-  dark: { colour: 0x1e2226, roughness: 0.55 },
-  rubber: { colour: 0x15171a, roughness: 0.9 },
+  white: { colour: 0xe9ebee, roughness: 0.36 },
+  dark: { colour: 0x222427, roughness: 0.55 },
+  rubber: { colour: 0x17181a, roughness: 0.9 },
   steel: { colour: 0xb9c0c7, roughness: 0.32, metalness: 0.55 },
   silver: { colour: 0xc6cace, roughness: 0.36, metalness: 0.25 },
   sky: { colour: 0x6fa8c9, roughness: 0.5 },

@@ -13,8 +13,8 @@ import { RoundedBoxGeometry } from "three/addons/geometries/RoundedBoxGeometry.j
 import { mergeVertices } from "three/addons/utils/BufferGeometryUtils.js";
 import type { Vec3 } from "../net/protocol";
 
-const SEGMENTS = 24;
-const CAP_STEPS = 5;
+const SEGMENTS = 22;
+const CAP_STEPS = 4;
 const BEVEL_STEPS = 3;
 const QUARTER = Math.PI / 2;
 
@@ -82,7 +82,7 @@ export function capsule(radius: number, length: number): BufferGeometry {
 /** A box with round edges (m). */
 export function box(x: number, y: number, z: number, edge = 0.004): BufferGeometry {
   const radius = Math.min(edge, x / 2.01, y / 2.01, z / 2.01);
-  return plain(new RoundedBoxGeometry(x, y, z, 3, radius));
+  return plain(new RoundedBoxGeometry(x, y, z, 2, radius));
 }
 
 export function sphere(radius: number, segments = SEGMENTS): BufferGeometry {

@@ -21,10 +21,15 @@ import {
 } from "three";
 import { material } from "./materials";
 
-const HORIZON = new Color(0x8493a5);
-const ZENITH = new Color(0x2c3744);
-const FLOOR = 0x6d7a89;
-const GRID = 0x5d6977;
+const HORIZON = new Color(0x737f8c);
+const ZENITH = new Color(0x272e37);
+const FLOOR = 0x626b75;
+/** The floor's colour as it looks when lit. */
+const FLAT_FLOOR = 0x5d6670;
+const LINES = 0xe8f0f8;
+const FINE_SKY = 0.6;
+const PLAIN_SKY = 1.5;
+const REFLECTIONS = 0.5;
 const SHADOW_REACH_M = 1.35;
 
 /** A dome that is bright at the horizon and dark above. */
@@ -56,6 +61,17 @@ function dome(): Mesh {
   return mesh;
 }
 
+/** Fine lines, half a metre apart. */
+function grid(): GridHelper {
+  const lines = new GridHelper(24, 48, LINES, LINES);
+  lines.rotateX(Math.PI / 2);
+  lines.position.z = 0.001;
+  lines.material.transparent = true;
+  lines.material.opacity = 0.13;
+  lines.material.depthWrite = false;
+  return lines;
+}
+
 /** What shiny surfaces mirror: a pale room with two soft boxes of light. */
 function reflections(renderer: WebGLRenderer) {
   const room = new Scene();
@@ -78,7 +94,7 @@ function reflections(renderer: WebGLRenderer) {
 }
 
 function sun(): DirectionalLight {
-  const light = new DirectionalLight(0xfff6ea, 2.1);
+  const light = new DirectionalLight(0xffffff, 2.2);
   light.castShadow = true;
   light.shadow.mapSize.set(2048, 2048);
   light.shadow.bias = -0.0003;
@@ -94,8 +110,8 @@ function contactShade(): Mesh {
   const brush = canvas.getContext("2d");
   if (brush !== null) {
     const gradient = brush.createRadialGradient(64, 64, 10, 64, 64, 64);
-    gradient.addColorStop(0, "rgba(12,16,22,0.5)");
-    gradient.addColorStop(1, "rgba(12,16,22,0)");
+    gradient.addColorStop(0, "rgba(20,26,34,0.42)");
+    gradient.addColorStop(1, "rgba(20,26,34,0)");
     brush.fillStyle = gradient;
     brush.fillRect(0, 0, 128, 128);
   }
@@ -112,21 +128,23 @@ export class Stage {
   readonly light = sun();
   private readonly floor = new Group();
   private readonly shade = contactShade();
-  private readonly sky = new HemisphereLight(0xe6eefa, 0x59626c, 0.75);
+  private readonly lines = grid();
+  private readonly dome = dome();
+  private readonly flat: Mesh;
+  private readonly ground: Mesh;
+  private readonly sky = new HemisphereLight(0xf2f6fc, 0x6a6f75, FINE_SKY);
 
   constructor(private readonly renderer: WebGLRenderer) {
     this.scene.background = HORIZON;
-    this.scene.fog = new Fog(HORIZON, 4.5, 13);
+    this.scene.fog = new Fog(HORIZON, 3.5, 13);
     const fill = new DirectionalLight(0xd7e6ff, 0.45);
     fill.position.set(-2, -3, 1.5);
-    this.scene.add(this.sky, fill, this.light, this.light.target, dome(), this.floor);
-    const ground = new Mesh(new CircleGeometry(14, 48), material({ colour: FLOOR, roughness: 0.95 }));
-    ground.receiveShadow = true;
-    const grid = new GridHelper(24, 48, GRID, GRID);
-    grid.rotateX(Math.PI / 2);
-    grid.position.z = 0.001;
-    this.shade.position.z = 0.002;
-    this.floor.add(ground, grid, this.shade);
+    this.scene.add(this.sky, fill, this.light, this.light.target, this.dome, this.floor);
+    const disc = new CircleGeometry(14, 48);
+    this.ground = new Mesh(disc, material({ colour: FLOOR, roughness: 0.95 }));
+    this.ground.receiveShadow = true;
+    this.flat = new Mesh(disc, new MeshBasicMaterial({ color: FLAT_FLOOR }));
+    this.floor.add(this.ground, this.flat, this.lines, this.shade);
     this.floor.traverse((object) => {
       object.raycast = () => {};
     });
@@ -137,7 +155,7 @@ export class Stage {
     this.floor.position.z = height;
     this.shade.scale.setScalar(2 * reach + 1.6);
     this.shade.position.set(centre.x, centre.y, 0.002);
-    const wide = Math.max(SHADOW_REACH_M, reach + 0.3);
+    const wide = Math.max(SHADOW_REACH_M, reach + 0.6);
     this.light.position.copy(centre).add({ x: 0.9 * wide, y: -1.1 * wide, z: 2.6 * wide });
     this.light.target.position.copy(centre);
     const frame = this.light.shadow.camera;
@@ -148,15 +166,18 @@ export class Stage {
     frame.updateProjectionMatrix();
   }
 
-  /** Mirrors a room in shiny surfaces; without it a brighter sky stands in. */
-  useReflections(on: boolean): void {
+  /** Mirrors a room in shiny surfaces; without it a brighter sky and a plain floor stand in. */
+  useFine(on: boolean): void {
     if (on && this.scene.environment === null) {
       this.scene.environment = reflections(this.renderer);
-      this.scene.environmentIntensity = 0.55;
+      this.scene.environmentIntensity = REFLECTIONS;
     } else if (!on && this.scene.environment !== null) {
       this.scene.environment.dispose();
       this.scene.environment = null;
     }
-    this.sky.intensity = on ? 0.75 : 1.7;
+    this.sky.intensity = on ? FINE_SKY : PLAIN_SKY;
+    // The floor fills most of the picture: without a GPU it is most of the cost.
+    this.flat.visible = !on;
+    for (const costly of [this.ground, this.lines, this.shade, this.dome]) costly.visible = on;
   }
 }

@@ -9,8 +9,8 @@ import type { Overlay } from "./overlay";
 import { Strokes } from "./strokes";
 
 const MOST_LINES = 64;
-/** Farther obstacles do not bend the arm's way, and clutter the picture (m). */
-const FAR_M = 0.6;
+/** Farther obstacles clutter the picture (m). */
+const FAR_M = 1.2;
 
 interface Gap {
   from: Vector3;

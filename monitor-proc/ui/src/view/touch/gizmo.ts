@@ -70,8 +70,7 @@ export class Gizmo {
     const paused = (snapshot.flags & FLAG.taskPaused) !== 0 || cell.scene.task["kind"] === "reach";
     const viewer = this.store.hello?.role === "viewer";
     this.live = state !== undefined && paused && !past && !viewer;
-    this.controls.enabled = this.live;
-    this.controls.size = this.live ? LIVE_SIZE : IDLE_SIZE;
+    this.present();
     this.root.visible = state !== undefined && (this.live || shown);
     if (state === undefined) return;
     const target = state.targetValid ? JSON.stringify(state.target) : null;
@@ -92,6 +91,14 @@ export class Gizmo {
     const away = at.distanceTo(lens.position);
     const scale = (away * 1.9 * Math.tan((lens.fov * Math.PI) / 360) * this.controls.size) / 4;
     return at.addScaledVector(direction, GRIP * scale);
+  }
+
+  /** While it only goes along it is small and has arrows alone. */
+  private present(): void {
+    const { controls, live } = this;
+    controls.enabled = live;
+    controls.size = live ? LIVE_SIZE : IDLE_SIZE;
+    controls.showXY = controls.showYZ = controls.showXZ = controls.showXYZE = live;
   }
 
   private put([x, y, z, qw, qx, qy, qz]: Pose): void {
