@@ -62,3 +62,16 @@ export function setOptions(select: HTMLSelectElement, values: string[], chosen?:
   }
   if (values.includes(before)) select.value = before;
 }
+
+/** Scrolls `box`, and nothing around it, so that `node` is well inside. */
+export function reveal(box: Element | null, node: Element | undefined): void {
+  if (box === null || node === undefined) return;
+  const [outer, inner] = [box.getBoundingClientRect(), node.getBoundingClientRect()];
+  const margin = Math.min(outer.height / 4, 60);
+  if (inner.top < outer.top + margin || inner.bottom > outer.bottom - margin) {
+    box.scrollTop += (inner.top + inner.bottom - outer.top - outer.bottom) / 2;
+  }
+  if (inner.left < outer.left || inner.right > outer.right) {
+    box.scrollLeft += (inner.left + inner.right - outer.left - outer.right) / 2;
+  }
+}

@@ -8,6 +8,12 @@ const WIDTH = 320;
 const HEIGHT = 64;
 const BASE = HEIGHT - 14;
 
+/** A power of ten of microseconds. */
+function decade(power: number): string {
+  if (power < 3) return `${10 ** power} µs`;
+  return power < 6 ? `${10 ** (power - 3)} ms` : `${10 ** (power - 6)} s`;
+}
+
 export function histogram(hop: HopLatency): SVGSVGElement {
   const root = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "histogram", preserveAspectRatio: "none", role: "img" });
   const counted = hop.buckets.filter(([, count]) => count > 0);
@@ -21,9 +27,11 @@ export function histogram(hop: HopLatency): SVGSVGElement {
     const at = x(10 ** power);
     root.append(svg("line", { x1: at, x2: at, y1: 0, y2: BASE, class: "grid" }));
     const anchor = power === low ? "start" : power === high ? "end" : "middle";
-    root.append(svg("text", { x: at, y: HEIGHT - 3, "text-anchor": anchor }, micros(10 ** power)));
+    root.append(svg("text", { x: at, y: HEIGHT - 3, "text-anchor": anchor }, decade(power)));
   }
-  let before = 10 ** low;
+  const [one, two] = hop.buckets;
+  // The first bucket is as wide as the second, on this scale.
+  let before = one === undefined ? 1 : two === undefined ? one[0] / 2 : one[0] ** 2 / two[0];
   for (const [upper, count] of hop.buckets) {
     if (count > 0) {
       const height = Math.max((BASE * Math.log10(1 + count)) / Math.log10(1 + most), 1.5);

@@ -42,7 +42,7 @@ function processRow(desk: Desk, name: string): Row {
       desk.send({ do: "restart", process: name, ...(other() && policy ? { policy: policy.value } : {}) }),
   });
   const head = el("div", { class: "head" }, dot, el("b", {}, name), rate, late, restart);
-  const root = el("div", { class: "process" }, head, more, policy);
+  const root = el("div", { class: "process" }, head, el("div", { class: "foot" }, more, policy));
   return { root, show: (status) => show(status, { root, dot, rate, late, more }) };
 }
 

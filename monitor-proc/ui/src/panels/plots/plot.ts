@@ -85,7 +85,7 @@ export class Plot {
       cursor: { y: false, drag: { x: false, y: false } },
       scales: { x: { time: false } },
       axes: [
-        { ...axis, size: 22, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
+        { ...axis, size: 30, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
         { ...axis, size: 46 },
       ],
       series: [{}, ...this.keys.map((_, index) => ({ stroke: COLOURS[index] ?? AXIS, width: 1.5, points: { show: false } }))],

@@ -17,7 +17,7 @@ export function joints(desk: Desk, arm: number, spec: ArmSpec): HTMLElement {
     "div",
     { class: "joint joint-head dim" },
     el("span", {}, "joint"),
-    el("span", {}, "between its limits"),
+    el("span", {}, "limits"),
     el("span", { class: "num" }, "measured"),
     el("span", { class: "num", title: "measured minus setpoint" }, "error"),
     el("span", {}, "effort"),

@@ -45,9 +45,9 @@ function editLine(desk: Desk): HTMLElement {
     el(
       "span",
       {},
-      "Edit the behaviour in your own editor (",
+      "Edit descriptors as JSON in your editor (",
       el("code", {}, "robocell schema tree"),
-      " gives it completion); a restart of the task takes it over.",
+      "); a restart takes them over.",
     ),
     restart,
   );

@@ -1,7 +1,7 @@
 // A machine or matrix as a drawing: the active state and the way taken last
 // stand out.
 import type { Store } from "../../net/store";
-import { setAttr, svg } from "../dom";
+import { reveal, setAttr, svg } from "../dom";
 import { layout, type LaidEdge, type Point } from "./layout";
 import type { GraphView } from "./tree";
 
@@ -83,5 +83,5 @@ export function machineView(store: Store, at: number, onNode: (node: number) => 
     const taken = named >= 0 ? named : edges.findIndex(same);
     for (const [index, edge] of drawnEdges.entries()) edge.classList.toggle("last", index === taken);
   };
-  return { root, show, follow: () => active?.scrollIntoView({ block: "nearest", inline: "nearest" }) };
+  return { root, show, follow: () => reveal(root.closest(".graph-body"), active) };
 }

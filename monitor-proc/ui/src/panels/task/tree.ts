@@ -2,7 +2,7 @@
 import type { Graph } from "../../net/protocol";
 import type { Store } from "../../net/store";
 import type { Pulse } from "../pulse";
-import { el, setAttr, setText } from "../dom";
+import { el, reveal, setAttr, setText } from "../dom";
 
 /** Signs of the composites, as on the command line. */
 const SIGNS: Record<string, string> = { sequence: "→", selector: "?", parallel: "⇉" };
@@ -78,5 +78,5 @@ export function treeView(store: Store, pulse: Pulse | null, at: number, onNode: 
       setText(time, begun == null || now < begun ? "" : `${(now - begun).toFixed(1)} s`);
     }
   });
-  return { root, show, follow: () => rows[deepest]?.row.scrollIntoView({ block: "nearest" }) };
+  return { root, show, follow: () => reveal(root.closest(".graph-body"), rows[deepest]?.row) };
 }
