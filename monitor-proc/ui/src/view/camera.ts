@@ -32,6 +32,7 @@ export class Camera {
   private points = [new Vector3(-0.3, -0.5, 0), new Vector3(0.7, 0.5, 0.8)];
   private seen = { eye: new Vector3(1.5, 0.5, 1.2), target: new Vector3(0.5, 0, 0.2) };
   private writing = 0;
+  private before = "";
 
   constructor(
     element: HTMLElement,
@@ -43,8 +44,19 @@ export class Camera {
     this.orbit.maxDistance = 12;
     this.orbit.maxPolarAngle = 0.56 * Math.PI;
     this.orbit.addEventListener("change", this.changed);
-    this.orbit.addEventListener("end", () => this.write());
+    this.orbit.addEventListener("start", () => {
+      this.before = this.numbers();
+    });
+    this.orbit.addEventListener("end", () => {
+      // A click that turns nothing leaves the address alone.
+      if (this.numbers() !== this.before) this.write();
+    });
     this.look(this.seen.target, this.seen.eye);
+  }
+
+  /** Another scene: what the address says was meant for the last one. */
+  forget(): void {
+    this.preset(1, null);
   }
 
   /** Takes over a new scene; `points` should all be in the picture. */
@@ -67,11 +79,15 @@ export class Camera {
     else if (number === 4) this.fit(SIDE);
     // The whole cell is shown, also where the panels leave little room.
     else this.fit(this.seen.eye.clone().sub(this.seen.target));
-    if (number === 1) setHash("cam", null);
-    else this.write();
+    if (number !== 1) {
+      this.write();
+      return;
+    }
+    clearTimeout(this.writing);
+    setHash("cam", null);
   }
 
-  /** Goes along with the tool while preset 5 is on; true where it moved. */
+  /** Goes along with the tool while preset 5 is on. */
   follow(tool: Vector3 | null): void {
     if (!this.following || tool === null) return;
     if (this.followed !== null) {
@@ -144,8 +160,12 @@ export class Camera {
   private write(): void {
     clearTimeout(this.writing);
     this.writing = window.setTimeout(() => {
-      const numbers = [...this.lens.position.toArray(), ...this.orbit.target.toArray()];
-      setHash("cam", numbers.map((number) => number.toFixed(3)).join(","));
+      setHash("cam", this.numbers());
     }, SETTLE_MS);
+  }
+
+  private numbers(): string {
+    const numbers = [...this.lens.position.toArray(), ...this.orbit.target.toArray()];
+    return numbers.map((number) => number.toFixed(3)).join(",");
   }
 }

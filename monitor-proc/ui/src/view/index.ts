@@ -191,7 +191,10 @@ export class View implements ViewApi {
   private takeScene(scene: Scene): void {
     // The same scene comes again after every reconnection: the picture stays.
     if (this.cell !== null && JSON.stringify(scene) === JSON.stringify(this.cell.scene)) return;
-    if (this.cell !== null) this.stage.scene.remove(this.cell.root);
+    if (this.cell !== null) {
+      this.stage.scene.remove(this.cell.root);
+      this.eye.forget();
+    }
     this.drag.drop();
     this.selection.set(null);
     this.overlays.reset();

@@ -22,8 +22,8 @@ export interface Look {
 /** The colours of the built-in robots. */
 export const PAINT = {
   white: { colour: 0xe9ebee, roughness: 0.36 },
-  dark: { colour: 0x222427, roughness: 0.55 },
-  rubber: { colour: 0x17181a, roughness: 0.9 },
+  dark: { colour: 0x292b2e, roughness: 0.55 },
+  rubber: { colour: 0x1b1c1e, roughness: 0.9 },
   steel: { colour: 0xb9c0c7, roughness: 0.32, metalness: 0.55 },
   silver: { colour: 0xc6cace, roughness: 0.36, metalness: 0.25 },
   sky: { colour: 0x6fa8c9, roughness: 0.5 },

@@ -90,7 +90,8 @@ export class Drag {
     const cell = this.cell();
     if (!event.shiftKey || event.button !== 0 || cell === null || this.pull !== null) return;
     rayAt(event.clientX, event.clientY, this.element, this.camera.lens);
-    const hit = pick(cell);
+    // A cube that a hand holds, or hides, can be pulled as well.
+    const hit = pick(cell, true);
     if (hit?.body == null) return;
     event.stopPropagation();
     event.preventDefault();

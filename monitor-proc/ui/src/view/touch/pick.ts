@@ -26,11 +26,15 @@ export function rayAt(
   return caster.ray;
 }
 
-/** What the last ray of `rayAt` meets first; furniture hides what is behind it. */
-export function pick(cell: Cell): Hit | null {
+/**
+ * What the last ray of `rayAt` meets first; furniture hides what is behind it,
+ * and so do arms unless the hand reaches `throughArms`.
+ */
+export function pick(cell: Cell, throughArms = false): Hit | null {
   for (const { object, point } of caster.intersectObject(cell.root, true)) {
     if (!isShown(object)) continue;
     const { body, arm } = cell.ownerOf(object);
+    if (throughArms && arm !== null) continue;
     return { body, arm, point: point.clone() };
   }
   return null;
