@@ -28,12 +28,14 @@ export function button(desk: Desk, spec: ButtonSpec): HTMLButtonElement {
     const reason = why();
     setAttr(node, "aria-disabled", reason === null ? null : "true");
     const twin = spec.twin();
-    const lines = [spec.about(), twin === null ? "" : `$ ${twin}`];
+    const lines = [spec.about(), twin === null ? "" : `$ ${desk.onCell(twin)}`];
     if (reason !== null) lines.push(`Not now: ${reason}`);
     setTitle(node, lines.filter((line) => line !== "").join("\n"));
     if (label === undefined) setAttr(node, "aria-label", spec.about());
   };
-  node.addEventListener("click", () => {
+  node.addEventListener("click", (event) => {
+    // After a mouse's click, Space is play and pause again.
+    if (event.detail > 0) node.blur();
     const reason = why();
     if (reason === null) spec.run();
     else desk.say(reason, true);

@@ -5,6 +5,9 @@ import type { Store } from "../net/store";
 import { Pulse } from "./pulse";
 import type { ViewApi } from "./view-api";
 
+/** The cell that commands speak to when none is named. */
+const USUAL_CELL = "cell";
+
 export class Desk {
   readonly pulse = new Pulse();
   private selected = 0;
@@ -57,6 +60,13 @@ export class Desk {
       if (!ack.ok) return false;
     }
     return true;
+  }
+
+  /** `commands` for the cell that is shown, where it is not the usual one. */
+  onCell(commands: string): string {
+    const cell = this.store.hello?.run.cell ?? USUAL_CELL;
+    const named = !/^robocell (help|replay)/.test(commands) && cell !== USUAL_CELL;
+    return named ? commands.split("; ").map((one) => `${one} --cell ${cell}`).join("; ") : commands;
   }
 
   say(text: string, bad = false): void {

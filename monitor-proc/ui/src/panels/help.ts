@@ -7,17 +7,17 @@ const KEYS: [string, string][] = [
   ["R", "reset the scene"],
   ["G", "open or close the gripper"],
   ["T, E", "gizmo: move, turn the target"],
-  ["1 to 5", "camera: scene, top, front, side, tool"],
+  ["1 to 5", "camera: scene, top, front, …"],
   ["Shift + drag", "pull a body by a spring"],
   ["Esc", "let go, close"],
-  ["← →", "on the timeline: 0.1 s, with Shift 1 s"],
+  ["← →", "timeline: 0.1 s; Shift: 1 s"],
   ["?", "this sheet"],
 ];
 
 const COMMANDS: [string, string][] = [
   ["robocell pause, resume, step 100, reset", "the clock"],
   ["robocell task start, pause, resume, reset", "the task"],
-  ["robocell target 0.5 0 0.3", "lead the tool, while the task is paused"],
+  ["robocell target 0.5 0 0.3", "lead the tool (task paused)"],
   ["robocell gripper open, close", "the gripper"],
   ["robocell drag red_cube --to 0.5 0.2 0.1", "pull an object"],
   ["robocell restart task --policy bt", "begin a process anew"],

@@ -47,7 +47,7 @@ function hopRow(desk: Desk, hop: HopLatency): HTMLElement {
 function cycleTable(processes: ProcessStatus[]): HTMLElement {
   const heads = ["process", "missed", "late p99", "late max", "body p50", "body p99"];
   const rows = processes.flatMap((one) => {
-    const cells = [one.late_p99_us, one.late_max_us, one.body_p50_us, one.body_p99_us].map(micros);
+    const cells = [one.late_p99_us, one.late_max_us, one.body_p50_us, one.body_p99_us].map((us) => (us > 0 ? micros(us) : "–"));
     const missed = el("td", { class: one.missed > 0 ? "num amber" : "num" }, String(one.missed));
     const row = el("tr", {}, el("th", { scope: "row" }, one.name), missed, ...cells.map((text) => el("td", { class: "num" }, text)));
     if (one.note === "") return [row];

@@ -31,17 +31,19 @@ function processRow(desk: Desk, name: string): Row {
   const late = el("span", { class: "num" });
   const more = el("div", { class: "dim more" });
   const policy = name === "task" ? policyChoice(desk) : null;
+  // Each arm's controller is listed, but they are started together.
+  const process = name.replace(/-\d+$/, "");
   const other = () => policy !== null && policy.value !== "" && policy.value !== desk.store.status?.task.policy;
   const restart = button(desk, {
     icon: "reset",
     class: "icon-only quiet",
-    about: () => `Restart ${name}${other() ? ` with policy ${policy?.value}` : ""}`,
-    twin: () => `robocell restart ${name}${other() ? ` --policy ${policy?.value}` : ""}`,
+    about: () => `Restart ${process}${other() ? ` with policy ${policy?.value}` : ""}`,
+    twin: () => `robocell restart ${process}${other() ? ` --policy ${policy?.value}` : ""}`,
     why: () => desk.cellRefusal(),
     run: () =>
-      desk.send({ do: "restart", process: name, ...(other() && policy ? { policy: policy.value } : {}) }),
+      desk.send({ do: "restart", process, ...(other() && policy ? { policy: policy.value } : {}) }),
   });
-  const head = el("div", { class: "head" }, dot, el("b", {}, name), rate, late, restart);
+  const head = el("div", { class: "head" }, dot, el("b", { class: "name", title: name }, name), rate, late, restart);
   const root = el("div", { class: "process" }, head, el("div", { class: "foot" }, more, policy));
   return { root, show: (status) => show(status, { root, dot, rate, late, more }) };
 }
@@ -54,7 +56,7 @@ function show(
   setAttr(at.dot, "data-tone", running ? "ok" : "bad");
   setTitle(at.dot, status.state);
   setText(at.rate, running ? `${status.rate_hz.toFixed(0)} Hz` : status.state);
-  setText(at.late, running ? micros(status.late_p99_us) : "");
+  setText(at.late, running && status.late_p99_us > 0 ? micros(status.late_p99_us) : "–");
   setTitle(
     at.late,
     `lateness p50 ${micros(status.late_p50_us)}, p99 ${micros(status.late_p99_us)}, max ${micros(status.late_max_us)}`,
