@@ -13,8 +13,8 @@ const browser = await chromium.launch({
 const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
 page.on("console", (message) => console.log(message.type(), message.text()));
 page.on("pageerror", (error) => console.log("pageerror", error.stack));
-await page.goto(`${process.env.PAGE ?? "http://localhost:5199/dev/alone.html"}${query}`);
+await page.goto(`${process.env.PAGE ?? "http://localhost:5199/dev/alone.html"}${query}`, { timeout: 120_000 });
 await page.waitForTimeout(Number(wait));
 if (process.env.SHOW) console.log(JSON.stringify(await page.evaluate(process.env.SHOW)));
-await page.screenshot({ path: out });
+await page.screenshot({ path: out, timeout: 120_000 });
 await browser.close();

@@ -24,7 +24,7 @@ interface Side {
 }
 
 export class Camera {
-  readonly lens = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.02, 80);
+  readonly lens = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.04, 80);
   readonly orbit: OrbitControls;
   /** What the camera goes along with, as of the last frame. */
   private followed: Vector3 | null = null;

@@ -26,7 +26,7 @@ const ZENITH = new Color(0x272e37);
 const FLOOR = 0x626b75;
 /** The floor's colour as it looks when lit. */
 const FLAT_FLOOR = 0x5d6670;
-const LINES = 0xe8f0f8;
+const LINES = 0x76818c;
 const FINE_SKY = 0.6;
 const PLAIN_SKY = 1.5;
 const REFLECTIONS = 0.5;
@@ -66,9 +66,8 @@ function grid(): GridHelper {
   const lines = new GridHelper(24, 48, LINES, LINES);
   lines.rotateX(Math.PI / 2);
   lines.position.z = 0.001;
-  lines.material.transparent = true;
-  lines.material.opacity = 0.13;
-  lines.material.depthWrite = false;
+  // Drawn first and covered by the rest: some drivers are careless with the depth of lines.
+  lines.renderOrder = -0.5;
   return lines;
 }
 
@@ -143,6 +142,7 @@ export class Stage {
     const disc = new CircleGeometry(14, 48);
     this.ground = new Mesh(disc, material({ colour: FLOOR, roughness: 0.95 }));
     this.ground.receiveShadow = true;
+    this.ground.renderOrder = -0.8;
     this.flat = new Mesh(disc, new MeshBasicMaterial({ color: FLAT_FLOOR }));
     this.floor.add(this.ground, this.flat, this.lines, this.shade);
     this.floor.traverse((object) => {

@@ -5,12 +5,11 @@ import type { Snapshot } from "../../net/snapshot";
 
 type Obstacle = Scene["fixtures"][number];
 
-/** Bits the snapshot carries; those beyond count while the last bit is set. */
-const KNOWN_BITS = 31;
+/** The bit that says that all obstacles count. */
+const ALL = 31;
 
 function counts(mask: number, bit: number): boolean {
-  const at = bit < KNOWN_BITS ? bit : KNOWN_BITS;
-  return ((mask >>> at) & 1) === 1;
+  return mask >>> ALL === 1 || (bit < ALL && ((mask >>> bit) & 1) === 1);
 }
 
 /** The obstacles that any arm, or the arm `only`, avoids now. */

@@ -54,10 +54,17 @@ function rods(link: URDFLink): Part[] {
     .map((joint) => part(taper([0, 0, 0], joint.position.toArray() as Vec3, 0.03, 0.027), silver));
 }
 
-/** What can be drawn of `link` from the URDF alone. */
-export function ownParts(link: URDFLink): Part[] {
+function shapesOf(link: URDFLink): Part[] {
   const visual = primitives(link, "visual");
-  if (visual.length > 0) return visual;
-  const collision = primitives(link, "collision");
-  return collision.length > 0 ? collision : rods(link);
+  return visual.length > 0 ? visual : primitives(link, "collision");
+}
+
+/** Whether any of `links` has a shape: then a link without one is a mere frame. */
+export function hasShapes(links: URDFLink[]): boolean {
+  return links.some((link) => shapesOf(link).length > 0);
+}
+
+/** What can be drawn of `link` from the URDF alone; `shaped` as `hasShapes` says. */
+export function ownParts(link: URDFLink, shaped: boolean): Part[] {
+  return shaped ? shapesOf(link) : rods(link);
 }

@@ -3,7 +3,7 @@ import { Group, type Material, Mesh, type Object3D, Quaternion, Vector3 } from "
 import URDFLoader, { type URDFLink, type URDFRobot } from "urdf-loader";
 import type { ArmSpec, Vec3 } from "../../net/protocol";
 import { fetchedMesh } from "./fetched";
-import { ownParts } from "./own";
+import { hasShapes, ownParts } from "./own";
 import { pandaDress } from "./panda";
 import { type Dress, meshes } from "./part";
 import { ur10Dress } from "./ur10";
@@ -37,7 +37,8 @@ export class Robot {
       // What was measured is drawn, be it beyond a limit or not.
       joint.ignoreLimits = true;
     }
-    for (const [name, link] of Object.entries(this.urdf.links)) this.dress(name, link);
+    const shaped = hasShapes(Object.values(this.urdf.links));
+    for (const [name, link] of Object.entries(this.urdf.links)) this.dress(name, link, shaped);
     const [w, x, y, z] = spec.base.orientation_wxyz;
     this.root.position.set(...spec.base.position);
     this.root.quaternion.set(x, y, z, w);
@@ -46,11 +47,11 @@ export class Robot {
     this.setJoints(spec.joints.map((joint) => joint.home));
   }
 
-  private dress(name: string, link: URDFLink): void {
+  private dress(name: string, link: URDFLink, shaped: boolean): void {
     const { robot } = this.spec;
     const dress = dressOf(robot);
     const key = `${dress === null ? this.spec.urdf.length : ""}${robot}/${name}`;
-    const built = meshes(key, () => (dress === null ? ownParts(link) : (dress[name] ?? [])));
+    const built = meshes(key, () => (dress === null ? ownParts(link, shaped) : (dress[name] ?? [])));
     for (const mesh of built) this.put(link, mesh);
     if (!this.spec.meshes.includes(name)) return;
     void fetchedMesh(robot, name).then((fetched) => {
