@@ -82,7 +82,7 @@ function pyramidKeys(step: number): Record<string, string> {
     "shared.cube_state:red_cube": "'placed:left'",
     "shared.cube_state:blue_cube": "'carried:left'",
     "shared.cube_state:green_cube": "'reserved:right'",
-    "shared.placed:left": '{"red_cube"}',
+    "shared.placed:left": "{0}",
     "shared.placed:right": "{}",
     "shared.recovery_requested:left": String(step % 5 === 0),
   };

@@ -12,6 +12,11 @@ function keyed(store: Store, name: string): string | undefined {
   return found?.[1].replace(/^["']|["']$/g, "");
 }
 
+/** The members of a set as it is written: `{0, 1}`, by place in the cell file. */
+function members(set: string): string[] {
+  return set.replace(/[{}[\]()"']/g, " ").split(/[\s,]+/).filter((one) => one !== "" && one !== "unset");
+}
+
 export function mountPyramid(store: Store, element: HTMLElement): () => void {
   const scene = store.scene;
   const arms = scene?.arms.map(({ name }) => name) ?? [];
@@ -48,7 +53,7 @@ export function mountPyramid(store: Store, element: HTMLElement): () => void {
     }
     for (const { name, placed, state } of sides) {
       const set = keyed(store, `placed:${name}`) ?? "";
-      const inSet = set.replace(/[{}[\]()"']/g, " ").split(/[\s,]+/).filter((one) => one !== "" && one !== "unset");
+      const inSet = members(set).map((one) => scene?.objects[Number(one)]?.name ?? one);
       const required = Number(scene?.task.required_count ?? 3);
       setText(placed, inSet.length === 0 ? "nothing placed yet" : inSet.join(", "));
       const wishes = keyed(store, `recovery_requested:${name}`) === "true" ? " · recovery asked for" : "";

@@ -12,7 +12,7 @@ const VERY_NEAR = 0.03;
 const CLIP_SHOWN_MS = 600;
 
 export function joints(desk: Desk, arm: number, spec: ArmSpec): HTMLElement {
-  const rows = spec.joints.map((joint, index) => jointRow(joint, index));
+  const rows = spec.joints.map((joint, index) => jointRow(joint, index, index < spec.arm_joints));
   const head = el(
     "div",
     { class: "joint joint-head dim" },
@@ -31,7 +31,8 @@ export function joints(desk: Desk, arm: number, spec: ArmSpec): HTMLElement {
   return root;
 }
 
-function jointRow(joint: JointSpec, index: number) {
+/** `careful`: being near a limit means something; fingers rest at theirs. */
+function jointRow(joint: JointSpec, index: number, careful: boolean) {
   const needle = el("i", { class: "needle" });
   const wanted = el("i", { class: "wanted" });
   const track = el("div", { class: "track" }, wanted, needle);
@@ -64,7 +65,7 @@ function jointRow(joint: JointSpec, index: number) {
       needle.style.left = `${100 * at}%`;
       wanted.style.left = `${100 * share(setpoint)}%`;
       const left = Math.min(at, 1 - at);
-      setAttr(root, "data-near", left < VERY_NEAR ? "very" : left < NEAR ? "near" : null);
+      setAttr(root, "data-near", !careful ? null : left < VERY_NEAR ? "very" : left < NEAR ? "near" : null);
       const nearest = Math.min(q - joint.lower, joint.upper - q);
       setTitle(
         track,
