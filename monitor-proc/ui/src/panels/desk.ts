@@ -17,8 +17,12 @@ export class Desk {
     readonly store: Store,
     readonly view: ViewApi | null,
   ) {
-    store.on("scene", (scene) => {
-      if (this.selected >= scene.arms.length) this.arm = 0;
+    store.on("scene", () => {
+      this.arm = 0;
+    });
+    view?.onSelect((name) => {
+      const arm = store.scene?.arms.findIndex((one) => one.name === name) ?? -1;
+      if (arm >= 0) this.arm = arm;
     });
   }
 
@@ -30,6 +34,7 @@ export class Desk {
   set arm(arm: number) {
     if (arm === this.selected) return;
     this.selected = arm;
+    if (this.view !== null) this.view.followTarget = arm;
     for (const listener of this.armListeners) listener(arm);
   }
 

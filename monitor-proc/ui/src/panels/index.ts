@@ -1,5 +1,5 @@
 // The panels around the 3D view.
-import "./panels.css";
+import "../style.css";
 import type { Store } from "../net/store";
 import { actions } from "./actions";
 import { demoTab } from "./demo-tab";

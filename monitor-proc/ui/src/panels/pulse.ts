@@ -4,19 +4,24 @@
 const PERIOD_MS = 100;
 
 export class Pulse {
-  private readonly all: { element: Element | null; run: () => void }[] = [];
+  private all: { element: Element | null; run: () => void; seen: boolean }[] = [];
 
   constructor() {
     setInterval(() => this.beat(), PERIOD_MS);
   }
 
-  /** Calls `run` while `element` (if given) is shown. */
+  /** Calls `run` while `element` (if given) is shown, until it leaves the page. */
   add(element: Element | null, run: () => void): void {
-    this.all.push({ element, run });
+    this.all.push({ element, run, seen: false });
   }
 
   private beat(): void {
     if (document.hidden) return;
+    this.all = this.all.filter((one) => {
+      if (one.element === null || one.element.isConnected) one.seen = true;
+      else return !one.seen;
+      return true;
+    });
     for (const { element, run } of this.all) {
       if (element === null || element.checkVisibility()) run();
     }

@@ -140,7 +140,8 @@ function liveButton(desk: Desk): HTMLElement {
   desk.pulse.add(node, () => {
     if (name !== null) setText(name, replay() ? (desk.paused ? "Play" : "Pause") : away() ? "Back to live" : "Live");
     setIcon(node, replay() ? (desk.paused ? "play" : "pause") : "dot");
-    setAttr(node, "data-tone", replay() ? "info" : away() ? "warn" : "ok");
+    const tone = replay() ? "info" : away() ? "warn" : "ok";
+    setAttr(node, "data-tone", desk.store.connected ? tone : null);
   });
   return node;
 }

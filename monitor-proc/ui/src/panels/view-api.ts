@@ -10,8 +10,15 @@ export interface OverlayToggles {
 
 export interface ViewApi {
   readonly toggles: OverlayToggles;
+  /** How the picture is drawn now. */
+  readonly quality: { readonly level: { readonly name: string } };
   /** A camera preset, 1 to 5. */
   camera(preset: number): void;
   gizmoMode(mode: "translate" | "rotate"): void;
-  select(object: string | null): void;
+  /** Selects an object or an arm by name. */
+  select(name: string | null): void;
+  /** Calls `listener` when something is selected, here or there. */
+  onSelect(listener: (name: string | null) => void): () => void;
+  /** The arm whose target the gizmo leads, by its place in the scene. */
+  followTarget: number;
 }

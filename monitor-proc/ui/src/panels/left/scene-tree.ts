@@ -2,7 +2,7 @@
 import type { Scene } from "../../net/protocol";
 import { OBJECT } from "../../net/snapshot";
 import type { Desk } from "../desk";
-import { el, setText } from "../dom";
+import { el, setAttr, setText } from "../dom";
 import { css } from "../format";
 
 type Refresh = () => void;
@@ -22,8 +22,9 @@ export function sceneTree(desk: Desk): HTMLElement {
     for (const refresh of refreshes) refresh();
   });
   root.addEventListener("keydown", (event) => {
-    if (event.key === "Escape") select(desk, root, null, null);
+    if (event.key === "Escape") desk.view?.select(null);
   });
+  desk.view?.onSelect((name) => mark(root, name));
   return root;
 }
 
@@ -32,24 +33,23 @@ function group(name: string, rows: HTMLElement[]): HTMLElement {
   return el("details", { open: true, class: "tree-group" }, head, ...rows);
 }
 
-function row(desk: Desk, name: string, colour: string | null, state: HTMLElement, then?: () => void): HTMLElement {
+function row(desk: Desk, name: string, colour: string | null, state: HTMLElement): HTMLElement {
   const swatch = el("i", { class: "swatch" });
   if (colour !== null) swatch.style.background = colour;
-  const node = el("button", { type: "button", class: "tree-row", title: `Select ${name} in the view` });
-  node.append(swatch, el("span", { class: "name" }, name), state);
+  const attrs = { type: "button", class: "tree-row", "data-name": name, title: `Select ${name} in the view` };
+  const node = el("button", attrs, swatch, el("span", { class: "name" }, name), state);
   node.addEventListener("click", () => {
-    then?.();
-    const root = node.closest<HTMLElement>(".scene-tree");
     const off = node.getAttribute("aria-current") === "true";
-    if (root !== null) select(desk, root, off ? null : node, off ? null : name);
+    desk.view?.select(off ? null : name);
   });
   return node;
 }
 
-function select(desk: Desk, root: HTMLElement, node: HTMLElement | null, name: string | null): void {
-  for (const one of root.querySelectorAll("[aria-current]")) one.removeAttribute("aria-current");
-  node?.setAttribute("aria-current", "true");
-  desk.view?.select(name);
+/** Shows which row is selected, here or by a click in the view. */
+function mark(root: HTMLElement, name: string | null): void {
+  for (const node of root.querySelectorAll<HTMLElement>("[data-name]")) {
+    setAttr(node, "aria-current", node.dataset.name === name ? "true" : null);
+  }
 }
 
 function arms(desk: Desk, scene: Scene, refreshes: Refresh[]): HTMLElement[] {
@@ -60,9 +60,12 @@ function arms(desk: Desk, scene: Scene, refreshes: Refresh[]): HTMLElement[] {
       const held = now?.held == null ? null : scene.objects[now.held]?.name;
       setText(state, now?.fault ? "fault" : held ? `holds ${held}` : arm.robot);
     });
-    return row(desk, arm.name, null, state, () => {
+    const node = row(desk, arm.name, null, state);
+    // Without a view, too, this is the arm that the panels speak of.
+    node.addEventListener("click", () => {
       desk.arm = index;
     });
+    return node;
   });
 }
 

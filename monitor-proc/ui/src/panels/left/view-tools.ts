@@ -1,8 +1,9 @@
 // What the view shows over the cell, from where, and what the gizmo does.
 import { button } from "../button";
 import type { Desk } from "../desk";
-import { el } from "../dom";
+import { el, setText } from "../dom";
 import { words } from "../format";
+import type { ViewApi } from "../view-api";
 
 const CAMERAS = ["scene", "top", "front", "side", "tool"];
 
@@ -33,7 +34,15 @@ export function viewTools(desk: Desk): HTMLElement {
     el("div", { class: "checks" }, ...boxes),
     el("div", { class: "segments", role: "group", "aria-label": "Camera" }, ...cameras),
     gizmo(desk),
+    quality(desk, view),
   );
+}
+
+/** What the picture does without to stay fluent. */
+function quality(desk: Desk, view: ViewApi): HTMLElement {
+  const line = el("p", { class: "dim quality", title: "The picture gives up quality step by step where it would not be fluent" });
+  desk.pulse.add(line, () => setText(line, `Picture: ${view.quality.level.name}`));
+  return line;
 }
 
 function gizmo(desk: Desk): HTMLElement {

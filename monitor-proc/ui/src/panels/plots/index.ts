@@ -7,6 +7,7 @@ import { draggable, Plot } from "./plot";
 
 const MOST_PLOTS = 4;
 const FIRST = "position error";
+const MOST_HEIGHTS = 6;
 
 export function plotsTab(desk: Desk): HTMLElement {
   const history = new History(desk.store);
@@ -55,8 +56,10 @@ export function plotsTab(desk: Desk): HTMLElement {
     begun = true;
     const kept = getHash("plots");
     const first = history.signals.find(({ name }) => name === FIRST)?.key;
+    const heights = history.signals.filter(({ group }) => group === "objects").slice(0, MOST_HEIGHTS);
     const joints = history.signals.filter(({ name }) => name.endsWith("position")).slice(0, 7);
-    const usual = [first === undefined ? [] : [first], joints.map(({ key }) => key)];
+    const second = heights.length > 0 ? heights : joints;
+    const usual = [first === undefined ? [] : [first], second.map(({ key }) => key)];
     const wanted = kept === null ? usual : kept.split("|").map((one) => one.split("~").filter(Boolean));
     for (const keys of wanted.slice(0, MOST_PLOTS)) add(keys);
     activate(plots[0] ?? null);

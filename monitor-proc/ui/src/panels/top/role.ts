@@ -28,7 +28,7 @@ export function roleBadge(desk: Desk): HTMLElement {
   const show = () => {
     const role = desk.store.hello?.role;
     setText(badge, role ?? "–");
-    setAttr(badge, "data-tone", role === "operator" ? "ok" : "warn");
+    setAttr(badge, "data-tone", role === undefined ? null : role === "operator" ? "ok" : "warn");
     setTitle(
       badge,
       role === "operator"
