@@ -252,7 +252,9 @@ export class View implements ViewApi {
     this.labels.begin();
     this.overlays.update(cell, shown);
     this.labels.end();
-    this.gizmo.update(cell, shown, this.toggles.get("targets"));
+    // A selected arm shows its gizmo also while it cannot lead.
+    const selected = cell.scene.arms[this.gizmo.arm]?.name === this.selection.name;
+    this.gizmo.update(cell, shown, selected);
     this.drag.update();
     this.selection.update();
   }

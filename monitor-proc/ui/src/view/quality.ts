@@ -28,7 +28,7 @@ const WINDOW = 40;
 const IMPATIENT_MS = 1500;
 const FEWEST = 6;
 /** The first frames of a level compile its programs. */
-const WARM_UP = 3;
+const WARM_UP = 5;
 const CALM_FRAMES = 1800;
 
 function median(values: number[]): number {
