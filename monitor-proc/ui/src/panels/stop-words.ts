@@ -1,4 +1,4 @@
-// The codes of StopAction (ipc-types/src/arm.rs), in words.
+// The codes of StopAction and StopCause (ipc-types/src/arm.rs), in words.
 
 export interface StopWords {
   name: string;
@@ -16,6 +16,25 @@ const ACTIONS: StopWords[] = [
   { name: "Stop 0", about: "drives off at once, brakes", tone: "bad" },
 ];
 
+/** By code; nothing is said of the first, which is none. */
+const CAUSES = [
+  "",
+  "no decision of the task in time",
+  "no state of physics in time",
+  "no command of the controller in time",
+  "several messages were refused",
+  "measured joints are far from the command",
+  "the simulation or the operator paused",
+  "the engine had to disable a body of the arm",
+  "too many cycles were missed",
+];
+
+/** What 16 bits of a snapshot say: the action in the low byte, its cause, where it is told, in the high one. */
 export function stopWords(code: number): StopWords {
-  return ACTIONS[code] ?? { name: `Stop code ${code}`, about: "not known to this page", tone: "bad" };
+  const action = ACTIONS[code & 0xff];
+  if (action === undefined) {
+    return { name: `Stop code ${code}`, about: "not known to this page", tone: "bad" };
+  }
+  const cause = CAUSES[code >>> 8] ?? `cause ${code >>> 8}`;
+  return cause === "" ? action : { ...action, about: `${cause}; ${action.about}` };
 }
