@@ -1,3 +1,30 @@
 //! Recordings of a cell: MCAP files that other tools open, too, the flight
-//! recorder's ring of them, and reading them again.
+//! recorder's ring of them, and reading them again. No bus, no clock: messages
+//! and times are arguments. The format is described in docs/recording.md.
 #![forbid(unsafe_code)]
+
+mod channel;
+mod chunk;
+mod copy;
+mod entry;
+mod error;
+mod flight;
+pub mod foxglove;
+mod frame;
+mod index;
+mod layout;
+mod recording;
+mod storage;
+mod writer;
+
+pub use channel::Channel;
+pub use entry::{Entry, Message, wire_bytes};
+pub use error::RecordError;
+pub use flight::{Flight, gap, gap_message};
+pub use frame::Frame;
+pub use recording::{Entries, Recording};
+pub use storage::{Disk, Storage};
+pub use writer::{Preamble, RecordingWriter};
+
+/// Profile in the header of our files.
+pub const PROFILE: &str = "robocell";

@@ -1,0 +1,153 @@
+//! The channels of a recording, by name.
+
+use ipc_types::MAX_ARMS;
+use ipc_types::topic::Process;
+
+use crate::{foxglove, layout};
+
+/// A channel of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Channel {
+    /// `WorldPiece`s, cut after the used objects.
+    World,
+    /// `ArmCommand`s of an arm.
+    Command(u8),
+    /// `ArmStatus`es of an arm.
+    Status(u8),
+    /// `Decision`s.
+    Decision,
+    /// `TraceLine`s that draw pictures.
+    Trace,
+    /// `TraceLine`s for people.
+    Log,
+    /// `Keyframe`s of a process, cut after the record.
+    Keyframe(Process),
+    /// The run file (JSON).
+    Run,
+    /// The scene of the page (JSON).
+    Scene,
+    /// Health of a process, once a second (JSON).
+    Health(Process),
+    /// What was not recorded (JSON).
+    Gaps,
+    /// `foxglove.FrameTransforms` (JSON).
+    Transforms,
+    /// `foxglove.SceneUpdate` (JSON).
+    SceneUpdate,
+    /// `foxglove.JointStates` of an arm (JSON).
+    JointStates(u8),
+    /// `foxglove.Log` (JSON).
+    FoxgloveLog,
+}
+
+/// Schema of a channel: name, encoding, data.
+pub(crate) struct Schema {
+    pub(crate) name: &'static str,
+    pub(crate) encoding: &'static str,
+    pub(crate) data: String,
+}
+
+impl Channel {
+    /// All channels of a cell of `arms` arms.
+    pub fn all(arms: u8) -> Vec<Self> {
+        let mut all = vec![Self::World, Self::Decision, Self::Trace, Self::Log];
+        for arm in 0..arms {
+            all.extend([
+                Self::Command(arm),
+                Self::Status(arm),
+                Self::JointStates(arm),
+            ]);
+            all.push(Self::Keyframe(Process::Controller(arm)));
+        }
+        all.push(Self::Keyframe(Process::Task));
+        all.extend(Process::all(arms).into_iter().map(Self::Health));
+        all.extend([Self::Run, Self::Scene, Self::Gaps]);
+        all.extend([Self::Transforms, Self::SceneUpdate, Self::FoxgloveLog]);
+        all
+    }
+
+    /// Its name in the file.
+    pub fn name(self) -> String {
+        match self {
+            Self::World => "world".to_owned(),
+            Self::Command(arm) => format!("arm/{arm}/command"),
+            Self::Status(arm) => format!("arm/{arm}/status"),
+            Self::Decision => "decision".to_owned(),
+            Self::Trace => "trace".to_owned(),
+            Self::Log => "log".to_owned(),
+            Self::Keyframe(process) => format!("keyframe/{}", process.name()),
+            Self::Run => "run".to_owned(),
+            Self::Scene => "scene".to_owned(),
+            Self::Health(process) => format!("health/{}", process.name()),
+            Self::Gaps => "gaps".to_owned(),
+            Self::Transforms => "/tf".to_owned(),
+            Self::SceneUpdate => "/scene".to_owned(),
+            Self::JointStates(arm) => format!("/joint_states/{arm}"),
+            Self::FoxgloveLog => "/log".to_owned(),
+        }
+    }
+
+    /// The channel called `name`; `None` for one we do not know.
+    pub fn of_name(name: &str) -> Option<Self> {
+        let arms = u8::try_from(MAX_ARMS).unwrap_or(u8::MAX);
+        Self::all(arms).into_iter().find(|c| c.name() == name)
+    }
+
+    /// Whether its messages are structs of ipc-types, bit for bit.
+    pub fn is_wire(self) -> bool {
+        self.schema().encoding == layout::ENCODING
+    }
+
+    pub(crate) fn message_encoding(self) -> &'static str {
+        if self.is_wire() {
+            "robocell/wire"
+        } else {
+            "json"
+        }
+    }
+
+    pub(crate) fn schema(self) -> Schema {
+        let own = |name| Schema {
+            name,
+            encoding: layout::ENCODING,
+            data: layout::of(name),
+        };
+        let json = |name, data: &str| Schema {
+            name,
+            encoding: "jsonschema",
+            data: data.to_owned(),
+        };
+        match self {
+            Self::World => own("WorldPiece"),
+            Self::Command(_) => own("ArmCommand"),
+            Self::Status(_) => own("ArmStatus"),
+            Self::Decision => own("Decision"),
+            Self::Trace | Self::Log => own("TraceLine"),
+            Self::Keyframe(_) => own("Keyframe"),
+            Self::Run => json("robocell.Run", r#"{"type":"object"}"#),
+            Self::Scene => json("robocell.Scene", r#"{"type":"object"}"#),
+            Self::Health(_) => json("robocell.Health", HEALTH),
+            Self::Gaps => json("robocell.Gap", GAP),
+            Self::Transforms => json("foxglove.FrameTransforms", foxglove::FRAME_TRANSFORMS),
+            Self::SceneUpdate => json("foxglove.SceneUpdate", foxglove::SCENE_UPDATE),
+            Self::JointStates(_) => json("foxglove.JointStates", foxglove::JOINT_STATES),
+            Self::FoxgloveLog => json("foxglove.Log", foxglove::LOG),
+        }
+    }
+}
+
+const HEALTH: &str = r#"{"type":"object","properties":{"pid":{"type":"integer"},"generation":{"type":"integer"},"cycles":{"type":"integer"},"missed":{"type":"integer"},"rejected":{"type":"integer"},"fenced":{"type":"integer"},"rate_hz":{"type":"number"},"late_p50_us":{"type":"number"},"late_p99_us":{"type":"number"},"late_max_us":{"type":"number"},"body_p50_us":{"type":"number"},"body_p99_us":{"type":"number"},"note":{"type":"string"}}}"#;
+const GAP: &str = r#"{"type":"object","properties":{"channel":{"type":"string"},"count":{"type":"integer"},"before_seq":{"type":"integer"},"why":{"type":"string"}}}"#;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_leads_back_to_its_channel() {
+        for channel in Channel::all(2) {
+            assert_eq!(Channel::of_name(&channel.name()), Some(channel));
+        }
+        assert_eq!(Channel::of_name("arm/9/command"), None);
+    }
+}

@@ -1,0 +1,104 @@
+//! Unpacks one chunk.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
+
+use mcap::records::Record;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+
+use crate::channel::Channel;
+use crate::entry::Entry;
+use crate::error::RecordError;
+
+/// No chunk of ours comes near this (bytes, packed and unpacked).
+pub(crate) const MAX_CHUNK_BYTES: u64 = 32 << 20;
+
+/// Where a chunk is and what is in it.
+#[derive(Clone, Debug)]
+pub(crate) struct Chunk {
+    /// Of its record.
+    pub(crate) offset: u64,
+    /// Of its record, with opcode and length.
+    pub(crate) length: u64,
+    /// First time in it (ns).
+    pub(crate) start_ns: u64,
+    /// Last time in it (ns).
+    pub(crate) end_ns: u64,
+    /// Channels that have messages in it; empty where that is not known.
+    pub(crate) channels: Vec<u16>,
+}
+
+/// Channels by their number in the file; `None` for those we do not know.
+pub(crate) type Names = BTreeMap<u16, Option<Channel>>;
+
+/// The messages of `chunk`, in the order they were recorded; channels met on the
+/// way are added to `names`, and messages of unknown ones left out.
+pub(crate) fn read(
+    file: &mut File,
+    path: &Path,
+    chunk: &Chunk,
+    names: &mut Names,
+) -> Result<Vec<Entry>, RecordError> {
+    let io = |source| RecordError::io(path, source);
+    let refuse = |reason: String| RecordError::format(path, chunk.offset, reason);
+    if chunk.length > MAX_CHUNK_BYTES {
+        return Err(refuse(format!(
+            "a chunk of {} bytes; at most {MAX_CHUNK_BYTES} are read",
+            chunk.length
+        )));
+    }
+    let mut packed = vec![0; chunk.length as usize];
+    file.seek(SeekFrom::Start(chunk.offset)).map_err(io)?;
+    file.read_exact(&mut packed).map_err(io)?;
+    unpack(&packed, names).map_err(|error| refuse(format!("a chunk that cannot be read: {error}")))
+}
+
+fn unpack(packed: &[u8], names: &mut Names) -> Result<Vec<Entry>, mcap::McapError> {
+    let options = LinearReaderOptions::default()
+        .with_skip_start_magic(true)
+        .with_skip_end_magic(true)
+        .with_prevalidate_chunk_crcs(true)
+        .with_record_length_limit(MAX_CHUNK_BYTES as usize);
+    let mut reader = LinearReader::new_with_options(options);
+    let (mut rest, mut entries) = (packed, Vec::new());
+    while let Some(event) = reader.next_event() {
+        match event? {
+            LinearReadEvent::ReadRequest(need) => {
+                let (now, later) = rest.split_at(rest.len().min(need));
+                reader.insert(now.len()).copy_from_slice(now);
+                reader.notify_read(now.len());
+                rest = later;
+            }
+            LinearReadEvent::Record { opcode, data } => take(opcode, data, names, &mut entries)?,
+        }
+    }
+    Ok(entries)
+}
+
+fn take(
+    opcode: u8,
+    data: &[u8],
+    names: &mut Names,
+    entries: &mut Vec<Entry>,
+) -> Result<(), mcap::McapError> {
+    if !matches!(
+        opcode,
+        mcap::records::op::CHANNEL | mcap::records::op::MESSAGE
+    ) {
+        return Ok(());
+    }
+    match mcap::read::parse_record(opcode, data)? {
+        Record::Channel(channel) => {
+            names.insert(channel.id, Channel::of_name(&channel.topic));
+        }
+        Record::Message { header, data } => {
+            if let Some(Some(channel)) = names.get(&header.channel_id) {
+                entries.push(Entry::of(*channel, header, data.into_owned()));
+            }
+        }
+        _ => {}
+    }
+    Ok(())
+}

@@ -1,0 +1,55 @@
+//! A part of a recording as a file of its own.
+
+use std::path::Path;
+
+use crate::channel::Channel;
+use crate::error::RecordError;
+use crate::recording::Recording;
+use crate::writer::{Preamble, RecordingWriter};
+
+/// Who wants to compute the span again begins at a keyframe; there is one a
+/// second (ns).
+const LEAD_NS: u64 = 1_100_000_000;
+
+impl Recording {
+    /// Writes what was recorded from `from_s` to `to_s`, and the second before
+    /// it, where the keyframes are, to a new file; its size in bytes.
+    ///
+    /// # Errors
+    ///
+    /// When the file is there already or cannot be written, or a chunk cannot
+    /// be read. A file that cannot be finished is removed.
+    pub fn copy_span(&self, from_s: f64, to_s: f64, out: &Path) -> Result<u64, RecordError> {
+        let preamble = Preamble::new(self.run(), self.scene());
+        let mut writer = RecordingWriter::create(out, &preamble)?;
+        let copied = self.copy_to(&mut writer, from_s, to_s);
+        copied.and_then(|()| writer.finish()).inspect_err(|_| {
+            let _gone = std::fs::remove_file(out).is_ok();
+        })
+    }
+
+    fn copy_to(&self, to: &mut RecordingWriter, from_s: f64, to_s: f64) -> Result<(), RecordError> {
+        let ns = |time_s: f64| (time_s * 1.0e9).round().max(0.0) as u64;
+        let span = ns(from_s).saturating_sub(LEAD_NS)..=ns(to_s);
+        for entry in self.messages_from(*span.start()) {
+            let entry = match entry {
+                Ok(entry) => entry,
+                // The ring goes on meanwhile: its oldest file may be gone.
+                Err(RecordError::Io { source, .. })
+                    if source.kind() == std::io::ErrorKind::NotFound =>
+                {
+                    continue;
+                }
+                Err(error) => return Err(error),
+            };
+            let is_preamble = matches!(
+                entry.channel,
+                Channel::Run | Channel::Scene | Channel::SceneUpdate
+            );
+            if span.contains(&entry.time_ns) && !is_preamble {
+                to.add(&entry.message())?;
+            }
+        }
+        Ok(())
+    }
+}

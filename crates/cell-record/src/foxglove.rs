@@ -1,0 +1,213 @@
+//! Messages of Foxglove's published JSON schemas, for tools that know them.
+
+use ipc_types::topic::Process;
+use ipc_types::trace::TraceKind;
+use ipc_types::world::OBJECT_ASLEEP;
+use ipc_types::{Health, Pose, TraceLine, WorldState};
+use serde_json::{Value, json};
+
+pub(crate) const FRAME_TRANSFORMS: &str = r#"{"title":"foxglove.FrameTransforms","type":"object","properties":{"transforms":{"type":"array","items":{"type":"object","properties":{"timestamp":{"type":"object","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},"parent_frame_id":{"type":"string"},"child_frame_id":{"type":"string"},"translation":{"type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"}}},"rotation":{"type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"},"w":{"type":"number"}}}}}}}}"#;
+pub(crate) const SCENE_UPDATE: &str = r#"{"title":"foxglove.SceneUpdate","type":"object","properties":{"deletions":{"type":"array","items":{"type":"object"}},"entities":{"type":"array","items":{"type":"object","properties":{"timestamp":{"type":"object"},"frame_id":{"type":"string"},"id":{"type":"string"},"lifetime":{"type":"object"},"frame_locked":{"type":"boolean"},"metadata":{"type":"array","items":{"type":"object"}},"arrows":{"type":"array","items":{"type":"object"}},"cubes":{"type":"array","items":{"type":"object","properties":{"pose":{"type":"object"},"size":{"type":"object"},"color":{"type":"object"}}}},"spheres":{"type":"array","items":{"type":"object"}},"cylinders":{"type":"array","items":{"type":"object"}},"lines":{"type":"array","items":{"type":"object"}},"triangles":{"type":"array","items":{"type":"object"}},"texts":{"type":"array","items":{"type":"object"}},"models":{"type":"array","items":{"type":"object"}}}}}}}"#;
+pub(crate) const JOINT_STATES: &str = r#"{"title":"foxglove.JointStates","type":"object","properties":{"timestamp":{"type":"object","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},"joints":{"type":"array","items":{"type":"object","properties":{"name":{"type":"string"},"position":{"type":"number"},"velocity":{"type":"number"},"effort":{"type":"number"}}}}}}"#;
+pub(crate) const LOG: &str = r#"{"title":"foxglove.Log","type":"object","properties":{"timestamp":{"type":"object","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},"level":{"type":"integer"},"message":{"type":"string"},"name":{"type":"string"},"file":{"type":"string"},"line":{"type":"integer"}}}"#;
+
+/// The frame everything is seen from.
+const WORLD: &str = "world";
+/// Resting objects are told of at ticks that are multiples of this.
+const REST_TICKS: u64 = 1000;
+
+/// Names that messages need, out of the page's scene.
+#[derive(Clone, Debug, Default)]
+pub struct Names {
+    arms: Vec<(String, Value)>,
+    joints: Vec<Vec<String>>,
+    objects: Vec<String>,
+}
+
+impl Names {
+    /// The names in `scene`.
+    pub fn of(scene: &Value) -> Self {
+        let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
+        let name = |value: &Value| value["name"].as_str().unwrap_or_default().to_owned();
+        let arms = list(&scene["arms"]);
+        Self {
+            arms: arms.iter().map(|a| (name(a), a["base"].clone())).collect(),
+            joints: arms
+                .iter()
+                .map(|arm| list(&arm["joints"]).iter().map(name).collect())
+                .collect(),
+            objects: list(&scene["objects"]).iter().map(name).collect(),
+        }
+    }
+}
+
+/// Bases and TCPs of the arms, and the objects that move; once a second all.
+pub fn transforms(names: &Names, world: &WorldState) -> Value {
+    let time = time(world.header.sim_time_ns);
+    let tf =
+        |child: &str, pose: &Pose| transform(&time, child, &pose.position, &pose.orientation_wxyz);
+    let mut all = Vec::new();
+    for ((name, base), arm) in names.arms.iter().zip(world.arms()) {
+        all.push(tf(&format!("{name}/tcp"), &arm.tcp));
+        if world.header.tick.is_multiple_of(REST_TICKS) {
+            let (position, turn) = (
+                numbers(&base["position"]),
+                numbers(&base["orientation_wxyz"]),
+            );
+            all.push(transform(&time, &format!("{name}/base"), &position, &turn));
+        }
+    }
+    for (name, object) in names.objects.iter().zip(world.objects()) {
+        let rests = object.flags & OBJECT_ASLEEP != 0;
+        if !rests || world.header.tick.is_multiple_of(REST_TICKS) {
+            all.push(tf(name, &object.pose));
+        }
+    }
+    json!({ "transforms": all })
+}
+
+/// Joints of arm `arm`.
+pub fn joint_states(names: &Names, world: &WorldState, arm: usize) -> Option<Value> {
+    let (joints, state) = (names.joints.get(arm)?, world.arms().get(arm)?);
+    let values = state.joint_positions.iter().zip(&state.joint_velocities);
+    let values = values.zip(&state.joint_efforts);
+    let joints = joints.iter().zip(values).take(state.joint_count as usize);
+    let joints = joints.map(|(name, ((position, velocity), effort))| {
+        json!({ "name": name, "position": position, "velocity": velocity, "effort": effort })
+    });
+    let joints: Vec<Value> = joints.collect();
+    Some(json!({ "timestamp": time(world.header.sim_time_ns), "joints": joints }))
+}
+
+/// A line for people; `None` for one that draws pictures.
+pub fn log(line: &TraceLine) -> Option<Value> {
+    TraceKind::from_code(line.kind).filter(|kind| kind.is_for_people())?;
+    Some(json!({
+        "timestamp": time(line.header.sim_time_ns),
+        "level": 2,
+        "message": line.text.as_str(),
+        "name": Process::Task.name(),
+        "file": "",
+        "line": 0,
+    }))
+}
+
+/// Health, in our own words.
+pub fn health(health: &Health) -> Value {
+    json!({
+        "pid": health.pid,
+        "generation": health.header.generation,
+        "cycles": health.cycles,
+        "missed": health.missed_cycles,
+        "rejected": health.rejected,
+        "fenced": health.fenced,
+        "rate_hz": health.rate_hz,
+        "late_p50_us": health.lateness_p50_ns * 1.0e-3,
+        "late_p99_us": health.lateness_p99_ns * 1.0e-3,
+        "late_max_us": health.lateness_max_ns * 1.0e-3,
+        "body_p50_us": health.body_p50_ns * 1.0e-3,
+        "body_p99_us": health.body_p99_ns * 1.0e-3,
+        "note": health.note.as_str(),
+    })
+}
+
+/// Objects and fixtures of the page's scene.
+pub(crate) fn scene_update(scene: &Value) -> Value {
+    let mut entities = Vec::new();
+    for (list, is_object) in [("objects", true), ("fixtures", false)] {
+        for item in scene[list].as_array().into_iter().flatten() {
+            let name = item["name"].as_str().unwrap_or_default();
+            let pose = if is_object {
+                &Value::Null
+            } else {
+                &item["pose"]
+            };
+            let mut entity = json!({
+                "timestamp": time(0), "frame_id": if is_object { name } else { WORLD },
+                "id": name, "lifetime": time(0), "frame_locked": true,
+                "metadata": [], "arrows": [], "cubes": [], "spheres": [], "cylinders": [],
+                "lines": [], "triangles": [], "texts": [], "models": [],
+            });
+            solid(&mut entity, &item["shape"], pose, &item["colour"], 0);
+            entities.push(entity);
+        }
+    }
+    json!({ "deletions": [], "entities": entities })
+}
+
+/// Adds a shape; parts of parts are not drawn where their poses would have to be
+/// multiplied.
+fn solid(entity: &mut Value, shape: &Value, pose: &Value, colour: &Value, depth: u8) {
+    if let Some(parts) = shape["parts"].as_array().filter(|_| depth == 0) {
+        for part in parts {
+            let at = if pose.is_null() { &part["pose"] } else { pose };
+            solid(entity, &part["shape"], at, colour, 1);
+        }
+        return;
+    }
+    let across = 2.0 * shape["radius_m"].as_f64().unwrap_or(0.0);
+    let length = shape["length_m"].as_f64().unwrap_or(0.0);
+    let size = shape["size_m"]
+        .as_array()
+        .map(|_| numbers::<3>(&shape["size_m"]));
+    let (list, [x, y, z]) = match shape["kind"].as_str() {
+        Some("box") => ("cubes", size.unwrap_or_default()),
+        Some("sphere") => ("spheres", [across; 3]),
+        Some("cylinder" | "capsule") => ("cylinders", [across, across, length]),
+        _ => return,
+    };
+    let body = json!({
+        "pose": pose_of(pose), "size": { "x": x, "y": y, "z": z }, "color": rgba(colour),
+        "bottom_scale": 1.0, "top_scale": 1.0,
+    });
+    if let Some(list) = entity[list].as_array_mut() {
+        list.push(body);
+    }
+}
+
+fn pose_of(pose: &Value) -> Value {
+    let values = pose.as_array().map(|_| numbers::<7>(pose));
+    let position = pose.get("position").map(numbers::<3>);
+    let turn = pose.get("orientation_wxyz").map(numbers::<4>);
+    let [x, y, z, w, i, j, k] = match (values, position, turn) {
+        (Some(values), ..) => values,
+        (_, Some([x, y, z]), Some([w, i, j, k])) => [x, y, z, w, i, j, k],
+        _ => [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+    };
+    json!({
+        "position": { "x": x, "y": y, "z": z },
+        "orientation": { "x": i, "y": j, "z": k, "w": w },
+    })
+}
+
+fn rgba(colour: &Value) -> Value {
+    let from_text = colour.as_str().and_then(|text| {
+        let number = u32::from_str_radix(text.strip_prefix('#')?, 16).ok()?;
+        let part = |shift: u32| f64::from((number >> shift) & 255) / 255.0;
+        Some([part(16), part(8), part(0)])
+    });
+    let listed = colour.as_array().map(|_| numbers::<3>(colour));
+    let [r, g, b] = from_text.or(listed).unwrap_or([0.6; 3]);
+    json!({ "r": r, "g": g, "b": b, "a": 1.0 })
+}
+
+fn numbers<const N: usize>(list: &Value) -> [f64; N] {
+    let mut out = [0.0; N];
+    for (to, from) in out.iter_mut().zip(list.as_array().into_iter().flatten()) {
+        *to = from.as_f64().unwrap_or(0.0);
+    }
+    out
+}
+
+fn transform(time: &Value, child: &str, at: &[f64; 3], turn: &[f64; 4]) -> Value {
+    let ([x, y, z], [w, i, j, k]) = (*at, *turn);
+    json!({
+        "timestamp": time, "parent_frame_id": WORLD, "child_frame_id": child,
+        "translation": { "x": x, "y": y, "z": z },
+        "rotation": { "x": i, "y": j, "z": k, "w": w },
+    })
+}
+
+fn time(ns: u64) -> Value {
+    json!({ "sec": ns / 1_000_000_000, "nsec": ns % 1_000_000_000 })
+}

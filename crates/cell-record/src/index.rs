@@ -1,0 +1,186 @@
+//! Finds the chunks of a file, also of one that nobody closed.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use mcap::records::op;
+
+use crate::PROFILE;
+use crate::chunk::{self, Chunk, MAX_CHUNK_BYTES, Names};
+use crate::error::RecordError;
+
+/// More chunks than any recording of ours has.
+const MAX_CHUNKS: usize = 1 << 20;
+/// Longest header (bytes).
+const MAX_HEADER: u64 = 4096;
+
+/// What is where in a file.
+#[derive(Clone, Debug)]
+pub(crate) struct FileIndex {
+    pub(crate) path: PathBuf,
+    pub(crate) chunks: Vec<Chunk>,
+    pub(crate) names: Names,
+    /// Why the file ends early; `None` for a file that was closed.
+    pub(crate) cut: Option<String>,
+}
+
+impl FileIndex {
+    /// Goes through the file at `path`. A file that ends in the middle of
+    /// something ends before that.
+    pub(crate) fn scan(path: &Path) -> Result<Self, RecordError> {
+        let io = |source| RecordError::io(path, source);
+        let file = File::open(path).map_err(io)?;
+        let size = file.metadata().map_err(io)?.len();
+        let mut scan = Scan {
+            file: BufReader::with_capacity(4096, file),
+            size,
+            at: 0,
+        };
+        let mut index = Self {
+            path: path.to_owned(),
+            chunks: Vec::new(),
+            names: Names::new(),
+            cut: None,
+        };
+        scan.begin(path)?;
+        index.cut = index.go_through(&mut scan).err();
+        let mut file = scan.file.into_inner();
+        // The first chunk names the channels.
+        if let Some(first) = index.chunks.first().cloned() {
+            chunk::read(&mut file, path, &first, &mut index.names)?;
+        }
+        Ok(index)
+    }
+
+    fn go_through(&mut self, scan: &mut Scan) -> Result<(), String> {
+        loop {
+            let offset = scan.at;
+            let (opcode, length) = scan.record()?;
+            match opcode {
+                op::CHUNK => {
+                    let chunk = scan.chunk(offset, length)?;
+                    self.chunks.push(chunk);
+                    if self.chunks.len() > MAX_CHUNKS {
+                        return Err(format!("more than {MAX_CHUNKS} chunks"));
+                    }
+                }
+                op::MESSAGE_INDEX if length >= 6 => {
+                    let id = scan.u16()?;
+                    let used = scan.u32()? > 0;
+                    if let Some(chunk) = self.chunks.last_mut().filter(|_| used) {
+                        chunk.channels.push(id);
+                    }
+                }
+                op::DATA_END | op::FOOTER => return Ok(()),
+                _ => {}
+            }
+            scan.skip_to(offset + 9 + length)?;
+        }
+    }
+}
+
+struct Scan {
+    file: BufReader<File>,
+    size: u64,
+    at: u64,
+}
+
+impl Scan {
+    fn begin(&mut self, path: &Path) -> Result<(), RecordError> {
+        let refuse = |reason: &str| RecordError::NoRecording {
+            path: path.to_owned(),
+            reason: reason.to_owned(),
+        };
+        let magic = self.array::<8>().map_err(|_| refuse("it is empty"))?;
+        if magic != *mcap::MAGIC {
+            return Err(refuse("it is no MCAP file"));
+        }
+        let header = self.header();
+        let header = header.map_err(|_| refuse("it ends in its header"))?;
+        if !header
+            .windows(PROFILE.len())
+            .any(|w| w == PROFILE.as_bytes())
+        {
+            return Err(refuse("an MCAP file, but not of a cell"));
+        }
+        Ok(())
+    }
+
+    fn header(&mut self) -> Result<Vec<u8>, String> {
+        let (opcode, length) = self.record()?;
+        if opcode != op::HEADER || length > MAX_HEADER {
+            return Err("no header".to_owned());
+        }
+        let mut bytes = vec![0; length as usize];
+        self.fill(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// Opcode and length of the next record, which is whole.
+    fn record(&mut self) -> Result<(u8, u64), String> {
+        let [opcode] = self.array::<1>()?;
+        let length = self.u64()?;
+        if length > self.size.saturating_sub(self.at) {
+            return Err(self.early());
+        }
+        Ok((opcode, length))
+    }
+
+    fn chunk(&mut self, offset: u64, length: u64) -> Result<Chunk, String> {
+        let (start_ns, end_ns, unpacked) = (self.u64()?, self.u64()?, self.u64()?);
+        if unpacked > MAX_CHUNK_BYTES || length > MAX_CHUNK_BYTES {
+            return Err(format!(
+                "the chunk at byte {offset} claims {} bytes; at most {MAX_CHUNK_BYTES} are read",
+                unpacked.max(length)
+            ));
+        }
+        Ok(Chunk {
+            offset,
+            length: length + 9,
+            start_ns,
+            end_ns,
+            channels: Vec::new(),
+        })
+    }
+
+    fn skip_to(&mut self, at: u64) -> Result<(), String> {
+        let by = at as i64 - self.at as i64;
+        self.file
+            .seek_relative(by)
+            .map_err(|error| error.to_string())?;
+        self.at = at;
+        Ok(())
+    }
+
+    fn fill(&mut self, bytes: &mut [u8]) -> Result<(), String> {
+        self.file.read_exact(bytes).map_err(|_| self.early())?;
+        self.at += bytes.len() as u64;
+        Ok(())
+    }
+
+    fn early(&self) -> String {
+        format!(
+            "it ends after {} bytes, in the middle of a record",
+            self.size
+        )
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], String> {
+        let mut bytes = [0; N];
+        self.fill(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    fn u64(&mut self) -> Result<u64, String> {
+        self.array().map(u64::from_le_bytes)
+    }
+
+    fn u32(&mut self) -> Result<u32, String> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    fn u16(&mut self) -> Result<u16, String> {
+        self.array().map(u16::from_le_bytes)
+    }
+}
