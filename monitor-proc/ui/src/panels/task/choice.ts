@@ -6,10 +6,18 @@ import { el, setAttr } from "../dom";
 export class GraphChoice {
   readonly root = el("div", { class: "segments graph-choice", role: "group", "aria-label": "Graph", hidden: true });
   index = 0;
+  private demo = "";
   private readonly listeners = new Set<() => void>();
 
   constructor(private readonly store: Store) {
-    store.on("graphs", (graphs) => this.fill(graphs));
+    // While a task begins anew it shows nothing: the last picture stays, as
+    // long as it is of the same demo.
+    store.on("graphs", (graphs) => graphs.length > 0 && this.fill(graphs));
+    store.on("scene", ({ demo }) => {
+      if (demo === this.demo) return;
+      this.demo = demo;
+      this.fill(store.graphs);
+    });
     this.fill(store.graphs);
   }
 
