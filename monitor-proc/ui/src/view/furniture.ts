@@ -48,7 +48,7 @@ function solid(mesh: Mesh, at: Vec3): Mesh {
   return mesh;
 }
 
-/** Legs and a frame under a table, down to `floor` (m). */
+/** Legs under a table, down to `floor` (m). */
 function legs(fixture: Fixture, floor: number): Group {
   const group = new Group();
   if (fixture.shape.kind !== "box") return group;
@@ -56,18 +56,15 @@ function legs(fixture: Fixture, floor: number): Group {
   const length = fixture.pose[2] - z / 2 - floor;
   if (length < 0.1) return group;
   const paint = material(FRAME);
-  const leg = box(LEG_M, LEG_M, length, 0.01);
-  const rail = z / 2 + 0.03;
+  // No rails between them: software renderers let faces that are seen edge-on
+  // shine through the table.
+  const leg = box(LEG_M, LEG_M, length, 0);
   const reach: [number, number] = [x / 2 - 0.1, y / 2 - 0.1];
   for (const side of [-1, 1]) {
     for (const end of [-1, 1]) {
       const at: Vec3 = [side * reach[0], end * reach[1], -z / 2 - length / 2];
       group.add(solid(new Mesh(leg, paint), at));
     }
-    const along = box(2 * reach[0], LEG_M * 0.7, 0.06, 0.01);
-    const across = box(LEG_M * 0.7, 2 * reach[1], 0.06, 0.01);
-    group.add(solid(new Mesh(along, paint), [0, side * reach[1], -rail]));
-    group.add(solid(new Mesh(across, paint), [side * reach[0], 0, -rail]));
   }
   return group;
 }

@@ -1,6 +1,7 @@
 // Geometries of the built-in look. All are indexed and carry positions and
 // normals only, so that the parts of a link can be merged into one draw call.
 import {
+  BoxGeometry,
   type BufferGeometry,
   LatheGeometry,
   Quaternion,
@@ -79,8 +80,9 @@ export function capsule(radius: number, length: number): BufferGeometry {
   return taper([0, 0, -length / 2], [0, 0, length / 2], radius, radius);
 }
 
-/** A box with round edges (m). */
+/** A box with round edges, or with sharp ones where `edge` is 0 (m). */
 export function box(x: number, y: number, z: number, edge = 0.004): BufferGeometry {
+  if (edge === 0) return plain(new BoxGeometry(x, y, z));
   const radius = Math.min(edge, x / 2.01, y / 2.01, z / 2.01);
   return plain(new RoundedBoxGeometry(x, y, z, 2, radius));
 }
