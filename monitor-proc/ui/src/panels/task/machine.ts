@@ -44,7 +44,7 @@ export function machineView(store: Store, at: number, onNode: (node: number) => 
   root.style.setProperty("--height", `${height}px`);
   setAttr(root, "aria-label", `The ${graph.kind} ${graph.name}`);
   const head = `head-${++drawings}`;
-  const marker = { id: head, viewBox: "0 0 8 8", refX: 7, refY: 4, markerWidth: 7, markerHeight: 7 };
+  const marker = { id: head, viewBox: "0 0 8 8", refX: 7, refY: 4, markerWidth: 8, markerHeight: 8, markerUnits: "userSpaceOnUse" };
   const arrow = svg("path", { d: "M0,0.6L8,4L0,7.4z", class: "arrow" });
   root.append(svg("defs", {}, svg("marker", { ...marker, orient: "auto-start-reverse" }, arrow)));
 
