@@ -16,6 +16,8 @@ export interface Body {
 
 /** How far an arm that is asked for nothing may reach up (m). */
 const HEADROOM_M = 0.75;
+/** How far it may reach out to the sides (m). */
+const ELBOW_ROOM_M = 0.45;
 /** How much of a table may be cut off, so that the arms are not drawn too small. */
 const TABLE_MARGIN = 0.15;
 
@@ -94,6 +96,10 @@ export class Cell {
     for (const { root } of this.robots) {
       points.push(...cornersOf(new Box3().setFromObject(root)));
       points.push(root.position.clone().setZ(root.position.z + HEADROOM_M));
+      for (const side of [-ELBOW_ROOM_M, ELBOW_ROOM_M]) {
+        points.push(root.position.clone().setX(root.position.x + side));
+        points.push(root.position.clone().setY(root.position.y + side));
+      }
     }
     for (const { group } of this.bodies) {
       if (group.visible) points.push(...cornersOf(new Box3().setFromObject(group)));
