@@ -1,0 +1,127 @@
+//! Latency of one hop over the last seconds.
+
+use hdrhistogram::Histogram;
+use serde::Serialize;
+
+/// Half of the window (ns).
+const HALF_NS: u64 = 5_000_000_000;
+/// Longest latency that is told apart (ns).
+const MAX_NS: u64 = 10_000_000_000;
+/// Two digits are enough for people.
+const DIGITS: u8 = 2;
+/// Upper ends of the buckets (us).
+const EDGES_US: [u64; 20] = [
+    10, 20, 50, 100, 150, 200, 300, 500, 700, 1000, 1500, 2000, 3000, 5000, 10_000, 20_000, 50_000,
+    100_000, 1_000_000, 10_000_000,
+];
+
+/// Latency of one hop, of the last five to ten seconds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HopLatency {
+    /// `state to command`, `command to drives`, `state to decision` or
+    /// `decision to controller`.
+    pub hop: &'static str,
+    /// Of which arm; `None` for a hop that is of none.
+    pub arm: Option<u8>,
+    /// How many were measured.
+    pub n: u64,
+    /// Median (us).
+    pub p50_us: f64,
+    /// 99th percentile (us).
+    pub p99_us: f64,
+    /// 99.9th percentile (us).
+    pub p999_us: f64,
+    /// Longest (us).
+    pub max_us: f64,
+    /// Upper end (us) and count of each bucket that is not empty.
+    pub buckets: Vec<(u64, u64)>,
+}
+
+/// Two histograms in turn: the older is forgotten.
+pub(super) struct Window {
+    hop: &'static str,
+    arm: Option<u8>,
+    now: Option<Histogram<u32>>,
+    before: Option<Histogram<u32>>,
+    turn_ns: u64,
+}
+
+impl Window {
+    pub(super) fn new(hop: &'static str, arm: Option<usize>) -> Self {
+        let histogram = || Histogram::new_with_bounds(1000, MAX_NS, DIGITS).ok();
+        Self {
+            hop,
+            arm: arm.and_then(|arm| u8::try_from(arm).ok()),
+            now: histogram(),
+            before: histogram(),
+            turn_ns: 0,
+        }
+    }
+
+    /// Takes in one hop between two times of the same clock (ns).
+    pub(super) fn record(&mut self, from_ns: u64, to_ns: u64) {
+        if let Some(now) = &mut self.now {
+            now.saturating_record(to_ns.saturating_sub(from_ns));
+        }
+    }
+
+    /// What the window holds at `now_ns`.
+    pub(super) fn tell(&mut self, now_ns: u64) -> HopLatency {
+        if now_ns >= self.turn_ns {
+            self.turn_ns = now_ns + HALF_NS;
+            std::mem::swap(&mut self.now, &mut self.before);
+            if let Some(now) = &mut self.now {
+                now.reset();
+            }
+        }
+        let mut all = self.before.clone();
+        if let (Some(all), Some(now)) = (&mut all, &self.now) {
+            // Of the same bounds.
+            let _added = all.add(now).is_ok();
+        }
+        let us = |of: &dyn Fn(&Histogram<u32>) -> u64| {
+            all.as_ref().map_or(0.0, |all| of(all) as f64 * 1.0e-3)
+        };
+        HopLatency {
+            hop: self.hop,
+            arm: self.arm,
+            n: all.as_ref().map_or(0, Histogram::len),
+            p50_us: us(&|all| all.value_at_quantile(0.5)),
+            p99_us: us(&|all| all.value_at_quantile(0.99)),
+            p999_us: us(&|all| all.value_at_quantile(0.999)),
+            max_us: us(&|all| all.max()),
+            buckets: all.as_ref().map_or_else(Vec::new, buckets),
+        }
+    }
+}
+
+fn buckets(all: &Histogram<u32>) -> Vec<(u64, u64)> {
+    let mut counts = [0; EDGES_US.len()];
+    for value in all.iter_recorded() {
+        let us = value.value_iterated_to() / 1000;
+        let place = EDGES_US.partition_point(|edge| *edge < us);
+        if let Some(count) = counts.get_mut(place) {
+            *count += value.count_since_last_iteration();
+        }
+    }
+    let filled = EDGES_US.into_iter().zip(counts);
+    filled.filter(|(_, count)| *count > 0).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_older_than_the_window_is_forgotten() {
+        let mut window = Window::new("state to command", Some(1));
+        window.tell(0);
+        window.record(1_000_000, 1_200_000);
+        let told = window.tell(1);
+        assert_eq!((told.n, told.arm), (1, Some(1)));
+        assert!((told.max_us - 200.0).abs() < 2.0, "{told:?}");
+        assert_eq!(told.buckets.iter().map(|(_, count)| count).sum::<u64>(), 1);
+        assert_eq!(window.tell(HALF_NS).n, 1);
+        assert_eq!(window.tell(2 * HALF_NS + 1).n, 0);
+    }
+}

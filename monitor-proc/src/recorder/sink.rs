@@ -1,0 +1,187 @@
+//! Where messages go: the ring, and the file that is kept.
+
+use std::path::{Path, PathBuf};
+
+use cell_model::run_spec::RunSpec;
+use cell_record::{Channel, Disk, Flight, Message, Preamble, RecordingWriter, gap, gap_message};
+use serde_json::Value;
+
+/// The open file is readable up to this long ago (ns).
+const FLUSH_NS: u64 = 1_000_000_000;
+
+struct Kept {
+    path: PathBuf,
+    writer: RecordingWriter,
+    from_s: Option<f64>,
+    to_s: f64,
+    flush_ns: u64,
+}
+
+/// Writes messages down.
+pub(super) struct Sink {
+    flight: Flight,
+    preamble: Preamble,
+    kept: Option<Kept>,
+    /// What was wrong with a file.
+    trouble: Option<String>,
+    missed: u64,
+    now_ns: u64,
+    time_ns: u64,
+}
+
+impl Sink {
+    pub(super) fn new(spec: &RunSpec, scene: &Value) -> Self {
+        let preamble = Preamble::new(spec, scene);
+        let record = &spec.record;
+        let flight = Flight::new(
+            Box::new(Disk),
+            &record.flight_dir,
+            spec.run,
+            record.limit_bytes,
+            preamble.clone(),
+        );
+        Self {
+            flight,
+            preamble,
+            kept: None,
+            trouble: None,
+            missed: 0,
+            now_ns: 0,
+            time_ns: 0,
+        }
+    }
+
+    /// The time of what follows.
+    pub(super) fn at(&mut self, now_ns: u64) {
+        self.now_ns = now_ns;
+    }
+
+    pub(super) fn put(&mut self, message: &Message<'_>) {
+        self.time_ns = message.time_ns;
+        self.flight.append(message, self.now_ns);
+        let Some(kept) = &mut self.kept else {
+            return;
+        };
+        let time_s = message.time_ns as f64 / 1.0e9;
+        kept.from_s.get_or_insert(time_s);
+        kept.to_s = kept.to_s.max(time_s);
+        if let Err(error) = kept.writer.add(message) {
+            self.give_up(&error.to_string());
+        }
+    }
+
+    /// JSON for one of the channels that are not ours alone.
+    pub(super) fn put_json(&mut self, channel: Channel, time_ns: u64, value: &Value) {
+        let bytes = value.to_string().into_bytes();
+        self.put(&Message {
+            channel,
+            time_ns,
+            publish_ns: time_ns,
+            seq: 0,
+            bytes: &bytes,
+        });
+    }
+
+    /// Writes down that messages were overwritten before they were read.
+    pub(super) fn gap(&mut self, channel: Channel, count: u64, before_seq: u64) {
+        self.missed += count;
+        let gap = gap(channel, count, before_seq, "late");
+        self.put(&gap_message(&gap, self.time_ns));
+    }
+
+    pub(super) fn flush(&mut self) {
+        self.flight.flush(self.now_ns);
+        if let Some(Err(error)) = self.kept.as_mut().map(|kept| kept.writer.flush()) {
+            self.give_up(&error.to_string());
+        }
+    }
+
+    pub(super) fn flush_if_due(&mut self) {
+        self.flight.flush_if_due(self.now_ns);
+        let now_ns = self.now_ns;
+        let due = self.kept.as_mut().filter(|kept| now_ns >= kept.flush_ns);
+        let flushed = due.map(|kept| {
+            kept.flush_ns = now_ns + FLUSH_NS;
+            kept.writer.flush()
+        });
+        if let Some(Err(error)) = flushed {
+            self.give_up(&error.to_string());
+        }
+    }
+
+    /// Keeps all from now on in a new file.
+    pub(super) fn start(&mut self, path: &Path) -> Result<String, String> {
+        if let Some(kept) = &self.kept {
+            let path = kept.path.display();
+            return Err(format!("{path} is being recorded already; stop that first"));
+        }
+        let writer = RecordingWriter::create(path, &self.preamble);
+        self.kept = Some(Kept {
+            path: path.to_owned(),
+            writer: writer.map_err(|error| error.to_string())?,
+            from_s: None,
+            to_s: 0.0,
+            flush_ns: 0,
+        });
+        self.trouble = None;
+        Ok(format!("recording to {}", path.display()))
+    }
+
+    /// As [`Self::start`], for the file of the whole run.
+    pub(super) fn start_run(&mut self, path: &Path, generation: u32) {
+        let mut path = path.to_owned();
+        // An earlier start of this process wrote the first part.
+        if generation > 1 && path.exists() {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            path = path.with_file_name(format!("{stem}-part{generation}.mcap"));
+        }
+        if let Err(why) = self.start(&path) {
+            self.trouble = Some(why);
+        }
+    }
+
+    /// Closes the file.
+    pub(super) fn stop(&mut self) -> Result<String, String> {
+        let kept = self.kept.take();
+        let kept = kept.ok_or_else(|| "nothing is being recorded to a file".to_owned())?;
+        let bytes = kept.writer.finish().map_err(|error| error.to_string())?;
+        Ok(format!(
+            "{}: {:.1} s to {:.1} s, {:.1} MB",
+            kept.path.display(),
+            kept.from_s.unwrap_or(0.0),
+            kept.to_s,
+            bytes as f64 / 1.0e6
+        ))
+    }
+
+    /// Name of the file that is being kept.
+    pub(super) fn file(&self) -> Option<String> {
+        self.kept.as_ref().map(|k| k.path.display().to_string())
+    }
+
+    pub(super) fn flight(&self) -> &Flight {
+        &self.flight
+    }
+
+    /// Messages that are missing in the ring.
+    pub(super) fn gaps(&self) -> u64 {
+        self.missed + self.flight.lost()
+    }
+
+    pub(super) fn trouble(&self) -> Option<&str> {
+        self.flight.trouble().or(self.trouble.as_deref())
+    }
+
+    /// Ends everything.
+    pub(super) fn close(&mut self) {
+        let _said = self.stop().is_ok();
+        self.flight.close();
+    }
+
+    fn give_up(&mut self, why: &str) {
+        if let Some(kept) = self.kept.take() {
+            let path = kept.path.display();
+            self.trouble = Some(format!("recording to {path} stopped: {why}"));
+        }
+    }
+}
