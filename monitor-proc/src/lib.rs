@@ -16,6 +16,7 @@ pub mod mark;
 pub mod pace;
 pub mod page;
 pub mod process;
+pub mod recorder;
 pub mod replay;
 pub mod scene;
 pub mod scrub;
