@@ -10,10 +10,11 @@ use cell_model::Data;
 use cell_model::run_spec::RunSpec;
 use cell_model::summary::{RunOutcome, RunSummary};
 use cell_sim::behaviour::Kind;
+use cell_sim::verify::{Report, Verdict, verify_file};
 use cell_sim::{SimError, behaviour, bench, eval, run};
 use clap::{Parser, Subcommand};
 
-/// A task that failed or timed out.
+/// A task that failed or timed out; a recording that differs.
 const TASK_FAILED: u8 = 5;
 
 #[derive(Parser)]
@@ -67,6 +68,17 @@ enum Command {
     Schema {
         /// tree, machine or cell.
         what: String,
+    },
+    /// Compute a recorded run again and compare it bit for bit.
+    Verify {
+        /// The recording, or the directory of a flight recorder.
+        file: PathBuf,
+        /// Folder with cells/ and robots/; that of the run where missing.
+        #[arg(long)]
+        data: Option<PathBuf>,
+        /// One JSON object.
+        #[arg(long)]
+        json: bool,
     },
     /// Cost of a core.
     Bench {
@@ -166,6 +178,11 @@ pub(crate) fn run() -> Result<ExitCode, SimError> {
             println!("{schema:#}");
             Ok(ExitCode::SUCCESS)
         }
+        Command::Verify { file, data, json } => {
+            let report = verify_file(&file, data)?;
+            print_report(&report, json);
+            Ok(code(report.verdict() == Verdict::Same))
+        }
         Command::Bench { what, json } => {
             bench::run(&what, json)?;
             Ok(ExitCode::SUCCESS)
@@ -228,6 +245,18 @@ fn code(done: bool) -> ExitCode {
     } else {
         ExitCode::from(TASK_FAILED)
     }
+}
+
+fn print_report(report: &Report, json: bool) {
+    if !json {
+        println!("{report}");
+        return;
+    }
+    let verdict = report.verdict();
+    println!(
+        "{}",
+        serde_json::json!({ "verdict": verdict, "report": report })
+    );
 }
 
 fn print_summary(summary: &RunSummary) {

@@ -6,7 +6,6 @@ use ipc_types::header::Message as _;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{ArmStatus, Decision, Header, Keyframe, MAX_ARMS};
 
-use super::VerifyError;
 use super::message::{Message, Recorded};
 use super::report::Report;
 use super::shelf::{Key, Sequence, Shelf, key};
@@ -89,14 +88,15 @@ pub(super) struct StateRecords {
 
 impl StateRecords {
     /// Collects them.
-    pub(super) fn of(recorded: &(impl Recorded + ?Sized)) -> Result<Self, VerifyError> {
+    pub(super) fn of(recorded: &(impl Recorded + ?Sized)) -> Self {
         let mut records = Self::default();
-        for message in recorded.messages()? {
-            if let Message::Keyframe(process, keyframe) = message? {
+        // What cannot be read is said once, when the messages are taken.
+        for message in recorded.messages().flatten() {
+            if let Message::Keyframe(process, keyframe) = message {
                 records.take(process, &keyframe);
             }
         }
-        Ok(records)
+        records
     }
 
     fn take(&mut self, process: Process, keyframe: &Keyframe) {

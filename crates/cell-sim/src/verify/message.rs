@@ -3,8 +3,6 @@
 use ipc_types::topic::Process;
 use ipc_types::{ArmCommand, ArmStatus, Decision, Keyframe, WorldPiece};
 
-use super::VerifyError;
-
 /// A recorded message, as it was sent.
 #[derive(Clone, Debug)]
 pub enum Message {
@@ -20,21 +18,19 @@ pub enum Message {
     Keyframe(Process, Box<Keyframe>),
 }
 
-/// The messages of a recording one after the other.
-pub type Messages<'a> = Box<dyn Iterator<Item = Result<Message, VerifyError>> + 'a>;
+/// The messages of a recording one after the other, and in between why some
+/// cannot be read.
+pub type Messages<'a> = Box<dyn Iterator<Item = Result<Message, String>> + 'a>;
 
 /// Something recorded, which can be read more than once. Messages of one topic
 /// come in the order they were sent; those of different topics in any order.
 pub trait Recorded {
     /// All messages, from the first on.
-    ///
-    /// # Errors
-    /// [`VerifyError`] where the recording cannot be read.
-    fn messages(&self) -> Result<Messages<'_>, VerifyError>;
+    fn messages(&self) -> Messages<'_>;
 }
 
 impl Recorded for [Message] {
-    fn messages(&self) -> Result<Messages<'_>, VerifyError> {
-        Ok(Box::new(self.iter().cloned().map(Ok)))
+    fn messages(&self) -> Messages<'_> {
+        Box::new(self.iter().cloned().map(Ok))
     }
 }

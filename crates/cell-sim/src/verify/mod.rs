@@ -10,6 +10,7 @@ mod controller;
 mod difference;
 mod inputs;
 mod message;
+mod recording;
 mod report;
 mod shelf;
 mod states;
@@ -19,6 +20,7 @@ use cell_model::Cell;
 
 pub use difference::Difference;
 pub use message::{Message, Messages, Recorded};
+pub use recording::verify_file;
 pub use report::{Count, Gap, Report, Verdict};
 
 use controller::ArmCheck;
@@ -29,8 +31,8 @@ use task::TaskCheck;
 #[derive(Debug, thiserror::Error)]
 pub enum VerifyError {
     /// The recording.
-    #[error("{0}")]
-    Recording(String),
+    #[error(transparent)]
+    Recording(#[from] cell_record::RecordError),
     /// A controller does not fit the robot.
     #[error(transparent)]
     Controller(#[from] controller_proc::rmpflow_controller::RmpFlowError),
@@ -48,14 +50,14 @@ pub enum VerifyError {
 /// Verifies what was recorded of a run of `cell` that began with `policy`.
 ///
 /// # Errors
-/// [`VerifyError`] where the recording cannot be read, or is of another cell or
-/// another version; what differs is no error.
+/// [`VerifyError`] where the recording is of another cell or another version;
+/// what differs is no error, and what cannot be read is said in the report.
 pub fn verify(
     cell: &Cell,
     policy: &str,
     recorded: &(impl Recorded + ?Sized),
 ) -> Result<Report, VerifyError> {
-    let records = StateRecords::of(recorded)?;
+    let records = StateRecords::of(recorded);
     let arms = 0..u8::try_from(cell.arms.len()).unwrap_or(u8::MAX);
     let mut run = Run {
         inputs: Inputs::default(),
@@ -64,8 +66,11 @@ pub fn verify(
         records,
         report: Report::default(),
     };
-    for message in recorded.messages()? {
-        run.take(message?)?;
+    for message in recorded.messages() {
+        match message {
+            Ok(message) => run.take(message)?,
+            Err(what) => run.report.unreadable(what),
+        }
     }
     run.inputs.end();
     run.go_on()?;

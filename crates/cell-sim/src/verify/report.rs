@@ -61,6 +61,10 @@ pub struct Report {
     pub gap_count: u64,
     /// The first of them.
     pub gaps: Vec<Gap>,
+    /// Messages or parts of the recording that cannot be read.
+    pub unreadable_count: u64,
+    /// What is wrong with the first of them.
+    pub unreadable: Vec<String>,
     /// The difference with the smallest tick.
     pub first_difference: Option<Difference>,
     /// First and last tick that were compared.
@@ -88,6 +92,13 @@ impl Report {
             Verdict::Nothing
         } else {
             Verdict::Same
+        }
+    }
+
+    pub(super) fn unreadable(&mut self, what: String) {
+        self.unreadable_count += 1;
+        if self.unreadable.len() < LISTED {
+            self.unreadable.push(what);
         }
     }
 
@@ -186,6 +197,9 @@ impl std::fmt::Display for Report {
         }
         if self.gap_count > self.gaps.len() as u64 {
             writeln!(f, "{} gaps in all", self.gap_count)?;
+        }
+        for what in &self.unreadable {
+            writeln!(f, "unreadable: {what}")?;
         }
         match (self.verdict(), &self.first_difference) {
             (_, Some(d)) => write!(

@@ -1,0 +1,62 @@
+//! Recordings on disk.
+
+use std::path::{Path, PathBuf};
+
+use cell_record::{Channel, Entry, Recording};
+use ipc_types::header::Message as Headed;
+use ipc_types::{ArmCommand, ArmStatus, Decision, Keyframe, Wire, WorldPiece};
+
+use super::message::{Message, Messages, Recorded};
+use super::report::Report;
+use super::{VerifyError, verify};
+use crate::{SimError, run};
+
+/// Verifies the recording at `path`, a file or the directory of a flight
+/// recorder, with the cell and the behaviours in `data`; where that is missing,
+/// with those the run itself used.
+///
+/// # Errors
+/// [`SimError`] where the recording cannot be read, or its cell is not there.
+pub fn verify_file(path: &Path, data: Option<PathBuf>) -> Result<Report, SimError> {
+    let recording = Recording::open(path).map_err(VerifyError::from)?;
+    let mut spec = recording.run().clone();
+    spec.data_dir = data.or(spec.data_dir);
+    let cell = run::cell_of(&spec)?;
+    Ok(verify(&cell, &spec.policy, &recording)?)
+}
+
+impl Recorded for Recording {
+    fn messages(&self) -> Messages<'_> {
+        Box::new(Self::messages(self).filter_map(|entry| message(&entry).transpose()))
+    }
+}
+
+/// `None` for what verification does not need.
+fn message(entry: &Result<Entry, cell_record::RecordError>) -> Result<Option<Message>, String> {
+    let entry = entry.as_ref().map_err(ToString::to_string)?;
+    Ok(Some(match entry.channel {
+        Channel::World => Message::World(ours(entry, entry.read::<WorldPiece>())?),
+        Channel::Command(arm) => Message::Command(arm, ours(entry, entry.read::<ArmCommand>())?),
+        Channel::Status(arm) => Message::Status(arm, ours(entry, entry.read::<ArmStatus>())?),
+        Channel::Decision => Message::Decision(ours(entry, entry.read::<Decision>())?),
+        Channel::Keyframe(process) => {
+            Message::Keyframe(process, ours(entry, entry.read::<Keyframe>())?)
+        }
+        _ => return Ok(None),
+    }))
+}
+
+/// A message of this build.
+fn ours<T: Headed>(
+    entry: &Entry,
+    read: Result<T, cell_record::RecordError>,
+) -> Result<Box<T>, String> {
+    let message = read.map_err(|error| error.to_string())?;
+    if message.header().schema == <T as Wire>::SCHEMA {
+        return Ok(Box::new(message));
+    }
+    Err(format!(
+        "channel {}: recorded by another version; use the build that recorded it",
+        entry.channel.name()
+    ))
+}
