@@ -84,3 +84,26 @@ impl<F: Film> Past for Projector<F> {
         Ok(self.film.still(time_s)?.frame(&self.fingers, 0.0, 0))
     }
 }
+
+impl Film for cell_record::Recording {
+    fn span_s(&self) -> (f64, f64) {
+        Self::span_s(self)
+    }
+
+    fn still(&mut self, time_s: f64) -> Result<Still, String> {
+        let frame = self.at(time_s).map_err(|error| error.to_string())?;
+        Ok(Still {
+            world: frame.world,
+            status: frame.status,
+            decision: frame.decision,
+        })
+    }
+
+    fn trace(&mut self, from_s: f64, to_s: f64) -> Result<Vec<TraceLine>, String> {
+        Self::trace(self, from_s, to_s).map_err(|error| error.to_string())
+    }
+
+    fn log_until(&mut self, time_s: f64, count: usize) -> Result<Vec<TraceLine>, String> {
+        Self::log_until(self, time_s, count).map_err(|error| error.to_string())
+    }
+}

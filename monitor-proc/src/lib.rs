@@ -11,6 +11,7 @@ pub mod feed;
 pub mod film;
 pub mod hub;
 pub mod journal;
+pub mod keep;
 pub mod live;
 pub mod mark;
 pub mod pace;

@@ -6,18 +6,24 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use cell_model::run_spec::{PageSecrets, PageSpec, RunSpec, Speed};
+use cell_record::Recording;
 use cell_worker::Start;
+use serde_json::Value;
 
 use crate::desk::LiveDesk;
+use crate::film::Projector;
 use crate::hub::{Hello, Hub, RunInfo};
 use crate::page::command::Names;
+use crate::page::desk::Desk;
+use crate::recorder::{Recorder, RecorderRequest};
 use crate::scene::{self, SceneError};
+use crate::scrub::{OpenPast, Past};
 use crate::web::files::Files;
 use crate::web::gate::Gate;
 use crate::web::{self, Site};
 
 /// Folder with `meshes/ROBOT/LINK.glb`.
-const ENV_ASSETS: &str = "ROBOCELL_ASSETS_DIR";
+const ENV_CACHE: &str = "ROBOCELL_CACHE_DIR";
 /// Time for the last word to every page.
 const LAST_WORD: Duration = Duration::from_millis(150);
 
@@ -32,9 +38,9 @@ pub enum PageError {
         /// Why.
         reason: String,
     },
-    /// The scene.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
+    /// A thread.
+    #[error("no thread for the page: {0}")]
+    Thread(#[from] std::io::Error),
 }
 
 /// All of a site but its address.
@@ -58,10 +64,20 @@ impl Trouble {
             .clone()
     }
 
-    fn set(&self, note: String) {
+    /// Says what is wrong, here and in the log of the process.
+    pub fn set(&self, note: String) {
         eprintln!("warning: {note}");
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(note);
     }
+}
+
+/// The scene of `start`.
+///
+/// # Errors
+///
+/// When a file the cell was loaded from cannot be read again.
+pub fn scene(start: &Start) -> Result<Value, SceneError> {
+    scene::scene(&start.cell, &start.spec, &meshes().paths())
 }
 
 /// Reads everything the page of `start` needs.
@@ -69,32 +85,61 @@ impl Trouble {
 /// # Errors
 ///
 /// When a file cannot be read.
-pub fn prepare(start: &Start, page: &PageSpec, desk: LiveDesk) -> Result<Prepared, PageError> {
-    let secrets = read_secrets(&page.secrets)?;
-    let meshes = meshes();
-    let scene = scene::scene(&start.cell, &start.spec, meshes.paths())?;
+pub fn prepare(
+    start: &Start,
+    page: &PageSpec,
+    scene: Value,
+    desk: LiveDesk,
+    recorder: &Arc<Recorder>,
+) -> Result<Prepared, PageError> {
     let hello = Hello {
         live: true,
         run: run_info(&start.spec),
         demos: scene::demos(&start.cell.data),
         source: None,
     };
-    let hub = Hub::new(hello, scene);
     let names = Names {
         objects: start.cell.objects.iter().map(|o| o.name.clone()).collect(),
         arms: u32::from(start.spec.arms),
     };
+    let (flight, fingers) = (
+        start.spec.record.flight_dir.clone(),
+        scene::fingers(&start.cell),
+    );
+    let recorder = recorder.clone();
+    let open = move || {
+        recorder.ask(RecorderRequest::Flush)?;
+        let film = Recording::open(&flight).map_err(|error| error.to_string())?;
+        Ok(Box::new(Projector::new(film, fingers.clone())) as Box<dyn Past>)
+    };
+    let hub = Hub::new(hello, scene);
+    prepare_page(page, hub, Arc::new(desk), names, Some(Arc::new(open)))
+}
+
+/// All of a site for `page`.
+///
+/// # Errors
+///
+/// When the secrets cannot be read.
+pub fn prepare_page(
+    page: &PageSpec,
+    hub: Arc<Hub>,
+    desk: Arc<dyn Desk>,
+    names: Names,
+    past: Option<OpenPast>,
+) -> Result<Prepared, PageError> {
+    let secrets = read_secrets(&page.secrets)?;
     let files = Files::page(page.dist.as_deref());
     let (hint, fed) = (page.hint.clone(), hub.clone());
     let site = move |gate| Site {
         gate,
         files,
-        meshes,
+        meshes: meshes(),
         hint,
         hub: fed,
-        desk: Arc::new(desk),
+        desk,
         names,
-        past: None,
+        past,
     };
     Ok(Prepared {
         hub,
@@ -105,7 +150,7 @@ pub fn prepare(start: &Start, page: &PageSpec, desk: LiveDesk) -> Result<Prepare
 
 /// Meshes somebody has fetched.
 pub fn meshes() -> Files {
-    let folder = std::env::var_os(ENV_ASSETS).map(PathBuf::from);
+    let folder = std::env::var_os(ENV_CACHE).map(PathBuf::from);
     folder.map_or_else(Files::default, |f| Files::folder(&f.join("meshes"), ""))
 }
 

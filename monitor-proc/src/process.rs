@@ -1,7 +1,7 @@
 //! The monitor on the bus: drain what was said, write it down, feed the page.
 
 use std::fs::File;
-use std::sync::mpsc;
+use std::sync::{Arc, mpsc};
 use std::thread::{self, Scope};
 use std::time::Duration;
 
@@ -12,24 +12,26 @@ use cell_worker::{HealthReporter, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_ENDING;
 use ipc_types::{TICK_NS, TraceLine, WorldState};
+use serde_json::{Value, json};
 
 use crate::desk::{LiveDesk, serve_errands, serve_physics};
 use crate::feed::{Feed, RecorderNews};
 use crate::journal::{Journal, Said};
+use crate::keep;
 use crate::live::{self, PageError, Trouble};
+use crate::recorder::Recorder;
 
 /// Longest sleep between two looks.
 const NUDGE: Duration = Duration::from_millis(5);
+/// How often the span of the flight recorder is told (ns).
+const TIMELINE_NS: u64 = 1_000_000_000;
 
 /// Why a monitor cannot run.
 #[derive(Debug, thiserror::Error)]
 pub enum ProcessError {
-    /// The log folder, or a thread.
+    /// The log folder.
     #[error("logs of the run: {0}; check that the run directory belongs to you")]
     Journal(#[from] std::io::Error),
-    /// The page.
-    #[error(transparent)]
-    Page(#[from] PageError),
     /// The bus.
     #[error(transparent)]
     Bus(#[from] BusError),
@@ -39,19 +41,28 @@ pub enum ProcessError {
 ///
 /// # Errors
 ///
-/// When the log cannot be opened, the scene cannot be told, or the bus cannot
-/// be joined.
+/// When the log cannot be opened, or the bus cannot be joined.
 pub fn run(start: &Start) -> Result<(), ProcessError> {
     let logs = start.spec.run_dir.join("logs");
     std::fs::create_dir_all(&logs)?;
     let journal = Journal::open(&logs)?;
+    let trouble = Trouble::default();
+    let scene = live::scene(start).unwrap_or_else(|error| {
+        trouble.set(error.to_string());
+        Value::Null
+    });
+    let recorder = Arc::new(Recorder::start(start, scene.clone()));
     thread::scope(|scope| {
         let page = start.spec.page.as_ref();
-        let page = page
-            .map(|page| Page::open(scope, start, page))
-            .transpose()?;
+        let page = page.and_then(|page| {
+            // A cell whose page cannot be shown is still a cell.
+            let opened = Page::open(scope, start, page, scene, (&recorder, &trouble));
+            opened.map_err(|error| trouble.set(error.to_string())).ok()
+        });
         let bus = start.join(Process::Monitor)?;
         let mut process = MonitorProcess::new(&bus, start, journal, page)?;
+        process.trouble = trouble;
+        process.recorder = Some(recorder.clone());
         while !stop_requested() {
             process.turn();
         }
@@ -63,9 +74,8 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
 
 /// The page's ends on the thread of the bus.
 struct Page {
-    hub: std::sync::Arc<crate::hub::Hub>,
+    hub: Arc<crate::hub::Hub>,
     said: mpsc::Receiver<String>,
-    trouble: Trouble,
 }
 
 impl Page {
@@ -74,26 +84,26 @@ impl Page {
         scope: &'scope Scope<'scope, '_>,
         start: &'scope Start,
         page: &'scope PageSpec,
-    ) -> Result<Self, ProcessError> {
+        scene: Value,
+        (recorder, trouble): (&Arc<Recorder>, &Trouble),
+    ) -> Result<Self, PageError> {
         let (desk, counters) = LiveDesk::new();
-        let site = live::prepare(start, page, desk)?;
-        let (hub, trouble) = (site.hub.clone(), Trouble::default());
+        let site = live::prepare(start, page, scene, desk, recorder)?;
         let (physics, errands) = (counters.physics, counters.errands);
-        let told = trouble.clone();
-        let closed = Page {
-            hub: hub.clone(),
+        let (recorder, trouble) = (recorder.clone(), trouble.clone());
+        let opened = Page {
+            hub: site.hub.clone(),
             said: counters.journal,
-            trouble,
         };
         let named = |name: &str| thread::Builder::new().name(name.to_owned());
         named("operator").spawn_scoped(scope, move || serve_physics(start, &physics))?;
         let control = start.spec.run_dir.join("control.sock");
         named("errands").spawn_scoped(scope, move || {
-            let record = |_| Err("there is no recorder".to_owned());
+            let record = |order| keep::record(&recorder, &start.spec, order);
             serve_errands(&control, &errands, record);
         })?;
-        named("page").spawn_scoped(scope, move || live::serve(site, page.address, &told))?;
-        Ok(closed)
+        named("page").spawn_scoped(scope, move || live::serve(site, page.address, &trouble))?;
+        Ok(opened)
     }
 }
 
@@ -101,6 +111,20 @@ impl Drop for Page {
     fn drop(&mut self) {
         // Whatever the reason: the threads must end. A word already said stays.
         self.hub.close("restart");
+    }
+}
+
+/// What the recorder says for a status; its span once a second.
+fn news(recorder: &Recorder, now_ns: u64, due_ns: &mut u64) -> RecorderNews {
+    let status = recorder.status();
+    let due = now_ns >= *due_ns;
+    if due {
+        *due_ns = now_ns + TIMELINE_NS;
+    }
+    RecorderNews {
+        told: Some((json!(status), json!(recorder.latency()))),
+        span_s: due.then_some((status.from_s, status.to_s)),
+        to_file: status.file.is_some(),
     }
 }
 
@@ -113,6 +137,9 @@ struct MonitorProcess {
     ending: bool,
     feed: Option<Feed>,
     page: Option<Page>,
+    trouble: Trouble,
+    recorder: Option<Arc<Recorder>>,
+    next_timeline_ns: u64,
     said: Said,
     sleeper: Sleeper,
     health: HealthReporter,
@@ -137,6 +164,9 @@ impl MonitorProcess {
             ending: false,
             feed: feed.transpose()?,
             page,
+            trouble: Trouble::default(),
+            recorder: None,
+            next_timeline_ns: 0,
             said: Said::default(),
             sleeper: bus.sleeper(Process::Monitor)?,
             health: HealthReporter::new(bus, Process::Monitor, false)?,
@@ -152,7 +182,11 @@ impl MonitorProcess {
         }
         self.write_down(began_ns);
         if let Some(feed) = &mut self.feed {
-            feed.turn(began_ns, RecorderNews::default);
+            let recorder = self.recorder.as_deref();
+            let due = &mut self.next_timeline_ns;
+            feed.turn(began_ns, || {
+                recorder.map_or_else(RecorderNews::default, |r| news(r, began_ns, due))
+            });
         }
         let now_ns = monotonic_ns();
         self.health.cycle(0, now_ns.saturating_sub(began_ns));
@@ -173,9 +207,7 @@ impl MonitorProcess {
                 "the disk did not take {} lines of the log",
                 self.journal.lost()
             ));
-        } else if let Some(page) = &self.page
-            && let Some(note) = page.trouble.note()
-        {
+        } else if let Some(note) = self.trouble.note() {
             self.health.note(&note);
         }
     }

@@ -34,7 +34,7 @@ pub enum SceneError {
 pub fn scene<'a>(
     cell: &Cell,
     spec: &RunSpec,
-    meshes: impl Iterator<Item = &'a str> + Clone,
+    meshes: &(impl Iterator<Item = &'a str> + Clone),
 ) -> Result<Value, SceneError> {
     let data = &cell.data;
     let file = format!("cells/{}.toml", cell.name);
@@ -114,6 +114,41 @@ pub fn fingers(cell: &Cell) -> Vec<usize> {
     cell.arms.iter().map(count).collect()
 }
 
+/// As [`fingers`], of a scene that was told before.
+pub fn fingers_of(scene: &Value) -> Vec<usize> {
+    let count = |arm: &Value| {
+        arm["gripper"]["finger_joints"]
+            .as_array()
+            .map_or(0, Vec::len)
+    };
+    scene["arms"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .map(count)
+        .collect()
+}
+
+/// Names of the objects of a scene that was told before.
+pub fn object_names(scene: &Value) -> Vec<String> {
+    let objects = scene["objects"].as_array().into_iter().flatten();
+    objects
+        .map(|object| object["name"].as_str().unwrap_or_default().to_owned())
+        .collect()
+}
+
+/// Links of a robot among `meshes`, which are `/ROBOT/LINK.glb`.
+pub fn links_with_mesh<'a>(robot: &str, meshes: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let link = |path: &'a str| {
+        let (of, link) = path
+            .strip_prefix('/')?
+            .strip_suffix(".glb")?
+            .split_once('/')?;
+        (of == robot).then_some(link)
+    };
+    meshes.filter_map(link).collect()
+}
+
 /// Demos whose task does nothing before its start event.
 fn waits_for_start(panel: &str) -> bool {
     !matches!(panel, "stack" | "pyramid" | "reach")
@@ -183,13 +218,7 @@ fn arm_json<'a>(
         let center = [sphere.center.x, sphere.center.y, sphere.center.z];
         json!({ "link": sphere.frame, "center": center, "radius": sphere.radius })
     });
-    let links = meshes.filter_map(|path| {
-        let (of, link) = path
-            .strip_prefix('/')?
-            .strip_suffix(".glb")?
-            .split_once('/')?;
-        (of == folder).then_some(link)
-    });
+    let links = links_with_mesh(folder, meshes);
     let base = pose(&arm.base);
     json!({
         "name": arm.name,
@@ -202,7 +231,7 @@ fn arm_json<'a>(
         "tool_link": tool_link,
         "tool": pose(&tool),
         "spheres": spheres.collect::<Vec<_>>(),
-        "meshes": links.collect::<Vec<_>>(),
+        "meshes": links,
     })
 }
 

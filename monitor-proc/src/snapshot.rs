@@ -132,7 +132,9 @@ impl Frame {
     }
 
     fn all(&mut self, values: &[f64]) {
-        values.iter().for_each(|value| self.f32(*value));
+        for value in values {
+            self.f32(*value);
+        }
     }
 
     fn pose(&mut self, pose: &Pose) {

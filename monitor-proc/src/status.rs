@@ -50,7 +50,7 @@ fn process(process: Process, health: Option<&Health>) -> Value {
         "state": if health.is_some() { "running" } else { "silent" },
         "pid": health.map(|h| h.pid),
         "generation": health.map(|h| h.header.generation),
-        "scheduling": health.map(|h| scheduling(h)),
+        "scheduling": health.map(scheduling),
         "rate_hz": figure(|h| h.rate_hz),
         "late_p50_us": figure(|h| h.lateness_p50_ns * 1.0e-3),
         "late_p99_us": figure(|h| h.lateness_p99_ns * 1.0e-3),
@@ -91,7 +91,7 @@ fn task(look: &Look<'_>) -> Value {
         (Some(world), Some(decision)) => world.header.tick.saturating_sub(decision.header.tick),
         _ => 0,
     };
-    let violations = look
+    let violations: u64 = look
         .world
         .map_or(0, |w| w.arms().iter().map(|a| a.limit_violations).sum());
     json!({
@@ -106,7 +106,7 @@ fn task(look: &Look<'_>) -> Value {
         "placed": placed(decision, look.objects),
         // A tick is a millisecond.
         "decision_age_ms": ticks,
-        "limit_violations": violations as u64,
+        "limit_violations": violations,
         "io": { "conveyor_running": decision.is_some_and(|d| d.io.conveyor_running == 1) },
     })
 }

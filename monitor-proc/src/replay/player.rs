@@ -32,8 +32,15 @@ pub struct Player<F> {
 
 impl<F: Film> Player<F> {
     /// A player at the beginning of `film`. `fingers` as in
-    /// [`crate::scene::fingers`], `objects` by their place in the cell file.
-    pub fn new(film: F, hub: Arc<Hub>, fingers: Vec<usize>, objects: Vec<String>) -> Self {
+    /// [`crate::scene::fingers`], `objects` by their place in the cell file,
+    /// `policy` where the task has not said its own.
+    pub fn new(
+        film: F,
+        hub: Arc<Hub>,
+        fingers: Vec<usize>,
+        objects: Vec<String>,
+        policy: String,
+    ) -> Self {
         let clock = Clock::new(film.span_s());
         Self {
             film,
@@ -41,7 +48,7 @@ impl<F: Film> Player<F> {
             clock,
             fingers,
             objects,
-            policy: String::new(),
+            policy,
             shown_s: None,
             next_status_s: 0.0,
             trouble: String::new(),

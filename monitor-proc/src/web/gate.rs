@@ -91,7 +91,7 @@ impl Gate {
 
     /// What a token stands for.
     pub fn role_of_token(&self, token: &str) -> Option<Role> {
-        self.role_of(
+        Self::role_of(
             token,
             &self.secrets.operator_token,
             &self.secrets.viewer_token,
@@ -128,12 +128,12 @@ impl Gate {
         });
         let secrets = &self.secrets;
         ours.filter_map(|value| {
-            self.role_of(value, &secrets.operator_cookie, &secrets.viewer_cookie)
+            Self::role_of(value, &secrets.operator_cookie, &secrets.viewer_cookie)
         })
         .max()
     }
 
-    fn role_of(&self, given: &str, operator: &str, viewer: &str) -> Option<Role> {
+    fn role_of(given: &str, operator: &str, viewer: &str) -> Option<Role> {
         let same = |secret: &str| -> bool {
             !secret.is_empty() && bool::from(given.as_bytes().ct_eq(secret.as_bytes()))
         };
@@ -146,7 +146,7 @@ impl Gate {
     }
 }
 
-/// 127.0.0.1 and ::1; the rest of 127/8 is nobody's name.
+/// 127.0.0.1 and `::1`; the rest of 127/8 is nobody's name.
 fn is_plain_loopback(ip: IpAddr) -> bool {
     ip == IpAddr::from([127, 0, 0, 1]) || ip == IpAddr::from([0, 0, 0, 0, 0, 0, 0, 1])
 }

@@ -236,9 +236,8 @@ impl Reader {
                 Ok(Message::Text(text)) => self.command(text.as_str()).await,
                 Ok(Message::Binary(_)) => self.refuse(0, "commands are text").await,
                 Ok(Message::Ping(_) | Message::Pong(_)) => {}
-                Ok(Message::Close(_)) => return None,
                 Err(error) if is_too_large(&error) => return Some("too large"),
-                Err(_) => return None,
+                Ok(Message::Close(_)) | Err(_) => return None,
             }
         }
         None

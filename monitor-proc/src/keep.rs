@@ -1,0 +1,71 @@
+//! Recordings a page asks for: where they go, and what they are called. A page
+//! names no files.
+
+use std::path::{Path, PathBuf};
+
+use cell_model::run_spec::RunSpec;
+
+use crate::page::command::RecordOrder;
+use crate::recorder::{Recorder, RecorderRequest};
+
+/// Recordings of one demo that are told apart.
+const MAX_NUMBER: u32 = 10_000;
+
+/// Has `order` carried out for the run of `spec`; what to tell the person.
+///
+/// # Errors
+///
+/// Why not, for people.
+pub fn record(recorder: &Recorder, spec: &RunSpec, order: RecordOrder) -> Result<String, String> {
+    let file = || -> Result<PathBuf, String> {
+        let folder = folder(&spec.record.flight_dir);
+        let cannot = |error| format!("{}: {error}", folder.display());
+        std::fs::create_dir_all(&folder).map_err(cannot)?;
+        Ok(free(&folder, &spec.demo))
+    };
+    recorder.ask(match order {
+        RecordOrder::Start => RecorderRequest::Start { file: file()? },
+        RecordOrder::Stop => RecorderRequest::Stop,
+        RecordOrder::Last(seconds) => RecorderRequest::Last {
+            seconds,
+            file: file()?,
+        },
+    })
+}
+
+/// `recordings` beside the folder of the flight recorders.
+fn folder(flight: &Path) -> PathBuf {
+    let parent = flight.parent().unwrap_or(flight);
+    let all = if parent.ends_with("flight") {
+        parent.parent().unwrap_or(parent)
+    } else {
+        parent
+    };
+    all.join("recordings")
+}
+
+/// `DEMO.mcap`, or the first of `DEMO-2.mcap`, ... that is free.
+fn free(folder: &Path, demo: &str) -> PathBuf {
+    let name = |number: u32| match number {
+        1 => folder.join(format!("{demo}.mcap")),
+        _ => folder.join(format!("{demo}-{number}.mcap")),
+    };
+    let free = (1..MAX_NUMBER).map(name).find(|path| !path.exists());
+    free.unwrap_or_else(|| name(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_recording_is_written_over() {
+        let dir = tempfile::tempdir().unwrap();
+        assert!(free(dir.path(), "reach").ends_with("reach.mcap"));
+        std::fs::write(dir.path().join("reach.mcap"), "").unwrap();
+        assert!(free(dir.path(), "reach").ends_with("reach-2.mcap"));
+        let (cell, run) = (Path::new("/s/flight/cell"), Path::new("/r/cell/flight"));
+        assert_eq!(folder(cell), Path::new("/s/recordings"));
+        assert_eq!(folder(run), Path::new("/r/cell/recordings"));
+    }
+}

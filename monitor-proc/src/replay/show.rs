@@ -1,0 +1,133 @@
+//! `monitor-proc replay`: a process that shows a recording.
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use cell_model::run_spec::PageSpec;
+use cell_record::{RecordError, Recording};
+use cell_rt::{process, signal};
+use serde_json::Value;
+
+use super::args::{ReplayArgs, ReplayArgsError};
+use super::desk::ReplayDesk;
+use super::player::Player;
+use crate::hub::{Hello, Hub};
+use crate::live::{self, PageError, Prepared, Trouble};
+use crate::page::command::Names;
+use crate::scene;
+
+/// Configuration that cannot be used.
+const EXIT_CONFIGURATION: u8 = 3;
+/// 60 frames a second.
+const FRAME: Duration = Duration::from_micros(16_667);
+
+/// Why a recording cannot be shown.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The arguments.
+    #[error(transparent)]
+    Args(#[from] ReplayArgsError),
+    /// The recording.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The page.
+    #[error(transparent)]
+    Page(#[from] PageError),
+    /// A signal or a thread.
+    #[error("start-up: {0}")]
+    System(#[from] std::io::Error),
+    /// The port.
+    #[error("{0}")]
+    Port(String),
+}
+
+/// `main` of the replay: reads the arguments after `replay`.
+pub fn main(arguments: impl Iterator<Item = String>) -> ExitCode {
+    match run(arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("monitor-proc: {error}");
+            ExitCode::from(EXIT_CONFIGURATION)
+        }
+    }
+}
+
+fn run(arguments: impl Iterator<Item = String>) -> Result<(), ReplayError> {
+    process::private_umask();
+    signal::install_stop_handler()?;
+    let parent = process::parent_pid();
+    if !process::die_with_parent(process::SIGTERM, parent)? {
+        return Ok(());
+    }
+    let args = ReplayArgs::parse(arguments)?;
+    let film = Recording::open(&args.file)?;
+    let (orders, ordered) = mpsc::channel();
+    let prepared = prepare(&args, &film, ReplayDesk(orders))?;
+    let hub = prepared.hub.clone();
+    let trouble = Trouble::default();
+    let address = args.address;
+    let mut player = player(film, hub.clone());
+    thread::scope(|scope| {
+        let told = trouble.clone();
+        let serve = move || live::serve(prepared, address, &told);
+        thread::Builder::new()
+            .name("page".to_owned())
+            .spawn_scoped(scope, serve)?;
+        let began = Instant::now();
+        while !signal::stop_requested() {
+            ordered.try_iter().for_each(|order| player.obey(order));
+            player.turn(began.elapsed().as_secs_f64());
+            if let Some(note) = trouble.note() {
+                return Err(ReplayError::Port(note));
+            }
+            cell_rt::sleep_until(cell_rt::monotonic_ns() + FRAME.as_nanos() as u64);
+        }
+        hub.close("end");
+        Ok(())
+    })
+}
+
+fn prepare(args: &ReplayArgs, film: &Recording, desk: ReplayDesk) -> Result<Prepared, ReplayError> {
+    let name = args
+        .file
+        .file_name()
+        .map(|name| name.to_string_lossy().into_owned());
+    let hello = Hello {
+        live: false,
+        run: live::run_info(film.run()),
+        demos: Vec::new(),
+        source: Some(name.unwrap_or_else(|| "recording".to_owned())),
+    };
+    let names = Names {
+        objects: scene::object_names(film.scene()),
+        arms: u32::from(film.run().arms),
+    };
+    let page = PageSpec {
+        address: args.address,
+        dist: args.dist.clone(),
+        hint: args.hint.clone(),
+        secrets: args.secrets.clone(),
+    };
+    let hub = Hub::new(hello, with_meshes(film.scene().clone()));
+    Ok(live::prepare_page(&page, hub, Arc::new(desk), names, None)?)
+}
+
+fn player(film: Recording, hub: Arc<Hub>) -> Player<Recording> {
+    let fingers = scene::fingers_of(film.scene());
+    let objects = scene::object_names(film.scene());
+    let policy = film.run().policy.clone();
+    Player::new(film, hub, fingers, objects, policy)
+}
+
+/// The meshes are those of this machine, not of the one it was recorded on.
+fn with_meshes(mut told: Value) -> Value {
+    let meshes = live::meshes();
+    for arm in told["arms"].as_array_mut().into_iter().flatten() {
+        let robot = arm["robot"].as_str().unwrap_or_default();
+        arm["meshes"] = scene::links_with_mesh(robot, meshes.paths()).into();
+    }
+    told
+}
