@@ -197,14 +197,26 @@ async fn gone(gone: &mut watch::Receiver<Option<&'static str>>) -> &'static str 
     }
 }
 
-/// The next frame: of the time the page looks at.
+/// The next frame: of the time the page looks at, once that can be shown.
 async fn newest(
     live: &mut watch::Receiver<Bytes>,
     scrubbed: &mut Option<watch::Receiver<Bytes>>,
 ) -> Bytes {
-    let frames = scrubbed.as_mut().unwrap_or(live);
+    let Some(past) = scrubbed else {
+        return changed(live).await;
+    };
+    if !past.borrow().is_empty() {
+        return changed(past).await;
+    }
+    tokio::select! {
+        frame = changed(past) => frame,
+        frame = changed(live) => frame,
+    }
+}
+
+async fn changed(frames: &mut watch::Receiver<Bytes>) -> Bytes {
     if frames.changed().await.is_err() {
-        // The thread that looked back is gone; the last frame stays.
+        // The thread that fed it is gone; the last frame stays.
         std::future::pending::<()>().await;
     }
     frames.borrow_and_update().clone()
