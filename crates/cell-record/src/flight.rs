@@ -195,6 +195,7 @@ impl Flight {
         let file = self.storage.create(&path).map_err(|e| e.to_string())?;
         let writer = RecordingWriter::new(file, &self.preamble);
         let begun = writer.and_then(|mut writer| {
+            writer.begin_at(time_ns)?;
             for (channel, (count, before)) in &self.lost {
                 let gap = gap(*channel, *count, *before, "disk");
                 writer.add(&gap_message(&gap, time_ns))?;

@@ -103,10 +103,21 @@ impl RecordingWriter {
     ///
     /// When the disk does not take it: the file ends with what was flushed.
     pub fn add(&mut self, message: &Message<'_>) -> Result<(), RecordError> {
-        if let Some(preamble) = self.preamble.take() {
-            self.begin(&preamble, message.time_ns)?;
-        }
+        self.begin_at(message.time_ns)?;
         self.put(message)
+    }
+
+    /// Writes what every file begins with, under simulated time `time_ns`, if
+    /// that is not there yet.
+    ///
+    /// # Errors
+    ///
+    /// When the disk does not take it.
+    pub fn begin_at(&mut self, time_ns: u64) -> Result<(), RecordError> {
+        match self.preamble.take() {
+            Some(preamble) => self.begin(&preamble, time_ns),
+            None => Ok(()),
+        }
     }
 
     /// Ends the chunk: all that was added is readable from now on.
@@ -129,9 +140,7 @@ impl RecordingWriter {
     ///
     /// When the disk does not take it.
     pub fn finish(mut self) -> Result<u64, RecordError> {
-        if let Some(preamble) = self.preamble.take() {
-            self.begin(&preamble, 0)?;
-        }
+        self.begin_at(0)?;
         self.writer.finish().map_err(RecordError::write)?;
         Ok(self.bytes())
     }

@@ -1,0 +1,32 @@
+"""Counts the messages of every channel, and finds a joint by the layout."""
+
+import json
+import struct
+import sys
+from collections import Counter
+
+from mcap.reader import make_reader
+
+counts, last = Counter(), None
+with open(sys.argv[1], "rb") as file:
+    reader = make_reader(file, validate_crcs=True)
+    print("channels", len(reader.get_summary().channels))
+    for schema, channel, message in reader.iter_messages():
+        counts[channel.topic] += 1
+        if channel.message_encoding == "json":
+            json.loads(message.data)
+        if channel.topic == "world":
+            last = (json.loads(schema.data), message.data)
+
+layout, data = last
+
+
+def field(struct_name, name):
+    fields = layout["structs"][struct_name]["fields"]
+    return next(f["offset"] for f in fields if f["name"] == name)
+
+
+at = field("WorldPiece", "arms") + field("ArmState", "joint_positions")
+print("joint", struct.unpack_from("<d", data, at)[0])
+for topic, count in counts.items():
+    print(topic, count)
