@@ -1,0 +1,105 @@
+use super::*;
+use ipc_types::{Text, Wire};
+
+fn line(kind: TraceKind, node: u32, from: u32, to: u32, text: &str) -> TraceLine {
+    let mut line = TraceLine::zeroed();
+    line.kind = kind.code();
+    (line.node, line.from, line.to) = (node, from, to);
+    line.text = Text::new(text);
+    line
+}
+
+fn machine() -> Story {
+    let mut story = Story::default();
+    for (node, name) in [(0, "open"), (1, "shut")] {
+        let text = format!("door\u{1f}{name}\u{1f}state\u{1f}{name}\u{1f}");
+        story.take(&line(TraceKind::Node, node, 0, 2, &text));
+    }
+    story.take(&line(TraceKind::Edge, 0, 0, 1, "push"));
+    story
+}
+
+fn kinds(messages: &[Value]) -> Vec<&str> {
+    messages.iter().filter_map(|m| m["t"].as_str()).collect()
+}
+
+#[test]
+fn a_machine_shows_the_way_it_took() {
+    let mut story = machine();
+    story.take(&line(TraceKind::Statuses, 0, 0, 0, "R-"));
+    let first = story.news();
+    assert_eq!(kinds(&first), ["graphs", "statuses"]);
+    assert_eq!(first[0]["graphs"][0]["kind"], "machine");
+    assert_eq!(first[1]["letters"], "RI");
+    story.take(&line(TraceKind::Status, 0, 1, 0, ""));
+    story.take(&line(TraceKind::Status, 1, 0, 1, ""));
+    let second = story.news();
+    assert_eq!(kinds(&second), ["statuses", "edge"]);
+    assert_eq!(
+        (&second[1]["label"], &second[1]["to"]),
+        (&json!("push"), &json!(1))
+    );
+    assert!(story.news().is_empty());
+}
+
+#[test]
+fn only_what_changed_is_told_and_a_late_joiner_is_told_all() {
+    let mut story = machine();
+    story.take(&line(TraceKind::Key, 0, 0, 0, "local.cube=red"));
+    story.take(&line(TraceKind::Guard, 1, 0, 1, "guard"));
+    story.take(&line(
+        TraceKind::Log,
+        0,
+        0,
+        0,
+        "[drop] <script>alert(1)</script>",
+    ));
+    story.news();
+    story.take(&line(TraceKind::Key, 0, 0, 0, "local.cube=red"));
+    story.take(&line(TraceKind::Guard, 1, 0, 0, "guard"));
+    let news = story.news();
+    assert_eq!(
+        news,
+        [json!({ "t": "guards", "graph": 0, "values": { "shut": false } })]
+    );
+    let all = story.everything();
+    assert_eq!(kinds(&all), ["graphs", "statuses", "keys", "guards", "log"]);
+    assert_eq!(all[4]["lines"][0]["mark"], "drop");
+    assert_eq!(
+        all[4]["lines"][0]["text"],
+        "[drop] <script>alert(1)</script>"
+    );
+}
+
+#[test]
+fn half_a_picture_is_not_shown_and_another_policy_replaces_all() {
+    let mut story = machine();
+    story.news();
+    let half = "tree\u{1f}root\u{1f}selector\u{1f}Root\u{1f}";
+    story.take(&line(TraceKind::Node, 0, 0, 2, half));
+    assert!(!kinds(&story.news()).contains(&"graphs"));
+    let rest = "tree\u{1f}lift\u{1f}action\u{1f}Lift\u{1f}";
+    story.take(&line(TraceKind::Node, 1, 1, 2, rest));
+    let news = story.news();
+    assert_eq!(news[0]["graphs"][0]["kind"], "tree");
+    assert_eq!(news[0]["graphs"][0]["edges"], json!([]));
+    assert_eq!(news[0]["graphs"][0]["nodes"][1]["parent"], 0);
+}
+
+#[test]
+fn nonsense_is_left_out_and_the_log_is_bounded() {
+    let mut story = Story::default();
+    story.take(&line(TraceKind::Node, 7, 0, 3, "x"));
+    story.take(&line(TraceKind::Node, 0, 0, u32::MAX, "x"));
+    story.take(&line(TraceKind::Statuses, u32::MAX, 9, 9, "RR"));
+    story.take(&line(TraceKind::Edge, 0, 1, 2, "x"));
+    story.take(&line(TraceKind::Key, 0, 1, 2, "a=b"));
+    assert!(story.news().is_empty());
+    for _ in 0..2000 {
+        story.say(0.0, "log", "x");
+    }
+    assert_eq!(
+        story.everything()[1]["lines"].as_array().unwrap().len(),
+        KEPT_LINES
+    );
+}
