@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::mpsc;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use cell_model::run_spec::PageSpec;
 use cell_record::{RecordError, Recording};
@@ -22,7 +22,7 @@ use crate::scene;
 /// Configuration that cannot be used.
 const EXIT_CONFIGURATION: u8 = 3;
 /// 60 frames a second.
-const FRAME: Duration = Duration::from_micros(16_667);
+const FRAME_NS: u64 = 16_666_667;
 
 /// Why a recording cannot be shown.
 #[derive(Debug, thiserror::Error)]
@@ -78,12 +78,14 @@ fn run(arguments: impl Iterator<Item = String>) -> Result<(), ReplayError> {
             .spawn_scoped(scope, serve)?;
         let began = Instant::now();
         while !signal::stop_requested() {
-            ordered.try_iter().for_each(|order| player.obey(order));
+            for order in ordered.try_iter() {
+                player.obey(order);
+            }
             player.turn(began.elapsed().as_secs_f64());
             if let Some(note) = trouble.note() {
                 return Err(ReplayError::Port(note));
             }
-            cell_rt::sleep_until(cell_rt::monotonic_ns() + FRAME.as_nanos() as u64);
+            cell_rt::sleep_until(cell_rt::monotonic_ns() + FRAME_NS);
         }
         hub.close("end");
         Ok(())
