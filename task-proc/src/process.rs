@@ -9,8 +9,8 @@ use cell_worker::{HealthReporter, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_LOCKSTEP;
 use ipc_types::{
-    ArmStatus, DECISION_TICKS, Decision, Header, Input, Keyframe, MAX_ARMS, TraceLine, Wire,
-    WorldState,
+    ArmStatus, DECISION_TICKS, Decision, Header, Input, Keyframe, MAX_ARMS, TICK_NS, TraceLine,
+    Wire, WorldState,
 };
 
 use crate::memory::{Memory, MemoryError};
@@ -79,8 +79,9 @@ struct TaskProcess {
     /// Generation of physics and tick decided on last.
     decided: Option<(u32, u64)>,
     begun: bool,
-    /// Tick the pictures were sent at last.
+    /// Tick the pictures were sent at last, and when that was (ns).
     drawn: Option<u64>,
+    drawn_ns: u64,
     /// Second of simulated time the record was sent in last.
     kept_in: Option<u64>,
 }
@@ -109,6 +110,7 @@ impl TaskProcess {
             decided: None,
             begun: false,
             drawn: None,
+            drawn_ns: 0,
             kept_in: None,
         })
     }
@@ -119,6 +121,7 @@ impl TaskProcess {
             self.work();
         }
         let now_ns = monotonic_ns();
+        self.draw_while_nothing_moves(now_ns);
         self.health
             .publish_if_due(self.decided.map_or(0, |(_, tick)| tick), now_ns);
         self.decision.update_connections();
@@ -213,11 +216,7 @@ impl TaskProcess {
             self.publish_keyframe(&record);
         }
         self.draw(tick);
-        let lines = std::mem::take(&mut self.lines);
-        for line in &lines {
-            self.send_line(tick, line);
-        }
-        self.lines = lines;
+        self.send_lines(tick);
         self.health
             .cycle(0, monotonic_ns().saturating_sub(began_ns));
     }
@@ -230,11 +229,35 @@ impl TaskProcess {
             .is_none_or(|drawn| tick >= drawn + PICTURE_TICKS || tick < drawn)
         {
             self.drawn = Some(tick);
+            self.drawn_ns = monotonic_ns();
             self.task.trace_pictures(&mut self.lines);
         }
         if tick.is_multiple_of(STATUS_TICKS) {
             self.task.trace_statuses(&mut self.lines);
         }
+    }
+
+    /// Simulated time stands still while the cell is paused; who begins to look
+    /// then wants to see the task, too.
+    fn draw_while_nothing_moves(&mut self, now_ns: u64) {
+        let Some((_, tick)) = self.decided else {
+            return;
+        };
+        if now_ns < self.drawn_ns + PICTURE_TICKS * TICK_NS {
+            return;
+        }
+        self.drawn = None;
+        self.lines.clear();
+        self.draw(tick);
+        self.send_lines(tick);
+    }
+
+    fn send_lines(&mut self, tick: u64) {
+        let lines = std::mem::take(&mut self.lines);
+        for line in &lines {
+            self.send_line(tick, line);
+        }
+        self.lines = lines;
     }
 
     /// The newest status caused by an earlier tick; in lockstep that of the

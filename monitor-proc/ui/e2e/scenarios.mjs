@@ -4,11 +4,17 @@ const PAUSED = 1;
 const TASK_PAUSED = 8;
 const NOT_LIVE = 16;
 
+/** What a browser says while the monitor is away. */
+const CLOSED = /WebSocket connection to|ERR_CONNECTION_REFUSED/;
+
 const flag = (bit) => `(r) => (r.store.snapshot.flags & ${bit}) !== 0`;
 const noFlag = (bit) => `(r) => (r.store.snapshot.flags & ${bit}) === 0`;
 
 /** Bodies and robots are drawn where physics has them. */
-async function draws({ look, until, near, page }) {
+async function draws({ look, until, near, page, robocell }) {
+  // The task shows itself with its first decision.
+  robocell("step", "20");
+  await until("the policy is drawn", (r) => r.store.graphs.some(({ nodes }) => nodes.length > 1));
   const seen = await look((r) => ({
     bodies: r.view.bodyPositions(),
     objects: r.store.scene.objects.map(({ name }, index) => ({
@@ -21,7 +27,6 @@ async function draws({ look, until, near, page }) {
       reach: Math.hypot(...arm.tool.slice(0, 3)),
       tcp: r.store.snapshot.arms[index].tcp.slice(0, 3),
     })),
-    nodes: r.store.graphs.reduce((sum, graph) => sum + graph.nodes.length, 0),
   }));
   for (const { name, at } of seen.objects) near(name, seen.bodies[name], at, 1e-3);
   for (const { name, link, reach, tcp } of seen.arms) {
@@ -29,7 +34,6 @@ async function draws({ look, until, near, page }) {
     const off = Math.hypot(...tcp.map((x, axis) => x - link[axis]));
     if (Math.abs(off - reach) > 3e-3) throw new Error(`the tool of ${name} is ${off - reach} m off`);
   }
-  if (seen.nodes < 2) throw new Error("no picture of the policy");
   await until("processes are listed", (r) => r.store.status.processes.length >= 4);
   const shot = await page.screenshot();
   if (shot.length < 30_000) throw new Error(`the page is empty: ${shot.length} bytes of PNG`);
@@ -111,7 +115,7 @@ async function gizmo({ page, look, until, press, near }) {
 }
 
 /** Each button does what its command does. */
-async function buttons({ page, look, until, press, robocell, same }) {
+async function buttons({ page, look, until, press, robocell, same, forgive }) {
   const generation = (name) => look((r, n) => r.store.status.processes.find((p) => p.name === n).generation, name);
   // Simulated time.
   robocell("pause");
@@ -170,10 +174,12 @@ async function buttons({ page, look, until, press, robocell, same }) {
   await press("robocell load franka-pyramid");
   await until("the other scene", (r) => r.store.scene.demo === "franka-pyramid" && r.store.snapshot.arms.length === 2);
   await until("it waits for Play", flag(PAUSED));
+  forgive(CLOSED);
 }
 
 /** The page lives on when the task and the monitor are replaced. */
 async function restarts({ page, look, until, robocell, forgive }) {
+  await until("the policy is drawn", (r) => (r.store.graphs[0]?.nodes.length ?? 0) > 1);
   const nodes = await look((r) => r.store.graphs[0].nodes.length);
   const text = await page.locator("#right").innerText();
   robocell("restart", "task");
@@ -194,7 +200,7 @@ async function restarts({ page, look, until, robocell, forgive }) {
   );
   const tick = await look((r) => r.store.snapshot.tick);
   await until("the picture moves", (r, tick) => r.store.snapshot.tick > tick, tick);
-  forgive(/WebSocket connection to|ERR_CONNECTION_REFUSED/);
+  forgive(CLOSED);
 }
 
 /** Back to what just happened, and forth to now. */
