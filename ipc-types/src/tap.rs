@@ -137,7 +137,7 @@ impl Keyframe {
     /// Takes `bytes` in; false, and empty, when there is no room.
     pub fn set(&mut self, bytes: &[u8]) -> bool {
         let fits = self.bytes.get_mut(..bytes.len());
-        self.len = fits.as_ref().map_or(0, |_| bytes.len() as u32);
+        self.len = fits.as_ref().map_or(0, |_| number(bytes.len()));
         fits.map(|place| place.copy_from_slice(bytes)).is_some()
     }
 }
@@ -163,7 +163,7 @@ impl Validate for Keyframe {
 /// A state taken apart; for [`WorldPiece::take`] see there.
 pub struct Pieces {
     next: u32,
-    pieces: u32,
+    count: u32,
     all: bool,
     first_object: usize,
 }
@@ -171,11 +171,11 @@ pub struct Pieces {
 impl Pieces {
     /// The pieces `state` has to be sent in.
     pub fn of(state: &WorldState) -> Self {
-        let all = state.header.tick % OBJECT_TICKS == 0;
+        let all = state.header.tick.is_multiple_of(OBJECT_TICKS);
         let named = (0..state.objects().len()).filter(|index| is_named(state, all, *index));
         Self {
             next: 0,
-            pieces: (named.count().div_ceil(PIECE_OBJECTS) as u32).max(1),
+            count: number(named.count().div_ceil(PIECE_OBJECTS)).max(1),
             all,
             first_object: 0,
         }
@@ -183,7 +183,7 @@ impl Pieces {
 
     /// Whether a piece is left.
     pub fn has_more(&self) -> bool {
-        self.next < self.pieces
+        self.next < self.count
     }
 
     /// Writes the next piece of the same `state`; false when there is none left.
@@ -193,14 +193,14 @@ impl Pieces {
         }
         out.header = Header::caused_by::<WorldPiece>(state.header.tick);
         out.take(state);
-        (out.piece, out.pieces) = (self.next, self.pieces);
+        (out.piece, out.pieces) = (self.next, self.count);
         out.all_objects = u32::from(self.all);
         out.count = 0;
         while self.first_object < state.objects().len() && (out.count as usize) < PIECE_OBJECTS {
             let index = self.first_object;
             if is_named(state, self.all, index) {
                 out.objects[out.count as usize] = PieceObject {
-                    index: index as u32,
+                    index: number(index),
                     reserved: 0,
                     state: state.objects[index],
                 };
@@ -211,6 +211,10 @@ impl Pieces {
         self.next += 1;
         true
     }
+}
+
+fn number(count: usize) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
 }
 
 fn is_named(state: &WorldState, all: bool, index: usize) -> bool {

@@ -111,11 +111,10 @@ impl TopicId {
     /// before it, and may look after that of tick k was sent.
     pub fn depth(self) -> usize {
         match self {
-            Self::Trace => 1024,
+            Self::Trace | Self::WorldTap => 1024,
             Self::ArmStatus(_) | Self::Decision => 2,
             // Some 300 ms of lockstep at full speed.
             Self::ArmCommandTap(_) | Self::ArmStatusTap(_) => 2048,
-            Self::WorldTap => 1024,
             Self::DecisionTap => 256,
             Self::Keyframe(_) => 4,
             _ => 1,

@@ -51,6 +51,24 @@ pub(crate) fn clean(command: &mut Command) {
             command.env(key, value);
         }
     }
+    if let Some(cache) = cache_dir() {
+        command.env(ENV_CACHE_DIR, cache);
+    }
+}
+
+/// Names the directory of what was fetched.
+pub(crate) const ENV_CACHE_DIR: &str = "ROBOCELL_CACHE_DIR";
+
+/// Where `assets fetch` keeps what it fetched: the rule of that program, told to
+/// processes that know nothing of our environment.
+pub(crate) fn cache_dir() -> Option<PathBuf> {
+    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+    if let Some(dir) = set(ENV_CACHE_DIR) {
+        return Some(PathBuf::from(dir));
+    }
+    let xdg = set("XDG_CACHE_HOME").map(PathBuf::from);
+    let base = xdg.or_else(|| Some(PathBuf::from(set("HOME")?).join(".cache")))?;
+    base.is_absolute().then(|| base.join("robocell"))
 }
 
 #[derive(Debug)]

@@ -4,7 +4,7 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::child::beside;
+use crate::child::{ENV_CACHE_DIR, beside, cache_dir};
 use crate::cli::ReplayArgs;
 use crate::failure::{Context, Failure};
 use crate::rundir::RunDir;
@@ -36,6 +36,9 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
         .arg(&page.secrets)
         .arg("--hint")
         .arg(&page.hint);
+    if let Some(cache) = cache_dir() {
+        command.env(ENV_CACHE_DIR, cache);
+    }
     if let Some(dist) = &page.dist {
         command.arg("--dist").arg(dist);
     }

@@ -32,14 +32,15 @@ pub fn ask(address: &str, method_and_path: &str, headers: &[(&str, &str)]) -> Op
     stream
         .set_read_timeout(Some(Duration::from_secs(10)))
         .ok()?;
-    let mut request = format!("{method_and_path} HTTP/1.1\r\nConnection: close\r\n");
+    let mut lines = vec![
+        format!("{method_and_path} HTTP/1.1"),
+        "Connection: close".to_owned(),
+    ];
     if !headers.iter().any(|(key, _)| *key == "Host") {
-        request += &format!("Host: {address}\r\n");
+        lines.push(format!("Host: {address}"));
     }
-    for (key, value) in headers {
-        request += &format!("{key}: {value}\r\n");
-    }
-    request += "\r\n";
+    lines.extend(headers.iter().map(|(key, value)| format!("{key}: {value}")));
+    let request = lines.join("\r\n") + "\r\n\r\n";
     stream.write_all(request.as_bytes()).ok()?;
     let mut bytes = Vec::new();
     stream.read_to_end(&mut bytes).ok()?;

@@ -105,7 +105,7 @@ fn with_node_the_page_is_built_once() {
 #[test]
 fn who_has_no_token_or_comes_from_elsewhere_stays_outside() {
     let ui = sources();
-    let (_cell, link) = cell(ui.path(), Some("/nowhere"));
+    let (cell, link) = cell(ui.path(), Some("/nowhere"));
     let (address, token) = parts(&link);
     let without = wait_for("the page", || ask(&address, "GET /", &[]));
     assert!(matches!(without.code, 401 | 403), "{without:?}");
@@ -124,7 +124,7 @@ fn who_has_no_token_or_comes_from_elsewhere_stays_outside() {
         ("Origin", "http://cell.example"),
     ];
     assert_eq!(ask(&address, "GET /ws", &upgrade).unwrap().code, 403);
-    let mode = fs::metadata(_cell.run_dir().join("page.json")).unwrap();
+    let mode = fs::metadata(cell.run_dir().join("page.json")).unwrap();
     assert_eq!(
         std::os::unix::fs::MetadataExt::mode(&mode) & 0o777,
         0o600,

@@ -47,7 +47,8 @@ mod tests {
 
     #[test]
     fn the_end_of_pips_complaint_is_passed_on() {
-        let long: String = (0..20).map(|n| format!("line {n}\n\n")).collect();
+        let lines: Vec<String> = (0..20).map(|n| format!("line {n}")).collect();
+        let long = lines.join("\n\n");
         let said = complaint(&long).to_string();
         assert!(
             said.contains("line 19") && !said.contains("line 13\n"),

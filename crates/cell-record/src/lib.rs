@@ -2,6 +2,12 @@
 //! recorder's ring of them, and reading them again. No bus, no clock: messages
 //! and times are arguments. The format is described in docs/recording.md.
 #![forbid(unsafe_code)]
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_possible_wrap,
+    clippy::cast_sign_loss,
+    reason = "lengths are limited before they are cast, and times of a run are no larger than centuries"
+)]
 
 mod channel;
 mod chunk;

@@ -20,13 +20,13 @@ impl Sent {
     }
 
     fn put(&mut self, generation: u32, number: u64, publish_ns: u64) {
-        if let Some(slot) = self.0.get_mut(number as usize % REMEMBERED) {
+        if let Some(slot) = self.0.get_mut(place(number)) {
             *slot = (generation, number, publish_ns);
         }
     }
 
     fn find(&self, generation: u32, number: u64) -> Option<u64> {
-        let slot = self.0.get(number as usize % REMEMBERED)?;
+        let slot = self.0.get(place(number))?;
         (slot.0 == generation && slot.1 == number).then_some(slot.2)
     }
 }
@@ -152,6 +152,15 @@ fn state_of(states: &Sent, header: &Header) -> Option<u64> {
     let world = TopicId::WorldState.code();
     let input = header.inputs().iter().find(|input| input.topic == world)?;
     states.find(input.generation, input.seq)
+}
+
+/// Place of a number in a ring.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "a remainder is as small as its divisor"
+)]
+fn place(number: u64) -> usize {
+    (number % REMEMBERED as u64) as usize
 }
 
 #[cfg(test)]
