@@ -194,7 +194,7 @@ async function restarts({ page, look, until, robocell, forgive }) {
   await until(
     "the monitor's second start shows the same tree",
     (r, nodes) =>
-      r.store.graphs[0].nodes.length === nodes &&
+      r.store.graphs[0]?.nodes.length === nodes &&
       r.store.status.processes.find((p) => p.name === "monitor")?.generation === 2,
     nodes,
   );
