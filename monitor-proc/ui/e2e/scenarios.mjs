@@ -14,7 +14,11 @@ const noFlag = (bit) => `(r) => (r.store.snapshot.flags & ${bit}) === 0`;
 async function draws({ look, until, near, page, robocell }) {
   // The task shows itself with its first decision.
   robocell("step", "20");
-  await until("the policy is drawn", (r) => r.store.graphs.some(({ nodes }) => nodes.length > 1));
+  // Following the operator takes no picture.
+  await until(
+    "the policy is drawn",
+    (r) => r.store.scene.demo === "reach" || r.store.graphs.some(({ nodes }) => nodes.length > 1),
+  );
   const seen = await look((r) => ({
     bodies: r.view.bodyPositions(),
     objects: r.store.scene.objects.map(({ name }, index) => ({
