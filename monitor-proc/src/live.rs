@@ -129,7 +129,7 @@ pub fn prepare_page(
     past: Option<OpenPast>,
 ) -> Result<Prepared, PageError> {
     let secrets = read_secrets(&page.secrets)?;
-    let files = Files::page(page.dist.as_deref());
+    let files = Files::page(page.dist.as_deref(), &page.hint);
     let (hint, fed) = (page.hint.clone(), hub.clone());
     let site = move |gate| Site {
         gate,

@@ -21,7 +21,7 @@ fn built_page() -> (tempfile::TempDir, Files) {
     std::fs::write(dir.path().join("dist/assets/main-1.js"), "1").unwrap();
     std::os::unix::fs::symlink(dir.path(), dir.path().join("dist/up")).unwrap();
     std::os::unix::fs::symlink("../secret.txt", dir.path().join("dist/link.txt")).unwrap();
-    let files = Files::page(Some(&dir.path().join("dist")));
+    let files = Files::page(Some(&dir.path().join("dist")), "");
     (dir, files)
 }
 

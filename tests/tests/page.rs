@@ -45,7 +45,9 @@ fn browser() -> Result<PathBuf, &'static str> {
 /// Runs a scenario of `monitor-proc/ui/e2e` on a cell started with `arguments`.
 #[track_caller]
 fn browse(scenario: &str, arguments: &[&str]) {
-    let _one = ONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let _one = ONE
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner);
     let chromium = match browser() {
         Ok(chromium) => chromium,
         Err(why) => {

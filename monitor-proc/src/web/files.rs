@@ -35,11 +35,14 @@ pub struct Files {
 }
 
 impl Files {
-    /// The built page in `dist`, or the embedded one.
-    pub fn page(dist: Option<&Path>) -> Self {
+    /// The built page in `dist`, or the embedded one. Where the launcher says by
+    /// a `hint` why it could not build the page, none: an embedded one may be of
+    /// any age.
+    pub fn page(dist: Option<&Path>, hint: &str) -> Self {
         match dist {
             Some(dist) => Self::folder(dist, ""),
-            None => Self::embedded(),
+            None if hint.is_empty() => Self::embedded(),
+            None => Self::default(),
         }
     }
 
