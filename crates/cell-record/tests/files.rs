@@ -29,7 +29,7 @@ fn every_message_comes_back_bit_for_bit_and_in_order() {
     let mut sent = Vec::new();
     for tick in 0..1500 {
         support::tick(tick, |m| {
-            sent.push((m.channel, m.time_ns, m.publish_ns, m.bytes.to_vec()))
+            sent.push((m.channel, m.time_ns, m.publish_ns, m.bytes.to_vec()));
         });
     }
     let read = recording.messages().map(|entry| entry.unwrap());
