@@ -1,6 +1,6 @@
 //! A robot as every process needs it: kinematics, masses, limits, drives, hand.
 
-use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion};
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use rmp::{Chain, CollisionSphere, JointKind, JointLimits, RmpFlowParameters};
 
 use crate::shape::Link;
@@ -50,6 +50,21 @@ pub struct ParallelGripper {
     pub pad_friction: f64,
 }
 
+/// A suction cup at the tool centre point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SuctionGripper {
+    /// Out of the cup, in the TCP frame, of length 1.
+    pub axis: Vector3<f64>,
+    /// How far before the cup something can be gripped (m).
+    pub grip_distance: f64,
+    /// Force at which the grip breaks (N).
+    pub force_limit: f64,
+    /// Torque at which the grip breaks (N·m).
+    pub torque_limit: f64,
+    /// Radius of the cup (m).
+    pub cup_radius: f64,
+}
+
 /// A robot arm with what is mounted on it.
 #[derive(Clone, Debug)]
 pub struct Robot {
@@ -63,8 +78,10 @@ pub struct Robot {
     pub links: Vec<Link>,
     /// Controlled joints in the order of commands, as indices of the chain.
     pub arm_joints: Vec<usize>,
-    /// The hand.
+    /// The hand; no robot has both fingers and suction.
     pub gripper: Option<ParallelGripper>,
+    /// The suction cup.
+    pub suction: Option<SuctionGripper>,
     /// Index of the tool centre point's frame in the chain.
     pub tcp_frame: usize,
     /// Collision spheres against the world.

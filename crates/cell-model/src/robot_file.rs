@@ -16,6 +16,7 @@ pub(crate) struct RobotFile {
     pub(crate) tcp_frame: String,
     pub(crate) arm: ArmTable,
     pub(crate) gripper: Option<GripperTable>,
+    pub(crate) suction: Option<SuctionTable>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -50,6 +51,16 @@ pub(crate) struct GripperTable {
     pub(crate) armature_kg: f64,
     pub(crate) joint_damping_n_s_per_m: f64,
     pub(crate) pad_friction: f64,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SuctionTable {
+    pub(crate) axis: [f64; 3],
+    pub(crate) grip_distance_m: f64,
+    pub(crate) force_limit_n: f64,
+    pub(crate) torque_limit_n_m: f64,
+    pub(crate) cup_radius_m: f64,
 }
 
 /// Reads and checks the file.
@@ -98,6 +109,9 @@ pub(crate) fn parse(file: &str, text: &str) -> Result<RobotFile, ModelError> {
     )?;
     if let Some(gripper) = &robot.gripper {
         checker.gripper(gripper)?;
+    }
+    if let Some(suction) = &robot.suction {
+        checker.suction(suction, robot.gripper.is_some())?;
     }
     Ok(robot)
 }
@@ -174,5 +188,88 @@ impl Checker<'_> {
             1.0e3,
         )?;
         self.number("gripper.pad_friction", gripper.pad_friction, 0.0, 5.0)
+    }
+
+    fn suction(&self, suction: &SuctionTable, has_fingers: bool) -> Result<(), ModelError> {
+        if has_fingers {
+            let allowed = "a robot has fingers or suction; remove [gripper] or [suction]";
+            return Err(self.refuse("suction", "given beside gripper", allowed.to_owned()));
+        }
+        let length = nalgebra::Vector3::from(suction.axis).norm();
+        // A range contains no NaN.
+        if !(0.999..=1.001).contains(&length) {
+            let [x, y, z] = suction.axis;
+            let allowed = "a direction of length 1 in the TCP frame is needed, out of the cup";
+            let value = format!("[{x}, {y}, {z}]");
+            return Err(self.refuse("suction.axis", value, allowed.to_owned()));
+        }
+        let numbers = [
+            ("grip_distance_m", suction.grip_distance_m, 1.0e-4, 0.1),
+            ("force_limit_n", suction.force_limit_n, 0.1, 1.0e4),
+            ("torque_limit_n_m", suction.torque_limit_n_m, 0.01, 1.0e4),
+            ("cup_radius_m", suction.cup_radius_m, 1.0e-3, 0.5),
+        ];
+        numbers.into_iter().try_for_each(|(key, value, low, high)| {
+            self.number(&format!("suction.{key}"), value, low, high)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UR10: &str = include_str!("../../../robots/ur10/robot.toml");
+    const PANDA: &str = include_str!("../../../robots/panda/robot.toml");
+
+    #[test]
+    fn a_suction_cup_beyond_its_ranges_is_refused_with_its_line() {
+        let cases = [
+            (
+                "force_limit_n = 50.0",
+                "force_limit_n = nan",
+                "suction.force_limit_n is nan",
+            ),
+            (
+                "torque_limit_n_m = 5.0",
+                "torque_limit_n_m = -5.0",
+                "0.01 to 10000 is allowed",
+            ),
+            (
+                "grip_distance_m = 0.01",
+                "grip_distance_m = 1.0",
+                "suction.grip_distance_m is 1",
+            ),
+            (
+                "cup_radius_m = 0.02",
+                "cup_radius_m = 0.0",
+                "suction.cup_radius_m is 0",
+            ),
+            (
+                "axis = [1.0, 0.0, 0.0]",
+                "axis = [1.0, 1.0, 0.0]",
+                "suction.axis is [1, 1, 0]",
+            ),
+            (
+                "cup_radius_m",
+                "cup_radios_m",
+                "did you mean 'cup_radius_m'",
+            ),
+        ];
+        for (from, to, wanted) in cases {
+            let text = UR10.replacen(from, to, 1);
+            assert_ne!(text, UR10, "{from}");
+            let error = parse("a.toml", &text).unwrap_err().to_string();
+            assert!(error.contains(wanted), "{error}");
+            assert!(error.starts_with("a.toml:"), "{error}");
+        }
+    }
+
+    #[test]
+    fn fingers_and_suction_together_are_refused() {
+        let suction = UR10.split("[suction]").nth(1).unwrap();
+        let both = format!("{PANDA}\n[suction]{suction}");
+        let error = parse("a.toml", &both).unwrap_err().to_string();
+        assert!(error.contains("remove [gripper] or [suction]"), "{error}");
     }
 }

@@ -1,9 +1,11 @@
 //! Builds a [`Robot`] from its files.
 
+use nalgebra::Vector3;
+
 use crate::data::Data;
 use crate::error::{ModelError, Place};
-use crate::robot::{JointSpec, ParallelGripper, Robot};
-use crate::robot_file::{self, GripperTable, RobotFile};
+use crate::robot::{JointSpec, ParallelGripper, Robot, SuctionGripper};
+use crate::robot_file::{self, GripperTable, RobotFile, SuctionTable};
 use crate::urdf::{self, UrdfRobot};
 use crate::{suggest, toml_text, xrdf};
 
@@ -68,6 +70,7 @@ impl Loader<'_> {
             links: self.urdf.links,
             arm_joints,
             gripper,
+            suction: self.table.suction.as_ref().map(suction),
             tcp_frame,
             spheres: Vec::new(),
         })
@@ -183,6 +186,16 @@ impl Loader<'_> {
             speed: table.speed_m_s,
             pad_friction: table.pad_friction,
         })
+    }
+}
+
+fn suction(table: &SuctionTable) -> SuctionGripper {
+    SuctionGripper {
+        axis: Vector3::from(table.axis).normalize(),
+        grip_distance: table.grip_distance_m,
+        force_limit: table.force_limit_n,
+        torque_limit: table.torque_limit_n_m,
+        cup_radius: table.cup_radius_m,
     }
 }
 

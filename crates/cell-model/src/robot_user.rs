@@ -68,6 +68,7 @@ fn assemble(
         links: urdf.links,
         arm_joints,
         gripper: None,
+        suction: None,
         spheres: Vec::new(),
     };
     if let Some((file, xrdf)) = xrdf {
