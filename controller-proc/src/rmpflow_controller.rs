@@ -377,7 +377,7 @@ fn add_fixtures(
 fn obstacle(fixture: &FixtureSpec, base: &Isometry3<f64>) -> Obstacle {
     let pose = base.inverse() * fixture.pose;
     let (half_extents, radius) = match fixture.shape {
-        Shape::Box { size_m } => (Vector3::from(size_m) * 0.5, 0.0),
+        Shape::Box { size_m } | Shape::Bin { size_m, .. } => (Vector3::from(size_m) * 0.5, 0.0),
         Shape::Sphere { radius_m } => (Vector3::zeros(), radius_m),
         Shape::Cylinder { radius_m, height_m } => {
             (Vector3::new(radius_m, radius_m, 0.5 * height_m), 0.0)

@@ -77,15 +77,19 @@ wire! {
         pub approach_std_dev: f64,
         /// Obstacles of the cell file that count, bit per obstacle.
         pub obstacle_mask: u64,
+        /// Objects of the cell file that are obstacles and count, bit per such
+        /// object.
+        pub object_mask: u64,
     }
 }
 
 wire! {
-    /// What the task tells the cell's equipment, like a PLC's outputs.
+    /// What the task tells the cell's equipment, like a PLC's outputs. Counters
+    /// go up by one for every request; one that went down asks for nothing.
     pub struct CellIo {
-        /// 1 while the belt runs.
+        /// 1 while the belt shall run; silence stops it.
         pub conveyor_running: u32,
-        /// Counts requests to drop parts.
+        /// Counts requests to drop parts, as many as the dispenser drops at a time.
         pub drop_parts: u32,
         /// Counts requests for a bin.
         pub add_bin: u32,

@@ -8,6 +8,7 @@
 
 pub mod arm;
 pub mod decision;
+pub mod equipment;
 pub mod header;
 pub mod health;
 pub mod loan;
@@ -24,6 +25,7 @@ pub mod world;
 
 pub use arm::{ArmCommand, ArmStatus, GripperCommand};
 pub use decision::{ArmGoal, Decision, GripperGoal};
+pub use equipment::EquipmentState;
 pub use header::{Header, Input};
 pub use health::Health;
 pub use operator::{OperatorReply, OperatorRequest};

@@ -3,7 +3,7 @@
 use crate::header::Header;
 use crate::pose::Pose;
 use crate::validate::{Check, Invalid, Validate, code};
-use crate::wire::wire;
+use crate::wire::{Wire, wire};
 use crate::{GripperGoal, Text};
 
 code! {
@@ -91,6 +91,16 @@ wire! {
         pub reserved: u32,
         /// What to tell the person, empty when accepted.
         pub message: Text<120>,
+    }
+}
+
+impl OperatorRequest {
+    /// A request to fill in: all zeros but for a pose that is one.
+    pub fn zeroed_at_identity() -> Self {
+        Self {
+            pose: Pose::IDENTITY,
+            ..Self::zeroed()
+        }
     }
 }
 

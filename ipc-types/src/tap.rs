@@ -4,7 +4,9 @@
 use crate::header::Header;
 use crate::validate::{Check, Invalid, Validate};
 use crate::wire::wire;
-use crate::{ArmState, MAX_ARMS, MAX_OBJECTS, ObjectState, OperatorPanel, WorldState};
+use crate::{
+    ArmState, EquipmentState, MAX_ARMS, MAX_OBJECTS, ObjectState, OperatorPanel, WorldState,
+};
 
 /// Objects one [`WorldPiece`] has room for.
 pub const PIECE_OBJECTS: usize = 8;
@@ -58,6 +60,8 @@ wire! {
         /// As in the state.
         pub panel: OperatorPanel,
         /// As in the state.
+        pub equipment: EquipmentState,
+        /// As in the state.
         pub arms: [ArmState; MAX_ARMS],
         /// 1 when the pieces of this state name all objects.
         pub all_objects: u32,
@@ -99,6 +103,7 @@ impl WorldPiece {
         self.overruns = state.overruns;
         self.state_hash = state.state_hash;
         self.panel = state.panel;
+        self.equipment = state.equipment;
         self.arms = state.arms;
     }
 
@@ -114,6 +119,7 @@ impl WorldPiece {
         state.overruns = self.overruns;
         state.state_hash = self.state_hash;
         state.panel = self.panel;
+        state.equipment = self.equipment;
         state.arms = self.arms;
         for object in self.objects() {
             if let Some(place) = state.objects.get_mut(object.index as usize) {

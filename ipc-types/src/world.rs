@@ -1,5 +1,6 @@
 //! The state of the world, as physics publishes it.
 
+use crate::equipment::EquipmentState;
 use crate::header::Header;
 use crate::pose::{Pose, Twist};
 use crate::validate::{
@@ -35,8 +36,17 @@ wire! {
         /// Contact force between fingers and what they hold, newtons, the
         /// smaller of the two sides.
         pub grip_force: f64,
-        /// Suction: fraction of the break limit in use, 0 to 1.
+        /// Suction: fraction of the break limit in use, 0 to 1, the larger of
+        /// force and torque.
         pub load: f64,
+        /// Suction: force on the cup, mean of the last 16.7 ms, newtons.
+        pub suction_force: f64,
+        /// Suction: torque about the cup, mean of the last 16.7 ms, N·m.
+        pub suction_torque: f64,
+        /// Suction: largest force of one tick since it was attached, newtons.
+        pub peak_force: f64,
+        /// Suction: largest torque of one tick since it was attached, N·m.
+        pub peak_torque: f64,
         /// Suction: 1 when something is attached.
         pub attached: u32,
         /// Index of the object held (in contact with both fingers, or
@@ -45,6 +55,18 @@ wire! {
         /// Index of the object in the light barrier between the fingers plus 1;
         /// 0 for none.
         pub beam_object: u32,
+        /// Suction: 1 while it is switched on.
+        pub suction: u32,
+        /// Suction: counts switchings-on that attached nothing.
+        pub refusals: u32,
+        /// [`crate::equipment::SuctionRefusal`] of the last of them.
+        pub refusal: u32,
+        /// Suction: counts grips that broke.
+        pub breaks: u32,
+        /// [`crate::equipment::BreakLimit`] of the last of them.
+        pub break_limit: u32,
+        /// [`crate::equipment::BreakCause`] of the last of them.
+        pub break_cause: u32,
         /// Zero.
         pub reserved: u32,
     }
@@ -108,8 +130,13 @@ wire! {
     /// The operator's panel: what people asked for, as levels and counters, so
     /// that a reader that missed a state misses no request.
     pub struct OperatorPanel {
-        /// Counts start requests to the task.
+        /// Counts start requests to the task; with `--until-done` the run itself
+        /// makes the first.
         pub task_start: u32,
+        /// 1 from a start request until the next reset of the task.
+        pub task_started: u32,
+        /// Zero.
+        pub reserved: u32,
         /// Counts reset requests to the task.
         pub task_reset: u32,
         /// 1 while the operator has paused the task.
@@ -158,6 +185,8 @@ wire! {
         pub state_hash: u64,
         /// What people asked for.
         pub panel: OperatorPanel,
+        /// Inputs of the cell's equipment.
+        pub equipment: EquipmentState,
         /// Arms, by their place in the cell file.
         pub arms: [ArmState; MAX_ARMS],
         /// Objects, by their place in the cell file.
@@ -219,6 +248,10 @@ impl Validate for ArmState {
             gripper.width_velocity,
             gripper.grip_force,
             gripper.load,
+            gripper.suction_force,
+            gripper.suction_torque,
+            gripper.peak_force,
+            gripper.peak_torque,
         ];
         Check::within("gripper", &scalars, MAX_EFFORT)
     }
@@ -239,6 +272,7 @@ impl Validate for WorldState {
             self.panel.target.check()?;
         }
         Check::count("panel.target_arm", self.panel.target_arm, MAX_ARMS - 1)?;
+        self.equipment.validate()?;
         let gripper = self.panel.gripper;
         Check::code(
             "panel.gripper",

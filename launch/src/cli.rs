@@ -161,6 +161,9 @@ pub struct RunArgs {
     /// Set the scene up and wait for `robocell resume`
     #[arg(long, conflicts_with = "one_process")]
     pub paused: bool,
+    /// Bins the job is about, where it is about bins; all of the cell otherwise
+    #[arg(long, value_name = "N")]
+    pub bins: Option<u32>,
     /// Robot to use in place of the demo's
     #[arg(long, value_name = "URDF")]
     pub robot: Option<PathBuf>,

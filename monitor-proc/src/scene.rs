@@ -285,5 +285,8 @@ fn shape(shape: &Shape) -> Value {
         Shape::Capsule { radius_m, height_m } => {
             json!({ "kind": "capsule", "radius_m": radius_m, "length_m": height_m })
         }
+        Shape::Bin { size_m, wall_m } => {
+            json!({ "kind": "bin", "size_m": size_m, "wall_m": wall_m })
+        }
     }
 }

@@ -10,7 +10,7 @@ use crate::{convert, shapes};
 /// One fixed body with everything that stands still.
 pub(crate) fn insert_fixtures(world: &mut PhysicsWorld, cell: &Cell) {
     let ground = world.bodies.insert(RigidBodyBuilder::fixed().build());
-    for fixture in &cell.fixtures {
+    for fixture in cell.fixtures.iter().filter(|fixture| fixture.solid) {
         let collider = collider(
             &fixture.shape,
             &fixture.pose,

@@ -23,8 +23,8 @@ impl World {
             OperatorAction::Drag => self.drag(request),
             OperatorAction::Target => self.target(request),
             OperatorAction::Gripper => self.gripper(request),
-            OperatorAction::TaskStart => count(&mut self.memory.panel.task_start),
-            OperatorAction::TaskReset => count(&mut self.memory.panel.task_reset),
+            OperatorAction::TaskStart => self.start_task(),
+            OperatorAction::TaskReset => self.reset_task(),
             OperatorAction::TaskPause => self.pause_task(true),
             OperatorAction::TaskResume => self.pause_task(false),
             OperatorAction::DropParts | OperatorAction::AddBin => (
@@ -128,6 +128,17 @@ impl World {
         }
         self.memory.panel.gripper = request.count;
         count(&mut self.memory.panel.gripper_seq)
+    }
+
+    fn start_task(&mut self) -> Reply {
+        self.memory.panel.task_started = true;
+        count(&mut self.memory.panel.task_start)
+    }
+
+    fn reset_task(&mut self) -> Reply {
+        self.memory.panel.task_started = false;
+        self.memory.panel.task_paused |= self.reset_pauses;
+        count(&mut self.memory.panel.task_reset)
     }
 
     fn pause_task(&mut self, paused: bool) -> Reply {

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Panel {
     pub(crate) task_start: u32,
+    pub(crate) task_started: bool,
     pub(crate) task_reset: u32,
     pub(crate) task_paused: bool,
     pub(crate) target_arm: u32,
@@ -22,6 +23,7 @@ impl Panel {
     /// Nothing was asked for yet.
     pub(crate) const NEW: Self = Self {
         task_start: 0,
+        task_started: false,
         task_reset: 0,
         task_paused: false,
         target_arm: 0,
@@ -37,6 +39,8 @@ impl Panel {
     pub(crate) fn to_wire(self) -> OperatorPanel {
         OperatorPanel {
             task_start: self.task_start,
+            task_started: u32::from(self.task_started),
+            reserved: 0,
             task_reset: self.task_reset,
             task_paused: u32::from(self.task_paused),
             target_arm: self.target_arm,

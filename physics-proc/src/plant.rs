@@ -10,8 +10,7 @@ use ipc_types::decision::Outcome;
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED};
 use ipc_types::{
-    Decision, GripperGoal, Header, OperatorReply, OperatorRequest, Pose, TICK_NS, Text, Wire,
-    WorldState,
+    Decision, GripperGoal, Header, OperatorReply, OperatorRequest, Pose, TICK_NS, Text, WorldState,
 };
 
 use crate::world::{StepInput, World, WorldError};
@@ -47,8 +46,14 @@ pub struct Plant {
 impl Plant {
     /// Sets the scene of `cell` up for the run `spec`.
     pub fn new(cell: &Cell, spec: &RunSpec) -> Result<Self, WorldError> {
+        let mut world = World::new(cell)?;
+        if spec.until_done {
+            // Nobody else gives the start event to a run that ends by itself.
+            let start = OperatorRequest::zeroed_at_identity();
+            let _accepted = world.operate(OperatorAction::TaskStart, &start);
+        }
         Ok(Self {
-            world: World::new(cell)?,
+            world,
             script: ScriptRunner::new(&spec.script),
             objects: cell.objects.iter().map(|o| o.name.clone()).collect(),
             lockstep: spec.speed.is_lockstep(),
@@ -179,8 +184,7 @@ impl Plant {
     }
 
     fn request_of(&self, action: &ScriptAction) -> Option<OperatorRequest> {
-        let mut request = OperatorRequest::zeroed();
-        request.pose = Pose::IDENTITY;
+        let mut request = OperatorRequest::zeroed_at_identity();
         let code = match action {
             ScriptAction::Drag { object, to, for_s } => {
                 request.object = index_of(&self.objects, object)?;

@@ -21,7 +21,22 @@ pub(crate) fn shared(shape: &Shape) -> (SharedShape, Isometry3<f64>) {
             SharedShape::capsule_z(0.5 * height_m, radius_m),
             Isometry3::identity(),
         ),
+        Shape::Bin { .. } => (bin(shape), Isometry3::identity()),
     }
+}
+
+/// One compound of five cuboids: as five colliders a bin buzzes.
+fn bin(shape: &Shape) -> SharedShape {
+    let panels = shape.panels().into_iter().flatten();
+    let parts = panels.map(|panel| {
+        let half = 0.5 * panel.size;
+        let pose = Isometry3::from_parts(panel.centre.into(), UnitQuaternion::identity());
+        (
+            convert::to_pose(&pose),
+            SharedShape::cuboid(half.x, half.y, half.z),
+        )
+    });
+    SharedShape::compound(parts.collect())
 }
 
 /// Turns the engine's y axis to z.

@@ -76,6 +76,8 @@ pub struct World {
     base_gravity: Vec<Vector3<f64>>,
     pub(crate) inputs: Vec<ipc_types::Input>,
     pub(crate) initial: Vec<u8>,
+    /// A reset of the task leaves it paused.
+    pub(crate) reset_pauses: bool,
     /// Same for the same cell and program: stamps snapshots.
     pub(crate) fingerprint: u64,
 }
@@ -123,6 +125,7 @@ impl World {
                 .collect(),
             inputs: Vec::new(),
             initial: Vec::new(),
+            reset_pauses: cell.reset_pauses,
             fingerprint: crate::snapshot::fingerprint(cell),
             engine,
             arms,

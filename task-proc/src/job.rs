@@ -42,6 +42,16 @@ pub enum Failure {
     CubeLost,
     /// The gripper did not open.
     GripperBlocked,
+    /// A bin lies where the arm cannot get.
+    BinOutOfReach,
+    /// A bin lies at an angle at which suction cannot hold it.
+    BinCannotBeGripped,
+    /// A bin fell out of the cell and there is no other.
+    BinLost,
+    /// A bin did not stay where it was set down, again and again.
+    BinCannotBePlaced,
+    /// The arm is caught: a joint has no turn left.
+    ArmCaught,
 }
 
 impl Failure {
@@ -53,6 +63,11 @@ impl Failure {
             Self::CubeCannotBePlaced => "cube_cannot_be_placed",
             Self::CubeLost => "cube_lost",
             Self::GripperBlocked => "gripper_blocked",
+            Self::BinOutOfReach => "bin_out_of_reach",
+            Self::BinCannotBeGripped => "bin_cannot_be_gripped",
+            Self::BinLost => "bin_lost",
+            Self::BinCannotBePlaced => "bin_cannot_be_placed",
+            Self::ArmCaught => "arm_caught",
         }
     }
 }
@@ -64,6 +79,17 @@ pub struct Attempts {
     pub pick: u32,
     /// Set-downs it did not stay at.
     pub place: u32,
+}
+
+/// Outputs to the cell's equipment. Counters only go up, also over a reset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Io {
+    /// The belt shall run.
+    pub conveyor_running: bool,
+    /// Requests to drop parts.
+    pub drop_parts: u32,
+    /// Requests for a bin.
+    pub add_bin: u32,
 }
 
 /// The job as all policies of a demo see it.
@@ -87,6 +113,10 @@ pub struct Job {
     pub done: bool,
     /// Since when the next object is out of reach.
     pub unreachable_since: Option<PolicyTime>,
+    /// The start event was given, for the demos that wait for one.
+    pub started: bool,
+    /// What the equipment is told.
+    pub io: Io,
 }
 
 impl Job {
@@ -101,7 +131,12 @@ impl Job {
 
     /// Begins anew.
     pub(crate) fn reset(&mut self) {
+        let io = Io {
+            conveyor_running: false,
+            ..self.io
+        };
         *self = Self::new(self.attempts.len());
+        self.io = io;
     }
 
     /// Becomes `other`, keeping the memory of the lists.

@@ -8,12 +8,15 @@
 //! An arm that nobody speaks for holds and keeps its gripper.
 #![forbid(unsafe_code)]
 
+pub mod bin_stack;
+pub mod fill_bin;
 pub mod goal_book;
 pub mod job;
 pub mod memory;
 pub mod observation;
 pub mod operator;
 pub mod output;
+pub mod palletize;
 pub mod policy;
 pub mod process;
 pub mod pyramid;
@@ -27,6 +30,7 @@ pub mod task;
 pub mod time;
 pub mod tracer;
 pub mod tree_trace;
+pub mod ur10;
 
 pub use job::Job;
 pub use observation::Observation;

@@ -27,7 +27,8 @@ pub struct PanelMemory {
     reason = "four buttons, each pressed or not"
 )]
 pub struct PanelChange {
-    /// The task was asked to start.
+    /// The task was asked to start; at the first decision, that it was asked
+    /// before and not put back since.
     pub start: bool,
     /// The task was asked to begin anew, or the scene was put back.
     pub reset: bool,
@@ -43,12 +44,16 @@ impl PanelMemory {
         self.paused
     }
 
-    /// Takes the panel of a new decision. The first one only sets the counters:
-    /// what was asked of an earlier task is not asked again.
+    /// Takes the panel of a new decision. The first one only sets the counters,
+    /// but for the start: what was asked of an earlier task is not asked again.
     pub fn update(&mut self, panel: &OperatorPanel) -> PanelChange {
         let paused = panel.task_paused == 1;
         let change = PanelChange {
-            start: self.seen && panel.task_start != self.task_start,
+            start: if self.seen {
+                panel.task_start != self.task_start
+            } else {
+                panel.task_started == 1
+            },
             reset: self.seen
                 && (panel.task_reset != self.task_reset || panel.scene_reset != self.scene_reset),
             pause: paused && !self.paused,

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use behavior::NodeStatus;
-use ipc_types::decision::{CellIo, GoalKind, Outcome};
+use ipc_types::decision::{GoalKind, Outcome};
 use ipc_types::trace::{LINE_BYTES, TraceKind};
 use ipc_types::{ArmGoal, Decision, GripperGoal, MAX_ARMS, MAX_JOINTS, Pose, Text, Wire};
 
@@ -48,6 +48,15 @@ pub struct ArmIntent {
     pub posture: Option<[f64; MAX_JOINTS]>,
     /// Force per finger when closing (N).
     pub grip_force: f64,
+    /// Direction of the last part of the approach times its length (m), world
+    /// frame; zero for a straight attraction.
+    pub approach: [f64; 3],
+    /// Width of the approach corridor (standard deviation, m).
+    pub approach_std_dev: f64,
+    /// Fixtures that count as obstacles, see [`ArmGoal::obstacle_mask`].
+    pub obstacle_mask: u64,
+    /// Objects that count as obstacles, see [`ArmGoal::object_mask`].
+    pub object_mask: u64,
 }
 
 impl Default for ArmIntent {
@@ -60,6 +69,10 @@ impl Default for ArmIntent {
             target: Pose::IDENTITY,
             posture: None,
             grip_force: 0.0,
+            approach: [0.0; 3],
+            approach_std_dev: 0.0,
+            obstacle_mask: u64::MAX,
+            object_mask: u64::MAX,
         }
     }
 }
@@ -196,7 +209,6 @@ impl Output {
             }
         }
         decision.arm_count = u32::try_from(arm_count).unwrap_or(0);
-        decision.io = CellIo::zeroed();
         decision.outcome = self.outcome.code();
         decision.phase = self.phase;
         decision.reason = Text::new(self.reason);
@@ -214,7 +226,10 @@ impl ArmIntent {
             target: self.target,
             posture: self.posture.unwrap_or_default(),
             grip_force: self.grip_force,
-            obstacle_mask: u64::MAX,
+            approach: self.approach,
+            approach_std_dev: self.approach_std_dev,
+            obstacle_mask: self.obstacle_mask,
+            object_mask: self.object_mask,
             ..ArmGoal::zeroed()
         }
     }

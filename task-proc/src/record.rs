@@ -11,7 +11,7 @@ use crate::time::PolicyClock;
 
 /// Version of the layout; another one is refused, and the task begins from what
 /// it observes.
-pub const RECORD_VERSION: u32 = 1;
+pub const RECORD_VERSION: u32 = 2;
 
 /// A record is never longer, so a broken length cannot ask for more memory.
 pub const MAX_RECORD_BYTES: u64 = 64 * 1024;

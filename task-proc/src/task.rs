@@ -5,8 +5,8 @@ use std::sync::Arc;
 use behavior::Graph;
 use cell_model::Cell;
 use cell_model::task_spec::TaskSpec;
-use ipc_types::decision::{MAX_PLACED, Outcome};
-use ipc_types::{ArmStatus, Decision, Header, Text, WorldState};
+use ipc_types::decision::{CellIo, MAX_PLACED, Outcome};
+use ipc_types::{ArmStatus, Decision, Header, OperatorPanel, Text, WorldState};
 use nalgebra::Vector2;
 
 use crate::job::{Job, Place};
@@ -23,6 +23,7 @@ use crate::stack_fsm::StackFsm;
 use crate::stack_ifelse::StackIfElse;
 use crate::time::{PolicyClock, PolicyTime};
 use crate::tracer::Tracer;
+use crate::{bin_stack, fill_bin, palletize, ur10};
 
 /// Closing force where neither cell nor robot names one (N).
 const DEFAULT_GRIP_FORCE_N: f64 = 20.0;
@@ -58,6 +59,9 @@ pub enum TaskError {
         /// What is wrong.
         source: Box<PyramidError>,
     },
+    /// A job of the UR10 cannot be made.
+    #[error(transparent)]
+    Ur10(#[from] ur10::SetupError),
     /// Nobody to do it.
     #[error("cells/{demo}.toml has no [[arm]]; a task needs one")]
     NoArm {
@@ -130,6 +134,18 @@ impl Task {
                     _ => return Err(unknown(cell, policy, &[Follow::NAME])),
                 }
             }
+            TaskSpec::Palletize(spec) => {
+                only(cell, policy, palletize::NAME)?;
+                (palletize::policy(spec, cell)?, 0.0)
+            }
+            TaskSpec::FillBin(spec) => {
+                only(cell, policy, fill_bin::NAME)?;
+                (fill_bin::policy(spec, cell)?, 0.0)
+            }
+            TaskSpec::BinStack(spec) => {
+                only(cell, policy, bin_stack::NAME)?;
+                (bin_stack::policy(spec, cell)?, 0.0)
+            }
         };
         Ok(Self::with_policy(
             &cell.name,
@@ -177,7 +193,7 @@ impl Task {
         let now = self.clock.advance(state.header.tick, self.panel.paused());
         let observation = Observation::new(state, status, now);
         self.out.begin();
-        self.obey(change);
+        self.obey(change, &state.panel);
         let leads = self.panel.paused() && !self.policy.follows_operator();
         if leads {
             let (arm, intent) = self.panel.lead(&state.panel, self.grip_force);
@@ -289,7 +305,7 @@ impl Task {
         self.clock.now()
     }
 
-    fn obey(&mut self, change: PanelChange) {
+    fn obey(&mut self, change: PanelChange, panel: &OperatorPanel) {
         log_change(change, &mut self.out);
         if change.reset {
             self.policy.reset();
@@ -297,7 +313,9 @@ impl Task {
             self.out.book_mut().forget();
             // Something may be in the hand.
             self.unsure = true;
+            self.job.started = panel.task_started == 1;
         }
+        self.job.started |= change.start;
         if change.start && self.job.failure.is_some() {
             self.job.retry();
             // Something may still be in the hand.
@@ -332,6 +350,13 @@ impl Task {
         out.resyncs = counters.resyncs;
         out.aborts = counters.aborts;
         out.recoveries = counters.recoveries;
+        let io = self.job.io;
+        out.io = CellIo {
+            conveyor_running: u32::from(io.conveyor_running),
+            drop_parts: io.drop_parts,
+            add_bin: io.add_bin,
+            reserved: 0,
+        };
         out.placed = [0; MAX_PLACED];
         out.placed_count = 0;
         for (slot, object) in out.placed.iter_mut().zip(&self.job.placed) {
@@ -358,6 +383,15 @@ fn spawn_places(cell: &Cell) -> Vec<(&str, Place)> {
         .iter()
         .map(|o| (o.name.as_str(), place(&o.pose)))
         .collect()
+}
+
+/// Refuses all policies but one.
+fn only(cell: &Cell, policy: &str, known: &str) -> Result<(), TaskError> {
+    if policy == known {
+        Ok(())
+    } else {
+        Err(unknown(cell, policy, &[known]))
+    }
 }
 
 fn unknown(cell: &Cell, policy: &str, known: &[&str]) -> TaskError {

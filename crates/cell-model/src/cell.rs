@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion};
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::cell_check;
 use crate::cell_file::{CellFile, ObjectTable};
@@ -15,7 +15,9 @@ use crate::shape::Shape;
 use crate::task_spec::TaskSpec;
 use crate::{suggest, toml_text};
 
-pub use crate::cell_file::{Camera, SpawnArea};
+pub use crate::cell_file::{
+    Camera, ConveyorTable, DispenserTable, SensorTable, SpawnArea, SupplyTable,
+};
 
 /// A cell.
 #[derive(Clone, Debug)]
@@ -36,6 +38,21 @@ pub struct Cell {
     pub objects: Vec<ObjectSpec>,
     /// What stands still.
     pub fixtures: Vec<FixtureSpec>,
+    /// The belt.
+    pub conveyor: Option<ConveyorTable>,
+    /// What drops parts.
+    pub dispenser: Option<DispenserTable>,
+    /// Light barriers in the order of
+    /// [`ipc_types::EquipmentState::sensors`].
+    pub sensors: Vec<SensorTable>,
+    /// An object below this height is put away again (m).
+    pub clear_below_m: Option<f64>,
+    /// A reset of the task leaves it paused.
+    pub reset_pauses: bool,
+    /// Bins the job is about: all of the cell, or fewer where the run says so.
+    pub bins: usize,
+    /// Seed of everything random in this run.
+    pub seed: u64,
     /// What the policies work with.
     pub task: TaskSpec,
     /// Where a picture is taken from.
@@ -74,6 +91,16 @@ pub struct ObjectSpec {
     pub nominal: Isometry3<f64>,
     /// How far a seed may move it from there.
     pub spawn: SpawnArea,
+    /// `name` of its table: that of all its kind where there are several.
+    pub kind: String,
+    /// Not in the simulation until the conveyor or the dispenser brings it.
+    pub parked: bool,
+    /// Whether motion policies can keep away from it.
+    pub obstacle: bool,
+    /// Whether it may sleep when it rests.
+    pub sleeps: bool,
+    /// Slows its turning (1/s).
+    pub angular_damping: f64,
     /// Red, green, blue from 0 to 1.
     pub colour: [f64; 3],
 }
@@ -89,6 +116,8 @@ pub struct FixtureSpec {
     pub pose: Isometry3<f64>,
     /// Friction coefficient.
     pub friction: f64,
+    /// Whether it is there in physics; without, it only keeps motion away.
+    pub solid: bool,
     /// Whether motion policies keep away from it.
     pub obstacle: bool,
     /// Red, green, blue from 0 to 1.
@@ -154,13 +183,22 @@ impl Cell {
             });
         }
         let mut random = Random::new(seed);
+        let objects: Vec<ObjectSpec> = table
+            .objects
+            .iter()
+            .flat_map(|object| (0..object.count.unwrap_or(1)).map(move |index| (object, index)))
+            .map(|(object, index)| place(object, index, &mut random))
+            .collect();
         Ok(Self {
             name: name.to_owned(),
-            objects: table
-                .objects
-                .iter()
-                .map(|object| place(object, &mut random))
-                .collect(),
+            bins: objects.iter().filter(|object| object.is_bin()).count(),
+            seed,
+            objects,
+            conveyor: table.conveyor,
+            dispenser: table.dispenser,
+            sensors: table.sensors,
+            clear_below_m: table.clear_below_m,
+            reset_pauses: table.reset_pauses,
             fixtures: table.fixtures.iter().map(fixture).collect(),
             description: table.description,
             policies: table.policies,
@@ -202,6 +240,36 @@ impl Cell {
             })
     }
 
+    /// Makes the job one about `bins` bins.
+    ///
+    /// # Errors
+    /// [`ModelError::Value`] where the cell has fewer, or none.
+    pub fn limit_bins(&mut self, bins: u32) -> Result<(), ModelError> {
+        let wanted = bins as usize;
+        if wanted == 0 || wanted > self.bins {
+            let allowed = match self.bins {
+                0 => "this cell has no bins".to_owned(),
+                most => format!("1 to {most} are allowed"),
+            };
+            let file = format!("cells/{}.toml", self.name);
+            return Err(ModelError::value(
+                crate::error::Place::line(&file, None),
+                "--bins",
+                bins,
+                allowed,
+            ));
+        }
+        self.bins = wanted;
+        Ok(())
+    }
+
+    /// Objects that motion policies can keep away from, with their index, in the
+    /// order of [`ipc_types::ArmGoal::object_mask`].
+    pub fn obstacle_objects(&self) -> impl Iterator<Item = (usize, &ObjectSpec)> {
+        let objects = self.objects.iter().enumerate();
+        objects.filter(|(_, object)| object.obstacle)
+    }
+
     /// Fixtures that motion policies keep away from, in the order of
     /// [`ipc_types::ArmGoal::obstacle_mask`].
     pub fn obstacles(&self) -> impl Iterator<Item = &FixtureSpec> {
@@ -210,26 +278,60 @@ impl Cell {
 }
 
 impl ObjectSpec {
+    /// Whether it is a bin.
+    pub fn is_bin(&self) -> bool {
+        matches!(self.shape, Shape::Bin { .. })
+    }
+
     /// Another pose of the spawn area.
     pub fn respawn(&mut self, random: &mut Random) {
         self.pose = vary(&self.nominal, self.spawn, random);
     }
 }
 
-/// Four numbers are drawn for every object, used or not: x, y, yaw, friction.
-fn place(object: &ObjectTable, random: &mut Random) -> ObjectSpec {
-    let nominal = pose(object.position_m, object.yaw_rad);
+/// Four numbers are drawn for every object, used or not: x, y, yaw, friction;
+/// a fifth where it can have several shapes.
+fn place(object: &ObjectTable, index: u32, random: &mut Random) -> ObjectSpec {
+    let mut nominal = pose(object.position_m, object.yaw_rad);
+    nominal.translation.vector += Vector3::from(object.pitch_m) * f64::from(index);
     let varied = vary(&nominal, object.spawn, random);
+    let friction = object.friction + random.around_zero(object.friction_spread);
+    let shape = match random_index(object.other_shapes.len() + 1, random) {
+        0 => &object.shape,
+        other => object.other_shapes.get(other - 1).unwrap_or(&object.shape),
+    };
     ObjectSpec {
-        name: object.name.clone(),
-        shape: object.shape.clone(),
+        name: numbered(object, index),
+        shape: shape.clone(),
         mass: object.mass_kg,
-        friction: object.friction + random.around_zero(object.friction_spread),
+        friction,
+        kind: object.name.clone(),
+        parked: object.parked,
+        obstacle: object.obstacle,
+        sleeps: object.sleeps,
+        angular_damping: object.angular_damping,
         pose: varied,
         nominal,
         spawn: object.spawn,
         colour: object.colour,
     }
+}
+
+/// `cube`, or `bin_07`, or `part_042`.
+pub(crate) fn numbered(object: &ObjectTable, index: u32) -> String {
+    match object.count {
+        None => object.name.clone(),
+        Some(count) if count < 100 => format!("{}_{:02}", object.name, index + 1),
+        Some(_) => format!("{}_{:03}", object.name, index + 1),
+    }
+}
+
+/// Evenly below `count`; draws nothing where there is no choice.
+fn random_index(count: usize, random: &mut Random) -> usize {
+    if count < 2 {
+        return 0;
+    }
+    usize::try_from(random.bits() % count as u64).unwrap_or(0)
 }
 
 fn vary(nominal: &Isometry3<f64>, spawn: SpawnArea, random: &mut Random) -> Isometry3<f64> {
@@ -245,8 +347,14 @@ fn fixture(table: &crate::cell_file::FixtureTable) -> FixtureSpec {
     FixtureSpec {
         name: table.name.clone(),
         shape: table.shape.clone(),
-        pose: pose(table.position_m, table.yaw_rad),
+        pose: Isometry3::from_parts(
+            Translation3::from(table.position_m),
+            table
+                .orientation_wxyz
+                .map_or_else(|| yaw(table.yaw_rad), unit),
+        ),
         friction: table.friction,
+        solid: table.solid,
         obstacle: table.obstacle,
         colour: table.colour,
     }
@@ -254,6 +362,11 @@ fn fixture(table: &crate::cell_file::FixtureTable) -> FixtureSpec {
 
 fn pose([x, y, z]: [f64; 3], yaw_rad: f64) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(x, y, z), yaw(yaw_rad))
+}
+
+/// The rotation of a quaternion w x y z that was checked to be of norm 1.
+fn unit([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
+    UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
 }
 
 /// A turn about z (rad).

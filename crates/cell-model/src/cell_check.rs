@@ -2,7 +2,8 @@
 
 use std::fmt::Display;
 
-use crate::cell_file::{CellFile, FixtureTable, ObjectTable};
+use crate::cell::numbered;
+use crate::cell_file::{CellFile, FixtureTable, ObjectTable, SpawnArea};
 use crate::error::{ModelError, Place};
 use crate::robot::Robot;
 use crate::shape::Shape;
@@ -40,6 +41,10 @@ pub(crate) fn check(file: &str, text: &str, cell: &CellFile) -> Result<(), Model
     for (index, fixture) in cell.fixtures.iter().enumerate() {
         checker.fixture(&format!("fixture.{index}"), fixture)?;
     }
+    if let Some(height) = cell.clear_below_m {
+        checker.number("clear_below_m", height, -MAX_COORDINATE_M, MAX_COORDINATE_M)?;
+    }
+    checker.equipment(cell)?;
     checker.task(cell)
 }
 
@@ -114,9 +119,11 @@ impl Checker<'_> {
     }
 
     fn counts(&self, cell: &CellFile) -> Result<(), ModelError> {
+        let counts = cell.objects.iter().map(|object| object.count.unwrap_or(1));
+        let objects = counts.map(|count| count as usize).sum();
         let limits = [
             ("arm", cell.arms.len(), 1, ipc_types::MAX_ARMS),
-            ("object", cell.objects.len(), 0, ipc_types::MAX_OBJECTS),
+            ("object", objects, 0, ipc_types::MAX_OBJECTS),
             ("fixture", cell.fixtures.len(), 0, 64),
             ("policies", cell.policies.len(), 1, 16),
         ];
@@ -147,9 +154,30 @@ impl Checker<'_> {
             cell.objects.iter().map(|object| object.name.as_str()),
         )?;
         self.unique(
+            "sensor",
+            cell.sensors.iter().map(|sensor| sensor.name.as_str()),
+        )?;
+        self.numbered_names(cell)?;
+        self.unique(
             "fixture",
             cell.fixtures.iter().map(|fixture| fixture.name.as_str()),
         )
+    }
+
+    /// An object must not have the name one of a series gets.
+    fn numbered_names(&self, cell: &CellFile) -> Result<(), ModelError> {
+        let series = cell.objects.iter().filter(|object| object.count.is_some());
+        let numbered = series
+            .flat_map(|object| (0..object.count.unwrap_or(0)).map(move |i| numbered(object, i)));
+        let numbered: Vec<String> = numbered.collect();
+        for (index, object) in cell.objects.iter().enumerate() {
+            if numbered.contains(&object.name) {
+                let key = format!("object.{index}.name");
+                let allowed = "a series of objects has that name; rename one of them";
+                return Err(self.refuse(&key, format!("'{}'", object.name), allowed));
+            }
+        }
+        Ok(())
     }
 
     fn unique<'b>(
@@ -182,17 +210,31 @@ impl Checker<'_> {
 
     fn shape(&self, key: &str, shape: &Shape) -> Result<(), ModelError> {
         shape.lengths().iter().try_for_each(|(name, length)| {
-            self.number(
-                &format!("{key}.shape.{name}"),
-                *length,
-                1.0e-3,
-                MAX_COORDINATE_M,
-            )
-        })
+            self.number(&format!("{key}.{name}"), *length, 1.0e-3, MAX_COORDINATE_M)
+        })?;
+        if let Shape::Bin { size_m, wall_m } = *shape {
+            let thinnest = size_m.iter().fold(f64::INFINITY, |least, s| least.min(*s));
+            self.number(&format!("{key}.wall_m"), wall_m, 1.0e-3, 0.45 * thinnest)?;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn spawn(&self, key: &str, spawn: SpawnArea) -> Result<(), ModelError> {
+        self.number(&format!("{key}.x_m"), spawn.x_m, 0.0, 1.0)?;
+        self.number(&format!("{key}.y_m"), spawn.y_m, 0.0, 1.0)?;
+        self.number(&format!("{key}.yaw_rad"), spawn.yaw_rad, 0.0, 3.2)
     }
 
     fn object(&self, key: &str, object: &ObjectTable) -> Result<(), ModelError> {
-        self.shape(key, &object.shape)?;
+        let count = object.count.map_or(1.0, f64::from);
+        self.number(&format!("{key}.count"), count, 1.0, 999.0)?;
+        self.position(&format!("{key}.pitch_m"), &object.pitch_m)?;
+        self.shape(&format!("{key}.shape"), &object.shape)?;
+        for (index, shape) in object.other_shapes.iter().enumerate() {
+            self.shape(&format!("{key}.other_shapes.{index}"), shape)?;
+        }
+        let damping = object.angular_damping;
+        self.number(&format!("{key}.angular_damping"), damping, 0.0, 100.0)?;
         self.number(&format!("{key}.mass_kg"), object.mass_kg, 1.0e-3, 100.0)?;
         self.number(&format!("{key}.friction"), object.friction, 0.0, 5.0)?;
         self.number(
@@ -203,19 +245,16 @@ impl Checker<'_> {
         )?;
         self.position(&format!("{key}.position_m"), &object.position_m)?;
         self.number(&format!("{key}.yaw_rad"), object.yaw_rad, -7.0, 7.0)?;
-        self.number(&format!("{key}.spawn.x_m"), object.spawn.x_m, 0.0, 1.0)?;
-        self.number(&format!("{key}.spawn.y_m"), object.spawn.y_m, 0.0, 1.0)?;
-        self.number(
-            &format!("{key}.spawn.yaw_rad"),
-            object.spawn.yaw_rad,
-            0.0,
-            3.2,
-        )?;
+        self.spawn(&format!("{key}.spawn"), object.spawn)?;
         self.numbers(&format!("{key}.colour"), &object.colour, 0.0, 1.0)
     }
 
     fn fixture(&self, key: &str, fixture: &FixtureTable) -> Result<(), ModelError> {
-        self.shape(key, &fixture.shape)?;
+        self.shape(&format!("{key}.shape"), &fixture.shape)?;
+        if let Some(q) = fixture.orientation_wxyz {
+            let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+            self.number(&format!("{key}.orientation_wxyz"), norm, 0.999, 1.001)?;
+        }
         self.number(&format!("{key}.friction"), fixture.friction, 0.0, 5.0)?;
         self.position(&format!("{key}.position_m"), &fixture.position_m)?;
         self.number(&format!("{key}.yaw_rad"), fixture.yaw_rad, -7.0, 7.0)?;

@@ -8,6 +8,7 @@
 pub mod bench_report;
 pub mod cell;
 mod cell_check;
+mod cell_check_equipment;
 pub mod cell_file;
 pub mod data;
 pub mod dynamics;
@@ -26,7 +27,10 @@ mod script_check;
 pub mod shape;
 pub mod stop;
 pub mod summary;
+mod task_bin_stack;
 mod task_check;
+mod task_fill_bin;
+mod task_palletize;
 pub mod task_spec;
 mod toml_text;
 pub mod urdf;

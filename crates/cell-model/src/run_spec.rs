@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::cell::Cell;
+use crate::data::Data;
+use crate::error::ModelError;
 use crate::robot_user::RobotFiles;
 use crate::script::ScriptLine;
 
@@ -77,6 +80,9 @@ pub struct RunSpec {
     pub script: Vec<ScriptLine>,
     /// Set the scene up and wait for resume.
     pub paused: bool,
+    /// Bins the job is about; all of the cell where missing.
+    #[serde(default)]
+    pub bins: Option<u32>,
     /// End the run when the task is done or has failed.
     pub until_done: bool,
     /// End the run at this simulated time at the latest (s).
@@ -162,6 +168,17 @@ impl RunSpec {
             path: path.to_owned(),
             source,
         })
+    }
+
+    /// The cell of the run, as every process of it sees it.
+    ///
+    /// # Errors
+    /// [`ModelError`] for an unknown demo and for any file that is wrong.
+    pub fn load_cell(&self) -> Result<Cell, ModelError> {
+        let data = self.data_dir.clone().map_or_else(Data::embedded, Data::dir);
+        let mut cell = Cell::load(&data, &self.demo, self.seed, self.robot.as_ref())?;
+        self.bins.map_or(Ok(()), |bins| cell.limit_bins(bins))?;
+        Ok(cell)
     }
 
     /// Writes the file at `path`.

@@ -1,11 +1,11 @@
 //! Shapes of links, objects and fixtures. Every shape is centred on its frame;
-//! round ones stand along z.
+//! round ones stand along z, bins open towards z.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// A convex solid.
+/// A solid, convex but for the bin.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
@@ -33,9 +33,47 @@ pub enum Shape {
         /// Height of the cylindrical part (m).
         height_m: f64,
     },
+    /// An open box: a floor and four walls.
+    Bin {
+        /// Outer edge lengths (m).
+        size_m: [f64; 3],
+        /// Thickness of floor and walls (m).
+        wall_m: f64,
+    },
+}
+
+/// A cuboid of a bin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Panel {
+    /// Full edge lengths (m).
+    pub size: Vector3<f64>,
+    /// Its centre in the bin's frame (m).
+    pub centre: Vector3<f64>,
 }
 
 impl Shape {
+    /// Floor, the two walls along y at -x and +x, the two between them at -y and
+    /// +y; nothing for other shapes. They touch and do not overlap.
+    pub fn panels(&self) -> Option<[Panel; 5]> {
+        let Self::Bin { size_m, wall_m } = *self else {
+            return None;
+        };
+        let [x, y, z] = size_m;
+        let (inner_x, wall_z) = (x - 2.0 * wall_m, z - wall_m);
+        let panel = |size: [f64; 3], centre: [f64; 3]| Panel {
+            size: size.into(),
+            centre: centre.into(),
+        };
+        let (at_x, at_y, up) = (0.5 * (x - wall_m), 0.5 * (y - wall_m), 0.5 * wall_m);
+        Some([
+            panel([x, y, wall_m], [0.0, 0.0, 0.5 * (wall_m - z)]),
+            panel([wall_m, y, wall_z], [-at_x, 0.0, up]),
+            panel([wall_m, y, wall_z], [at_x, 0.0, up]),
+            panel([inner_x, wall_m, wall_z], [0.0, -at_y, up]),
+            panel([inner_x, wall_m, wall_z], [0.0, at_y, up]),
+        ])
+    }
+
     /// Every length of the shape, with its key in a file.
     pub fn lengths(&self) -> Vec<(&'static str, f64)> {
         match *self {
@@ -44,13 +82,21 @@ impl Shape {
             Self::Cylinder { radius_m, height_m } | Self::Capsule { radius_m, height_m } => {
                 vec![("radius_m", radius_m), ("height_m", height_m)]
             }
+            Self::Bin { size_m, wall_m } => size_m
+                .iter()
+                .map(|length| ("size_m", *length))
+                .chain([("wall_m", wall_m)])
+                .collect(),
         }
     }
 
     /// Radius of the ball around the centre that holds the shape (m).
     pub fn bounding_radius(&self) -> f64 {
         match *self {
-            Self::Box { size_m: [x, y, z] } => 0.5 * (x * x + y * y + z * z).sqrt(),
+            Self::Box { size_m: [x, y, z] }
+            | Self::Bin {
+                size_m: [x, y, z], ..
+            } => 0.5 * (x * x + y * y + z * z).sqrt(),
             Self::Sphere { radius_m } => radius_m,
             Self::Cylinder { radius_m, height_m } => {
                 (radius_m * radius_m + 0.25 * height_m * height_m).sqrt()
@@ -118,6 +164,25 @@ fn steiner(mass: f64, offset: Vector3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_panels_of_a_bin_fill_its_outside_and_leave_its_inside() {
+        let size_m = [0.3, 0.2, 0.14];
+        let wall_m = 0.005;
+        let panels = Shape::Bin { size_m, wall_m }.panels().unwrap();
+        let volume: f64 = panels.iter().map(|panel| panel.size.product()).sum();
+        let inside = 0.29 * 0.19 * 0.135;
+        assert!((volume - (0.3 * 0.2 * 0.14 - inside)).abs() < 1.0e-12);
+        for panel in panels {
+            let reach = panel.centre.abs() + 0.5 * panel.size;
+            assert!(
+                reach
+                    .iter()
+                    .zip(size_m)
+                    .all(|(r, s)| *r <= 0.5 * s + 1.0e-12)
+            );
+        }
+    }
 
     #[test]
     fn two_point_masses_make_a_dumbbell() {

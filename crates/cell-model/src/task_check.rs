@@ -18,6 +18,9 @@ impl Checker<'_> {
             TaskSpec::Stack(task) => self.stack(task, cell),
             TaskSpec::Pyramid(task) => self.pyramid(task, cell),
             TaskSpec::Reach(task) => self.reach(task),
+            TaskSpec::Palletize(task) => self.palletize(task, cell),
+            TaskSpec::FillBin(task) => self.fill_bin(task, cell),
+            TaskSpec::BinStack(task) => self.bin_stack(task, cell),
         }
     }
 

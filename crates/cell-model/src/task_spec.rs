@@ -5,6 +5,10 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+pub use crate::task_bin_stack::BinStackTask;
+pub use crate::task_fill_bin::FillBinTask;
+pub use crate::task_palletize::PalletizeTask;
+
 /// Most objects a stack may be made of.
 pub const MAX_STACK: usize = 16;
 
@@ -18,6 +22,12 @@ pub enum TaskSpec {
     Pyramid(PyramidTask),
     /// Follow the operator's target.
     Reach(ReachTask),
+    /// Bins off a conveyor onto a pallet.
+    Palletize(PalletizeTask),
+    /// Fill a bin until the grip breaks.
+    FillBin(FillBinTask),
+    /// Bins off a conveyor into columns.
+    BinStack(BinStackTask),
 }
 
 /// Stack cubes on one spot in a given order.

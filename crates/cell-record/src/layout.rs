@@ -2,11 +2,12 @@
 //! language can take them apart.
 
 use ipc_types::decision::{CellIo, MAX_PLACED};
+use ipc_types::equipment::MAX_SENSORS;
 use ipc_types::tap::{KEYFRAME_BYTES, PIECE_OBJECTS, PieceObject};
 use ipc_types::{
-    ArmCommand, ArmGoal, ArmState, ArmStatus, Decision, GripperCommand, GripperState, Header,
-    Input, Keyframe, MAX_ARMS, MAX_INPUTS, MAX_JOINTS, ObjectState, OperatorPanel, Pose, Text,
-    TraceLine, Twist, WorldPiece,
+    ArmCommand, ArmGoal, ArmState, ArmStatus, Decision, EquipmentState, GripperCommand,
+    GripperState, Header, Input, Keyframe, MAX_ARMS, MAX_INPUTS, MAX_JOINTS, ObjectState,
+    OperatorPanel, Pose, Text, TraceLine, Twist, WorldPiece,
 };
 use serde_json::{Map, Value, json};
 
@@ -77,9 +78,19 @@ layouts! {
         width_velocity: f64,
         grip_force: f64,
         load: f64,
+        suction_force: f64,
+        suction_torque: f64,
+        peak_force: f64,
+        peak_torque: f64,
         attached: u32,
         held_object: u32,
         beam_object: u32,
+        suction: u32,
+        refusals: u32,
+        refusal: u32,
+        breaks: u32,
+        break_limit: u32,
+        break_cause: u32,
         reserved: u32,
     }
     ArmState {
@@ -107,6 +118,8 @@ layouts! {
     }
     OperatorPanel {
         task_start: u32,
+        task_started: u32,
+        reserved: u32,
         task_reset: u32,
         task_paused: u32,
         target_arm: u32,
@@ -123,6 +136,16 @@ layouts! {
         reserved: u32,
         state: ObjectState,
     }
+    EquipmentState {
+        conveyor_speed: f64,
+        bins_supplied: u32,
+        supply_refusals: u32,
+        supply_refusal: u32,
+        parts_dropped: u32,
+        parts_waiting: u32,
+        cleared: u32,
+        sensors: u32 [MAX_SENSORS],
+    }
     WorldPiece {
         header: Header,
         state: Header,
@@ -137,6 +160,7 @@ layouts! {
         overruns: u64,
         state_hash: u64,
         panel: OperatorPanel,
+        equipment: EquipmentState,
         arms: ArmState [MAX_ARMS],
         all_objects: u32,
         count: u32,
@@ -195,6 +219,7 @@ layouts! {
         approach: f64 [3],
         approach_std_dev: f64,
         obstacle_mask: u64,
+        object_mask: u64,
     }
     CellIo {
         conveyor_running: u32,

@@ -38,6 +38,7 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
         robot: None,
         script: Vec::new(),
         paused: false,
+        bins: None,
         until_done: true,
         time_limit_s: None,
         real_time: false,

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::time::Instant;
 
 use cell_model::Cell;
-use cell_model::data::Data;
 use cell_model::run_spec::RunSpec;
 use cell_model::script::ScriptLine;
 use cell_model::summary::{RunFacts, RunSummary};
@@ -13,16 +12,7 @@ use crate::{OneProcess, SimError};
 
 /// The cell of a run.
 pub fn cell_of(spec: &RunSpec) -> Result<Cell, SimError> {
-    let data = match &spec.data_dir {
-        Some(dir) => Data::dir(dir.clone()),
-        None => Data::embedded(),
-    };
-    Ok(Cell::load(
-        &data,
-        &spec.demo,
-        spec.seed,
-        spec.robot.as_ref(),
-    )?)
+    Ok(spec.load_cell()?)
 }
 
 /// Runs `spec` until its task is done or its time limit is reached. `on_line`

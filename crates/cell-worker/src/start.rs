@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use cell_bus::{Bus, BusError, RunSite};
 use cell_model::run_spec::{RunSpec, RunSpecError};
 use cell_model::worker_args::{WorkerArgs, WorkerArgsError};
-use cell_model::{Cell, Data, ModelError};
+use cell_model::{Cell, ModelError};
 use cell_rt::{priority, process, signal};
 use ipc_types::topic::Process;
 
@@ -58,11 +58,7 @@ impl Start {
         }
         let args = WorkerArgs::parse(std::env::args().skip(1))?;
         let spec = RunSpec::load(&args.spec)?;
-        let data = match &spec.data_dir {
-            Some(dir) => Data::dir(dir.clone()),
-            None => Data::embedded(),
-        };
-        let cell = Cell::load(&data, &spec.demo, spec.seed, spec.robot.as_ref())?;
+        let cell = spec.load_cell()?;
         Ok(Self {
             spec,
             cell,

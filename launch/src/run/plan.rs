@@ -48,7 +48,10 @@ impl Plan {
     fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Self, Failure> {
         let data_dir = args.data.data.as_deref().map(absolute).transpose()?;
         let robot = robot_files(args)?;
-        let cell = load(data_dir.as_deref(), &args.demo, args.seed, robot.as_ref())?;
+        let mut cell = load(data_dir.as_deref(), &args.demo, args.seed, robot.as_ref())?;
+        args.bins
+            .map_or(Ok(()), |bins| cell.limit_bins(bins))
+            .map_err(Failure::configuration)?;
         check_control(&cell)?;
         let policy = choose(
             args.policy.as_deref(),
@@ -87,6 +90,7 @@ impl Plan {
             robot,
             script: script.unwrap_or_default(),
             paused: args.paused,
+            bins: args.bins,
             until_done: args.until_done,
             time_limit_s: limit,
             real_time: args.speed == Speed::RealTime,
@@ -127,6 +131,7 @@ impl Plan {
             timeout: None,
             script: None,
             record: None,
+            bins: self.args.bins.filter(|_| demo == self.args.demo),
             robot: self.args.robot.clone().filter(|_| demo == self.args.demo),
             ..self.args.clone()
         };

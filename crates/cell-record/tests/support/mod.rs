@@ -18,6 +18,7 @@ pub(crate) fn run() -> RunSpec {
         demo: "franka-stack".into(),
         policy: "fsm".into(),
         seed: 3,
+        bins: None,
         speed: Speed::RealTime,
         data_dir: None,
         run_dir: "run".into(),

@@ -1,0 +1,30 @@
+//! `[task]` with `kind = "palletize"`.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::cell_check::Checker;
+use crate::cell_file::CellFile;
+use crate::error::ModelError;
+
+/// Bins off a conveyor onto a pallet, the upside-down ones over the flip jig.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PalletizeTask {
+    /// File in `cells/` that describes the behaviour.
+    pub behaviour: String,
+}
+
+impl Checker<'_> {
+    pub(crate) fn palletize(
+        &self,
+        task: &PalletizeTask,
+        _cell: &CellFile,
+    ) -> Result<(), ModelError> {
+        if task.behaviour.is_empty() {
+            let allowed = "the name of a file in cells/ is needed";
+            return Err(self.refuse("task.behaviour", "''", allowed));
+        }
+        Ok(())
+    }
+}

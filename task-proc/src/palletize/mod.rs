@@ -1,0 +1,18 @@
+//! Bins off a conveyor onto a pallet, the upside-down ones over the flip jig.
+
+use cell_model::Cell;
+use cell_model::task_spec::PalletizeTask;
+
+use crate::policy::Policy;
+use crate::ur10::SetupError;
+
+/// Name of the policy on the command line.
+pub const NAME: &str = "table";
+
+/// The policy of `cell`.
+///
+/// # Errors
+/// [`SetupError`] where the cell file or the behaviour file does not make a job.
+pub fn policy(_task: &PalletizeTask, cell: &Cell) -> Result<Box<dyn Policy>, SetupError> {
+    Err(SetupError::new(cell, "there is no such job yet"))
+}
