@@ -33,7 +33,7 @@ code! {
         TaskResume = 10,
         /// Put the task back to its beginning.
         TaskReset = 11,
-        /// Drop `count` parts.
+        /// Drop `count` parts; 0: as many as the dispenser drops at a time.
         DropParts = 12,
         /// Add a bin; `count` 1: upside down.
         AddBin = 13,

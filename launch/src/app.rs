@@ -31,6 +31,8 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Target(args) => client::target(args),
         Command::Gripper(args) => client::gripper(args),
         Command::Drag(args) => client::drag(args),
+        Command::DropParts(args) => client::drop_parts(args),
+        Command::AddBin(args) => client::add_bin(args),
         Command::Bt(args) => client::behaviour("bt", args),
         Command::Fsm(args) => client::behaviour("fsm", args),
         Command::Schema(args) => client::schema(*args),

@@ -78,6 +78,10 @@ pub enum Command {
     Gripper(GripperArgs),
     /// Pull an object to a place by a bounded spring
     Drag(DragArgs),
+    /// Drop parts from the dispenser, at any time
+    DropParts(DropPartsArgs),
+    /// Let the conveyor bring another bin
+    AddBin(AddBinArgs),
     /// Show or check a behaviour tree
     Bt(BehaviourArgs),
     /// Show or check a state machine or an event x state matrix
@@ -330,6 +334,28 @@ pub struct GripperArgs {
     /// Arm by its place in the cell file
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub arm: u32,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// `robocell drop-parts`.
+#[derive(Clone, Debug, Args)]
+pub struct DropPartsArgs {
+    /// How many; as many as the dispenser drops at a time otherwise
+    #[arg(value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub count: Option<u32>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// `robocell add-bin`.
+#[derive(Clone, Debug, Args)]
+pub struct AddBinArgs {
+    /// Upside down; as the seed has it otherwise
+    #[arg(long)]
+    pub flipped: bool,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub cell: CellArgs,

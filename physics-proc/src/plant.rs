@@ -216,7 +216,10 @@ impl Plant {
                 request.count = *count;
                 OperatorAction::DropParts
             }
-            ScriptAction::AddBin {} => OperatorAction::AddBin,
+            ScriptAction::AddBin { flipped } => {
+                request.count = u32::from(*flipped);
+                OperatorAction::AddBin
+            }
             ScriptAction::TaskStart {} => OperatorAction::TaskStart,
             ScriptAction::TaskPause {} => OperatorAction::TaskPause,
             ScriptAction::TaskResume {} => OperatorAction::TaskResume,

@@ -46,6 +46,8 @@ fn help_lists_what_works_and_nothing_else() {
         "target",
         "gripper",
         "drag",
+        "drop-parts",
+        "add-bin",
         "bt",
         "fsm",
         "schema",

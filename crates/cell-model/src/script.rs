@@ -53,11 +53,15 @@ pub enum ScriptAction {
         arm: u32,
     },
     /// Asks for a bin.
-    AddBin {},
+    AddBin {
+        /// Upside down; as the seed has it otherwise.
+        #[serde(default)]
+        flipped: bool,
+    },
     /// Drops parts.
     DropParts {
-        /// How many.
-        #[serde(default = "one")]
+        /// How many; 0: as many as the dispenser drops at a time.
+        #[serde(default)]
         count: u32,
     },
     /// Start event of the task.

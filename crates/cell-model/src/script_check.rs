@@ -16,7 +16,20 @@ pub(crate) fn check(action: &ScriptAction, cell: &Cell) -> Result<(), String> {
         }
         ScriptAction::Target { arm, .. } => arm_index(*arm, cell).map(|_| ()),
         ScriptAction::Gripper { arm, .. } => gripper(*arm, cell),
+        ScriptAction::AddBin { .. } => {
+            let supply = cell.conveyor.as_ref().and_then(|belt| belt.supply.as_ref());
+            there_is(supply.is_some(), "conveyor that brings bins")
+        }
+        ScriptAction::DropParts { .. } => there_is(cell.dispenser.is_some(), "dispenser"),
         _ => Ok(()),
+    }
+}
+
+fn there_is(device: bool, what: &str) -> Result<(), String> {
+    if device {
+        Ok(())
+    } else {
+        Err(format!("this cell has no {what}"))
     }
 }
 
@@ -37,7 +50,7 @@ fn arm_index(arm: u32, cell: &Cell) -> Result<usize, String> {
 
 fn gripper(arm: u32, cell: &Cell) -> Result<(), String> {
     let index = arm_index(arm, cell)?;
-    let has = |arm: &crate::ArmSpec| arm.robot.gripper.is_some();
+    let has = |arm: &crate::ArmSpec| arm.robot.gripper.is_some() || arm.robot.suction.is_some();
     if cell.arms.get(index).is_some_and(has) {
         return Ok(());
     }

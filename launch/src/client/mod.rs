@@ -16,7 +16,9 @@ pub(crate) use doctor::doctor;
 pub(crate) use list::list;
 pub(crate) use load::load;
 pub(crate) use logs::logs;
-pub(crate) use operate::{down, drag, gripper, plain, restart, step, target, task};
+pub(crate) use operate::{
+    add_bin, down, drag, drop_parts, gripper, plain, restart, step, target, task,
+};
 pub(crate) use status::status;
 pub(crate) use top::top;
 

@@ -5,12 +5,12 @@ use std::time::{Duration, Instant};
 use cell_model::run_spec::RunSpec;
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::topic::TopicId;
-use ipc_types::{GripperGoal, OperatorRequest, Pose, Wire, WorldState};
+use ipc_types::{GripperGoal, OperatorRequest, Pose, WorldState};
 
 use super::Session;
 use crate::cli::{
-    CellArgs, DragArgs, GripperArgs, GripperVerb, ProcessName, RestartArgs, StepArgs, TargetArgs,
-    TaskArgs, TaskVerb,
+    AddBinArgs, CellArgs, DragArgs, DropPartsArgs, GripperArgs, GripperVerb, ProcessName,
+    RestartArgs, StepArgs, TargetArgs, TaskArgs, TaskVerb,
 };
 use crate::control::{Reply, Request, ask};
 use crate::failure::{Context, Failure};
@@ -53,6 +53,20 @@ pub(crate) fn gripper(args: &GripperArgs) -> Result<(), Failure> {
         GripperVerb::Open => GripperGoal::Open.code(),
         GripperVerb::Close => GripperGoal::Close.code(),
     };
+    send(&Session::of(&args.cell.cell)?, wish)
+}
+
+/// `robocell drop-parts [N]`.
+pub(crate) fn drop_parts(args: &DropPartsArgs) -> Result<(), Failure> {
+    let mut wish = request(OperatorAction::DropParts);
+    wish.count = args.count.unwrap_or(0);
+    send(&Session::of(&args.cell.cell)?, wish)
+}
+
+/// `robocell add-bin [--flipped]`.
+pub(crate) fn add_bin(args: &AddBinArgs) -> Result<(), Failure> {
+    let mut wish = request(OperatorAction::AddBin);
+    wish.count = u32::from(args.flipped);
     send(&Session::of(&args.cell.cell)?, wish)
 }
 
@@ -151,10 +165,10 @@ fn quaternion(roll: f64, pitch: f64, yaw: f64) -> [f64; 4] {
 }
 
 fn request(action: OperatorAction) -> OperatorRequest {
-    let mut wish = OperatorRequest::zeroed();
-    wish.action = action.code();
-    wish.pose = Pose::IDENTITY;
-    wish
+    OperatorRequest {
+        action: action.code(),
+        ..OperatorRequest::zeroed_at_identity()
+    }
 }
 
 fn send(session: &Session, wish: OperatorRequest) -> Result<(), Failure> {

@@ -2,7 +2,7 @@
 
 use ipc_types::health::Scheduling;
 use ipc_types::world::FLAG_PAUSED;
-use ipc_types::{ArmState, Health};
+use ipc_types::{ArmState, GripperState, Health};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
@@ -151,17 +151,34 @@ fn arm_lines(index: usize, arm: &ArmState) -> [Line<'static>; 3] {
             list(&arm.joint_efforts[..count])
         )),
         Line::from(format!(
-            "  tcp {x:.3} {y:.3} {z:.3} m  gripper {:.1} mm {:.1} N holds {held}, beam {}  limit violations {}",
-            gripper.width * 1e3,
-            gripper.grip_force,
-            if gripper.beam_object == 0 {
-                "free"
-            } else {
-                "interrupted"
-            },
+            "  tcp {x:.3} {y:.3} {z:.3} m  {} holds {held}  limit violations {}",
+            gripper_text(gripper),
             arm.limit_violations
         )),
     ]
+}
+
+fn gripper_text(gripper: &GripperState) -> String {
+    if gripper.suction == 1 || gripper.attached == 1 || gripper.breaks + gripper.refusals > 0 {
+        return format!(
+            "suction {} {:.1} N {:.2} N m load {:.0} %, broke {} times",
+            if gripper.suction == 1 { "on" } else { "off" },
+            gripper.suction_force,
+            gripper.suction_torque,
+            gripper.load * 100.0,
+            gripper.breaks
+        );
+    }
+    let beam = if gripper.beam_object == 0 {
+        "free"
+    } else {
+        "interrupted"
+    };
+    format!(
+        "gripper {:.1} mm {:.1} N, beam {beam}",
+        gripper.width * 1e3,
+        gripper.grip_force
+    )
 }
 
 fn draw_log(frame: &mut Frame<'_>, area: Rect, view: &View) {
