@@ -44,6 +44,6 @@ pub use cell::{ArmSpec, Cell, FixtureSpec, ObjectSpec};
 pub use data::Data;
 pub use dynamics::Dynamics;
 pub use error::ModelError;
-pub use robot::{JointSpec, ParallelGripper, Robot};
+pub use robot::{JointSpec, ParallelGripper, Robot, SuctionGripper};
 pub use robot_user::RobotFiles;
 pub use shape::{Link, LinkShape, Shape};

@@ -33,8 +33,22 @@ impl RmpFlow {
             pullback: &mut self.pullback,
         };
         push.away(&self.body_balls, &self.body_blocks);
-        self.clearance = push.away(&self.balls, self.obstacles.blocks());
+        let own = push.away(&self.balls, self.obstacles.blocks());
+        let carried = push.away(&self.carried, self.obstacles.blocks());
+        self.clearance = nearer(own, carried, self.balls.len());
         self.pullback.collect(&self.kinematics, &mut self.root);
+    }
+}
+
+/// The nearer of two approaches; spheres of the second count from `first` on.
+fn nearer(a: Option<Clearance>, b: Option<Clearance>, first: usize) -> Option<Clearance> {
+    let b = b.map(|near| Clearance {
+        sphere: first + near.sphere,
+        ..near
+    });
+    match (a, b) {
+        (Some(a), Some(b)) if b.distance < a.distance => Some(b),
+        (a, b) => a.or(b),
     }
 }
 

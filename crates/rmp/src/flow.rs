@@ -56,6 +56,12 @@ pub struct RmpFlowSetup<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TargetId(usize);
 
+impl TargetId {
+    pub(crate) fn index(self) -> usize {
+        self.0
+    }
+}
+
 /// A frame with its targets, if any.
 #[derive(Debug, Clone)]
 pub(crate) struct TargetFrame {
@@ -76,7 +82,8 @@ pub(crate) struct Ball {
 pub struct Clearance {
     /// Signed distance of the surfaces, m.
     pub distance: f64,
-    /// Index of the sphere in [`RmpFlowSetup::spheres`].
+    /// Index of the sphere in [`RmpFlowSetup::spheres`]; those beyond are the
+    /// carried ones, see [`RmpFlow::carry`].
     pub sphere: usize,
 }
 
@@ -92,6 +99,9 @@ pub struct StepReport {
     pub outcome: Outcome,
 }
 
+/// Most spheres of what a tool holds.
+pub const MAX_CARRIED: usize = 32;
+
 /// The controller. After construction nothing allocates, except errors and
 /// [`RmpFlow::add_target_frame`].
 #[derive(Debug, Clone)]
@@ -104,6 +114,8 @@ pub struct RmpFlow {
     pub(crate) posture: Vec<f64>,
     pub(crate) targets: Vec<TargetFrame>,
     pub(crate) balls: Vec<Ball>,
+    /// What the tool holds; its capacity is never exceeded.
+    pub(crate) carried: Vec<Ball>,
     pub(crate) body_balls: Vec<Ball>,
     pub(crate) body_blocks: Vec<Block>,
     pub(crate) obstacles: ObstacleSet,

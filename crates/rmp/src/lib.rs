@@ -10,6 +10,7 @@
 //! are arguments.
 #![deny(unsafe_code)]
 
+mod carried;
 mod chain;
 mod error;
 mod evaluate;
@@ -30,7 +31,9 @@ mod validate;
 
 pub use chain::{Chain, ChainError, Frame, Joint, JointKind, MAX_JOINTS};
 pub use error::{FlowError, ParameterError, SetupError};
-pub use flow::{Clearance, CollisionSphere, RmpFlow, RmpFlowSetup, StepReport, TargetId};
+pub use flow::{
+    Clearance, CollisionSphere, MAX_CARRIED, RmpFlow, RmpFlowSetup, StepReport, TargetId,
+};
 pub use kinematics::PointMotion;
 pub use limits::{JointLimits, LimitsError};
 pub use obstacles::{Obstacle, ObstacleError, ObstacleId, ObstacleSet};

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::flow::Ball;
+use crate::flow::{Ball, MAX_CARRIED};
 use crate::kinematics::Kinematics;
 use crate::leaves::Floor;
 use crate::leaves::collision::Constants;
@@ -28,6 +28,7 @@ pub(crate) fn build(setup: &RmpFlowSetup) -> Result<RmpFlow, SetupError> {
         posture: posture(setup),
         targets: Vec::new(),
         balls: balls(setup, &tree)?,
+        carried: Vec::with_capacity(MAX_CARRIED),
         body_balls: body_balls(setup.chain, &tree, &parameters)?,
         body_blocks: body_capsules(&parameters)?.blocks().to_vec(),
         obstacles: ObstacleSet::with_capacity(setup.obstacle_capacity),

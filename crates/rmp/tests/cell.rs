@@ -18,7 +18,7 @@ use std::cell::Cell;
 
 use common::{Files, Random, panda, reference};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use rmp::{MotionState, Obstacle, ObstacleId, Outcome, RmpFlow, TargetId};
+use rmp::{MAX_CARRIED, MotionState, Obstacle, ObstacleId, Outcome, RmpFlow, TargetId};
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
@@ -139,11 +139,68 @@ fn no_tick_allocates() {
         set.set_pose(ObstacleId(1), Isometry3::translation(0.6, y, 0.3))
             .unwrap();
         set.set_enabled(ObstacleId(2), tick % 2 == 0).unwrap();
+        if tick % 100 == 0 {
+            flow.carry(id, &[(Vector3::zeros(), 0.02); MAX_CARRIED])
+                .unwrap();
+        }
+        if tick % 100 == 50 {
+            flow.drop_carried();
+        }
         flow.step_cell(&mut state, &limits, DT).unwrap();
         flow.step_exact(&mut exact, DT).unwrap();
         rmp::brake(&mut exact, &limits, DT).unwrap();
     }
     assert_eq!(ALLOCATIONS.with(Cell::get), before);
+}
+
+#[test]
+fn what_the_tool_carries_keeps_away_from_obstacles() {
+    let files = panda();
+    let mut flow = files.flow(1);
+    let id = flow.add_target_frame("panda_hand_tcp").unwrap();
+    let limits = files.limits();
+    let wall = Obstacle::cuboid(
+        Isometry3::translation(0.5, 0.5, 0.4),
+        Vector3::new(1.0, 0.1, 1.0),
+    );
+    flow.obstacles_mut().add(wall).unwrap();
+    let target = Vector3::new(0.5, 0.3, 0.4);
+    flow.set_position_target(id, Some(target)).unwrap();
+    // A pole of 0.3 m across the tool: it would reach through the wall.
+    let pole = [0.0, 0.1, 0.2, 0.3].map(|reach| (Vector3::new(0.0, -reach, 0.0), 0.02));
+    let down = UnitQuaternion::from_euler_angles(std::f64::consts::PI, 0.0, 0.0);
+    flow.set_orientation_target(id, Some(down)).unwrap();
+    let far = |flow: &mut RmpFlow| {
+        let mut state = MotionState::at_rest(&flow.posture().to_vec());
+        let mut report = None;
+        for _ in 0..6000 {
+            report = flow.step_cell(&mut state, &limits, DT).unwrap().clearance;
+        }
+        let at = flow.target_frame_pose(id).unwrap().translation.vector;
+        (report.unwrap(), (at - target).norm())
+    };
+    let (_, error) = far(&mut flow);
+    assert!(error < 0.01, "{error}");
+    flow.carry(id, &pole).unwrap();
+    assert_eq!(flow.carried_count(), 4);
+    let (clearance, error) = far(&mut flow);
+    assert!(clearance.distance > 0.0, "{clearance:?}");
+    assert!(clearance.sphere >= files.xrdf.world_spheres.len());
+    assert!(error > 0.05, "the wall is in the way: {error}");
+    flow.drop_carried();
+    let (_, error) = far(&mut flow);
+    assert!(error < 0.01, "{error}");
+}
+
+#[test]
+fn nonsense_is_not_carried() {
+    let files = panda();
+    let mut flow = files.flow(0);
+    let id = flow.add_target_frame("panda_hand").unwrap();
+    let ball = (Vector3::zeros(), 0.02);
+    assert!(flow.carry(id, &[ball; MAX_CARRIED + 1]).is_err());
+    assert!(flow.carry(id, &[(Vector3::zeros(), f64::NAN)]).is_err());
+    assert_eq!(flow.carried_count(), 0);
 }
 
 #[test]
