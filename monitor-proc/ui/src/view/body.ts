@@ -1,8 +1,9 @@
 // Meshes of the cell's objects and fixtures.
 import { Color, Group, Mesh, MeshBasicMaterial, type BufferGeometry, BackSide } from "three";
 import type { Pose, Shape, Vec3 } from "../net/protocol";
+import { hasTwin, ofDetail } from "./detail";
 import { type Look, material } from "./materials";
-import { box, capsule, cylinder, sphere } from "./shapes";
+import { box, capsule, coarsely, cylinder, sphere } from "./shapes";
 
 const EDGE_M = 0.004;
 const OUTLINE_M = 0.0035;
@@ -15,9 +16,10 @@ function geometry(shape: Exclude<Shape, { kind: "compound" }>, grown: number): B
   let made = geometries.get(key);
   if (made === undefined) {
     made = build(shape, grown);
+    hasTwin(made, () => coarsely(() => build(shape, grown)));
     geometries.set(key, made);
   }
-  return made;
+  return ofDetail(made);
 }
 
 function build(shape: Exclude<Shape, { kind: "compound" }>, grown: number): BufferGeometry {

@@ -9,6 +9,7 @@ import { getHash } from "../panels/hash";
 import type { ViewApi } from "../panels/view-api";
 import { Camera } from "./camera";
 import { Cell } from "./cell";
+import { useCoarse } from "./detail";
 import { Frames } from "./frames";
 import { Labels } from "./labels";
 import { useCheap } from "./materials";
@@ -160,6 +161,7 @@ export class View implements ViewApi {
 
   private use(level: Level): void {
     useCheap(!level.fine, this.stage.scene);
+    useCoarse(level.coarse, this.stage.scene);
     this.stage.useFine(level.fine);
     this.screen.use(level);
     this.refresh();

@@ -7,18 +7,23 @@ export interface Level {
   shadows: boolean;
   /** Physically based materials with reflections. */
   fine: boolean;
+  /** Shapes with few facets. */
+  coarse: boolean;
   /** Of the screen's own pixels. */
   pixels: number;
 }
 
+const PLAIN = { multisample: false, shadows: false, fine: false, coarse: false, pixels: 1 };
+
 /** From the best to the fastest. */
 export const LEVELS: readonly Level[] = [
-  { name: "full", multisample: true, shadows: true, fine: true, pixels: 1 },
-  { name: "no antialiasing", multisample: false, shadows: true, fine: true, pixels: 1 },
-  { name: "no shadows", multisample: false, shadows: false, fine: true, pixels: 1 },
-  { name: "plain light", multisample: false, shadows: false, fine: false, pixels: 1 },
-  { name: "3/4 resolution", multisample: false, shadows: false, fine: false, pixels: 0.75 },
-  { name: "6/10 resolution", multisample: false, shadows: false, fine: false, pixels: 0.6 },
+  { name: "full", multisample: true, shadows: true, fine: true, coarse: false, pixels: 1 },
+  { ...PLAIN, name: "no antialiasing", shadows: true, fine: true },
+  { ...PLAIN, name: "no shadows", fine: true },
+  { ...PLAIN, name: "plain light" },
+  { ...PLAIN, name: "plain shapes", coarse: true },
+  { ...PLAIN, name: "3/4 resolution", coarse: true, pixels: 0.75 },
+  { ...PLAIN, name: "1/2 resolution", coarse: true, pixels: 0.5 },
 ];
 
 const SLOW_MS = 40;

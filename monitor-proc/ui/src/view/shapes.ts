@@ -14,10 +14,29 @@ import { RoundedBoxGeometry } from "three/addons/geometries/RoundedBoxGeometry.j
 import { mergeVertices } from "three/addons/utils/BufferGeometryUtils.js";
 import type { Vec3 } from "../net/protocol";
 
-const SEGMENTS = 22;
-const CAP_STEPS = 4;
-const BEVEL_STEPS = 3;
+interface Facets {
+  round: number;
+  cap: number;
+  bevel: number;
+  /** Of the edges of a box; 0 for sharp ones. */
+  edge: number;
+}
+
+const FINE: Facets = { round: 22, cap: 4, bevel: 3, edge: 2 };
+const COARSE: Facets = { round: 11, cap: 2, bevel: 1, edge: 0 };
 const QUARTER = Math.PI / 2;
+
+let facets = FINE;
+
+/** What `make` makes, with few facets. */
+export function coarsely<T>(make: () => T): T {
+  facets = COARSE;
+  try {
+    return make();
+  } finally {
+    facets = FINE;
+  }
+}
 
 function plain(geometry: BufferGeometry): BufferGeometry {
   geometry.deleteAttribute("uv");
@@ -25,7 +44,7 @@ function plain(geometry: BufferGeometry): BufferGeometry {
 }
 
 /** A profile of (radius, height), turned around z. */
-function turned(profile: Vector2[], segments = SEGMENTS): BufferGeometry {
+function turned(profile: Vector2[], segments = facets.round): BufferGeometry {
   const geometry = new LatheGeometry(profile, segments);
   geometry.rotateX(QUARTER);
   return plain(geometry);
@@ -45,15 +64,15 @@ export function cylinder(
   height: number,
   bevel = 0.004,
   top = bottom,
-  segments = SEGMENTS,
+  segments = facets.round,
 ): BufferGeometry {
   const rim = Math.min(bevel, height / 2, bottom, top);
   const half = height / 2;
   return turned(
     [
       new Vector2(0, -half),
-      ...arc(bottom - rim, rim - half, rim, -QUARTER, 0, BEVEL_STEPS),
-      ...arc(top - rim, half - rim, rim, 0, QUARTER, BEVEL_STEPS),
+      ...arc(bottom - rim, rim - half, rim, -QUARTER, 0, facets.bevel),
+      ...arc(top - rim, half - rim, rim, 0, QUARTER, facets.bevel),
       new Vector2(0, half),
     ],
     segments,
@@ -66,8 +85,8 @@ export function taper(a: Vec3, b: Vec3, ra: number, rb: number): BufferGeometry 
   const along = new Vector3(...b).sub(from);
   const length = along.length();
   const geometry = turned([
-    ...arc(0, 0, ra, -QUARTER, 0, CAP_STEPS),
-    ...arc(0, length, rb, 0, QUARTER, CAP_STEPS),
+    ...arc(0, 0, ra, -QUARTER, 0, facets.cap),
+    ...arc(0, length, rb, 0, QUARTER, facets.cap),
   ]);
   const turn = new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), along.normalize());
   geometry.applyQuaternion(turn);
@@ -82,12 +101,12 @@ export function capsule(radius: number, length: number): BufferGeometry {
 
 /** A box with round edges, or with sharp ones where `edge` is 0 (m). */
 export function box(x: number, y: number, z: number, edge = 0.004): BufferGeometry {
-  if (edge === 0) return plain(new BoxGeometry(x, y, z));
+  if (edge === 0 || facets.edge === 0) return plain(new BoxGeometry(x, y, z));
   const radius = Math.min(edge, x / 2.01, y / 2.01, z / 2.01);
-  return plain(new RoundedBoxGeometry(x, y, z, 2, radius));
+  return plain(new RoundedBoxGeometry(x, y, z, facets.edge, radius));
 }
 
-export function sphere(radius: number, segments = SEGMENTS): BufferGeometry {
+export function sphere(radius: number, segments = facets.round): BufferGeometry {
   const geometry = new SphereGeometry(radius, segments, Math.ceil(segments / 2));
   geometry.rotateX(QUARTER);
   return plain(geometry);
@@ -95,5 +114,5 @@ export function sphere(radius: number, segments = SEGMENTS): BufferGeometry {
 
 /** A ring around z (m). */
 export function ring(radius: number, thickness: number): BufferGeometry {
-  return plain(new TorusGeometry(radius, thickness, 6, 2 * SEGMENTS));
+  return plain(new TorusGeometry(radius, thickness, facets === FINE ? 6 : 3, 2 * facets.round));
 }

@@ -104,18 +104,16 @@ function finger(side: number): Part[] {
   ];
 }
 
-export function pandaDress(): Dress {
-  return {
-    panda_link0: foot(),
-    panda_link1: shoulder(),
-    panda_link2: upperArm(),
-    panda_link3: elbow(),
-    panda_link4: forearm(),
-    panda_link5: lowerForearm(),
-    panda_link6: wrist(),
-    panda_link7: flange(),
-    panda_hand: hand(),
-    panda_leftfinger: finger(1),
-    panda_rightfinger: finger(-1),
-  };
-}
+export const pandaDress: Dress = {
+  panda_link0: foot,
+  panda_link1: shoulder,
+  panda_link2: upperArm,
+  panda_link3: elbow,
+  panda_link4: forearm,
+  panda_link5: lowerForearm,
+  panda_link6: wrist,
+  panda_link7: flange,
+  panda_hand: hand,
+  panda_leftfinger: () => finger(1),
+  panda_rightfinger: () => finger(-1),
+};

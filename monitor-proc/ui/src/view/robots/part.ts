@@ -2,7 +2,9 @@
 import { type BufferGeometry, Euler, Matrix4, Mesh, Object3D, Quaternion, Vector3 } from "three";
 import { mergeGeometries } from "three/addons/utils/BufferGeometryUtils.js";
 import type { Vec3 } from "../../net/protocol";
+import { hasTwin, ofDetail } from "../detail";
 import { type Look, material } from "../materials";
+import { coarsely } from "../shapes";
 
 /** One primitive in the frame of its link; the turn is roll, pitch, yaw (rad). */
 export interface Part {
@@ -11,7 +13,7 @@ export interface Part {
 }
 
 /** The parts of each link, by the link's name. */
-export type Dress = Record<string, Part[]>;
+export type Dress = Record<string, () => Part[]>;
 
 export const QUARTER = Math.PI / 2;
 
@@ -50,15 +52,18 @@ function merge(parts: Part[]): Merged[] {
 /** Two arms of one kind share their geometries. */
 const merged = new Map<string, Merged[]>();
 
-/** Meshes of `parts`; those of the same `key` share their geometries. */
+/** Meshes of what `parts` makes anew; those of the same `key` share their geometries. */
 export function meshes(key: string, parts: () => Part[]): Object3D[] {
   let all = merged.get(key);
   if (all === undefined) {
     all = merge(parts());
+    all.forEach(({ geometry }, index) => {
+      hasTwin(geometry, () => merge(coarsely(parts))[index]?.geometry ?? geometry);
+    });
     merged.set(key, all);
   }
   return all.map(({ geometry, look }) => {
-    const mesh = new Mesh(geometry, material(look));
+    const mesh = new Mesh(ofDetail(geometry), material(look));
     mesh.castShadow = true;
     mesh.receiveShadow = true;
     return mesh;

@@ -8,16 +8,7 @@ import { pandaDress } from "./panda";
 import { type Dress, meshes } from "./part";
 import { ur10Dress } from "./ur10";
 
-const DRESSES: Record<string, (() => Dress) | undefined> = { panda: pandaDress, ur10: ur10Dress };
-const dresses = new Map<string, Dress>();
-
-function dressOf(robot: string): Dress | null {
-  const make = Object.hasOwn(DRESSES, robot) ? DRESSES[robot] : undefined;
-  if (make === undefined) return null;
-  const dress = dresses.get(robot) ?? make();
-  dresses.set(robot, dress);
-  return dress;
-}
+const DRESSES: Record<string, Dress | undefined> = { panda: pandaDress, ur10: ur10Dress };
 
 export class Robot {
   readonly root = new Group();
@@ -49,9 +40,11 @@ export class Robot {
 
   private dress(name: string, link: URDFLink, shaped: boolean): void {
     const { robot } = this.spec;
-    const dress = dressOf(robot);
-    const key = `${dress === null ? this.spec.urdf.length : ""}${robot}/${name}`;
-    const built = meshes(key, () => (dress === null ? ownParts(link, shaped) : (dress[name] ?? [])));
+    const dress = Object.hasOwn(DRESSES, robot) ? DRESSES[robot] : undefined;
+    const key = `${dress === undefined ? this.spec.urdf.length : ""}${robot}/${name}`;
+    const built = meshes(key, () =>
+      dress === undefined ? ownParts(link, shaped) : (dress[name]?.() ?? []),
+    );
     for (const mesh of built) this.put(link, mesh);
     if (!this.spec.meshes.includes(name)) return;
     void fetchedMesh(robot, name).then((fetched) => {

@@ -86,15 +86,13 @@ function suction(): Part[] {
   ];
 }
 
-export function ur10Dress(): Dress {
-  return {
-    base_link: base(),
-    shoulder_link: shoulder(),
-    upper_arm_link: upperArm(),
-    forearm_link: forearm(),
-    wrist_1_link: firstWrist(),
-    wrist_2_link: secondWrist(),
-    wrist_3_link: thirdWrist(),
-    ee_link: suction(),
-  };
-}
+export const ur10Dress: Dress = {
+  base_link: base,
+  shoulder_link: shoulder,
+  upper_arm_link: upperArm,
+  forearm_link: forearm,
+  wrist_1_link: firstWrist,
+  wrist_2_link: secondWrist,
+  wrist_3_link: thirdWrist,
+  ee_link: suction,
+};
