@@ -59,6 +59,7 @@ pub fn scene<'a>(
             "shape": shape(&fixture.shape),
             "pose": pose(&fixture.pose),
             "colour": fixture.colour,
+            "solid": fixture.solid,
             "obstacle": obstacle,
         })
     });
@@ -69,6 +70,7 @@ pub fn scene<'a>(
             "shape": shape(&object.shape),
             "colour": object.colour,
             "mass_kg": object.mass,
+            "kind": object.kind,
         })
     });
     let panel = task
@@ -83,6 +85,23 @@ pub fn scene<'a>(
         "arms": arms,
         "objects": objects.collect::<Vec<_>>(),
         "fixtures": fixtures,
+        "bins": cell.bins,
+        "conveyor": cell.conveyor.as_ref().map(|belt| json!({
+            "fixture": belt.fixture,
+            "velocity_m_s": belt.velocity_m_s,
+            "brings": belt.supply.as_ref().map(|supply| &supply.objects),
+        })),
+        "dispenser": cell.dispenser.as_ref().map(|dispenser| json!({
+            "position_m": dispenser.position_m,
+            "spread_m": dispenser.spread_m,
+            "per_drop": dispenser.per_drop,
+        })),
+        "sensors": cell.sensors.iter().map(|sensor| json!({
+            "name": sensor.name,
+            "position_m": sensor.position_m,
+            "direction": sensor.direction,
+            "range_m": sensor.range_m,
+        })).collect::<Vec<_>>(),
         "task": task,
         "panel": panel,
         "start_event": waits_for_start(&panel),
@@ -151,7 +170,7 @@ pub fn links_with_mesh<'a>(robot: &str, meshes: impl Iterator<Item = &'a str>) -
 
 /// Demos whose task does nothing before its start event.
 fn waits_for_start(panel: &str) -> bool {
-    !matches!(panel, "stack" | "pyramid" | "reach")
+    matches!(panel, "palletize" | "fill_bin" | "bin_stack")
 }
 
 fn toml_table(data: &Data, file: &str) -> Result<toml::Table, SceneError> {
@@ -206,12 +225,22 @@ fn arm_json<'a>(
     let joints = joints
         .enumerate()
         .filter_map(|(place, (joint, home))| joint_json(robot, *joint, home.get(place).copied()));
-    let gripper = robot.gripper.as_ref().map(|gripper| {
+    let fingers = robot.gripper.as_ref().map(|gripper| {
         let names = fingers.iter().filter_map(|joint| joint_name(robot, *joint));
         json!({
             "kind": "parallel",
             "max_width_m": gripper.max_width,
             "finger_joints": names.collect::<Vec<_>>(),
+        })
+    });
+    let suction = robot.suction.as_ref().map(|suction| {
+        json!({
+            "kind": "suction",
+            "max_width_m": 0.0,
+            "finger_joints": [],
+            "axis": suction.axis.as_slice(),
+            "force_limit_n": suction.force_limit,
+            "torque_limit_n_m": suction.torque_limit,
         })
     });
     let spheres = robot.spheres.iter().map(|sphere| {
@@ -227,7 +256,7 @@ fn arm_json<'a>(
         "urdf": urdf,
         "joints": joints.collect::<Vec<_>>(),
         "arm_joints": robot.arm_joints.len(),
-        "gripper": gripper,
+        "gripper": fingers.or(suction),
         "tool_link": tool_link,
         "tool": pose(&tool),
         "spheres": spheres.collect::<Vec<_>>(),

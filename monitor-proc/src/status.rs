@@ -2,10 +2,11 @@
 //! (docs/page-protocol.md, `status`).
 
 use ipc_types::decision::Outcome;
+use ipc_types::equipment::{BreakCause, BreakLimit, SuctionRefusal, SupplyRefusal};
 use ipc_types::health::Scheduling;
 use ipc_types::topic::Process;
 use ipc_types::world::FLAG_LOCKSTEP;
-use ipc_types::{Decision, Health, WorldState};
+use ipc_types::{Decision, GripperState, Health, WorldState};
 use serde_json::{Value, json};
 
 /// What a status is made of.
@@ -34,6 +35,7 @@ pub fn status(look: &Look<'_>) -> Value {
         "t": "status",
         "processes": processes,
         "task": task(look),
+        "equipment": look.world.map(|world| equipment(world, look.objects)),
         "latency": [],
         "recorder": {
             "state": "off", "bytes": 0, "limit_bytes": 0, "file": null, "gaps": 0, "note": "",
@@ -108,6 +110,60 @@ fn task(look: &Look<'_>) -> Value {
         "decision_age_ms": ticks,
         "limit_violations": violations,
         "io": { "conveyor_running": decision.is_some_and(|d| d.io.conveyor_running == 1) },
+    })
+}
+
+fn equipment(world: &WorldState, objects: &[String]) -> Value {
+    let found = &world.equipment;
+    let name = |number: u32| objects.get((number as usize).checked_sub(1)?);
+    let refusal = SupplyRefusal::from_code(found.supply_refusal).unwrap_or_default();
+    json!({
+        "conveyor_speed_m_s": found.conveyor_speed,
+        "bins_supplied": found.bins_supplied,
+        "supply_refusals": found.supply_refusals,
+        "supply_refusal": match refusal {
+            SupplyRefusal::None => "",
+            SupplyRefusal::NoneLeft => "none is left",
+            SupplyRefusal::TooManyWaiting => "enough of them wait",
+            SupplyRefusal::CoolDown => "the last one came a moment ago",
+            SupplyRefusal::PlaceTaken => "something stands where it would come",
+        },
+        "parts_dropped": found.parts_dropped,
+        "parts_waiting": found.parts_waiting,
+        "cleared": found.cleared,
+        "sensors": found.sensors.map(name),
+        "suction": world.arms().iter().map(|arm| suction(&arm.gripper)).collect::<Vec<_>>(),
+    })
+}
+
+fn suction(gripper: &GripperState) -> Value {
+    let limit = BreakLimit::from_code(gripper.break_limit).unwrap_or_default();
+    let cause = BreakCause::from_code(gripper.break_cause).unwrap_or_default();
+    let refusal = SuctionRefusal::from_code(gripper.refusal).unwrap_or_default();
+    json!({
+        "on": gripper.suction == 1,
+        "force_n": gripper.suction_force,
+        "torque_n_m": gripper.suction_torque,
+        "peak_force_n": gripper.peak_force,
+        "peak_torque_n_m": gripper.peak_torque,
+        "breaks": gripper.breaks,
+        "break_limit": match limit {
+            BreakLimit::None => "",
+            BreakLimit::Force => "force",
+            BreakLimit::Torque => "torque",
+        },
+        "break_cause": match cause {
+            BreakCause::None => "",
+            BreakCause::Weight => "weight",
+            BreakCause::Impulse => "impulse",
+        },
+        "refusals": gripper.refusals,
+        "refusal": match refusal {
+            SuctionRefusal::None => "",
+            SuctionRefusal::NothingThere => "nothing is there",
+            SuctionRefusal::NotMovable => "what is there stands still",
+            SuctionRefusal::TooOblique => "the surface is too oblique",
+        },
     })
 }
 

@@ -140,11 +140,11 @@ fn operate(verb: &str, fields: &Fields<'_>, names: &Names) -> Result<Command, St
         "task_resume" => OperatorAction::TaskResume,
         "task_reset" => OperatorAction::TaskReset,
         "step" => {
-            request.count = count(fields, MAX_STEPS)?;
+            request.count = count(fields, 1, MAX_STEPS)?;
             OperatorAction::Step
         }
         "drop_parts" => {
-            request.count = count(fields, MAX_PARTS)?;
+            request.count = count(fields, 0, MAX_PARTS)?;
             OperatorAction::DropParts
         }
         "add_bin" => {
@@ -162,11 +162,14 @@ fn operate(verb: &str, fields: &Fields<'_>, names: &Names) -> Result<Command, St
     Ok(Command::Order(Order::Operate(Box::new(request)), said))
 }
 
-fn count(fields: &Fields<'_>, most: u64) -> Result<u32, String> {
-    if fields.is_missing("count") {
-        return Ok(1);
-    }
-    Ok(u32::try_from(fields.whole("count", 1, most)?).unwrap_or(1))
+/// How often, or how many: `least` where nothing is said.
+fn count(fields: &Fields<'_>, least: u64, most: u64) -> Result<u32, String> {
+    let count = if fields.is_missing("count") {
+        least
+    } else {
+        fields.whole("count", least, most)?
+    };
+    Ok(u32::try_from(count).unwrap_or(u32::MAX))
 }
 
 fn drag(
