@@ -93,14 +93,30 @@ impl Channel {
         Self::all(arms).into_iter().find(|c| c.name() == name)
     }
 
-    /// Whether its messages are structs of ipc-types, bit for bit.
+    /// Whether its messages are structs of ipc-types, bit for bit, packed.
     pub fn is_wire(self) -> bool {
-        self.schema().encoding == layout::ENCODING
+        match self {
+            Self::World
+            | Self::Command(_)
+            | Self::Status(_)
+            | Self::Decision
+            | Self::Trace
+            | Self::Log
+            | Self::Keyframe(_) => true,
+            Self::Run
+            | Self::Scene
+            | Self::Health(_)
+            | Self::Gaps
+            | Self::Transforms
+            | Self::SceneUpdate
+            | Self::JointStates(_)
+            | Self::FoxgloveLog => false,
+        }
     }
 
     pub(crate) fn message_encoding(self) -> &'static str {
         if self.is_wire() {
-            "robocell/wire"
+            "robocell/packed"
         } else {
             "json"
         }
@@ -147,6 +163,8 @@ mod tests {
     fn every_name_leads_back_to_its_channel() {
         for channel in Channel::all(2) {
             assert_eq!(Channel::of_name(&channel.name()), Some(channel));
+            let has_layout = channel.schema().encoding == layout::ENCODING;
+            assert_eq!(channel.is_wire(), has_layout);
         }
         assert_eq!(Channel::of_name("arm/9/command"), None);
     }

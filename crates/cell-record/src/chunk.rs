@@ -55,7 +55,8 @@ pub(crate) fn read(
     unpack(&packed, names).map_err(|error| refuse(format!("a chunk that cannot be read: {error}")))
 }
 
-fn unpack(packed: &[u8], names: &mut Names) -> Result<Vec<Entry>, mcap::McapError> {
+fn unpack(packed: &[u8], names: &mut Names) -> Result<Vec<Entry>, String> {
+    let text = |error: mcap::McapError| error.to_string();
     let options = LinearReaderOptions::default()
         .with_skip_start_magic(true)
         .with_skip_end_magic(true)
@@ -64,7 +65,7 @@ fn unpack(packed: &[u8], names: &mut Names) -> Result<Vec<Entry>, mcap::McapErro
     let mut reader = LinearReader::new_with_options(options);
     let (mut rest, mut entries) = (packed, Vec::new());
     while let Some(event) = reader.next_event() {
-        match event? {
+        match event.map_err(text)? {
             LinearReadEvent::ReadRequest(need) => {
                 let (now, later) = rest.split_at(rest.len().min(need));
                 reader.insert(now.len()).copy_from_slice(now);
@@ -82,20 +83,30 @@ fn take(
     data: &[u8],
     names: &mut Names,
     entries: &mut Vec<Entry>,
-) -> Result<(), mcap::McapError> {
+) -> Result<(), String> {
     if !matches!(
         opcode,
         mcap::records::op::CHANNEL | mcap::records::op::MESSAGE
     ) {
         return Ok(());
     }
-    match mcap::read::parse_record(opcode, data)? {
-        Record::Channel(channel) => {
-            names.insert(channel.id, Channel::of_name(&channel.topic));
+    match mcap::read::parse_record(opcode, data).map_err(|error| error.to_string())? {
+        Record::Channel(found) => {
+            let channel = Channel::of_name(&found.topic);
+            if let Some(known) = channel.filter(|c| c.message_encoding() != found.message_encoding)
+            {
+                return Err(format!(
+                    "channel {:?} is {:?}, this version reads {:?}; replay it with the version that recorded it",
+                    found.topic,
+                    found.message_encoding,
+                    known.message_encoding()
+                ));
+            }
+            names.insert(found.id, channel);
         }
         Record::Message { header, data } => {
             if let Some(Some(channel)) = names.get(&header.channel_id) {
-                entries.push(Entry::of(*channel, header, data.into_owned()));
+                entries.push(Entry::of(*channel, header, &data));
             }
         }
         _ => {}

@@ -7,6 +7,7 @@ use ipc_types::{Keyframe, TICK_NS, Validate, Wire, WorldPiece};
 
 use crate::channel::Channel;
 use crate::error::RecordError;
+use crate::pack::{pack, unpack};
 
 /// A message to be recorded.
 #[derive(Clone, Copy, Debug)]
@@ -19,8 +20,27 @@ pub struct Message<'a> {
     pub publish_ns: u64,
     /// Its number.
     pub seq: u64,
-    /// The message.
+    /// The message; a struct as it was sent.
     pub bytes: &'a [u8],
+}
+
+impl Message<'_> {
+    /// The message as it lies in a file, in `buffer`.
+    pub fn packed<'b>(&self, buffer: &'b mut Vec<u8>) -> Message<'b> {
+        buffer.clear();
+        if self.channel.is_wire() {
+            pack(self.bytes, buffer);
+        } else {
+            buffer.extend_from_slice(self.bytes);
+        }
+        Message {
+            channel: self.channel,
+            time_ns: self.time_ns,
+            publish_ns: self.publish_ns,
+            seq: self.seq,
+            bytes: buffer,
+        }
+    }
 }
 
 /// A message that was recorded.
@@ -123,11 +143,14 @@ impl Entry {
         }
     }
 
-    pub(crate) fn of(
-        channel: Channel,
-        header: mcap::records::MessageHeader,
-        bytes: Vec<u8>,
-    ) -> Self {
+    pub(crate) fn of(channel: Channel, header: mcap::records::MessageHeader, data: &[u8]) -> Self {
+        // What cannot be unpacked is of no struct's size, and refused when it is
+        // read.
+        let bytes = if channel.is_wire() {
+            unpack(data).unwrap_or_default()
+        } else {
+            data.to_vec()
+        };
         Self {
             channel,
             tick: header.log_time / TICK_NS,

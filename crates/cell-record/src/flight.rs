@@ -94,8 +94,9 @@ impl Flight {
         }
     }
 
-    /// Adds a message at `now_ns` of any clock; false when it was lost.
-    pub fn append(&mut self, message: &Message<'_>, now_ns: u64) -> bool {
+    /// Adds a message at `now_ns` of any clock, whose struct has been through
+    /// [`crate::pack`]; false when it was lost.
+    pub fn append_packed(&mut self, message: &Message<'_>, now_ns: u64) -> bool {
         let put = self.try_append(message, now_ns);
         if let Err(why) = &put {
             self.give_up(why, now_ns);
@@ -176,7 +177,8 @@ impl Flight {
         let Some(open) = &mut self.open else {
             return Ok(false);
         };
-        open.writer.add(message).map_err(|e| e.to_string())?;
+        let added = open.writer.add_packed(message);
+        added.map_err(|e| e.to_string())?;
         let (from, to) = open.span_ns;
         open.span_ns = (from.min(message.time_ns), to.max(message.time_ns));
         let limit = SEGMENT_BYTES.min(self.limit_bytes / LEAST_SEGMENTS);

@@ -3,7 +3,8 @@
 use ipc_types::topic::Process;
 use ipc_types::trace::TraceKind;
 use ipc_types::world::OBJECT_ASLEEP;
-use ipc_types::{Health, Pose, TraceLine, WorldState};
+use ipc_types::{ArmState, Health, Pose, TraceLine, Wire, WorldState};
+use serde::Serialize;
 use serde_json::{Value, json};
 
 pub(crate) const FRAME_TRANSFORMS: &str = r#"{"title":"foxglove.FrameTransforms","type":"object","properties":{"transforms":{"type":"array","items":{"type":"object","properties":{"timestamp":{"type":"object","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},"parent_frame_id":{"type":"string"},"child_frame_id":{"type":"string"},"translation":{"type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"}}},"rotation":{"type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"},"w":{"type":"number"}}}}}}}}"#;
@@ -19,9 +20,16 @@ const REST_TICKS: u64 = 1000;
 /// Names that messages need, out of the page's scene.
 #[derive(Clone, Debug, Default)]
 pub struct Names {
-    arms: Vec<(String, Value)>,
-    joints: Vec<Vec<String>>,
+    arms: Vec<Arm>,
     objects: Vec<String>,
+}
+
+#[derive(Clone, Debug)]
+struct Arm {
+    tcp: String,
+    base: String,
+    base_pose: Pose,
+    joints: Vec<String>,
 }
 
 impl Names {
@@ -29,54 +37,127 @@ impl Names {
     pub fn of(scene: &Value) -> Self {
         let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
         let name = |value: &Value| value["name"].as_str().unwrap_or_default().to_owned();
-        let arms = list(&scene["arms"]);
+        let arm = |arm: &Value| Arm {
+            tcp: format!("{}/tcp", name(arm)),
+            base: format!("{}/base", name(arm)),
+            base_pose: Pose {
+                position: numbers(&arm["base"]["position"]),
+                orientation_wxyz: numbers(&arm["base"]["orientation_wxyz"]),
+            },
+            joints: list(&arm["joints"]).iter().map(name).collect(),
+        };
         Self {
-            arms: arms.iter().map(|a| (name(a), a["base"].clone())).collect(),
-            joints: arms
-                .iter()
-                .map(|arm| list(&arm["joints"]).iter().map(name).collect())
-                .collect(),
+            arms: list(&scene["arms"]).iter().map(arm).collect(),
             objects: list(&scene["objects"]).iter().map(name).collect(),
         }
     }
 }
 
-/// Bases and TCPs of the arms, and the objects that move; once a second all.
-pub fn transforms(names: &Names, world: &WorldState) -> Value {
-    let time = time(world.header.sim_time_ns);
-    let tf =
-        |child: &str, pose: &Pose| transform(&time, child, &pose.position, &pose.orientation_wxyz);
-    let mut all = Vec::new();
-    for ((name, base), arm) in names.arms.iter().zip(world.arms()) {
-        all.push(tf(&format!("{name}/tcp"), &arm.tcp));
-        if world.header.tick.is_multiple_of(REST_TICKS) {
-            let (position, turn) = (
-                numbers(&base["position"]),
-                numbers(&base["orientation_wxyz"]),
-            );
-            all.push(transform(&time, &format!("{name}/base"), &position, &turn));
+#[derive(Serialize)]
+struct Time {
+    sec: u64,
+    nsec: u64,
+}
+
+impl Time {
+    fn of(ns: u64) -> Self {
+        Self {
+            sec: ns / 1_000_000_000,
+            nsec: ns % 1_000_000_000,
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Vector3 {
+    x: f64,
+    y: f64,
+    z: f64,
+}
+
+#[derive(Serialize)]
+struct Quaternion {
+    x: f64,
+    y: f64,
+    z: f64,
+    w: f64,
+}
+
+#[derive(Serialize)]
+struct FrameTransform<'a> {
+    timestamp: Time,
+    parent_frame_id: &'a str,
+    child_frame_id: &'a str,
+    translation: Vector3,
+    rotation: Quaternion,
+}
+
+#[derive(Serialize)]
+struct FrameTransforms<'a> {
+    transforms: Vec<FrameTransform<'a>>,
+}
+
+#[derive(Serialize)]
+struct JointState<'a> {
+    name: &'a str,
+    position: f64,
+    velocity: f64,
+    effort: f64,
+}
+
+#[derive(Serialize)]
+struct JointStates<'a> {
+    timestamp: Time,
+    joints: Vec<JointState<'a>>,
+}
+
+/// Appends bases and TCPs of the arms and the objects that move, once a second
+/// all, to `out`, as JSON.
+pub fn transforms(names: &Names, world: &WorldState, out: &mut Vec<u8>) {
+    let tf = |child, pose| transform(world.header.sim_time_ns, child, pose);
+    let is_all = world.header.tick.is_multiple_of(REST_TICKS);
+    let mut transforms = Vec::new();
+    for (arm, state) in names.arms.iter().zip(world.arms()) {
+        transforms.push(tf(&arm.tcp, &state.tcp));
+        if is_all {
+            transforms.push(tf(&arm.base, &arm.base_pose));
         }
     }
     for (name, object) in names.objects.iter().zip(world.objects()) {
-        let rests = object.flags & OBJECT_ASLEEP != 0;
-        if !rests || world.header.tick.is_multiple_of(REST_TICKS) {
-            all.push(tf(name, &object.pose));
+        if is_all || object.flags & OBJECT_ASLEEP == 0 {
+            transforms.push(tf(name, &object.pose));
         }
     }
-    json!({ "transforms": all })
+    write(&FrameTransforms { transforms }, out);
 }
 
-/// Joints of arm `arm`.
-pub fn joint_states(names: &Names, world: &WorldState, arm: usize) -> Option<Value> {
-    let (joints, state) = (names.joints.get(arm)?, world.arms().get(arm)?);
+/// Appends the joints of arm `arm` to `out`, as JSON; none where there is no such
+/// arm.
+pub fn joint_states(names: &Names, world: &WorldState, arm: usize, out: &mut Vec<u8>) {
+    let (named, state) = (names.arms.get(arm), world.arms().get(arm));
+    let (named, state) = named.zip(state).map_or_else(
+        || (&[][..], ArmState::zeroed()),
+        |(named, state)| (&named.joints[..], *state),
+    );
     let values = state.joint_positions.iter().zip(&state.joint_velocities);
     let values = values.zip(&state.joint_efforts);
-    let joints = joints.iter().zip(values).take(state.joint_count as usize);
-    let joints = joints.map(|(name, ((position, velocity), effort))| {
-        json!({ "name": name, "position": position, "velocity": velocity, "effort": effort })
+    let joints = named.iter().zip(values);
+    let joints = joints.map(|(name, ((position, velocity), effort))| JointState {
+        name,
+        position: *position,
+        velocity: *velocity,
+        effort: *effort,
     });
-    let joints: Vec<Value> = joints.collect();
-    Some(json!({ "timestamp": time(world.header.sim_time_ns), "joints": joints }))
+    let states = JointStates {
+        timestamp: Time::of(world.header.sim_time_ns),
+        joints: joints.take(state.joint_count as usize).collect(),
+    };
+    write(&states, out);
+}
+
+fn write(message: &impl Serialize, out: &mut Vec<u8>) {
+    // Neither names nor numbers can fail, and memory takes all.
+    let _written = serde_json::to_writer(out, message).is_ok();
 }
 
 /// A line for people; `None` for one that draws pictures.
@@ -199,15 +280,22 @@ fn numbers<const N: usize>(list: &Value) -> [f64; N] {
     out
 }
 
-fn transform(time: &Value, child: &str, at: &[f64; 3], turn: &[f64; 4]) -> Value {
-    let ([x, y, z], [w, i, j, k]) = (*at, *turn);
-    json!({
-        "timestamp": time, "parent_frame_id": WORLD, "child_frame_id": child,
-        "translation": { "x": x, "y": y, "z": z },
-        "rotation": { "x": i, "y": j, "z": k, "w": w },
-    })
+fn transform<'a>(time_ns: u64, child: &'a str, pose: &Pose) -> FrameTransform<'a> {
+    let ([x, y, z], [w, i, j, k]) = (pose.position, pose.orientation_wxyz);
+    FrameTransform {
+        timestamp: Time::of(time_ns),
+        parent_frame_id: WORLD,
+        child_frame_id: child,
+        translation: Vector3 { x, y, z },
+        rotation: Quaternion {
+            x: i,
+            y: j,
+            z: k,
+            w,
+        },
+    }
 }
 
 fn time(ns: u64) -> Value {
-    json!({ "sec": ns / 1_000_000_000, "nsec": ns % 1_000_000_000 })
+    json!(Time::of(ns))
 }

@@ -51,6 +51,7 @@ pub struct RecordingWriter {
     ids: BTreeMap<Channel, u16>,
     written: Arc<AtomicU64>,
     preamble: Option<Preamble>,
+    packed: Vec<u8>,
 }
 
 impl RecordingWriter {
@@ -90,6 +91,7 @@ impl RecordingWriter {
             ids: BTreeMap::new(),
             written,
             preamble: Some(preamble.clone()),
+            packed: Vec::new(),
         };
         for channel in Channel::all(preamble.arms) {
             recording.declare(channel)?;
@@ -103,6 +105,18 @@ impl RecordingWriter {
     ///
     /// When the disk does not take it: the file ends with what was flushed.
     pub fn add(&mut self, message: &Message<'_>) -> Result<(), RecordError> {
+        let mut buffer = std::mem::take(&mut self.packed);
+        let added = self.add_packed(&message.packed(&mut buffer));
+        self.packed = buffer;
+        added
+    }
+
+    /// Adds a message whose struct has been through [`crate::pack`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::add`].
+    pub fn add_packed(&mut self, message: &Message<'_>) -> Result<(), RecordError> {
         self.begin_at(message.time_ns)?;
         self.put(message)
     }
@@ -126,6 +140,10 @@ impl RecordingWriter {
     ///
     /// When the disk does not take it.
     pub fn flush(&mut self) -> Result<(), RecordError> {
+        // The first chunk has to hold what every file begins with.
+        if self.preamble.is_some() {
+            return Ok(());
+        }
         self.writer.flush().map_err(RecordError::write)
     }
 

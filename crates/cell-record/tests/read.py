@@ -18,7 +18,22 @@ with open(sys.argv[1], "rb") as file:
         if channel.topic == "world":
             last = (json.loads(schema.data), message.data)
 
-layout, data = last
+
+def unpack(packed):
+    """The struct, out of the words of it that are not zero."""
+    (length,) = struct.unpack_from("<I", packed)
+    words = [b"\0" * 8] * -(-length // 8)
+    masks = struct.unpack_from(f"<{-(-length // 512)}Q", packed, 4)
+    at = 4 + 8 * len(masks)
+    for i in range(len(words)):
+        if masks[i // 64] >> i % 64 & 1:
+            words[i] = packed[at : at + 8]
+            at += 8
+    assert at == len(packed)
+    return b"".join(words)[:length]
+
+
+layout, data = last[0], unpack(last[1])
 
 
 def field(struct_name, name):

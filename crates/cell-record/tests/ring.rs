@@ -15,10 +15,11 @@ fn ring(storage: Box<dyn Storage>, dir: &Path, limit_bytes: u64) -> Flight {
 }
 
 fn say(flight: &mut Flight, ticks: std::ops::Range<u64>) {
+    let mut buffer = Vec::new();
     for tick in ticks {
         let now_ns = tick * 1_000_000;
         support::tick(tick, |message| {
-            flight.append(message, now_ns);
+            flight.append_packed(&message.packed(&mut buffer), now_ns);
         });
         flight.flush_if_due(now_ns);
     }

@@ -2,6 +2,7 @@
 //! request, into a file that is kept. A thread of its own with its own bus: a
 //! slow disk slows nobody.
 
+mod batch;
 mod hops;
 mod latency;
 mod sink;

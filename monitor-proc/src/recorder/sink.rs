@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use cell_model::run_spec::RunSpec;
-use cell_record::{Channel, Disk, Flight, Message, Preamble, RecordingWriter, gap, gap_message};
+use cell_record::{Disk, Flight, Message, Preamble, RecordingWriter};
 use serde_json::Value;
 
 /// The open file is readable up to this long ago (ns).
@@ -26,7 +26,6 @@ pub(super) struct Sink {
     trouble: Option<String>,
     missed: u64,
     now_ns: u64,
-    time_ns: u64,
 }
 
 impl Sink {
@@ -47,7 +46,6 @@ impl Sink {
             trouble: None,
             missed: 0,
             now_ns: 0,
-            time_ns: 0,
         }
     }
 
@@ -56,37 +54,23 @@ impl Sink {
         self.now_ns = now_ns;
     }
 
+    /// Writes down a packed message.
     pub(super) fn put(&mut self, message: &Message<'_>) {
-        self.time_ns = message.time_ns;
-        self.flight.append(message, self.now_ns);
+        self.flight.append_packed(message, self.now_ns);
         let Some(kept) = &mut self.kept else {
             return;
         };
         let time_s = message.time_ns as f64 / 1.0e9;
         kept.from_s.get_or_insert(time_s);
         kept.to_s = kept.to_s.max(time_s);
-        if let Err(error) = kept.writer.add(message) {
+        if let Err(error) = kept.writer.add_packed(message) {
             self.give_up(&error.to_string());
         }
     }
 
-    /// JSON for one of the channels that are not ours alone.
-    pub(super) fn put_json(&mut self, channel: Channel, time_ns: u64, value: &Value) {
-        let bytes = value.to_string().into_bytes();
-        self.put(&Message {
-            channel,
-            time_ns,
-            publish_ns: time_ns,
-            seq: 0,
-            bytes: &bytes,
-        });
-    }
-
-    /// Writes down that messages were overwritten before they were read.
-    pub(super) fn gap(&mut self, channel: Channel, count: u64, before_seq: u64) {
+    /// Counts messages that were overwritten before they were read.
+    pub(super) fn missed(&mut self, count: u64) {
         self.missed += count;
-        let gap = gap(channel, count, before_seq, "late");
-        self.put(&gap_message(&gap, self.time_ns));
     }
 
     pub(super) fn flush(&mut self) {

@@ -1,0 +1,136 @@
+//! Structs without the words that are zero: joints an arm does not have, the
+//! second arm of a cell of one, the rest of a text. A third is left of most of
+//! them, for one pass over the words.
+
+/// Bytes of a word.
+const WORD: usize = 8;
+/// Words one mask speaks of.
+const GROUP: usize = 64;
+/// Bytes of the length at the front.
+const FRONT: usize = 4;
+/// No struct of ours comes near this (bytes).
+const MAX_BYTES: usize = 1 << 20;
+
+/// Appends `bytes`, packed, to `out`: their number (u32); a mask (u64) for every
+/// 64 words of eight bytes, bit `i` set where word `i` is not zero; those words.
+/// All little-endian; a last word that is cut is filled up with zeros.
+pub fn pack(bytes: &[u8], out: &mut Vec<u8>) {
+    // Longer ones are none of ours, and could not be read again.
+    let bytes = bytes.get(..MAX_BYTES).unwrap_or(bytes);
+    out.extend_from_slice(&(bytes.len() as u32).to_le_bytes());
+    let masks_at = out.len();
+    out.resize(masks_at + masks(bytes.len()) * WORD, 0);
+    for (group, block) in bytes.chunks(WORD * GROUP).enumerate() {
+        let mask = pack_group(block, out);
+        let at = masks_at + group * WORD;
+        if let Some(place) = out.get_mut(at..at + WORD) {
+            place.copy_from_slice(&mask.to_le_bytes());
+        }
+    }
+}
+
+/// The words of a group that are not zero go to `out`; which they are.
+fn pack_group(block: &[u8], out: &mut Vec<u8>) -> u64 {
+    let (mut kept, mut count, mut mask) = ([0_u64; GROUP], 0, 0);
+    for (index, word) in block.chunks(WORD).enumerate() {
+        let value = value(word);
+        // Without a branch: there is no pattern in what is zero.
+        if let Some(place) = kept.get_mut(count) {
+            *place = value;
+        }
+        let is_kept = value != 0;
+        count += usize::from(is_kept);
+        mask |= u64::from(is_kept) << index;
+    }
+    let kept = kept.iter().take(count);
+    out.extend(kept.flat_map(|value| value.to_le_bytes()));
+    mask
+}
+
+/// What [`pack`] was given; `None` for anything it does not say.
+pub fn unpack(packed: &[u8]) -> Option<Vec<u8>> {
+    let (front, rest) = packed.split_at_checked(FRONT)?;
+    let length = u32::from_le_bytes(front.try_into().ok()?) as usize;
+    if length > MAX_BYTES {
+        return None;
+    }
+    let (masks, words) = rest.split_at_checked(masks(length) * WORD)?;
+    let mut words = words.chunks(WORD);
+    let mut bytes = vec![0; length.next_multiple_of(WORD)];
+    let groups = bytes.chunks_mut(WORD * GROUP).zip(masks.chunks(WORD));
+    for (block, mask) in groups {
+        let mut mask = value(mask);
+        while mask != 0 {
+            let at = mask.trailing_zeros() as usize * WORD;
+            let word = words.next().filter(|word| word.len() == WORD)?;
+            block.get_mut(at..at + WORD)?.copy_from_slice(word);
+            mask &= mask - 1;
+        }
+    }
+    bytes.truncate(length);
+    words.next().is_none().then_some(bytes)
+}
+
+/// Masks of a struct of `bytes`.
+fn masks(bytes: usize) -> usize {
+    bytes.div_ceil(WORD * GROUP)
+}
+
+fn value(word: &[u8]) -> u64 {
+    if let Ok(whole) = word.try_into() {
+        return u64::from_le_bytes(whole);
+    }
+    let byte = |value, byte: &u8| value << 8 | u64::from(*byte);
+    word.iter().rev().fold(0, byte)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn packed(bytes: &[u8]) -> Vec<u8> {
+        let mut out = vec![9];
+        pack(bytes, &mut out);
+        assert_eq!(out.remove(0), 9, "what was there stays");
+        out
+    }
+
+    #[test]
+    fn every_length_comes_back_whole() {
+        for length in (0..40).chain([511, 512, 513, 2377, 20_000]) {
+            let byte = |i: usize| if i % 31 < 20 { 0 } else { i as u8 };
+            let bytes: Vec<u8> = (0..length).map(byte).collect();
+            assert_eq!(unpack(&packed(&bytes)), Some(bytes));
+        }
+    }
+
+    #[test]
+    fn zeros_cost_a_mask_and_a_word_is_where_the_mask_says() {
+        let mut bytes = [0; 1024];
+        assert_eq!(packed(&bytes).len(), FRONT + 2 * WORD);
+        bytes[8 * 65] = 7;
+        let packed = packed(&bytes);
+        assert_eq!(packed[..4], 1024_u32.to_le_bytes());
+        assert_eq!(
+            packed[4..20],
+            [0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0]
+        );
+        assert_eq!(packed[20..], [7, 0, 0, 0, 0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn nothing_else_is_taken_for_it() {
+        let whole = packed(&[1; 100]);
+        for length in 0..whole.len() {
+            assert_eq!(unpack(&whole[..length]), None, "{length}");
+        }
+        let longer = [&whole[..], &[0]].concat();
+        let mut beyond = whole.clone();
+        // A word behind the last one.
+        beyond[5] |= 0x80;
+        let huge = [0xff; 64];
+        for wrong in [&longer[..], &beyond, &huge] {
+            assert_eq!(unpack(wrong), None);
+        }
+    }
+}
