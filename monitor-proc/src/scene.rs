@@ -47,8 +47,31 @@ pub fn scene<'a>(
         let urdf = urdf_text(data, spec, robot)?;
         arms.push(arm_json(arm, robot, &urdf, meshes.clone()));
     }
+    let panel = task
+        .get("kind")
+        .and_then(toml::Value::as_str)
+        .unwrap_or("")
+        .to_owned();
+    Ok(json!({
+        "demo": cell.name,
+        "description": cell.description,
+        "camera": { "eye_m": cell.camera.eye_m, "target_m": cell.camera.target_m },
+        "arms": arms,
+        "objects": objects(cell),
+        "fixtures": fixtures(cell),
+        "bins": cell.bins,
+        "conveyor": conveyor(cell),
+        "dispenser": dispenser(cell),
+        "sensors": sensors(cell),
+        "task": task,
+        "panel": panel,
+        "start_event": waits_for_start(&panel),
+    }))
+}
+
+fn fixtures(cell: &Cell) -> Vec<Value> {
     let mut obstacles = 0..;
-    let fixtures = cell.fixtures.iter().map(|fixture| {
+    let told = cell.fixtures.iter().map(|fixture| {
         let obstacle = if fixture.obstacle {
             obstacles.next()
         } else {
@@ -63,8 +86,11 @@ pub fn scene<'a>(
             "obstacle": obstacle,
         })
     });
-    let fixtures: Vec<Value> = fixtures.collect();
-    let objects = cell.objects.iter().map(|object| {
+    told.collect()
+}
+
+fn objects(cell: &Cell) -> Vec<Value> {
+    let told = cell.objects.iter().map(|object| {
         json!({
             "name": object.name,
             "shape": shape(&object.shape),
@@ -73,39 +99,37 @@ pub fn scene<'a>(
             "kind": object.kind,
         })
     });
-    let panel = task
-        .get("kind")
-        .and_then(toml::Value::as_str)
-        .unwrap_or("")
-        .to_owned();
-    Ok(json!({
-        "demo": cell.name,
-        "description": cell.description,
-        "camera": { "eye_m": cell.camera.eye_m, "target_m": cell.camera.target_m },
-        "arms": arms,
-        "objects": objects.collect::<Vec<_>>(),
-        "fixtures": fixtures,
-        "bins": cell.bins,
-        "conveyor": cell.conveyor.as_ref().map(|belt| json!({
-            "fixture": belt.fixture,
-            "velocity_m_s": belt.velocity_m_s,
-            "brings": belt.supply.as_ref().map(|supply| &supply.objects),
-        })),
-        "dispenser": cell.dispenser.as_ref().map(|dispenser| json!({
-            "position_m": dispenser.position_m,
-            "spread_m": dispenser.spread_m,
-            "per_drop": dispenser.per_drop,
-        })),
-        "sensors": cell.sensors.iter().map(|sensor| json!({
+    told.collect()
+}
+
+fn conveyor(cell: &Cell) -> Option<Value> {
+    let belt = cell.conveyor.as_ref()?;
+    Some(json!({
+        "fixture": belt.fixture,
+        "velocity_m_s": belt.velocity_m_s,
+        "brings": belt.supply.as_ref().map(|supply| &supply.objects),
+    }))
+}
+
+fn dispenser(cell: &Cell) -> Option<Value> {
+    let dispenser = cell.dispenser.as_ref()?;
+    Some(json!({
+        "position_m": dispenser.position_m,
+        "spread_m": dispenser.spread_m,
+        "per_drop": dispenser.per_drop,
+    }))
+}
+
+fn sensors(cell: &Cell) -> Vec<Value> {
+    let told = cell.sensors.iter().map(|sensor| {
+        json!({
             "name": sensor.name,
             "position_m": sensor.position_m,
             "direction": sensor.direction,
             "range_m": sensor.range_m,
-        })).collect::<Vec<_>>(),
-        "task": task,
-        "panel": panel,
-        "start_event": waits_for_start(&panel),
-    }))
+        })
+    });
+    told.collect()
 }
 
 /// All demos of `data` that can be loaded.
