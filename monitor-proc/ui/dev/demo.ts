@@ -61,7 +61,7 @@ function panda(name: string, position: Vec3): ArmSpec {
       joint("panda_finger_joint2", 0.04),
     ],
     arm_joints: 7,
-    gripper: { kind: "fingers", max_width_m: 0.08, finger_joints: ["panda_finger_joint1", "panda_finger_joint2"] },
+    gripper: { kind: "parallel", max_width_m: 0.08, finger_joints: ["panda_finger_joint1", "panda_finger_joint2"] },
     tool_link: "panda_hand",
     tool: [0, 0, 0.1034, 1, 0, 0, 0],
     spheres: spheres(),
@@ -117,13 +117,19 @@ function scene(kind: string): Scene {
       shape: { kind: "box", size_m: [0.05, 0.05, 0.05] },
       colour,
       mass_kg: 0.1,
+      kind: name,
     })),
+    bins: 0,
+    conveyor: null,
+    dispenser: null,
+    sensors: [],
     fixtures: [
       {
         name: "table",
         shape: { kind: "box", size_m: [1.6, 1.8, 0.1] },
         pose: [0.3, 0, -0.05, 1, 0, 0, 0],
         colour: [0.55, 0.55, 0.58],
+        solid: true,
         obstacle: null,
       },
       ...(kind === "pillar"
@@ -133,6 +139,7 @@ function scene(kind: string): Scene {
               shape: { kind: "box" as const, size_m: [0.08, 0.08, 0.5] as Vec3 },
               pose: [0.55, 0.28, 0.25, 1, 0, 0, 0] as Scene["fixtures"][number]["pose"],
               colour: [0.75, 0.72, 0.62] as Vec3,
+              solid: true,
               obstacle: 0,
             },
           ]

@@ -9,6 +9,7 @@ export type Shape =
   | { kind: "sphere"; radius_m: number }
   | { kind: "cylinder"; radius_m: number; length_m: number }
   | { kind: "capsule"; radius_m: number; length_m: number }
+  | { kind: "bin"; size_m: Vec3; wall_m: number }
   | { kind: "compound"; parts: { shape: Shape; pose: Pose }[] };
 
 export interface JointSpec {
@@ -22,6 +23,15 @@ export interface JointSpec {
   home: number;
 }
 
+export interface Gripper {
+  kind: "parallel" | "suction";
+  max_width_m: number;
+  finger_joints: string[];
+  /** Of suction. */
+  force_limit_n?: number;
+  torque_limit_n_m?: number;
+}
+
 export interface ArmSpec {
   name: string;
   robot: string;
@@ -29,7 +39,7 @@ export interface ArmSpec {
   urdf: string;
   joints: JointSpec[];
   arm_joints: number;
-  gripper: { kind: string; max_width_m: number; finger_joints: string[] } | null;
+  gripper: Gripper | null;
   tool_link: string;
   tool: Pose;
   spheres: { link: string; center: Vec3; radius: number }[];
@@ -41,14 +51,20 @@ export interface Scene {
   description: string;
   camera: { eye_m: Vec3; target_m: Vec3 };
   arms: ArmSpec[];
-  objects: { name: string; shape: Shape; colour: Vec3; mass_kg: number }[];
+  objects: { name: string; shape: Shape; colour: Vec3; mass_kg: number; kind: string }[];
   fixtures: {
     name: string;
     shape: Shape;
     pose: Pose;
     colour: Vec3;
+    /** False: it only keeps motion away. */
+    solid: boolean;
     obstacle: number | null;
   }[];
+  bins: number;
+  conveyor: { fixture: string; velocity_m_s: Vec3; brings: string | null } | null;
+  dispenser: { position_m: Vec3; spread_m: [number, number]; per_drop: number } | null;
+  sensors: { name: string; position_m: Vec3; direction: Vec3; range_m: number }[];
   task: Record<string, unknown>;
   panel: string;
   start_event: boolean;
@@ -105,6 +121,31 @@ export interface HopLatency {
   buckets: [number, number][];
 }
 
+export interface SuctionStatus {
+  on: boolean;
+  force_n: number;
+  torque_n_m: number;
+  peak_force_n: number;
+  peak_torque_n_m: number;
+  breaks: number;
+  break_limit: "" | "force" | "torque";
+  break_cause: "" | "weight" | "impulse";
+  refusals: number;
+  refusal: string;
+}
+
+export interface EquipmentStatus {
+  conveyor_speed_m_s: number;
+  bins_supplied: number;
+  supply_refusals: number;
+  supply_refusal: string;
+  parts_dropped: number;
+  parts_waiting: number;
+  cleared: number;
+  sensors: (string | null)[];
+  suction: SuctionStatus[];
+}
+
 export interface Status {
   processes: ProcessStatus[];
   task: {
@@ -121,6 +162,7 @@ export interface Status {
     limit_violations: number;
     io: { conveyor_running: boolean };
   };
+  equipment: EquipmentStatus | null;
   latency: HopLatency[];
   recorder: {
     state: "on" | "off" | "trouble";

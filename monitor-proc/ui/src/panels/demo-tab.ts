@@ -17,7 +17,7 @@ export function demoTab(desk: Desk, tabs: Tabs): void {
       return;
     }
     const body = el("div", { class: "demo-tab column scroll" });
-    leave = panel.mount(desk.store, body);
+    leave = panel.mount(desk, body);
     tabs.put({ key: KEY, name: panel.name, body });
   };
   desk.store.on("scene", show);

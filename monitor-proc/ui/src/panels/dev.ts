@@ -68,6 +68,7 @@ function status(placed: string[], phase: string): Status {
       policy: "fsm", outcome: "running", phase, reason: "", drops: 1, resyncs: 2, aborts: 0, recoveries: 1, placed,
       decision_age_ms: 7, limit_violations: 0, io: { conveyor_running: false },
     },
+    equipment: null,
     latency: [hop("state to command", 0, 180), hop("command to drives", 0, 90), hop("state to decision", null, 420), hop("decision to controller", 0, 130)],
     recorder: { state: "on", bytes: 84e6, limit_bytes: 256e6, file: null, gaps: 0, note: "" },
     rt: "other",

@@ -3,7 +3,7 @@ import { Color, Group, Mesh, MeshBasicMaterial, type BufferGeometry, BackSide } 
 import type { Pose, Shape, Vec3 } from "../net/protocol";
 import { hasTwin, ofDetail } from "./detail";
 import { type Look, material } from "./materials";
-import { box, capsule, coarsely, cylinder, sphere } from "./shapes";
+import { bin, box, capsule, coarsely, cylinder, sphere } from "./shapes";
 
 const EDGE_M = 0.004;
 const OUTLINE_M = 0.0035;
@@ -34,6 +34,10 @@ function build(shape: Exclude<Shape, { kind: "compound" }>, grown: number): Buff
       return cylinder(shape.radius_m + grown, shape.length_m + 2 * grown, EDGE_M + grown);
     case "capsule":
       return capsule(shape.radius_m + grown, shape.length_m);
+    case "bin": {
+      const [x, y, z] = shape.size_m.map((side) => side + 2 * grown) as Vec3;
+      return bin(x, y, z, shape.wall_m + grown);
+    }
   }
 }
 
@@ -98,6 +102,7 @@ export function outline(shape: Shape, colour: number): Group {
 export function halfHeight(shape: Shape): number {
   switch (shape.kind) {
     case "box":
+    case "bin":
       return shape.size_m[2] / 2;
     case "sphere":
       return shape.radius_m;

@@ -36,7 +36,7 @@ export function tableCorners(scene: Scene): Vector3[] {
 
 /** Height of the room's floor (m): a table stands on legs, all else on the floor. */
 export function floorHeight(scene: Scene): number {
-  const bottoms = scene.fixtures.map(lowest);
+  const bottoms = scene.fixtures.filter(({ solid }) => solid).map(lowest);
   const bottom = Math.min(0, ...bottoms);
   return scene.fixtures.some(isTable) ? Math.min(bottom, -TABLE_HEIGHT_M) : bottom - 0.001;
 }
@@ -78,8 +78,9 @@ export function mountingPlate(base: Vec3): Mesh {
 /** Everything that never moves, on a floor at `floor` (m). */
 export function furniture(scene: Scene, floor: number): Group {
   const all = new Group();
-  for (const fixture of scene.fixtures) {
-    const look = isTable(fixture) ? { roughness: 0.6 } : {};
+  for (const fixture of scene.fixtures.filter(({ solid }) => solid)) {
+    const belt = scene.conveyor?.fixture === fixture.name;
+    const look = belt ? { roughness: 0.95 } : isTable(fixture) ? { roughness: 0.6 } : {};
     const group = body(fixture.name, fixture.shape, fixture.colour, look);
     if (isTable(fixture)) group.add(legs(fixture, floor));
     place(group, fixture.pose);

@@ -11,7 +11,7 @@ import {
   Vector3,
 } from "three";
 import { RoundedBoxGeometry } from "three/addons/geometries/RoundedBoxGeometry.js";
-import { mergeVertices } from "three/addons/utils/BufferGeometryUtils.js";
+import { mergeGeometries, mergeVertices } from "three/addons/utils/BufferGeometryUtils.js";
 import type { Vec3 } from "../net/protocol";
 
 interface Facets {
@@ -104,6 +104,35 @@ export function box(x: number, y: number, z: number, edge = 0.004): BufferGeomet
   if (edge === 0 || facets.edge === 0) return plain(new BoxGeometry(x, y, z));
   const radius = Math.min(edge, x / 2.01, y / 2.01, z / 2.01);
   return plain(new RoundedBoxGeometry(x, y, z, facets.edge, radius));
+}
+
+/** How far the ribs and the rim of a bin stand out (m): they are only drawn. */
+const RIB_M = 0.0025;
+const RIB_PITCH_M = 0.05;
+
+/** An open bin with ribs and a rim; outer sides and thickness of its walls (m). */
+export function bin(x: number, y: number, z: number, wall: number): BufferGeometry {
+  const parts: BufferGeometry[] = [];
+  const add = (size: Vec3, at: Vec3) => parts.push(plain(new BoxGeometry(...size)).translate(...at));
+  add([x, y, wall], [0, 0, (wall - z) / 2]);
+  const rim = Math.min(0.008, z / 4);
+  for (const side of [-1, 1]) {
+    add([wall, y, z - wall], [(side * (x - wall)) / 2, 0, wall / 2]);
+    add([x - 2 * wall, wall, z - wall], [0, (side * (y - wall)) / 2, wall / 2]);
+    if (facets !== FINE) continue;
+    add([x + 2 * RIB_M, RIB_M, rim], [0, (side * (y + RIB_M)) / 2, (z - rim) / 2]);
+    add([RIB_M, y, rim], [(side * (x + RIB_M)) / 2, 0, (z - rim) / 2]);
+    for (const at of ribs(x)) add([2 * RIB_M, RIB_M, z - rim], [at, (side * (y + RIB_M)) / 2, -rim / 2]);
+    for (const at of ribs(y)) add([RIB_M, 2 * RIB_M, z - rim], [(side * (x + RIB_M)) / 2, at, -rim / 2]);
+  }
+  return mergeGeometries(parts);
+}
+
+/** Where the ribs of a wall stand (m from its middle). */
+function ribs(length: number): number[] {
+  const count = Math.max(2, Math.round(length / RIB_PITCH_M));
+  const first = RIB_M - length / 2;
+  return Array.from({ length: count }, (_, index) => first + (index * (length - 2 * RIB_M)) / (count - 1));
 }
 
 export function sphere(radius: number, segments = facets.round): BufferGeometry {

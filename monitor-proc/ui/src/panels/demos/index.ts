@@ -1,6 +1,8 @@
 // Panels of single demos. A new one is a function that fills an element, and a
 // line here.
-import type { Store } from "../../net/store";
+import type { Desk } from "../desk";
+import { mountBins } from "./bins";
+import { mountFillBin } from "./fill-bin";
 import { mountPyramid } from "./pyramid";
 import { mountStack } from "./stack";
 
@@ -8,11 +10,14 @@ export interface DemoPanel {
   /** Name of its tab. */
   name: string;
   /** Fills `element`; the answer, if any, is called when it is taken away. */
-  mount: (store: Store, element: HTMLElement) => (() => void) | undefined;
+  mount: (desk: Desk, element: HTMLElement) => (() => void) | undefined;
 }
 
 /** By `panel` of the scene. */
 export const DEMO_PANELS: Record<string, DemoPanel> = {
   stack: { name: "Stack", mount: mountStack },
   pyramid: { name: "Pyramid", mount: mountPyramid },
+  fill_bin: { name: "Fill bin", mount: mountFillBin },
+  palletize: { name: "Pallet", mount: mountBins },
+  bin_stack: { name: "Stack", mount: mountBins },
 };

@@ -1,6 +1,7 @@
 // Who owns the centre, whose each cube is, what each arm has placed, and both
 // trees side by side. All of it stands on the board that the trees share.
 import type { Store } from "../../net/store";
+import type { Desk } from "../desk";
 import { el, setAttr, setText } from "../dom";
 import { css } from "../format";
 import { sharedKeys } from "../task/values";
@@ -17,7 +18,7 @@ function members(set: string): string[] {
   return set.replace(/[{}[\]()"']/g, " ").split(/[\s,]+/).filter((one) => one !== "" && one !== "unset");
 }
 
-export function mountPyramid(store: Store, element: HTMLElement): () => void {
+export function mountPyramid({ store }: Desk, element: HTMLElement): () => void {
   const scene = store.scene;
   const arms = scene?.arms.map(({ name }) => name) ?? [];
   const owner = el("b", { class: "badge" }, "free");

@@ -32,7 +32,8 @@ function matrixOf(pose: Pose): Matrix4 {
 /** The point of a shape's surface nearest to `at`, in the shape's frame, from outside. */
 function nearest(shape: Exclude<Shape, { kind: "compound" }>, at: Vector3): Vector3 {
   switch (shape.kind) {
-    case "box": {
+    case "box":
+    case "bin": {
       const half = new Vector3(...shape.size_m).multiplyScalar(0.5);
       return at.clone().clamp(half.clone().negate(), half);
     }

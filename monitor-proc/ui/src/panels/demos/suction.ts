@@ -1,0 +1,61 @@
+// The suction cup: what hangs at it, how near it is to letting go, and a button.
+import type { Desk } from "../desk";
+import { gripperIsClosed, handRefusal } from "../actions";
+import { button } from "../button";
+import { el, setAttr, setText } from "../dom";
+
+const HIGH = 0.8;
+
+/** Load gauge, what the cup feels, and how it let go last; for arm 0. */
+export function suctionGauge(desk: Desk): HTMLElement {
+  const gripper = desk.store.scene?.arms[0]?.gripper;
+  const fill = el("i", { class: "gauge-fill" });
+  const text = el("b", { class: "num" });
+  const feels = el("span", { class: "dim num" });
+  const last = el("p", { class: "dim" });
+  const root = el(
+    "div",
+    { class: "column" },
+    el("div", { class: "row" }, el("span", {}, "Load"), el("div", { class: "gauge" }, fill), text),
+    feels,
+    last,
+    openClose(desk),
+  );
+  desk.pulse.add(root, () => {
+    const arm = desk.snapshot?.arms[0];
+    const cup = desk.store.status?.equipment?.suction[0];
+    if (!root.isConnected || arm === undefined) return;
+    const load = Math.min(Math.max(arm.load, 0), 1);
+    fill.style.width = `${(100 * load).toFixed(1)}%`;
+    setAttr(fill, "data-near", load > HIGH ? "very" : null);
+    setText(text, arm.attached ? `${(100 * load).toFixed(0)} %` : "nothing attached");
+    if (cup === undefined) return;
+    const limits = [gripper?.force_limit_n ?? 0, gripper?.torque_limit_n_m ?? 0];
+    setText(
+      feels,
+      `${cup.force_n.toFixed(1)} of ${limits[0]} N, ${cup.torque_n_m.toFixed(2)} of ${limits[1]} N m; peak ${cup.peak_force_n.toFixed(0)} N`,
+    );
+    const broke =
+      cup.breaks === 0 ? "" : `It let go ${cup.breaks} times, last at its limit of ${cup.break_limit} by ${cup.break_cause}. `;
+    const refused = cup.refusals === 0 ? "" : `It refused ${cup.refusals} times, last because ${cup.refusal}.`;
+    setText(last, broke + refused);
+  });
+  return root;
+}
+
+/** One button that opens and closes the gripper of arm 0. */
+function openClose(desk: Desk): HTMLElement {
+  const to = () => (gripperIsClosed(desk) ? "open" : "close");
+  const node = button(desk, {
+    label: "Close gripper",
+    about: () => (to() === "open" ? "Let go" : "Switch suction on"),
+    twin: () => `robocell gripper ${to()}`,
+    why: () => desk.cellRefusal() ?? handRefusal(desk),
+    run: () => desk.send({ do: "gripper", arm: 0, to: to() }),
+  });
+  const name = node.querySelector("span");
+  desk.pulse.add(node, () => {
+    if (name !== null) setText(name, to() === "open" ? "Open gripper" : "Close gripper");
+  });
+  return node;
+}
