@@ -215,19 +215,25 @@ impl Arm {
         (spring + target.effort).clamp(-target.max_effort, target.max_effort)
     }
 
+    /// Body that carries the tool, and the tool centre point in its frame.
+    pub(crate) fn tool(&self) -> Option<(RigidBodyHandle, Isometry3<f64>)> {
+        let frame = self.robot.chain.frames().get(self.robot.tcp_frame)?;
+        let body = self.bodies.get(frame.joint.map_or(0, |joint| joint + 1))?;
+        Some((*body, frame.pose))
+    }
+
     /// Pose of the tool centre point in the world frame.
     pub(crate) fn tcp(&self, world: &PhysicsWorld) -> Isometry3<f64> {
-        let Some(frame) = self.robot.chain.frames().get(self.robot.tcp_frame) else {
+        let Some((body, tool)) = self.tool() else {
             return Isometry3::identity();
         };
-        let body = self.bodies[frame.joint.map_or(0, |joint| joint + 1)];
         let link = world
             .bodies
             .get(body)
             .map_or(Isometry3::identity(), |body| {
                 convert::from_pose(body.position())
             });
-        link * frame.pose
+        link * tool
     }
 }
 

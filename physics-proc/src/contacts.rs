@@ -58,6 +58,13 @@ impl Contacts {
         }
     }
 
+    /// An attached object counts as touched.
+    pub(crate) fn attach(&mut self, object: Option<usize>) {
+        if let Some(touched) = object.and_then(|object| self.touched.get_mut(object)) {
+            *touched = true;
+        }
+    }
+
     fn read_collider(
         &mut self,
         world: &PhysicsWorld,

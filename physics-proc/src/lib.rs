@@ -9,10 +9,12 @@ mod arm;
 mod beam;
 mod contacts;
 mod convert;
+mod cup;
 pub mod drag;
 #[cfg(test)]
 mod fault_tests;
 mod gripper;
+mod hanging;
 mod hash;
 mod measured;
 mod memory;
@@ -27,6 +29,9 @@ mod snapshot;
 mod spawn;
 mod state;
 mod state_tap;
+mod suction;
+#[cfg(test)]
+mod suction_tests;
 mod tag;
 mod violations;
 pub mod watchdog;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::drag::Drag;
 use crate::gripper::GripperDrive;
 use crate::panel::Panel;
+use crate::suction::Suction;
 use crate::watchdog::Watchdog;
 
 /// Everything outside the engine that decides the next tick.
@@ -26,6 +27,7 @@ pub(crate) struct Memory {
 pub(crate) struct ArmMemory {
     pub(crate) watchdog: Watchdog,
     pub(crate) gripper: GripperDrive,
+    pub(crate) suction: Suction,
     /// [`ipc_types::arm::StopAction`] of the last tick.
     pub(crate) stop_action: u32,
 }
@@ -46,6 +48,7 @@ impl Memory {
             ArmMemory {
                 watchdog: Watchdog::new(&arm.home),
                 gripper: fingers.map_or(GripperDrive::NONE, open),
+                suction: Suction::default(),
                 stop_action: 0,
             }
         });
@@ -69,6 +72,7 @@ impl Memory {
         self.quarantined = before.quarantined;
         for (arm, before) in self.arms.iter_mut().zip(before.arms) {
             arm.watchdog.carry_over(&before.watchdog, self.tick);
+            arm.suction.carry_over(&before.suction);
         }
     }
 }

@@ -111,7 +111,7 @@ impl World {
         if self
             .arms
             .get(arm as usize)
-            .is_none_or(|arm| arm.robot.gripper.is_none())
+            .is_none_or(|arm| arm.robot.gripper.is_none() && arm.robot.suction.is_none())
         {
             return (
                 ReplyCode::NotInThisCell,

@@ -9,7 +9,7 @@ pub const TICK_S: f64 = 1.0e-3;
 /// Gravity in the world frame (m/s²).
 pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 /// Solver iterations; the engine runs each as a substep.
-const SUBSTEPS: usize = 4;
+pub(crate) const SUBSTEPS: usize = 4;
 /// Stiffness of contacts (Hz). Higher buzzes in towers, lower sinks in.
 const CONTACT_HZ: f64 = 250.0;
 /// Stiffness of contacts with fixed bodies (Hz).

@@ -109,6 +109,9 @@ impl World {
 
     fn gripper_state(&self, index: usize) -> GripperState {
         let mut out = GripperState::zeroed();
+        if let Some(suction) = &self.arms[index].robot.suction {
+            self.memory.arms[index].suction.write(suction, &mut out);
+        }
         let Some(gripper) = &self.arms[index].robot.gripper else {
             return out;
         };

@@ -147,12 +147,14 @@ impl World {
         for (index, command) in input.commands.iter().enumerate().take(self.arms.len()) {
             self.drive_arm(index, *command);
             self.drive_hand(index);
+            self.switch_suction(index);
             self.note_input(index);
         }
         self.apply_drags();
         self.step_engine();
         self.memory.tick += 1;
         self.read_quarantine();
+        self.read_suction();
         self.read_back();
         self.count_outside();
     }
@@ -180,10 +182,11 @@ impl World {
                 .watchdog
                 .update(self.memory.tick, command, &arm.robot, &self.limits[index]);
         memory.stop_action = verdict.stop.action.code();
-        if let (true, Some(command), Some(gripper)) =
-            (verdict.accepted, command, &arm.robot.gripper)
-        {
-            memory.gripper.command(&command.gripper, gripper);
+        if let (true, Some(command)) = (verdict.accepted, command) {
+            memory.suction.command(&command.gripper);
+            if let Some(gripper) = &arm.robot.gripper {
+                memory.gripper.command(&command.gripper, gripper);
+            }
         }
         let gravity = &self.base_gravity[index];
         let measured: Vec<f64> = arm
@@ -315,6 +318,9 @@ impl World {
         }
         if !self.memory.broken {
             self.contacts.read(&self.engine, &self.arms);
+            for arm in &self.memory.arms {
+                self.contacts.attach(arm.suction.attached());
+            }
             self.refresh_held();
         }
     }
@@ -328,7 +334,12 @@ impl World {
                 .contacts
                 .grips
                 .iter()
-                .any(|grip| grip.held == Some(index));
+                .any(|grip| grip.held == Some(index))
+                || self
+                    .memory
+                    .arms
+                    .iter()
+                    .any(|arm| arm.suction.attached() == Some(index));
             let hooks = if held || few {
                 FRESH
             } else {

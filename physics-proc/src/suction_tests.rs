@@ -1,0 +1,308 @@
+//! The suction gripper feels what hangs on it, and lets go of too much.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may fail")]
+
+use cell_model::{Cell, Data, Dynamics, Shape};
+use ipc_types::equipment::{BreakCause, BreakLimit, SuctionRefusal};
+use ipc_types::world::OBJECT_TOUCHED;
+use ipc_types::{ArmCommand, GripperState, Header, Wire, WorldState};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use crate::convert;
+use crate::world::{StepInput, World};
+
+const CELL: &str = r#"
+description = "A cup and a block"
+policies = ["x"]
+default_policy = "x"
+time_limit_s = 100.0
+camera = { eye_m = [2.0, 2.0, 2.0], target_m = [0.0, 0.0, 0.0] }
+task = { kind = "reach" }
+
+[[arm]]
+name = "ur10"
+robot = "ur10"
+base_position_m = [0.0, 0.0, 0.0]
+
+[[object]]
+name = "block"
+shape = { kind = "box", size_m = [0.1, 0.1, 0.1] }
+mass_kg = 1.0
+friction = 0.6
+position_m = [0.0, 0.0, 0.0]
+colour = [0.5, 0.5, 0.5]
+
+[[fixture]]
+name = "floor"
+shape = { kind = "box", size_m = [4.0, 4.0, 0.1] }
+position_m = [0.0, 0.0, -1.0]
+friction = 0.6
+obstacle = false
+colour = [0.5, 0.5, 0.5]
+"#;
+
+/// A block right before the cup, which points down.
+struct Hold {
+    world: World,
+    cell: Cell,
+    dynamics: Dynamics,
+    joints: Vec<f64>,
+    seq: u64,
+    suction: u32,
+}
+
+impl Hold {
+    /// `offset`: the block's centre from the cup across its axis (m); `gap`:
+    /// from the cup to the surface (m); `tilt`: of the block (rad).
+    fn new(mass: f64, offset: [f64; 2], gap: f64, tilt: f64) -> Self {
+        let data = Data::embedded();
+        let mut cell = Cell::from_text(&data, "cup", "cup.toml", CELL, 1, None).unwrap();
+        let arm = &mut cell.arms[0];
+        let robot = &arm.robot;
+        let quarter = std::f64::consts::FRAC_PI_2;
+        arm.home = vec![-quarter, -quarter, -quarter, -quarter, quarter, 0.0];
+        let all = robot.with_arm_positions(&arm.home);
+        let tcp = robot.frame_pose(robot.tcp_frame, &all).unwrap();
+        let axis = tcp.rotation * robot.suction.as_ref().unwrap().axis;
+        assert!(axis.z < -0.999, "the cup points to {axis}");
+        let object = &mut cell.objects[0];
+        object.mass = mass;
+        let centre = tcp.translation.vector + Vector3::new(offset[0], offset[1], -gap - 0.05);
+        let tilt = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), tilt);
+        object.pose = Isometry3::from_parts(Translation3::from(centre), tilt);
+        Self {
+            world: World::new(&cell).unwrap(),
+            dynamics: Dynamics::new(&cell.arms[0].robot),
+            joints: cell.arms[0].home.clone(),
+            cell,
+            seq: 0,
+            suction: 1,
+        }
+    }
+
+    fn command(&mut self) -> ArmCommand {
+        self.seq += 1;
+        let mut command = ArmCommand::zeroed();
+        command.header = Header::caused_by::<ArmCommand>(self.world.tick());
+        (command.header.generation, command.header.seq) = (1, self.seq);
+        command.joint_count = 6;
+        command.joint_positions[..6].copy_from_slice(&self.joints);
+        let gravity = Vector3::new(0.0, 0.0, -9.81);
+        let efforts = self
+            .dynamics
+            .inverse_dynamics(&self.joints, &[], &[], &gravity);
+        command.joint_efforts[..6].copy_from_slice(efforts);
+        command.gripper.suction = self.suction;
+        command
+    }
+
+    fn tick(&mut self) {
+        let command = self.command();
+        let mut input = StepInput::default();
+        input.commands[0] = Some(&command);
+        self.world.step(&input);
+    }
+
+    fn run(&mut self, ticks: u64) -> &mut Self {
+        (0..ticks).for_each(|_| self.tick());
+        self
+    }
+
+    /// Pulls with `force` (N, world) at a point of the block's top face `arm`
+    /// away from the cup (m, world) while it runs one tick.
+    fn pull(&mut self, force: Vector3<f64>, arm: Vector3<f64>) {
+        let point = self.world.arms[0]
+            .tcp(&self.world.engine)
+            .translation
+            .vector
+            + arm;
+        let body = self
+            .world
+            .engine
+            .bodies
+            .get_mut(self.world.objects[0])
+            .unwrap();
+        body.reset_forces(true);
+        body.reset_torques(true);
+        body.add_force_at_point(convert::to_vector(&force), convert::to_vector(&point), true);
+        self.tick();
+    }
+
+    fn state(&self) -> WorldState {
+        let mut state = WorldState::zeroed();
+        self.world.write_state(&mut state);
+        state
+    }
+
+    fn gripper(&self) -> GripperState {
+        self.state().arms[0].gripper
+    }
+}
+
+#[test]
+fn the_read_out_is_the_weight_on_the_axis_and_the_lever_off_it() {
+    for mass in [0.2, 0.6, 2.0, 5.0] {
+        let mut hold = Hold::new(mass, [0.0, 0.0], 0.004, 0.0);
+        hold.run(1_500);
+        let (gripper, weight) = (hold.gripper(), mass * 9.81);
+        assert_eq!((gripper.attached, gripper.held_object), (1, 1), "{mass} kg");
+        let share = gripper.suction_force / weight;
+        assert!((share - 1.0).abs() < 0.01, "{mass} kg: {share}");
+        assert!(gripper.suction_torque < 0.02, "{}", gripper.suction_torque);
+        assert!((gripper.load - weight / 50.0).abs() < 0.01);
+        assert_ne!(hold.state().objects[0].flags & OBJECT_TOUCHED, 0);
+    }
+    for mass in [0.6, 2.0] {
+        let mut hold = Hold::new(mass, [0.02, 0.01], 0.004, 0.0);
+        hold.run(1_500);
+        let torque = mass * 9.81 * (0.02_f64.powi(2) + 0.01_f64.powi(2)).sqrt();
+        let share = hold.gripper().suction_torque / torque;
+        assert!((share - 1.0).abs() < 0.01, "{mass} kg: {share}");
+    }
+}
+
+#[test]
+fn slowly_loaded_it_breaks_at_its_limits_by_weight() {
+    let down = -Vector3::z();
+    for (arm, limit, value) in [
+        (Vector3::zeros(), BreakLimit::Force, 50.0),
+        (Vector3::new(0.04, 0.0, 0.0), BreakLimit::Force, 50.0),
+        (Vector3::new(0.25, 0.0, 0.0), BreakLimit::Torque, 5.0),
+        (Vector3::new(0.0, -0.4, 0.0), BreakLimit::Torque, 5.0),
+    ] {
+        let mut hold = Hold::new(0.6, [0.0, 0.0], 0.003, 0.0);
+        hold.run(500);
+        let mut pull = 0.0;
+        while hold.gripper().breaks == 0 {
+            pull += 0.005;
+            assert!(pull < 80.0, "{limit:?}: it holds for ever");
+            hold.pull(down * pull, arm);
+        }
+        let gripper = hold.gripper();
+        assert_eq!(gripper.break_limit, limit.code(), "{arm}");
+        assert_eq!(gripper.break_cause, BreakCause::Weight.code(), "{arm}");
+        let at = match limit {
+            BreakLimit::Torque => pull * arm.norm(),
+            _ => pull + 0.6 * 9.81,
+        };
+        assert!((at / value - 1.0).abs() < 0.1, "{limit:?}: {at}");
+        assert_eq!((gripper.attached, gripper.held_object), (0, 0));
+    }
+}
+
+#[test]
+fn a_light_load_is_held_for_a_minute() {
+    let mut hold = Hold::new(0.6, [0.02, 0.0], 0.004, 0.0);
+    hold.run(1_000);
+    let start = hold.state();
+    hold.run(60_000);
+    let end = hold.state();
+    assert_eq!(end.arms[0].gripper.attached, 1);
+    let [a, b] = [start, end].map(|s| Vector3::from(s.objects[0].pose.position));
+    assert!((a - b).norm() < 1.0e-5, "it creeps {}", (a - b).norm());
+}
+
+#[test]
+fn a_blow_breaks_it_as_one() {
+    let mut hold = Hold::new(0.6, [0.0, 0.0], 0.004, 0.0);
+    hold.run(500);
+    for _ in 0..20 {
+        hold.pull(Vector3::new(0.0, 0.0, -120.0), Vector3::zeros());
+    }
+    let gripper = hold.gripper();
+    assert_eq!(
+        (gripper.breaks, gripper.attached, gripper.suction),
+        (1, 0, 1)
+    );
+    assert_eq!(gripper.break_cause, BreakCause::Impulse.code());
+    assert!(gripper.peak_force > 100.0, "{}", gripper.peak_force);
+    // A spike of one tick is none: the mean of 17 ticks counts.
+    let mut hold = Hold::new(0.6, [0.0, 0.0], 0.004, 0.0);
+    hold.run(500);
+    hold.pull(Vector3::new(0.0, 0.0, -300.0), Vector3::zeros());
+    hold.pull(Vector3::zeros(), Vector3::zeros());
+    hold.run(100);
+    let gripper = hold.gripper();
+    assert_eq!((gripper.breaks, gripper.attached), (0, 1));
+    assert!(gripper.peak_force > 200.0, "{}", gripper.peak_force);
+}
+
+#[test]
+fn it_refuses_with_a_reason_until_it_is_switched_again() {
+    for (offset, gap, tilt, why) in [
+        ([0.0, 0.0], 0.015, 0.0, SuctionRefusal::NothingThere),
+        ([0.5, 0.0], 0.005, 0.0, SuctionRefusal::NothingThere),
+        ([0.0, 0.0], 0.005, 0.35, SuctionRefusal::TooOblique),
+        ([0.04, 0.0], 0.005, 0.0, SuctionRefusal::TooOblique),
+    ] {
+        let mut hold = Hold::new(0.6, offset, gap, tilt);
+        hold.run(3);
+        let gripper = hold.gripper();
+        assert_eq!(
+            (gripper.refusals, gripper.refusal),
+            (1, why.code()),
+            "{offset:?}"
+        );
+        assert_eq!((gripper.attached, gripper.suction), (0, 1));
+    }
+    let mut hold = Hold::new(0.6, [0.0, 0.0], 0.015, 0.0);
+    hold.run(3);
+    let tcp = hold.world.arms[0]
+        .tcp(&hold.world.engine)
+        .translation
+        .vector;
+    let near = convert::to_pose(&Isometry3::translation(tcp.x, tcp.y, tcp.z - 0.054));
+    let put = |hold: &mut Hold| {
+        let body = hold
+            .world
+            .engine
+            .bodies
+            .get_mut(hold.world.objects[0])
+            .unwrap();
+        body.set_linvel(Default::default(), true);
+        body.set_position(near, true);
+    };
+    put(&mut hold);
+    hold.run(2);
+    assert_eq!(hold.gripper().attached, 0);
+    hold.suction = 0;
+    put(&mut hold);
+    hold.run(2);
+    hold.suction = 1;
+    hold.run(2);
+    assert_eq!((hold.gripper().attached, hold.gripper().refusals), (1, 1));
+    hold.suction = 0;
+    hold.run(2);
+    assert_eq!((hold.gripper().attached, hold.gripper().breaks), (0, 0));
+}
+
+#[test]
+fn what_stands_still_is_refused_as_such() {
+    let mut cell = Hold::new(0.6, [0.0, 0.0], 0.004, 0.0).cell;
+    let mut fixture = cell.fixtures[0].clone();
+    fixture.pose = cell.objects[0].pose;
+    fixture.shape = Shape::Box { size_m: [0.1; 3] };
+    cell.fixtures.push(fixture);
+    cell.objects[0].pose = Isometry3::translation(-2.0, 0.0, 0.0);
+    let mut hold = Hold::new(0.6, [0.0, 0.0], 0.004, 0.0);
+    hold.world = World::new(&cell).unwrap();
+    hold.run(2);
+    let gripper = hold.gripper();
+    assert_eq!(gripper.refusal, SuctionRefusal::NotMovable.code());
+}
+
+#[test]
+fn a_snapshot_with_something_attached_goes_on_bit_for_bit() {
+    let mut hold = Hold::new(2.0, [0.02, 0.01], 0.004, 0.0);
+    hold.run(300);
+    let mut copy = Hold::new(2.0, [0.02, 0.01], 0.004, 0.0);
+    copy.world.restore(&hold.world.snapshot()).unwrap();
+    copy.seq = hold.seq;
+    for tick in 0..600 {
+        // The pull breaks the grip on the way.
+        let down = Vector3::new(0.0, 0.0, -0.2 * f64::from(tick));
+        hold.pull(down, Vector3::zeros());
+        copy.pull(down, Vector3::zeros());
+        assert_eq!(hold.state(), copy.state(), "{tick}");
+    }
+    assert_eq!(hold.gripper().breaks, 1);
+}
