@@ -32,7 +32,11 @@ impl Drop for Scratch {
 
 fn write(bench: &Bench, path: &Path) {
     let preamble = Preamble::new(&bench.spec, &serde_json::json!({}));
-    let mut writer = RecordingWriter::create(path, &preamble).expect("a new file");
+    let writer = RecordingWriter::create(path, &preamble).expect("a new file");
+    fill(bench, writer);
+}
+
+fn fill(bench: &Bench, mut writer: RecordingWriter) {
     for message in &bench.recorded {
         let (channel, header, bytes) = parts(message);
         let message = cell_record::Message {
@@ -95,4 +99,18 @@ fn a_file_that_ends_early_is_verified_as_far_as_it_goes() {
     assert_eq!(report.verdict(), Verdict::Same, "{report}");
     assert!(report.commands.compared > 1_000, "{report}");
     assert!(verify_file(Path::new("/nowhere.mcap"), None).is_err());
+}
+
+#[test]
+fn a_file_that_was_flushed_before_anything_was_said_is_verified() {
+    // A recorder that waits for a paused cell flushes what it does not have yet.
+    let mut bench = Bench::new("reach", "follow", "", Timing::default());
+    bench.run(1_500);
+    let file = Scratch::new("early");
+    let preamble = Preamble::new(&bench.spec, &serde_json::json!({}));
+    let mut writer = RecordingWriter::create(&file.0, &preamble).expect("a new file");
+    writer.flush().expect("room on the disk");
+    fill(&bench, writer);
+    let report = verify_file(&file.0, None).expect("a report");
+    assert_eq!(report.verdict(), Verdict::Same, "{report}");
 }
