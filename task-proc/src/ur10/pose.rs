@@ -1,0 +1,180 @@
+//! Poses of the suction cup. Its frame's x axis points out of the cup; the demos'
+//! sources write quaternions x y z w, everything here is w x y z.
+
+use ipc_types::Pose;
+use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
+
+/// A quaternion of the sources, x y z w, as w x y z.
+pub const fn from_xyzw([x, y, z, w]: [f64; 4]) -> [f64; 4] {
+    [w, x, y, z]
+}
+
+/// The rotation of a quaternion w x y z, made a unit one.
+pub fn rotation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
+    UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
+}
+
+/// A rotation as a quaternion w x y z.
+pub fn wxyz(rotation: &UnitQuaternion<f64>) -> [f64; 4] {
+    [rotation.w, rotation.i, rotation.j, rotation.k]
+}
+
+/// A pose to calculate with.
+pub fn isometry(pose: &Pose) -> Isometry3<f64> {
+    let [x, y, z] = pose.position;
+    Isometry3::from_parts(Translation3::new(x, y, z), rotation(pose.orientation_wxyz))
+}
+
+/// A pose as it travels.
+pub fn wire(pose: &Isometry3<f64>) -> Pose {
+    Pose {
+        position: pose.translation.vector.into(),
+        orientation_wxyz: wxyz(&pose.rotation),
+    }
+}
+
+/// Where the cup points: the x axis of its frame.
+pub fn approach(pose: &Pose) -> Vector3<f64> {
+    rotation(pose.orientation_wxyz) * Vector3::x()
+}
+
+/// The pose moved by `distance` along its own x axis (m); negative backs off.
+pub fn along_approach(pose: &Pose, distance: f64) -> Pose {
+    let moved = Vector3::from(pose.position) + approach(pose) * distance;
+    Pose {
+        position: moved.into(),
+        ..*pose
+    }
+}
+
+/// The pose moved by `offset` in the world frame (m).
+pub fn shifted(pose: &Pose, offset: [f64; 3]) -> Pose {
+    let moved = Vector3::from(pose.position) + Vector3::from(offset);
+    Pose {
+        position: moved.into(),
+        ..*pose
+    }
+}
+
+/// Orientation of a cup that points along `approach`, with the frame's z axis as
+/// near to `up` as that allows; w x y z. Where the two are parallel, any turn
+/// about the approach is as good.
+pub fn pointing(approach: Vector3<f64>, up: Vector3<f64>) -> [f64; 4] {
+    let x = approach
+        .try_normalize(1.0e-9)
+        .unwrap_or_else(|| -Vector3::z());
+    let spare = if x.x.abs() < 0.9 {
+        Vector3::x()
+    } else {
+        Vector3::y()
+    };
+    let off_axis = |v: Vector3<f64>| (v - x * v.dot(&x)).try_normalize(1.0e-6);
+    let z = off_axis(up)
+        .or_else(|| off_axis(spare))
+        .unwrap_or_else(Vector3::z);
+    let axes = nalgebra::Matrix3::from_columns(&[x, z.cross(&x), z]);
+    wxyz(&UnitQuaternion::from_matrix(&axes))
+}
+
+/// Orientation of a cup that points straight down, turned by `yaw` about the
+/// vertical axis (rad); w x y z. With no turn the frame's z axis lies along the
+/// world's x.
+pub fn straight_down(yaw: f64) -> [f64; 4] {
+    let half = 0.5 * yaw;
+    let turn = Quaternion::new(libm::cos(half), 0.0, 0.0, libm::sin(half));
+    // A quarter turn about y: x goes to -z, z to x.
+    let h = std::f64::consts::FRAC_1_SQRT_2;
+    let down = Quaternion::new(h, 0.0, h, 0.0);
+    wxyz(&Unit::new_normalize(turn * down))
+}
+
+/// The pose a `part` of the way from `from` to `to`, from 0 to 1; turned the
+/// short way about one axis.
+pub fn between(from: &Pose, to: &Pose, part: f64) -> Pose {
+    let (a, b) = (Vector3::from(from.position), Vector3::from(to.position));
+    let (p, q) = (
+        rotation(from.orientation_wxyz),
+        rotation(to.orientation_wxyz),
+    );
+    Pose {
+        position: (a + (b - a) * part).into(),
+        orientation_wxyz: wxyz(&slerp(&p, &q, part)),
+    }
+}
+
+/// With sine and arc cosine that are the same everywhere.
+fn slerp(from: &UnitQuaternion<f64>, to: &UnitQuaternion<f64>, part: f64) -> UnitQuaternion<f64> {
+    let (p, mut q) = (*from.quaternion(), *to.quaternion());
+    let mut cosine = p.dot(&q);
+    if cosine < 0.0 {
+        (q, cosine) = (-q, -cosine);
+    }
+    let (a, b) = if cosine > 0.9995 {
+        (1.0 - part, part)
+    } else {
+        let angle = libm::acos(cosine);
+        let whole = libm::sin(angle);
+        let share = |part: f64| libm::sin(part * angle) / whole;
+        (share(1.0 - part), share(part))
+    };
+    Unit::new_normalize(p * a + q * b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(a: Vector3<f64>, b: [f64; 3]) {
+        assert!((a - Vector3::from(b)).norm() < 1.0e-12, "{a} {b:?}");
+    }
+
+    fn at(orientation_wxyz: [f64; 4]) -> Pose {
+        Pose {
+            position: [1.0, 2.0, 3.0],
+            orientation_wxyz,
+        }
+    }
+
+    #[test]
+    fn a_cup_that_points_down_backs_off_upward() {
+        for yaw in [0.0, 1.0, -2.5] {
+            let pose = at(straight_down(yaw));
+            near(approach(&pose), [0.0, 0.0, -1.0]);
+            let off = along_approach(&pose, -0.25).position;
+            near(off.into(), [1.0, 2.0, 3.25]);
+            let z = rotation(pose.orientation_wxyz) * Vector3::z();
+            near(z, [libm::cos(yaw), libm::sin(yaw), 0.0]);
+        }
+    }
+
+    #[test]
+    fn a_cup_points_where_it_is_told_with_z_up() {
+        let q = rotation(pointing(Vector3::new(-1.0, 0.0, 0.0), Vector3::z()));
+        near(q * Vector3::x(), [-1.0, 0.0, 0.0]);
+        near(q * Vector3::z(), [0.0, 0.0, 1.0]);
+        // Parallel to the wish, and nonsense: still an orientation.
+        let q = rotation(pointing(Vector3::z(), Vector3::z()));
+        near(q * Vector3::x(), [0.0, 0.0, 1.0]);
+        let q = rotation(pointing(Vector3::zeros(), Vector3::zeros()));
+        near(q * Vector3::x(), [0.0, 0.0, -1.0]);
+    }
+
+    #[test]
+    fn the_default_orientation_of_the_source_points_forward_and_down() {
+        let pose = at(from_xyzw([-0.3342, 0.3339, 0.6231, 0.6234]));
+        let along = approach(&pose);
+        assert!((along - Vector3::new(0.001, 0.554, -0.833)).norm() < 2.0e-3);
+    }
+
+    #[test]
+    fn halfway_is_halfway_the_short_way() {
+        let (from, to) = (at(straight_down(0.2)), at(straight_down(1.0)));
+        let (q, flipped) = (to.orientation_wxyz, to.orientation_wxyz.map(|x| -x));
+        for target in [q, flipped] {
+            let middle = between(&from, &at(target), 0.5);
+            let wanted = rotation(straight_down(0.6));
+            assert!(rotation(middle.orientation_wxyz).angle_to(&wanted) < 1.0e-9);
+        }
+        assert_eq!(isometry(&wire(&isometry(&from))), isometry(&from));
+    }
+}
