@@ -3,11 +3,10 @@
 use std::fs::File;
 use std::sync::{Arc, mpsc};
 use std::thread::{self, Scope};
-use std::time::Duration;
 
-use cell_bus::{Bus, BusError, Sleeper, Subscriber};
+use cell_bus::{Bus, BusError, Subscriber};
 use cell_model::run_spec::PageSpec;
-use cell_rt::{monotonic_ns, signal::stop_requested};
+use cell_rt::{monotonic_ns, signal::stop_requested, sleep_until};
 use cell_worker::{HealthReporter, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_ENDING;
@@ -21,8 +20,10 @@ use crate::keep;
 use crate::live::{self, PageError, Trouble};
 use crate::recorder::Recorder;
 
-/// Longest sleep between two looks.
-const NUDGE: Duration = Duration::from_millis(5);
+/// Longest time between two looks at the taps (ns): their buffers hold thousands
+/// of lines, and nobody reads a log faster. Nothing wakes the monitor before:
+/// a ring at every decision was most of what it cost.
+const LONGEST_NS: u64 = 50_000_000;
 /// How often the span of the flight recorder is told (ns).
 const TIMELINE_NS: u64 = 1_000_000_000;
 
@@ -141,7 +142,6 @@ struct MonitorProcess {
     recorder: Option<Arc<Recorder>>,
     next_timeline_ns: u64,
     said: Said,
-    sleeper: Sleeper,
     health: HealthReporter,
 }
 
@@ -168,7 +168,6 @@ impl MonitorProcess {
             recorder: None,
             next_timeline_ns: 0,
             said: Said::default(),
-            sleeper: bus.sleeper(Process::Monitor)?,
             health: HealthReporter::new(bus, Process::Monitor, false)?,
         })
     }
@@ -194,11 +193,9 @@ impl MonitorProcess {
         self.health.totals(0, counts.rejected, counts.fenced);
         self.say_trouble();
         self.health.publish_if_due(self.tick, now_ns);
-        let idle_ns = self
-            .feed
-            .as_ref()
-            .map_or(u64::MAX, |feed| feed.idle_ns(now_ns));
-        self.sleeper.wait(NUDGE.min(Duration::from_nanos(idle_ns)));
+        let feed = self.feed.as_ref();
+        let idle_ns = feed.map_or(u64::MAX, |feed| feed.idle_ns(now_ns));
+        sleep_until(now_ns + idle_ns.min(LONGEST_NS));
     }
 
     fn say_trouble(&mut self) {

@@ -157,15 +157,17 @@ impl Story {
         };
         let mut out = Vec::new();
         let wanted = |set: Option<&BTreeSet<(usize, String)>>, name: &str| {
-            set.is_none_or(|set| set.contains(&(graph, name.to_owned())))
+            set.is_none_or(|set| !set.is_empty() && set.contains(&(graph, name.to_owned())))
         };
-        let mut keys = picture.keys.clone();
-        keys.retain(|name, _| wanted(only.map(|n| &n.keys), name));
+        let keys = picture.keys.iter();
+        let keys = keys.filter(|(name, _)| wanted(only.map(|n| &n.keys), name));
+        let keys: BTreeMap<_, _> = keys.collect();
         if !keys.is_empty() {
             out.push(json!({ "t": "keys", "graph": graph, "values": keys }));
         }
-        let mut guards = picture.guards.clone();
-        guards.retain(|name, _| wanted(only.map(|n| &n.guards), name));
+        let guards = picture.guards.iter();
+        let guards = guards.filter(|(name, _)| wanted(only.map(|n| &n.guards), name));
+        let guards: BTreeMap<_, _> = guards.collect();
         if !guards.is_empty() {
             out.push(json!({ "t": "guards", "graph": graph, "values": guards }));
         }

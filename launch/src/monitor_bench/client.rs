@@ -13,7 +13,7 @@ use tungstenite::{ClientRequestBuilder, Message, WebSocket};
 /// A command this often.
 const EVERY_NS: u64 = 20_000_000;
 
-/// Looks, and asks for what changes nothing.
+/// Looks, and asks for what changes nothing where it is told to.
 pub(crate) struct Viewer {
     stop: Arc<AtomicBool>,
     frames: Arc<AtomicU64>,
@@ -21,11 +21,12 @@ pub(crate) struct Viewer {
 }
 
 impl Viewer {
-    pub(crate) fn start(address: SocketAddr, token: String) -> Self {
+    /// Begins; `asks` says whether it sends commands, too.
+    pub(crate) fn start(address: SocketAddr, token: String, asks: bool) -> Self {
         let (stop, frames) = (Arc::new(AtomicBool::new(false)), Arc::default());
         let thread = std::thread::spawn({
             let (stop, frames) = (Arc::clone(&stop), Arc::clone(&frames));
-            move || look(address, &token, &stop, &frames)
+            move || look(address, &token, asks, (&stop, &frames))
         });
         Self {
             stop,
@@ -47,7 +48,12 @@ impl Viewer {
     }
 }
 
-fn look(address: SocketAddr, token: &str, stop: &AtomicBool, frames: &AtomicU64) -> Vec<u64> {
+fn look(
+    address: SocketAddr,
+    token: &str,
+    asks: bool,
+    (stop, frames): (&AtomicBool, &AtomicU64),
+) -> Vec<u64> {
     let mut trips = Vec::new();
     let Some(mut socket) = connect(address, token) else {
         return trips;
@@ -55,7 +61,7 @@ fn look(address: SocketAddr, token: &str, stop: &AtomicBool, frames: &AtomicU64)
     let (mut id, mut sent_ns) = (0_u64, 0);
     while !stop.load(Ordering::Relaxed) {
         let now = monotonic_ns();
-        if now - sent_ns > EVERY_NS {
+        if asks && now - sent_ns > EVERY_NS {
             id += 1;
             sent_ns = now;
             // The cell runs already: physics takes it, and nothing changes.

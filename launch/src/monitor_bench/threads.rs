@@ -3,10 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-/// Clock ticks a second in `/proc`: always this on Linux.
-const TICKS: f64 = 100.0;
-
-/// Ticks used so far, by thread name.
+/// Time used so far (ns), by thread name.
 pub(crate) struct Usage(BTreeMap<String, u64>);
 
 impl Usage {
@@ -15,9 +12,10 @@ impl Usage {
         let mut by_name = BTreeMap::new();
         let tasks = fs::read_dir(format!("/proc/{pid}/task"));
         for task in tasks.into_iter().flatten().flatten() {
-            let stat = fs::read_to_string(task.path().join("stat")).unwrap_or_default();
-            if let Some((name, ticks)) = parse(&stat) {
-                *by_name.entry(name).or_default() += ticks;
+            let file = |name: &str| fs::read_to_string(task.path().join(name));
+            let name = file("comm").unwrap_or_default().trim_end().to_owned();
+            if let Some(used_ns) = file("schedstat").ok().as_deref().and_then(on_processor) {
+                *by_name.entry(name).or_default() += used_ns;
             }
         }
         Self(by_name)
@@ -25,33 +23,24 @@ impl Usage {
 
     /// Percent of a core since `before`, `seconds` ago: of all threads but the
     /// recorder, and of the recorder.
-    pub(crate) fn since(&self, before: &Self, seconds: f64) -> Vec<(String, f64)> {
-        let used = |is_wanted: &dyn Fn(&str) -> bool| -> f64 {
-            let wanted = self.0.iter().filter(|(name, _)| is_wanted(name));
-            let ticks = wanted.map(|(name, ticks)| {
-                ticks.saturating_sub(before.0.get(name).copied().unwrap_or(0))
-            });
-            100.0 * ticks.sum::<u64>() as f64 / TICKS / seconds
-        };
-        vec![
-            (
-                "monitor with one viewer".to_owned(),
-                used(&|n| n != "recorder"),
-            ),
-            ("recorder".to_owned(), used(&|n| n == "recorder")),
-        ]
+    pub(crate) fn since(&self, before: &Self, seconds: f64) -> [f64; 2] {
+        let (mut others_ns, mut recorder_ns) = (0, 0);
+        for (name, used_ns) in &self.0 {
+            let used_ns = used_ns.saturating_sub(before.0.get(name).copied().unwrap_or(0));
+            if name == "recorder" {
+                recorder_ns += used_ns;
+            } else {
+                others_ns += used_ns;
+            }
+        }
+        [others_ns, recorder_ns].map(|used_ns| used_ns as f64 * 1.0e-7 / seconds)
     }
 }
 
-/// Name and used ticks (user and system) in a line of `/proc/PID/task/TID/stat`.
-fn parse(stat: &str) -> Option<(String, u64)> {
-    // The name stands in brackets and may hold any character.
-    let (head, tail) = stat.rsplit_once(')')?;
-    let (_, name) = head.split_once('(')?;
-    let mut fields = tail.split_whitespace().skip(11);
-    let user: u64 = fields.next()?.parse().ok()?;
-    let system: u64 = fields.next()?.parse().ok()?;
-    Some((name.to_owned(), user + system))
+/// Time on a processor (ns) in `/proc/PID/task/TID/schedstat`: user and system
+/// time are told there in hundredths of a second only.
+fn on_processor(schedstat: &str) -> Option<u64> {
+    schedstat.split_whitespace().next()?.parse().ok()
 }
 
 #[cfg(test)]
@@ -59,16 +48,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_thread_may_have_any_name() {
-        let stat = "12 (a) b(c) S 1 12 12 0 -1 4 0 0 0 0 70 30 0 0 20 0 3";
-        assert_eq!(parse(stat), Some(("a) b(c".to_owned(), 100)));
-        assert_eq!(parse("nonsense"), None);
+    fn the_first_number_is_the_time_on_a_processor() {
+        assert_eq!(
+            on_processor("1601507001 46256494 5928\n"),
+            Some(1_601_507_001)
+        );
+        assert_eq!(on_processor("nonsense"), None);
     }
 
     #[test]
-    fn percent_is_of_one_core() {
-        let usage = |r, m| Usage(BTreeMap::from([("recorder".into(), r), ("main".into(), m)]));
-        let costs = usage(20, 300).since(&usage(10, 100), 10.0);
-        assert_eq!((costs[0].1, costs[1].1), (20.0, 1.0));
+    fn percent_is_of_one_core_and_the_recorder_is_told_apart() {
+        let usage = |page: u64, recorder: u64, main: u64| {
+            let names = ["page", "recorder", "main"].map(str::to_owned);
+            let used = [page, recorder, main].map(|ms| ms * 1_000_000);
+            Usage(BTreeMap::from_iter(names.into_iter().zip(used)))
+        };
+        let costs = usage(500, 200, 3000).since(&usage(0, 100, 1500), 10.0);
+        assert_eq!(costs, [20.0, 1.0]);
     }
 }
