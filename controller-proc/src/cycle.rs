@@ -5,22 +5,22 @@ use cell_model::{Cell, Dynamics};
 use ipc_types::arm::StopAction;
 use ipc_types::decision::GoalKind;
 use ipc_types::{
-    ArmCommand, ArmGoal, ArmState, ArmStatus, Decision, GripperCommand, GripperGoal, Header, Input,
-    MAX_JOINTS, Pose, Text, WorldState,
+    ArmCommand, ArmGoal, ArmState, ArmStatus, Decision, GripperGoal, MAX_JOINTS, WorldState,
 };
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Vector3};
 
 use crate::controller::{CombinedController, Controller, SelectableController, Setpoint, Shared};
-use crate::convert::{isometry, pose};
+use crate::convert::isometry;
 use crate::corridor::Corridor;
 use crate::goal::GoalLatch;
 use crate::gripper_controller::GripperController;
 use crate::record::{RECORD_VERSION, Record, RecordError};
 use crate::rmpflow_controller::{RmpFlowController, RmpFlowError};
 use crate::robot_state::RobotState;
+use crate::suction::SuctionController;
 
-/// Standard gravity in the world frame (m/s²).
-const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+mod output;
+
 /// Above this the hand counts as holding something when a controller starts (N).
 const HOLDING_FORCE_N: f64 = 1.0;
 
@@ -33,6 +33,7 @@ pub struct Cycle {
     motion: Shared<RmpFlowController>,
     kept_width: Shared<GripperController>,
     pairs: SelectableController<GripperGoal>,
+    suction: SuctionController,
     dynamics: Dynamics,
     latch: GoalLatch,
     /// The last command; also what is measured against.
@@ -82,6 +83,7 @@ impl Cycle {
             motion,
             kept_width,
             pairs,
+            suction: SuctionController::new(spec.robot.suction.is_some()),
             dynamics: Dynamics::new(&spec.robot),
             latch: GoalLatch::default(),
             last: RobotState::EMPTY,
@@ -112,12 +114,18 @@ impl Cycle {
             self.latch.take(decision, self.arm);
         }
         let stop = self.stop(state.header.tick, arm, decision_limit_ticks);
-        self.motion.with(|motion| motion.see(state.arms()));
+        let object_mask = self.latch.goal().object_mask;
+        self.motion
+            .with(|motion| motion.see(state, self.arm, object_mask));
         let setpoint = self.setpoint(stop);
+        self.suction.follow(self.latch.gripper());
         // A key that is not there cannot be selected: the latch knows three.
         let _unknown = self.pairs.select(&self.latch.gripper()).is_err();
         if let Some(joints) = self.pairs.forward(&drives, &setpoint) {
             self.last = joints;
+        }
+        if arm.stop_action >= StopAction::Hold.code() {
+            self.stand(&drives);
         }
         self.count(state.header.tick);
         self.write_command(state, command);
@@ -179,6 +187,7 @@ impl Cycle {
         self.latch.record(record)?;
         self.last.record(record)?;
         self.pairs.record(record)?;
+        self.suction.record(record)?;
         self.kept_width.record(record, GripperController::record)?;
         self.motion.record(record, RmpFlowController::record)
     }
@@ -220,6 +229,24 @@ impl Cycle {
         let holding = arm.gripper.grip_force > HOLDING_FORCE_N;
         let width = if holding { 0.0 } else { arm.gripper.width };
         self.kept_width.with(|hand| hand.set_width(width));
+        self.suction.begin(&arm.gripper);
+    }
+
+    /// While physics holds an arm that stands, the command is to stand. Physics
+    /// may take it up when more states were answered: every answer has to be
+    /// where the next goes on from.
+    fn stand(&mut self, drives: &RobotState) {
+        let n = self.joint_count;
+        let (rates, changes) = (drives.velocities.first(n), drives.accelerations.first(n));
+        if rates.iter().chain(changes).any(|value| *value != 0.0) {
+            return;
+        }
+        let last = &mut self.last;
+        last.positions.set_from(0, drives.positions.first(n));
+        last.velocities.set_from(0, drives.velocities.first(n));
+        last.accelerations
+            .set_from(0, drives.accelerations.first(n));
+        self.motion.with(|motion| motion.reset(drives));
     }
 
     fn stop(&self, tick: u64, arm: &ArmState, decision_limit_ticks: u64) -> Stop {
@@ -293,101 +320,6 @@ impl Cycle {
             .unwrap_or(0);
         self.clipped_cycles += u64::from(clipped != 0);
     }
-
-    fn inputs(&self, state: &WorldState, header: &mut Header) {
-        header.push_input(Input {
-            topic: ipc_types::topic::TopicId::WorldState.code(),
-            generation: state.header.generation,
-            seq: state.header.seq,
-            age_ticks: 0,
-        });
-        if let Some(tick) = self.latch.decision_tick() {
-            header.push_input(Input {
-                topic: ipc_types::topic::TopicId::Decision.code(),
-                generation: self.latch.generation(),
-                seq: self.latch.seq(),
-                age_ticks: state.header.tick.saturating_sub(tick),
-            });
-        }
-    }
-
-    fn write_command(&mut self, state: &WorldState, command: &mut ArmCommand) {
-        command.header = Header::caused_by::<ArmCommand>(state.header.tick);
-        self.inputs(state, &mut command.header);
-        command.arm = u32::try_from(self.arm).unwrap_or(u32::MAX);
-        command.joint_count = u32::try_from(self.joint_count).unwrap_or(u32::MAX);
-        let n = self.joint_count.min(MAX_JOINTS);
-        let (q, qd, qdd) = (
-            self.last.positions.first(n),
-            self.last.velocities.first(n),
-            self.last.accelerations.first(n),
-        );
-        command.joint_positions[..n].copy_from_slice(q);
-        command.joint_velocities[..n].copy_from_slice(qd);
-        command.joint_accelerations[..n].copy_from_slice(qdd);
-        let gravity = self.base.rotation.inverse() * GRAVITY;
-        let efforts = self.dynamics.inverse_dynamics(q, qd, qdd, &gravity);
-        for (slot, effort) in command.joint_efforts.iter_mut().zip(efforts) {
-            *slot = *effort;
-        }
-        command.gripper = self.gripper_command();
-    }
-
-    fn gripper_command(&self) -> GripperCommand {
-        let fingers = [self.joint_count, self.joint_count + 1];
-        let width = fingers
-            .iter()
-            .filter_map(|j| self.last.positions.get(*j))
-            .sum();
-        let asked = self.latch.goal().grip_force;
-        let force = self.gripper.as_ref().map_or(0.0, |g| {
-            let wanted = if asked > 0.0 { asked } else { g.default_force };
-            wanted.min(g.max_force)
-        });
-        GripperCommand {
-            width,
-            force,
-            suction: 0,
-            reserved: 0,
-        }
-    }
-
-    fn write_status(&self, state: &WorldState, arm: &ArmState, stop: Stop, status: &mut ArmStatus) {
-        let goal = self.latch.goal();
-        let tcp = isometry(&arm.tcp);
-        let target = isometry(&goal.target);
-        let gripper = self.gripper_command();
-        status.header = Header::caused_by::<ArmStatus>(state.header.tick);
-        self.inputs(state, &mut status.header);
-        status.arm = u32::try_from(self.arm).unwrap_or(u32::MAX);
-        status.stop_action = stop.action.code();
-        status.stop_cause = stop.cause.code();
-        status.goal_active = u32::from(self.latch.kind() != GoalKind::Hold && !stop.stops_motion());
-        status.goal_generation = self.latch.generation();
-        status.selector = goal.selector;
-        status.goal_id = goal.goal_id;
-        status.decision_tick = self.latch.decision_tick().unwrap_or(0);
-        status.decision_age_ticks = state.header.tick.saturating_sub(status.decision_tick);
-        status.position_error = (tcp.translation.vector - target.translation.vector).norm();
-        status.orientation_error = angle(&tcp.rotation, &target.rotation);
-        status.gripper_error = arm.gripper.width - gripper.width;
-        status.setpoint = pose(&(self.base * self.tool()));
-        status.target = if goal.goal_id == 0 {
-            Pose::IDENTITY
-        } else {
-            goal.target
-        };
-        let report = self
-            .motion
-            .with(|m| (m.min_clearance(), m.clipped_joints()));
-        (status.min_clearance, status.clipped_joints) = report.unwrap_or((1.0e3, 0));
-        status.clipped_cycles = self.clipped_cycles;
-        status.cycles = self.cycles;
-        status.missed_cycles = self.missed_cycles;
-        status.rejected = 0;
-        status.gripper = gripper;
-        status.controller = Text::new(self.pairs.active_name());
-    }
 }
 
 /// What the drives follow.
@@ -400,10 +332,4 @@ fn drives(arm: &ArmState, joint_count: usize) -> RobotState {
         .accelerations
         .set_from(0, &arm.setpoint_accelerations[..n]);
     state
-}
-
-/// Angle between two orientations (rad).
-fn angle(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>) -> f64 {
-    let difference = a.inverse() * b;
-    2.0 * libm::atan2(difference.imag().norm(), difference.scalar().abs())
 }

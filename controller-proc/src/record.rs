@@ -3,8 +3,10 @@
 //! One walk over the fields serves both ways, so what is written is what is
 //! read. Nothing allocates.
 
+use nalgebra::{Isometry3, UnitQuaternion};
+
 /// Version of the layout; another one is refused.
-pub const RECORD_VERSION: u32 = 1;
+pub const RECORD_VERSION: u32 = 2;
 
 /// Why a record was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -142,6 +144,23 @@ impl<'a> Record<'a> {
         values: impl IntoIterator<Item = &'v mut f64>,
     ) -> Result<(), RecordError> {
         values.into_iter().try_for_each(|value| self.f64(value))
+    }
+
+    /// Bit by bit: a unit quaternion was one when it was written.
+    pub(crate) fn rotation(
+        &mut self,
+        rotation: &mut UnitQuaternion<f64>,
+    ) -> Result<(), RecordError> {
+        let mut coordinates = rotation.coords;
+        self.f64s(coordinates.iter_mut())?;
+        *rotation = UnitQuaternion::new_unchecked(coordinates.into());
+        Ok(())
+    }
+
+    /// Translation, then rotation.
+    pub(crate) fn pose(&mut self, pose: &mut Isometry3<f64>) -> Result<(), RecordError> {
+        self.f64s(pose.translation.vector.iter_mut())?;
+        self.rotation(&mut pose.rotation)
     }
 
     pub(crate) fn bool(&mut self, what: &'static str, value: &mut bool) -> Result<(), RecordError> {

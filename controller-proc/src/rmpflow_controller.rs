@@ -1,15 +1,16 @@
 //! RMPflow as a controller: it integrates its own state, so its command never
 //! jumps, and resolves within the limits of the robot.
 
-use cell_model::{Cell, FixtureSpec, Shape};
-use ipc_types::ArmState;
+use cell_model::Cell;
+use ipc_types::WorldState;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use rmp::{JointLimits, MotionState, Obstacle, ObstacleId, RmpFlow, TargetId};
+use rmp::{JointLimits, MotionState, RmpFlow, TargetId};
 
 use crate::controller::{Controller, Setpoint};
-use crate::other_arm::OtherArm;
+use crate::held_object::HeldObject;
 use crate::record::{Record, RecordError, damaged};
 use crate::robot_state::{MAX_STATE_JOINTS, RobotState};
+use crate::surroundings::Surroundings;
 
 /// Length of a cycle (s).
 const CYCLE_S: f64 = 1.0e-3;
@@ -37,6 +38,14 @@ pub enum RmpFlowError {
     Obstacle {
         /// The fixture.
         fixture: String,
+        /// What is wrong.
+        source: rmp::ObstacleError,
+    },
+    /// An object of the cell cannot be an obstacle.
+    #[error("object '{object}': {source}")]
+    Object {
+        /// The object.
+        object: String,
         /// What is wrong.
         source: rmp::ObstacleError,
     },
@@ -86,9 +95,8 @@ pub struct RmpFlowController {
     posture: Vec<f64>,
     /// What the policies were told last: position and orientation of the tool.
     target: Target,
-    obstacles: Vec<ObstacleId>,
-    obstacle_mask: u64,
-    others: Vec<OtherArm>,
+    surroundings: Surroundings,
+    held: HeldObject,
     mode: Mode,
     tool_pose: Isometry3<f64>,
     min_clearance: f64,
@@ -96,8 +104,8 @@ pub struct RmpFlowController {
 }
 
 impl RmpFlowController {
-    /// The motion of the cell's arm number `arm` among the fixtures that are
-    /// obstacles and the other arms.
+    /// The motion of the cell's arm number `arm` among fixtures and objects that
+    /// are obstacles and the other arms.
     ///
     /// # Errors
     ///
@@ -116,22 +124,13 @@ impl RmpFlowController {
             robot: robot.name.clone(),
             source,
         };
-        let mut others = OtherArm::all_but(cell, arm);
-        let parts: usize = others.iter().map(OtherArm::part_count).sum();
-        let capacity = cell.obstacles().count() + parts;
+        let mut surroundings = Surroundings::new(cell, arm, &spec.base);
+        let capacity = surroundings.obstacle_count(cell);
         let mut flow = robot.motion_policies(capacity).map_err(setup)?;
         let tool = flow
             .add_target_frame(robot.tcp_frame_name())
             .map_err(setup)?;
-        let obstacles = add_fixtures(&mut flow, cell, &spec.base)?;
-        for other in &mut others {
-            other
-                .add_to(flow.obstacles_mut())
-                .map_err(|source| RmpFlowError::OtherArm {
-                    arm: other.name().to_owned(),
-                    source,
-                })?;
-        }
+        surroundings.add_to(cell, &spec.base, flow.obstacles_mut())?;
         Ok(Self {
             tool,
             state: MotionState::at_rest(&spec.home),
@@ -139,9 +138,8 @@ impl RmpFlowController {
             default_posture: robot.default_joint_positions.clone(),
             posture: robot.default_joint_positions.clone(),
             target: Target::default(),
-            obstacles,
-            obstacle_mask: u64::MAX,
-            others,
+            surroundings,
+            held: HeldObject::new(cell, arm),
             mode: Mode::Stay,
             tool_pose: Isometry3::identity(),
             min_clearance: NO_OBSTACLE_M,
@@ -150,13 +148,16 @@ impl RmpFlowController {
         })
     }
 
-    /// Takes note of where the other arms are. `arms` are all arms of the cell
-    /// as measured. Their speed is not taken into account: a policy sees how
-    /// fast it comes nearer itself, not how fast the other arm does.
-    pub fn see(&mut self, arms: &[ArmState]) {
-        for other in &mut self.others {
-            other.place(arms, self.flow.obstacles_mut());
+    /// Takes note of where everything is that may move, seen by arm `arm`: the
+    /// other arms, the objects of `object_mask`, and what the tool holds.
+    pub fn see(&mut self, state: &WorldState, arm: usize, object_mask: u64) {
+        if let Some(arm) = state.arms().get(arm) {
+            self.held.see(state, arm, &mut self.flow, self.tool);
         }
+        let (held, set) = (self.held.object(), self.flow.obstacles_mut());
+        self.surroundings.see_arms(state.arms(), set);
+        self.surroundings
+            .see_objects(state.objects(), object_mask, held, set);
     }
 
     /// TCP of the integrated state in the base frame.
@@ -175,10 +176,8 @@ impl RmpFlowController {
     }
 
     fn apply(&mut self, setpoint: &Setpoint) -> Result<(), rmp::SetupError> {
-        if setpoint.obstacle_mask != self.obstacle_mask {
-            self.obstacle_mask = setpoint.obstacle_mask;
-            self.mask_obstacles();
-        }
+        self.surroundings
+            .mask_fixtures(setpoint.obstacle_mask, self.flow.obstacles_mut());
         if setpoint.hold {
             return self.hold();
         }
@@ -203,14 +202,6 @@ impl RmpFlowController {
             .set_orientation_target(self.tool, target.orientation)?;
         self.target.orientation = target.orientation;
         Ok(())
-    }
-
-    fn mask_obstacles(&mut self) {
-        for (bit, id) in self.obstacles.iter().enumerate() {
-            let enabled = self.obstacle_mask >> bit.min(63) & 1 == 1;
-            // The id came from this set, so it is there.
-            let _known = self.flow.obstacles_mut().set_enabled(*id, enabled).is_ok();
-        }
     }
 
     /// Ends the motion, then stays at the pose it ended in.
@@ -268,7 +259,6 @@ impl RmpFlowController {
         record.f64s(&mut self.state.velocities)?;
         record.f64s(&mut self.state.accelerations)?;
         record.f64s(&mut self.posture)?;
-        record.u64(&mut self.obstacle_mask)?;
         let mut mode = self.mode as u32;
         record.u32(&mut mode)?;
         self.mode = match mode {
@@ -277,13 +267,12 @@ impl RmpFlowController {
             2 => Mode::Stay,
             found => return Err(damaged("mode", u64::from(found))),
         };
-        record_pose(record, &mut self.tool_pose)?;
+        record.pose(&mut self.tool_pose)?;
         record.f64(&mut self.min_clearance)?;
         record.u64(&mut self.clipped_joints)?;
-        record.same("other arms", self.others.len() as u64)?;
-        for other in &mut self.others {
-            other.record(record, self.flow.obstacles_mut())?;
-        }
+        self.surroundings
+            .record(record, self.flow.obstacles_mut())?;
+        self.held.record(record, &mut self.flow, self.tool)?;
         self.record_flow(record)
     }
 
@@ -298,12 +287,11 @@ impl RmpFlowController {
         record.option("target", &mut target.position, |record, position| {
             record.f64s(position.iter_mut())
         })?;
-        record.option("target", &mut target.orientation, record_rotation)?;
+        record.option("target", &mut target.orientation, Record::rotation)?;
         let (mut lower, mut upper) = self.flow.active_bounds();
         record.u64(&mut lower)?;
         record.u64(&mut upper)?;
         if record.reads() {
-            self.mask_obstacles();
             self.flow.set_active_bounds(lower, upper);
             let told = self.flow.set_posture(&posture[..joints]);
             told.and_then(|()| self.lead(target))
@@ -311,22 +299,6 @@ impl RmpFlowController {
         }
         Ok(())
     }
-}
-
-fn record_pose(record: &mut Record<'_>, pose: &mut Isometry3<f64>) -> Result<(), RecordError> {
-    record.f64s(pose.translation.vector.iter_mut())?;
-    record_rotation(record, &mut pose.rotation)
-}
-
-fn record_rotation(
-    record: &mut Record<'_>,
-    rotation: &mut UnitQuaternion<f64>,
-) -> Result<(), RecordError> {
-    let mut coordinates = rotation.coords;
-    record.f64s(coordinates.iter_mut())?;
-    // Bit by bit: it was of norm 1 when it was written.
-    *rotation = UnitQuaternion::new_unchecked(coordinates.into());
-    Ok(())
 }
 
 impl Controller for RmpFlowController {
@@ -353,40 +325,5 @@ impl Controller for RmpFlowController {
         command.velocities.set_from(0, &self.state.velocities);
         command.accelerations.set_from(0, &self.state.accelerations);
         Some(command)
-    }
-}
-
-/// Ids of the fixtures, in the order of the mask.
-fn add_fixtures(
-    flow: &mut RmpFlow,
-    cell: &Cell,
-    base: &Isometry3<f64>,
-) -> Result<Vec<ObstacleId>, RmpFlowError> {
-    let add = |fixture: &FixtureSpec| {
-        let added = flow.obstacles_mut().add(obstacle(fixture, base));
-        added.map_err(|source| RmpFlowError::Obstacle {
-            fixture: fixture.name.clone(),
-            source,
-        })
-    };
-    cell.obstacles().map(add).collect()
-}
-
-/// A fixture as an obstacle in the base frame. A cylinder counts as the box
-/// around it.
-fn obstacle(fixture: &FixtureSpec, base: &Isometry3<f64>) -> Obstacle {
-    let pose = base.inverse() * fixture.pose;
-    let (half_extents, radius) = match fixture.shape {
-        Shape::Box { size_m } | Shape::Bin { size_m, .. } => (Vector3::from(size_m) * 0.5, 0.0),
-        Shape::Sphere { radius_m } => (Vector3::zeros(), radius_m),
-        Shape::Cylinder { radius_m, height_m } => {
-            (Vector3::new(radius_m, radius_m, 0.5 * height_m), 0.0)
-        }
-        Shape::Capsule { radius_m, height_m } => (Vector3::new(0.0, 0.0, 0.5 * height_m), radius_m),
-    };
-    Obstacle {
-        pose,
-        half_extents,
-        radius,
     }
 }

@@ -3,7 +3,7 @@
 
 use cell_model::{Cell, Data};
 use controller_proc::cycle::Cycle;
-use controller_proc::record::RecordError;
+use controller_proc::record::{RECORD_VERSION, RecordError};
 use ipc_types::tap::KEYFRAME_BYTES;
 
 fn cycle(demo: &str, arm: usize) -> Cycle {
@@ -55,7 +55,7 @@ fn another_arm_another_cell_and_another_version_are_refused() {
     let mut newer = bytes;
     newer[0] += 1;
     let version = cycle("franka-pyramid", 0).restore(&newer);
-    assert_eq!(version, Err(RecordError::Version { found: 2 }));
+    assert_eq!(version, Err(RecordError::Version { found: RECORD_VERSION + 1 }));
 }
 
 #[test]

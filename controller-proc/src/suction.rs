@@ -1,0 +1,43 @@
+//! Suction: on, off, or as it was.
+
+use ipc_types::{GripperGoal, GripperState};
+
+use crate::record::{Record, RecordError};
+
+/// What a suction gripper is told; an arm without one is always told off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SuctionController {
+    fitted: bool,
+    on: bool,
+}
+
+impl SuctionController {
+    /// Off; `fitted` where the arm has suction at all.
+    pub fn new(fitted: bool) -> Self {
+        Self { fitted, on: false }
+    }
+
+    /// Starts from what is measured: who holds something, or tries to, goes on.
+    pub fn begin(&mut self, measured: &GripperState) {
+        self.on = measured.attached == 1 || measured.suction == 1;
+    }
+
+    /// Closing switches it on, opening off; keeping keeps it.
+    pub fn follow(&mut self, goal: GripperGoal) {
+        match goal {
+            GripperGoal::Keep => {}
+            GripperGoal::Open => self.on = false,
+            GripperGoal::Close => self.on = true,
+        }
+    }
+
+    /// [`ipc_types::GripperCommand::suction`].
+    pub fn code(&self) -> u32 {
+        u32::from(self.fitted && self.on)
+    }
+
+    /// Writes or reads what changes.
+    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
+        record.bool("suction", &mut self.on)
+    }
+}

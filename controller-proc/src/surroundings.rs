@@ -1,0 +1,139 @@
+//! All that motion of an arm keeps away from: fixtures, other arms, objects.
+
+use cell_model::{Cell, Shape};
+use ipc_types::{ArmState, ObjectState};
+use nalgebra::{Isometry3, Vector3};
+use rmp::{Obstacle, ObstacleId, ObstacleSet};
+
+use crate::obstacle_objects::ObstacleObjects;
+use crate::other_arm::OtherArm;
+use crate::record::{Record, RecordError};
+use crate::rmpflow_controller::RmpFlowError;
+
+/// What stands, moves and lies around an arm.
+pub struct Surroundings {
+    fixtures: Vec<ObstacleId>,
+    /// Fixtures that count, bit per fixture that is an obstacle.
+    fixture_mask: u64,
+    others: Vec<OtherArm>,
+    objects: ObstacleObjects,
+}
+
+impl Surroundings {
+    /// What is around arm `arm` of `cell`, whose base is at `base`.
+    pub fn new(cell: &Cell, arm: usize, base: &Isometry3<f64>) -> Self {
+        Self {
+            fixtures: Vec::new(),
+            fixture_mask: u64::MAX,
+            others: OtherArm::all_but(cell, arm),
+            objects: ObstacleObjects::new(cell, base),
+        }
+    }
+
+    /// How many obstacles it makes.
+    pub fn obstacle_count(&self, cell: &Cell) -> usize {
+        let parts: usize = self.others.iter().map(OtherArm::part_count).sum();
+        cell.obstacles().count() + parts + self.objects.len()
+    }
+
+    /// Adds everything to `set`; fixtures first, in the order of their mask.
+    ///
+    /// # Errors
+    /// [`RmpFlowError`] naming what cannot be an obstacle.
+    pub fn add_to(
+        &mut self,
+        cell: &Cell,
+        base: &Isometry3<f64>,
+        set: &mut ObstacleSet,
+    ) -> Result<(), RmpFlowError> {
+        for fixture in cell.obstacles() {
+            let shape = around(&fixture.shape, base.inverse() * fixture.pose);
+            let id = set.add(shape).map_err(|source| RmpFlowError::Obstacle {
+                fixture: fixture.name.clone(),
+                source,
+            })?;
+            self.fixtures.push(id);
+        }
+        for other in &mut self.others {
+            other.add_to(set).map_err(|source| RmpFlowError::OtherArm {
+                arm: other.name().to_owned(),
+                source,
+            })?;
+        }
+        let added = self.objects.add_to(set);
+        added.map_err(|(object, source)| RmpFlowError::Object { object, source })
+    }
+
+    /// Takes note of where the other arms are. Their speed is not taken into
+    /// account: a policy sees how fast it comes nearer itself, not how fast the
+    /// other arm does.
+    pub fn see_arms(&mut self, arms: &[ArmState], set: &mut ObstacleSet) {
+        for other in &mut self.others {
+            other.place(arms, set);
+        }
+    }
+
+    /// Takes note of where the objects are; see [`ObstacleObjects::place`].
+    pub fn see_objects(
+        &mut self,
+        objects: &[ObjectState],
+        mask: u64,
+        held: Option<usize>,
+        set: &mut ObstacleSet,
+    ) {
+        self.objects.place(objects, mask, held, set);
+    }
+
+    /// Lets the fixtures of `mask` count, and no others.
+    pub fn mask_fixtures(&mut self, mask: u64, set: &mut ObstacleSet) {
+        if mask != self.fixture_mask {
+            self.fixture_mask = mask;
+            self.apply_mask(set);
+        }
+    }
+
+    fn apply_mask(&self, set: &mut ObstacleSet) {
+        for (bit, id) in self.fixtures.iter().enumerate() {
+            let enabled = self.fixture_mask >> bit.min(63) & 1 == 1;
+            // The id came from this set, so it is there.
+            let _known = set.set_enabled(*id, enabled).is_ok();
+        }
+    }
+
+    /// Writes or reads what is remembered from cycle to cycle; objects are seen
+    /// anew in every cycle.
+    pub(crate) fn record(
+        &mut self,
+        record: &mut Record<'_>,
+        set: &mut ObstacleSet,
+    ) -> Result<(), RecordError> {
+        record.u64(&mut self.fixture_mask)?;
+        record.same("other arms", self.others.len() as u64)?;
+        record.same("obstacle objects", self.objects.len() as u64)?;
+        for other in &mut self.others {
+            other.record(record, set)?;
+        }
+        if record.reads() {
+            self.apply_mask(set);
+        }
+        Ok(())
+    }
+}
+
+/// The rounded box around a shape at `pose`. A cylinder counts as the box around
+/// it, a bin as if it were full.
+pub(crate) fn around(shape: &Shape, pose: Isometry3<f64>) -> Obstacle {
+    let (half_extents, radius) = match *shape {
+        Shape::Box { size_m } | Shape::Bin { size_m, .. } => (Vector3::from(size_m) * 0.5, 0.0),
+        Shape::Sphere { radius_m } => (Vector3::zeros(), radius_m),
+        Shape::Cylinder { radius_m, height_m } => {
+            (Vector3::new(radius_m, radius_m, 0.5 * height_m), 0.0)
+        }
+        Shape::Capsule { radius_m, height_m } => (Vector3::new(0.0, 0.0, 0.5 * height_m), radius_m),
+    };
+    Obstacle {
+        pose,
+        half_extents,
+        radius,
+    }
+}
