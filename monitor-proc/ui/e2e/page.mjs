@@ -42,6 +42,10 @@ page.on("console", (message) => {
   if (message.type() === "error") errors.push(message.text());
 });
 page.on("pageerror", (error) => errors.push(String(error)));
+page.on("dialog", (dialog) => {
+  errors.push(`a dialog: ${dialog.message()}`);
+  void dialog.dismiss();
+});
 
 const test = {
   page,

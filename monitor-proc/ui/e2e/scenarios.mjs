@@ -223,4 +223,91 @@ async function scrub({ page, look, until, press }) {
   void press;
 }
 
-export const scenarios = { draws, drag, gizmo, buttons, restarts, scrub };
+/** Who has the viewer's link looks on, until the operator's token is presented. */
+async function viewer({ page, look, until, press, same, robocell, forgive }) {
+  same("the role", await look((r) => r.store.hello.role), "viewer");
+  const refused = await page.evaluate(() => window.robocell.store.command({ do: "resume" }));
+  if (refused.ok || !/operator/.test(refused.message)) {
+    throw new Error(`a viewer's command: ${JSON.stringify(refused)}`);
+  }
+  robocell("step", "20");
+  await until("the picture follows all the same", (r) => r.store.snapshot.tick >= 20);
+  const token = new URL(process.env.OPERATOR_LINK).searchParams.get("token");
+  const present = async (text) => {
+    await page.click("button.role");
+    await page.fill('input[aria-label="Operator token"]', text);
+    await page.keyboard.press("Enter");
+  };
+  await present("0".repeat(32));
+  await page.getByText("that is not the operator's token").waitFor();
+  // The browser tells of the answer by itself.
+  forgive(/403/);
+  same("the role", await look((r) => r.store.hello.role), "viewer");
+  await page.keyboard.press("Escape");
+  if (!(await page.locator('input[aria-label="Operator token"]').isVisible())) await present(token);
+  else {
+    await page.fill('input[aria-label="Operator token"]', token);
+    await page.keyboard.press("Enter");
+  }
+  await until("the page is the operator's", (r) => r?.store.hello?.role === "operator");
+  await until("the state is there", (r) => r.store.snapshot !== null);
+  await press("robocell resume");
+  await until("the button resumes", noFlag(PAUSED));
+}
+
+/** Names that look like tags are listed and drawn, and nothing of them is run. */
+async function names({ page, look, until, same }) {
+  const known = await look((r) => ({
+    objects: r.store.scene.objects.map(({ name }) => name),
+    arm: r.store.scene.arms[0].name,
+  }));
+  const tags = known.objects.filter((name) => name.includes("<"));
+  same("how many names are tags", tags.length, 2);
+  const drawn = await look((r) => Object.keys(r.view.bodyPositions()));
+  same("bodies that are drawn", drawn.sort(), [...known.objects].sort());
+  for (const name of [...tags, known.arm]) {
+    const row = page.locator(".tree-row .name").getByText(name, { exact: true });
+    await row.click();
+    await until(`${name} is selected`, (r, name) => r.view.selection.name === name, name);
+  }
+  // Every panel speaks of them.
+  await page.getByLabel("names").check();
+  for (const tab of await page.getByRole("tab").all()) {
+    await tab.click();
+    await page.waitForTimeout(200);
+  }
+  const made = await page.evaluate(() => ({
+    owned: "owned" in window,
+    images: document.querySelectorAll("img, svg[onload]").length,
+    scripts: [...document.scripts].filter(({ text }) => text.includes("owned")).length,
+  }));
+  same("what was made of the names", made, { owned: false, images: 0, scripts: 0 });
+}
+
+/** The robots' real meshes, where somebody fetched them. */
+async function meshes({ page, look, until, same }) {
+  const wanted = await look((r) =>
+    r.store.scene.arms.flatMap(({ robot, meshes }) => meshes.map((link) => `${robot}/${link}`)),
+  );
+  if (wanted.length === 0) throw new Error("no mesh was fetched: `robocell assets fetch`");
+  const came = new Set();
+  page.on("response", (response) => {
+    const path = new URL(response.url()).pathname.match(/^\/meshes\/(.+)\.glb$/);
+    if (path !== null && response.ok()) came.add(path[1]);
+  });
+  await page.reload();
+  await until("the page shows the cell", (r) => r !== undefined && r.settled());
+  for (const since = Date.now(); came.size < new Set(wanted).size && Date.now() - since < 60_000; ) {
+    await page.waitForTimeout(50);
+  }
+  same("meshes that came", [...came].sort(), [...new Set(wanted)].sort());
+  await until("they are drawn", (r) => {
+    let drawn = 0;
+    r.view.cell.root.traverse(({ userData }) => {
+      if (userData.coarse === false) drawn += 1;
+    });
+    return drawn === r.store.scene.arms.flatMap(({ meshes }) => meshes).length;
+  });
+}
+
+export const scenarios = { meshes, draws, drag, gizmo, buttons, restarts, scrub, viewer, names };

@@ -31,11 +31,24 @@ export function ofDetail(geometry: BufferGeometry): BufferGeometry {
   return pair === undefined ? geometry : now(pair);
 }
 
+/** Shows `fine`, or the `plain` ones in its place: whichever is in use now. */
+export function eitherOr(fine: Object3D, plain: Object3D[]): void {
+  fine.userData["coarse"] = false;
+  for (const object of plain) object.userData["coarse"] = true;
+  for (const object of [fine, ...plain]) choose(object);
+}
+
+function choose(object: Object3D): void {
+  const wanted: unknown = object.userData["coarse"];
+  if (typeof wanted === "boolean") object.visible = wanted === coarse;
+}
+
 /** Uses the coarse twins, or the fine ones, for all meshes under `root`. */
 export function useCoarse(on: boolean, root: Object3D): void {
   if (on === coarse) return;
   coarse = on;
   root.traverse((object) => {
     if (object instanceof Mesh) object.geometry = ofDetail(object.geometry as BufferGeometry);
+    choose(object);
   });
 }

@@ -2,6 +2,7 @@
 import { Group, type Material, Mesh, type Object3D, Quaternion, Vector3 } from "three";
 import URDFLoader, { type URDFLink, type URDFRobot } from "urdf-loader";
 import type { ArmSpec, Vec3 } from "../../net/protocol";
+import { eitherOr } from "../detail";
 import { fetchedMesh } from "./fetched";
 import { hasShapes, ownParts } from "./own";
 import { pandaDress } from "./panda";
@@ -49,7 +50,7 @@ export class Robot {
     if (!this.spec.meshes.includes(name)) return;
     void fetchedMesh(robot, name).then((fetched) => {
       if (fetched === null) return;
-      link.remove(...built);
+      eitherOr(fetched, built);
       this.put(link, fetched);
       this.changed();
     });
