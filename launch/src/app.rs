@@ -50,6 +50,9 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
             );
             Ok(())
         }
+        Command::Man => clap_mangen::Man::new(Cli::command())
+            .render(&mut std::io::stdout())
+            .cannot("print the manual page"),
     }
 }
 

@@ -105,6 +105,8 @@ pub enum Command {
         /// The shell.
         shell: Shell,
     },
+    /// Print the manual page
+    Man,
 }
 
 /// Which cell.

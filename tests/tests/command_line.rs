@@ -54,6 +54,7 @@ fn help_lists_what_works_and_nothing_else() {
         "bench",
         "eval",
         "completions",
+        "man",
         "help",
     ];
     assert_eq!(commands(&said.stdout), wanted);
