@@ -4,6 +4,7 @@ use cell_model::Cell;
 use serde::{Deserialize, Serialize};
 
 use crate::drag::Drag;
+use crate::equipment::EquipmentMemory;
 use crate::gripper::GripperDrive;
 use crate::panel::Panel;
 use crate::suction::Suction;
@@ -15,6 +16,7 @@ pub(crate) struct Memory {
     pub(crate) tick: u64,
     pub(crate) arms: Vec<ArmMemory>,
     pub(crate) drags: Vec<Drag>,
+    pub(crate) equipment: EquipmentMemory,
     pub(crate) panel: Panel,
     /// Bodies the engine disabled since the start.
     pub(crate) quarantined: u32,
@@ -56,6 +58,7 @@ impl Memory {
             tick: 0,
             arms: arms.collect(),
             drags: Vec::new(),
+            equipment: EquipmentMemory::new(),
             panel: Panel::NEW,
             quarantined: 0,
             broken: false,
@@ -70,6 +73,7 @@ impl Memory {
         self.panel = before.panel;
         self.panel.scene_reset = before.panel.scene_reset.wrapping_add(1);
         self.quarantined = before.quarantined;
+        self.equipment.carry_over(&before.equipment);
         for (arm, before) in self.arms.iter_mut().zip(before.arms) {
             arm.watchdog.carry_over(&before.watchdog, self.tick);
             arm.suction.carry_over(&before.suction);

@@ -1,5 +1,6 @@
 //! Requests of people.
 
+use ipc_types::equipment::SupplyRefusal;
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::{GripperGoal, OperatorRequest, Validate};
 
@@ -27,10 +28,8 @@ impl World {
             OperatorAction::TaskReset => self.reset_task(),
             OperatorAction::TaskPause => self.pause_task(true),
             OperatorAction::TaskResume => self.pause_task(false),
-            OperatorAction::DropParts | OperatorAction::AddBin => (
-                ReplyCode::NotInThisCell,
-                "this cell has no dispenser and no conveyor".to_owned(),
-            ),
+            OperatorAction::DropParts => self.operator_drops(request.count),
+            OperatorAction::AddBin => self.operator_adds(request.count == 1),
             OperatorAction::Pause
             | OperatorAction::Resume
             | OperatorAction::Step
@@ -51,7 +50,8 @@ impl World {
 
     fn drag(&mut self, request: &OperatorRequest) -> Reply {
         let object = request.object as usize;
-        let Some(pose) = self.object_pose(object) else {
+        let here = self.object_pose(object).filter(|_| self.is_here(object));
+        let Some(pose) = here else {
             let count = self.objects.len();
             return (
                 ReplyCode::UnknownObject,
@@ -128,6 +128,45 @@ impl World {
         }
         self.memory.panel.gripper = request.count;
         count(&mut self.memory.panel.gripper_seq)
+    }
+
+    fn operator_drops(&mut self, parts: u32) -> Reply {
+        let Some(dispenser) = &self.equipment.dispenser else {
+            let message = "this cell has no dispenser".to_owned();
+            return (ReplyCode::NotInThisCell, message);
+        };
+        let parts = match parts {
+            0 => dispenser.table.per_drop,
+            parts => parts,
+        };
+        let left = self.parts_left();
+        if left == 0 {
+            let message = "no part is left; a reset of the scene brings them back".to_owned();
+            return (ReplyCode::OutOfRange, message);
+        }
+        if parts > left {
+            let message = format!("{parts} parts were asked for and {left} are left");
+            return (ReplyCode::OutOfRange, message);
+        }
+        self.memory.equipment.dispenser.ask(parts);
+        count(&mut self.memory.panel.drop_parts)
+    }
+
+    fn operator_adds(&mut self, flipped: bool) -> Reply {
+        if self.equipment.supply.is_none() {
+            let message = "this cell has no conveyor that brings bins".to_owned();
+            return (ReplyCode::NotInThisCell, message);
+        }
+        let message = match self.add_bin(flipped) {
+            Ok(()) => return count(&mut self.memory.panel.add_bin),
+            Err(SupplyRefusal::NoneLeft) => "every bin is in the cell",
+            Err(SupplyRefusal::TooManyWaiting) => "enough bins wait on the belt",
+            Err(SupplyRefusal::CoolDown) => "the last bin came a moment ago; ask again",
+            Err(SupplyRefusal::PlaceTaken | SupplyRefusal::None) => {
+                "something stands where the bin would come"
+            }
+        };
+        (ReplyCode::OutOfRange, message.to_owned())
     }
 
     fn start_task(&mut self) -> Reply {

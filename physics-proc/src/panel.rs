@@ -16,6 +16,8 @@ pub(crate) struct Panel {
     pub(crate) target_orientation_wxyz: [f64; 4],
     pub(crate) gripper_seq: u32,
     pub(crate) gripper: u32,
+    pub(crate) drop_parts: u32,
+    pub(crate) add_bin: u32,
     pub(crate) scene_reset: u32,
 }
 
@@ -32,6 +34,8 @@ impl Panel {
         target_orientation_wxyz: [1.0, 0.0, 0.0, 0.0],
         gripper_seq: 0,
         gripper: 0,
+        drop_parts: 0,
+        add_bin: 0,
         scene_reset: 0,
     };
 
@@ -47,8 +51,8 @@ impl Panel {
             target_seq: self.target_seq,
             gripper_seq: self.gripper_seq,
             gripper: self.gripper,
-            drop_parts: 0,
-            add_bin: 0,
+            drop_parts: self.drop_parts,
+            add_bin: self.add_bin,
             scene_reset: self.scene_reset,
             target: ipc_types::Pose {
                 position: self.target_position,

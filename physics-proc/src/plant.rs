@@ -66,6 +66,11 @@ impl Plant {
         })
     }
 
+    /// Decisions older than this stop the belt (ticks).
+    pub fn set_decision_limit(&mut self, ticks: u64) {
+        self.world.set_decision_limit(ticks);
+    }
+
     /// The world.
     pub fn world(&self) -> &World {
         &self.world

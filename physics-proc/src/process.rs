@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use cell_bus::{Bus, BusError, Doorbell, Latest, OperatorServer, Publisher, Sleeper};
 use cell_model::run_spec::{RunSpec, Speed};
+use cell_model::stop::DECISION_AGE_OTHER_TICKS;
 use cell_rt::priority::PHYSICS_PRIORITY;
 use cell_rt::signal::stop_requested;
 use cell_rt::{Grid, monotonic_ns};
@@ -43,8 +44,11 @@ pub enum ProcessError {
 /// When the scene cannot be set up or the bus cannot be joined. Everything that
 /// can fail happens before the bus is touched.
 pub fn run(start: &Start) -> Result<(), ProcessError> {
-    let plant = Plant::new(&start.cell, &start.spec)?;
+    let mut plant = Plant::new(&start.cell, &start.spec)?;
     let fifo = start.real_time(PHYSICS_PRIORITY, 0);
+    if start.spec.speed == Speed::RealTime && !fifo {
+        plant.set_decision_limit(DECISION_AGE_OTHER_TICKS);
+    }
     let bus = start.join(Process::Physics)?;
     let mut process = PhysicsProcess::new(&bus, plant, &start.spec, fifo)?;
     match start.spec.speed {

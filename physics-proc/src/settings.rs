@@ -41,18 +41,19 @@ pub(crate) fn empty_world() -> PhysicsWorld {
     world
 }
 
-/// Contacts of colliders that ask for this hook are computed anew in every
-/// tick. The engine recycles the others, which is 2.4 times cheaper in piles but
-/// lets a grasp slip. The hook itself changes nothing.
-pub(crate) struct FreshContacts;
-
-impl PhysicsHooks for FreshContacts {
-    fn modify_solver_contacts(&self, _context: &mut ContactModificationContext<'_>) {}
-}
-
-/// With so many objects or fewer, theirs are computed anew, too: it costs 2 us
+/// With so many objects or fewer, contacts of theirs are computed anew, too: it costs 2 us
 /// with four cubes and saves a tower of four a drift of 2 um/s (measured).
 pub(crate) const FEW_OBJECTS: usize = 16;
 
-/// Marks a collider for [`FreshContacts`].
+/// Marks a collider whose contacts go through [`crate::conveyor::Hooks`].
 pub(crate) const FRESH: ActiveHooks = ActiveHooks::MODIFY_SOLVER_CONTACTS;
+
+/// A time as ticks; negative ones are none.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a conversion that saturates"
+)]
+pub(crate) fn ticks(seconds: f64) -> u64 {
+    (seconds / TICK_S).round() as u64
+}

@@ -55,9 +55,11 @@ pub(crate) fn fingerprint(cell: &Cell) -> u64 {
     }
     for object in &cell.objects {
         hash.numbers(&[object.mass, object.friction]);
+        hash.numbers(&[object.shape.bounding_radius()]);
         hash.numbers(object.pose.translation.vector.as_slice());
         hash.numbers(object.pose.rotation.coords.as_slice());
     }
+    hash.numbers(&[cell.bins as f64, cell.seed as f64]);
     hash.finish()
 }
 

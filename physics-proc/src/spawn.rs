@@ -8,17 +8,21 @@ use crate::world::WorldError;
 /// Objects resting on a table touch it; this much is still resting (m).
 const RESTING_M: f64 = 1.0e-3;
 
-/// Checks that no object of the cell overlaps another or a fixture.
+/// Checks that no object of the cell overlaps another or a fixture; what is not
+/// in the cell yet, or not solid, is in nobody's way.
 pub(crate) fn check(cell: &Cell) -> Result<(), WorldError> {
-    for (index, object) in cell.objects.iter().enumerate() {
+    let objects = cell.objects.iter().enumerate();
+    for (index, object) in objects.filter(|(_, object)| !object.parked) {
         let earlier = cell
             .objects
             .iter()
             .take(index)
+            .filter(|other| !other.parked)
             .map(|other| (&other.name, &other.shape, &other.pose));
         let fixtures = cell
             .fixtures
             .iter()
+            .filter(|fixture| fixture.solid)
             .map(|other| (&other.name, &other.shape, &other.pose));
         for (name, shape, pose) in earlier.chain(fixtures) {
             let depth = overlap(&object.shape, &object.pose, shape, pose);

@@ -23,6 +23,7 @@ impl World {
         out.quarantined = self.memory.quarantined;
         out.state_hash = self.state_hash();
         out.panel = self.memory.panel.to_wire();
+        out.equipment = self.equipment_state();
         for (index, slot) in out.arms.iter_mut().enumerate().take(self.arms.len()) {
             self.write_arm(index, slot);
             out.arm_count += 1;

@@ -11,9 +11,10 @@ use thiserror::Error;
 
 use crate::arm::{Arm, DriveTarget};
 use crate::contacts::{self, Contacts};
+use crate::equipment::Equipment;
 use crate::measured::Measured;
 use crate::memory::Memory;
-use crate::settings::{self, FEW_OBJECTS, FRESH, FreshContacts, GRAVITY};
+use crate::settings::{self, GRAVITY};
 use crate::{convert, objects, spawn, violations};
 
 /// Why a cell cannot be simulated.
@@ -64,6 +65,7 @@ pub struct World {
     pub(crate) engine: PhysicsWorld,
     pub(crate) arms: Vec<Arm>,
     pub(crate) objects: Vec<RigidBodyHandle>,
+    pub(crate) equipment: Equipment,
     pub(crate) memory: Memory,
     pub(crate) contacts: Contacts,
     pub(crate) measured: Vec<Measured>,
@@ -99,7 +101,7 @@ impl World {
             )?;
         }
         let mut engine = settings::empty_world();
-        objects::insert_fixtures(&mut engine, cell);
+        let fixtures = objects::insert_fixtures(&mut engine, cell);
         let objects = objects::insert(&mut engine, cell);
         let arms: Vec<Arm> = cell
             .arms
@@ -108,7 +110,12 @@ impl World {
             .map(|(index, spec)| Arm::insert(&mut engine, index, spec))
             .collect();
         let gravity = Vector3::from(GRAVITY);
+        let equipment = Equipment::new(cell, &fixtures);
+        if let Some(belt) = &equipment.belt {
+            belt.keep_fresh(&mut engine);
+        }
         let mut world = Self {
+            equipment,
             memory: Memory::new(cell),
             contacts: Contacts::new(arms.len(), objects.len()),
             measured: arms.iter().map(|arm| Measured::new(&arm.robot)).collect(),
@@ -150,6 +157,7 @@ impl World {
             self.switch_suction(index);
             self.note_input(index);
         }
+        self.run_equipment(input.decision);
         self.apply_drags();
         self.step_engine();
         self.memory.tick += 1;
@@ -279,8 +287,9 @@ impl World {
         if self.memory.broken {
             return;
         }
+        let hooks = self.hooks();
         let engine = &mut self.engine;
-        let step = AssertUnwindSafe(|| engine.step_with_events(&FreshContacts, &()));
+        let step = AssertUnwindSafe(|| engine.step_with_events(&hooks, &()));
         if catch_unwind(step).is_err() {
             self.memory.broken = true;
             self.memory.quarantined += 1;
@@ -322,43 +331,6 @@ impl World {
                 self.contacts.attach(arm.suction.attached());
             }
             self.refresh_held();
-        }
-    }
-
-    /// Contacts of held objects are computed anew in every tick, as those of
-    /// the hand; where there are few objects, those of all.
-    fn refresh_held(&mut self) {
-        let few = self.objects.len() <= FEW_OBJECTS;
-        for (index, handle) in self.objects.iter().enumerate() {
-            let held = self
-                .contacts
-                .grips
-                .iter()
-                .any(|grip| grip.held == Some(index))
-                || self
-                    .memory
-                    .arms
-                    .iter()
-                    .any(|arm| arm.suction.attached() == Some(index));
-            let hooks = if held || few {
-                FRESH
-            } else {
-                ActiveHooks::empty()
-            };
-            for collider in self
-                .engine
-                .bodies
-                .get(*handle)
-                .map_or(&[][..], RigidBody::colliders)
-            {
-                let colliders = &mut self.engine.colliders;
-                let differs = colliders
-                    .get(*collider)
-                    .is_some_and(|c| c.active_hooks() != hooks);
-                if let Some(collider) = colliders.get_mut(*collider).filter(|_| differs) {
-                    collider.set_active_hooks(hooks);
-                }
-            }
         }
     }
 

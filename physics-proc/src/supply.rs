@@ -1,0 +1,212 @@
+//! Bins that come onto the belt when somebody asks for one.
+
+use cell_model::cell::SupplyTable;
+use cell_model::{Cell, ObjectSpec, Shape};
+use ipc_types::equipment::SupplyRefusal;
+use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
+use parry3d_f64::bounding_volume::BoundingVolume;
+use parry3d_f64::query::intersection_test;
+use serde::{Deserialize, Serialize};
+
+use crate::settings::ticks;
+use crate::tag::Tag;
+use crate::world::World;
+use crate::{convert, shapes};
+
+/// Its stream of random numbers.
+const DEVICE: u64 = 1;
+/// Requests kept.
+const MOST_PENDING: u32 = 64;
+
+/// What brings bins.
+pub(crate) struct Supply {
+    table: SupplyTable,
+    /// What it may bring, in this order.
+    objects: Vec<usize>,
+}
+
+/// What it remembers.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct SupplyMemory {
+    /// Bins the task asked for that have not come yet.
+    pending: u32,
+    /// No bin comes before this tick.
+    free_at: u64,
+    pub(crate) supplied: u32,
+    pub(crate) refusals: u32,
+    pub(crate) refusal: u32,
+}
+
+impl SupplyMemory {
+    pub(crate) fn carry_over(&mut self, before: &Self) {
+        self.supplied = before.supplied;
+        self.refusals = before.refusals;
+        self.refusal = before.refusal;
+    }
+
+    fn refuse(&mut self, why: SupplyRefusal) {
+        self.refusals = self.refusals.wrapping_add(1);
+        self.refusal = why.code();
+    }
+}
+
+impl Supply {
+    /// Of a cell: as many bins as the job is about.
+    pub(crate) fn new(table: &SupplyTable, cell: &Cell) -> Self {
+        let bins = cell.objects.iter().enumerate();
+        let spare: Vec<usize> = bins
+            .filter(|(_, object)| object.is_bin())
+            .map(|(index, _)| index)
+            .skip(cell.bins)
+            .collect();
+        let objects = cell.objects.iter().enumerate();
+        let brought = objects.filter(|(index, object)| {
+            object.kind == table.objects && object.parked && !spare.contains(index)
+        });
+        Self {
+            table: table.clone(),
+            objects: brought.map(|(index, _)| index).collect(),
+        }
+    }
+}
+
+impl World {
+    /// The task asks for bins.
+    pub(crate) fn ask_for_bins(&mut self, count: u32) {
+        if self.equipment.supply.is_some() {
+            let memory = &mut self.memory.equipment.supply;
+            memory.pending = (memory.pending + count).min(MOST_PENDING);
+        }
+    }
+
+    /// Brings what was asked for as soon as it can come.
+    pub(crate) fn supply_bins(&mut self) {
+        if self.memory.equipment.supply.pending == 0 {
+            return;
+        }
+        match self.bring_bin(false) {
+            Ok(()) => self.memory.equipment.supply.pending -= 1,
+            Err(why @ SupplyRefusal::NoneLeft) => {
+                self.memory.equipment.supply.pending -= 1;
+                self.memory.equipment.supply.refuse(why);
+            }
+            Err(_) => {}
+        }
+    }
+
+    /// The operator asks for a bin, now.
+    ///
+    /// # Errors
+    /// Why none comes.
+    pub(crate) fn add_bin(&mut self, flipped: bool) -> Result<(), SupplyRefusal> {
+        let brought = self.bring_bin(flipped);
+        if let Err(why) = brought {
+            self.memory.equipment.supply.refuse(why);
+        }
+        brought
+    }
+
+    fn bring_bin(&mut self, flipped: bool) -> Result<(), SupplyRefusal> {
+        let Some(supply) = &self.equipment.supply else {
+            return Err(SupplyRefusal::NoneLeft);
+        };
+        let mut left = supply.objects.iter().filter(|o| !self.is_here(**o));
+        let object = *left.next().ok_or(SupplyRefusal::NoneLeft)?;
+        let spec = self.equipment.specs.get(object);
+        let spec = spec.ok_or(SupplyRefusal::NoneLeft)?;
+        let tick = self.memory.tick;
+        if tick < self.memory.equipment.supply.free_at {
+            return Err(SupplyRefusal::CoolDown);
+        }
+        if self.waiting_bins() >= supply.table.max_waiting as usize {
+            return Err(SupplyRefusal::TooManyWaiting);
+        }
+        let pose = self.arrival(supply, object, spec, flipped);
+        if self.is_taken(spec, &pose) {
+            return Err(SupplyRefusal::PlaceTaken);
+        }
+        let velocity = Vector3::from(supply.table.velocity_m_s);
+        let free_at = tick + ticks(supply.table.cool_down_s);
+        self.bring(object, &pose, &velocity, &Vector3::zeros());
+        let memory = &mut self.memory.equipment.supply;
+        memory.free_at = free_at;
+        memory.supplied = memory.supplied.wrapping_add(1);
+        Ok(())
+    }
+
+    /// Bins that lie on the belt.
+    fn waiting_bins(&self) -> usize {
+        let (Some(belt), Some(supply)) = (&self.equipment.belt, &self.equipment.supply) else {
+            return 0;
+        };
+        let waits = |object: &&usize| {
+            let pose = self.object_pose(**object);
+            self.is_here(**object)
+                && !self.is_attached(**object)
+                && pose.is_some_and(|pose| belt.is_below(&pose.translation.vector))
+        };
+        supply.objects.iter().filter(waits).count()
+    }
+
+    /// Where and how an object comes: the same for the same seed, whenever.
+    fn arrival(
+        &self,
+        supply: &Supply,
+        object: usize,
+        spec: &ObjectSpec,
+        flipped: bool,
+    ) -> Isometry3<f64> {
+        let (table, mut random) = (&supply.table, self.equipment.random(DEVICE, object as u64));
+        let x = random.around_zero(table.spawn.x_m);
+        let y = random.around_zero(table.spawn.y_m);
+        let yaw = 0.5 * (table.yaw_rad + random.around_zero(table.spawn.yaw_rad));
+        let by_seed = 0.5 * (random.around_zero(1.0) + 1.0) < table.flipped_share;
+        let turn = Quaternion::new(libm::cos(yaw), 0.0, 0.0, libm::sin(yaw));
+        let over = if flipped || by_seed {
+            upside_down(&spec.shape)
+        } else {
+            UnitQuaternion::identity()
+        };
+        let place = Vector3::from(table.position_m) + Vector3::new(x, y, 0.0);
+        Isometry3::from_parts(Translation3::from(place), Unit::new_unchecked(turn) * over)
+    }
+
+    /// Whether an arm or another object stands there.
+    fn is_taken(&self, spec: &ObjectSpec, pose: &Isometry3<f64>) -> bool {
+        let outside = match spec.shape {
+            Shape::Bin { size_m, .. } => Shape::Box { size_m },
+            ref other => other.clone(),
+        };
+        let (shape, own) = shapes::shared(&outside);
+        let pose = convert::to_pose(&(pose * own));
+        let bounds = shape.compute_aabb(&pose);
+        let mut colliders = self.engine.colliders.iter();
+        colliders.any(|(_, collider)| {
+            let body = collider.parent().and_then(|b| self.engine.bodies.get(b));
+            let Some(body) = body.filter(|body| body.is_enabled()) else {
+                return false;
+            };
+            // What came since the last step has left its collider behind.
+            let own = collider.position_wrt_parent().copied().unwrap_or_default();
+            let there = *body.position() * own;
+            let other = collider.shape();
+            let meets = || intersection_test(&pose, &*shape, &there, other);
+            Tag::decode(collider.user_data) != Tag::Fixture
+                && other.compute_aabb(&there).intersects(&bounds)
+                && meets().is_ok_and(|meeting| meeting.intersecting)
+        })
+    }
+}
+
+/// Half a turn about the longer of the horizontal axes.
+fn upside_down(shape: &Shape) -> UnitQuaternion<f64> {
+    let along_y = match *shape {
+        Shape::Bin {
+            size_m: [x, y, _], ..
+        }
+        | Shape::Box { size_m: [x, y, _] } => y > x,
+        _ => false,
+    };
+    let (x, y) = if along_y { (0.0, 1.0) } else { (1.0, 0.0) };
+    Unit::new_unchecked(Quaternion::new(0.0, x, y, 0.0))
+}
