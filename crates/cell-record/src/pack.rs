@@ -32,8 +32,7 @@ pub fn pack(bytes: &[u8], out: &mut Vec<u8>) {
 /// The words of a group that are not zero go to `out`; which they are.
 fn pack_group(block: &[u8], out: &mut Vec<u8>) -> u64 {
     let (mut kept, mut count, mut mask) = ([0_u64; GROUP], 0, 0);
-    for (index, word) in block.chunks(WORD).enumerate() {
-        let value = value(word);
+    let mut keep = |index: usize, value: u64| {
         // Without a branch: there is no pattern in what is zero.
         if let Some(place) = kept.get_mut(count) {
             *place = value;
@@ -41,9 +40,20 @@ fn pack_group(block: &[u8], out: &mut Vec<u8>) -> u64 {
         let is_kept = value != 0;
         count += usize::from(is_kept);
         mask |= u64::from(is_kept) << index;
+    };
+    let (words, cut) = block.as_chunks::<WORD>();
+    for (index, word) in words.iter().enumerate() {
+        keep(index, u64::from_le_bytes(*word));
     }
-    let kept = kept.iter().take(count);
-    out.extend(kept.flat_map(|value| value.to_le_bytes()));
+    if !cut.is_empty() {
+        keep(words.len(), value(cut));
+    }
+    let at = out.len();
+    out.resize(at + count * WORD, 0);
+    let places = out.get_mut(at..).unwrap_or_default();
+    for (place, value) in places.as_chunks_mut::<WORD>().0.iter_mut().zip(&kept) {
+        *place = value.to_le_bytes();
+    }
     mask
 }
 
