@@ -7,19 +7,27 @@
 //!   arm brakes on a ramp within its limits, from the last setpoint, and holds.
 //! - A command further than [`MAX_STEP`] (plus what the velocity limit allows
 //!   since the last setpoint) from the setpoint in force is refused and counted.
-//! - After a brake, and from another controller, the first command has to go on
-//!   from the setpoint in force within the joint's limits. A controller that
-//!   slept through the brake is refused until it begins where the arm is.
+//! - After a brake, and from another controller, commands have to go on from the
+//!   setpoint in force within the joint's limits, until it is certain that they
+//!   go on from each other: a controller begins anew at every state that says
+//!   the arm is stopped, and several such beginnings may be on their way.
+//! - A beginning elsewhere is refused, and the arm brakes until one is accepted:
+//!   that is how the controller learns of it.
 
 use cell_model::ramp::{self, RampState};
 use cell_model::stop::{PhysicsFlags, Stop, physics_stop};
 use cell_model::{JointSpec, Robot};
+use ipc_types::arm::{StopAction, StopCause};
 use ipc_types::{ArmCommand, Validate};
 use rmp::JointLimits;
 use serde::{Deserialize, Serialize};
 
 use crate::settings::TICK_S;
 use crate::violations;
+
+/// Share of the acceleration limit by which the acceleration a command speaks of
+/// and the one it makes may differ: what follows is within the jerk limit then.
+const SAME_ACCELERATION: f64 = 1.0e-7;
 
 /// Furthest a command may be from the setpoint in force (rad or m).
 pub const MAX_STEP: f64 = 0.05;
@@ -63,6 +71,13 @@ pub(crate) struct Watchdog {
     /// Tick at which the scene was reset: commands that answer it or an earlier
     /// one are about the scene before.
     reset_at: Option<u64>,
+    /// Last tick whose state said that the arm is stopped.
+    stopped_at: Option<u64>,
+    /// The setpoint in force moves as the sender of the accepted command takes
+    /// it to.
+    settled: bool,
+    /// The controller began elsewhere: stopped until it begins here.
+    astray: bool,
     /// Commands refused since the start.
     pub(crate) refused: u64,
     /// Limits broken by accepted commands or measured positions.
@@ -99,6 +114,9 @@ impl Watchdog {
             efforts: vec![0.0; home.len()],
             accepted: None,
             reset_at: None,
+            stopped_at: None,
+            settled: false,
+            astray: false,
             refused: 0,
             violations: 0,
             fault: false,
@@ -141,11 +159,18 @@ impl Watchdog {
         let age = self
             .accepted
             .map(|accepted| tick.saturating_sub(accepted.tick));
-        let stop = physics_stop(PhysicsFlags {
+        let mut stop = physics_stop(PhysicsFlags {
             command_age_ticks: age,
             quarantined: self.fault,
         });
+        if self.astray && !stop.stops_motion() {
+            stop = Stop {
+                action: StopAction::Hold,
+                cause: StopCause::CommandLost,
+            };
+        }
         if stop.stops_motion() {
+            self.stopped_at = Some(tick + 1);
             self.brake(limits);
         } else if !accepted && self.source == Source::Commands {
             self.coast(robot);
@@ -176,10 +201,21 @@ impl Watchdog {
         let fresh = tick - id.tick <= cell_model::stop::COMMAND_AGE_TICKS;
         let sound =
             command.joint_count as usize == self.setpoint.len() && command.validate().is_ok();
-        let goes_on = |id: Accepted| self.follows_on(id) || self.begins_here(command, robot);
-        if !fresh || !sound || !self.is_near(command, robot, tick) || !goes_on(id) {
+        let begins = !self.follows_on(id);
+        let goes_on = fresh
+            && sound
+            && if begins {
+                self.begins_here(command, robot)
+            } else {
+                self.is_near(command, robot, tick)
+            };
+        if !goes_on {
             self.refused += u64::from(fresh);
+            self.astray |= fresh && sound && begins;
             return false;
+        }
+        if begins {
+            self.begin(command, robot);
         }
         self.follow(command, id, robot);
         true
@@ -200,46 +236,54 @@ impl Watchdog {
         steps.all(|step| step <= MAX_STEP)
     }
 
-    /// Whether the command's sender is the one the arm follows.
+    /// Whether the command goes on from the accepted one: from the same sender,
+    /// which has not begun anew between the two and is moving as the arm is. Who
+    /// answers each state once cannot have sent more commands than there were
+    /// states, unless physics was set back.
     fn follows_on(&self, id: Accepted) -> bool {
-        let same = |last: Accepted| last.generation == id.generation;
-        self.source == Source::Commands && self.accepted.is_some_and(same)
+        let on = |last: Accepted| {
+            last.generation == id.generation
+                && self.stopped_at.is_none_or(|stopped| last.tick >= stopped)
+                && id.seq.saturating_sub(last.seq) <= id.tick.saturating_sub(last.tick)
+        };
+        self.source == Source::Commands && self.settled && self.accepted.is_some_and(on)
     }
 
     /// Whether the command is one tick after the setpoint in force.
     fn begins_here(&self, command: &ArmCommand, robot: &Robot) -> bool {
-        robot.arm_specs().enumerate().all(|(index, spec)| {
-            let before = ramp_state(self.setpoint[index]);
-            let position = command.joint_positions[index];
-            let velocity = command.joint_velocities[index];
-            !violations::advance(&before, position, velocity, 1.0, spec).1
-        })
+        let joints = robot.arm_specs().enumerate();
+        joints
+            .zip(&self.setpoint)
+            .all(|((joint, spec), before)| !advance_one(before, command, joint, spec).1)
+    }
+
+    /// Takes the command, which begins here, as one tick after the setpoint.
+    fn begin(&mut self, command: &ArmCommand, robot: &Robot) {
+        let joints = robot.arm_specs().enumerate();
+        self.settled = joints.zip(&self.setpoint).all(|((joint, spec), before)| {
+            let made = advance_one(before, command, joint, spec).0.acceleration;
+            let differs = (made - command.joint_accelerations[joint]).abs();
+            differs <= SAME_ACCELERATION * spec.acceleration
+        });
+        self.anchor.clone_from(&self.setpoint);
+        self.accepted = None;
     }
 
     fn follow(&mut self, command: &ArmCommand, id: Accepted, robot: &Robot) {
         // Commands between this and the last one were overtaken, not skipped.
-        let steps = match self.accepted {
-            Some(last) if self.follows_on(id) => {
-                id.seq.saturating_sub(last.seq).clamp(1, 20) as f64
-            }
-            _ => {
-                self.anchor.clone_from(&self.setpoint);
-                1.0
-            }
-        };
+        let last = self.accepted.map_or(id.seq, |last| last.seq);
+        let steps = id.seq.saturating_sub(last).max(1) as f64;
         for (index, spec) in robot.arm_specs().enumerate() {
-            let (position, velocity) = (
-                command.joint_positions[index],
-                command.joint_velocities[index],
-            );
             let before = ramp_state(self.anchor[index]);
-            let (after, broken) = violations::advance(&before, position, velocity, steps, spec);
+            let told = told(command, index);
+            let (after, broken) = violations::advance(&before, &told, steps, spec);
             self.violations += u64::from(broken);
             self.anchor[index] = point(after);
             self.setpoint[index] = limited(self.setpoint[index], after, steps, spec);
             self.efforts[index] = command.joint_efforts[index];
         }
         self.accepted = Some(id);
+        self.astray = false;
         self.source = Source::Commands;
     }
 
@@ -279,6 +323,25 @@ fn limited(before: Point, command: RampState, steps: f64, spec: &JointSpec) -> P
             .acceleration
             .clamp(-spec.acceleration, spec.acceleration),
     }
+}
+
+/// The motion a command tells a joint to make.
+fn told(command: &ArmCommand, joint: usize) -> RampState {
+    RampState {
+        position: command.joint_positions[joint],
+        velocity: command.joint_velocities[joint],
+        acceleration: command.joint_accelerations[joint],
+    }
+}
+
+/// What a command makes of a joint in one tick, and whether it breaks a limit.
+fn advance_one(
+    before: &Point,
+    command: &ArmCommand,
+    joint: usize,
+    spec: &JointSpec,
+) -> (RampState, bool) {
+    violations::advance(&ramp_state(*before), &told(command, joint), 1.0, spec)
 }
 
 fn point(state: RampState) -> Point {

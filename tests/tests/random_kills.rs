@@ -164,6 +164,7 @@ fn run(job: &Job, seed: u64, random_state: &mut u64) -> u64 {
     );
     assert_eq!(summary["outcome"], "done", "{summary}");
     assert_eq!(summary["drops"], 0, "{summary}");
+    assert_eq!(summary["limit_violations"], 0, "{summary}");
     assert!(witness.generations.len() > 1, "nothing was seen");
     assert_eq!(kills, KILLS_PER_RUN, "{summary}");
     kills
