@@ -57,9 +57,21 @@ impl TestCell {
         prepare: impl FnOnce(&mut std::process::Command),
     ) -> Self {
         let all: Vec<&str> = ["run"].iter().chain(arguments).copied().collect();
+        Self::launch(base, &all, prepare)
+    }
+
+    /// `robocell ARGUMENTS` that stays: `run ...`, or `replay ...`.
+    ///
+    /// # Panics
+    /// Where the program cannot be started.
+    pub fn launch(
+        base: TempDir,
+        arguments: &[&str],
+        prepare: impl FnOnce(&mut std::process::Command),
+    ) -> Self {
         let out = std::fs::File::create(base.path().join("stdout")).expect("a file for stdout");
         let err = std::fs::File::create(base.path().join("stderr")).expect("a file for stderr");
-        let mut command = robocell(base.path(), &all);
+        let mut command = robocell(base.path(), arguments);
         prepare(&mut command);
         let child = command
             .stdout(Stdio::from(out))
@@ -80,6 +92,15 @@ impl TestCell {
     /// The run directory.
     pub fn run_dir(&self) -> PathBuf {
         self.base.path().join("cell")
+    }
+
+    /// The link to its page, as soon as it is said.
+    pub fn link(&self) -> String {
+        wait_for("the link", || {
+            let said = std::fs::read_to_string(self.base.path().join("stdout")).ok()?;
+            let link = said.lines().find(|line| line.starts_with("http://"));
+            link.map(str::to_owned)
+        })
     }
 
     /// Process id of the launcher.

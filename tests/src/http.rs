@@ -28,6 +28,20 @@ impl Answer {
 /// Sends `METHOD PATH` with more `headers` to `address` (`127.0.0.1:8600`);
 /// `None` when nobody answers.
 pub fn ask(address: &str, method_and_path: &str, headers: &[(&str, &str)]) -> Option<Answer> {
+    send(address, method_and_path, headers, "")
+}
+
+/// As [`ask`], a POST of `body` to `path`; `headers` tell its length and type.
+pub fn post(address: &str, path: &str, headers: &[(&str, &str)], body: &str) -> Option<Answer> {
+    send(address, &format!("POST {path}"), headers, body)
+}
+
+fn send(
+    address: &str,
+    method_and_path: &str,
+    headers: &[(&str, &str)],
+    body: &str,
+) -> Option<Answer> {
     let mut stream = TcpStream::connect(address).ok()?;
     stream
         .set_read_timeout(Some(Duration::from_secs(10)))
@@ -40,7 +54,7 @@ pub fn ask(address: &str, method_and_path: &str, headers: &[(&str, &str)]) -> Op
         lines.push(format!("Host: {address}"));
     }
     lines.extend(headers.iter().map(|(key, value)| format!("{key}: {value}")));
-    let request = lines.join("\r\n") + "\r\n\r\n";
+    let request = lines.join("\r\n") + "\r\n\r\n" + body;
     stream.write_all(request.as_bytes()).ok()?;
     let mut bytes = Vec::new();
     stream.read_to_end(&mut bytes).ok()?;

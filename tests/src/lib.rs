@@ -16,3 +16,4 @@ pub mod cell;
 pub mod fault;
 pub mod http;
 pub mod program;
+pub mod recording;

@@ -14,7 +14,9 @@ use std::process::Command;
 use std::sync::Mutex;
 
 use robocell_tests::cell::{TestCell, base};
-use robocell_tests::program::{built, finish, wait_for};
+use robocell_tests::program::{built, finish, robocell};
+use robocell_tests::recording::rewrite;
+use serde_json::{Value, json};
 
 /// One browser at a time: without a GPU it takes the processor that the cell's
 /// loops need.
@@ -45,6 +47,17 @@ fn browser() -> Result<PathBuf, &'static str> {
 /// Runs a scenario of `monitor-proc/ui/e2e` on a cell started with `arguments`.
 #[track_caller]
 fn browse(scenario: &str, arguments: &[&str]) {
+    look_at(scenario, || {
+        let cell = TestCell::start_with(base(), arguments, |_| {});
+        cell.wait_up();
+        let link = cell.link();
+        (cell, link)
+    });
+}
+
+/// Runs a scenario on the page that `start` starts and gives the link of.
+#[track_caller]
+fn look_at(scenario: &str, start: impl FnOnce() -> (TestCell, String)) {
     let _one = ONE
         .lock()
         .unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -55,20 +68,15 @@ fn browse(scenario: &str, arguments: &[&str]) {
             return;
         }
     };
-    let cell = TestCell::start_with(base(), arguments, |_| {});
-    let link = wait_for("the link", || {
-        let said = fs::read_to_string(cell.base().join("stdout")).unwrap_or_default();
-        let link = said.lines().find(|line| line.starts_with("http://"));
-        link.map(str::to_owned)
-    });
-    cell.wait_up();
+    let (cell, link) = start();
     let mut command = Command::new("node");
     command
         .arg(ui().join("e2e/page.mjs"))
         .args([scenario, &link])
         .env("CHROMIUM", chromium)
         .env("ROBOCELL", built("robocell"))
-        .env("ROBOCELL_RUN_DIR", cell.base());
+        .env("ROBOCELL_RUN_DIR", cell.base())
+        .env("OPERATOR_LINK", cell.link());
     let said = finish(command);
     assert_eq!(said.code, 0, "{}{}", said.stdout, said.stderr);
 }
@@ -103,4 +111,52 @@ fn the_page_outlives_the_task_and_the_monitor() {
 #[test]
 fn the_page_goes_back_to_what_just_happened() {
     browse("scrub", &["franka-stack"]);
+}
+
+#[test]
+fn who_may_only_look_is_refused_until_he_presents_the_operators_token() {
+    look_at("viewer", || {
+        let cell = TestCell::start(&["franka-stack", "--paused"]);
+        cell.wait_up();
+        let secrets = fs::read_to_string(cell.run_dir().join("page.json")).expect("secrets");
+        let secrets: Value = serde_json::from_str(&secrets).expect("JSON");
+        let token = |role: &str| secrets[role].as_str().expect("a token").to_owned();
+        let link = cell.link();
+        let link = link.replace(&token("operator_token"), &token("viewer_token"));
+        (cell, link)
+    });
+}
+
+/// Cell files with such names are refused; a recording can come from anybody.
+#[test]
+fn names_like_tags_are_text() {
+    look_at("names", || {
+        let base = base();
+        let [file, other] = ["run.mcap", "other.mcap"].map(|name| base.path().join(name));
+        let name = file.display().to_string();
+        let arguments = ["run", "franka-stack", "--headless", "--speed", "max"];
+        let arguments = [&arguments[..], &["--timeout", "2", "--record", &name]].concat();
+        assert_eq!(finish(robocell(base.path(), &arguments)).code, 5);
+        let rename = |scene: &mut Value| {
+            scene["objects"][0]["name"] = json!("<script>owned=1</script>");
+            scene["objects"][1]["name"] = json!("<img src=x onerror=owned=1>");
+            scene["arms"][0]["name"] = json!("\"><svg onload=owned=1>");
+            scene["description"] = json!("</title><script>owned=1</script>");
+        };
+        rewrite(&file, &other, rename, |_| {});
+        let name = other.display().to_string();
+        let shown = TestCell::launch(base, &["replay", &name], |_| {});
+        let link = shown.link();
+        (shown, link)
+    });
+}
+
+#[test]
+fn fetched_meshes_are_loaded_and_drawn() {
+    let said = finish(robocell(base().path(), &["assets", "list"]));
+    if said.code != 0 {
+        eprintln!("skipped: no meshes are here; `robocell assets fetch` fetches them");
+        return;
+    }
+    browse("meshes", &["franka-stack", "--paused"]);
 }

@@ -12,7 +12,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use robocell_tests::cell::{TestCell, base};
-use robocell_tests::http::{Answer, ask, parts};
+use robocell_tests::http::{Answer, ask, parts, post};
 use robocell_tests::program::{built, wait_for};
 
 /// The page behind the link of a cell, with the cookie of its token.
@@ -21,10 +21,9 @@ fn page(link: &str) -> Answer {
     let exchange = format!("GET /?token={token}");
     let answer = wait_for("the page", || ask(&address, &exchange, &[]));
     assert_eq!((answer.code, answer.header("location")), (303, Some("/")));
-    let cookie = answer.header("set-cookie").unwrap();
-    assert!(cookie.contains("HttpOnly") && cookie.contains("SameSite=Strict"));
-    let cookie = cookie.split(';').next().unwrap().to_owned();
-    ask(&address, "GET /", &[("Cookie", &cookie)]).unwrap()
+    let set = answer.header("set-cookie").unwrap();
+    assert!(set.contains("HttpOnly") && set.contains("SameSite=Strict"));
+    ask(&address, "GET /", &[("Cookie", &cookie(&answer))]).unwrap()
 }
 
 /// A cell that stands still, with its page, `ui` being the page's sources.
@@ -36,11 +35,7 @@ fn cell(ui: &Path, path: Option<&str>) -> (TestCell, String) {
             command.env("PATH", path);
         }
     });
-    let link = wait_for("the link", || {
-        let said = fs::read_to_string(cell.base().join("stdout")).unwrap_or_default();
-        let link = said.lines().find(|line| line.starts_with("http://"));
-        link.map(str::to_owned)
-    });
+    let link = cell.link();
     (cell, link)
 }
 
@@ -130,6 +125,50 @@ fn who_has_no_token_or_comes_from_elsewhere_stays_outside() {
         0o600,
         "the secrets are their owner's"
     );
+}
+
+/// First part of the cookie that `answer` sets.
+fn cookie(answer: &Answer) -> String {
+    let cookie = answer.header("set-cookie").expect("a cookie");
+    cookie.split(';').next().unwrap_or_default().to_owned()
+}
+
+#[test]
+fn a_viewer_becomes_an_operator_by_the_operators_token_alone() {
+    let ui = sources();
+    let (cell, link) = cell(ui.path(), Some("/nowhere"));
+    let (address, token) = parts(&link);
+    wait_for("the page", || ask(&address, "GET /", &[]));
+    let secrets = fs::read_to_string(cell.run_dir().join("page.json")).unwrap();
+    let secrets: serde_json::Value = serde_json::from_str(&secrets).unwrap();
+    let viewer_token = secrets["viewer_token"].as_str().unwrap();
+    let entered = ask(&address, &format!("GET /?token={viewer_token}"), &[]).unwrap();
+    let viewer = cookie(&entered);
+    assert_eq!(
+        ask(&address, "GET /", &[("Cookie", &viewer)]).unwrap().code,
+        200
+    );
+    let own = format!("http://{address}");
+    let present = |token: &str, origin: &str| {
+        let body = format!(r#"{{"token": "{token}"}}"#);
+        let length = body.len().to_string();
+        let headers = [
+            ("Cookie", viewer.as_str()),
+            ("Origin", origin),
+            ("Content-Type", "application/json"),
+            ("Content-Length", &length),
+        ];
+        post(&address, "/api/token", &headers, &body).unwrap()
+    };
+    assert_eq!(present(&"0".repeat(32), &own).code, 403);
+    assert_eq!(present(&token, "http://cell.example").code, 403);
+    // His own token leaves him what he is.
+    assert_eq!(cookie(&present(viewer_token, &own)), viewer);
+    let now = present(&token, &own);
+    assert_eq!(now.code, 204, "{now:?}");
+    let entered = ask(&address, &format!("GET /?token={token}"), &[]).unwrap();
+    assert_eq!(cookie(&now), cookie(&entered));
+    assert_ne!(cookie(&now), viewer);
 }
 
 #[test]
