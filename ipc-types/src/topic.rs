@@ -116,7 +116,8 @@ impl TopicId {
             // Some 300 ms of lockstep at full speed.
             Self::ArmCommandTap(_) | Self::ArmStatusTap(_) => 2048,
             Self::DecisionTap => 256,
-            Self::Keyframe(_) => 4,
+            // A task on a busy machine sends one with every decision.
+            Self::Keyframe(_) => 16,
             _ => 1,
         }
     }

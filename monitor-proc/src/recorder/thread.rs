@@ -17,8 +17,8 @@ use super::{Answer, Ask, RecorderRequest, RecorderStatus, Shared, lock};
 
 /// Pause between two looks in real time (ms), and when all runs as fast as it
 /// can. A task on a busy machine sends a state record with every decision, and
-/// four of them can wait.
-const PAUSE_MS: (f64, f64) = (40.0, 2.0);
+/// sixteen of them can wait.
+const PAUSE_MS: (f64, f64) = (100.0, 2.0);
 /// Buffers are emptied when they are about this full.
 const WANTED_FILL: f64 = 0.15;
 /// Time between two attempts to join the bus.
