@@ -24,9 +24,12 @@ export const LEVELS: readonly Level[] = [
   { ...PLAIN, name: "plain shapes", coarse: true },
   { ...PLAIN, name: "3/4 resolution", coarse: true, pixels: 0.75 },
   { ...PLAIN, name: "1/2 resolution", coarse: true, pixels: 0.5 },
+  { ...PLAIN, name: "1/3 resolution", coarse: true, pixels: 0.34 },
 ];
 
 const SLOW_MS = 40;
+/** The last level is for less than 15 frames a second only: it is blurred. */
+const LAST_RESORT_MS = 66;
 const FAST_MS = 20;
 const WINDOW = 40;
 /** Few but very slow frames are enough to judge. */
@@ -83,10 +86,13 @@ export class Quality {
   private judge(frames: number): void {
     if (this.fixed) return;
     this.calm = this.frameMs < FAST_MS ? this.calm + frames : 0;
-    if (this.frameMs > SLOW_MS && this.index < LEVELS.length - 1) {
+    const last = LEVELS.length - 1;
+    const slow = this.index === last - 1 ? LAST_RESORT_MS : SLOW_MS;
+    if (this.frameMs > slow && this.index < last) {
       // A better level that was too slow is not tried again soon.
       this.best = this.index + 1;
-      this.go(this.index + (this.frameMs > 4 * SLOW_MS ? 2 : 1));
+      const far = this.frameMs > 4 * SLOW_MS && this.index < last - 2;
+      this.go(this.index + (far ? 2 : 1));
     } else if (this.calm > CALM_FRAMES && this.index > 0) {
       this.calm = 0;
       if (this.index > this.best) this.go(this.index - 1);
