@@ -1,10 +1,15 @@
 //! The suction gripper feels what hangs on it, and lets go of too much.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may fail")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test may fail, and say what it measured"
+)]
 
 use cell_model::{Cell, Data, Dynamics, Shape};
 use ipc_types::equipment::{BreakCause, BreakLimit, SuctionRefusal};
+use ipc_types::operator::OperatorAction;
 use ipc_types::world::OBJECT_TOUCHED;
-use ipc_types::{ArmCommand, GripperState, Header, Wire, WorldState};
+use ipc_types::{ArmCommand, GripperState, Header, OperatorRequest, Wire, WorldState};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::convert;
@@ -54,8 +59,19 @@ impl Hold {
     /// `offset`: the block's centre from the cup across its axis (m); `gap`:
     /// from the cup to the surface (m); `tilt`: of the block (rad).
     fn new(mass: f64, offset: [f64; 2], gap: f64, tilt: f64) -> Self {
+        Self::with(CELL, |cell, cup| {
+            let object = &mut cell.objects[0];
+            object.mass = mass;
+            let centre = cup + Vector3::new(offset[0], offset[1], -gap - 0.05);
+            let tilt = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), tilt);
+            object.pose = Isometry3::from_parts(Translation3::from(centre), tilt);
+        })
+    }
+
+    /// A cell arranged for where its cup is.
+    fn with(text: &str, arrange: impl FnOnce(&mut Cell, Vector3<f64>)) -> Self {
         let data = Data::embedded();
-        let mut cell = Cell::from_text(&data, "cup", "cup.toml", CELL, 1, None).unwrap();
+        let mut cell = Cell::from_text(&data, "cup", "cup.toml", text, 1, None).unwrap();
         let arm = &mut cell.arms[0];
         let robot = &arm.robot;
         let quarter = std::f64::consts::FRAC_PI_2;
@@ -64,11 +80,7 @@ impl Hold {
         let tcp = robot.frame_pose(robot.tcp_frame, &all).unwrap();
         let axis = tcp.rotation * robot.suction.as_ref().unwrap().axis;
         assert!(axis.z < -0.999, "the cup points to {axis}");
-        let object = &mut cell.objects[0];
-        object.mass = mass;
-        let centre = tcp.translation.vector + Vector3::new(offset[0], offset[1], -gap - 0.05);
-        let tilt = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), tilt);
-        object.pose = Isometry3::from_parts(Translation3::from(centre), tilt);
+        arrange(&mut cell, tcp.translation.vector);
         Self {
             world: World::new(&cell).unwrap(),
             dynamics: Dynamics::new(&cell.arms[0].robot),
@@ -305,4 +317,76 @@ fn a_snapshot_with_something_attached_goes_on_bit_for_bit() {
         assert_eq!(hold.state(), copy.state(), "{tick}");
     }
     assert_eq!(hold.gripper().breaks, 1);
+}
+
+/// What fills a held bin.
+const PARTS: &str = r#"
+[[object]]
+name = "part"
+count = 60
+shape = { kind = "box", size_m = [0.03, 0.03, 0.03] }
+mass_kg = 0.1
+friction = 0.6
+position_m = [3.0, 3.0, 0.0]
+parked = true
+sleeps = true
+colour = [0.5, 0.5, 0.5]
+
+[dispenser]
+objects = "part"
+position_m = [0.0, 0.0, 0.0]
+spread_m = [0.02, 0.03]
+layer_m = 0.05
+per_drop = 3
+interval_s = 0.5
+"#;
+
+#[test]
+fn parts_that_fall_into_a_held_bin_are_felt_until_it_falls_and_spills() {
+    let mut hold = Hold::with(&format!("{CELL}{PARTS}"), |cell, cup| {
+        cell.objects[0].mass = 0.6;
+        cell.objects[0].shape = Shape::Bin {
+            size_m: [0.3, 0.2, 0.147],
+            wall_m: 0.004,
+        };
+        let centre = cup + Vector3::new(0.0, 0.0, 0.5 * 0.147 - 0.004 - 0.004);
+        cell.objects[0].pose = Isometry3::from_parts(centre.into(), UnitQuaternion::identity());
+        let dispenser = cell.dispenser.as_mut().unwrap();
+        dispenser.position_m = (cup + Vector3::new(-0.09, 0.0, 0.3)).into();
+    });
+    hold.run(300);
+    assert_eq!(hold.gripper().attached, 1, "{:?}", hold.gripper());
+    let height = hold.state().objects[0].pose.position[2];
+    let mut request = OperatorRequest::zeroed_at_identity();
+    request.count = 12;
+    let reply = hold.world.operate(OperatorAction::DropParts, &request);
+    assert_eq!(reply.1, "");
+    hold.run(6_000);
+    // Twelve parts lie in it.
+    let gripper = hold.gripper();
+    let share = gripper.suction_force / ((0.6 + 12.0 * 0.1) * 9.81);
+    assert!((share - 1.0).abs() < 0.02, "{share}");
+    assert!(gripper.peak_force > 20.0 && gripper.suction_torque > 0.5);
+    request.count = 40;
+    hold.world.operate(OperatorAction::DropParts, &request);
+    let mut ticks = 0;
+    while hold.gripper().breaks == 0 {
+        hold.run(10);
+        ticks += 10;
+        assert!(ticks < 30_000, "{:?}", hold.gripper());
+    }
+    let dropped = hold.state().equipment.parts_dropped;
+    assert!(
+        (15..=48).contains(&dropped),
+        "{dropped} parts: {:?}",
+        hold.gripper()
+    );
+    let gripper = hold.gripper();
+    assert_ne!(gripper.break_limit, BreakLimit::None.code());
+    assert_ne!(gripper.break_cause, BreakCause::None.code());
+    println!("{dropped} parts, {gripper:?}");
+    hold.run(3_000);
+    let fallen = height - hold.state().objects[0].pose.position[2];
+    assert!(fallen > 0.3, "it fell {fallen} m");
+    assert_eq!(hold.gripper().attached, 0, "it has to be switched again");
 }
