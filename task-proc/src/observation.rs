@@ -1,6 +1,8 @@
 //! What a policy sees: one coherent sample of the cell.
 
-use ipc_types::{ArmState, ArmStatus, MAX_ARMS, ObjectState, OperatorPanel, Pose, WorldState};
+use ipc_types::{
+    ArmState, ArmStatus, EquipmentState, MAX_ARMS, ObjectState, OperatorPanel, Pose, WorldState,
+};
 use nalgebra::Vector3;
 
 use crate::time::PolicyTime;
@@ -99,6 +101,11 @@ impl<'a> Observation<'a> {
     /// Centre of an object (m).
     pub fn object_position(&self, index: usize) -> Option<Vector3<f64>> {
         self.object(index).map(|o| Vector3::from(o.pose.position))
+    }
+
+    /// Inputs of the cell's equipment.
+    pub fn equipment(&self) -> &'a EquipmentState {
+        &self.state.equipment
     }
 
     /// What the operator asked for.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-pub use crate::task_bin_stack::BinStackTask;
+pub use crate::task_bin_stack::{BinColumns, BinStackTask, FlippingStation};
 pub use crate::task_fill_bin::FillBinTask;
 pub use crate::task_palletize::PalletizeTask;
 

@@ -1,4 +1,21 @@
-//! Bins off a conveyor into columns, all of them upside down.
+//! Bins off a conveyor into nine columns of four, all of them upside down.
+//!
+//! A bin that opens downward is gripped on its bottom and stacked; one that opens
+//! upward is gripped inside, turned over and slid into a holder of rails, let go,
+//! gripped again on its bottom and stacked. The matrix of events and states
+//! comes from a file; what its cells call is in `turn`. Which slots are taken is
+//! seen, not counted: bins that people stack count, too.
+
+mod columns;
+mod events;
+mod memory;
+mod names;
+mod paths;
+mod policy;
+mod scene;
+mod setup;
+mod supply;
+mod turn;
 
 use cell_model::Cell;
 use cell_model::task_spec::BinStackTask;
@@ -13,6 +30,7 @@ pub const NAME: &str = "matrix";
 ///
 /// # Errors
 /// [`SetupError`] where the cell file or the behaviour file does not make a job.
-pub fn policy(_task: &BinStackTask, cell: &Cell) -> Result<Box<dyn Policy>, SetupError> {
-    Err(SetupError::new(cell, "there is no such job yet"))
+pub fn policy(task: &BinStackTask, cell: &Cell) -> Result<Box<dyn Policy>, SetupError> {
+    let setup = setup::BinStackSetup::new(task, cell)?;
+    Ok(Box::new(policy::BinStack::new(setup)))
 }

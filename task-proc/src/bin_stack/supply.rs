@@ -1,0 +1,78 @@
+//! Asking the conveyor for bins, and letting it run.
+
+use cell_model::random::Random;
+
+use super::memory::SupplyMemory;
+use super::scene::Scene;
+use super::setup::BinStackSetup;
+use crate::job::{Failure, Job};
+use crate::output::Output;
+use crate::time::PolicyTime;
+
+/// Steps of the source in a second.
+const STEPS_PER_SECOND: u64 = 60;
+/// A bin that was asked for and did not come is asked for again after this.
+const ASK_AGAIN: PolicyTime = PolicyTime::from_ticks(5_000);
+/// With nothing to pick and nothing to come for this long, bins are lost.
+const LOST_AFTER: PolicyTime = PolicyTime::from_ticks(20_000);
+
+impl SupplyMemory {
+    /// A bin was picked from the belt: the next one comes after a while that the
+    /// seed decides.
+    pub(super) fn picked(&mut self, setup: &BinStackSetup, now: PolicyTime) {
+        let [least, most] = setup.task.next_bin_steps.map(u64::from);
+        self.picks += 1;
+        let mut random = Random::new(setup.seed ^ (self.picks << 20));
+        let steps = least + random.bits() % (most.saturating_sub(least) + 1);
+        let delay = steps * 1000 / STEPS_PER_SECOND;
+        self.next_at = Some(PolicyTime::from_ticks(now.ticks() + delay));
+    }
+}
+
+/// Outputs to the conveyor in this decision.
+pub(super) fn update(
+    scene: &Scene<'_, '_>,
+    memory: &mut SupplyMemory,
+    job: &mut Job,
+    out: &mut Output,
+    now: PolicyTime,
+) {
+    job.io.conveyor_running = job.started && !scene.belt_end_taken();
+    if !job.started || job.done {
+        return;
+    }
+    let in_cell = scene.bins().count();
+    let on_belt = scene.bins().filter(|bin| scene.on_belt(bin)).count();
+    let due = memory.next_at.is_some_and(|at| now >= at);
+    let waited = memory.asked_at.is_none_or(|at| now.since(at) > ASK_AGAIN);
+    let nothing_comes = memory.next_at.is_none() && on_belt == 0 && waited;
+    if in_cell < scene.setup.wanted && (due || nothing_comes) {
+        job.io.add_bin += 1;
+        memory.asked_at = Some(now);
+        memory.next_at = None;
+    }
+    let idle = in_cell >= scene.setup.wanted
+        && on_belt == 0
+        && job.held.is_none()
+        && scene.stray().is_none();
+    note_lost(idle, memory, job, out, now);
+}
+
+/// All bins came, not all are in place, and there is none to pick.
+fn note_lost(
+    idle: bool,
+    memory: &mut SupplyMemory,
+    job: &mut Job,
+    out: &mut Output,
+    now: PolicyTime,
+) {
+    if !idle {
+        memory.missing_since = None;
+        return;
+    }
+    let since = *memory.missing_since.get_or_insert(now);
+    if now.since(since) > LOST_AFTER {
+        out.log(format_args!("[failed] bins are missing, and none is left"));
+        job.failure = Some(Failure::BinLost);
+    }
+}

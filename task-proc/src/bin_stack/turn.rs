@@ -1,0 +1,445 @@
+//! One decision: what the cells of the matrix do.
+
+use behavior::machine::Fault;
+use behavior::matrix::{Cell, HandlerId, Handlers, Next};
+use ipc_types::Pose;
+
+use super::columns::Slot;
+use super::events::{self, Found};
+use super::memory::Memory;
+use super::names::{Handler, State};
+use super::paths::{self, Path};
+use super::scene::{Bin, Scene};
+use crate::job::{Failure, Job};
+use crate::output::Output;
+use crate::time::PolicyTime;
+use crate::ur10::pose;
+
+/// What a handler works with.
+pub(super) struct Turn<'t, 'a, 'o> {
+    pub(super) scene: Scene<'a, 'o>,
+    pub(super) memory: &'t mut Memory,
+    pub(super) job: &'t mut Job,
+    pub(super) out: &'t mut Output,
+    pub(super) found: Found,
+    pub(super) now: PolicyTime,
+}
+
+impl Handlers for Turn<'_, '_, '_> {
+    fn handle(&mut self, handler: HandlerId, cell: Cell<'_>) -> Result<Next, Fault> {
+        let handler = Handler::of(handler).ok_or(Fault {
+            reason: "there is no such handler",
+        })?;
+        let next = match handler {
+            Handler::ToAboveBin => self.to_above_bin(),
+            Handler::Rest => self.rest(),
+            Handler::AimAgain => self.aim_again(),
+            Handler::ToSurface => self.to_surface(),
+            Handler::CloseGripper => self.close_gripper(),
+            Handler::BackOff => self.back_off(),
+            Handler::ChooseWay => self.choose_way(),
+            Handler::OverHolder => self.over_holder(),
+            Handler::OverColumn => self.over_column(),
+            Handler::OpenGripper => self.open_gripper(),
+            Handler::CountOrRegrip => self.count_or_regrip(),
+            Handler::GiveUp => self.give_up(State::of(cell.state)),
+        };
+        Ok(next)
+    }
+}
+
+fn goto(state: State) -> Next {
+    Next::Goto(state.id())
+}
+
+/// Picking.
+impl Turn<'_, '_, '_> {
+    fn to_above_bin(&mut self) -> Next {
+        let Some(bin) = events::candidate(&self.scene) else {
+            return Next::Stay;
+        };
+        let opens = if bin.up() > 0.0 { "upward" } else { "downward" };
+        let name = self.scene.setup.name(bin.object);
+        self.out
+            .log(format_args!("[decide] -> pick {name}, which opens {opens}"));
+        self.memory.forget_bin();
+        self.memory.bin = Some(bin.object);
+        let above = self.above(&bin, self.scene.setup.task.hover_m);
+        let over_holder = self.near_holder(&bin);
+        let path = self.path();
+        let path = if over_holder {
+            path.into_holder()
+        } else {
+            path
+        };
+        path.around_to(above);
+        goto(State::Picking)
+    }
+
+    fn aim_again(&mut self) -> Next {
+        let bin = self.memory.bin.and_then(|bin| self.scene.bin(bin));
+        let Some(bin) = bin else {
+            self.out.log(format_args!("[lost] the bin to pick is gone"));
+            self.job.counters.resyncs += 1;
+            return self.go_home();
+        };
+        let above = self.above(&bin, self.scene.setup.task.hover_m);
+        if let Some(end) = self.memory.motion.end().copied() {
+            let aimed = crate::ur10::Waypoint {
+                position: above.position,
+                orientation_wxyz: above.orientation_wxyz,
+                ..end
+            };
+            self.memory.motion.aim(aimed);
+        }
+        Next::Stay
+    }
+
+    fn to_surface(&mut self) -> Next {
+        let Some(bin) = self.memory.bin.and_then(|bin| self.scene.bin(bin)) else {
+            return self.go_home();
+        };
+        let surface = self.above(&bin, self.scene.setup.task.touch_gap_m);
+        let over_holder = self.near_holder(&bin);
+        let path = self.path();
+        let path = if over_holder {
+            path.into_holder()
+        } else {
+            path
+        };
+        path.slowly(surface);
+        goto(State::Attach)
+    }
+
+    fn close_gripper(&mut self) -> Next {
+        self.memory.closed = true;
+        self.memory.acting = Some(self.now);
+        self.out.log(format_args!("<close gripper>"));
+        Next::Stay
+    }
+
+    /// Suction attached nothing: up again, and aim anew.
+    fn back_off(&mut self) -> Next {
+        let object = self.memory.bin;
+        self.memory.closed = false;
+        self.memory.acting = None;
+        self.job.counters.recoveries += 1;
+        self.out
+            .log(format_args!("[missed] suction attached nothing"));
+        let failed = self.count_failed_pick();
+        let bin = object.and_then(|bin| self.scene.bin(bin));
+        let Some(bin) = bin.filter(|_| !failed) else {
+            return self.go_home();
+        };
+        let above = self.above(&bin, self.scene.setup.task.hover_m);
+        self.path().into_holder().slowly(above);
+        goto(State::Picking)
+    }
+
+    /// One more failed pick of the bin under way; whether the job was given up.
+    fn count_failed_pick(&mut self) -> bool {
+        let most = self.scene.setup.task.max_attempts;
+        let attempts = self.memory.bin.and_then(|bin| self.job.attempts_mut(bin));
+        let Some(attempts) = attempts else {
+            return false;
+        };
+        attempts.pick += 1;
+        let failed = attempts.pick > most;
+        if failed {
+            self.job.failure = Some(Failure::BinCannotBeGripped);
+        }
+        failed
+    }
+
+    fn above(&self, bin: &Bin, height: f64) -> Pose {
+        let setup = self.scene.setup;
+        paths::above(setup, bin, paths::yaw_over(setup, bin), height)
+    }
+
+    fn near_holder(&self, bin: &Bin) -> bool {
+        let holder = nalgebra::Vector3::from(self.scene.setup.task.station.position_m);
+        (bin.pose.translation.vector - holder).norm() < 0.3
+    }
+}
+
+/// Carrying.
+impl Turn<'_, '_, '_> {
+    /// What is in the hand goes to the station or onto a column.
+    pub(super) fn choose_way(&mut self) -> Next {
+        let Some(bin) = self.scene.held() else {
+            return Next::Stay;
+        };
+        let cup = pose::isometry(&self.scene.tcp);
+        self.memory.bin = Some(bin.object);
+        self.memory.in_hand = Some(pose::wire(&(cup.inverse() * bin.pose)).into());
+        self.memory.acting = None;
+        self.memory.closed = true;
+        self.memory.turning = self.scene.inside(&bin);
+        self.job.held = Some(bin.object);
+        if self.scene.on_belt(&bin) {
+            self.memory.supply.picked(self.scene.setup, self.now);
+        }
+        if self.memory.turning {
+            return self.to_station(&bin);
+        }
+        self.to_column(&bin)
+    }
+
+    fn to_station(&mut self, bin: &Bin) -> Next {
+        let setup = self.scene.setup;
+        self.out
+            .log(format_args!("[decide] -> flip {}", setup.name(bin.object)));
+        let turned = paths::points_up(&self.scene.tcp);
+        let before = self.in_holder(setup.task.station.lift_m, setup.task.station.slide_m);
+        let turning = paths::turning(setup);
+        let path = self.path();
+        let path = if turned {
+            // By hand, or before a restart: it is there already.
+            path.into_holder()
+        } else {
+            path.lift()
+                .to(turning.down)
+                .into_holder()
+                .to(turning.aside)
+                .to(turning.up)
+        };
+        path.slowly(before).settle();
+        goto(State::Flipping)
+    }
+
+    fn to_column(&mut self, bin: &Bin) -> Next {
+        let setup = self.scene.setup;
+        let Some(slot) = self.scene.occupied().next(setup.columns.levels()) else {
+            return Next::Stay;
+        };
+        let (i, j) = super::columns::ORDER
+            .get(slot.column)
+            .copied()
+            .unwrap_or_default();
+        let name = setup.name(bin.object);
+        self.out.log(format_args!(
+            "[decide] -> place {name} in column ({i}, {j}), level {}",
+            slot.level
+        ));
+        self.memory.slot = Some((slot.column, slot.level));
+        let goal = self.over_slot(slot, 0.0);
+        let over = Pose {
+            position: [
+                goal.position[0],
+                goal.position[1],
+                setup.task.carry_height_m,
+            ],
+            ..goal
+        };
+        let over_holder = self.near_holder(bin);
+        let path = self.path();
+        let path = if over_holder {
+            path.into_holder()
+        } else {
+            path
+        };
+        path.lift().clear_of_holder().around_to(over).settle();
+        goto(State::Placing)
+    }
+
+    fn over_holder(&mut self) -> Next {
+        let station = self.scene.setup.task.station.clone();
+        let gap = self.scene.setup.task.place_gap_m;
+        let slid_in = self.in_holder(station.lift_m, 0.0);
+        let down = self.in_holder(gap, 0.0);
+        let wait = u64::from(station.wait_steps) * 1000 / 60;
+        self.path()
+            .into_holder()
+            .slowly(slid_in)
+            .settle()
+            .slowly(down)
+            .wait(wait);
+        goto(State::Detach)
+    }
+
+    fn over_column(&mut self) -> Next {
+        let Some((column, level)) = self.memory.slot else {
+            return Next::Stay;
+        };
+        let gap = self.scene.setup.task.place_gap_m;
+        let down = self.over_slot(Slot { column, level }, gap);
+        self.path().slowly(down);
+        goto(State::Detach)
+    }
+
+    fn open_gripper(&mut self) -> Next {
+        self.memory.closed = false;
+        self.memory.acting = Some(self.now);
+        self.out.log(format_args!("<open gripper>"));
+        Next::Stay
+    }
+
+    fn count_or_regrip(&mut self) -> Next {
+        self.memory.acting = None;
+        self.memory.stuck = 0;
+        self.job.held = None;
+        let bin = self.memory.bin.and_then(|bin| self.scene.bin(bin));
+        let Some(bin) = bin.filter(|_| self.memory.turning) else {
+            self.memory.set_down = self.memory.bin;
+            return self.go_home();
+        };
+        self.memory.turning = false;
+        self.memory.in_hand = None;
+        self.out.log(format_args!(
+            "[decide] -> grip {} again from its bottom",
+            self.scene.setup.name(bin.object)
+        ));
+        let above = self.above(&bin, self.scene.setup.task.hover_m);
+        self.out_of_holder().to(above);
+        goto(State::Picking)
+    }
+
+    /// The cup down out of the bin, back to the arm, and turned down.
+    fn out_of_holder(&mut self) -> Path<'_> {
+        let setup = self.scene.setup;
+        let tcp = self.scene.tcp;
+        let down = paths::pushed_down(setup, &tcp);
+        let back = paths::moved_back(setup, &down);
+        let turning = paths::turning(setup);
+        let high = setup.task.station.position_m[2] + setup.height_m + setup.task.hover_m;
+        let raised = pose::shifted(&turning.down, [0.0, 0.0, high - turning.down.position[2]]);
+        self.path()
+            .into_holder()
+            .slowly(down)
+            .settle()
+            .to(back)
+            .to(turning.up)
+            .to(turning.aside)
+            .to(turning.down)
+            .to(raised)
+    }
+
+    fn in_holder(&self, height: f64, back: f64) -> Pose {
+        paths::in_holder(self.scene.setup, &self.in_hand(), height, back)
+    }
+
+    fn over_slot(&self, slot: Slot, gap: f64) -> Pose {
+        paths::over_slot(self.scene.setup, slot, &self.in_hand(), gap)
+    }
+
+    fn in_hand(&self) -> Pose {
+        self.memory.in_hand.map_or(Pose::IDENTITY, Pose::from)
+    }
+}
+
+/// Going home.
+impl Turn<'_, '_, '_> {
+    /// Back to where the arm waits, clear of everything.
+    pub(super) fn go_home(&mut self) -> Next {
+        self.memory.forget_bin();
+        self.memory.closed = false;
+        let rest = paths::rest(self.scene.setup);
+        if paths::points_up(&self.scene.tcp) {
+            self.out_of_holder().clear_of_holder().around_to(rest);
+        } else {
+            self.path()
+                .into_holder()
+                .lift()
+                .clear_of_holder()
+                .around_to(rest);
+        }
+        goto(State::Standby)
+    }
+
+    /// At rest: what was set down stands where it belongs, or does not.
+    fn rest(&mut self) -> Next {
+        let Some(object) = self.memory.set_down.take() else {
+            return Next::Stay;
+        };
+        let in_place = self.scene.stacked().any(|bin| bin.object == object);
+        let name = self.scene.setup.name(object);
+        if in_place {
+            self.out.log(format_args!("[placed] {name}"));
+            return Next::Stay;
+        }
+        self.out.log(format_args!(
+            "[missed] {name} did not stay where it was set down"
+        ));
+        self.job.counters.recoveries += 1;
+        let most = self.scene.setup.task.max_attempts;
+        if let Some(attempts) = self.job.attempts_mut(object) {
+            attempts.place += 1;
+            if attempts.place > most {
+                self.job.failure = Some(Failure::BinCannotBePlaced);
+            }
+        }
+        Next::Stay
+    }
+
+    /// The grip broke, or the state lasted too long.
+    fn give_up(&mut self, state: State) -> Next {
+        let name = self
+            .memory
+            .bin
+            .map_or("no bin", |bin| self.scene.setup.name(bin));
+        if self.job.held.take().is_some() && self.scene.gripper.attached == 0 {
+            self.job.counters.drops += 1;
+            let gripper = self.scene.gripper;
+            let (limit, cause) = why_broken(gripper, self.found.grip.broken);
+            self.out
+                .log(format_args!("[drop] {name} was lost: {limit}{cause}"));
+        } else {
+            self.memory.stuck += 1;
+            self.job.counters.recoveries += 1;
+            self.out
+                .log(format_args!("[timeout] {name} in {}", state_name(state)));
+            self.give_up_for_good(state);
+        }
+        self.go_home()
+    }
+
+    fn give_up_for_good(&mut self, state: State) {
+        if self.memory.stuck < self.scene.setup.task.max_attempts {
+            return;
+        }
+        self.job.failure = Some(if self.scene.caught() {
+            Failure::ArmCaught
+        } else if state == State::Picking {
+            Failure::BinOutOfReach
+        } else if state == State::Attach {
+            Failure::BinCannotBeGripped
+        } else {
+            Failure::BinCannotBePlaced
+        });
+    }
+
+    fn path(&mut self) -> Path<'_> {
+        Path::from(
+            self.scene.setup,
+            &mut self.memory.motion,
+            self.scene.tcp,
+            self.now,
+        )
+    }
+}
+
+fn state_name(state: State) -> &'static str {
+    super::names::STATES
+        .get(usize::from(state.id().0))
+        .copied()
+        .unwrap_or_default()
+}
+
+/// Which limit broke, and by what.
+fn why_broken(gripper: &ipc_types::GripperState, broken: bool) -> (&'static str, &'static str) {
+    use ipc_types::equipment::{BreakCause, BreakLimit};
+    if !broken {
+        return ("it is not attached any more", "");
+    }
+    let limit = match BreakLimit::from_code(gripper.break_limit) {
+        Some(BreakLimit::Force) => "the force limit of the grip",
+        Some(BreakLimit::Torque) => "the torque limit of the grip",
+        _ => "a limit of the grip",
+    };
+    let cause = match BreakCause::from_code(gripper.break_cause) {
+        Some(BreakCause::Weight) => " was exceeded by weight",
+        Some(BreakCause::Impulse) => " was exceeded by a blow",
+        _ => " was exceeded",
+    };
+    (limit, cause)
+}
