@@ -1,0 +1,126 @@
+//! Where the arm is sent in each substep.
+
+use nalgebra::{Isometry3, Translation3, Vector3};
+
+use super::geometry;
+use super::record::{Motion, Target, Work, WorkKind};
+use super::scene::Scene;
+use super::setup::PalletizeSetup;
+use super::steps::Step;
+
+/// Over the rest pose.
+pub(super) fn home(setup: &PalletizeSetup) -> Motion {
+    let numbers = &setup.numbers.home;
+    Motion {
+        target: Target::from(&setup.home),
+        posture: joints(&setup.home_joints),
+        approach: numbers.approach_m,
+        std_dev: numbers.std_dev_m,
+    }
+}
+
+/// Where `step` sends the arm; `None` where it goes on with what it does.
+pub(super) fn motion(
+    setup: &PalletizeSetup,
+    scene: &Scene<'_>,
+    work: &Work,
+    step: Step,
+) -> Option<Motion> {
+    match step {
+        Step::ReachToPick => pick(setup, scene, work),
+        Step::TimedLift | Step::LiftToClearance => Some(lift(setup, work, step)),
+        Step::OrientToHome => Some(home(setup)),
+        Step::MoveToFlipStation => Some(flip(setup)),
+        Step::ReleaseFlipStationBin => Some(release(setup, work)),
+        Step::ReachToPlace => Some(place(setup, work)),
+        _ => None,
+    }
+}
+
+/// To the bin, wherever it is by now.
+fn pick(setup: &PalletizeSetup, scene: &Scene<'_>, work: &Work) -> Option<Motion> {
+    let numbers = &setup.numbers.pick;
+    let shape = &setup.bins.get(work.bin)?.shape;
+    let bin = scene.bin(work.bin)?;
+    let (gap, tool) = (numbers.gap_m, &scene.tool.rotation);
+    let target = geometry::grasp(&bin.pose, shape, gap, tool, &setup.flip.rotation)?;
+    let length = if work.kind == WorkKind::PickFlipped {
+        numbers.flip_approach_m
+    } else {
+        numbers.approach_m
+    };
+    Some(Motion {
+        target: Target::from(&target),
+        posture: numbers.posture,
+        approach: (target.rotation * Vector3::x() * length).into(),
+        std_dev: numbers.std_dev_m,
+    })
+}
+
+/// Straight up from where the step began.
+fn lift(setup: &PalletizeSetup, work: &Work, step: Step) -> Motion {
+    let numbers = &setup.numbers;
+    let (height, posture) = match (work.kind, step) {
+        (WorkKind::Place, _) => (numbers.place.lift_m, joints(&setup.home_joints)),
+        (_, Step::TimedLift) => (numbers.pick.flip_lift_m, numbers.pick.posture),
+        _ => (numbers.pick.lift_m, numbers.pick.posture),
+    };
+    let mut target = work.base.isometry();
+    target.translation.vector.z += height;
+    Motion {
+        target: Target::from(&target),
+        posture,
+        approach: [0.0; 3],
+        std_dev: 0.0,
+    }
+}
+
+fn flip(setup: &PalletizeSetup) -> Motion {
+    let numbers = &setup.numbers.flip;
+    Motion {
+        target: Target::from(&setup.flip),
+        posture: numbers.posture,
+        approach: numbers.approach_m,
+        std_dev: numbers.std_dev_m,
+    }
+}
+
+/// Back along the tool and aside, on a straight line.
+fn release(setup: &PalletizeSetup, work: &Work) -> Motion {
+    let numbers = &setup.numbers.flip;
+    let back = setup.flip.rotation * Vector3::x() * -numbers.retreat_m;
+    let way = back + Vector3::from(numbers.retreat_aside_m);
+    let target = Isometry3::from_parts(
+        Translation3::from(setup.flip.translation.vector + way),
+        setup.flip.rotation,
+    );
+    Motion {
+        target: Target::from(&target),
+        posture: work.joints,
+        approach: way.into(),
+        std_dev: numbers.retreat_std_dev_m,
+    }
+}
+
+/// To the place, and as far beside it as the bin has crept.
+fn place(setup: &PalletizeSetup, work: &Work) -> Motion {
+    let numbers = &setup.numbers.place;
+    let mut target = work.base.isometry();
+    let [x, y] = work.creep;
+    target.translation.vector += Vector3::new(x, y, numbers.gap_m);
+    Motion {
+        target: Target::from(&target),
+        posture: joints(&setup.home_joints),
+        approach: [0.0, 0.0, -numbers.approach_m],
+        std_dev: numbers.std_dev_m,
+    }
+}
+
+/// The first six.
+pub(super) fn joints(all: &[f64]) -> [f64; 6] {
+    let mut six = [0.0; 6];
+    for (slot, joint) in six.iter_mut().zip(all) {
+        *slot = *joint;
+    }
+    six
+}

@@ -1,0 +1,118 @@
+//! Where the cup grips a bin, and where the tool is when the bin is in place.
+
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+
+/// How far a bin may lean and still be gripped square: cosine of 15 degrees.
+const SQUARE: f64 = 0.966;
+
+/// Measures of a bin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct BinShape {
+    /// Outer edge lengths (m); the long side is that along x.
+    pub(super) size: Vector3<f64>,
+    /// Thickness of its floor (m).
+    pub(super) wall: f64,
+}
+
+/// How a bin lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Lie {
+    /// It opens upwards.
+    Upright,
+    /// It opens downwards.
+    UpsideDown,
+    /// On a side, or leaning.
+    Tilted,
+}
+
+/// How a bin at `pose` lies.
+pub(super) fn lie(pose: &Isometry3<f64>) -> Lie {
+    let up = (pose.rotation * Vector3::z()).z;
+    if up > SQUARE {
+        Lie::Upright
+    } else if up < -SQUARE {
+        Lie::UpsideDown
+    } else {
+        Lie::Tilted
+    }
+}
+
+/// The tool where the cup, `gap` (m) off, faces the middle of the bin's floor:
+/// from the inside where the bin opens upwards, from the outside where it lies
+/// upside down; `None` for one that leans. Of the turns about the approach that
+/// will do, the one nearest to `tool`.
+///
+/// A bin to be turned over is gripped such that its long side is level at
+/// `flip`, so that it tilts about that side only.
+pub(super) fn grasp(
+    pose: &Isometry3<f64>,
+    shape: &BinShape,
+    gap: f64,
+    tool: &UnitQuaternion<f64>,
+    flip: &UnitQuaternion<f64>,
+) -> Option<Isometry3<f64>> {
+    let axis = |v: Vector3<f64>| pose.rotation * v;
+    let (height, turns) = match lie(pose) {
+        Lie::Tilted => return None,
+        Lie::Upright => {
+            let down = -axis(Vector3::z());
+            let sides = [Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y()];
+            let turns = sides.map(|side| frame(down, Vector3::y(), axis(side)));
+            (shape.wall + gap - 0.5 * shape.size.z, turns)
+        }
+        Lie::UpsideDown => {
+            let down = axis(Vector3::z());
+            let long = level_in_tool(flip);
+            let one = frame(down, long, axis(Vector3::x()));
+            let other = frame(down, long, axis(-Vector3::x()));
+            (-(gap + 0.5 * shape.size.z), [one, other, one, other])
+        }
+    };
+    let position = pose.translation.vector + axis(Vector3::z() * height);
+    let rotation = nearest(&turns, tool)?;
+    Some(Isometry3::from_parts(
+        Translation3::from(position),
+        rotation,
+    ))
+}
+
+/// The tool where a bin that is held at `grip` (of the bin in the tool's frame)
+/// stands in `slot`; of the two turns of the bin that will do, the one nearer
+/// to `tool`.
+pub(super) fn place(
+    slot: &Isometry3<f64>,
+    grip: &Isometry3<f64>,
+    tool: &UnitQuaternion<f64>,
+) -> Isometry3<f64> {
+    let half_turn = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0.0, 0.0, 0.0, 1.0));
+    let targets = [*slot, slot * half_turn].map(|bin| bin * grip.inverse());
+    let [one, other] = targets;
+    if one.rotation.angle_to(tool) <= other.rotation.angle_to(tool) {
+        one
+    } else {
+        other
+    }
+}
+
+/// The direction, in the tool's frame and across its axis, that is level in the
+/// world at `flip`.
+fn level_in_tool(flip: &UnitQuaternion<f64>) -> Vector3<f64> {
+    let level = Vector3::z().cross(&(flip * Vector3::x()));
+    let level = level.try_normalize(1.0e-6).unwrap_or_else(Vector3::y);
+    flip.inverse() * level
+}
+
+/// The rotation that takes the tool's x axis to `approach` and `across`, a
+/// direction in the tool's frame at right angles to x, to `side`.
+fn frame(approach: Vector3<f64>, across: Vector3<f64>, side: Vector3<f64>) -> UnitQuaternion<f64> {
+    let world = Matrix3::from_columns(&[approach, side, approach.cross(&side)]);
+    let own = Matrix3::from_columns(&[Vector3::x(), across, Vector3::x().cross(&across)]);
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(world * own.transpose()))
+}
+
+fn nearest(turns: &[UnitQuaternion<f64>], to: &UnitQuaternion<f64>) -> Option<UnitQuaternion<f64>> {
+    let nearer = |a: &&UnitQuaternion<f64>, b: &&UnitQuaternion<f64>| {
+        a.angle_to(to).total_cmp(&b.angle_to(to))
+    };
+    turns.iter().min_by(nearer).copied()
+}

@@ -1,0 +1,209 @@
+//! The policy: the table decides what to do with a bin, substeps do it.
+
+use std::sync::Arc;
+
+use behavior::{Graph, NodeStatus};
+use ipc_types::decision::{GoalKind, Outcome};
+use ipc_types::{GripperGoal, MAX_JOINTS, Text};
+
+use super::aim;
+use super::obstacles;
+use super::record::{Memory, Motion, PalletizeRecord, Work, WorkKind};
+use super::scene::ARM;
+use super::setup::PalletizeSetup;
+use super::steps::Step;
+use super::table::{State, States};
+use super::tick::Tick;
+use crate::job::Job;
+use crate::observation::Observation;
+use crate::output::{ArmIntent, Output};
+use crate::policy::Policy;
+use crate::record;
+use crate::time::PolicyTime;
+
+/// See the module.
+pub(super) struct Palletizer {
+    pub(super) setup: Arc<PalletizeSetup>,
+    pub(super) states: States,
+    pub(super) memory: Memory,
+}
+
+impl Palletizer {
+    /// A machine in its first state.
+    pub(super) fn new(setup: Arc<PalletizeSetup>) -> Self {
+        Self {
+            states: States::new(Arc::clone(&setup.table)),
+            memory: Memory::default(),
+            setup,
+        }
+    }
+
+    /// The goal of the arm.
+    fn intent(&mut self, tick: &Tick<'_>, job: &Job) -> ArmIntent {
+        let step = self
+            .memory
+            .work
+            .and_then(|work| work.kind.sequence().step(work.step));
+        let wanted = match (&self.memory.work, step) {
+            (Some(work), Some(step)) => aim::motion(tick.setup, &tick.scene, work, step),
+            _ => Some(aim::home(tick.setup)),
+        };
+        self.memory.motion = wanted.or(self.memory.motion);
+        let gripper = match &self.memory.work {
+            Some(work) => work.kind.sequence().gripper(work.step),
+            // What is not ours to carry is let go.
+            None => GripperGoal::Open,
+        };
+        let held = ArmIntent {
+            gripper,
+            key: u64::from(job.counters.phase_entry),
+            selector: self.states.state() as u32,
+            ..ArmIntent::default()
+        };
+        let Some(motion) = self.memory.motion else {
+            return held;
+        };
+        let target = motion.target.isometry().translation.vector;
+        let tool = tick.scene.tool.translation.vector;
+        ArmIntent {
+            kind: GoalKind::Pose,
+            target: motion.target.wire(),
+            posture: Some(padded(&motion)),
+            approach: motion.approach,
+            approach_std_dev: motion.std_dev,
+            obstacle_mask: obstacles::mask(tick.setup, self.memory.work.as_ref(), &tool, &target),
+            ..held
+        }
+    }
+
+    /// Belt and supply.
+    fn equipment(&mut self, tick: &Tick<'_>, job: &mut Job) {
+        let now = tick.now;
+        let stops = self.memory.work.is_some_and(|work| {
+            let waited = PolicyTime::from_seconds(tick.setup.numbers.pick.wait_s);
+            let picks = matches!(work.kind, WorkKind::Pick | WorkKind::PickFlipped);
+            picks && work.from_belt && (work.step > 0 || now.since(work.began) >= waited)
+        });
+        job.io.conveyor_running = !stops && self.states.state() != State::Done;
+        let interval = PolicyTime::from_seconds(tick.setup.numbers.supply_interval_s);
+        let rested = self
+            .memory
+            .asked
+            .is_none_or(|asked| now.since(asked) >= interval);
+        if rested && self.states.state() != State::Done && tick.wants_bin() {
+            self.memory.asked = Some(now);
+            job.io.add_bin += 1;
+        }
+    }
+
+    fn report(&self, tick: &Tick<'_>, job: &mut Job, out: &mut Output) {
+        out.phase = self.phase();
+        out.outcome = match self.states.state() {
+            State::Done => Outcome::Done,
+            _ => Outcome::Running,
+        };
+        job.done = self.states.state() == State::Done;
+        job.held = tick
+            .scene
+            .attached
+            .and_then(|bin| Some(tick.setup.bins.get(bin)?.object));
+        job.placed.clear();
+        for (bin, _) in tick.scene.placed() {
+            let object = tick.setup.bins.get(bin).map(|spec| spec.object);
+            let number = object.and_then(|object| u32::try_from(object).ok());
+            job.placed.extend(number);
+        }
+    }
+}
+
+fn padded(motion: &Motion) -> [f64; MAX_JOINTS] {
+    let mut joints = [0.0; MAX_JOINTS];
+    for (slot, joint) in joints.iter_mut().zip(motion.posture) {
+        *slot = joint;
+    }
+    joints
+}
+
+impl Policy for Palletizer {
+    fn name(&self) -> &'static str {
+        super::NAME
+    }
+
+    fn reset(&mut self) {
+        self.states.reset(Arc::clone(&self.setup.table));
+        self.memory = Memory::default();
+    }
+
+    fn tick(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        let setup = Arc::clone(&self.setup);
+        let Some(tick) = Tick::new(&setup, observation) else {
+            return;
+        };
+        self.advance(&tick, job, out);
+        let intent = self.intent(&tick, job);
+        out.arm(ARM, intent);
+        self.equipment(&tick, job);
+        self.report(&tick, job, out);
+    }
+
+    fn phase(&self) -> Text<32> {
+        let step = self
+            .memory
+            .work
+            .and_then(|work| work.kind.sequence().step(work.step));
+        Text::new(match step {
+            Some(step) => step.name(),
+            None if self.states.state() == State::Done => "done",
+            None => "idle",
+        })
+    }
+
+    fn describe(&self) -> Vec<Graph> {
+        vec![self.states.describe()]
+    }
+
+    fn statuses(&self, _graph: usize, out: &mut Vec<NodeStatus>) {
+        self.states.statuses(out);
+    }
+
+    fn save(&self) -> Vec<u8> {
+        record::to_bytes(&PalletizeRecord {
+            machine: self.states.save(),
+            memory: self.memory.clone(),
+        })
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
+        let record: PalletizeRecord = record::from_bytes(bytes)?;
+        self.memory = record.memory;
+        let known = |work: &Work| work.bin < self.setup.bins.len();
+        if !self.states.restore(&record.machine) || !self.memory.work.is_none_or(|w| known(&w)) {
+            self.reset();
+        }
+        Ok(())
+    }
+
+    /// What is on the cup decides: a bin that the record does not know about is
+    /// carried on with, one that it believes there and is not was lost, which
+    /// the next tick says.
+    fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        let setup = Arc::clone(&self.setup);
+        let Some(tick) = Tick::new(&setup, observation) else {
+            return;
+        };
+        let Some(bin) = tick.scene.attached else {
+            return;
+        };
+        let expected = self.memory.work.is_some_and(|work| {
+            let sequence = work.kind.sequence();
+            let touches = matches!(
+                sequence.step(work.step),
+                Some(Step::CloseSuctionGripper | Step::OpenSuctionGripper)
+            );
+            work.bin == bin && (sequence.holds(work.step) || touches)
+        });
+        if !expected && self.states.state() != State::Done {
+            self.adopt(bin, &tick, job, out);
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Whether a substep is over.
+
+use ipc_types::decision::GoalKind;
+use nalgebra::Isometry3;
+
+use super::record::{Motion, Work};
+use super::scene::{ARM, Scene};
+use super::setup::PalletizeSetup;
+use super::steps::Step;
+use crate::job::{Failure, Job};
+use crate::observation::Observation;
+use crate::output::Output;
+use crate::time::PolicyTime;
+
+/// Suction has let go at the latest after this (s).
+const RELEASE_TIMEOUT_S: f64 = 5.0;
+/// And is given this long at least (s).
+const RELEASE_S: f64 = 0.05;
+
+/// How a substep stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Progress {
+    /// It goes on.
+    Running,
+    /// It is over.
+    Done,
+    /// It will not end well; what to call it if it happens again and again.
+    Missed(Failure),
+}
+
+/// What a substep is judged by.
+pub(super) struct Judge<'a> {
+    /// The job's numbers.
+    pub(super) setup: &'a PalletizeSetup,
+    /// What is seen.
+    pub(super) scene: &'a Scene<'a>,
+    /// The sample.
+    pub(super) observation: &'a Observation<'a>,
+    /// Where the arm was sent.
+    pub(super) motion: Option<&'a Motion>,
+}
+
+impl Judge<'_> {
+    /// How `step` of `work` stands.
+    pub(super) fn progress(&self, work: &Work, step: Step, job: &Job, out: &Output) -> Progress {
+        let numbers = &self.setup.numbers;
+        let now = self.observation.time();
+        let past = |seconds: f64| now.since(work.began) >= PolicyTime::from_seconds(seconds);
+        let timed = |seconds: f64| done_if(past(seconds));
+        let in_time = |reached: bool, failure: Failure| match reached {
+            true => Progress::Done,
+            false if past(numbers.reach_timeout_s) => Progress::Missed(failure),
+            false => Progress::Running,
+        };
+        let at = |tolerance: f64, angle: f64| self.reached(job, out, tolerance, angle);
+        match step {
+            // The belt has been told to stop by the decision before.
+            Step::WaitForBin => {
+                done_if(past(numbers.pick.wait_s) && !(work.from_belt && job.io.conveyor_running))
+            }
+            Step::ReachToPick => in_time(
+                at(numbers.pick.tolerance_m, numbers.pick.angle_tolerance_rad),
+                Failure::BinOutOfReach,
+            ),
+            Step::WaitAtBin => timed(numbers.pick.settle_s),
+            Step::CloseSuctionGripper => self.attached(work, past(numbers.pick.attach_timeout_s)),
+            Step::TimedLift => match work.kind {
+                super::record::WorkKind::Place => timed(numbers.place.lift_s),
+                _ => timed(numbers.pick.flip_lift_s),
+            },
+            Step::LiftToClearance => in_time(
+                at(numbers.pick.lift_tolerance_m, ANY_ANGLE),
+                Failure::ArmCaught,
+            ),
+            Step::OrientToHome => in_time(
+                at(numbers.home.tolerance_m, numbers.home.angle_tolerance_rad),
+                Failure::ArmCaught,
+            ),
+            Step::MoveToFlipStation => in_time(
+                at(numbers.flip.tolerance_m, numbers.pick.angle_tolerance_rad),
+                Failure::BinCannotBePlaced,
+            ),
+            Step::OpenSuctionGripper => match (self.scene.cup_taken, past(RELEASE_TIMEOUT_S)) {
+                (false, _) => timed(RELEASE_S),
+                (true, true) => Progress::Missed(Failure::GripperBlocked),
+                (true, false) => Progress::Running,
+            },
+            Step::WaitAfterRelease => timed(numbers.flip.wait_s),
+            Step::ReleaseFlipStationBin => in_time(
+                at(numbers.flip.retreat_tolerance_m, ANY_ANGLE),
+                Failure::ArmCaught,
+            ),
+            Step::ReachToPlace => in_time(
+                at(numbers.place.tolerance_m, numbers.pick.angle_tolerance_rad)
+                    && self
+                        .off_place(work)
+                        .is_none_or(|off| off < numbers.place.tolerance_m),
+                Failure::BinCannotBePlaced,
+            ),
+            Step::WaitAtPlace => timed(numbers.place.settle_s),
+        }
+    }
+
+    fn attached(&self, work: &Work, late: bool) -> Progress {
+        match self.scene.attached {
+            Some(bin) if bin == work.bin => Progress::Done,
+            _ if late || self.scene.refusals != work.refusals || self.scene.cup_taken => {
+                Progress::Missed(Failure::BinCannotBeGripped)
+            }
+            _ => Progress::Running,
+        }
+    }
+
+    /// Distance of the bin from its place, in the plane (m).
+    pub(super) fn off_place(&self, work: &Work) -> Option<f64> {
+        let slot = self.setup.slots.get(work.slot?)?;
+        let bin = self.scene.bin(work.bin)?;
+        let off = bin.pose.translation.vector - slot.translation.vector;
+        Some(off.xy().norm())
+    }
+
+    /// The goal of this very substep is followed, and the tool is there. What was
+    /// said for another substep, or by the operator, says nothing about this one.
+    fn reached(&self, job: &Job, out: &Output, tolerance: f64, angle: f64) -> bool {
+        let key = u64::from(job.counters.phase_entry);
+        let previous = out.previous(ARM);
+        let Some(previous) = previous.filter(|p| p.key == key && p.kind == GoalKind::Pose) else {
+            return false;
+        };
+        let echo = self.observation.echo(ARM);
+        let followed = echo.is_some_and(|e| e.goal_active && e.goal_id == previous.goal_id);
+        let near = self.motion.is_some_and(|motion| {
+            near(
+                &self.scene.tool,
+                &motion.target.isometry(),
+                tolerance,
+                angle,
+            )
+        });
+        followed && near
+    }
+}
+
+/// Every rotation is nearer than that (rad).
+const ANY_ANGLE: f64 = 4.0;
+
+fn near(tool: &Isometry3<f64>, target: &Isometry3<f64>, tolerance: f64, angle: f64) -> bool {
+    let off = tool.translation.vector - target.translation.vector;
+    off.norm() < tolerance && tool.rotation.angle_to(&target.rotation) < angle
+}
+
+fn done_if(over: bool) -> Progress {
+    if over {
+        Progress::Done
+    } else {
+        Progress::Running
+    }
+}

@@ -1,0 +1,124 @@
+//! What the policy remembers from decision to decision.
+
+use ipc_types::Pose;
+use nalgebra::Isometry3;
+use serde::{Deserialize, Serialize};
+
+use super::steps::Sequence;
+use crate::time::PolicyTime;
+use crate::ur10::pose;
+
+/// A pose in a record, world frame: position (m), orientation w x y z.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Target {
+    position: [f64; 3],
+    orientation_wxyz: [f64; 4],
+}
+
+impl From<&Isometry3<f64>> for Target {
+    fn from(at: &Isometry3<f64>) -> Self {
+        Self {
+            position: at.translation.vector.into(),
+            orientation_wxyz: pose::wxyz(&at.rotation),
+        }
+    }
+}
+
+impl Target {
+    /// To calculate with.
+    pub(super) fn isometry(&self) -> Isometry3<f64> {
+        pose::isometry(&self.wire())
+    }
+
+    /// As it travels.
+    pub(super) fn wire(&self) -> Pose {
+        Pose {
+            position: self.position,
+            orientation_wxyz: self.orientation_wxyz,
+        }
+    }
+}
+
+/// Where the arm is sent.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Motion {
+    /// The tool's target.
+    pub(super) target: Target,
+    /// Joint positions to lean to (rad).
+    pub(super) posture: [f64; 6],
+    /// Direction of the approach times its length (m).
+    pub(super) approach: [f64; 3],
+    /// Width of its corridor (m).
+    pub(super) std_dev: f64,
+}
+
+/// The bin at hand, and how far it is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Work {
+    /// Its place in the setup.
+    pub(super) bin: usize,
+    /// What is done with it.
+    pub(super) kind: WorkKind,
+    /// It came from the belt, not from the jig.
+    pub(super) from_belt: bool,
+    /// Which substep.
+    pub(super) step: usize,
+    /// When that began.
+    pub(super) began: PolicyTime,
+    /// Refusals of the gripper when that began.
+    pub(super) refusals: u32,
+    /// What the target was, and the tool's pose, when that began.
+    pub(super) base: Target,
+    /// Joint positions when that began (rad).
+    pub(super) joints: [f64; 6],
+    /// Where on the pallet it goes.
+    pub(super) slot: Option<usize>,
+    /// How far it has crept, x and y (m).
+    pub(super) creep: [f64; 2],
+}
+
+/// See [`Sequence`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum WorkKind {
+    /// Take a bin that opens upwards.
+    Pick,
+    /// Take one that lies upside down.
+    PickFlipped,
+    /// Bring one to the jig.
+    Flip,
+    /// Set one down.
+    Place,
+}
+
+impl WorkKind {
+    /// The substeps.
+    pub(super) fn sequence(self) -> Sequence {
+        match self {
+            Self::Pick => Sequence::Pick { flipped: false },
+            Self::PickFlipped => Sequence::Pick { flipped: true },
+            Self::Flip => Sequence::Flip,
+            Self::Place => Sequence::Place,
+        }
+    }
+}
+
+/// All but the state of the machine.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Memory {
+    /// The bin at hand; none in idle and done.
+    pub(super) work: Option<Work>,
+    /// Where the arm was sent last.
+    pub(super) motion: Option<Motion>,
+    /// When a bin was last asked for.
+    pub(super) asked: Option<PolicyTime>,
+}
+
+/// The whole record.
+#[derive(Serialize, Deserialize)]
+pub(super) struct PalletizeRecord {
+    /// State of the machine.
+    #[serde(with = "serde_bytes")]
+    pub(super) machine: Vec<u8>,
+    /// The rest.
+    pub(super) memory: Memory,
+}
