@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rmp::{JointLimits, MotionState, Obstacle, RmpFlow, TargetId};
 
 use crate::eval::template;
-use crate::{OneProcess, SimError, run};
+use crate::{OneProcess, SimError, bench_piles, run};
 
 /// Obstacles of the control bench.
 const OBSTACLES: [usize; 4] = [0, 10, 20, 50];
@@ -24,6 +24,8 @@ const STATES: usize = 500;
 const CYCLE_S: f64 = 1.0e-3;
 /// Demo of the physics bench.
 const DEMO: &str = "franka-stack";
+/// Ticks of each other demo.
+const OTHER_TICKS: u64 = 15_000;
 
 /// Runs the bench `what`: `control` or `physics`.
 ///
@@ -124,15 +126,48 @@ fn state(limits: &JointLimits, random: &mut Random) -> MotionState {
 }
 
 /// A whole job in one process: the bare step of the engine, and the tick with
-/// everything in it.
+/// everything in it; then the other demos, and heaps.
 fn physics() -> Result<Report, SimError> {
     let granted = priority::request(CONTROLLER_PRIORITY, Some(0));
     let mut report = Report::new("physics", granted.fifo, &granted.refused);
-    let spec = template(DEMO, "fsm");
+    let (step, tick) = job(DEMO, u64::MAX)?;
+    report.notes.push(factor(DEMO, &tick));
+    report.rows.extend([step, tick]);
+    report.compare("tick in one process", "physics step");
+    for (demo, _) in Data::embedded().demos() {
+        if demo == DEMO {
+            continue;
+        }
+        let (step, mut tick) = match job(&demo, OTHER_TICKS) {
+            Ok(rows) => rows,
+            Err(error) => {
+                report.notes.push(format!("{demo} does not run: {error}"));
+                continue;
+            }
+        };
+        report.notes.push(factor(&demo, &tick));
+        tick.name = format!("{demo}, tick");
+        let name = format!("{demo}, physics step");
+        report.rows.extend([Row { name, ..step }, tick]);
+    }
+    bench_piles::run(&mut report)?;
+    Ok(report)
+}
+
+fn factor(demo: &str, tick: &Row) -> String {
+    let factor = 1000.0 / tick.p50.max(1.0e-3);
+    format!("{demo}, seed 0; real-time factor of the tick {factor:.1}")
+}
+
+/// Runs a demo to its end, or up to the tick `most`: cost of the engine's step and of
+/// the whole tick.
+fn job(demo: &str, most: u64) -> Result<(Row, Row), SimError> {
+    let mut spec = template(demo, "");
     let cell = run::cell_of(&spec)?;
+    spec.policy.clone_from(&cell.default_policy);
     let mut sim = OneProcess::new(&spec, cell)?;
     let (mut steps, mut ticks) = (Samples::default(), Samples::default());
-    loop {
+    while sim.state().header.tick < most {
         let (began_ns, mut stepped_ns) = (monotonic_ns(), (0, 0));
         let going = sim.tick_observed(|before| {
             if before {
@@ -149,11 +184,5 @@ fn physics() -> Result<Report, SimError> {
     }
     let step: Row = steps.into_row("physics step".to_owned());
     let tick: Row = ticks.into_row("tick in one process".to_owned());
-    report.notes.push(format!(
-        "{DEMO}, seed 0; real-time factor of the tick {:.1}",
-        1000.0 / tick.p50.max(1.0e-3)
-    ));
-    report.rows.extend([step, tick]);
-    report.compare("tick in one process", "physics step");
-    Ok(report)
+    Ok((step, tick))
 }

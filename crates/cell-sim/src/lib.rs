@@ -4,6 +4,8 @@
 
 pub mod behaviour;
 pub mod bench;
+mod bench_mujoco;
+mod bench_piles;
 pub mod eval;
 pub mod one_process;
 pub mod run;

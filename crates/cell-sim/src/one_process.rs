@@ -168,6 +168,8 @@ impl OneProcess {
         self.lines.clear();
         self.task
             .decide(&self.state, &statuses, &mut self.decision, &mut self.lines);
+        // Physics tells by it who counts the equipment's requests.
+        self.decision.header.generation = self.task_restarts + 1;
         self.decided = true;
         self.trace.extend(
             self.lines
