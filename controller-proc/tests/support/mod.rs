@@ -74,8 +74,8 @@ pub(crate) struct Bench {
 
 impl Bench {
     pub(crate) fn new() -> Self {
-        let cell = Cell::from_text(&Data::embedded(), "test", "test.toml", CELL, 1, None)
-            .expect("a cell");
+        let cell =
+            Cell::from_text(&Data::embedded(), "test", "test.toml", CELL, 1, None).expect("a cell");
         let mut state = Box::new(WorldState::zeroed());
         state.header.generation = 1;
         state.arm_count = 1;
@@ -117,6 +117,13 @@ impl Bench {
         goal.kind = GoalKind::Pose.code();
         let at = Isometry3::from_parts(position.into(), orientation);
         goal.target = wire(&at);
+    }
+
+    /// Joints to reach for.
+    pub(crate) fn joints(&mut self, joints: [f64; 6]) {
+        self.posture(joints);
+        self.decision.goals[0].goal_id += 1;
+        self.decision.goals[0].kind = GoalKind::Joints.code();
     }
 
     pub(crate) fn gripper(&mut self, gripper: GripperGoal) {
