@@ -83,6 +83,12 @@ impl Motion {
         }
     }
 
+    /// Wants the last waypoint reached once more, without a new move: what is
+    /// reached already is reported at the next step.
+    pub fn again(&mut self) {
+        self.moving = !self.path.is_empty();
+    }
+
     /// Whether the last waypoint is still to be reached.
     pub fn is_moving(&self) -> bool {
         self.moving
@@ -219,6 +225,8 @@ mod tests {
         assert_eq!(motion.step(&at(0.9996), 0, ms(40)), Reached::Goal);
         assert_eq!(motion.step(&at(0.9996), 0, ms(50)), Reached::Nothing, "M07");
         assert_eq!(motion.target(ms(50)), Some(at(1.0)), "and is held");
+        motion.again();
+        assert_eq!(motion.step(&at(1.0), 0, ms(60)), Reached::Goal);
         assert!(!motion.then(Waypoint::new(at(2.0))));
     }
 

@@ -1,0 +1,145 @@
+//! Where a bin can be gripped as it lies.
+
+use ipc_types::Pose;
+use nalgebra::{Point3, Vector3};
+
+use super::scene::Scene;
+use crate::ur10::pose;
+
+/// The cup needs this much room around its centre on a floor with parts (m): the
+/// radius of the tube and a little.
+const ROOM_M: f64 = 0.03;
+/// Spots of the floor that are tried, as fractions of what is free of walls.
+const SPOTS: [f64; 5] = [0.0, 0.4, -0.4, 0.8, -0.8];
+
+/// Which side of the bin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Side {
+    /// The inside of its floor.
+    Floor,
+    /// The outside of its floor.
+    Bottom,
+    /// The outside of a wall.
+    Wall,
+}
+
+impl Side {
+    /// For the log.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Floor => "inside, on its floor",
+            Self::Bottom => "upside down, on its bottom",
+            Self::Wall => "on its side, on a wall",
+        }
+    }
+}
+
+/// A spot that can be gripped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Grasp {
+    pub(super) side: Side,
+    /// The spot, with x into the surface: where the cup would touch it.
+    pub(super) at: Pose,
+}
+
+/// Why there is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum NoGrasp {
+    /// The bin fell out of the cell.
+    Lost,
+    /// Too far away, or too near to the arm's foot.
+    OutOfReach,
+    /// No side of it lies flat enough, or parts cover the one that does.
+    NoSurface,
+}
+
+/// A side's middle and outward direction, in the frame of the bin.
+struct Face {
+    side: Side,
+    middle: Point3<f64>,
+    normal: Vector3<f64>,
+}
+
+/// The spot to grip the bin at as it lies: on the side that looks up most.
+pub(super) fn find(scene: &Scene<'_, '_>) -> Result<Grasp, NoGrasp> {
+    if !scene.bin_here {
+        return Err(NoGrasp::Lost);
+    }
+    let task = &scene.setup.task;
+    let centre = scene.bin.translation.vector - scene.setup.base.translation.vector;
+    let distance = centre.xy().norm();
+    let [near, far] = task.reach_m;
+    if distance < near || distance > far {
+        return Err(NoGrasp::OutOfReach);
+    }
+    let up = |face: &Face| (scene.bin.rotation * face.normal).z;
+    let faces = faces(scene);
+    let best = faces.iter().max_by(|a, b| up(a).total_cmp(&up(b)));
+    let face = best.filter(|face| up(face) > libm::cos(task.max_tilt_rad));
+    let face = face.ok_or(NoGrasp::NoSurface)?;
+    let spot = if face.side == Side::Floor {
+        free_spot(scene, face).ok_or(NoGrasp::NoSurface)?
+    } else {
+        face.middle
+    };
+    let inward = -(scene.bin.rotation * face.normal);
+    Ok(Grasp {
+        side: face.side,
+        at: Pose {
+            position: (scene.bin * spot).coords.into(),
+            orientation_wxyz: pose::pointing(inward, rest_z(scene)),
+        },
+    })
+}
+
+/// The cup's z axis at rest: gripping with as little turning as there can be.
+fn rest_z(scene: &Scene<'_, '_>) -> Vector3<f64> {
+    let z = pose::rotation(scene.setup.rest.orientation_wxyz) * Vector3::z();
+    // Along the ground, as the cup will point down.
+    Vector3::new(z.x, z.y, 0.0)
+}
+
+fn faces(scene: &Scene<'_, '_>) -> [Face; 6] {
+    let half = scene.setup.size * 0.5;
+    let face = |side, middle: [f64; 3], normal| Face {
+        side,
+        middle: Point3::from(middle),
+        normal,
+    };
+    let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
+    let floor = scene.setup.wall_m - half.z;
+    [
+        face(Side::Floor, [0.0, 0.0, floor], z),
+        face(Side::Bottom, [0.0, 0.0, -half.z], -z),
+        face(Side::Wall, [half.x, 0.0, 0.0], x),
+        face(Side::Wall, [-half.x, 0.0, 0.0], -x),
+        face(Side::Wall, [0.0, half.y, 0.0], y),
+        face(Side::Wall, [0.0, -half.y, 0.0], -y),
+    ]
+}
+
+/// A spot of the floor that no part covers, as near to its middle as there is
+/// one. Whatever lies in the way of the tube counts.
+fn free_spot(scene: &Scene<'_, '_>, floor: &Face) -> Option<Point3<f64>> {
+    let half = scene.setup.size * 0.5;
+    let room = scene.setup.wall_m + ROOM_M;
+    let inside =
+        |p: &Vector3<f64>| p.x.abs() < half.x && p.y.abs() < half.y && p.z.abs() < 2.0 * half.z;
+    let in_bin = |(centre, radius): (Vector3<f64>, f64)| {
+        let local = scene.bin.inverse_transform_point(&Point3::from(centre));
+        inside(&local.coords).then_some((local, radius))
+    };
+    let (span_x, span_y) = (half.x - room, half.y - room);
+    let spots = SPOTS.iter().flat_map(|x| {
+        SPOTS
+            .iter()
+            .map(move |y| Vector3::new(x * span_x, y * span_y, 0.0))
+    });
+    let free = spots.filter(|spot| {
+        let at = floor.middle + spot;
+        let mut parts = scene.parts().filter_map(in_bin);
+        parts.all(|(part, radius)| (part - at).xy().norm() > radius + ROOM_M)
+    });
+    let nearest = free.min_by(|a, b| a.norm().total_cmp(&b.norm()))?;
+    Some(floor.middle + nearest)
+}

@@ -1,0 +1,382 @@
+//! The job in a coarse world: the cup goes where it is told at an even pace,
+//! suction takes the bin when it is near, and too much weight breaks it off.
+#![allow(
+    clippy::unwrap_used,
+    clippy::float_cmp,
+    reason = "a test that cannot go on has failed"
+)]
+
+use cell_model::{Cell, Data};
+use ipc_types::decision::{GoalKind, Outcome};
+use ipc_types::equipment::{BreakCause, BreakLimit};
+use ipc_types::trace::TraceKind;
+use ipc_types::world::OBJECT_ENABLED;
+use ipc_types::{Decision, GripperGoal, Pose, Wire, WorldState};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use crate::output::TraceLineText;
+use crate::ur10::pose;
+use crate::{RecordError, Task};
+
+const BIN: usize = 0;
+const DEMO: &str = "ur10-fill-bin";
+/// How far the cup goes between two decisions (m).
+const PACE_M: f64 = 0.01;
+
+struct World {
+    cell: Cell,
+    task: Task,
+    state: Box<WorldState>,
+    decision: Decision,
+    lines: Vec<TraceLineText>,
+    /// The bin in the frame of the cup.
+    held: Option<Isometry3<f64>>,
+    drops: u32,
+    load_kg: f64,
+    /// Suction does not work.
+    leaky: bool,
+    /// Where the bin lies after it fell.
+    fallen: Isometry3<f64>,
+    /// The task is made anew from its record before every decision.
+    restarts: bool,
+}
+
+fn at(position: [f64; 3], turn: [f64; 3]) -> Isometry3<f64> {
+    Isometry3::from_parts(
+        Translation3::from(position),
+        UnitQuaternion::from_scaled_axis(Vector3::from(turn)),
+    )
+}
+
+/// On its end, opening towards -x: how it falls off its stand.
+fn on_its_end() -> Isometry3<f64> {
+    at(
+        [-0.17, 0.81, -0.44],
+        [0.0, -std::f64::consts::FRAC_PI_2, 0.0],
+    )
+}
+
+impl World {
+    fn new() -> Self {
+        let cell = Cell::load(&Data::embedded(), DEMO, 1, None).unwrap();
+        let mut state = Box::new(WorldState::zeroed());
+        (state.arm_count, state.object_count) = (1, 101);
+        for (object, spec) in state.objects.iter_mut().zip(&cell.objects) {
+            object.pose = pose::wire(&spec.pose);
+            object.flags = if spec.parked { 0 } else { OBJECT_ENABLED };
+        }
+        state.arms[0].tcp = Pose {
+            position: [0.0, 0.6, 0.5],
+            orientation_wxyz: pose::straight_down(0.0),
+        };
+        (state.panel.task_start, state.panel.task_started) = (1, 1);
+        Self {
+            task: Task::new(&cell, super::NAME).unwrap(),
+            cell,
+            state,
+            decision: Decision::zeroed(),
+            lines: Vec::new(),
+            held: None,
+            drops: 0,
+            load_kg: 0.0,
+            leaky: false,
+            fallen: on_its_end(),
+            restarts: false,
+        }
+    }
+
+    fn restart(&mut self) {
+        let record = self.task.record();
+        self.task = Task::new(&self.cell, super::NAME).unwrap();
+        self.task.restore(&record).unwrap();
+    }
+
+    fn step(&mut self) {
+        if self.restarts {
+            self.restart();
+        }
+        let lines = &mut self.lines;
+        self.task
+            .decide(&self.state, &[None], &mut self.decision, lines);
+        ipc_types::Validate::validate(&self.decision).unwrap();
+        self.move_arm();
+        self.suck();
+        self.fill();
+        self.state.header.tick += 10;
+    }
+
+    fn move_arm(&mut self) {
+        let goal = self.decision.goals[0];
+        let tcp = self.state.arms[0].tcp;
+        if goal.kind == GoalKind::Pose.code() {
+            let way = Vector3::from(goal.target.position) - Vector3::from(tcp.position);
+            let part = (PACE_M / way.norm().max(1.0e-9)).min(1.0);
+            self.state.arms[0].tcp = pose::between(&tcp, &goal.target, part);
+        }
+        if let Some(held) = self.held {
+            let bin = pose::isometry(&self.state.arms[0].tcp) * held;
+            self.state.objects[BIN].pose = pose::wire(&bin);
+        }
+    }
+
+    fn suck(&mut self) {
+        let tcp = pose::isometry(&self.state.arms[0].tcp);
+        let bin = pose::isometry(&self.state.objects[BIN].pose);
+        let gripper = &mut self.state.arms[0].gripper;
+        match GripperGoal::from_code(self.decision.goals[0].gripper).unwrap() {
+            GripperGoal::Keep => {}
+            GripperGoal::Open => {
+                (gripper.suction, gripper.attached, gripper.held_object) = (0, 0, 0);
+                self.held = None;
+            }
+            GripperGoal::Close if gripper.suction == 1 => {}
+            GripperGoal::Close => {
+                gripper.suction = 1;
+                let near = (tcp.translation.vector - bin.translation.vector).norm() < 0.16;
+                if self.leaky || !near {
+                    gripper.refusals += 1;
+                } else {
+                    (gripper.attached, gripper.held_object) = (1, 1);
+                    self.held = Some(tcp.inverse() * bin);
+                }
+            }
+        }
+    }
+
+    /// Three parts of 0.1 kg for a request; 50 N break the grip.
+    fn fill(&mut self) {
+        self.load_kg += 0.3 * f64::from(self.decision.io.drop_parts - self.drops);
+        self.drops = self.decision.io.drop_parts;
+        if self.held.is_some() && (0.6 + self.load_kg) * 9.81 > 50.0 {
+            self.break_grip();
+        }
+    }
+
+    fn break_grip(&mut self) {
+        let gripper = &mut self.state.arms[0].gripper;
+        (gripper.attached, gripper.held_object) = (0, 0);
+        gripper.breaks += 1;
+        gripper.break_limit = BreakLimit::Force.code();
+        gripper.break_cause = BreakCause::Weight.code();
+        self.held = None;
+        self.load_kg = 0.0;
+        self.state.objects[BIN].pose = pose::wire(&self.fallen);
+    }
+
+    fn run_until(&mut self, what: &str, done: impl Fn(&Self) -> bool) {
+        for _ in 0..12_000 {
+            self.step();
+            if done(self) {
+                return;
+            }
+        }
+        panic!("never {what}: {:#?}", self.log());
+    }
+
+    fn run_to(&mut self, outcome: Outcome) {
+        self.run_until("ends", |world| world.decision.outcome == outcome.code());
+    }
+
+    fn phase(&self) -> &str {
+        self.decision.phase.as_str()
+    }
+
+    fn log(&self) -> Vec<&str> {
+        let said =
+            |line: &&TraceLineText| matches!(line.kind, TraceKind::Log | TraceKind::Transition);
+        let lines = self.lines.iter().filter(said);
+        lines.map(|line| line.text.as_str()).collect()
+    }
+
+    fn says(&self, what: &str) -> usize {
+        self.log().iter().filter(|line| line.contains(what)).count()
+    }
+}
+
+#[test]
+fn the_bin_is_filled_until_it_falls_and_held_again() {
+    let mut world = World::new();
+    world.run_to(Outcome::Done);
+    let moves = [
+        "STANDBY -> PICKING (GOAL_REACHED)",
+        "PICKING -> ATTACH (GOAL_REACHED)",
+        "ATTACH -> HOLDING (ATTACHED)",
+        "HOLDING -> STANDBY (DETACHED)",
+        "STANDBY -> PICKING (GOAL_REACHED)",
+        "PICKING -> ATTACH (GOAL_REACHED)",
+        "ATTACH -> HOLDING (ATTACHED)",
+    ];
+    let log = world.log();
+    let changes = log
+        .iter()
+        .filter(|line| line.contains(" -> ") && line.contains('('));
+    assert_eq!(changes.copied().collect::<Vec<_>>(), moves);
+    assert_eq!(world.says("[break] force limit, by weight"), 1);
+    assert_eq!(world.says("inside, on its floor"), 1);
+    assert_eq!(world.says("on its side, on a wall"), 1);
+    assert_eq!(
+        world.decision.io.drop_parts, 15,
+        "46 parts and the bin are too much"
+    );
+    assert_eq!(world.decision.drops, 1);
+}
+
+#[test]
+fn every_state_is_shown() {
+    let world = World::new();
+    let graph = &world.task.graphs()[0];
+    let names: Vec<&str> = graph.nodes.iter().map(|node| node.name.as_str()).collect();
+    assert_eq!(names, super::names::STATES);
+    assert!(graph.edges.iter().any(|edge| edge.label == "DETACHED"));
+}
+
+#[test]
+fn parts_are_asked_for_as_often_as_the_source_does() {
+    let mut world = World::new();
+    world.run_until("holds", |world| world.decision.io.drop_parts == 1);
+    let first = world.state.header.tick;
+    world.run_until("drops", |world| world.decision.io.drop_parts == 11);
+    let each = (world.state.header.tick - first) / 10;
+    assert!((167..=177).contains(&each), "{each} ms");
+}
+
+#[test]
+fn without_the_start_event_nothing_is_picked() {
+    let mut world = World::new();
+    (world.state.panel.task_start, world.state.panel.task_started) = (0, 0);
+    (0..1_000).for_each(|_| world.step());
+    assert_eq!(
+        (world.phase(), world.decision.outcome),
+        ("STANDBY", Outcome::Idle.code())
+    );
+    let rest = Vector3::from([0.0, 0.75, 0.42]);
+    assert!((Vector3::from(world.state.arms[0].tcp.position) - rest).norm() < 0.01);
+    (world.state.panel.task_start, world.state.panel.task_started) = (1, 1);
+    world.run_until("picks", |world| world.phase() == "PICKING");
+}
+
+#[test]
+fn a_task_restored_before_every_decision_decides_the_same() {
+    let (mut whole, mut restarted) = (World::new(), World::new());
+    restarted.restarts = true;
+    for step in 0..6_000 {
+        whole.step();
+        restarted.step();
+        assert_eq!(whole.decision, restarted.decision, "step {step}");
+    }
+    assert_eq!(whole.lines, restarted.lines);
+    assert!(whole.says("[done]") > 0);
+}
+
+#[test]
+fn a_break_nobody_saw_is_found_afterwards() {
+    let mut world = World::new();
+    world.run_until("holds", |world| world.decision.io.drop_parts == 3);
+    world.break_grip();
+    world.state.header.tick += 500;
+    world.restart();
+    let state = world.state.clone();
+    world.task.reconcile(&state);
+    world.run_to(Outcome::Done);
+    assert_eq!(world.says("[break]"), 1);
+}
+
+#[test]
+fn missed_decisions_with_the_bin_in_the_hand_lose_nothing() {
+    for phase in ["PICKING", "ATTACH", "HOLDING"] {
+        let mut world = World::new();
+        world.run_until("begins", |world| world.phase() == phase);
+        (0..40).for_each(|_| world.move_arm());
+        world.state.header.tick += 400;
+        world.restart();
+        let state = world.state.clone();
+        world.task.reconcile(&state);
+        world.run_to(Outcome::Done);
+        assert_eq!(
+            (world.decision.drops, world.says("[break]")),
+            (1, 1),
+            "{phase}"
+        );
+    }
+}
+
+#[test]
+fn suction_that_fails_is_tried_again_in_place_then_from_afar_then_given_up() {
+    let mut world = World::new();
+    world.leaky = true;
+    world.run_to(Outcome::Failed);
+    assert_eq!(world.decision.reason.as_str(), "bin_cannot_be_gripped");
+    assert_eq!(world.says("[missed] suction"), 8, "twice each time");
+    assert_eq!(world.says("ATTACH -> PICKING"), 3, "M11");
+    world.leaky = false;
+    world.state.panel.task_start += 1;
+    world.run_to(Outcome::Done);
+}
+
+#[test]
+fn where_it_cannot_be_reached_or_gripped_that_is_the_outcome() {
+    let tilted = at([0.0, 0.8, -0.4], [0.75, 0.0, 0.0]);
+    let cases = [
+        (at([1.2, 0.6, -0.5], [0.0; 3]), "bin_out_of_reach"),
+        (at([0.1, 0.1, -0.5], [0.0; 3]), "bin_out_of_reach"),
+        (tilted, "bin_cannot_be_gripped"),
+    ];
+    for (fallen, reason) in cases {
+        let mut world = World::new();
+        world.fallen = fallen;
+        world.run_to(Outcome::Failed);
+        assert_eq!(world.decision.reason.as_str(), reason);
+        assert_eq!(world.decision.goals[0].gripper, GripperGoal::Open.code());
+    }
+}
+
+#[test]
+fn a_bin_full_of_parts_is_gripped_beside_them() {
+    let mut world = World::new();
+    world.fallen = at([0.0, 0.81, -0.43], [0.0; 3]);
+    // They lie in the middle of the floor.
+    for part in 1..4 {
+        world.state.objects[part].flags = OBJECT_ENABLED;
+        world.state.objects[part].pose.position = [0.02 * part as f64, 0.81, -0.47];
+    }
+    world.run_until("attaches", |world| world.phase() == "ATTACH");
+    let target = Vector3::from(world.decision.goals[0].target.position);
+    for part in 1..4 {
+        let part = Vector3::from(world.state.objects[part].pose.position);
+        assert!((part - target).xy().norm() > 0.05, "{target} {part}");
+    }
+    assert!((target.z - (-0.4925 + 0.004)).abs() < 2.0e-3, "{target}");
+}
+
+#[test]
+fn the_operator_lets_go_and_takes_it_in_a_pause() {
+    let mut world = World::new();
+    world.run_until("holds", |world| world.decision.io.drop_parts == 2);
+    world.state.panel.task_paused = 1;
+    world.step();
+    world.state.panel.gripper_seq = 1;
+    world.state.panel.gripper = GripperGoal::Open.code();
+    world.step();
+    assert_eq!(world.decision.outcome, Outcome::Paused.code());
+    world.step();
+    world.step();
+    assert_eq!(world.state.arms[0].gripper.attached, 0);
+    world.state.panel.gripper_seq = 2;
+    world.state.panel.gripper = GripperGoal::Close.code();
+    (0..3).for_each(|_| world.step());
+    assert_eq!(world.state.arms[0].gripper.attached, 1);
+    let drops = world.decision.io.drop_parts;
+    world.state.panel.task_paused = 0;
+    world.run_until("goes on", |world| world.decision.io.drop_parts > drops);
+    assert_eq!((world.phase(), world.says("[break]")), ("HOLDING", 0));
+}
+
+#[test]
+fn a_damaged_record_is_refused() {
+    let mut world = World::new();
+    world.run_until("picks", |world| world.phase() == "PICKING");
+    let mut record = world.task.record();
+    record.truncate(record.len() - 4);
+    let refused = world.task.restore(&record);
+    assert!(matches!(refused, Err(RecordError::Unreadable(_))));
+}
