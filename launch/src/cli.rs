@@ -25,7 +25,7 @@ pub const DEFAULT_CELL: &str = "cell";
 )]
 #[command(
     after_help = "Exit codes: 0 done, 2 usage, 3 configuration or already running, 4 not running, \
-5 the task failed or timed out, 6 a process gave up."
+5 the task failed or timed out, or a recording differs, 6 a process gave up."
 )]
 pub struct Cli {
     /// What to do.

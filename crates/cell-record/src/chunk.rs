@@ -105,11 +105,46 @@ fn take(
             names.insert(found.id, channel);
         }
         Record::Message { header, data } => {
-            if let Some(Some(channel)) = names.get(&header.channel_id) {
+            // Silence about them would look like a recording without them.
+            let Some(channel) = names.get(&header.channel_id) else {
+                return Err(format!(
+                    "a message of channel {} that the first chunk does not declare; recordings that other tools wrote again are not read",
+                    header.channel_id
+                ));
+            };
+            if let Some(channel) = channel {
                 entries.push(Entry::of(*channel, header, &data));
             }
         }
         _ => {}
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_of_a_channel_nobody_declared_is_an_error_and_a_foreign_one_is_left_out() {
+        let message: Vec<u8> = [9, 0].into_iter().chain([0; 20]).collect();
+        let mut names = Names::new();
+        let said = take(
+            mcap::records::op::MESSAGE,
+            &message,
+            &mut names,
+            &mut vec![],
+        );
+        assert!(said.unwrap_err().contains("channel 9"));
+        names.insert(9, None);
+        let mut entries = vec![];
+        take(
+            mcap::records::op::MESSAGE,
+            &message,
+            &mut names,
+            &mut entries,
+        )
+        .unwrap();
+        assert!(entries.is_empty());
+    }
 }
