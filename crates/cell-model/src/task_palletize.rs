@@ -77,6 +77,8 @@ pub struct PickNumbers {
     pub attach_timeout_s: f64,
     /// How high a bin that opens upwards is lifted before it is carried (m).
     pub lift_m: f64,
+    /// The target stays this far ahead of the tool meanwhile (m).
+    pub lift_lead_m: f64,
     /// It is lifted when this near (m).
     pub lift_tolerance_m: f64,
     /// How far up the arm is sent with one that lies upside down (m),
@@ -128,6 +130,8 @@ pub struct PlaceNumbers {
     pub approach_m: f64,
     /// Width of the approach corridor (standard deviation, m).
     pub std_dev_m: f64,
+    /// A bin from the belt is first carried this near to the rest pose (m).
+    pub swing_tolerance_m: f64,
     /// The bin is there when nearer than this (m).
     pub tolerance_m: f64,
     /// Gap between bin and pallet when it is let go (m).
@@ -241,7 +245,7 @@ impl PalletizeTask {
 }
 
 impl PickNumbers {
-    fn ranges(&self) -> [Range; 13] {
+    fn ranges(&self) -> [Range; 14] {
         [
             ("wait_s", self.wait_s, 0.0, 60.0),
             ("settle_s", self.settle_s, 0.0, 60.0),
@@ -253,6 +257,7 @@ impl PickNumbers {
             ("angle_tolerance_rad", self.angle_tolerance_rad, 1.0e-3, 3.2),
             ("attach_timeout_s", self.attach_timeout_s, 0.02, 60.0),
             ("lift_m", self.lift_m, 0.0, 1.0),
+            ("lift_lead_m", self.lift_lead_m, 1.0e-3, 1.0),
             ("lift_tolerance_m", self.lift_tolerance_m, 1.0e-3, 1.0),
             ("flip_lift_m", self.flip_lift_m, 0.0, 1.0),
             ("flip_lift_s", self.flip_lift_s, 0.0, 60.0),
@@ -275,13 +280,14 @@ impl FlipNumbers {
 }
 
 impl PlaceNumbers {
-    fn ranges(&self) -> [Range; 9] {
+    fn ranges(&self) -> [Range; 10] {
         [
             ("approach_m", self.approach_m, 0.0, 1.0),
             ("std_dev_m", self.std_dev_m, 1.0e-4, 1.0),
             ("tolerance_m", self.tolerance_m, 1.0e-4, 0.5),
             ("gap_m", self.gap_m, 0.0, 0.1),
             ("settle_s", self.settle_s, 0.0, 60.0),
+            ("swing_tolerance_m", self.swing_tolerance_m, 1.0e-3, 1.0),
             ("creep_m", self.creep_m, 0.0, 0.5),
             ("creep_gain", self.creep_gain, 0.0, 1.0),
             ("lift_m", self.lift_m, 0.0, 1.0),

@@ -86,6 +86,10 @@ impl Palletizer {
         let seen = tick.scene.bin(bin);
         let from_belt = seen.is_some_and(|seen| tick.scene.on_belt(&seen));
         let tool = Target::from(&tick.scene.tool);
+        let kind = match kind {
+            WorkKind::Place if from_belt => WorkKind::PlaceFromBelt,
+            kind => kind,
+        };
         let mut work = Work {
             bin,
             kind,
@@ -98,7 +102,7 @@ impl Palletizer {
             slot: None,
             creep: [0.0; 2],
         };
-        if kind == WorkKind::Place {
+        if matches!(kind, WorkKind::Place | WorkKind::PlaceFromBelt) {
             tick.choose_place(&mut work);
             if work.slot.is_none() {
                 job.failure = Some(Failure::BinCannotBePlaced);
@@ -117,16 +121,13 @@ impl Palletizer {
         out: &mut Output,
     ) {
         let next = work.kind.sequence().step(step);
-        let placing = matches!(next, Some(Step::WaitAtPlace | Step::OpenSuctionGripper));
+        let lifts = matches!(next, Some(Step::TimedLift | Step::LiftToClearance));
         let target = self.memory.motion.map(|motion| motion.target);
         self.memory.work = Some(Work {
             step,
             began: tick.now,
             refusals: tick.scene.refusals,
-            base: match target {
-                Some(target) if !placing => target,
-                _ => work.base,
-            },
+            base: target.filter(|_| lifts).unwrap_or(work.base),
             joints: tick.joints(),
             ..work
         });
@@ -149,7 +150,7 @@ impl Palletizer {
                 Trigger::PickDone
             }
             WorkKind::Flip => Trigger::FlipDone,
-            WorkKind::Place => {
+            WorkKind::Place | WorkKind::PlaceFromBelt => {
                 tick.judge_place(work, job, out);
                 Trigger::PlaceDone
             }

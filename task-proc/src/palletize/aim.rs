@@ -14,8 +14,17 @@ pub(super) fn home(setup: &PalletizeSetup) -> Motion {
     Motion {
         target: Target::from(&setup.home),
         posture: joints(&setup.home_joints),
+        by_joints: false,
         approach: numbers.approach_m,
         std_dev: numbers.std_dev_m,
+    }
+}
+
+/// To the rest pose from anywhere, also with the tool pointing up.
+pub(super) fn home_by_joints(setup: &PalletizeSetup) -> Motion {
+    Motion {
+        by_joints: true,
+        ..home(setup)
     }
 }
 
@@ -28,8 +37,13 @@ pub(super) fn motion(
 ) -> Option<Motion> {
     match step {
         Step::ReachToPick => pick(setup, scene, work),
-        Step::TimedLift | Step::LiftToClearance => Some(lift(setup, work, step)),
+        Step::TimedLift => Some(lift(setup, work, timed_lift(setup, work))),
+        Step::LiftToClearance => Some(lift(setup, work, clearance(setup, scene, work))),
+        Step::OrientToHome if work.kind == WorkKind::Flip && work.step > 0 => {
+            Some(home_by_joints(setup))
+        }
         Step::OrientToHome => Some(home(setup)),
+        Step::SwingOut => Some(swing_out(setup, work)),
         Step::MoveToFlipStation => Some(flip(setup)),
         Step::ReleaseFlipStationBin => Some(release(setup, work)),
         Step::ReachToPlace => Some(place(setup, work)),
@@ -52,24 +66,54 @@ fn pick(setup: &PalletizeSetup, scene: &Scene<'_>, work: &Work) -> Option<Motion
     Some(Motion {
         target: Target::from(&target),
         posture: numbers.posture,
+        by_joints: false,
         approach: (target.rotation * Vector3::x() * length).into(),
         std_dev: numbers.std_dev_m,
     })
 }
 
-/// Straight up from where the step began.
-fn lift(setup: &PalletizeSetup, work: &Work, step: Step) -> Motion {
-    let numbers = &setup.numbers;
-    let (height, posture) = match (work.kind, step) {
-        (WorkKind::Place, _) => (numbers.place.lift_m, joints(&setup.home_joints)),
-        (_, Step::TimedLift) => (numbers.pick.flip_lift_m, numbers.pick.posture),
-        _ => (numbers.pick.lift_m, numbers.pick.posture),
-    };
+/// Height of a lift that ends with its time (m).
+fn timed_lift(setup: &PalletizeSetup, work: &Work) -> f64 {
+    match work.kind {
+        WorkKind::PickFlipped => setup.numbers.pick.flip_lift_m,
+        _ => setup.numbers.place.lift_m,
+    }
+}
+
+/// Height of a target that stays a little ahead of the tool (m): near its target
+/// the tool keeps its orientation, far from it a bin would swing.
+fn clearance(setup: &PalletizeSetup, scene: &Scene<'_>, work: &Work) -> f64 {
+    let numbers = &setup.numbers.pick;
+    let lifted = scene.tool.translation.z - work.base.isometry().translation.z;
+    (lifted.max(0.0) + numbers.lift_lead_m).min(numbers.lift_m)
+}
+
+/// Straight up by `height` from where the step began.
+fn lift(setup: &PalletizeSetup, work: &Work, height: f64) -> Motion {
+    let picks = matches!(work.kind, WorkKind::Pick | WorkKind::PickFlipped);
     let mut target = work.base.isometry();
     target.translation.vector.z += height;
     Motion {
         target: Target::from(&target),
-        posture,
+        posture: if picks {
+            setup.numbers.pick.posture
+        } else {
+            joints(&setup.home_joints)
+        },
+        by_joints: false,
+        approach: [0.0; 3],
+        std_dev: 0.0,
+    }
+}
+
+/// To the rest pose, turned already as it will be at the place.
+fn swing_out(setup: &PalletizeSetup, work: &Work) -> Motion {
+    let turn = work.base.isometry().rotation;
+    let target = Isometry3::from_parts(setup.home.translation, turn);
+    Motion {
+        target: Target::from(&target),
+        posture: joints(&setup.home_joints),
+        by_joints: false,
         approach: [0.0; 3],
         std_dev: 0.0,
     }
@@ -80,6 +124,7 @@ fn flip(setup: &PalletizeSetup) -> Motion {
     Motion {
         target: Target::from(&setup.flip),
         posture: numbers.posture,
+        by_joints: false,
         approach: numbers.approach_m,
         std_dev: numbers.std_dev_m,
     }
@@ -97,6 +142,7 @@ fn release(setup: &PalletizeSetup, work: &Work) -> Motion {
     Motion {
         target: Target::from(&target),
         posture: work.joints,
+        by_joints: false,
         approach: way.into(),
         std_dev: numbers.retreat_std_dev_m,
     }
@@ -111,6 +157,7 @@ fn place(setup: &PalletizeSetup, work: &Work) -> Motion {
     Motion {
         target: Target::from(&target),
         posture: joints(&setup.home_joints),
+        by_joints: false,
         approach: [0.0, 0.0, -numbers.approach_m],
         std_dev: numbers.std_dev_m,
     }

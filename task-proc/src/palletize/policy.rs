@@ -46,7 +46,7 @@ impl Palletizer {
             .and_then(|work| work.kind.sequence().step(work.step));
         let wanted = match (&self.memory.work, step) {
             (Some(work), Some(step)) => aim::motion(tick.setup, &tick.scene, work, step),
-            _ => Some(aim::home(tick.setup)),
+            _ => Some(aim::home_by_joints(tick.setup)),
         };
         self.memory.motion = wanted.or(self.memory.motion);
         let gripper = match &self.memory.work {
@@ -66,7 +66,11 @@ impl Palletizer {
         let target = motion.target.isometry().translation.vector;
         let tool = tick.scene.tool.translation.vector;
         ArmIntent {
-            kind: GoalKind::Pose,
+            kind: if motion.by_joints {
+                GoalKind::Joints
+            } else {
+                GoalKind::Pose
+            },
             target: motion.target.wire(),
             posture: Some(padded(&motion)),
             approach: motion.approach,

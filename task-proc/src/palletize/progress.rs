@@ -3,7 +3,7 @@
 use ipc_types::decision::GoalKind;
 use nalgebra::Isometry3;
 
-use super::record::{Motion, Work};
+use super::record::{Motion, Work, WorkKind};
 use super::scene::{ARM, Scene};
 use super::setup::PalletizeSetup;
 use super::steps::Step;
@@ -65,11 +65,11 @@ impl Judge<'_> {
             Step::WaitAtBin => timed(numbers.pick.settle_s),
             Step::CloseSuctionGripper => self.attached(work, past(numbers.pick.attach_timeout_s)),
             Step::TimedLift => match work.kind {
-                super::record::WorkKind::Place => timed(numbers.place.lift_s),
-                _ => timed(numbers.pick.flip_lift_s),
+                WorkKind::PickFlipped => timed(numbers.pick.flip_lift_s),
+                _ => timed(numbers.place.lift_s),
             },
             Step::LiftToClearance => in_time(
-                at(numbers.pick.lift_tolerance_m, ANY_ANGLE),
+                at(NEAR_AHEAD, ANY_ANGLE) && self.lifted(work),
                 Failure::ArmCaught,
             ),
             Step::OrientToHome => in_time(
@@ -90,6 +90,10 @@ impl Judge<'_> {
                 at(numbers.flip.retreat_tolerance_m, ANY_ANGLE),
                 Failure::ArmCaught,
             ),
+            Step::SwingOut => in_time(
+                at(numbers.place.swing_tolerance_m, ANY_ANGLE),
+                Failure::ArmCaught,
+            ),
             Step::ReachToPlace => in_time(
                 at(numbers.place.tolerance_m, numbers.pick.angle_tolerance_rad)
                     && self
@@ -99,6 +103,13 @@ impl Judge<'_> {
             ),
             Step::WaitAtPlace => timed(numbers.place.settle_s),
         }
+    }
+
+    /// The tool is as high as it shall be.
+    fn lifted(&self, work: &Work) -> bool {
+        let numbers = &self.setup.numbers.pick;
+        let wanted = work.base.isometry().translation.z + numbers.lift_m;
+        self.scene.tool.translation.z > wanted - numbers.lift_tolerance_m
     }
 
     fn attached(&self, work: &Work, late: bool) -> Progress {
@@ -124,7 +135,7 @@ impl Judge<'_> {
     fn reached(&self, job: &Job, out: &Output, tolerance: f64, angle: f64) -> bool {
         let key = u64::from(job.counters.phase_entry);
         let previous = out.previous(ARM);
-        let Some(previous) = previous.filter(|p| p.key == key && p.kind == GoalKind::Pose) else {
+        let Some(previous) = previous.filter(|p| p.key == key && p.kind != GoalKind::Hold) else {
             return false;
         };
         let echo = self.observation.echo(ARM);
@@ -143,6 +154,9 @@ impl Judge<'_> {
 
 /// Every rotation is nearer than that (rad).
 const ANY_ANGLE: f64 = 4.0;
+/// The target of a lift stays within reach of the tool, so it only has to be
+/// followed (m).
+const NEAR_AHEAD: f64 = 1.0;
 
 fn near(tool: &Isometry3<f64>, target: &Isometry3<f64>, tolerance: f64, angle: f64) -> bool {
     let off = tool.translation.vector - target.translation.vector;

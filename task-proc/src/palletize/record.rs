@@ -44,8 +44,11 @@ impl Target {
 pub(super) struct Motion {
     /// The tool's target.
     pub(super) target: Target,
-    /// Joint positions to lean to (rad).
+    /// Joint positions to lean to, or to reach (rad).
     pub(super) posture: [f64; 6],
+    /// The joints are sent there, not the tool: the arm ends in the same of the
+    /// postures in which the tool is at the target.
+    pub(super) by_joints: bool,
     /// Direction of the approach times its length (m).
     pub(super) approach: [f64; 3],
     /// Width of its corridor (m).
@@ -88,6 +91,8 @@ pub(super) enum WorkKind {
     Flip,
     /// Set one down.
     Place,
+    /// Set one down that comes from the belt.
+    PlaceFromBelt,
 }
 
 impl WorkKind {
@@ -97,7 +102,8 @@ impl WorkKind {
             Self::Pick => Sequence::Pick { flipped: false },
             Self::PickFlipped => Sequence::Pick { flipped: true },
             Self::Flip => Sequence::Flip,
-            Self::Place => Sequence::Place,
+            Self::Place => Sequence::Place { swings: false },
+            Self::PlaceFromBelt => Sequence::Place { swings: true },
         }
     }
 }

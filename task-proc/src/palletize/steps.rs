@@ -28,6 +28,9 @@ pub(super) enum Step {
     WaitAfterRelease,
     /// Away from under the bin.
     ReleaseFlipStationBin,
+    /// The bin out to the rest pose: the straight way from the belt to the pallet
+    /// passes the arm's own base.
+    SwingOut,
     /// The bin to its place.
     ReachToPlace,
     /// The arm settles at the place.
@@ -36,8 +39,8 @@ pub(super) enum Step {
 
 use Step::{
     CloseSuctionGripper, LiftToClearance, MoveToFlipStation, OpenSuctionGripper, OrientToHome,
-    ReachToPick, ReachToPlace, ReleaseFlipStationBin, TimedLift, WaitAfterRelease, WaitAtBin,
-    WaitAtPlace, WaitForBin,
+    ReachToPick, ReachToPlace, ReleaseFlipStationBin, SwingOut, TimedLift, WaitAfterRelease,
+    WaitAtBin, WaitAtPlace, WaitForBin,
 };
 
 /// A bin that opens upwards.
@@ -75,6 +78,15 @@ const PLACE: &[Step] = &[
     OrientToHome,
 ];
 
+const SWING_AND_PLACE: &[Step] = &[
+    SwingOut,
+    ReachToPlace,
+    WaitAtPlace,
+    OpenSuctionGripper,
+    TimedLift,
+    OrientToHome,
+];
+
 /// What a state does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sequence {
@@ -86,7 +98,10 @@ pub(super) enum Sequence {
     /// Bring one to the jig.
     Flip,
     /// Set one down.
-    Place,
+    Place {
+        /// On the way around the base.
+        swings: bool,
+    },
 }
 
 impl Sequence {
@@ -96,7 +111,8 @@ impl Sequence {
             Self::Pick { flipped: false } => PICK,
             Self::Pick { flipped: true } => PICK_FLIPPED,
             Self::Flip => FLIP,
-            Self::Place => PLACE,
+            Self::Place { swings: false } => PLACE,
+            Self::Place { swings: true } => SWING_AND_PLACE,
         }
     }
 
@@ -111,7 +127,9 @@ impl Sequence {
         let first = |step: Step| steps.iter().position(|it| *it == step);
         match self {
             Self::Pick { .. } => first(CloseSuctionGripper).is_some_and(|close| at > close),
-            Self::Flip | Self::Place => first(OpenSuctionGripper).is_some_and(|open| at < open),
+            Self::Flip | Self::Place { .. } => {
+                first(OpenSuctionGripper).is_some_and(|open| at < open)
+            }
         }
     }
 
@@ -140,21 +158,9 @@ impl Step {
             OpenSuctionGripper => "OpenSuctionGripper",
             WaitAfterRelease => "WaitAfterRelease",
             ReleaseFlipStationBin => "ReleaseFlipStationBin",
+            SwingOut => "SwingOut",
             ReachToPlace => "ReachToPlace",
             WaitAtPlace => "WaitAtPlace",
         }
-    }
-
-    /// Whether the arm goes on with the motion of the substep before.
-    pub(super) fn keeps_motion(self) -> bool {
-        matches!(
-            self,
-            WaitForBin
-                | WaitAtBin
-                | CloseSuctionGripper
-                | OpenSuctionGripper
-                | WaitAfterRelease
-                | WaitAtPlace
-        )
     }
 }
