@@ -25,6 +25,8 @@ pub(super) struct Memory {
     pub(super) since: PolicyTime,
     /// Since when the bin cannot be picked up.
     pub(super) stuck_since: Option<PolicyTime>,
+    /// The task was reset: what is in the hand is let go first.
+    pub(super) let_go: bool,
     /// A grip broke since the job began.
     pub(super) broke: bool,
     /// It was said that no parts are asked for.

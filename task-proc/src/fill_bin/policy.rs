@@ -127,6 +127,7 @@ impl Policy for FillBin {
     fn reset(&mut self) {
         self.matrix = Matrix::new(Arc::clone(&self.setup.table));
         self.memory = Memory::new();
+        self.memory.let_go = true;
     }
 
     fn tick(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
@@ -187,17 +188,20 @@ impl Policy for FillBin {
         let target = self.memory.motion.target(now);
         let near = target.is_some_and(|target| distance(&target, &scene.tcp) < ON_THE_WAY_M);
         let attached = scene.gripper.attached == 1;
-        if near || attached != self.memory.grip.attached() {
+        let let_go = std::mem::take(&mut self.memory.let_go);
+        if !let_go && (near || attached != self.memory.grip.attached()) {
             // The next decision sees by itself what changed.
             return;
         }
-        if attached {
+        if attached && !let_go {
             self.memory.attached = true;
             self.memory.motion.stop();
             out.log(format_args!("[resume] {} is in the hand", setup.task.bin));
             job.counters.recoveries += 1;
             return;
         }
+        // What is let go is no news.
+        self.memory.grip.update(scene.gripper);
         self.memory.since = now;
         job.held = None;
         job.done = false;

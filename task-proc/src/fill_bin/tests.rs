@@ -372,6 +372,30 @@ fn the_operator_lets_go_and_takes_it_in_a_pause() {
 }
 
 #[test]
+fn a_reset_lets_go_and_waits_for_the_start() {
+    let mut world = World::new();
+    world.run_until("holds", |world| world.decision.io.drop_parts == 2);
+    world.state.panel.task_reset += 1;
+    (
+        world.state.panel.task_started,
+        world.state.panel.task_paused,
+    ) = (0, 1);
+    (0..50).for_each(|_| world.step());
+    assert_eq!(world.decision.outcome, Outcome::Paused.code());
+    assert_eq!(world.decision.goals[0].kind, GoalKind::Hold.code());
+    world.state.panel.task_paused = 0;
+    (0..500).for_each(|_| world.step());
+    assert_eq!(world.state.arms[0].gripper.attached, 0);
+    assert_eq!(
+        (world.phase(), world.decision.outcome),
+        ("STANDBY", Outcome::Idle.code())
+    );
+    world.state.objects[BIN].pose = pose::wire(&world.cell.objects[BIN].pose);
+    world.state.panel.task_start += 1;
+    world.run_to(Outcome::Done);
+}
+
+#[test]
 fn a_damaged_record_is_refused() {
     let mut world = World::new();
     world.run_until("picks", |world| world.phase() == "PICKING");

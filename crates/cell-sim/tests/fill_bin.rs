@@ -1,0 +1,135 @@
+//! A bin is filled until the suction lets go of it, falls, spills, is found and
+//! held again.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use cell_model::run_spec::RunSpec;
+use cell_sim::{OneProcess, eval::template, run};
+use ipc_types::DECISION_TICKS;
+use ipc_types::decision::Outcome;
+use ipc_types::equipment::{BreakCause, BreakLimit};
+use ipc_types::world::OBJECT_ENABLED;
+
+const BIN: usize = 0;
+/// The floor, and how high the bin is held (m).
+const FLOOR_M: f64 = -0.59;
+const HELD_M: f64 = 0.3;
+
+fn spec(seed: u64, script: &str) -> RunSpec {
+    let mut spec = template("ur10-fill-bin", "matrix");
+    spec.seed = seed;
+    spec.time_limit_s = Some(90.0);
+    spec.script = cell_model::script::parse(script, "script").unwrap();
+    spec
+}
+
+struct Run {
+    sim: OneProcess,
+    lines: Vec<String>,
+    /// Nearest the arm came to an obstacle (m).
+    clearance: f64,
+    /// Whether the task lives for one decision only.
+    restarts: bool,
+}
+
+impl Run {
+    fn new(spec: &RunSpec) -> Self {
+        let cell = run::cell_of(spec).unwrap();
+        Self {
+            sim: OneProcess::new(spec, cell).unwrap(),
+            lines: Vec::new(),
+            clearance: f64::INFINITY,
+            restarts: false,
+        }
+    }
+
+    fn tick(&mut self) -> bool {
+        let goes_on = self.sim.tick().unwrap();
+        if self.restarts && self.sim.state().header.tick.is_multiple_of(DECISION_TICKS) {
+            self.sim.restart_task().unwrap();
+        }
+        let trace = self.sim.take_trace().into_iter();
+        self.lines.extend(trace.map(|(_, line)| line));
+        self.clearance = self.clearance.min(self.sim.statuses()[0].min_clearance);
+        goes_on
+    }
+
+    fn finish(mut self) -> Self {
+        while self.tick() {}
+        self
+    }
+
+    fn outcome(&self) -> Option<Outcome> {
+        Outcome::from_code(self.sim.decision().outcome)
+    }
+
+    fn bin_height(&self) -> f64 {
+        self.sim.state().objects()[BIN].pose.position[2]
+    }
+
+    /// Parts that lie on the floor.
+    fn spilled(&self) -> usize {
+        let parts = self.sim.state().objects().iter().skip(1);
+        let here = parts.filter(|part| part.flags & OBJECT_ENABLED != 0);
+        let low = here.filter(|part| part.pose.position[2] < FLOOR_M + 0.1);
+        low.count()
+    }
+}
+
+#[test]
+fn the_bin_is_filled_until_it_falls_and_held_again() {
+    for seed in [1, 8] {
+        let run = Run::new(&spec(seed, "")).finish();
+        let (state, decision) = (run.sim.state(), run.sim.decision());
+        assert_eq!(run.outcome(), Some(Outcome::Done), "{:#?}", run.lines);
+        let gripper = &state.arms()[0].gripper;
+        assert_eq!((gripper.breaks, gripper.held_object), (1, 1), "seed {seed}");
+        assert_ne!(gripper.break_limit, BreakLimit::None.code());
+        assert_ne!(gripper.break_cause, BreakCause::None.code());
+        assert_eq!(decision.drops, 1);
+        assert!(run.bin_height() > HELD_M, "{}", run.bin_height());
+        let dropped = state.equipment.parts_dropped;
+        assert!(dropped >= 15, "seed {seed}: it broke after {dropped} parts");
+        assert!(run.spilled() > 5, "seed {seed}: {} spilled", run.spilled());
+        assert_eq!(state.arms()[0].limit_violations, 0);
+        assert!(run.clearance > 0.0, "{}", run.clearance);
+        let said = |what: &str| run.lines.iter().any(|line| line.contains(what));
+        assert!(said("[break]") && said("limit, by"), "{:#?}", run.lines);
+    }
+}
+
+#[test]
+fn a_task_that_lives_for_one_decision_changes_nothing() {
+    let spec = spec(4, "");
+    let end = |restarts| {
+        let mut run = Run::new(&spec);
+        run.restarts = restarts;
+        let run = run.finish();
+        assert_eq!(run.outcome(), Some(Outcome::Done), "{:#?}", run.lines);
+        let state = run.sim.state();
+        (state.header.tick, state.state_hash)
+    };
+    assert_eq!(end(false), end(true));
+}
+
+#[test]
+fn a_bin_that_is_pulled_out_of_reach_ends_the_job_with_that_reason() {
+    let pull =
+        r#"{"at_s": 0.1, "do": "drag", "object": "bin", "to": [1.3, 0.6, -0.45], "for_s": 6.0}"#;
+    let run = Run::new(&spec(2, pull)).finish();
+    assert_eq!(run.outcome(), Some(Outcome::Failed), "{:#?}", run.lines);
+    let reason = run.sim.decision().reason;
+    assert_eq!(reason.as_str(), "bin_out_of_reach");
+}
+
+#[test]
+fn a_reset_ends_paused_and_lets_go() {
+    let reset = r#"{"at_phase": "HOLDING", "after_s": 3.0, "do": "task_reset"}"#;
+    let mut run = Run::new(&spec(3, reset));
+    while run.tick() && run.outcome() != Some(Outcome::Paused) {}
+    (0..100).for_each(|_| {
+        run.tick();
+    });
+    let state = run.sim.state();
+    assert_eq!(run.outcome(), Some(Outcome::Paused), "{:#?}", run.lines);
+    assert_eq!((state.panel.task_paused, state.panel.task_started), (1, 0));
+}
