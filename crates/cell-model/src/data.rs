@@ -76,9 +76,12 @@ impl Data {
         demos
     }
 
-    /// Names of the cell files.
+    /// Names of the cell files; `NAME.matrix.toml` and the like are behaviours.
     fn cell_names(&self) -> Vec<String> {
-        let stem = |file: &str| file.strip_suffix(".toml").map(str::to_owned);
+        let stem = |file: &str| {
+            let name = file.strip_suffix(".toml")?;
+            (!name.contains('.')).then(|| name.to_owned())
+        };
         let Some(dir) = &self.dir else {
             let files = EMBEDDED
                 .iter()
