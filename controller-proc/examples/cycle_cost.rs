@@ -10,6 +10,8 @@
     reason = "an example that measures"
 )]
 
+use std::fmt::Write;
+
 use cell_model::bench_report::Samples;
 use cell_model::{Cell, Data};
 use cell_rt::monotonic_ns;
@@ -99,7 +101,8 @@ fn ur10_cell() -> Cell {
     let mut text = String::from(UR10);
     for index in 0..4 {
         let x = 0.3 * f64::from(index);
-        text += &format!(
+        let _written = write!(
+            text,
             "[[fixture]]\nname = \"wall_{index}\"\nshape = {{ kind = \"box\", \
              size_m = [0.2, 0.2, 0.5] }}\nposition_m = [{x}, 1.3, -0.3]\nfriction = 0.5\n\
              obstacle = true\ncolour = [0.5, 0.5, 0.5]\n"
@@ -107,7 +110,8 @@ fn ur10_cell() -> Cell {
     }
     for column in 0..9 {
         let (x, y) = (0.21 * f64::from(column % 3), 0.31 * f64::from(column / 3));
-        text += &format!(
+        let _written = write!(
+            text,
             "[[object]]\nname = \"bin_{column}\"\ncount = 4\nshape = {{ kind = \"bin\", \
              size_m = [0.2, 0.3, 0.147], wall_m = 0.005 }}\nmass_kg = 0.6\nfriction = 0.6\n\
              position_m = [{}, {}, -0.5]\npitch_m = [0.0, 0.0, 0.135]\nobstacle = true\n\

@@ -224,6 +224,7 @@ impl Cycle {
         self.last = *drives;
         self.last_tick = None;
         self.motion.restart();
+        self.motion.reset(drives);
         self.pairs.reset(drives);
         // A hand that holds something keeps holding it.
         let holding = arm.gripper.grip_force > HOLDING_FORCE_N;

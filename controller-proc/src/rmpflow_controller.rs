@@ -314,6 +314,12 @@ impl Controller for RmpFlowController {
             .accelerations
             .copy_from_slice(estimated.accelerations.first(n));
         self.mode = Mode::Brake;
+        let pose = self
+            .flow
+            .target_frame_pose_at(self.tool, &self.state.positions);
+        if let Ok(Some(pose)) = pose {
+            self.tool_pose = pose;
+        }
         true
     }
 

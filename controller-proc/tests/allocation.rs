@@ -3,6 +3,8 @@
 
 #![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
 
+mod support;
+
 use cell_model::{Cell, Data};
 use cell_rt::alloc::{Counting, count};
 use controller_proc::cycle::Cycle;
@@ -16,6 +18,39 @@ static ALLOCATOR: Counting = Counting;
 fn no_cycle_allocates() {
     run("franka-stack");
     run("franka-pyramid");
+    run_ur10();
+}
+
+/// A UR10 among bins that move, come and go, and are picked up.
+fn run_ur10() {
+    let mut bench = support::Bench::new();
+    bench.goal([0.4, 0.6, 0.2], support::down(0.3));
+    bench.gripper(GripperGoal::Close);
+    bench.tick(true);
+    let mut record = vec![0; ipc_types::tap::KEYFRAME_BYTES];
+    let hanging = nalgebra::Isometry3::translation(0.0735, 0.0, 0.0);
+    let before = count();
+    for tick in 0..600_u32 {
+        bench.decision.goals[0].object_mask = u64::from(tick / 7);
+        bench.put(1, [0.3, 0.5 + 1.0e-3 * f64::from(tick), 0.1]);
+        match tick % 100 {
+            20 => bench.attach(0, &hanging),
+            70 => bench.detach(),
+            _ => {}
+        }
+        bench.state.header.tick += 1;
+        bench.cycle.update(
+            &bench.state,
+            Some(&bench.decision),
+            1_000,
+            &mut bench.command,
+            &mut bench.status,
+        );
+        bench.state.arms[0].joint_positions = bench.command.joint_positions;
+        bench.cycle.save(30, &mut record).expect("room");
+    }
+    assert_eq!(count() - before, 0, "allocations among bins");
+    assert_eq!(bench.status.stop_action, 0, "it was at work");
 }
 
 /// Arm 0 of a demo at work, with every other arm at home.

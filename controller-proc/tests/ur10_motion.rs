@@ -14,7 +14,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use support::{Bench, down};
 
 const DEFAULT: [f64; 6] = [-1.57, -1.57, -1.57, -1.57, 1.57, 0.0];
-const PICK: [f64; 6] = [-1.2654, -2.9708, -2.2197, 0.6446, 1.5186, 0.3010];
+const PICK: [f64; 6] = [-1.2654, -2.9708, -2.2197, 0.6446, 1.5186, 0.3];
 const FLIP: [f64; 6] = [-2.1273, -3.0046, -1.0576, -0.5194, -1.0809, 2.0418];
 
 /// Ticks until the tool was within `near` metres of the goal, at most 8 s.

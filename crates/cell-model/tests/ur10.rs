@@ -117,7 +117,7 @@ fn lowest(shape: &Shape, pose: &Isometry3<f64>) -> f64 {
             0.5 * height_m * up.z.abs() + radius_m * up.xy().norm()
         }
         Shape::Capsule { radius_m, height_m } => 0.5 * height_m * up.z.abs() + radius_m,
-        _ => f64::INFINITY,
+        Shape::Bin { .. } => f64::INFINITY,
     };
     pose.translation.vector.z - reach
 }

@@ -16,7 +16,7 @@ mod common;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use common::{Files, Random, panda, reference};
+use common::{Files, Random, panda, ur10};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rmp::{MAX_CARRIED, MotionState, Obstacle, ObstacleId, Outcome, RmpFlow, TargetId};
 
@@ -99,9 +99,7 @@ fn assert_no_violation(files: &Files, frame: &str, seed: u64) {
 fn jumping_targets_violate_no_limit() {
     for seed in 1..5 {
         assert_no_violation(&panda(), "panda_hand", seed);
-        if let Some(ur10) = reference("ur10") {
-            assert_no_violation(&ur10, "tool0", seed);
-        }
+        assert_no_violation(&ur10(), "suction_tip", seed);
     }
 }
 

@@ -23,6 +23,11 @@ pub(crate) fn panda() -> Files {
     load(&root().join("robots/panda"), "panda")
 }
 
+/// Our own UR10.
+pub(crate) fn ur10() -> Files {
+    load(&root().join("robots/ur10"), "ur10")
+}
+
 /// A published reference robot (`franka`, `ur10`); `None`, said aloud, where
 /// those files are not beside the checkout.
 pub(crate) fn reference(name: &str) -> Option<Files> {
