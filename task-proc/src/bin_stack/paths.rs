@@ -71,6 +71,11 @@ impl<'a> Path<'a> {
         self.at_pace(pose, speed)
     }
 
+    /// To `pose` in that time.
+    pub(super) fn in_ticks(self, pose: Pose, ticks: u64) -> Self {
+        self.push(pose, ticks)
+    }
+
     /// Waits where it is, at least `ticks`.
     pub(super) fn wait(self, ticks: u64) -> Self {
         let pose = self.at;

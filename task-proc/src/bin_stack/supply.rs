@@ -11,6 +11,8 @@ use crate::time::PolicyTime;
 
 /// Steps of the source in a second.
 const STEPS_PER_SECOND: u64 = 60;
+/// The first bin is asked for this long after the start.
+const FIRST: PolicyTime = PolicyTime::from_ticks(200);
 /// A bin that was asked for and did not come is asked for again after this.
 const ASK_AGAIN: PolicyTime = PolicyTime::from_ticks(5_000);
 /// With nothing to pick and nothing to come for this long, bins are lost.
@@ -43,8 +45,12 @@ pub(super) fn update(
     }
     let in_cell = scene.bins().count();
     let on_belt = scene.bins().filter(|bin| scene.on_belt(bin)).count();
+    // Not at once: physics has to hear this task once before it hears a request.
+    if memory.asked_at.is_none() && memory.next_at.is_none() {
+        memory.next_at = Some(PolicyTime::from_ticks(now.ticks() + FIRST.ticks()));
+    }
     let due = memory.next_at.is_some_and(|at| now >= at);
-    let waited = memory.asked_at.is_none_or(|at| now.since(at) > ASK_AGAIN);
+    let waited = memory.asked_at.is_some_and(|at| now.since(at) > ASK_AGAIN);
     let nothing_comes = memory.next_at.is_none() && on_belt == 0 && waited;
     if in_cell < scene.setup.wanted && (due || nothing_comes) {
         job.io.add_bin += 1;

@@ -15,6 +15,10 @@ use crate::output::Output;
 use crate::time::PolicyTime;
 use crate::ur10::pose;
 
+/// The cup eases off by this before suction is switched on (m), in this time.
+const EASE_M: f64 = 0.001;
+const EASE_TICKS: u64 = 200;
+
 /// What a handler works with.
 pub(super) struct Turn<'t, 'a, 'o> {
     pub(super) scene: Scene<'a, 'o>,
@@ -107,7 +111,10 @@ impl Turn<'_, '_, '_> {
         } else {
             path
         };
-        path.slowly(surface);
+        // Rather pulling than pressing: what is left of the way down would push
+        // the bin into its support, and break the grip.
+        let eased = pose::shifted(&surface, [0.0, 0.0, EASE_M]);
+        path.slowly(surface).settle().in_ticks(eased, EASE_TICKS);
         goto(State::Attach)
     }
 
