@@ -20,6 +20,12 @@ pub enum AssetError {
         /// What the system said.
         error: std::io::Error,
     },
+    /// Nothing was fetched yet.
+    #[error("no meshes in {meshes}: `robocell assets fetch` gets them")]
+    NotFetched {
+        /// Where they would be.
+        meshes: PathBuf,
+    },
     /// There is no Python to run.
     #[error("cannot run python3 ({0}); install Python 3 with pip, or download {wheel} elsewhere and give it with --from", wheel = crate::package::WHEEL)]
     NoPython(std::io::Error),

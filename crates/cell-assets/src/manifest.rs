@@ -84,6 +84,10 @@ impl Manifest {
     /// When it is missing or not understood.
     pub fn load(meshes: &Path) -> Result<Self, AssetError> {
         let path = meshes.join(FILE);
+        if !path.exists() {
+            let meshes = meshes.to_owned();
+            return Err(AssetError::NotFetched { meshes });
+        }
         let text = std::fs::read_to_string(&path).map_err(AssetError::file("reading", &path))?;
         serde_json::from_str(&text).map_err(|error| AssetError::Manifest {
             path,

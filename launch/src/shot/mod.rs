@@ -26,12 +26,13 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     let shown = Shown::of(args)?;
     let (width, height) = args.size;
     let mut browser = Browser::start(width, height)?;
-    let mut fragment = vec!["quality=0".to_owned()];
+    let mut fragment: Vec<String> = args.view.iter().cloned().collect();
+    // The first of a name counts.
+    fragment.push("quality=0".to_owned());
     // A cell that was started for the picture stands at the time already.
     if let (Some(time), None) = (args.time, &args.demo) {
         fragment.push(format!("time={time}"));
     }
-    fragment.extend(args.view.clone());
     browser.open(&format!("{}#{}", shown.link(), fragment.join("&")))?;
     let since = Instant::now();
     while browser.evaluate(SETTLED)? != serde_json::Value::Bool(true) {
