@@ -115,6 +115,10 @@ pub struct FlipNumbers {
     pub retreat_std_dev_m: f64,
     /// It has backed off when this near (m).
     pub retreat_tolerance_m: f64,
+    /// Then it goes here, beside the jig and above it (m),
+    pub leave_m: [f64; 3],
+    /// this near (m), before it is turned.
+    pub leave_tolerance_m: f64,
     /// A bin whose centre is this near to `jig_m`, in the plane, lies in the jig
     /// (m).
     pub jig_radius_m: f64,
@@ -201,6 +205,7 @@ impl Checker<'_> {
         self.numbers("task.pick.posture", &task.pick.posture, -7.0, 7.0)?;
         self.numbers("task.flip.posture", &flip.posture, -7.0, 7.0)?;
         self.position("task.flip.position_m", &flip.position_m)?;
+        self.position("task.flip.leave_m", &flip.leave_m)?;
         self.numbers("task.flip.approach_m", &flip.approach_m, -1.0, 1.0)?;
         self.numbers(
             "task.flip.retreat_aside_m",
@@ -266,7 +271,7 @@ impl PickNumbers {
 }
 
 impl FlipNumbers {
-    fn ranges(&self) -> [Range; 7] {
+    fn ranges(&self) -> [Range; 8] {
         [
             ("std_dev_m", self.std_dev_m, 1.0e-4, 1.0),
             ("tolerance_m", self.tolerance_m, 1.0e-4, 0.5),
@@ -274,6 +279,7 @@ impl FlipNumbers {
             ("retreat_m", self.retreat_m, 0.0, 1.0),
             ("retreat_std_dev_m", self.retreat_std_dev_m, 1.0e-4, 1.0),
             ("retreat_tolerance_m", self.retreat_tolerance_m, 1.0e-3, 1.0),
+            ("leave_tolerance_m", self.leave_tolerance_m, 1.0e-3, 1.0),
             ("jig_radius_m", self.jig_radius_m, 1.0e-2, 1.0),
         ]
     }

@@ -46,6 +46,7 @@ pub(super) fn motion(
         Step::SwingOut => Some(swing_out(setup, work)),
         Step::MoveToFlipStation => Some(flip(setup)),
         Step::ReleaseFlipStationBin => Some(release(setup, work)),
+        Step::LeaveFlipStation => Some(leave(setup, work)),
         Step::ReachToPlace => Some(place(setup, work)),
         _ => None,
     }
@@ -145,6 +146,18 @@ fn release(setup: &PalletizeSetup, work: &Work) -> Motion {
         by_joints: false,
         approach: way.into(),
         std_dev: numbers.retreat_std_dev_m,
+    }
+}
+
+/// Beside the jig and up.
+fn leave(setup: &PalletizeSetup, work: &Work) -> Motion {
+    let at = Translation3::from(setup.numbers.flip.leave_m);
+    Motion {
+        target: Target::from(&Isometry3::from_parts(at, setup.flip.rotation)),
+        posture: work.joints,
+        by_joints: false,
+        approach: [0.0; 3],
+        std_dev: 0.0,
     }
 }
 

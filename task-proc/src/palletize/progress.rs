@@ -90,6 +90,10 @@ impl Judge<'_> {
                 at(numbers.flip.retreat_tolerance_m, ANY_ANGLE),
                 Failure::ArmCaught,
             ),
+            Step::LeaveFlipStation => in_time(
+                at(numbers.flip.leave_tolerance_m, ANY_ANGLE),
+                Failure::ArmCaught,
+            ),
             Step::SwingOut => in_time(
                 at(numbers.place.swing_tolerance_m, ANY_ANGLE),
                 Failure::ArmCaught,

@@ -28,6 +28,8 @@ pub(super) enum Step {
     WaitAfterRelease,
     /// Away from under the bin.
     ReleaseFlipStationBin,
+    /// Out of the jig's surroundings, the tool still pointing up.
+    LeaveFlipStation,
     /// The bin out to the rest pose: the straight way from the belt to the pallet
     /// passes the arm's own base.
     SwingOut,
@@ -38,9 +40,9 @@ pub(super) enum Step {
 }
 
 use Step::{
-    CloseSuctionGripper, LiftToClearance, MoveToFlipStation, OpenSuctionGripper, OrientToHome,
-    ReachToPick, ReachToPlace, ReleaseFlipStationBin, SwingOut, TimedLift, WaitAfterRelease,
-    WaitAtBin, WaitAtPlace, WaitForBin,
+    CloseSuctionGripper, LeaveFlipStation, LiftToClearance, MoveToFlipStation, OpenSuctionGripper,
+    OrientToHome, ReachToPick, ReachToPlace, ReleaseFlipStationBin, SwingOut, TimedLift,
+    WaitAfterRelease, WaitAtBin, WaitAtPlace, WaitForBin,
 };
 
 /// A bin that opens upwards.
@@ -67,6 +69,7 @@ const FLIP: &[Step] = &[
     OpenSuctionGripper,
     WaitAfterRelease,
     ReleaseFlipStationBin,
+    LeaveFlipStation,
     OrientToHome,
 ];
 
@@ -158,6 +161,7 @@ impl Step {
             OpenSuctionGripper => "OpenSuctionGripper",
             WaitAfterRelease => "WaitAfterRelease",
             ReleaseFlipStationBin => "ReleaseFlipStationBin",
+            LeaveFlipStation => "LeaveFlipStation",
             SwingOut => "SwingOut",
             ReachToPlace => "ReachToPlace",
             WaitAtPlace => "WaitAtPlace",
