@@ -110,10 +110,12 @@ impl World {
             return;
         }
         for handle in &self.objects {
-            let Some(body) = self.engine.bodies.get_mut(*handle) else {
-                continue;
-            };
-            if body.is_enabled() && belt.is_below(&convert::from_vector(body.translation())) {
+            let bodies = &mut self.engine.bodies;
+            let sleeps = bodies.get(*handle).is_some_and(|body| {
+                let place = convert::from_vector(body.translation());
+                body.is_enabled() && body.is_sleeping() && belt.is_below(&place)
+            });
+            if sleeps && let Some(body) = bodies.get_mut(*handle) {
                 body.wake_up(true);
             }
         }

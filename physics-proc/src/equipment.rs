@@ -3,7 +3,7 @@
 use cell_model::random::Random;
 use cell_model::stop::DECISION_AGE_FIFO_TICKS;
 use cell_model::{Cell, ObjectSpec};
-use ipc_types::{Decision, EquipmentState, Wire};
+use ipc_types::{Decision, EquipmentState};
 use serde::{Deserialize, Serialize};
 
 use crate::conveyor::Belt;
@@ -181,7 +181,6 @@ impl World {
             parts_waiting: memory.dispenser.waiting,
             cleared: memory.parking.cleared,
             sensors: self.sensors(),
-            ..EquipmentState::zeroed()
         }
     }
 }
@@ -189,6 +188,7 @@ impl World {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ipc_types::Wire;
 
     fn decision(generation: u32, add_bin: u32, drop_parts: u32) -> Decision {
         let mut decision = Decision::zeroed();

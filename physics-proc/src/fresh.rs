@@ -23,13 +23,19 @@ impl World {
             };
             let touched = self.contacts.touched.get(index) == Some(&true);
             let handle = self.objects.get(index);
-            let Some(body) = handle.and_then(|handle| self.engine.bodies.get_mut(*handle)) else {
+            let Some(handle) = handle.copied() else {
                 continue;
             };
-            if touched && body.is_sleeping() {
+            // The engine looks at whatever was borrowed from it to be changed.
+            let bodies = &mut self.engine.bodies;
+            let sleeps = bodies.get(handle).is_some_and(RigidBody::is_sleeping);
+            if touched
+                && sleeps
+                && let Some(body) = bodies.get_mut(handle)
+            {
                 body.wake_up(true);
             }
-            for collider in body.colliders() {
+            for collider in bodies.get(handle).map_or(&[][..], RigidBody::colliders) {
                 let colliders = &mut self.engine.colliders;
                 let differs = colliders
                     .get(*collider)

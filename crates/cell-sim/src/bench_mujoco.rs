@@ -1,4 +1,4 @@
-//! The same scene in MuJoCo, in a Python beside this process, where that has
+//! The same scene in `MuJoCo`, in a Python beside this process, where that has
 //! the package.
 
 use std::fmt::Write as _;
@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 const PROGRAM: &str = include_str!("bench_mujoco.py");
 
-/// MuJoCo with a scene.
+/// `MuJoCo` with a scene.
 pub(crate) struct Mujoco {
     child: Child,
     requests: ChildStdin,
@@ -21,7 +21,7 @@ pub(crate) struct Mujoco {
 
 impl Mujoco {
     /// Sets the objects and fixtures of a cell up; `None` where there is no
-    /// Python with MuJoCo.
+    /// Python with `MuJoCo`.
     pub(crate) fn start(cell: &Cell) -> Option<Self> {
         let mut child = Command::new("python3")
             .args(["-c", PROGRAM])
@@ -72,7 +72,7 @@ impl Drop for Mujoco {
     }
 }
 
-/// The scene in MuJoCo's own format, with its own settings but for the length
+/// The scene in `MuJoCo`'s own format, with its own settings but for the length
 /// of the step.
 fn mjcf(cell: &Cell) -> String {
     let mut out = String::from("<mujoco><option timestep=\"0.001\"/><worldbody>\n");

@@ -1,5 +1,5 @@
 //! Costs of heaps: 36 bins in columns, awake and asleep, and 100 parts that
-//! fall into one; beside MuJoCo, step by step in the same run, where it is
+//! fall into one; beside `MuJoCo`, step by step in the same run, where it is
 //! installed.
 
 use cell_model::bench_report::{Report, Samples};
