@@ -37,6 +37,9 @@ pub struct FillBinTask {
     pub above_m: f64,
     /// Gap between cup and surface when suction is switched on (m).
     pub gap_m: f64,
+    /// A bin that hangs upside down is let fall this far beside the hold
+    /// position, x, y and z, to lie otherwise afterwards (m).
+    pub tip_over_m: [f64; 3],
     /// A bin is raised by this before it is carried (m),
     pub lift_m: f64,
     /// in this time (s),
@@ -84,6 +87,7 @@ impl Checker<'_> {
         }
         self.position("task.default_position_m", &task.default_position_m)?;
         self.position("task.hold_position_m", &task.hold_position_m)?;
+        self.numbers("task.tip_over_m", &task.tip_over_m, -0.5, 0.5)?;
         let orientation = &task.default_orientation_wxyz;
         self.numbers("task.default_orientation_wxyz", orientation, -1.0, 1.0)?;
         let norm = orientation.iter().map(|x| x * x).sum::<f64>().sqrt();

@@ -29,8 +29,10 @@ pub(super) struct Memory {
     pub(super) let_go: bool,
     /// A grip broke since the job began.
     pub(super) broke: bool,
-    /// It was said that no parts are asked for.
-    pub(super) said_idle: bool,
+    /// State and event of the cell that was shown last.
+    pub(super) shown: Option<(u16, u16)>,
+    /// A bin that hangs upside down was carried aside.
+    pub(super) aside: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

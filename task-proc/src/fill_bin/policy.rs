@@ -87,6 +87,7 @@ impl FillBin {
     /// Says which events were handled, and which state was left for which.
     fn note_changes(&mut self, now: PolicyTime, job: &mut Job, out: &mut Output) {
         let table = self.matrix.table();
+        let idle = table.event("NONE");
         for happening in self.matrix.trace() {
             match *happening {
                 Happening::Changed { from, to, event } => {
@@ -99,9 +100,16 @@ impl FillBin {
                     self.memory.since = now;
                     job.counters.phase_entry += 1;
                 }
-                Happening::Handled { state, event, .. } if table.event_name(event) != "NONE" => {
-                    let holds = table.handler(state, event).is_some();
-                    out.guard((0, state.index()), table.event_name(event), holds);
+                Happening::Handled {
+                    state,
+                    event,
+                    handler: Some(_),
+                } if Some(event) != idle => {
+                    // A cell at work again and again is worth one line.
+                    let shown = Some((state.0, event.0));
+                    if std::mem::replace(&mut self.memory.shown, shown) != shown {
+                        out.guard((0, state.index()), table.event_name(event), true);
+                    }
                 }
                 _ => {}
             }

@@ -37,6 +37,8 @@ struct World {
     leaky: bool,
     /// Where the bin lies after it fell.
     fallen: Isometry3<f64>,
+    /// It falls when it is let go, too.
+    falls: bool,
     /// The task is made anew from its record before every decision.
     restarts: bool,
 }
@@ -81,6 +83,7 @@ impl World {
             load_kg: 0.0,
             leaky: false,
             fallen: on_its_end(),
+            falls: false,
             restarts: false,
         }
     }
@@ -127,7 +130,9 @@ impl World {
             GripperGoal::Keep => {}
             GripperGoal::Open => {
                 (gripper.suction, gripper.attached, gripper.held_object) = (0, 0, 0);
-                self.held = None;
+                if self.held.take().is_some() && self.falls {
+                    self.state.objects[BIN].pose = pose::wire(&self.fallen);
+                }
             }
             GripperGoal::Close if gripper.suction == 1 => {}
             GripperGoal::Close => {
@@ -346,6 +351,24 @@ fn a_bin_full_of_parts_is_gripped_beside_them() {
         assert!((part - target).xy().norm() > 0.05, "{target} {part}");
     }
     assert!((target.z - (-0.4925 + 0.004)).abs() < 2.0e-3, "{target}");
+}
+
+#[test]
+fn a_bin_that_hangs_upside_down_is_let_fall_until_it_lies_otherwise() {
+    let mut world = World::new();
+    world.falls = true;
+    world.fallen = at([-0.3, 0.8, -0.5], [std::f64::consts::PI, 0.0, 0.0]);
+    world.run_to(Outcome::Done);
+    assert_eq!(world.says("upside down, on its bottom"), 1);
+    world.fallen = on_its_end();
+    let drops = world.decision.io.drop_parts;
+    world.run_until("is let fall", |world| world.held.is_none());
+    assert_eq!(
+        world.decision.io.drop_parts, drops,
+        "no part would stay in it"
+    );
+    world.run_until("fills", |world| world.decision.io.drop_parts > drops);
+    assert_eq!(world.says("[break]"), 1);
 }
 
 #[test]

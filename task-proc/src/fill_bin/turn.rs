@@ -210,7 +210,7 @@ impl Turn<'_, '_, '_> {
         let setup = self.scene.setup;
         self.memory.switch(true);
         self.memory.tried = false;
-        self.memory.said_idle = false;
+        self.memory.aside = false;
         self.job.held = Some(setup.bin);
         let raised = pose::shifted(&self.scene.tcp, [0.0, 0.0, setup.task.lift_m]);
         let raised = self.beside_stand(raised).gliding(setup.times.lift.ticks());
@@ -220,6 +220,24 @@ impl Turn<'_, '_, '_> {
             .motion
             .then(hold.gliding(setup.times.carry.ticks()));
         goto(State::Holding)
+    }
+
+    /// No part would stay in a bin that hangs upside down: it is carried aside and
+    /// let fall.
+    fn tip_over(&mut self) -> Next {
+        let setup = self.scene.setup;
+        if std::mem::replace(&mut self.memory.aside, true) {
+            self.memory.switch(false);
+            return Next::Stay;
+        }
+        let name = &setup.task.bin;
+        let what = "hangs upside down, it is let fall to lie otherwise";
+        self.out.log(format_args!("[hold] {name} {what}"));
+        let hold = self.memory.motion.end().map(Waypoint::pose);
+        let aside = pose::shifted(&hold.unwrap_or(self.scene.tcp), setup.task.tip_over_m);
+        let aside = self.beside_stand(aside);
+        self.go(aside.gliding(setup.times.lift.ticks()));
+        Next::Stay
     }
 
     /// The bin is under the dispenser. A bin held by a wall is turned up first.
@@ -241,9 +259,8 @@ impl Turn<'_, '_, '_> {
             let upright = self.beside_stand(upright);
             self.go(upright.gliding(setup.times.carry.ticks()));
             return Next::Stay;
-        } else if !std::mem::replace(&mut self.memory.said_idle, true) {
-            let what = "the bin hangs upside down: no parts are asked for";
-            self.out.log(format_args!("[hold] {what}"));
+        } else {
+            return self.tip_over();
         }
         self.memory.again_after(setup.times.between_drops, self.now);
         Next::Stay
