@@ -74,7 +74,7 @@ impl World {
                 .map(|line| line.text.as_str().to_owned()),
         );
         let goal = decision.goals[0];
-        if goal.kind == GoalKind::Pose.code() {
+        if goal.kind != GoalKind::Hold.code() {
             self.state.arms[0].tcp = goal.target;
         }
         let suction = match GripperGoal::from_code(goal.gripper).unwrap() {

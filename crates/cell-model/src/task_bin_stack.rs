@@ -104,6 +104,12 @@ pub struct FlippingStation {
     pub turn_height_m: f64,
     /// Distance of the cup from that axis (m).
     pub turn_radius_m: f64,
+    /// Joints with the cup pointing down before it is turned over, and up
+    /// afterwards: at the slide's distance from the holder, on both sides of the
+    /// axis (rad).
+    pub down_joint_positions: [f64; 6],
+    /// See `down_joint_positions` (rad).
+    pub up_joint_positions: [f64; 6],
     /// Waypoints (of 1/60 s) the arm waits before it lets go.
     pub wait_steps: u32,
 }
@@ -167,12 +173,7 @@ impl Checker<'_> {
             ("task.hover_m", task.hover_m, 0.0, 1.0),
             ("task.speed_m_s", task.speed_m_s, 0.001, 5.0),
             ("task.slow_speed_m_s", task.slow_speed_m_s, 0.001, 5.0),
-            (
-                "task.turn_speed_rad_s",
-                task.turn_speed_rad_s,
-                0.001,
-                10.0,
-            ),
+            ("task.turn_speed_rad_s", task.turn_speed_rad_s, 0.001, 10.0),
             ("task.touch_gap_m", task.touch_gap_m, 0.0, 0.05),
             ("task.place_gap_m", task.place_gap_m, 0.0, 0.05),
             ("task.state_timeout_s", task.state_timeout_s, 0.1, 3600.0),
@@ -212,6 +213,18 @@ impl Checker<'_> {
     }
 
     fn station(&self, station: &FlippingStation) -> Result<(), ModelError> {
+        for (key, joints) in [
+            (
+                "task.station.down_joint_positions",
+                &station.down_joint_positions,
+            ),
+            (
+                "task.station.up_joint_positions",
+                &station.up_joint_positions,
+            ),
+        ] {
+            self.numbers(key, joints, -7.0, 7.0)?;
+        }
         for (key, value, low, high) in [
             ("task.station.yaw_rad", station.yaw_rad, -7.0, 7.0),
             ("task.station.slide_m", station.slide_m, 0.01, 2.0),

@@ -8,7 +8,7 @@ use super::scene::Bin;
 use super::setup::BinStackSetup;
 use crate::time::PolicyTime;
 use crate::ur10::pose::{self, approach, straight_down};
-use crate::ur10::{Motion, Waypoint};
+use crate::ur10::{JOINTS, Motion, Waypoint};
 
 /// Where a precise stop is needed on the way, the target waits this long: the
 /// arm follows a moving target some 0.11 s behind.
@@ -27,6 +27,7 @@ pub(super) struct Path<'a> {
     at: Pose,
     begun: bool,
     obstacles: u64,
+    lean: Option<[f64; JOINTS]>,
 }
 
 impl<'a> Path<'a> {
@@ -44,7 +45,23 @@ impl<'a> Path<'a> {
             at: tcp,
             begun: false,
             obstacles: u64::MAX,
+            lean: None,
         }
+    }
+
+    /// Leaning to a joint configuration from here on (rad).
+    pub(super) fn leaning(mut self, joints: [f64; JOINTS]) -> Self {
+        self.lean = Some(joints);
+        self
+    }
+
+    /// Turns over with the joints alone, to a configuration whose cup pose is
+    /// `pose`: sideways the wrist is singular, and a path of poses would turn
+    /// two joints instead of one there.
+    pub(super) fn by_joints(mut self, pose: Pose, joints: [f64; JOINTS]) -> Self {
+        let waypoint = Waypoint::new(pose).by_joints(joints);
+        self.lean = None;
+        self.put(waypoint)
     }
 
     /// Without keeping away from the flipping station from here on.
@@ -114,10 +131,17 @@ impl<'a> Path<'a> {
         self.push(pose, ticks)
     }
 
-    fn push(mut self, pose: Pose, ticks: u64) -> Self {
-        let waypoint = Waypoint::new(pose)
-            .gliding(ticks)
-            .avoiding(self.obstacles, u64::MAX);
+    fn push(self, pose: Pose, ticks: u64) -> Self {
+        let waypoint = Waypoint::new(pose).gliding(ticks);
+        let waypoint = Waypoint {
+            posture: self.lean,
+            ..waypoint
+        };
+        self.put(waypoint)
+    }
+
+    fn put(mut self, waypoint: Waypoint) -> Self {
+        let waypoint = waypoint.avoiding(self.obstacles, u64::MAX);
         if self.begun {
             // Ways are shorter than what fits; a waypoint too many would be one
             // corner cut.
@@ -126,7 +150,7 @@ impl<'a> Path<'a> {
             self.motion.go(waypoint, &self.at, self.now);
             self.begun = true;
         }
-        self.at = pose;
+        self.at = waypoint.pose();
         self
     }
 }
@@ -249,18 +273,16 @@ fn cup_for(goal: &Isometry3<f64>, in_hand: &Pose, yaw: f64) -> Pose {
 
 /// Poses of turning over at the flipping station.
 pub(super) struct Turning {
-    /// Cup pointing down, sideways, up.
+    /// Cup pointing down.
     pub(super) down: Pose,
-    pub(super) aside: Pose,
+    /// Cup pointing up.
     pub(super) up: Pose,
 }
 
-/// The cup on a half circle about the wrist: away from the forearm, which is to
-/// its left.
+/// Before and after half a turn of the wrist.
 pub(super) fn turning(setup: &BinStackSetup) -> Turning {
     let station = &setup.task.station;
     let out = radial(station.yaw_rad);
-    let right = Vector3::new(out.y, -out.x, 0.0);
     let up = Vector3::z();
     let axis =
         Vector3::from(station.position_m) - out * station.slide_m + up * station.turn_height_m;
@@ -270,7 +292,6 @@ pub(super) fn turning(setup: &BinStackSetup) -> Turning {
     };
     Turning {
         down: at(-up),
-        aside: at(right),
         up: at(up),
     }
 }

@@ -196,8 +196,9 @@ impl Turn<'_, '_, '_> {
         let setup = self.scene.setup;
         self.out
             .log(format_args!("[decide] -> flip {}", setup.name(bin.object)));
+        let station = &setup.task.station;
         let turned = paths::points_up(&self.scene.tcp);
-        let before = self.in_holder(setup.task.station.lift_m, setup.task.station.slide_m);
+        let before = self.in_holder(station.lift_m, station.slide_m);
         let turning = paths::turning(setup);
         let path = self.path();
         let path = if turned {
@@ -207,9 +208,9 @@ impl Turn<'_, '_, '_> {
             path.lift()
                 .to(turning.down)
                 .into_holder()
-                .to(turning.aside)
-                .to(turning.up)
+                .by_joints(turning.up, station.up_joint_positions)
         };
+        let path = path.leaning(station.up_joint_positions);
         path.slowly(before).settle();
         goto(State::Flipping)
     }
@@ -257,6 +258,7 @@ impl Turn<'_, '_, '_> {
         let wait = u64::from(station.wait_steps) * 1000 / 60;
         self.path()
             .into_holder()
+            .leaning(station.up_joint_positions)
             .slowly(slid_in)
             .settle()
             .slowly(down)
@@ -310,14 +312,15 @@ impl Turn<'_, '_, '_> {
         let turning = paths::turning(setup);
         let high = setup.task.station.position_m[2] + setup.height_m + setup.task.hover_m;
         let raised = pose::shifted(&turning.down, [0.0, 0.0, high - turning.down.position[2]]);
+        let station = &setup.task.station;
         self.path()
             .into_holder()
+            .leaning(station.up_joint_positions)
             .slowly(down)
             .settle()
             .to(back)
             .to(turning.up)
-            .to(turning.aside)
-            .to(turning.down)
+            .by_joints(turning.down, station.down_joint_positions)
             .to(raised)
     }
 

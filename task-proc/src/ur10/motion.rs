@@ -150,7 +150,11 @@ impl Motion {
             return held;
         };
         ArmIntent {
-            kind: GoalKind::Pose,
+            kind: if first.by_joints {
+                GoalKind::Joints
+            } else {
+                GoalKind::Pose
+            },
             target,
             posture: first.posture.map(padded),
             approach: first.approach,

@@ -28,6 +28,9 @@ pub struct Waypoint {
     /// The target moves here from the waypoint before at an even pace in this
     /// time (ticks); 0: at once. The sources make a list of close waypoints of it.
     pub glide_ticks: u64,
+    /// Brings the joints to the posture, whose cup pose this is, instead of the
+    /// cup to the pose: the way of the cup follows from that.
+    pub by_joints: bool,
 }
 
 impl Waypoint {
@@ -42,6 +45,7 @@ impl Waypoint {
             obstacle_mask: u64::MAX,
             object_mask: u64::MAX,
             glide_ticks: 0,
+            by_joints: false,
         }
     }
 
@@ -51,6 +55,15 @@ impl Waypoint {
         Self {
             posture: Some(posture),
             ..self
+        }
+    }
+
+    /// With the joints going to that configuration, which has this pose.
+    #[must_use]
+    pub const fn by_joints(self, posture: [f64; JOINTS]) -> Self {
+        Self {
+            by_joints: true,
+            ..self.leaning(posture)
         }
     }
 
