@@ -34,6 +34,8 @@ pub struct PalletizeTask {
     /// The same along y (m). A bin between its end and this is there to be
     /// taken; a bin beyond is on its way.
     pub belt_y_m: [f64; 2],
+    /// The belt stops with a bin short of this (m).
+    pub belt_stop_y_m: f64,
     /// A straight line from the arm's base through this point parts the side of
     /// belt and jig from that of the pallet, x and y (m).
     pub side_m: [f64; 2],
@@ -238,9 +240,10 @@ impl Checker<'_> {
 type Range = (&'static str, f64, f64, f64);
 
 impl PalletizeTask {
-    fn ranges(&self) -> [Range; 5] {
+    fn ranges(&self) -> [Range; 6] {
         [
             ("slot_z_m", self.slot_z_m, -5.0, 5.0),
+            ("belt_stop_y_m", self.belt_stop_y_m, -5.0, 5.0),
             ("slot_tolerance_m", self.slot_tolerance_m, 1.0e-3, 0.5),
             ("max_attempts", f64::from(self.max_attempts), 1.0, 1000.0),
             ("reach_timeout_s", self.reach_timeout_s, 0.1, 600.0),

@@ -147,6 +147,7 @@ impl Palletizer {
             WorkKind::Pick | WorkKind::PickFlipped => {
                 let word = if facts.needs_flip { "flip" } else { "no flip" };
                 out.log(format_args!("<{word}> {name}"));
+                tick.forgive_picks(work.bin, job);
                 Trigger::PickDone
             }
             WorkKind::Flip => Trigger::FlipDone,
@@ -171,12 +172,15 @@ impl Palletizer {
     pub(super) fn lost(&mut self, work: &Work, tick: &Tick<'_>, job: &mut Job, out: &mut Output) {
         let name = tick.setup.name(work.bin);
         let sequence = work.kind.sequence();
+        out.log(format_args!("[lost] {name} while {}", self.states.name()));
         if sequence.holds(work.step) {
             job.counters.drops += 1;
+            if tick.count_failure(work, job) >= tick.setup.numbers.max_attempts {
+                job.failure = Some(Failure::BinCannotBeGripped);
+            }
         } else {
             job.counters.recoveries += 1;
         }
-        out.log(format_args!("[lost] {name} while {}", self.states.name()));
         self.to_idle(tick, job, out);
     }
 
@@ -193,7 +197,7 @@ impl Palletizer {
         out.log(format_args!("[missed] {name}: {step}"));
         job.counters.recoveries += 1;
         let holding = work.kind.sequence().holds(work.step);
-        let again = tick.count_pick(work.bin, job) < tick.setup.numbers.max_attempts;
+        let again = tick.count_failure(work, job) < tick.setup.numbers.max_attempts;
         // With a bin on the cup there is no other way to try.
         if holding || !again || failure == Failure::GripperBlocked {
             job.failure = Some(failure);

@@ -88,7 +88,7 @@ impl Palletizer {
             let picks = matches!(work.kind, WorkKind::Pick | WorkKind::PickFlipped);
             picks && work.from_belt && (work.step > 0 || now.since(work.began) >= waited)
         });
-        job.io.conveyor_running = !stops && self.states.state() != State::Done;
+        job.io.conveyor_running = !stops && !tick.bin_waits() && self.states.state() != State::Done;
         let interval = PolicyTime::from_seconds(tick.setup.numbers.supply_interval_s);
         let rested = self
             .memory

@@ -3,6 +3,7 @@
 use ipc_types::decision::GoalKind;
 use nalgebra::Isometry3;
 
+use super::geometry::{Lie, lie};
 use super::record::{Motion, Work, WorkKind};
 use super::scene::{ARM, Scene};
 use super::setup::PalletizeSetup;
@@ -58,6 +59,7 @@ impl Judge<'_> {
             Step::WaitForBin => {
                 done_if(past(numbers.pick.wait_s) && !(work.from_belt && job.io.conveyor_running))
             }
+            Step::ReachToPick if self.leans(work) => in_time(false, Failure::BinCannotBeGripped),
             Step::ReachToPick => in_time(
                 at(numbers.pick.tolerance_m, numbers.pick.angle_tolerance_rad),
                 Failure::BinOutOfReach,
@@ -107,6 +109,12 @@ impl Judge<'_> {
             ),
             Step::WaitAtPlace => timed(numbers.place.settle_s),
         }
+    }
+
+    /// Suction finds no level floor on a bin that leans.
+    fn leans(&self, work: &Work) -> bool {
+        let seen = self.scene.bin(work.bin);
+        seen.is_some_and(|seen| lie(&seen.pose) == Lie::Tilted)
     }
 
     /// The tool is as high as it shall be.

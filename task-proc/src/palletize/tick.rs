@@ -2,7 +2,7 @@
 
 use super::aim;
 use super::geometry::{self, Lie, lie};
-use super::record::{Target, Work};
+use super::record::{Target, Work, WorkKind};
 use super::scene::{ARM, Bin, Scene};
 use super::setup::PalletizeSetup;
 use super::table::Facts;
@@ -58,14 +58,28 @@ impl Tick<'_> {
         work.base = Target::from(&target);
     }
 
-    /// Counts a failure to take a bin; how many in a row it is.
-    pub(super) fn count_pick(&self, bin: usize, job: &mut Job) -> u32 {
+    /// Counts a failure with a bin; how many of its kind in a row it is.
+    pub(super) fn count_failure(&self, work: &Work, job: &mut Job) -> u32 {
+        let object = self.setup.bins.get(work.bin).map(|spec| spec.object);
+        let Some(attempts) = object.and_then(|object| job.attempts_mut(object)) else {
+            return u32::MAX;
+        };
+        let picks = matches!(work.kind, WorkKind::Pick | WorkKind::PickFlipped);
+        let count = if picks {
+            &mut attempts.pick
+        } else {
+            &mut attempts.place
+        };
+        *count += 1;
+        *count
+    }
+
+    /// The bin was lifted: what failed before it counts no more.
+    pub(super) fn forgive_picks(&self, bin: usize, job: &mut Job) {
         let object = self.setup.bins.get(bin).map(|spec| spec.object);
-        let attempts = object.and_then(|object| job.attempts_mut(object));
-        attempts.map_or(u32::MAX, |attempts| {
-            attempts.pick += 1;
-            attempts.pick
-        })
+        if let Some(attempts) = object.and_then(|object| job.attempts_mut(object)) {
+            attempts.pick = 0;
+        }
     }
 
     /// Whether the bin that was let go is in its place.
@@ -89,6 +103,17 @@ impl Tick<'_> {
         if !again {
             job.failure = Some(Failure::BinCannotBePlaced);
         }
+    }
+
+    /// A bin waits at the end of the belt; pushed on against the stop it would
+    /// jam, and be too near to the arm.
+    pub(super) fn bin_waits(&self) -> bool {
+        let end = self.setup.numbers.belt_stop_y_m;
+        self.scene.present().any(|(bin, seen)| {
+            Some(bin) != self.scene.attached
+                && self.scene.on_belt(&seen)
+                && seen.pose.translation.y < end
+        })
     }
 
     /// The next bin is asked for when the last one has left the belt.

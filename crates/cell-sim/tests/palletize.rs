@@ -1,0 +1,101 @@
+//! Palletizing, for real: bins of both lies end upright in their places, and only
+//! those that came upside down went over the jig.
+#![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
+
+use cell_sim::{OneProcess, eval::template, run};
+use ipc_types::decision::Outcome;
+use ipc_types::world::{OBJECT_ENABLED, ObjectState};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+/// Of its first two bins one comes upside down.
+const SEED: u64 = 7;
+const SLOTS: [[f64; 2]; 2] = [[1.05, -0.62], [1.05, -0.31]];
+
+struct Run {
+    sim: OneProcess,
+    lines: Vec<String>,
+    /// By bin: how it lay when it was seen first.
+    upside_down: Vec<Option<bool>>,
+}
+
+fn up(object: &ObjectState) -> f64 {
+    let [w, x, y, z] = object.pose.orientation_wxyz;
+    let turn = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+    (turn * Vector3::z()).z
+}
+
+impl Run {
+    fn new(bins: u32) -> Self {
+        let mut spec = template("ur10-palletize", "table");
+        spec.seed = SEED;
+        spec.bins = Some(bins);
+        spec.time_limit_s = Some(60.0 * f64::from(bins));
+        let cell = run::cell_of(&spec).expect("the built-in cell");
+        let sim = OneProcess::new(&spec, cell).expect("a cell that runs");
+        let upside_down = vec![None; bins as usize];
+        Self {
+            sim,
+            lines: Vec::new(),
+            upside_down,
+        }
+    }
+
+    fn tick(&mut self) -> bool {
+        let goes_on = self.sim.tick().expect("a tick");
+        let objects = self.sim.state().objects().iter();
+        for (lie, object) in self.upside_down.iter_mut().zip(objects) {
+            if lie.is_none() && object.flags & OBJECT_ENABLED != 0 {
+                *lie = Some(up(object) < 0.0);
+            }
+        }
+        let trace = self.sim.take_trace().into_iter();
+        self.lines.extend(trace.map(|(_, line)| line));
+        goes_on
+    }
+
+    fn said(&self, words: &str) -> usize {
+        self.lines.iter().filter(|l| l.contains(words)).count()
+    }
+}
+
+#[test]
+fn bins_of_both_lies_end_upright_in_their_places() {
+    let mut run = Run::new(2);
+    while run.tick() {}
+    let decision = run.sim.decision();
+    let outcome = Outcome::from_code(decision.outcome);
+    assert_eq!(outcome, Some(Outcome::Done), "{:#?}", run.lines);
+    assert_eq!((decision.drops, decision.recoveries), (0, 0));
+    let placed = &decision.placed[..decision.placed_count as usize];
+    assert_eq!(placed, [0, 1]);
+    let came = &run.upside_down;
+    assert!(came.contains(&Some(true)) && came.contains(&Some(false)));
+    for (bin, [x, y]) in SLOTS.into_iter().enumerate() {
+        let object = &run.sim.state().objects()[bin];
+        let [at_x, at_y, _] = object.pose.position;
+        let off = (at_x - x).hypot(at_y - y);
+        assert!(off < 0.02, "bin {bin} is {off} m off its place");
+        assert!(up(object) > 0.999);
+        let speed = Vector3::from(object.twist.linear).norm();
+        assert!(speed < 1.0e-3, "bin {bin} moves at {speed} m/s");
+        let flips = run.said(&format!("<flip> bin_{:02}", bin + 1));
+        assert_eq!(Some(flips == 1), run.upside_down[bin]);
+    }
+    assert_eq!(run.sim.state().arms()[0].limit_violations, 0);
+}
+
+#[test]
+fn a_task_killed_again_and_again_changes_nothing() {
+    let mut plain = Run::new(1);
+    while plain.tick() {}
+    let mut killed = Run::new(1);
+    while killed.tick() {
+        // No whole number of decisions, so that every step meets it.
+        if killed.sim.state().header.tick.is_multiple_of(997) {
+            killed.sim.restart_task().expect("a new task");
+        }
+    }
+    assert!(killed.sim.task_restarts() > 10);
+    let hash = |run: &Run| run.sim.state().state_hash;
+    assert_eq!(hash(&plain), hash(&killed));
+}
