@@ -83,8 +83,27 @@ fn look_at(scenario: &str, start: impl FnOnce() -> (TestCell, String)) {
 
 #[test]
 fn each_demo_is_drawn_where_physics_has_it() {
-    for demo in ["franka-stack", "franka-pyramid", "reach"] {
-        browse("draws", &[demo, "--paused"]);
+    for demo in [
+        "franka-stack",
+        "franka-pyramid",
+        "reach",
+        "ur10-palletize",
+        "ur10-fill-bin",
+        "ur10-bin-stack",
+    ] {
+        browse("draws", &[demo, "--paused", "--speed", "max"]);
+    }
+}
+
+#[test]
+fn a_bin_set_down_by_hand_is_counted() {
+    browse("manual", &["ur10-palletize"]);
+}
+
+#[test]
+fn the_buttons_of_the_bins_do_what_their_commands_do() {
+    for demo in ["ur10-palletize", "ur10-fill-bin", "ur10-bin-stack"] {
+        browse("bins", &[demo]);
     }
 }
 

@@ -11,9 +11,12 @@ const flag = (bit) => `(r) => (r.store.snapshot.flags & ${bit}) !== 0`;
 const noFlag = (bit) => `(r) => (r.store.snapshot.flags & ${bit}) === 0`;
 
 /** Bodies and robots are drawn where physics has them. */
-async function draws({ look, until, near, page, robocell }) {
-  // The task shows itself with its first decision.
-  robocell("step", "20");
+async function draws({ look, until, near, same, page, robocell }) {
+  // The task shows itself with its first decision. Bins and parts come later.
+  robocell("task", "start");
+  const steps = (await look((r) => r.store.scene.conveyor ?? r.store.scene.dispenser)) ? 4000 : 20;
+  robocell("step", String(steps));
+  await until("it stepped", (r, steps) => r.store.snapshot.tick >= steps, steps);
   // Following the operator takes no picture.
   await until(
     "the policy is drawn",
@@ -24,6 +27,7 @@ async function draws({ look, until, near, page, robocell }) {
     objects: r.store.scene.objects.map(({ name }, index) => ({
       name,
       at: r.store.snapshot.objects[index].pose.slice(0, 3),
+      enabled: (r.store.snapshot.objects[index].flags & 1) !== 0,
     })),
     arms: r.store.scene.arms.map((arm, index) => ({
       name: arm.name,
@@ -32,7 +36,10 @@ async function draws({ look, until, near, page, robocell }) {
       tcp: r.store.snapshot.arms[index].tcp.slice(0, 3),
     })),
   }));
-  for (const { name, at } of seen.objects) near(name, seen.bodies[name], at, 1e-3);
+  // What waits to be brought in is not drawn.
+  const here = seen.objects.filter(({ enabled }) => enabled);
+  same("what is drawn", Object.keys(seen.bodies).sort(), here.map(({ name }) => name).sort());
+  for (const { name, at } of here) near(name, seen.bodies[name], at, 1e-3);
   for (const { name, link, reach, tcp } of seen.arms) {
     // The tool lies in the last link's frame, at a distance of `reach`.
     const off = Math.hypot(...tcp.map((x, axis) => x - link[axis]));
@@ -116,6 +123,137 @@ async function gizmo({ page, look, until, press, near }) {
     where.target,
   );
   near("the target", where.target, [before[0], before[1], where.target[2]], 0.01);
+}
+
+/** Leads the tool of the UR10 to a pose by the numbers of the robot tab. */
+async function lead({ page, look, until, press }, at, yaw = null) {
+  await page.getByRole("tab", { name: "Robot" }).click();
+  const fields = ["x", "y", "z"];
+  for (const [axis, name] of fields.entries()) await page.getByLabel(name, { exact: true }).fill(at[axis].toFixed(4));
+  // The cup, along x of its frame, looks down.
+  await page.getByLabel("roll", { exact: true }).fill("0");
+  await page.getByLabel("pitch", { exact: true }).fill("90");
+  await page.getByLabel("yaw", { exact: true }).fill(String(yaw ?? 0));
+  await press("robocell target");
+  await until(
+    `the tool is at ${at.map((x) => x.toFixed(3))}`,
+    (r, at) => {
+      const { tcp, velocities } = r.store.snapshot.arms[0];
+      const off = Math.hypot(...at.map((x, axis) => tcp[axis] - x));
+      return off < 0.0025 && velocities.every((v) => Math.abs(v) < 2e-3);
+    },
+    at,
+  );
+  return look((r) => r.store.snapshot.arms[0].tcp);
+}
+
+/** A person puts a bin on the pallet; the automation counts it. */
+async function manual(test) {
+  const { page, look, until, press, near } = test;
+  await press("robocell task start");
+  await until("a bin that opens upward waits at the end of the belt", (r) =>
+    r.store.status?.task.phase.startsWith("Reach") &&
+    r.store.status.equipment.conveyor_speed_m_s === 0 &&
+    r.store.snapshot.objects.some(({ flags, pose }) => (flags & 1) !== 0 && pose[1] < 0.45),
+  );
+  await press("robocell task pause");
+  await until("the task is paused", flag(TASK_PAUSED));
+  const bin = await look((r) =>
+    r.store.snapshot.objects.findIndex(({ flags, pose }) => (flags & 1) !== 0 && pose[1] < 0.45),
+  );
+  const pose = () => look((r, bin) => r.store.snapshot.objects[bin].pose, bin);
+  const { inside, slot } = await look((r, bin) => {
+    const { size_m, wall_m } = r.store.scene.objects[bin].shape;
+    const { slot_x_m, slot_y_m, slot_z_m } = r.store.scene.task;
+    // The floor of a bin, from its middle; and the slot nearest to the belt.
+    return { inside: wall_m - size_m[2] / 2, slot: [slot_x_m.at(-1), slot_y_m.at(-1), slot_z_m] };
+  }, bin);
+  const [x, y, z] = await pose();
+  await lead(test, [x, y, z + 0.35]);
+  await lead(test, [x, y, z + inside + 0.003]);
+  await page.getByRole("tab", { name: "Pallet" }).click();
+  await press("robocell gripper close");
+  await until("the cup holds the bin", (r, bin) => r.store.snapshot.arms[0].held === bin, bin);
+  // Up by the gizmo, over and down by numbers.
+  const grip = await look((r) => r.store.snapshot.arms[0].tcp.slice(0, 3));
+  const [px, py] = await look((r) => r.view.screenOf("gizmo z"));
+  await page.mouse.move(px, py);
+  await page.waitForTimeout(300);
+  await page.mouse.down();
+  for (let step = 1; step <= 12; step++) {
+    await page.mouse.move(px, py - 8 * step);
+    await page.waitForTimeout(60);
+  }
+  await page.mouse.up();
+  await until(
+    "the gizmo lifts the bin",
+    (r, [bin, z]) => r.store.snapshot.objects[bin].pose[2] > z + 0.15,
+    [bin, z],
+  );
+  const up = [grip[0], grip[1], z + 0.45];
+  await lead(test, up);
+  // What hangs beside the cup's axis stays beside it.
+  const held = await pose();
+  const off = [held[0] - up[0], held[1] - up[1]];
+  const over = [slot[0] - off[0], slot[1] - off[1]];
+  await lead(test, [...over, up[2]]);
+  const down = slot[2] + inside + 0.005;
+  await lead(test, [...over, down]);
+  await page.getByRole("tab", { name: "Pallet" }).click();
+  await press("robocell gripper open");
+  await until("the cup let go", (r) => r.store.snapshot.arms[0].held === null);
+  await lead(test, [...over, down + 0.4]);
+  near("the bin", (await pose()).slice(0, 3), slot, 0.02);
+  const name = await look((r, bin) => r.store.scene.objects[bin].name, bin);
+  await press("robocell task resume");
+  await until("the automation counts it", (r, name) => r.store.status.task.placed.includes(name), name);
+  await until("and takes the next one", (r) => r.store.status.task.outcome === "running" && r.store.status.task.phase !== "");
+}
+
+/** The buttons of the bins' panels, each beside its command. */
+async function bins({ page, look, until, press, robocell, same }) {
+  const panel = await look((r) => r.store.scene.panel);
+  await press("robocell task pause");
+  await until("the task is paused", flag(TASK_PAUSED));
+  await page.getByRole("tab").last().click();
+  const here = () => look((r) => r.store.snapshot.objects.filter(({ flags }) => (flags & 1) !== 0).length);
+  const more = (what, count) =>
+    until(what, (r, count) => r.store.snapshot.objects.filter(({ flags }) => (flags & 1) !== 0).length >= count, count);
+  if (panel === "fill_bin") {
+    const before = await here();
+    const drop = await look((r) => r.store.scene.dispenser.per_drop);
+    await press("robocell drop-parts");
+    await more("the button drops parts", before + drop);
+    await until("it is told", (r, drop) => r.store.status.equipment.parts_dropped === drop, drop);
+    robocell("drop-parts", "5");
+    await more("the command drops parts", before + drop + 5);
+    await until("it is told", (r, drop) => r.store.status.equipment.parts_dropped === drop + 5, drop);
+    await page.getByText(`${drop + 5} of 100 parts were dropped`).waitFor();
+  } else {
+    same("bins at first", await here(), 0);
+    await press("robocell add-bin");
+    await more("the button brings a bin", 1);
+    // One after another: the supply takes its time between two.
+    const time = await look((r) => r.store.snapshot.time);
+    await until("the belt's beginning is free", (r, time) => r.store.snapshot.time > time + 4, time);
+    robocell("add-bin", "--flipped");
+    await more("the command brings a bin", 2);
+    const up = await look((r) => {
+      const last = r.store.scene.objects.findIndex(({ name }) => name.endsWith("02"));
+      const [, , , , x, y] = r.store.snapshot.objects[last].pose;
+      return 1 - 2 * (x * x + y * y) > 0;
+    });
+    same("whether the one that was to come upside down opens upward", up, false);
+  }
+  // Suction that finds nothing to hold stays on and says why.
+  const cup = (what, on) => until(what, (r, on) => r.store.status.equipment.suction[0].on === on, on);
+  await press("robocell gripper close");
+  await until("the button switches suction on", (r) => r.store.status.equipment.suction[0].refusals > 0);
+  const refused = await look((r) => r.store.status.equipment.suction[0].refusals);
+  robocell("gripper", "open");
+  await cup("the command switches it off", false);
+  robocell("gripper", "close");
+  await until("the command does alike", (r, n) => r.store.status.equipment.suction[0].refusals > n, refused);
 }
 
 /** Each button does what its command does. */
@@ -307,4 +445,4 @@ async function meshes({ page, look, until, same }) {
   });
 }
 
-export const scenarios = { meshes, draws, drag, gizmo, buttons, restarts, scrub, viewer, names };
+export const scenarios = { meshes, draws, drag, gizmo, buttons, restarts, scrub, viewer, names, manual, bins };

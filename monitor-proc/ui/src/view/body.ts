@@ -3,10 +3,12 @@ import { Color, Group, Mesh, MeshBasicMaterial, type BufferGeometry, BackSide } 
 import type { Pose, Shape, Vec3 } from "../net/protocol";
 import { hasTwin, ofDetail } from "./detail";
 import { type Look, material } from "./materials";
-import { bin, box, capsule, coarsely, cylinder, sphere } from "./shapes";
+import { RIB_M, bin, box, capsule, coarsely, cylinder, sphere } from "./shapes";
 
 const EDGE_M = 0.004;
 const OUTLINE_M = 0.0035;
+/** Half the height of the largest part that is poured (m). */
+const PART_M = 0.024;
 
 const geometries = new Map<string, BufferGeometry>();
 
@@ -36,7 +38,9 @@ function build(shape: Exclude<Shape, { kind: "compound" }>, grown: number): Buff
       return capsule(shape.radius_m + grown, shape.length_m);
     case "bin": {
       const [x, y, z] = shape.size_m.map((side) => side + 2 * grown) as Vec3;
-      return bin(x, y, z, shape.wall_m + grown);
+      // A rim stays outside: walls that are grown would fill the inside.
+      if (grown > 0) return box(x + 2 * RIB_M, y + 2 * RIB_M, z, EDGE_M);
+      return bin(x, y, z, shape.wall_m);
     }
   }
 }
@@ -60,15 +64,21 @@ function fill(group: Group, shape: Shape, make: (geometry: BufferGeometry) => Me
   }
 }
 
-function srgb([red, green, blue]: Vec3): Color {
+/** A colour of the scene. */
+export function srgb([red, green, blue]: Vec3): Color {
   return new Color().setRGB(red, green, blue, "srgb");
+}
+
+/** Loose parts are of polished metal. */
+function gloss(shape: Shape): Partial<Look> {
+  return halfHeight(shape) < PART_M && shape.kind !== "bin" ? { roughness: 0.26, metalness: 0.35 } : {};
 }
 
 /** The body of `shape`, lit and with a shadow. */
 export function body(name: string, shape: Shape, colour: Vec3, look: Partial<Look> = {}): Group {
   const group = new Group();
   group.name = name;
-  const paint = material({ colour: srgb(colour), roughness: 0.42, ...look });
+  const paint = material({ colour: srgb(colour), roughness: 0.42, ...gloss(shape), ...look });
   const make = (form: BufferGeometry) => {
     const mesh = new Mesh(form, paint);
     mesh.castShadow = true;

@@ -3,7 +3,7 @@ import { Box3, Group, type Object3D, Vector3 } from "three";
 import type { Scene, Shape, Vec3 } from "../net/protocol";
 import { OBJECT, type Snapshot } from "../net/snapshot";
 import { body, place } from "./body";
-import { floorHeight, furniture, tableCorners } from "./furniture";
+import { fixtureCorners, floorHeight, furniture, tableCorners } from "./furniture";
 import { Robot } from "./robots/robot";
 
 export interface Body {
@@ -92,7 +92,7 @@ export class Cell {
 
   /** Points that a picture of the whole cell has to hold (m). */
   outlinePoints(): Vector3[] {
-    const points = goals(this.scene);
+    const points = [...goals(this.scene), ...fixtureCorners(this.scene)];
     for (const { root } of this.robots) {
       points.push(...cornersOf(new Box3().setFromObject(root)));
       points.push(root.position.clone().setZ(root.position.z + HEADROOM_M));

@@ -1,12 +1,18 @@
 // The fixtures of the cell, with what makes them look like themselves.
-import { Group, Mesh, Quaternion, Vector3 } from "three";
+import { Color, Group, Mesh, Quaternion, Vector3 } from "three";
 import type { Scene, Vec3 } from "../net/protocol";
-import { body, halfHeight, place } from "./body";
+import { body, halfHeight, place, srgb } from "./body";
+import { belt } from "./fixtures/belt";
+import { barriers, dispenser } from "./fixtures/equipment";
+import { housing, trestle } from "./fixtures/frame";
+import { pallet } from "./fixtures/pallet";
+import { solid } from "./fixtures/solid";
 import { material } from "./materials";
 import { box, cylinder } from "./shapes";
 
 const TABLE_HEIGHT_M = 0.75;
 const LEG_M = 0.07;
+const PALER = 0.08;
 const FRAME = { colour: 0x474a4e, roughness: 0.5, metalness: 0.1 };
 
 type Fixture = Scene["fixtures"][number];
@@ -19,33 +25,44 @@ function lowest({ shape, pose }: Fixture): number {
   return pose[2] - halfHeight(shape);
 }
 
-/** The corners of what the arms work on (m). */
-export function tableCorners(scene: Scene): Vector3[] {
-  return scene.fixtures.filter(isTable).flatMap(({ shape, pose }) => {
-    if (shape.kind !== "box") return [];
-    const [x, y, z] = shape.size_m;
-    const turn = new Quaternion(pose[4], pose[5], pose[6], pose[3]);
-    return [-1, 1].flatMap((side) =>
-      [-1, 1].map((end) => {
-        const corner = new Vector3((side * x) / 2, (end * y) / 2, z / 2).applyQuaternion(turn);
-        return corner.add({ x: pose[0], y: pose[1], z: pose[2] });
-      }),
-    );
-  });
+/** The floor of the room, which is drawn without an end. */
+function isFloor({ name, shape }: Fixture): boolean {
+  return shape.kind === "box" && name === "floor";
 }
 
-/** Height of the room's floor (m): a table stands on legs, all else on the floor. */
+function corners({ shape, pose }: Fixture, faces: number[]): Vector3[] {
+  if (shape.kind === "compound" || shape.kind === "sphere") return [];
+  const [x, y, z] =
+    "size_m" in shape ? shape.size_m : [2 * shape.radius_m, 2 * shape.radius_m, 2 * halfHeight(shape)];
+  const turn = new Quaternion(pose[4], pose[5], pose[6], pose[3]);
+  return [-1, 1].flatMap((side) =>
+    [-1, 1].flatMap((end) =>
+      faces.map((face) => {
+        const corner = new Vector3((side * x) / 2, (end * y) / 2, (face * z) / 2).applyQuaternion(turn);
+        return corner.add({ x: pose[0], y: pose[1], z: pose[2] });
+      }),
+    ),
+  );
+}
+
+/** The corners of what the arms work on (m). */
+export function tableCorners(scene: Scene): Vector3[] {
+  return scene.fixtures.filter(isTable).flatMap((fixture) => corners(fixture, [1]));
+}
+
+/** The corners of all else that stands in the cell (m). */
+export function fixtureCorners(scene: Scene): Vector3[] {
+  const others = scene.fixtures.filter((one) => one.solid && !isTable(one) && !isFloor(one));
+  return others.flatMap((fixture) => corners(fixture, [-1, 1]));
+}
+
+/** Height of the room's floor (m): the cell's own, or so that a table stands on legs. */
 export function floorHeight(scene: Scene): number {
+  const own = scene.fixtures.find(isFloor);
+  if (own !== undefined) return own.pose[2] + halfHeight(own.shape);
   const bottoms = scene.fixtures.filter(({ solid }) => solid).map(lowest);
   const bottom = Math.min(0, ...bottoms);
   return scene.fixtures.some(isTable) ? Math.min(bottom, -TABLE_HEIGHT_M) : bottom - 0.001;
-}
-
-function solid(mesh: Mesh, at: Vec3): Mesh {
-  mesh.castShadow = true;
-  mesh.receiveShadow = true;
-  mesh.position.set(...at);
-  return mesh;
 }
 
 /** Legs under a table, down to `floor` (m). */
@@ -75,17 +92,42 @@ export function mountingPlate(base: Vec3): Mesh {
   return solid(plate, [base[0], base[1], base[2] + 0.0035]);
 }
 
+/** Painted steel is seen mostly from its shaded sides. */
+function paler(colour: Vec3): Color {
+  return srgb(colour).lerp(new Color(1, 1, 1), PALER);
+}
+
+/** A box that its name lets look like more than a box, or null. */
+function dressed(scene: Scene, { name, shape, colour }: Fixture): Group | null {
+  if (shape.kind !== "box") return null;
+  const paint = paler(colour);
+  if (scene.conveyor?.fixture === name) {
+    const [x, y] = scene.conveyor.velocity_m_s;
+    return belt(shape.size_m, Math.abs(y) > Math.abs(x));
+  }
+  if (/^pallet(_\d+)?$/.test(name)) return pallet(shape.size_m, paint);
+  if (/^(housing|pedestal)$/.test(name)) return housing(shape.size_m, paint);
+  const isThin = shape.size_m[2] > 5 * Math.min(...shape.size_m);
+  if (/(^|_)legs?(_|$)/.test(name) || (isThin && /_stand$/.test(name))) return trestle(shape.size_m, paint);
+  return null;
+}
+
 /** Everything that never moves, on a floor at `floor` (m). */
 export function furniture(scene: Scene, floor: number): Group {
   const all = new Group();
-  for (const fixture of scene.fixtures.filter(({ solid }) => solid)) {
-    const belt = scene.conveyor?.fixture === fixture.name;
-    const look = belt ? { roughness: 0.95 } : isTable(fixture) ? { roughness: 0.6 } : {};
-    const group = body(fixture.name, fixture.shape, fixture.colour, look);
+  for (const fixture of scene.fixtures) {
+    if (!fixture.solid || isFloor(fixture)) continue;
+    const { name, shape, colour } = fixture;
+    const look = isTable(fixture) ? { roughness: 0.6 } : {};
+    const own = dressed(scene, fixture);
+    const shown = isTable(fixture) ? colour : (paler(colour).convertLinearToSRGB().toArray() as Vec3);
+    const group = own === null ? body(name, shape, shown, look) : new Group().add(own);
+    group.name = name;
     if (isTable(fixture)) group.add(legs(fixture, floor));
     place(group, fixture.pose);
     all.add(group);
   }
   for (const arm of scene.arms) all.add(mountingPlate(arm.base.position));
+  all.add(dispenser(scene), barriers(scene, floor));
   return all;
 }

@@ -218,7 +218,8 @@ export class View implements ViewApi {
     const extent = new Box3().setFromPoints(points);
     const size = extent.getSize(new Vector3());
     const reach = Math.max(LEAST_REACH_M, 0.5 * Math.hypot(size.x, size.y));
-    this.stage.arrange(this.cell.floor, extent.getCenter(new Vector3()), reach);
+    const eye = new Vector3(...this.cell.scene.camera.eye_m);
+    this.stage.arrange(this.cell.floor, extent.getCenter(new Vector3()), reach, eye);
     this.eye.frame(this.cell.scene, points);
   }
 

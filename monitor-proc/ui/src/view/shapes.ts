@@ -107,7 +107,7 @@ export function box(x: number, y: number, z: number, edge = 0.004): BufferGeomet
 }
 
 /** How far the ribs and the rim of a bin stand out (m): they are only drawn. */
-const RIB_M = 0.0025;
+export const RIB_M = 0.0025;
 const RIB_PITCH_M = 0.05;
 
 /** An open bin with ribs and a rim; outer sides and thickness of its walls (m). */

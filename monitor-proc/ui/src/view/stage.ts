@@ -31,6 +31,12 @@ const FINE_SKY = 0.6;
 const PLAIN_SKY = 1.5;
 const REFLECTIONS = 0.5;
 const SHADOW_REACH_M = 1.35;
+/** Cells up to this reach are seen without haze (m). */
+const HAZE_REACH_M = 1.1;
+const SUN: [number, number] = [0.9, -1.1];
+const SHOULDER_RAD = 0.8;
+const FILL = 0.45;
+const SIDE_FILL = 1.1;
 
 /** A dome that is bright at the horizon and dark above. */
 function dome(): Mesh {
@@ -122,9 +128,18 @@ function contactShade(): Mesh {
   return new Mesh(new PlaneGeometry(1, 1), paint);
 }
 
+/** Where the sun stands: at its usual place, or over the shoulder of who would look into it. */
+function sunSide(x: number, y: number): [number, number] {
+  if (SUN[0] * x + SUN[1] * y >= 0) return SUN;
+  const height = Math.hypot(...SUN) / Math.max(Math.hypot(x, y), 1e-6);
+  const [cos, sin] = [Math.cos(SHOULDER_RAD), Math.sin(SHOULDER_RAD)];
+  return [height * (cos * x - sin * y), height * (sin * x + cos * y)];
+}
+
 export class Stage {
   readonly scene = new Scene();
   readonly light = sun();
+  private readonly fill = new DirectionalLight(0xd7e6ff, FILL);
   private readonly floor = new Group();
   private readonly shade = contactShade();
   private readonly lines = grid();
@@ -136,9 +151,8 @@ export class Stage {
   constructor(private readonly renderer: WebGLRenderer) {
     this.scene.background = HORIZON;
     this.scene.fog = new Fog(HORIZON, 3.5, 13);
-    const fill = new DirectionalLight(0xd7e6ff, 0.45);
-    fill.position.set(-2, -3, 1.5);
-    this.scene.add(this.sky, fill, this.light, this.light.target, this.dome, this.floor);
+    this.fill.position.set(-2, -3, 1.5);
+    this.scene.add(this.sky, this.fill, this.light, this.light.target, this.dome, this.floor);
     const disc = new CircleGeometry(14, 48);
     this.ground = new Mesh(disc, material({ colour: FLOOR, roughness: 0.95 }));
     this.ground.receiveShadow = true;
@@ -150,13 +164,23 @@ export class Stage {
     });
   }
 
-  /** Lays the floor at `height` and lights the cell around `centre` (m). */
-  arrange(height: number, centre: Vector3, reach: number): void {
+  /**
+   * Lays the floor at `height` and lights the cell around `centre` (m), from the
+   * side that is seen from `eye`.
+   */
+  arrange(height: number, centre: Vector3, reach: number, eye: Vector3): void {
     this.floor.position.z = height;
     this.shade.scale.setScalar(2 * reach + 1.6);
     this.shade.position.set(centre.x, centre.y, 0.002);
     const wide = Math.max(SHADOW_REACH_M, reach + 0.6);
-    this.light.position.copy(centre).add({ x: 0.9 * wide, y: -1.1 * wide, z: 2.6 * wide });
+    const [x, y] = sunSide(eye.x - centre.x, eye.y - centre.y);
+    this.light.position.copy(centre).add({ x: x * wide, y: y * wide, z: 2.6 * wide });
+    // What the eye sees of a large cell are mostly its upright sides.
+    const moved = x !== SUN[0];
+    this.fill.intensity = moved ? SIDE_FILL : FILL;
+    if (moved) this.fill.position.set(eye.x - centre.x + y, eye.y - centre.y - x, 0.6 * wide);
+    const haze = Math.max(1, reach / HAZE_REACH_M);
+    if (this.scene.fog instanceof Fog) [this.scene.fog.near, this.scene.fog.far] = [3.5 * haze, 13 * haze];
     this.light.target.position.copy(centre);
     const frame = this.light.shadow.camera;
     frame.left = frame.bottom = -wide;

@@ -33,7 +33,7 @@ export function mountBins(desk: Desk, element: HTMLElement): () => void {
     el("p", { class: "row" }, count, ` of ${cells.length} bins are placed`, el("span", { class: "spacer" }), "Belt", belt),
     el("div", { class: "row" }, add(false), add(true)),
     refusal,
-    ...(map === null ? [] : [el("h3", {}, "Slots"), map.root]),
+    ...(map === null ? [] : [el("h3", {}, "Slots, from above"), map.root]),
     el("h3", {}, "Gripper"),
     suctionGauge(desk),
     el("h3", {}, "Bins"),
@@ -64,6 +64,8 @@ export function mountBins(desk: Desk, element: HTMLElement): () => void {
 }
 
 const SLOT_NEAR_M = 0.05;
+/** Columns along each side of a stack. */
+const STACK_SIDE = 3;
 
 /** The slots seen from above, each with how many bins stand in it; null where the
  * cell file says nothing of slots. */
@@ -97,10 +99,25 @@ function slotMap(desk: Desk): { root: HTMLElement; show: () => void } | null {
   return { root, show };
 }
 
-/** Slots as the cell file gives them: the grid of `slot_x_m` and `slot_y_m`. */
+/** Slots as the cell file gives them: a grid of `slot_x_m` and `slot_y_m`, or a
+ * `stack` of columns at `first_m` and steps from there. */
 function slotsOf(task: Record<string, unknown> | undefined): [number, number][] {
-  const numbers = (value: unknown): number[] =>
-    Array.isArray(value) ? value.filter((one): one is number => typeof one === "number") : [];
   const [xs, ys] = [numbers(task?.["slot_x_m"]), numbers(task?.["slot_y_m"])];
-  return xs.flatMap((x) => ys.map((y): [number, number] => [x, y]));
+  const grid = xs.flatMap((x) => ys.map((y): [number, number] => [x, y]));
+  const stack = task?.["stack"];
+  if (grid.length > 0 || typeof stack !== "object" || stack === null) return grid;
+  const [first, one, two] = ["first_m", "first_step_m", "second_step_m"].map((key) => numbers((stack as Record<string, unknown>)[key]));
+  if (first === undefined || first.length < 2 || one?.length !== 2 || two?.length !== 2) return [];
+  const steps = Array.from({ length: STACK_SIDE }, (_, step) => step);
+  const along = (axis: 0 | 1, i: number, j: number) => round((first[axis] ?? 0) + i * (one[axis] ?? 0) + j * (two[axis] ?? 0));
+  return steps.flatMap((i) => steps.map((j): [number, number] => [along(0, i, j), along(1, i, j)]));
+}
+
+function numbers(value: unknown): number[] {
+  return Array.isArray(value) ? value.filter((one): one is number => typeof one === "number") : [];
+}
+
+/** To a tenth of a millimetre: slots of one row are to have the same number. */
+function round(metres: number): number {
+  return Math.round(metres * 1e4) / 1e4;
 }

@@ -15,7 +15,7 @@ export function suctionGauge(desk: Desk): HTMLElement {
   const last = el("p", { class: "dim" });
   const root = el(
     "div",
-    { class: "column" },
+    { class: "suction-panel" },
     el("div", { class: "row" }, el("span", {}, "Load"), el("div", { class: "gauge" }, fill), text),
     feels,
     last,

@@ -6,6 +6,7 @@ const CHAR_PX = 6.6;
 const LABEL_CHAR_PX = 5.2;
 const NODE_HEIGHT = 26;
 const LABEL_HEIGHT = 12;
+const MARGIN_PX = 2;
 /** More labels than this would cover the picture. */
 const MANY_EDGES = 40;
 
@@ -21,11 +22,17 @@ export interface LaidEdge {
   from: number;
   to: number;
   label: string;
+  /** All that leads this way, one below the other. */
+  about: string;
+  /** What is written on it. */
+  text: string;
   points: Point[];
   /** Where the label stands; null where there are too many. */
   at: Point | null;
 }
 export interface Layout {
+  left: number;
+  top: number;
   width: number;
   height: number;
   nodes: Box[];
@@ -34,40 +41,71 @@ export interface Layout {
   edges: LaidEdge[];
 }
 
+/** What is drawn: one line for all ways of a matrix from one state to another
+ * (its table tells the events), and the guards of a machine left to its table. */
+function drawn(graph: Graph): { from: number; to: number; label: string; text: string; about: string }[] {
+  const found = new Map<string, { from: number; to: number; label: string; text: string; about: string }>();
+  for (const { from, to, label } of graph.edges) {
+    const key = graph.kind === "matrix" ? `${from} ${to}` : `${from} ${to} ${label}`;
+    const known = found.get(key);
+    const text = graph.kind === "matrix" ? "" : (label.split(" [")[0] ?? label);
+    if (known === undefined) found.set(key, { from, to, label, text, about: label });
+    else known.about += `\n${label}`;
+  }
+  // A way from a state to itself says nothing in a drawing without labels.
+  return [...found.values()].filter(({ from, to }) => graph.kind !== "matrix" || from !== to);
+}
+
 export function layout(graph: Graph): Layout {
   const holds = graph.nodes.map(() => false);
   for (const { parent } of graph.nodes) if (parent !== null) holds[parent] = true;
   const nested = holds.some(Boolean);
   const picture = new dagre.graphlib.Graph({ multigraph: true, compound: nested });
-  picture.setGraph({ rankdir: "TB", nodesep: 26, ranksep: 22, edgesep: 14, marginx: 8, marginy: 8 });
+  // The table of a matrix needs the height.
+  const rankdir = graph.kind === "matrix" ? "LR" : "TB";
+  picture.setGraph({ rankdir, nodesep: 26, ranksep: 22, edgesep: 14, marginx: 8, marginy: 8 });
   for (const [index, node] of graph.nodes.entries()) {
     const width = Math.max(64, CHAR_PX * node.name.length + 24);
     picture.setNode(String(index), { width, height: NODE_HEIGHT });
     if (node.parent !== null && node.parent < index) picture.setParent(String(index), String(node.parent));
   }
-  const labelled = graph.edges.length <= MANY_EDGES;
-  for (const [index, edge] of graph.edges.entries()) {
-    const width = labelled ? LABEL_CHAR_PX * edge.label.length + 8 : 0;
-    const label = { width, height: labelled ? LABEL_HEIGHT : 0, labelpos: "c" };
+  const edges = drawn(graph);
+  const labelled = edges.length <= MANY_EDGES;
+  for (const [index, edge] of edges.entries()) {
+    const shown = labelled && edge.text !== "";
+    const width = shown ? LABEL_CHAR_PX * edge.text.length + 8 : 0;
+    const label = { width, height: shown ? LABEL_HEIGHT : 0, labelpos: "c" };
     picture.setEdge(String(inner(graph, holds, edge.from)), String(inner(graph, holds, edge.to)), label, String(index));
   }
   dagre.layout(picture);
-  const size = picture.graph();
-  return {
-    width: size.width ?? 0,
-    height: size.height ?? 0,
+  return fitted({
+    width: picture.graph().width ?? 0,
+    height: picture.graph().height ?? 0,
+    left: 0,
+    top: 0,
     holds,
     nodes: graph.nodes.map((_, index) => {
       const { x, y, width, height } = picture.node(String(index));
       return { x, y, width, height };
     }),
-    edges: graph.edges.map((edge, index) => {
+    edges: edges.map((edge, index) => {
       const from = String(inner(graph, holds, edge.from));
       const laid = picture.edge(from, String(inner(graph, holds, edge.to)), String(index));
       const at = labelled && laid.x !== undefined && laid.y !== undefined ? { x: laid.x, y: laid.y } : null;
-      return { ...edge, points: laid.points ?? [], at };
+      return { ...edge, points: laid.points ?? [], at: edge.text === "" ? null : at };
     }),
-  };
+  });
+}
+
+/** Ways may lead around the states, out of the size that was reckoned. */
+function fitted(found: Layout): Layout {
+  const all = found.edges.flatMap(({ points }) => points);
+  const [xs, ys] = [all.map(({ x }) => x), all.map(({ y }) => y)];
+  const left = Math.min(0, ...xs) - MARGIN_PX;
+  const top = Math.min(0, ...ys) - MARGIN_PX;
+  const width = Math.max(found.width, ...xs) + MARGIN_PX - left;
+  const height = Math.max(found.height, ...ys) + MARGIN_PX - top;
+  return { ...found, left, top, width, height };
 }
 
 /** The layout takes no edges of boxes: their first part stands in. */

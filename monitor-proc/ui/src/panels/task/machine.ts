@@ -1,8 +1,9 @@
 // A machine or matrix as a drawing: the active state and the way taken last
 // stand out.
 import type { Store } from "../../net/store";
-import { reveal, setAttr, svg } from "../dom";
+import { el, reveal, setAttr, svg } from "../dom";
 import { layout, type LaidEdge, type Point } from "./layout";
+import { liveTable } from "./table";
 import type { GraphView } from "./tree";
 
 let drawings = 0;
@@ -27,19 +28,32 @@ function curve(points: Point[]): string {
 
 function drawEdge(edge: LaidEdge, head: string): SVGGElement {
   const path = svg("path", { d: curve(edge.points), "marker-end": `url(#${head})`, fill: "none" });
-  const node = svg("g", { class: "edge" }, svg("title", {}, edge.label), path);
-  if (edge.at !== null && edge.label !== "") {
-    node.append(svg("text", { x: edge.at.x, y: edge.at.y + 3, class: "edge-label" }, edge.label));
+  const node = svg("g", { class: "edge" }, svg("title", {}, edge.about), path);
+  if (edge.at !== null) {
+    node.append(svg("text", { x: edge.at.x, y: edge.at.y + 3, class: "edge-label" }, edge.text));
   }
   return node;
 }
 
+/** The drawing, and under it the table it was drawn from. */
 export function machineView(store: Store, at: number, onNode: (node: number) => void): GraphView {
+  const drawn = drawing(store, at, onNode);
+  const graph = store.graphs[at];
+  if (graph === undefined) return drawn;
+  const table = liveTable(store, at, graph);
+  const show = () => {
+    drawn.show();
+    table.show();
+  };
+  return { root: el("div", { class: "machine-pane" }, drawn.root, table.root), show, follow: drawn.follow };
+}
+
+function drawing(store: Store, at: number, onNode: (node: number) => void): GraphView {
   const graph = store.graphs[at];
   const root = svg("svg", { class: "machine", role: "img" });
   if (graph === undefined) return { root, show: () => {}, follow: () => {} };
-  const { width, height, nodes, holds, edges } = layout(graph);
-  setAttr(root, "viewBox", `0 0 ${width} ${height}`);
+  const { left, top, width, height, nodes, holds, edges } = layout(graph);
+  setAttr(root, "viewBox", `${left} ${top} ${width} ${height}`);
   root.style.setProperty("--width", `${width}px`);
   root.style.setProperty("--height", `${height}px`);
   setAttr(root, "aria-label", `The ${graph.kind} ${graph.name}`);

@@ -6,7 +6,8 @@ import type { Labels } from "../labels";
 import type { Overlay } from "./overlay";
 
 const HIGH = 0.8;
-const ABOVE_M = 0.1;
+/** Beside the cup, which it does not cover (the style sheet shifts it). */
+const ABOVE_M = 0.05;
 
 export class Suction implements Overlay {
   readonly name = "suction";
@@ -18,7 +19,8 @@ export class Suction implements Overlay {
       if (arm === undefined || gripper === null || gripper.finger_joints.length > 0) return;
       const [x, y, z] = arm.tcp;
       const load = Math.min(Math.max(arm.load, 0), 1);
-      const text = arm.attached || load > 0 ? `load ${(100 * load).toFixed(0)} %` : "no load";
+      if (!arm.attached) return;
+      const text = `load ${(100 * load).toFixed(0)} %`;
       const kind = load > HIGH ? "load high" : "load";
       const label = labels.say(`suction ${name}`, text, new Vector3(x, y, z + ABOVE_M), kind);
       label.style.setProperty("--load", `${(100 * load).toFixed(0)}%`);

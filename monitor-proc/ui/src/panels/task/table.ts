@@ -1,0 +1,112 @@
+// What a machine or a matrix does, as the table it was written as: the column of
+// the active state and the cell or row taken last stand out.
+import type { Graph } from "../../net/protocol";
+import type { Store } from "../../net/store";
+import { el, setAttr } from "../dom";
+
+export interface LiveTable {
+  root: HTMLElement;
+  show: () => void;
+}
+
+interface Cell {
+  node: HTMLElement;
+  from: number;
+  event: string;
+}
+
+/** Handlers by event, as a state's detail tells them: `EVENT: handler, ...`. */
+function handlers(detail: string): Map<string, string> {
+  const pairs = detail.split(", ").map((part) => part.split(": "));
+  return new Map(pairs.flatMap(([event, handler]) => (event !== undefined && handler !== undefined ? [[event, handler]] : [])));
+}
+
+/** All events, in an order that keeps that of every state: that of precedence. */
+function order(lists: string[][]): string[] {
+  const left = lists.map((list) => [...list]);
+  const all: string[] = [];
+  for (;;) {
+    const heads = left.flatMap(([head]) => (head === undefined ? [] : [head]));
+    const next = heads.find((head) => left.every((list) => list.indexOf(head) <= 0)) ?? heads[0];
+    if (next === undefined) return all;
+    all.push(next);
+    for (const list of left) {
+      const at = list.indexOf(next);
+      if (at >= 0) list.splice(at, 1);
+    }
+  }
+}
+
+/** A long name may be broken at its underscores. */
+function breakable(name: string): string {
+  return name.replaceAll("_", "_\u200b");
+}
+
+function matrix(graph: Graph): { head: HTMLElement; rows: HTMLElement[]; cells: Cell[]; columns: HTMLElement[] } {
+  const known = graph.nodes.map(({ detail }) => handlers(detail));
+  const events = order(known.map((one) => [...one.keys()]));
+  const columns = graph.nodes.map(({ name }) => el("th", { scope: "col" }, name));
+  const cells: Cell[] = [];
+  const rows = events.map((event) => {
+    const row = graph.nodes.map((_, from) => {
+      const handler = known[from]?.get(event);
+      const goes = graph.edges.filter((edge) => edge.from === from && edge.label === event);
+      const to = goes.map((edge) => graph.nodes[edge.to]?.name ?? "?").join(" | ");
+      const node = el("td", {}, handler === undefined ? null : el("span", {}, breakable(handler)));
+      if (to !== "") node.append(el("b", {}, `→ ${to}`));
+      cells.push({ node, from, event });
+      return node;
+    });
+    return el("tr", {}, el("th", { scope: "row" }, breakable(event)), ...row);
+  });
+  return { head: el("tr", {}, el("th", {}), ...columns), rows, cells, columns };
+}
+
+/** The table of a matrix: a row an event, a column a state. */
+function matrixTable(store: Store, at: number, graph: Graph): LiveTable {
+  const { head, rows, cells, columns } = matrix(graph);
+  const root = el("table", { class: "live-table matrix" }, el("thead", {}, head), el("tbody", {}, ...rows));
+  const show = () => {
+    const letters = store.letters[at] ?? "";
+    const last = store.edges[at];
+    for (const [index, column] of columns.entries()) setAttr(column, "data-status", letters[index] ?? "I");
+    for (const { node, from, event } of cells) {
+      setAttr(node, "data-status", letters[from] ?? "I");
+      node.classList.toggle("last", last?.from === from && last.label === event);
+    }
+  };
+  return { root, show };
+}
+
+/** The table of a machine: a row a transition. */
+function rowsTable(store: Store, at: number, graph: Graph): LiveTable {
+  const name = (index: number) => graph.nodes[index]?.name ?? "?";
+  const rows = graph.edges.map((edge) => {
+    const [trigger = "", guard = ""] = edge.label.split(/ \[|\]/);
+    const states = [el("td", {}, name(edge.from)), el("td", {}, `→ ${name(edge.to)}`)];
+    const node = el("tr", {}, ...states, el("td", {}, breakable(trigger)), el("td", { class: "dim" }, breakable(guard)));
+    return { edge, node };
+  });
+  const head = ["from", "to", "trigger", "guard"].map((text) => el("th", { scope: "col" }, text));
+  const root = el(
+    "table",
+    { class: "live-table" },
+    el("thead", {}, el("tr", {}, ...head)),
+    el("tbody", {}, ...rows.map(({ node }) => node)),
+  );
+  const show = () => {
+    const letters = store.letters[at] ?? "";
+    const last = store.edges[at];
+    for (const { edge, node } of rows) {
+      setAttr(node, "data-status", letters[edge.from] ?? "I");
+      const same = last?.from === edge.from && last.to === edge.to && last.label === edge.label;
+      node.classList.toggle("last", same);
+    }
+  };
+  return { root, show };
+}
+
+/** The table of graph `at`. */
+export function liveTable(store: Store, at: number, graph: Graph): LiveTable {
+  return graph.kind === "matrix" ? matrixTable(store, at, graph) : rowsTable(store, at, graph);
+}
