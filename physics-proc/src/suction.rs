@@ -24,6 +24,9 @@ const SLOW_S: f64 = 0.25;
 /// A slow mean above this share of the limit is a weight.
 const NEAR: f64 = 0.9;
 
+/// Sign of the joint's impulse along the axis when the object pulls.
+const PULLS: f64 = 1.0;
+
 /// Force (N) and torque about the cup (N·m) in the frame of the cup.
 type Wrench = [f64; 6];
 
@@ -211,6 +214,7 @@ impl World {
             let Some(limits) = &self.arms[index].robot.suction else {
                 continue;
             };
+            let wrench = without_pressure(wrench, &limits.axis);
             let suction = &mut self.memory.arms[index].suction;
             let Some(exceeded) = suction.feel(wrench, limits) else {
                 continue;
@@ -286,6 +290,16 @@ fn release(suction: &mut Suction, engine: &mut PhysicsWorld) {
     if let Some(grip) = suction.grip.take() {
         engine.impulse_joints.remove(grip.joint, true);
     }
+}
+
+/// A cup that is pressed on does not let go: along its axis (out of the cup)
+/// only what pulls counts.
+fn without_pressure(wrench: Wrench, axis: &Vector3<f64>) -> Wrench {
+    let [fx, fy, fz, tx, ty, tz] = wrench;
+    let force = Vector3::new(fx, fy, fz);
+    let pull = PULLS * force.dot(axis);
+    let force = force - axis * (PULLS * pull.min(0.0));
+    [force.x, force.y, force.z, tx, ty, tz]
 }
 
 /// Norms of force (N) and torque (N·m).

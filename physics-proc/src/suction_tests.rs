@@ -214,6 +214,18 @@ fn a_light_load_is_held_for_a_minute() {
 }
 
 #[test]
+fn a_cup_that_is_pressed_on_holds() {
+    let mut hold = Hold::new(0.6, [0.0, 0.0], 0.0, 0.0);
+    hold.run(10);
+    for _ in 0..500 {
+        hold.pull(Vector3::new(0.0, 0.0, 80.0), Vector3::zeros());
+    }
+    let pressed = hold.gripper();
+    assert_eq!((pressed.attached, pressed.breaks), (1, 0), "{pressed:?}");
+    assert!(pressed.load < 0.1, "load {}", pressed.load);
+}
+
+#[test]
 fn a_blow_breaks_it_as_one() {
     let mut hold = Hold::new(0.6, [0.0, 0.0], 0.004, 0.0);
     hold.run(500);
