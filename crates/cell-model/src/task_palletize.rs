@@ -136,7 +136,10 @@ pub struct PlaceNumbers {
     pub approach_m: f64,
     /// Width of the approach corridor (standard deviation, m).
     pub std_dev_m: f64,
-    /// A bin from the belt is first carried this near to the rest pose (m).
+    /// A bin from the belt is first carried here, out of the way of the arm's own
+    /// base (m),
+    pub swing_m: [f64; 3],
+    /// this near (m).
     pub swing_tolerance_m: f64,
     /// The bin is there when nearer than this (m).
     pub tolerance_m: f64,
@@ -207,6 +210,7 @@ impl Checker<'_> {
         self.numbers("task.pick.posture", &task.pick.posture, -7.0, 7.0)?;
         self.numbers("task.flip.posture", &flip.posture, -7.0, 7.0)?;
         self.position("task.flip.position_m", &flip.position_m)?;
+        self.position("task.place.swing_m", &task.place.swing_m)?;
         self.position("task.flip.leave_m", &flip.leave_m)?;
         self.numbers("task.flip.approach_m", &flip.approach_m, -1.0, 1.0)?;
         self.numbers(

@@ -222,7 +222,7 @@ impl Palletizer {
             tick.setup.name(bin)
         ));
         job.counters.recoveries += 1;
-        let turned = tick.scene.bin(bin).map(|seen| lie(&seen.pose)) == Some(Lie::UpsideDown);
+        let turned = tick.facts(Some(bin)).needs_flip;
         let (state, kind) = if turned {
             (State::Flipping, WorkKind::Flip)
         } else {

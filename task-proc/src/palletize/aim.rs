@@ -37,8 +37,9 @@ pub(super) fn motion(
 ) -> Option<Motion> {
     match step {
         Step::ReachToPick => pick(setup, scene, work),
-        Step::TimedLift => Some(lift(setup, work, timed_lift(setup, work))),
-        Step::LiftToClearance => Some(lift(setup, work, clearance(setup, scene, work))),
+        Step::TimedLift | Step::LiftToClearance => {
+            Some(lift(setup, work, height(setup, scene, work)))
+        }
         Step::OrientToHome if work.kind == WorkKind::Flip && work.step > 0 => {
             Some(home_by_joints(setup))
         }
@@ -73,20 +74,18 @@ fn pick(setup: &PalletizeSetup, scene: &Scene<'_>, work: &Work) -> Option<Motion
     })
 }
 
-/// Height of a lift that ends with its time (m).
-fn timed_lift(setup: &PalletizeSetup, work: &Work) -> f64 {
-    match work.kind {
-        WorkKind::PickFlipped => setup.numbers.pick.flip_lift_m,
-        _ => setup.numbers.place.lift_m,
-    }
-}
-
-/// Height of a target that stays a little ahead of the tool (m): near its target
-/// the tool keeps its orientation, far from it a bin would swing.
-fn clearance(setup: &PalletizeSetup, scene: &Scene<'_>, work: &Work) -> f64 {
+/// Height of the target of a lift (m). With a bin on the cup it stays a little
+/// ahead of the tool: near its target the tool keeps its orientation, far from
+/// it the bin would swing.
+fn height(setup: &PalletizeSetup, scene: &Scene<'_>, work: &Work) -> f64 {
     let numbers = &setup.numbers.pick;
+    let whole = match work.kind {
+        WorkKind::Pick => numbers.lift_m,
+        WorkKind::PickFlipped => numbers.flip_lift_m,
+        _ => return setup.numbers.place.lift_m,
+    };
     let lifted = scene.tool.translation.z - work.base.isometry().translation.z;
-    (lifted.max(0.0) + numbers.lift_lead_m).min(numbers.lift_m)
+    (lifted.max(0.0) + numbers.lift_lead_m).min(whole)
 }
 
 /// Straight up by `height` from where the step began.
@@ -107,10 +106,11 @@ fn lift(setup: &PalletizeSetup, work: &Work, height: f64) -> Motion {
     }
 }
 
-/// To the rest pose, turned already as it will be at the place.
+/// Half way around the base, turned already as it will be at the place.
 fn swing_out(setup: &PalletizeSetup, work: &Work) -> Motion {
     let turn = work.base.isometry().rotation;
-    let target = Isometry3::from_parts(setup.home.translation, turn);
+    let at = Translation3::from(setup.numbers.place.swing_m);
+    let target = Isometry3::from_parts(at, turn);
     Motion {
         target: Target::from(&target),
         posture: joints(&setup.home_joints),

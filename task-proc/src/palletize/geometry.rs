@@ -37,6 +37,11 @@ pub(super) fn lie(pose: &Isometry3<f64>) -> Lie {
     }
 }
 
+/// Whether a bin at `pose` opens downwards, swinging or not.
+pub(super) fn opens_down(pose: &Isometry3<f64>) -> bool {
+    (pose.rotation * Vector3::z()).z < 0.0
+}
+
 /// The tool where the cup, `gap` (m) off, faces the middle of the bin's floor:
 /// from the inside where the bin opens upwards, from the outside where it lies
 /// upside down; `None` for one that leans. Of the turns about the approach that

@@ -30,8 +30,8 @@ pub(super) enum Step {
     ReleaseFlipStationBin,
     /// Out of the jig's surroundings, the tool still pointing up.
     LeaveFlipStation,
-    /// The bin out to the rest pose: the straight way from the belt to the pallet
-    /// passes the arm's own base.
+    /// The bin around the arm's own base, which the straight way from the belt to
+    /// the pallet passes.
     SwingOut,
     /// The bin to its place.
     ReachToPlace,

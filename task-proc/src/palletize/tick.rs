@@ -1,7 +1,7 @@
 //! What one decision works with.
 
 use super::aim;
-use super::geometry::{self, Lie, lie};
+use super::geometry;
 use super::record::{Target, Work, WorkKind};
 use super::scene::{ARM, Bin, Scene};
 use super::setup::PalletizeSetup;
@@ -34,7 +34,7 @@ impl Tick<'_> {
     pub(super) fn facts(&self, bin: Option<usize>) -> Facts {
         let seen = bin.and_then(|bin| self.scene.bin(bin));
         Facts {
-            needs_flip: seen.is_some_and(|seen| lie(&seen.pose) == Lie::UpsideDown),
+            needs_flip: seen.is_some_and(|seen| geometry::opens_down(&seen.pose)),
             complete: self.scene.complete(),
         }
     }

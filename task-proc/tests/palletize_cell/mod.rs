@@ -191,13 +191,10 @@ impl PalletCell {
     fn grip(&mut self) {
         let tool = isometry(&self.state.arms[0].tcp);
         let goal = GripperGoal::from_code(self.decision.goals[0].gripper).unwrap();
-        let was = std::mem::replace(
-            &mut self.suction,
-            match goal {
-                GripperGoal::Keep => self.suction,
-                other => other == GripperGoal::Close,
-            },
-        );
+        let was = self.suction;
+        if goal != GripperGoal::Keep {
+            self.suction = goal == GripperGoal::Close;
+        }
         if self.suction && !was {
             self.held = self.at_cup(&tool);
             if self.held.is_none() {
