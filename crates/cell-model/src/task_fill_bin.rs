@@ -74,16 +74,12 @@ impl Checker<'_> {
         }
         let bins = cell.objects.iter();
         let bins = bins.filter(|o| matches!(o.shape, Shape::Bin { .. }) && o.count.is_none());
-        self.known(
-            "task.bin",
-            &task.bin,
-            "bin",
-            bins.map(|o| o.name.as_str()).collect(),
-        )?;
+        let bins: Vec<&str> = bins.map(|o| o.name.as_str()).collect();
+        self.known("task.bin", &task.bin, "bin", &bins)?;
         if let Some(stand) = &task.stand {
             let obstacles = cell.fixtures.iter().filter(|f| f.obstacle);
-            let names = obstacles.map(|f| f.name.as_str()).collect();
-            self.known("task.stand", stand, "fixture with obstacle = true", names)?;
+            let names: Vec<&str> = obstacles.map(|f| f.name.as_str()).collect();
+            self.known("task.stand", stand, "fixture with obstacle = true", &names)?;
         }
         self.position("task.default_position_m", &task.default_position_m)?;
         self.position("task.hold_position_m", &task.hold_position_m)?;
@@ -118,11 +114,11 @@ impl Checker<'_> {
         })
     }
 
-    fn known(&self, key: &str, name: &str, what: &str, names: Vec<&str>) -> Result<(), ModelError> {
+    fn known(&self, key: &str, name: &str, what: &str, names: &[&str]) -> Result<(), ModelError> {
         if names.contains(&name) {
             return Ok(());
         }
-        let advice = suggest::advice(name, &names);
+        let advice = suggest::advice(name, names);
         let allowed = format!("no such {what}; {advice}");
         Err(self.refuse(key, format!("'{name}'"), allowed))
     }

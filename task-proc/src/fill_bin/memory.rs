@@ -8,6 +8,10 @@ use crate::ur10::{GripMemory, Motion};
 
 /// Part of the record.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "independent facts, each true or not"
+)]
 pub(super) struct Memory {
     pub(super) motion: Motion,
     pub(super) grip: GripMemory,

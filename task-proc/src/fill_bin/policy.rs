@@ -222,7 +222,7 @@ impl Policy for FillBin {
             now,
             broken: false,
         };
-        turn.to_rest();
+        turn.back_to_rest();
     }
 }
 

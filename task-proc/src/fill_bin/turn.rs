@@ -35,8 +35,8 @@ impl Handlers for Turn<'_, '_, '_> {
             reason: "there is no such handler",
         })?;
         Ok(match handler {
-            Handler::ToAboveBin => self.to_above_bin(),
-            Handler::ToSurface => self.to_surface(),
+            Handler::ToAboveBin => self.above_bin(),
+            Handler::ToSurface => self.down_to_surface(),
             Handler::AimAgain => self.aim_again(),
             Handler::CloseGripper => self.close_gripper(),
             Handler::Lift => self.lift(),
@@ -88,7 +88,7 @@ impl Turn<'_, '_, '_> {
     }
 
     /// The bin is looked for, and approached if it can be gripped.
-    fn to_above_bin(&mut self) -> Next {
+    fn above_bin(&mut self) -> Next {
         if !self.job.started || !self.scene.bin_still {
             return Next::Stay;
         }
@@ -114,7 +114,7 @@ impl Turn<'_, '_, '_> {
         Next::Stay
     }
 
-    fn to_surface(&mut self) -> Next {
+    fn down_to_surface(&mut self) -> Next {
         let grasp = self.grasp().filter(|_| self.scene.bin_still);
         let Some(grasp) = grasp else {
             // Not yet: the same place is reached again.
@@ -288,7 +288,7 @@ impl Turn<'_, '_, '_> {
         self.job.done = false;
         self.job.held = None;
         self.memory.attached = false;
-        self.to_rest();
+        self.back_to_rest();
         goto(State::Standby)
     }
 
@@ -299,11 +299,11 @@ impl Turn<'_, '_, '_> {
         if self.failed_again() {
             return Next::Stay;
         }
-        self.to_rest();
+        self.back_to_rest();
         goto(State::Standby)
     }
 
-    pub(super) fn to_rest(&mut self) {
+    pub(super) fn back_to_rest(&mut self) {
         self.memory.switch(false);
         self.memory.stuck_since = None;
         let rest = Waypoint::new(self.scene.setup.rest);
