@@ -118,11 +118,16 @@ impl Columns {
         Isometry3::from_parts(Translation3::from(self.centre(slot)), yaw * over)
     }
 
-    /// The slot a bin at `pose` is in: upside down, near enough to its axis and
-    /// its height.
+    /// The slot a bin at `pose` is in: upside down, along the column and near
+    /// enough to its axis and its height.
     pub(super) fn slot_of(&self, pose: &Isometry3<f64>) -> Option<Slot> {
         let up = pose.rotation * Vector3::z();
-        if up.z > UPSIDE_DOWN {
+        let (sin, cos) = (
+            libm::sin(self.spec.bin_yaw_rad),
+            libm::cos(self.spec.bin_yaw_rad),
+        );
+        let along = (pose.rotation * Vector3::x()).dot(&Vector3::new(cos, sin, 0.0));
+        if up.z > UPSIDE_DOWN || along.abs() < ALONG {
             return None;
         }
         let position = pose.translation.vector;
@@ -136,6 +141,9 @@ impl Columns {
     }
 }
 
+/// Part of a bin's long axis along its column's from which on it is straight
+/// enough: 8 degrees off.
+const ALONG: f64 = 0.99;
 /// Height of a bin's own z axis below which it counts as upside down: 8 degrees
 /// off.
 pub(super) const UPSIDE_DOWN: f64 = -0.99;
@@ -213,6 +221,11 @@ mod tests {
         assert_eq!(columns.slot_of(&moved(0.019, 0.009)), Some(slot));
         assert_eq!(columns.slot_of(&moved(0.021, 0.0)), None);
         assert_eq!(columns.slot_of(&moved(0.0, 0.02)), None);
+        let across = Isometry3::from_parts(
+            pose.translation,
+            UnitQuaternion::from_euler_angles(0.0, 0.0, 0.2) * pose.rotation,
+        );
+        assert_eq!(columns.slot_of(&across), None);
         let upright = Isometry3::from_parts(pose.translation, UnitQuaternion::identity());
         assert_eq!(columns.slot_of(&upright), None);
     }

@@ -6,6 +6,7 @@
 //! comes from a file; what its cells call is in `turn`. Which slots are taken is
 //! seen, not counted: bins that people stack count, too.
 
+mod carry;
 mod columns;
 mod events;
 mod memory;
