@@ -159,4 +159,16 @@ mod tests {
             assert_eq!(written, name.replace('_', "").to_lowercase());
         }
     }
+
+    #[test]
+    fn a_name_without_a_meaning_is_refused_with_its_line_and_the_nearest() {
+        let text = include_str!("../../../cells/ur10-fill-bin.matrix.toml");
+        let wrong = text.replace("\"ask_for_parts\"", "\"ask_for_part\"");
+        let refused = behavior::matrix::Definition::load("fill.toml", &wrong, &vocabulary());
+        let why = refused.unwrap_err().to_string();
+        assert!(
+            why.contains("fill.toml:") && why.contains("ask_for_parts"),
+            "{why}"
+        );
+    }
 }
