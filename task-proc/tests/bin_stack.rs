@@ -1,6 +1,11 @@
 //! The whole job of stacking 36 bins in a coarse world without dynamics: the cup
 //! is where it is sent, and bins are where they are put.
-#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::cast_possible_truncation,
+    reason = "helpers of tests"
+)]
 
 use cell_model::{Cell, Data};
 use ipc_types::decision::{GoalKind, Outcome};

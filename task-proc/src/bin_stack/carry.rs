@@ -28,12 +28,12 @@ impl Turn<'_, '_, '_> {
             self.memory.supply.picked(self.scene.setup, self.now);
         }
         if self.memory.turning {
-            return self.to_station(&bin);
+            return self.flip(&bin);
         }
-        self.to_column(&bin)
+        self.place(&bin)
     }
 
-    fn to_station(&mut self, bin: &Bin) -> Next {
+    fn flip(&mut self, bin: &Bin) -> Next {
         let setup = self.scene.setup;
         self.out
             .log(format_args!("[decide] -> flip {}", setup.name(bin.object)));
@@ -56,7 +56,7 @@ impl Turn<'_, '_, '_> {
         goto(State::Flipping)
     }
 
-    fn to_column(&mut self, bin: &Bin) -> Next {
+    fn place(&mut self, bin: &Bin) -> Next {
         let setup = self.scene.setup;
         let Some(slot) = self.scene.occupied().next(setup.columns.levels()) else {
             return Next::Stay;

@@ -150,16 +150,13 @@ impl BinStack {
             },
             now: observation.time(),
         };
-        let next = match held {
-            Some(bin) => {
-                let name = scene.setup.name(bin.object);
-                turn.out.log(format_args!("[resume] {name} is in the hand"));
-                turn.choose_way()
-            }
-            None => {
-                turn.job.held = None;
-                turn.go_home()
-            }
+        let next = if let Some(bin) = held {
+            let name = scene.setup.name(bin.object);
+            turn.out.log(format_args!("[resume] {name} is in the hand"));
+            turn.choose_way()
+        } else {
+            turn.job.held = None;
+            turn.go_home()
         };
         if let behavior::matrix::Next::Goto(state) = next {
             self.matrix.set_state(state);

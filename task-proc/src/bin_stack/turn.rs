@@ -34,10 +34,10 @@ impl Handlers for Turn<'_, '_, '_> {
             reason: "there is no such handler",
         })?;
         let next = match handler {
-            Handler::ToAboveBin => self.to_above_bin(),
+            Handler::ToAboveBin => self.go_above_bin(),
             Handler::Rest => self.rest(),
             Handler::AimAgain => self.aim_again(),
-            Handler::ToSurface => self.to_surface(),
+            Handler::ToSurface => self.go_to_surface(),
             Handler::CloseGripper => self.close_gripper(),
             Handler::BackOff => self.back_off(),
             Handler::ChooseWay => self.choose_way(),
@@ -57,7 +57,7 @@ pub(super) fn goto(state: State) -> Next {
 
 /// Picking.
 impl Turn<'_, '_, '_> {
-    fn to_above_bin(&mut self) -> Next {
+    fn go_above_bin(&mut self) -> Next {
         let Some(bin) = events::candidate(&self.scene) else {
             return Next::Stay;
         };
@@ -98,7 +98,7 @@ impl Turn<'_, '_, '_> {
         Next::Stay
     }
 
-    fn to_surface(&mut self) -> Next {
+    fn go_to_surface(&mut self) -> Next {
         let Some(bin) = self.memory.bin.and_then(|bin| self.scene.bin(bin)) else {
             return self.go_home();
         };
