@@ -97,7 +97,7 @@ fn each_demo_is_drawn_where_physics_has_it() {
 
 #[test]
 fn a_bin_set_down_by_hand_is_counted() {
-    browse("manual", &["ur10-palletize"]);
+    browse("manual", &["ur10-bin-stack"]);
 }
 
 #[test]
