@@ -4,6 +4,7 @@
 use crate::header::Header;
 use crate::validate::{Check, Invalid, Validate};
 use crate::wire::wire;
+use crate::world::{OBJECT_DRAGGED, OBJECT_OBSTACLE, OBJECT_TOUCHED};
 use crate::{
     ArmState, EquipmentState, MAX_ARMS, MAX_OBJECTS, ObjectState, OperatorPanel, WorldState,
 };
@@ -11,7 +12,8 @@ use crate::{
 /// Objects one [`WorldPiece`] has room for.
 pub const PIECE_OBJECTS: usize = 8;
 /// Ticks between two states whose objects are all recorded; those between name
-/// only what is touched or pulled.
+/// only what is touched or pulled, and obstacles that changed: controllers look
+/// at them in every tick.
 pub const OBJECT_TICKS: u64 = crate::DECISION_TICKS;
 /// Bytes of a state record in a [`Keyframe`].
 pub const KEYFRAME_BYTES: usize = 16 * 1024;
@@ -167,24 +169,36 @@ impl Validate for Keyframe {
 }
 
 /// A state taken apart; for [`WorldPiece::take`] see there.
-pub struct Pieces {
+pub struct Pieces<'a> {
     next: u32,
     count: u32,
     all: bool,
     first_object: usize,
+    before: &'a [ObjectState],
 }
 
-impl Pieces {
-    /// The pieces `state` has to be sent in.
-    pub fn of(state: &WorldState) -> Self {
+impl<'a> Pieces<'a> {
+    /// The pieces `state` has to be sent in. `before` are the objects of the
+    /// state that was sent before it, none where there was none.
+    pub fn of(state: &WorldState, before: &'a [ObjectState]) -> Self {
         let all = state.header.tick.is_multiple_of(OBJECT_TICKS);
-        let named = (0..state.objects().len()).filter(|index| is_named(state, all, *index));
-        Self {
+        let mut pieces = Self {
             next: 0,
-            count: number(named.count().div_ceil(PIECE_OBJECTS)).max(1),
+            count: 0,
             all,
             first_object: 0,
-        }
+            before,
+        };
+        let named = (0..state.objects().len()).filter(|index| pieces.names(state, *index));
+        pieces.count = number(named.count().div_ceil(PIECE_OBJECTS)).max(1);
+        pieces
+    }
+
+    fn names(&self, state: &WorldState, index: usize) -> bool {
+        let object = &state.objects[index];
+        let has = |flags: u32| object.flags & flags != 0;
+        let changed = || self.before.get(index) != Some(object);
+        self.all || has(OBJECT_TOUCHED | OBJECT_DRAGGED) || (has(OBJECT_OBSTACLE) && changed())
     }
 
     /// Whether a piece is left.
@@ -204,7 +218,7 @@ impl Pieces {
         out.count = 0;
         while self.first_object < state.objects().len() && (out.count as usize) < PIECE_OBJECTS {
             let index = self.first_object;
-            if is_named(state, self.all, index) {
+            if self.names(state, index) {
                 out.objects[out.count as usize] = PieceObject {
                     index: number(index),
                     reserved: 0,
@@ -223,16 +237,10 @@ fn number(count: usize) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
 }
 
-fn is_named(state: &WorldState, all: bool, index: usize) -> bool {
-    let busy = crate::world::OBJECT_TOUCHED | crate::world::OBJECT_DRAGGED;
-    all || state.objects[index].flags & busy != 0
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Wire as _;
-    use crate::world::OBJECT_TOUCHED;
 
     fn state(tick: u64) -> WorldState {
         let mut state = WorldState::zeroed();
@@ -247,7 +255,8 @@ mod tests {
     }
 
     fn put_together(sent: &WorldState) -> (WorldState, u32) {
-        let (mut pieces, mut piece) = (Pieces::of(sent), WorldPiece::zeroed());
+        let before = state(sent.header.tick - 1).objects;
+        let (mut pieces, mut piece) = (Pieces::of(sent, &before), WorldPiece::zeroed());
         let (mut out, mut count) = (WorldState::zeroed(), 0);
         while pieces.write_next(sent, &mut piece) {
             assert_eq!((piece.piece, piece.pieces), (count, piece.pieces));
@@ -266,6 +275,19 @@ mod tests {
         assert_eq!((heard.panel, pieces), (sent.panel, 1));
         assert_eq!(heard.objects[3], sent.objects[3]);
         assert_eq!(heard.objects[4].pose.position[0], 0.0);
+    }
+
+    #[test]
+    fn an_obstacle_is_named_when_it_changed() {
+        let mut sent = state(11);
+        sent.objects[5].flags = OBJECT_OBSTACLE;
+        let before = sent.objects;
+        let mut piece = WorldPiece::zeroed();
+        assert!(Pieces::of(&sent, &before).write_next(&sent, &mut piece));
+        assert_eq!(piece.objects().len(), 1);
+        sent.objects[5].pose.position[2] = 0.1;
+        assert!(Pieces::of(&sent, &before).write_next(&sent, &mut piece));
+        assert_eq!(piece.objects().len(), 2);
     }
 
     #[test]

@@ -25,6 +25,8 @@ pub const OBJECT_TOUCHED: u32 = 2;
 pub const OBJECT_DRAGGED: u32 = 4;
 /// [`ObjectState::flags`]: at rest and asleep.
 pub const OBJECT_ASLEEP: u32 = 8;
+/// [`ObjectState::flags`]: controllers may keep away from it.
+pub const OBJECT_OBSTACLE: u32 = 16;
 
 wire! {
     /// The gripper as measured.

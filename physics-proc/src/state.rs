@@ -1,6 +1,8 @@
 //! Writes [`WorldState`].
 
-use ipc_types::world::{OBJECT_ASLEEP, OBJECT_DRAGGED, OBJECT_ENABLED, OBJECT_TOUCHED};
+use ipc_types::world::{
+    OBJECT_ASLEEP, OBJECT_DRAGGED, OBJECT_ENABLED, OBJECT_OBSTACLE, OBJECT_TOUCHED,
+};
 use ipc_types::{ArmState, GripperState, Header, ObjectState, Twist, Wire, WorldState};
 use nalgebra::Vector3;
 
@@ -143,7 +145,8 @@ impl World {
                 self.memory.drags.iter().any(|drag| drag.object == index),
                 OBJECT_DRAGGED,
             )
-            | flag(body.is_sleeping(), OBJECT_ASLEEP);
+            | flag(body.is_sleeping(), OBJECT_ASLEEP)
+            | flag(self.obstacles.get(index) == Some(&true), OBJECT_OBSTACLE);
         let Some(pose) = pose else { return };
         out.pose = convert::to_wire(&pose);
         out.twist = Twist {

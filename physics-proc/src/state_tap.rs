@@ -3,11 +3,13 @@
 use cell_bus::{Bus, BusError, Publisher};
 use ipc_types::tap::Pieces;
 use ipc_types::topic::TopicId;
-use ipc_types::{Header, Wire, WorldPiece, WorldState};
+use ipc_types::{Header, MAX_OBJECTS, ObjectState, Wire, WorldPiece, WorldState};
 
 /// A copy of the newest state, and the way out for its pieces.
 pub(crate) struct StateTap {
     state: Box<WorldState>,
+    /// Of the state that was sent last.
+    before: Vec<ObjectState>,
     pieces: Publisher<WorldPiece>,
 }
 
@@ -15,6 +17,7 @@ impl StateTap {
     pub(crate) fn new(bus: &Bus) -> Result<Self, BusError> {
         Ok(Self {
             state: Box::new(WorldState::zeroed()),
+            before: Vec::with_capacity(MAX_OBJECTS),
             pieces: bus.publisher(TopicId::WorldTap)?,
         })
     }
@@ -27,7 +30,7 @@ impl StateTap {
     /// Sends what was kept, under the header it was published with.
     pub(crate) fn publish(&mut self, header: &Header) {
         self.state.header = *header;
-        let (state, mut pieces) = (&self.state, Pieces::of(&self.state));
+        let (state, mut pieces) = (&self.state, Pieces::of(&self.state, &self.before));
         let mut more = true;
         while more {
             // A piece that was not sent is a gap in the recording; the port
@@ -37,5 +40,7 @@ impl StateTap {
                 .publish(|piece| more = pieces.write_next(state, piece) && pieces.has_more());
             more &= sent.is_ok();
         }
+        self.before.clear();
+        self.before.extend_from_slice(self.state.objects());
     }
 }

@@ -65,6 +65,8 @@ pub struct World {
     pub(crate) engine: PhysicsWorld,
     pub(crate) arms: Vec<Arm>,
     pub(crate) objects: Vec<RigidBodyHandle>,
+    /// By object: controllers may keep away from it.
+    pub(crate) obstacles: Vec<bool>,
     pub(crate) equipment: Equipment,
     pub(crate) memory: Memory,
     pub(crate) contacts: Contacts,
@@ -115,6 +117,7 @@ impl World {
             belt.keep_fresh(&mut engine);
         }
         let mut world = Self {
+            obstacles: cell.objects.iter().map(|object| object.obstacle).collect(),
             equipment,
             memory: Memory::new(cell),
             contacts: Contacts::new(arms.len(), objects.len()),

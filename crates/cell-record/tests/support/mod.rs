@@ -80,7 +80,7 @@ pub(crate) fn tick(tick: u64, mut say: impl FnMut(&Message<'_>)) {
         });
     };
     let state = state(tick);
-    let (mut pieces, mut piece) = (Pieces::of(&state), WorldPiece::zeroed());
+    let (mut pieces, mut piece) = (Pieces::of(&state, &[]), WorldPiece::zeroed());
     while pieces.write_next(&state, &mut piece) {
         put(Channel::World, &piece.header, wire_bytes(&piece));
     }

@@ -132,7 +132,7 @@ mod tests {
         (state.header.generation, state.header.seq) = (1, tick + 1);
         state.object_count = 20;
         state.objects[17].pose.position[0] = position;
-        let (mut pieces, mut piece) = (Pieces::of(&state), WorldPiece::zeroed());
+        let (mut pieces, mut piece) = (Pieces::of(&state, &[]), WorldPiece::zeroed());
         let mut missing = None;
         while pieces.write_next(&state, &mut piece) {
             if lose != Some(piece.piece) {

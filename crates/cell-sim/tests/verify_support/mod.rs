@@ -270,7 +270,7 @@ impl Bench {
     }
 
     fn tap_state(&mut self) {
-        let (mut pieces, mut piece) = (Pieces::of(&self.state), WorldPiece::zeroed());
+        let (mut pieces, mut piece) = (Pieces::of(&self.state, &[]), WorldPiece::zeroed());
         while pieces.write_next(&self.state, &mut piece) {
             self.tap += 1;
             stamp(&mut piece, 1, self.tap);
