@@ -203,6 +203,7 @@ async function manual(test) {
   await lead(test, [...over, down + 0.3]);
   near("the bin", (await pose()).slice(0, 3), [column[0], column[1], column[2] + high], 0.02);
   const name = await look((r, bin) => r.store.scene.objects[bin].name, bin);
+  await page.getByRole("tab", { name: "Task" }).click();
   await press("robocell task resume");
   await until("the automation counts it", (r, name) => r.store.status.task.placed.includes(name), name);
 }
