@@ -1,7 +1,11 @@
 //! Palletizing without physics: the tool goes straight to its goal, suction holds
 //! what is at the cup, the belt carries bins, and the jig turns what is let go
 //! above it. The rows Z are those of the behaviours' conformance table.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test that cannot go on has failed"
+)]
 
 #[path = "palletize_cell/mod.rs"]
 mod palletize_cell;

@@ -181,7 +181,7 @@ impl Palletizer {
         } else {
             job.counters.recoveries += 1;
         }
-        self.to_idle(tick, job, out);
+        self.back_to_idle(tick, job, out);
     }
 
     pub(super) fn missed(
@@ -203,10 +203,10 @@ impl Palletizer {
             job.failure = Some(failure);
             return;
         }
-        self.to_idle(tick, job, out);
+        self.back_to_idle(tick, job, out);
     }
 
-    pub(super) fn to_idle(&mut self, tick: &Tick<'_>, job: &mut Job, out: &mut Output) {
+    pub(super) fn back_to_idle(&mut self, tick: &Tick<'_>, job: &mut Job, out: &mut Output) {
         job.held = None;
         self.memory.work = None;
         job.counters.phase_entry += 1;

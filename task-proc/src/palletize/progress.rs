@@ -44,70 +44,87 @@ pub(super) struct Judge<'a> {
 impl Judge<'_> {
     /// How `step` of `work` stands.
     pub(super) fn progress(&self, work: &Work, step: Step, job: &Job, out: &Output) -> Progress {
+        if let Some((there, failure)) = self.arrival(work, step, job, out) {
+            let late = self.past(work, self.setup.numbers.reach_timeout_s);
+            return match (there, late) {
+                (true, _) => Progress::Done,
+                (false, true) => Progress::Missed(failure),
+                (false, false) => Progress::Running,
+            };
+        }
         let numbers = &self.setup.numbers;
-        let now = self.observation.time();
-        let past = |seconds: f64| now.since(work.began) >= PolicyTime::from_seconds(seconds);
-        let timed = |seconds: f64| done_if(past(seconds));
-        let in_time = |reached: bool, failure: Failure| match reached {
-            true => Progress::Done,
-            false if past(numbers.reach_timeout_s) => Progress::Missed(failure),
-            false => Progress::Running,
-        };
-        let at = |tolerance: f64, angle: f64| self.reached(job, out, tolerance, angle);
+        let timed = |seconds: f64| done_if(self.past(work, seconds));
         match step {
             // The belt has been told to stop by the decision before.
-            Step::WaitForBin => {
-                done_if(past(numbers.pick.wait_s) && !(work.from_belt && job.io.conveyor_running))
-            }
-            Step::ReachToPick if self.leans(work) => in_time(false, Failure::BinCannotBeGripped),
-            Step::ReachToPick => in_time(
-                at(numbers.pick.tolerance_m, numbers.pick.angle_tolerance_rad),
-                Failure::BinOutOfReach,
-            ),
+            Step::WaitForBin if work.from_belt && job.io.conveyor_running => Progress::Running,
+            Step::WaitForBin => timed(numbers.pick.wait_s),
             Step::WaitAtBin => timed(numbers.pick.settle_s),
-            Step::CloseSuctionGripper => self.attached(work, past(numbers.pick.attach_timeout_s)),
-            Step::TimedLift => match work.kind {
-                WorkKind::PickFlipped => timed(numbers.pick.flip_lift_s),
-                _ => timed(numbers.place.lift_s),
-            },
-            Step::LiftToClearance => in_time(
+            Step::WaitAfterRelease => timed(numbers.flip.wait_s),
+            Step::WaitAtPlace => timed(numbers.place.settle_s),
+            Step::TimedLift if work.kind == WorkKind::PickFlipped => {
+                timed(numbers.pick.flip_lift_s)
+            }
+            Step::TimedLift => timed(numbers.place.lift_s),
+            Step::OpenSuctionGripper => self.released(work),
+            _ => self.attached(work),
+        }
+    }
+
+    /// Whether a step that ends with the tool at its target has ended, and what to
+    /// call it if it never does; `None` for the other steps.
+    fn arrival(&self, work: &Work, step: Step, job: &Job, out: &Output) -> Option<(bool, Failure)> {
+        let numbers = &self.setup.numbers;
+        let (pick, angle) = (&numbers.pick, numbers.pick.angle_tolerance_rad);
+        let at = |tolerance: f64, angle: f64| self.reached(job, out, tolerance, angle);
+        Some(match step {
+            Step::ReachToPick if self.leans(work) => (false, Failure::BinCannotBeGripped),
+            Step::ReachToPick => (at(pick.tolerance_m, angle), Failure::BinOutOfReach),
+            Step::LiftToClearance => (
                 at(NEAR_AHEAD, ANY_ANGLE) && self.lifted(work),
                 Failure::ArmCaught,
             ),
-            Step::OrientToHome => in_time(
-                at(numbers.home.tolerance_m, numbers.home.angle_tolerance_rad),
-                Failure::ArmCaught,
-            ),
-            Step::MoveToFlipStation => in_time(
-                at(numbers.flip.tolerance_m, numbers.pick.angle_tolerance_rad),
+            Step::OrientToHome => {
+                let home = &numbers.home;
+                let there = at(home.tolerance_m, home.angle_tolerance_rad);
+                (there, Failure::ArmCaught)
+            }
+            Step::MoveToFlipStation => (
+                at(numbers.flip.tolerance_m, angle),
                 Failure::BinCannotBePlaced,
             ),
-            Step::OpenSuctionGripper => match (self.scene.cup_taken, past(RELEASE_TIMEOUT_S)) {
-                (false, _) => timed(RELEASE_S),
-                (true, true) => Progress::Missed(Failure::GripperBlocked),
-                (true, false) => Progress::Running,
-            },
-            Step::WaitAfterRelease => timed(numbers.flip.wait_s),
-            Step::ReleaseFlipStationBin => in_time(
+            Step::ReleaseFlipStationBin => (
                 at(numbers.flip.retreat_tolerance_m, ANY_ANGLE),
                 Failure::ArmCaught,
             ),
-            Step::LeaveFlipStation => in_time(
+            Step::LeaveFlipStation => (
                 at(numbers.flip.leave_tolerance_m, ANY_ANGLE),
                 Failure::ArmCaught,
             ),
-            Step::SwingOut => in_time(
+            Step::SwingOut => (
                 at(numbers.place.swing_tolerance_m, ANY_ANGLE),
                 Failure::ArmCaught,
             ),
-            Step::ReachToPlace => in_time(
-                at(numbers.place.tolerance_m, numbers.pick.angle_tolerance_rad)
-                    && self
-                        .off_place(work)
-                        .is_none_or(|off| off < numbers.place.tolerance_m),
-                Failure::BinCannotBePlaced,
-            ),
-            Step::WaitAtPlace => timed(numbers.place.settle_s),
+            Step::ReachToPlace => {
+                let tolerance = numbers.place.tolerance_m;
+                let off = self.off_place(work);
+                let there = at(tolerance, angle) && off.is_none_or(|off| off < tolerance);
+                (there, Failure::BinCannotBePlaced)
+            }
+            _ => return None,
+        })
+    }
+
+    /// The step has lasted that long (s).
+    fn past(&self, work: &Work, seconds: f64) -> bool {
+        let since = self.observation.time().since(work.began);
+        since >= PolicyTime::from_seconds(seconds)
+    }
+
+    fn released(&self, work: &Work) -> Progress {
+        match (self.scene.cup_taken, self.past(work, RELEASE_TIMEOUT_S)) {
+            (false, _) => done_if(self.past(work, RELEASE_S)),
+            (true, true) => Progress::Missed(Failure::GripperBlocked),
+            (true, false) => Progress::Running,
         }
     }
 
@@ -124,7 +141,8 @@ impl Judge<'_> {
         self.scene.tool.translation.z > wanted - numbers.lift_tolerance_m
     }
 
-    fn attached(&self, work: &Work, late: bool) -> Progress {
+    fn attached(&self, work: &Work) -> Progress {
+        let late = self.past(work, self.setup.numbers.pick.attach_timeout_s);
         match self.scene.attached {
             Some(bin) if bin == work.bin => Progress::Done,
             _ if late || self.scene.refusals != work.refusals || self.scene.cup_taken => {
