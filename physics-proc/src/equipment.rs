@@ -46,18 +46,18 @@ pub(crate) struct EquipmentMemory {
 /// The counters of [`ipc_types::decision::CellIo`] as they were last seen.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Io {
-    generation: Option<u32>,
+    heard: bool,
     add_bin: u32,
     drop_parts: u32,
 }
 
 impl Io {
-    /// New requests for bins and for drops. Another start of the task may count
-    /// from anywhere: what it begins with is adopted.
+    /// New requests for bins and for drops. What is heard first is adopted: the
+    /// task may have counted before this physics was. So is a counter that went
+    /// down or far: a task that lost its record. One that goes on from its record
+    /// asks as if it had never died.
     fn take(&mut self, decision: &Decision) -> (u32, u32) {
-        let generation = Some(decision.header.generation);
-        let known = self.generation == generation;
-        self.generation = generation;
+        let known = std::mem::replace(&mut self.heard, true);
         let more = |last: &mut u32, now: u32| {
             let more = now.wrapping_sub(*last);
             *last = now;
@@ -190,9 +190,8 @@ mod tests {
     use super::*;
     use ipc_types::Wire;
 
-    fn decision(generation: u32, add_bin: u32, drop_parts: u32) -> Decision {
+    fn decision(add_bin: u32, drop_parts: u32) -> Decision {
         let mut decision = Decision::zeroed();
-        decision.header.generation = generation;
         (decision.io.add_bin, decision.io.drop_parts) = (add_bin, drop_parts);
         decision
     }
@@ -200,15 +199,12 @@ mod tests {
     #[test]
     fn only_counting_up_asks_for_something() {
         let mut io = Io::default();
-        let mut take =
-            |generation, add_bin, drop_parts| io.take(&decision(generation, add_bin, drop_parts));
-        assert_eq!(take(1, 5, 7), (0, 0), "a new task");
-        assert_eq!(take(1, 5, 7), (0, 0), "said again");
-        assert_eq!(take(1, 6, 9), (1, 2));
-        assert_eq!(take(1, 0, 9), (0, 0), "set back");
-        assert_eq!(take(1, 16, 9), (16, 0));
-        assert_eq!(take(1, 33, 9), (0, 0), "set forward");
-        assert_eq!(take(2, 34, 10), (0, 0), "another task");
-        assert_eq!(take(2, 35, 10), (1, 0));
+        let mut take = |add_bin, drop_parts| io.take(&decision(add_bin, drop_parts));
+        assert_eq!(take(5, 7), (0, 0), "heard first");
+        assert_eq!(take(5, 7), (0, 0), "said again");
+        assert_eq!(take(6, 9), (1, 2));
+        assert_eq!(take(0, 9), (0, 0), "a task without its record");
+        assert_eq!(take(16, 9), (16, 0));
+        assert_eq!(take(33, 9), (0, 0), "set forward");
     }
 }
