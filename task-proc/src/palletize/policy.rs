@@ -93,7 +93,10 @@ impl Palletizer {
         let rested = self
             .memory
             .asked
-            .is_none_or(|asked| now.since(asked) >= interval);
+            .map_or(now > PolicyTime::default(), |asked| {
+                // What a task says first is where its counters stand.
+                now.since(asked) >= interval
+            });
         if rested && self.states.state() != State::Done && tick.wants_bin() {
             self.memory.asked = Some(now);
             job.io.add_bin += 1;
