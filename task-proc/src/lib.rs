@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 pub mod bin_stack;
+mod choice;
 pub mod fill_bin;
 pub mod goal_book;
 pub mod job;

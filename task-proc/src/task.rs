@@ -1,74 +1,24 @@
 //! The task: a policy, what it remembers, and the operator's panel.
 
-use std::sync::Arc;
-
 use behavior::Graph;
 use cell_model::Cell;
-use cell_model::task_spec::TaskSpec;
 use ipc_types::decision::{CellIo, MAX_PLACED, Outcome};
 use ipc_types::{ArmStatus, Decision, Header, OperatorPanel, Text, WorldState};
-use nalgebra::Vector2;
 
-use crate::job::{Job, Place};
+use crate::choice::choose;
+use crate::job::Job;
 use crate::observation::Observation;
 use crate::operator::{PanelChange, PanelMemory, log_change};
-use crate::output::{Output, TraceLineText};
+use crate::output::{ArmIntent, Output, TraceLineText};
 use crate::policy::Policy;
-use crate::pyramid::{Json, PyramidError};
-use crate::reach::Follow;
 use crate::record::{self, RECORD_VERSION, RecordError, TaskRecord};
-use crate::stack::{SetupError, StackSetup, geometry};
-use crate::stack_bt::StackBt;
-use crate::stack_fsm::StackFsm;
-use crate::stack_ifelse::StackIfElse;
 use crate::time::{PolicyClock, PolicyTime};
 use crate::tracer::Tracer;
-use crate::{bin_stack, fill_bin, palletize, ur10};
 
-/// Closing force where neither cell nor robot names one (N).
-const DEFAULT_GRIP_FORCE_N: f64 = 20.0;
+pub use crate::choice::TaskError;
+
 /// Shown instead of a phase once the job was given up.
 const FAILED: &str = "FAILED";
-
-/// Why a task cannot be made.
-#[derive(Debug, thiserror::Error)]
-pub enum TaskError {
-    /// No such policy for this demo.
-    #[error("there is no policy '{policy}' for demo '{demo}'; {advice}")]
-    UnknownPolicy {
-        /// What was asked for.
-        policy: String,
-        /// The demo.
-        demo: String,
-        /// The nearest name, or all of them.
-        advice: String,
-    },
-    /// The cell file's numbers do not make a task.
-    #[error("cells/{demo}.toml: {source}")]
-    Setup {
-        /// The demo.
-        demo: String,
-        /// What is wrong.
-        source: SetupError,
-    },
-    /// The cell file, or a behaviour it names, does not make a task.
-    #[error("cells/{demo}.toml: {source}")]
-    Pyramid {
-        /// The demo.
-        demo: String,
-        /// What is wrong.
-        source: Box<PyramidError>,
-    },
-    /// A job of the UR10 cannot be made.
-    #[error(transparent)]
-    Ur10(#[from] ur10::SetupError),
-    /// Nobody to do it.
-    #[error("cells/{demo}.toml has no [[arm]]; a task needs one")]
-    NoArm {
-        /// The demo.
-        demo: String,
-    },
-}
 
 /// A task of a cell. [`Task::decide`] depends on its arguments and on the record
 /// only, so a task made anew and restored goes on bit by bit.
@@ -76,6 +26,8 @@ pub struct Task {
     demo: String,
     arm_count: usize,
     grip_force: f64,
+    /// Obstacles that are there; the others guide the policy, not the operator.
+    solid_obstacles: u64,
     policy: Box<dyn Policy>,
     job: Job,
     clock: PolicyClock,
@@ -93,67 +45,18 @@ impl Task {
     /// [`TaskError`] for a policy the demo does not have, with advice, and for a
     /// `[task]` table that does not fit the cell.
     pub fn new(cell: &Cell, policy: &str) -> Result<Self, TaskError> {
-        let arm = cell.arms.first().ok_or_else(|| TaskError::NoArm {
-            demo: cell.name.clone(),
-        })?;
-        let robot_force = arm.robot.gripper.as_ref().map(|g| g.default_force);
-        let (policy, grip_force): (Box<dyn Policy>, f64) = match &cell.task {
-            TaskSpec::Stack(spec) => {
-                let base = Vector2::new(arm.base.translation.x, arm.base.translation.y);
-                let broken = |source| TaskError::Setup {
-                    demo: cell.name.clone(),
-                    source,
-                };
-                let setup = StackSetup::new(spec, &spawn_places(cell), base).map_err(broken)?;
-                let setup = Arc::new(setup);
-                let policy: Box<dyn Policy> = match policy {
-                    StackFsm::NAME => Box::new(StackFsm::new(setup)),
-                    StackIfElse::NAME => Box::new(StackIfElse::new(setup)),
-                    StackBt::NAME => Box::new(StackBt::new(setup).map_err(broken)?),
-                    _ => {
-                        let known = [StackFsm::NAME, StackIfElse::NAME, StackBt::NAME];
-                        return Err(unknown(cell, policy, &known));
-                    }
-                };
-                (policy, spec.grip_force_n)
-            }
-            TaskSpec::Pyramid(spec) => match policy {
-                Json::NAME => {
-                    let policy = Json::new(spec, cell).map_err(|source| TaskError::Pyramid {
-                        demo: cell.name.clone(),
-                        source: Box::new(source),
-                    })?;
-                    (Box::new(policy), spec.grip_force_n)
-                }
-                _ => return Err(unknown(cell, policy, &[Json::NAME])),
-            },
-            TaskSpec::Reach(spec) => {
-                let force = robot_force.unwrap_or(DEFAULT_GRIP_FORCE_N);
-                match policy {
-                    Follow::NAME => (Box::new(Follow::new(spec.clone(), force)), force),
-                    _ => return Err(unknown(cell, policy, &[Follow::NAME])),
-                }
-            }
-            TaskSpec::Palletize(spec) => {
-                only(cell, policy, palletize::NAME)?;
-                (palletize::policy(spec, cell)?, 0.0)
-            }
-            TaskSpec::FillBin(spec) => {
-                only(cell, policy, fill_bin::NAME)?;
-                (fill_bin::policy(spec, cell)?, 0.0)
-            }
-            TaskSpec::BinStack(spec) => {
-                only(cell, policy, bin_stack::NAME)?;
-                (bin_stack::policy(spec, cell)?, 0.0)
-            }
-        };
-        Ok(Self::with_policy(
+        let (policy, grip_force) = choose(cell, policy)?;
+        let task = Self::with_policy(
             &cell.name,
             cell.arms.len(),
             cell.objects.len(),
             grip_force,
             policy,
-        ))
+        );
+        Ok(Self {
+            solid_obstacles: solid_obstacles(cell),
+            ..task
+        })
     }
 
     /// A task around any policy. `grip_force` is used when the operator closes
@@ -169,6 +72,7 @@ impl Task {
             demo: demo.to_owned(),
             arm_count,
             grip_force,
+            solid_obstacles: u64::MAX,
             tracer: Tracer::new(policy.as_ref()),
             policy,
             job: Job::new(object_count),
@@ -197,7 +101,13 @@ impl Task {
         let leads = self.panel.paused() && !self.policy.follows_operator();
         if leads {
             let (arm, intent) = self.panel.lead(&state.panel, self.grip_force);
-            self.out.arm(arm, intent);
+            self.out.arm(
+                arm,
+                ArmIntent {
+                    obstacle_mask: self.solid_obstacles,
+                    ..intent
+                },
+            );
             self.out.phase = self.policy.phase();
         } else {
             if std::mem::take(&mut self.unsure) {
@@ -366,38 +276,8 @@ impl Task {
     }
 }
 
-fn spawn_places(cell: &Cell) -> Vec<(&str, Place)> {
-    let place = |pose: &nalgebra::Isometry3<f64>| {
-        let q = pose.rotation.quaternion();
-        let position = pose.translation.vector.into();
-        let wire = ipc_types::Pose {
-            position,
-            orientation_wxyz: [q.w, q.i, q.j, q.k],
-        };
-        Place {
-            position,
-            yaw: geometry::yaw(&wire),
-        }
-    };
-    cell.objects
-        .iter()
-        .map(|o| (o.name.as_str(), place(&o.pose)))
-        .collect()
-}
-
-/// Refuses all policies but one.
-fn only(cell: &Cell, policy: &str, known: &str) -> Result<(), TaskError> {
-    if policy == known {
-        Ok(())
-    } else {
-        Err(unknown(cell, policy, &[known]))
-    }
-}
-
-fn unknown(cell: &Cell, policy: &str, known: &[&str]) -> TaskError {
-    TaskError::UnknownPolicy {
-        policy: policy.to_owned(),
-        demo: cell.name.clone(),
-        advice: cell_model::suggest::advice(policy, known),
-    }
+/// Mask of the obstacles that are there in physics.
+fn solid_obstacles(cell: &Cell) -> u64 {
+    let guides = cell.obstacles().enumerate().filter(|(_, o)| !o.solid);
+    guides.fold(u64::MAX, |mask, (bit, _)| mask & !(1 << bit.min(63)))
 }

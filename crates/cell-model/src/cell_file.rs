@@ -82,7 +82,7 @@ pub struct ArmTable {
 pub struct ObjectTable {
     /// Name in the cell; with `count`, what the numbered names begin with.
     pub name: String,
-    /// Makes that many of it: NAME_01, NAME_02 and so on, with three digits from
+    /// Makes that many of it: `NAME_01`, `NAME_02` and so on, with three digits from
     /// 100 up.
     #[serde(default)]
     pub count: Option<u32>,
