@@ -55,7 +55,12 @@ fn another_arm_another_cell_and_another_version_are_refused() {
     let mut newer = bytes;
     newer[0] += 1;
     let version = cycle("franka-pyramid", 0).restore(&newer);
-    assert_eq!(version, Err(RecordError::Version { found: RECORD_VERSION + 1 }));
+    assert_eq!(
+        version,
+        Err(RecordError::Version {
+            found: RECORD_VERSION + 1
+        })
+    );
 }
 
 #[test]

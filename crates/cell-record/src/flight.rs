@@ -95,7 +95,7 @@ impl Flight {
     }
 
     /// Adds a message at `now_ns` of any clock, whose struct has been through
-    /// [`crate::pack`]; false when it was lost.
+    /// [`crate::pack()`]; false when it was lost.
     pub fn append_packed(&mut self, message: &Message<'_>, now_ns: u64) -> bool {
         let put = self.try_append(message, now_ns);
         if let Err(why) = &put {

@@ -111,7 +111,7 @@ impl RecordingWriter {
         added
     }
 
-    /// Adds a message whose struct has been through [`crate::pack`].
+    /// Adds a message whose struct has been through [`crate::pack()`].
     ///
     /// # Errors
     ///

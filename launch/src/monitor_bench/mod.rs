@@ -129,12 +129,14 @@ impl Bench {
         if since < WARM_UP_NS {
             return false;
         }
-        for (phase, asks) in [(1, false), (2, true)] {
-            if since < WARM_UP_NS + self.measure_ns.saturating_mul(phase) {
+        let mut end_ns = WARM_UP_NS;
+        for (done, asks) in [false, true].into_iter().enumerate() {
+            end_ns = end_ns.saturating_add(self.measure_ns);
+            if since < end_ns {
                 self.look(now, live, asks);
                 return false;
             }
-            if self.costs.len() < phase as usize {
+            if self.costs.len() == done {
                 self.end_look(now, live);
             }
         }

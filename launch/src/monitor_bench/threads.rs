@@ -61,7 +61,7 @@ mod tests {
         let usage = |page: u64, recorder: u64, main: u64| {
             let names = ["page", "recorder", "main"].map(str::to_owned);
             let used = [page, recorder, main].map(|ms| ms * 1_000_000);
-            Usage(BTreeMap::from_iter(names.into_iter().zip(used)))
+            Usage(names.into_iter().zip(used).collect())
         };
         let costs = usage(500, 200, 3000).since(&usage(0, 100, 1500), 10.0);
         assert_eq!(costs, [20.0, 1.0]);

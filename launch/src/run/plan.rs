@@ -48,10 +48,7 @@ impl Plan {
     fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Self, Failure> {
         let data_dir = args.data.data.as_deref().map(absolute).transpose()?;
         let robot = robot_files(args)?;
-        let mut cell = load(data_dir.as_deref(), &args.demo, args.seed, robot.as_ref())?;
-        args.bins
-            .map_or(Ok(()), |bins| cell.limit_bins(bins))
-            .map_err(Failure::configuration)?;
+        let cell = cell_of(args, data_dir.as_deref(), robot.as_ref())?;
         check_control(&cell)?;
         let policy = choose(
             args.policy.as_deref(),
@@ -59,7 +56,7 @@ impl Plan {
             &cell.default_policy,
             &args.demo,
         )?;
-        if matches!(cell.task, TaskSpec::Pyramid(_)) {
+        if !matches!(cell.task, TaskSpec::Stack(_) | TaskSpec::Reach(_)) {
             // Its behaviour stands in a file of its own.
             sim::check_policy(&args.demo, &policy, data_dir.as_deref())?;
         }
@@ -137,6 +134,19 @@ impl Plan {
         };
         Self::with_page(&args, self.page.clone())
     }
+}
+
+/// The cell as the run has it.
+fn cell_of(
+    args: &RunArgs,
+    data_dir: Option<&Path>,
+    robot: Option<&RobotFiles>,
+) -> Result<Cell, Failure> {
+    let mut cell = load(data_dir, &args.demo, args.seed, robot)?;
+    args.bins
+        .map_or(Ok(()), |bins| cell.limit_bins(bins))
+        .map_err(Failure::configuration)?;
+    Ok(cell)
 }
 
 /// What the controllers will need, found out before anything starts.
