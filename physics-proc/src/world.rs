@@ -185,6 +185,14 @@ impl World {
         contacts::deepest(&self.engine)
     }
 
+    /// Fixtures the links of an arm touch now, counted by pairs of shapes; the
+    /// base stands on one and does not count.
+    pub fn fixture_contacts(&self, arm: usize) -> usize {
+        self.arms
+            .get(arm)
+            .map_or(0, |arm| contacts::with_fixtures(&self.engine, arm))
+    }
+
     fn drive_arm(&mut self, index: usize, command: Option<&ArmCommand>) {
         let arm = &self.arms[index];
         let memory = &mut self.memory.arms[index];
