@@ -17,6 +17,22 @@ pub fn verify(base: &Path, file: &Path, more: &[&str]) -> Said {
     finish(robocell(base, &all))
 }
 
+/// The report of a verification (`--json`) that found everything the same.
+///
+/// # Panics
+/// Where it did not.
+pub fn same(said: &Said) -> Value {
+    assert_eq!(said.code, 0, "{said:?}");
+    let said = said.json();
+    assert_eq!(said["verdict"], "same", "{said}");
+    let report = &said["report"];
+    for kind in ["commands", "statuses", "decisions", "records"] {
+        assert_eq!(report[kind]["different"], 0, "{kind}: {said}");
+    }
+    assert_eq!(report["unreadable_count"], 0, "{said}");
+    report.clone()
+}
+
 /// Writes the recording `from` to the new file `to`, with the scene and the
 /// messages as `scene` and `message` change them.
 ///

@@ -14,7 +14,7 @@ use cell_record::{Channel, wire_bytes};
 use ipc_types::Decision;
 use robocell_tests::cell::{TestCell, base};
 use robocell_tests::program::{Said, built, finish, robocell};
-use robocell_tests::recording::{rewrite, verify};
+use robocell_tests::recording::{rewrite, same, verify};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -33,19 +33,6 @@ fn recorded(speed: &str) -> (TempDir, PathBuf) {
     let said = finish(robocell(base.path(), &arguments));
     assert_eq!(said.code, NOT_DONE, "{said:?}");
     (base, file)
-}
-
-/// What verification compared, and that all of it was the same.
-fn same(said: &Said) -> Value {
-    assert_eq!(said.code, 0, "{said:?}");
-    let said = said.json();
-    assert_eq!(said["verdict"], "same", "{said}");
-    let report = &said["report"];
-    for kind in ["commands", "statuses", "decisions", "records"] {
-        assert_eq!(report[kind]["different"], 0, "{kind}: {said}");
-    }
-    assert_eq!(report["unreadable_count"], 0, "{said}");
-    report.clone()
 }
 
 #[test]
