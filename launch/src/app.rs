@@ -5,7 +5,7 @@ use ipc_types::operator::OperatorAction;
 
 use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, BenchKind, Cli, Command, EvalArgs};
 use crate::failure::{Context, Failure};
-use crate::{bench, client, e2e, monitor_bench, record, replay, run, shot, sim};
+use crate::{bench, client, e2e, monitor_bench, record, replay, run, say, shot, sim};
 
 /// Does what the command line says.
 pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
@@ -42,17 +42,19 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         }
         Command::Eval(args) => eval(args),
         Command::Completions { shell } => {
-            clap_complete::generate(
-                *shell,
-                &mut Cli::command(),
-                "robocell",
-                &mut std::io::stdout(),
-            );
+            let mut script = Vec::new();
+            clap_complete::generate(*shell, &mut Cli::command(), "robocell", &mut script);
+            say::raw(&script);
             Ok(())
         }
-        Command::Man => clap_mangen::Man::new(Cli::command())
-            .render(&mut std::io::stdout())
-            .cannot("print the manual page"),
+        Command::Man => {
+            let mut page = Vec::new();
+            clap_mangen::Man::new(Cli::command())
+                .render(&mut page)
+                .cannot("print the manual page")?;
+            say::raw(&page);
+            Ok(())
+        }
     }
 }
 

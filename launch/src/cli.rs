@@ -9,7 +9,7 @@ use clap_complete::Shell;
 pub use crate::cli_page::{
     AssetsArgs, AssetsVerb, LoadArgs, RecordArgs, RecordVerb, ReplayArgs, ShotArgs,
 };
-use crate::cli_values::{cell_name, finite, positive_seconds, seed_range};
+use crate::cli_values::{cell_name, count, finite, positive_seconds, seed, seed_range};
 
 /// Name of a cell when nothing else is said.
 pub const DEFAULT_CELL: &str = "cell";
@@ -138,10 +138,10 @@ pub struct RunArgs {
     #[arg(long, value_name = "P")]
     pub policy: Option<String>,
     /// Varies poses and friction within the bounds of the cell file
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = seed)]
     pub seed: u64,
     /// `1`: real time; `max` or another factor: lockstep
-    #[arg(long, value_name = "1|max|X", default_value = "1", value_parser = str::parse::<Speed>)]
+    #[arg(long, value_name = "1|max|X", allow_negative_numbers = true, default_value = "1", value_parser = str::parse::<Speed>)]
     pub speed: Speed,
     /// Start no page
     #[arg(long)]
@@ -168,7 +168,7 @@ pub struct RunArgs {
     #[arg(long, conflicts_with = "one_process")]
     pub paused: bool,
     /// Bins the job is about, where it is about bins; all of the cell otherwise
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     pub bins: Option<u32>,
     /// Robot to use in place of the demo's
     #[arg(long, value_name = "URDF")]
@@ -273,7 +273,7 @@ pub struct RestartArgs {
 #[derive(Clone, Debug, Args)]
 pub struct StepArgs {
     /// Ticks of 1 ms
-    #[arg(default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(default_value_t = 1, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub ticks: u32,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
@@ -312,7 +312,7 @@ pub struct TargetArgs {
           allow_negative_numbers = true, value_parser = finite)]
     pub values: Vec<f64>,
     /// Arm by its place in the cell file
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = count)]
     pub arm: u32,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
@@ -334,7 +334,7 @@ pub struct GripperArgs {
     /// What to do
     pub verb: GripperVerb,
     /// Arm by its place in the cell file
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = count)]
     pub arm: u32,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
@@ -345,7 +345,7 @@ pub struct GripperArgs {
 #[derive(Clone, Debug, Args)]
 pub struct DropPartsArgs {
     /// How many; as many as the dispenser drops at a time otherwise
-    #[arg(value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
+    #[arg(value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=100))]
     pub count: Option<u32>,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
@@ -519,13 +519,13 @@ pub struct EvalArgs {
     /// Name of the demo
     pub demo: String,
     /// First and last seed
-    #[arg(long, value_name = "A..B", value_parser = seed_range)]
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true, value_parser = seed_range)]
     pub seeds: (u64, u64),
     /// Policy of the task; the demo's default otherwise
     #[arg(long, value_name = "P")]
     pub policy: Option<String>,
     /// Runs at the same time
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]
     pub jobs: u32,
     /// Print one JSON object a seed
     #[arg(long)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use crate::cli::{CellArgs, DataArgs};
-use crate::cli_values::{picture_size, positive_seconds, seconds_back};
+use crate::cli_values::{picture_size, positive_seconds, seconds_back, seed};
 
 /// `robocell load`.
 #[derive(Clone, Debug, Args)]
@@ -16,10 +16,15 @@ pub struct LoadArgs {
     #[arg(long, value_name = "P")]
     pub policy: Option<String>,
     /// Varies poses and friction within the bounds of the cell file
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = seed)]
     pub seed: u64,
     /// As of `run`
-    #[arg(long, value_name = "1|max|X", default_value = "1")]
+    #[arg(
+        long,
+        value_name = "1|max|X",
+        allow_negative_numbers = true,
+        default_value = "1"
+    )]
     pub speed: String,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
@@ -51,7 +56,7 @@ pub enum RecordVerb {
     /// Keep the last seconds of the flight recorder, as in `last 60s`
     Last {
         /// How long
-        #[arg(value_name = "60s", value_parser = seconds_back)]
+        #[arg(value_name = "60s", allow_hyphen_values = true, value_parser = seconds_back)]
         span: f64,
         /// File to write (MCAP); a name is made up otherwise
         #[arg(value_name = "FILE.mcap")]
@@ -75,7 +80,7 @@ pub struct ShotArgs {
     #[arg(long, value_name = "P", requires = "demo")]
     pub policy: Option<String>,
     /// Seed of the demo
-    #[arg(long, value_name = "N", default_value_t = 0, requires = "demo")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, requires = "demo", value_parser = seed)]
     pub seed: u64,
     /// Size in pixels
     #[arg(long, value_name = "WxH", default_value = "1600x900", value_parser = picture_size)]

@@ -17,6 +17,18 @@ pub(crate) fn finite(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A seed.
+pub(crate) fn seed(text: &str) -> Result<u64, String> {
+    text.parse()
+        .map_err(|_| format!("a whole number from 0 to {}", u64::MAX))
+}
+
+/// A place in a list, or a count of things.
+pub(crate) fn count(text: &str) -> Result<u32, String> {
+    text.parse()
+        .map_err(|_| format!("a whole number from 0 to {}", u32::MAX))
+}
+
 /// A duration.
 pub(crate) fn positive_seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -85,6 +97,31 @@ mod tests {
             assert!(cell_name(bad).is_err(), "{bad}");
         }
         assert!(cell_name("left_arm-2").is_ok());
+    }
+
+    #[test]
+    fn a_negative_number_is_a_value_out_of_range_and_no_flag() {
+        for line in [
+            "run franka-stack --seed -1",
+            "run franka-stack --speed -1",
+            "run ur10-palletize --bins -1",
+            "load reach --seed -1",
+            "shot a.png --demo reach --seed -1",
+            "step -5",
+            "drop-parts -3",
+            "gripper open --arm -1",
+            "eval reach --seeds -1..3",
+            "eval reach --seeds 1..3 --jobs -1",
+            "record last -3s",
+        ] {
+            let words = std::iter::once("robocell").chain(line.split(' '));
+            let error = Cli::try_parse_from(words).unwrap_err();
+            assert_eq!(
+                error.kind(),
+                clap::error::ErrorKind::ValueValidation,
+                "{line}: {error}"
+            );
+        }
     }
 
     #[test]

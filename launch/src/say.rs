@@ -7,6 +7,11 @@ pub(crate) fn line(text: impl std::fmt::Display) {
     writeln!(std::io::stdout().lock(), "{text}").ok();
 }
 
+/// A whole text on stdout, as it is.
+pub(crate) fn raw(text: &[u8]) {
+    std::io::stdout().lock().write_all(text).ok();
+}
+
 /// One line on stderr.
 pub(crate) fn warn(text: impl std::fmt::Display) {
     writeln!(std::io::stderr().lock(), "robocell: {text}").ok();

@@ -81,8 +81,8 @@ fn live(args: &ShowArgs) -> Result<(), Failure> {
             }
         }
         if shown.is_empty() && looks == LOOKS_FOR_PICTURES {
-            let silent =
-                "the task sent no picture of its policy; is it running? see `robocell status`";
+            let silent = "the task sent no picture of its policy: one in if/else has none, and a task that \
+                 is gone sends none, see `robocell status`";
             if args.once {
                 return Err(Failure::configuration(silent));
             }
@@ -96,8 +96,12 @@ fn live(args: &ShowArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The pictures without their ports, which do not change.
+/// The pictures without their ports, which do not change; nothing before all of
+/// them were heard.
 fn frame(view: &View) -> String {
+    if !view.trace.is_complete() {
+        return String::new();
+    }
     let mut drawn = Vec::new();
     for picture in &view.trace.pictures {
         let mut graph = picture.graph.clone();

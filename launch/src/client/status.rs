@@ -71,6 +71,15 @@ pub(crate) fn word(outcome: u32) -> String {
     known.unwrap_or_else(|| format!("outcome {outcome}"))
 }
 
+/// What a task in that outcome waits for, for people.
+pub(crate) fn waits_for(outcome: &str) -> &'static str {
+    match outcome {
+        "idle" => ", waits for `robocell task start`",
+        "paused" => ", waits for `robocell task resume`",
+        _ => "",
+    }
+}
+
 fn describe(session: &Session, picture: &Picture) -> Status {
     let (state, decision) = (picture.state(), picture.decision());
     let spec = &session.spec;
@@ -141,13 +150,14 @@ fn print(status: &Status) {
         say::line(format_args!("page: {page}"));
     }
     let outcome = status.outcome.as_deref().unwrap_or("no decision");
+    let waits = waits_for(outcome);
     let reason = status
         .reason
         .as_ref()
         .map(|r| format!(" ({r})"))
         .unwrap_or_default();
     say::line(format_args!(
-        "task: {outcome}{reason}, phase {}, {} placed, {} drops, {} resyncs, {} aborts; {} limit violations",
+        "task: {outcome}{waits}{reason}, phase {}, {} placed, {} drops, {} resyncs, {} aborts; {} limit violations",
         status.phase.as_deref().unwrap_or("-"),
         status.placed,
         status.drops,

@@ -20,8 +20,10 @@ use crate::say;
 
 /// How often a frame is drawn.
 const FRAME: Duration = Duration::from_millis(100);
+/// The task sends its pictures once a second; one that is gone sends none.
+const FRAMES_FOR_PICTURES: usize = 13;
 /// Size of the frame printed by `--once`, in characters.
-const ONCE: (u16, u16) = (110, 30);
+const ONCE: (u16, u16) = (130, 30);
 
 /// What is drawn.
 pub(crate) struct View {
@@ -61,10 +63,21 @@ pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
     let mut view = View::open(&args.cell.cell)?;
     view.picture.fill();
     if args.once {
-        view.update();
+        for _ in 0..FRAMES_FOR_PICTURES {
+            view.update();
+            if view.trace.is_complete() {
+                break;
+            }
+            std::thread::sleep(FRAME);
+        }
         return once(&view);
     }
-    let mut terminal = ratatui::init();
+    let mut terminal = ratatui::try_init().map_err(|error| {
+        ratatui::restore();
+        Failure::usage(format!(
+            "this is no terminal to draw in ({error}); `robocell top --once` prints one frame as text"
+        ))
+    })?;
     let result = watch(&mut terminal, &mut view);
     ratatui::restore();
     result

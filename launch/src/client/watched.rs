@@ -123,6 +123,11 @@ impl Trace {
         }
     }
 
+    /// Whether there is a picture, and each is whole.
+    pub(crate) fn is_complete(&self) -> bool {
+        !self.pictures.is_empty() && self.pictures.iter().all(Watched::is_complete)
+    }
+
     /// Names of the nodes at work: the running ones that no running one is part
     /// of, of each picture.
     pub(crate) fn active(&self) -> Vec<String> {
@@ -131,6 +136,12 @@ impl Trace {
 }
 
 impl Watched {
+    /// Whether every node was heard; who joins in the middle of a picture has
+    /// a part of it until the next one.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.graph.nodes.iter().all(|node| !node.kind.is_empty())
+    }
+
     fn active(&self) -> String {
         let runs = |node: usize| self.statuses.get(node) == Some(&NodeStatus::Running);
         let has_child = |node: usize| {
@@ -201,6 +212,20 @@ mod tests {
         assert_eq!(trace.active(), ["Lift"]);
         trace.take(&line(TraceKind::Status, 1, 1, 2, ""));
         assert_eq!(trace.active(), ["Root"]);
+    }
+
+    #[test]
+    fn a_picture_heard_from_its_middle_on_is_not_complete() {
+        let node = |node, name: &str| {
+            let text = format!("bt\u{1f}{name}\u{1f}action\u{1f}{name}\u{1f}");
+            line(TraceKind::Node, node, node, 2, &text)
+        };
+        let mut trace = Trace::default();
+        assert!(!trace.is_complete(), "nothing was heard");
+        trace.take(&node(1, "lift"));
+        assert!(!trace.is_complete(), "the root was not heard");
+        trace.take(&node(0, "root"));
+        assert!(trace.is_complete());
     }
 
     #[test]

@@ -40,6 +40,12 @@ pub(crate) fn place(listen: Option<&str>) -> Result<Place, Failure> {
             _reserved: None,
         });
     }
+    if let Err(error) = TcpListener::bind((ip, 0)) {
+        return Err(Failure::configuration(format!(
+            "--listen {ip}: cannot listen there ({error}); give an address of this machine, as `ip address` \
+             lists them, 0.0.0.0 for all of them"
+        )));
+    }
     let found = PORTS.clone().find_map(|port| {
         let reserved = reserve(port)?;
         is_free(ip, port).then(|| Place {
@@ -86,6 +92,13 @@ fn parse(text: &str) -> Result<(IpAddr, Option<u16>), Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_address_of_another_machine_is_not_called_busy() {
+        // Kept free for documentation (RFC 5737).
+        let message = place(Some("192.0.2.1")).unwrap_err().message;
+        assert!(message.contains("an address of this machine"), "{message}");
+    }
 
     #[test]
     fn addresses_are_read_as_people_write_them() {

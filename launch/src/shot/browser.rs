@@ -55,9 +55,10 @@ impl Browser {
         let profile = std::env::temp_dir().join(format!("robocell-browser-{}", std::process::id()));
         fs::create_dir_all(&profile).cannot("make a profile for the browser")?;
         let mut child = spawn(&profile, width, height)?;
-        let socket = connect(&profile).inspect_err(|_| {
+        let socket = connect(&profile, &mut child).inspect_err(|_| {
             child.kill().ok();
             child.wait().ok();
+            fs::remove_dir_all(&profile).ok();
         })?;
         let mut browser = Self {
             child,
@@ -165,7 +166,7 @@ fn spawn(profile: &std::path::Path, width: u32, height: u32) -> Result<Child, Fa
 }
 
 /// The browser writes port and path of its socket to a file of its profile.
-fn connect(profile: &std::path::Path) -> Result<WebSocket<TcpStream>, Failure> {
+fn connect(profile: &std::path::Path, child: &mut Child) -> Result<WebSocket<TcpStream>, Failure> {
     let file = profile.join("DevToolsActivePort");
     let since = Instant::now();
     loop {
@@ -178,6 +179,11 @@ fn connect(profile: &std::path::Path) -> Result<WebSocket<TcpStream>, Failure> {
             let url = format!("ws://127.0.0.1:{port}{path}");
             let (socket, _) = tungstenite::client(url, stream).cannot(what)?;
             return Ok(socket);
+        }
+        if let Some(status) = child.try_wait().cannot("look at the browser")? {
+            return Err(Failure::configuration(format!(
+                "the browser ended at its start ({status}); run it by hand to see why"
+            )));
         }
         if since.elapsed() > PATIENCE {
             return Err(Failure::configuration("the browser does not start"));

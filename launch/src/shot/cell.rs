@@ -10,6 +10,7 @@ use crate::client::Session;
 use crate::client::picture::Picture;
 use crate::failure::{Code, Context, Failure};
 use crate::page;
+use crate::rundir::RunDir;
 
 /// Starting a cell, or computing some minutes of it, takes a while.
 const PATIENCE: Duration = Duration::from_secs(180);
@@ -34,7 +35,7 @@ impl Shown {
                 _own: None,
             });
         };
-        let own = Own::start(args, demo)?;
+        let mut own = Own::start(args, demo)?;
         let session = own.wait("its start", |session| {
             Picture::open(session).is_ok_and(|mut picture| {
                 picture.fill();
@@ -86,7 +87,7 @@ impl Own {
     }
 
     fn wait(
-        &self,
+        &mut self,
         what: &str,
         mut there: impl FnMut(&Session) -> bool,
     ) -> Result<Session, Failure> {
@@ -97,6 +98,7 @@ impl Own {
             {
                 return Ok(session);
             }
+            self.still_runs(what)?;
             std::thread::sleep(Duration::from_millis(50));
         }
         Err(Failure {
@@ -105,8 +107,27 @@ impl Own {
         })
     }
 
+    /// A cell that ended has said why, and will not come.
+    fn still_runs(&mut self, what: &str) -> Result<(), Failure> {
+        super::not_stopped()?;
+        let ended = self
+            .launcher
+            .try_wait()
+            .cannot("look at the cell for the picture")?;
+        let Some(status) = ended else { return Ok(()) };
+        let code = if status.code() == Some(Code::Usage as i32) {
+            Code::Usage
+        } else {
+            Code::Configuration
+        };
+        Err(Failure {
+            code,
+            message: format!("no picture: its cell ended before {what}, see above"),
+        })
+    }
+
     /// Lets the task work for so many ticks, then stops time.
-    fn run_to(&self, ticks: u64) -> Result<(), Failure> {
+    fn run_to(&mut self, ticks: u64) -> Result<(), Failure> {
         let count = ticks.to_string();
         for words in [&["task", "start"][..], &["step", &count]] {
             let program = std::env::current_exe().map_err(Failure::configuration)?;
@@ -134,5 +155,7 @@ impl Drop for Own {
     fn drop(&mut self) {
         cell_rt::process::kill(self.launcher.id(), cell_rt::process::SIGTERM).ok();
         self.launcher.wait().ok();
+        // Nobody comes back to a cell of this name; its recorder's files are large.
+        std::fs::remove_dir_all(RunDir::of(&self.name).path()).ok();
     }
 }

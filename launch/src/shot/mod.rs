@@ -23,6 +23,8 @@ const SETTLED: &str = "window.robocell !== undefined && window.robocell.settled(
 /// Takes the picture.
 pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     let out = new_file(&args.out)?;
+    // Whoever stops us shall not leave a cell's memory and a browser's profile.
+    cell_rt::signal::install_stop_handler().cannot("listen to signals")?;
     let shown = Shown::of(args)?;
     let (width, height) = args.size;
     let mut browser = Browser::start(width, height)?;
@@ -36,6 +38,7 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     browser.open(&format!("{}#{}", shown.link(), fragment.join("&")))?;
     let since = Instant::now();
     while browser.evaluate(SETTLED)? != serde_json::Value::Bool(true) {
+        not_stopped()?;
         if since.elapsed() > PATIENCE {
             let title = browser
                 .evaluate("document.title + ': ' + document.body.innerText.slice(0, 300)")?;
@@ -53,5 +56,13 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     let picture = browser.picture()?;
     std::fs::write(&out, picture).cannot(format!("write {}", out.display()))?;
     say::line(format_args!("{}: {width} x {height}", out.display()));
+    Ok(())
+}
+
+/// Ends everything when Ctrl-C was pressed.
+fn not_stopped() -> Result<(), Failure> {
+    if cell_rt::signal::stop_requested() {
+        return Err(Failure::configuration("stopped: no picture was taken"));
+    }
     Ok(())
 }

@@ -10,7 +10,7 @@ use ratatui::text::Line;
 use ratatui::widgets::{Block, Paragraph, Row, Table};
 
 use super::View;
-use crate::client::status::word;
+use crate::client::status::{waits_for, word};
 
 /// Draws everything.
 pub(super) fn draw(frame: &mut Frame<'_>, view: &View) {
@@ -51,8 +51,9 @@ fn headline(view: &View, active: &[String]) -> Vec<Line<'static>> {
         || "no decision".to_owned(),
         |d| {
             let outcome = word(d.outcome);
+            let waits = waits_for(&outcome);
             format!(
-                "{}: {outcome} {}  phase {}  placed {}  drops {}  resyncs {}  aborts {}",
+                "{}: {outcome}{waits} {}  phase {}  placed {}  drops {}  resyncs {}  aborts {}",
                 d.policy, d.reason, d.phase, d.placed_count, d.drops, d.resyncs, d.aborts
             )
         },
