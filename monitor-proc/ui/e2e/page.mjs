@@ -88,9 +88,9 @@ const test = {
 try {
   await page.goto(link);
   await test.until("the page shows the cell", (r) => r !== undefined && r.settled());
-  await scenario(test);
+  const said = await scenario(test);
   test.same("what the console complains about", errors, []);
-  console.log(`${name}: ok`);
+  console.log(`${name}: ${said ?? "ok"}`);
 } catch (error) {
   console.error(`${name}: ${error.message}`);
   if (errors.length > 0) console.error(`console: ${errors.join("\n")}`);

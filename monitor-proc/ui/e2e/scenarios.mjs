@@ -1,14 +1,9 @@
 // What a person does on the page, and what has to come of it.
-
-const PAUSED = 1;
-const TASK_PAUSED = 8;
-const NOT_LIVE = 16;
+import { bins, flip, manual, pallet } from "./bins.mjs";
+import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
 
 /** What a browser says while the monitor is away. */
 const CLOSED = /WebSocket connection to|ERR_CONNECTION_REFUSED/;
-
-const flag = (bit) => `(r) => (r.store.snapshot.flags & ${bit}) !== 0`;
-const noFlag = (bit) => `(r) => (r.store.snapshot.flags & ${bit}) === 0`;
 
 /** Bodies and robots are drawn where physics has them. */
 async function draws({ look, until, near, same, page, robocell }) {
@@ -125,136 +120,6 @@ async function gizmo({ page, look, until, press, near }) {
   near("the target", where.target, [before[0], before[1], where.target[2]], 0.01);
 }
 
-/** Leads the tool of the UR10 to a pose by the numbers of the robot tab. */
-async function lead({ page, until }, at, yaw_rad = 0, within = 0.004) {
-  await page.getByRole("tab", { name: "Robot" }).click();
-  const fields = ["x", "y", "z"];
-  for (const [axis, name] of fields.entries()) await page.getByLabel(name, { exact: true }).fill(at[axis].toFixed(4));
-  // The cup, along x of its frame, looks down.
-  await page.getByLabel("roll", { exact: true }).fill("0");
-  await page.getByLabel("pitch", { exact: true }).fill("90");
-  await page.getByLabel("yaw", { exact: true }).fill(((yaw_rad * 180) / Math.PI).toFixed(2));
-  await page.locator(".target-form button.primary").click();
-  await until(
-    `the tool is at ${at.map((x) => x.toFixed(3))}`,
-    (r, [at, within]) => {
-      const { tcp, velocities } = r.store.snapshot.arms[0];
-      const off = Math.hypot(...at.map((x, axis) => tcp[axis] - x));
-      return off < within && velocities.every((v) => Math.abs(v) < 5e-3);
-    },
-    [at, within],
-  );
-}
-
-/** A person stacks a bin that lies upside down; the automation counts it. */
-async function manual(test) {
-  const { page, look, until, press, near } = test;
-  await press("robocell task start");
-  await until("a bin lies at the end of the belt", (r) =>
-    r.store.snapshot.objects.some(({ flags, pose }) => (flags & 1) !== 0 && pose[1] < 0.56),
-  );
-  await press("robocell task pause");
-  await until("the task is paused", flag(TASK_PAUSED));
-  await until("the arm stands", (r) => r.store.snapshot.arms[0].velocities.every((v) => Math.abs(v) < 1e-3));
-  const bin = await look((r) =>
-    r.store.snapshot.objects.findIndex(({ flags, pose }) => (flags & 1) !== 0 && pose[1] < 0.56),
-  );
-  const pose = () => look((r, bin) => r.store.snapshot.objects[bin].pose, bin);
-  const column = await look((r) => r.store.scene.task.stack.first_m);
-  const [x, y, z, w, , , qz] = await pose();
-  const high = (await look((r, bin) => r.store.scene.objects[bin].shape.size_m[2], bin)) / 2;
-  // Its long sides lie along x here and along y in its column: the tool turns back.
-  const [, , , , qx, qy] = await pose();
-  const yaw = Math.atan2(2 * (w * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz));
-  const along = Math.atan2(Math.sin(2 * yaw), Math.cos(2 * yaw)) / 2;
-  const turn = Math.PI / 2 + along;
-  await lead(test, [x, y, z + 0.3], turn);
-  await lead(test, [x, y, z + high + 0.002], turn);
-  const tab = () => page.getByRole("tab").last().click();
-  await tab();
-  await press("robocell gripper close");
-  await until("the cup holds the bin", (r, bin) => r.store.snapshot.arms[0].held === bin, bin);
-  // Up by the gizmo, over and down by numbers.
-  const [px, py] = await look((r) => r.view.screenOf("gizmo z"));
-  await page.mouse.move(px, py);
-  await page.waitForTimeout(300);
-  await page.mouse.down();
-  for (let step = 1; step <= 12; step++) {
-    await page.mouse.move(px, py - 8 * step);
-    await page.waitForTimeout(60);
-  }
-  await page.mouse.up();
-  await until(
-    "the gizmo lifts the bin",
-    (r, [bin, z]) => r.store.snapshot.objects[bin].pose[2] > z + 0.1,
-    [bin, z],
-  );
-  await lead(test, [x, y, z + 0.6], turn);
-  await lead(test, [0.62, 0.14, 0.2], turn / 2, 0.05);
-  await lead(test, [column[0], column[1], 0], 0);
-  // What hangs beside the cup's axis stays beside it.
-  const held = await pose();
-  const over = [2 * column[0] - held[0], 2 * column[1] - held[1]];
-  const down = column[2] + 2 * high + 0.002;
-  await lead(test, [...over, down]);
-  await tab();
-  await press("robocell gripper open");
-  await until("the cup let go", (r) => r.store.snapshot.arms[0].held === null);
-  await lead(test, [...over, down + 0.3]);
-  near("the bin", (await pose()).slice(0, 3), [column[0], column[1], column[2] + high], 0.02);
-  const name = await look((r, bin) => r.store.scene.objects[bin].name, bin);
-  await page.getByRole("tab", { name: "Task" }).click();
-  await press("robocell task resume");
-  await until("the automation counts it", (r, name) => r.store.status.task.placed.includes(name), name);
-}
-
-/** The buttons of the bins' panels, each beside its command. */
-async function bins({ page, look, until, press, robocell, same }) {
-  const panel = await look((r) => r.store.scene.panel);
-  await press("robocell task pause");
-  await until("the task is paused", flag(TASK_PAUSED));
-  await page.getByRole("tab").last().click();
-  const here = () => look((r) => r.store.snapshot.objects.filter(({ flags }) => (flags & 1) !== 0).length);
-  const more = (what, count) =>
-    until(what, (r, count) => r.store.snapshot.objects.filter(({ flags }) => (flags & 1) !== 0).length >= count, count);
-  if (panel === "fill_bin") {
-    const before = await here();
-    const drop = await look((r) => r.store.scene.dispenser.per_drop);
-    await press("robocell drop-parts");
-    await more("the button drops parts", before + drop);
-    await until("it is told", (r, drop) => r.store.status.equipment.parts_dropped === drop, drop);
-    robocell("drop-parts", "5");
-    await more("the command drops parts", before + drop + 5);
-    await until("it is told", (r, drop) => r.store.status.equipment.parts_dropped === drop + 5, drop);
-    await page.getByText(`${drop + 5} of 100 parts were dropped`).waitFor();
-  } else {
-    // A task that does not wait for its start has asked for bins already.
-    robocell("reset");
-    await until("no bin is here", (r) => r.store.snapshot.objects.every(({ flags }) => (flags & 1) === 0));
-    await press("robocell add-bin");
-    await more("the button brings a bin", 1);
-    // The belt stands while the task is paused: the place is taken.
-    robocell("reset");
-    await until("it is gone", (r) => r.store.snapshot.objects.every(({ flags }) => (flags & 1) === 0));
-    robocell("add-bin", "--flipped");
-    await more("the command brings a bin", 1);
-    const up = await look((r) => {
-      const [, , , , x, y] = r.store.snapshot.objects.find(({ flags }) => (flags & 1) !== 0).pose;
-      return 1 - 2 * (x * x + y * y) > 0;
-    });
-    same("whether it opens upward", up, false);
-  }
-  // Suction that finds nothing to hold stays on and says why.
-  const cup = (what, on) => until(what, (r, on) => r.store.status.equipment.suction[0].on === on, on);
-  await press("robocell gripper close");
-  await until("the button switches suction on", (r) => r.store.status.equipment.suction[0].refusals > 0);
-  const refused = await look((r) => r.store.status.equipment.suction[0].refusals);
-  robocell("gripper", "open");
-  await cup("the command switches it off", false);
-  robocell("gripper", "close");
-  await until("the command does alike", (r, n) => r.store.status.equipment.suction[0].refusals > n, refused);
-}
-
 /** Each button does what its command does. */
 async function buttons({ page, look, until, press, robocell, same, forgive }) {
   const generation = (name) => look((r, n) => r.store.status.processes.find((p) => p.name === n).generation, name);
@@ -345,19 +210,34 @@ async function restarts({ page, look, until, robocell, forgive }) {
 }
 
 /** Back to what just happened, and forth to now. */
-async function scrub({ page, look, until, press }) {
-  await until("the flight recorder holds some seconds", (r) => {
-    const { timeline } = r.store;
-    return timeline !== null && timeline.to_s - timeline.from_s > 3;
-  });
-  const time = await look((r) => r.store.timeline.from_s + 1.5);
+async function scrub({ page, look, until, same }) {
+  const seen = () =>
+    look((r) => ({ time: r.store.snapshot.time, phase: r.store.status.task.phase, letters: r.store.letters[0] }));
+  await until("the task works", (r) => r.store.status.task.outcome === "running" && r.store.letters[0]?.includes("R"));
+  // A moment within a phase.
+  let [then, later] = [await seen(), await seen()];
+  while (later.time < then.time + 0.3 || later.phase !== then.phase || later.letters !== then.letters) {
+    await page.waitForTimeout(400);
+    [then, later] = [later, await seen()];
+  }
+  await until("the task has gone on", (r, phase) => r.store.status.task.phase !== phase, then.phase);
+  const time = (then.time + later.time) / 2;
+  await until("the flight recorder holds it", (r, t) => r.store.timeline?.to_s > t + 1, time);
   const ack = await page.evaluate((t) => window.robocell.store.command({ do: "seek", time_s: t }), time);
   if (!ack.ok) throw new Error(`seek: ${ack.message}`);
   await until("the past is shown", flag(NOT_LIVE));
   await until("the right moment", (r, t) => Math.abs(r.store.snapshot.time - t) < 0.05, time);
+  const past = async () => {
+    const { phase, letters } = await seen();
+    same("the task then", { phase, letters }, { phase: then.phase, letters: then.letters });
+  };
+  await past();
+  // What is told of now meanwhile is not shown.
+  await page.waitForTimeout(1500);
+  await past();
   await page.evaluate(() => window.robocell.store.command({ do: "seek", time_s: null }));
   await until("it is live again", noFlag(NOT_LIVE));
-  void press;
+  await until("so is the task", (r, t) => r.store.past === null && r.store.letters[0]?.includes("R") && r.store.snapshot.time > t + 1, time);
 }
 
 /** Who has the viewer's link looks on, until the operator's token is presented. */
@@ -444,4 +324,27 @@ async function meshes({ page, look, until, same }) {
   });
 }
 
-export const scenarios = { meshes, draws, drag, gizmo, buttons, restarts, scrub, viewer, names, manual, bins };
+/** How often a picture is drawn while the cell moves, once the ladder has settled. */
+async function frames({ page, look, until, robocell }) {
+  const [SETTLE_S, MEASURE_S] = [20, 20];
+  await page.mouse.move(0, 0);
+  robocell("resume");
+  await until("the cell moves", noFlag(PAUSED));
+  if (await look((r) => r.store.scene.start_event)) robocell("task", "start");
+  await page.waitForTimeout(1000 * SETTLE_S);
+  const now = () => look((r) => ({ pictures: r.view.pictures, at: performance.now(), time: r.store.snapshot.time, level: r.view.quality.level.name }));
+  const first = await now();
+  await page.waitForTimeout(1000 * MEASURE_S);
+  const last = await now();
+  const seconds = (last.at - first.at) / 1000;
+  const rate = (last.pictures - first.pictures) / seconds;
+  const factor = (last.time - first.time) / seconds;
+  const size = await look((r) => r.view.screen.size.join("x"));
+  const level = first.level === last.level ? last.level : `${first.level}, then ${last.level}`;
+  return `${rate.toFixed(1)} pictures a second of ${size}, ${level}; ${factor.toFixed(2)} times real time`;
+}
+
+export const scenarios = {
+  meshes, draws, drag, gizmo, buttons, restarts, scrub, viewer, names,
+  manual, flip, pallet, bins, frames,
+};

@@ -105,6 +105,8 @@ export interface ProcessStatus {
   body_p50_us: number;
   body_p99_us: number;
   missed: number;
+  /** Why cycles were missed last; empty for none. */
+  missed_why: string;
   rejected: number;
   fenced: number;
   note: string;
@@ -204,10 +206,20 @@ export type TextMessage =
   | { t: "edge"; graph: number; from: number; to: number; label: string }
   | { t: "keys"; graph: number; values: Record<string, string> }
   | { t: "guards"; graph: number; values: Record<string, boolean> }
-  | { t: "log"; lines: LogLine[] }
+  | { t: "log"; lines: LogLine[]; all?: boolean }
   | { t: "timeline"; from_s: number; to_s: number }
   | ({ t: "ack" } & Ack)
+  | ({ t: "past" } & Past)
+  | { t: "now" }
   | { t: "gone"; what: string };
+
+/** What task and equipment said at a moment of the past. */
+export interface Past {
+  time_s: number;
+  story: TextMessage[];
+  task: Status["task"];
+  equipment: EquipmentStatus | null;
+}
 
 export interface Ack {
   id: number;

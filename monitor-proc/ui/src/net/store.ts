@@ -5,6 +5,7 @@ import type {
   Graph,
   Hello,
   LogLine,
+  Past,
   Scene,
   Status,
   TextMessage,
@@ -12,6 +13,8 @@ import type {
 import { decode, type Snapshot } from "./snapshot";
 
 const KEPT_LINES = 2000;
+/** Messages that tell how the task's pictures stand. */
+const STORY = new Set(["graphs", "statuses", "edge", "keys", "guards"]);
 
 /** What can change. */
 export interface Events {
@@ -44,6 +47,8 @@ export class Store {
   guards: Record<string, boolean>[] = [];
   log: LogLine[] = [];
   timeline: { from_s: number; to_s: number } | null = null;
+  /** The moment of the past that is shown in the place of what is now. */
+  past: Past | null = null;
 
   /** Sends a command; set by the connection. */
   send: (command: Command) => Promise<Ack> = () =>
@@ -80,10 +85,17 @@ export class Store {
   }
 
   takeText(message: TextMessage): void {
+    // What the task says now is told again when the past was looked at.
+    if (this.past !== null && STORY.has(message.t)) return;
+    this.take(message);
+  }
+
+  private take(message: TextMessage): void {
     switch (message.t) {
       case "hello":
         // Another run tells its own story; the same one tells it again.
         this.log = [];
+        this.past = null;
         this.hello = message;
         this.tell("hello", message);
         break;
@@ -92,8 +104,7 @@ export class Store {
         this.tell("scene", message.scene);
         break;
       case "status":
-        this.status = message;
-        this.tell("status", message);
+        this.takeStatus(message);
         break;
       case "graphs":
         this.takeGraphs(message.graphs);
@@ -115,9 +126,14 @@ export class Store {
         this.tell("graph", message.graph);
         break;
       case "log":
-        this.log.push(...message.lines);
-        this.log.splice(0, this.log.length - KEPT_LINES);
-        this.tell("log", message.lines);
+        this.takeLog(message.lines, message.all === true);
+        break;
+      case "past":
+        this.takePast(message);
+        break;
+      case "now":
+        this.past = null;
+        this.forgetStory();
         break;
       case "timeline":
         this.timeline = { from_s: message.from_s, to_s: message.to_s };
@@ -131,14 +147,45 @@ export class Store {
     }
   }
 
-  private takeGraphs(graphs: Graph[]): void {
-    // A restarted task draws the same picture again: what was seen stays.
-    if (JSON.stringify(graphs) === JSON.stringify(this.graphs)) return;
-    this.graphs = graphs;
+  /** While the past is shown, task and equipment are as they were then. */
+  private takeStatus(status: Status): void {
+    const { task, equipment } = this.past ?? status;
+    this.status = { ...status, task, equipment };
+    this.tell("status", this.status);
+  }
+
+  private takeLog(lines: LogLine[], all: boolean): void {
+    const known = this.log.length;
+    if (all) this.log = [];
+    this.log.push(...lines);
+    this.log.splice(0, this.log.length - KEPT_LINES);
+    // Nothing new was said where all is told once more.
+    this.tell("log", all && known > 0 ? [] : lines);
+  }
+
+  private takePast(past: Past): void {
+    this.past = past;
+    this.forgetStory();
+    for (const message of past.story) {
+      // A recording may have begun too late for the pictures: those of now stay.
+      if (message.t !== "graphs" || message.graphs.length > 0) this.take(message);
+    }
+    for (const index of this.graphs.keys()) this.tell("graph", index);
+    if (this.status !== null) this.takeStatus(this.status);
+  }
+
+  private forgetStory(): void {
     this.letters = [];
     this.edges = [];
     this.keys = [];
     this.guards = [];
+  }
+
+  private takeGraphs(graphs: Graph[]): void {
+    // A restarted task draws the same picture again: what was seen stays.
+    if (JSON.stringify(graphs) === JSON.stringify(this.graphs)) return;
+    this.graphs = graphs;
+    this.forgetStory();
     this.tell("graphs", graphs);
   }
 }

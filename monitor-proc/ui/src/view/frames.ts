@@ -1,6 +1,8 @@
 // Draws at most once per frame of the browser, and only when asked to.
 
 export class Frames {
+  /** Pictures drawn so far. */
+  drawn = 0;
   private asked = false;
   private pending = 0;
   private drawnAt: number | null = null;
@@ -33,6 +35,7 @@ export class Frames {
     if (!this.asked) return;
     this.asked = false;
     this.drawnAt = now;
+    this.drawn += 1;
     this.draw();
     // One tick more than needed: it tells what this picture cost.
     this.schedule();

@@ -101,6 +101,11 @@ export class View implements ViewApi {
     return this.selection.onSelect(listener);
   }
 
+  /** Pictures drawn since the page was opened. */
+  get pictures(): number {
+    return this.frames.drawn;
+  }
+
   /** The picture as it is now, as the data URL of a PNG. */
   pixels(): string {
     this.draw();

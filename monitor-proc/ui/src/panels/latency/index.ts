@@ -50,8 +50,8 @@ function cycleTable(processes: ProcessStatus[]): HTMLElement {
     const cells = [one.late_p99_us, one.late_max_us, one.body_p50_us, one.body_p99_us].map((us) => (us > 0 ? micros(us) : "–"));
     const missed = el("td", { class: one.missed > 0 ? "num amber" : "num" }, String(one.missed));
     const row = el("tr", {}, el("th", { scope: "row" }, one.name), missed, ...cells.map((text) => el("td", { class: "num" }, text)));
-    if (one.note === "") return [row];
-    return [row, el("tr", { class: "note" }, el("td", { colspan: heads.length, class: "dim" }, one.note))];
+    const notes = [one.missed_why === "" ? "" : `missed: ${one.missed_why}`, one.note].filter((text) => text !== "");
+    return [row, ...notes.map((text) => el("tr", { class: "note" }, el("td", { colspan: heads.length, class: "dim" }, text)))];
   });
   const head = el("tr", {}, ...heads.map((name) => el("th", { scope: "col" }, name)));
   return el("table", {}, el("thead", {}, head), el("tbody", {}, ...rows));

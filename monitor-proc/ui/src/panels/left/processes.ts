@@ -68,6 +68,7 @@ function show(
   if (status.fenced > 0) facts.push(`${status.fenced} fenced`);
   if (status.note !== "") facts.push(status.note);
   setText(at.more, facts.join(" · "));
+  if (status.missed_why !== "") facts.push(`missed: ${status.missed_why}`);
   setTitle(at.more, `pid ${status.pid ?? "–"} · ${facts.join(" · ")}`);
   at.root.classList.toggle("silent", !running);
 }

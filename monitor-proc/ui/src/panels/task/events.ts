@@ -36,7 +36,15 @@ export function eventLog(desk: Desk): HTMLElement {
     return chip;
   });
   store.on("hello", rebuild);
-  store.on("log", append);
+  store.on("log", (lines) => (lines.length === 0 ? rebuild() : append(lines)));
+  // What comes after the moment that is shown is not said yet.
+  let shown = Infinity;
+  desk.pulse.add(list, () => {
+    const now = store.past === null ? Infinity : (store.snapshot?.time ?? Infinity);
+    if (now === shown) return;
+    shown = now;
+    for (const node of list.children) node.classList.toggle("later", Number((node as HTMLElement).dataset.time) > now);
+  });
   rebuild();
   return el("div", { class: "events" }, el("div", { class: "row event-bar" }, filter, ...chips), list);
 }
@@ -46,6 +54,7 @@ function row(desk: Desk, line: LogLine): HTMLElement {
   time.textContent = line.time_s.toFixed(2);
   time.addEventListener("click", () => desk.send({ do: "seek", time_s: line.time_s }));
   const node = el("div", { class: "event", "data-kind": line.kind }, time, el("span", {}, line.text));
+  node.dataset.time = String(line.time_s);
   if (line.mark !== null) node.dataset.mark = line.mark;
   return node;
 }

@@ -30,8 +30,6 @@ export function graphPane(desk: Desk, choice: GraphChoice, onNode: (node: number
     // Whoever reads is not led away.
     if (!root.matches(":hover, :focus-within") && root.checkVisibility()) view?.follow();
   });
-  // The log names the event of the transition taken last.
-  desk.store.on("log", () => view?.show());
   draw();
   return root;
 }

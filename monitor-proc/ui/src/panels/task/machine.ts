@@ -94,7 +94,8 @@ function drawing(store: Store, at: number, onNode: (node: number) => void): Grap
     const last = store.edges[at];
     const same = (edge: LaidEdge) => last !== undefined && edge.from === last.from && edge.to === last.to;
     const named = edges.findIndex((edge) => same(edge) && edge.label === last?.label);
-    const taken = named >= 0 ? named : edges.findIndex(same);
+    // All ways of a matrix from one state to another are one line.
+    const taken = named < 0 && graph.kind === "matrix" ? edges.findIndex(same) : named;
     for (const [index, edge] of drawnEdges.entries()) edge.classList.toggle("last", index === taken);
   };
   return { root, show, follow: () => reveal(root.closest(".graph-body"), active) };

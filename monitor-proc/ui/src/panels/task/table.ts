@@ -62,30 +62,17 @@ function matrix(graph: Graph): { head: HTMLElement; rows: HTMLElement[]; cells: 
   return { head: el("tr", {}, el("th", {}), ...columns), rows, cells, columns };
 }
 
-/** The event of the transition taken last: the edge itself may be one of several
- * that lead the same way, the log says which it was. */
-function lastEvent(store: Store, at: number, graph: Graph): { from: number; event: string } | null {
-  const last = store.edges[at];
-  if (last == null) return null;
-  const way = `${graph.nodes[last.from]?.name} -> ${graph.nodes[last.to]?.name} (`;
-  for (let line = store.log.length - 1; line >= 0; line--) {
-    const text = store.log[line]?.text ?? "";
-    if (text.startsWith(way)) return { from: last.from, event: text.slice(way.length, -1) };
-  }
-  return { from: last.from, event: last.label };
-}
-
 /** The table of a matrix: a row an event, a column a state. */
 function matrixTable(store: Store, at: number, graph: Graph): LiveTable {
   const { head, rows, cells, columns } = matrix(graph);
   const root = el("table", { class: "live-table matrix" }, el("thead", {}, head), el("tbody", {}, ...rows));
   const show = () => {
     const letters = store.letters[at] ?? "";
-    const last = lastEvent(store, at, graph);
+    const last = store.edges[at];
     for (const [index, column] of columns.entries()) setAttr(column, "data-status", letters[index] ?? "I");
     for (const { node, from, event } of cells) {
       setAttr(node, "data-status", letters[from] ?? "I");
-      node.classList.toggle("last", last?.from === from && last.event === event);
+      node.classList.toggle("last", last?.from === from && last.label === event);
     }
   };
   return { root, show };

@@ -1,0 +1,8 @@
+// Flags of a snapshot (docs/page-protocol.md), and what is asked of them on the page.
+
+export const PAUSED = 1;
+export const TASK_PAUSED = 8;
+export const NOT_LIVE = 16;
+
+export const flag = (bit) => `(r) => (r.store.snapshot.flags & ${bit}) !== 0`;
+export const noFlag = (bit) => `(r) => (r.store.snapshot.flags & ${bit}) === 0`;
