@@ -31,6 +31,10 @@ impl Allowed {
     }
 }
 
+/// Keys that targets and axes have alike.
+const BOOST: &str = "proximity_metric_boost_scalar";
+const BOOST_LENGTH: &str = "proximity_metric_boost_length_scale";
+
 /// Section, key, value, allowed range.
 type Row = (&'static str, &'static str, f64, Allowed);
 
@@ -40,14 +44,18 @@ impl RmpFlowParameters {
     /// # Errors
     /// [`ParameterError`] with the key path of the first that is not.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        for (section, key, value, allowed) in self
-            .joint_rows()
-            .into_iter()
-            .chain(self.target_rows())
-            .chain(self.collision_rows())
-        {
+        let rows = self.posture_rows().into_iter();
+        let rows = rows.chain(self.limit_rows()).chain(self.cap_rows());
+        let rows = rows.chain(self.target_rows()).chain(self.axis_rows());
+        let rows = rows.chain(self.damping_rows()).chain(self.collision_rows());
+        for (section, key, value, allowed) in rows {
             check(|| format!("{section}.{key}"), value, allowed)?;
         }
+        self.validate_body()
+    }
+
+    /// What is listed joint by joint, capsule by capsule and sphere by sphere.
+    fn validate_body(&self) -> Result<(), ParameterError> {
         for (i, &buffer) in self.joint_limit_buffers.iter().enumerate() {
             check(|| format!("joint_limit_buffers[{i}]"), buffer, NotNegative)?;
         }
@@ -74,16 +82,9 @@ impl RmpFlowParameters {
         Ok(())
     }
 
-    #[allow(clippy::too_many_lines, reason = "a table, one number a row")]
-    fn joint_rows(&self) -> [Row; 17] {
+    fn posture_rows(&self) -> [Row; 5] {
         const POSTURE: &str = "rmp_params.cspace_target_rmp";
-        const LIMIT: &str = "rmp_params.joint_limit_rmp";
-        const CAP: &str = "rmp_params.joint_velocity_cap_rmp";
-        let (c, l, v) = (
-            &self.cspace_target,
-            &self.joint_limit,
-            &self.joint_velocity_cap,
-        );
+        let c = &self.cspace_target;
         [
             (POSTURE, "metric_scalar", c.metric_scalar, NotNegative),
             (POSTURE, "position_gain", c.position_gain, NotNegative),
@@ -95,6 +96,13 @@ impl RmpFlowParameters {
                 Positive,
             ),
             (POSTURE, "inertia", c.inertia, NotNegative),
+        ]
+    }
+
+    fn limit_rows(&self) -> [Row; 8] {
+        const LIMIT: &str = "rmp_params.joint_limit_rmp";
+        let l = &self.joint_limit;
+        [
             (LIMIT, "metric_scalar", l.metric_scalar, NotNegative),
             (
                 LIMIT,
@@ -133,6 +141,13 @@ impl RmpFlowParameters {
                 l.accel_potential_exploder_eps,
                 Positive,
             ),
+        ]
+    }
+
+    fn cap_rows(&self) -> [Row; 4] {
+        const CAP: &str = "rmp_params.joint_velocity_cap_rmp";
+        let v = &self.joint_velocity_cap;
+        [
             (CAP, "max_velocity", v.max_velocity, Positive),
             (
                 CAP,
@@ -145,15 +160,9 @@ impl RmpFlowParameters {
         ]
     }
 
-    fn target_rows(&self) -> [Row; 18] {
+    fn target_rows(&self) -> [Row; 9] {
         const TARGET: &str = "rmp_params.target_rmp";
-        const AXIS: &str = "rmp_params.axis_target_rmp";
-        const DAMPING: &str = "rmp_params.damping_rmp";
-        const RESOLVE: &str = "canonical_resolve";
-        let (t, a) = (&self.target, &self.axis_target);
-        let (d, r) = (&self.damping, &self.canonical_resolve);
-        let boost = "proximity_metric_boost_scalar";
-        let boost_length = "proximity_metric_boost_length_scale";
+        let t = &self.target;
         [
             (TARGET, "accel_p_gain", t.accel_p_gain, NotNegative),
             (TARGET, "accel_d_gain", t.accel_d_gain, NotNegative),
@@ -177,23 +186,38 @@ impl RmpFlowParameters {
                 t.min_metric_scalar,
                 NotNegative,
             ),
-            (TARGET, boost, t.proximity_metric_boost_scalar, NotNegative),
+            (TARGET, BOOST, t.proximity_metric_boost_scalar, NotNegative),
             (
                 TARGET,
-                boost_length,
+                BOOST_LENGTH,
                 t.proximity_metric_boost_length_scale,
                 Positive,
             ),
+        ]
+    }
+
+    fn axis_rows(&self) -> [Row; 5] {
+        const AXIS: &str = "rmp_params.axis_target_rmp";
+        let a = &self.axis_target;
+        [
             (AXIS, "accel_p_gain", a.accel_p_gain, NotNegative),
             (AXIS, "accel_d_gain", a.accel_d_gain, NotNegative),
             (AXIS, "metric_scalar", a.metric_scalar, NotNegative),
-            (AXIS, boost, a.proximity_metric_boost_scalar, NotNegative),
+            (AXIS, BOOST, a.proximity_metric_boost_scalar, NotNegative),
             (
                 AXIS,
-                boost_length,
+                BOOST_LENGTH,
                 a.proximity_metric_boost_length_scale,
                 Positive,
             ),
+        ]
+    }
+
+    fn damping_rows(&self) -> [Row; 4] {
+        const DAMPING: &str = "rmp_params.damping_rmp";
+        const RESOLVE: &str = "canonical_resolve";
+        let (d, r) = (&self.damping, &self.canonical_resolve);
+        [
             (DAMPING, "accel_d_gain", d.accel_d_gain, NotNegative),
             (DAMPING, "metric_scalar", d.metric_scalar, NotNegative),
             (DAMPING, "inertia", d.inertia, NotNegative),
