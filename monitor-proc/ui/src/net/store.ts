@@ -134,6 +134,7 @@ export class Store {
       case "now":
         this.past = null;
         this.forgetStory();
+        for (const index of this.graphs.keys()) this.tell("graph", index);
         break;
       case "timeline":
         this.timeline = { from_s: message.from_s, to_s: message.to_s };

@@ -11,7 +11,11 @@ interface Row {
 }
 
 export function processes(desk: Desk): HTMLElement {
-  const list = el("div", { class: "processes" }, el("p", { class: "dim" }, "No process has reported yet."));
+  const none = el("p", { class: "dim" }, "No process has reported yet.");
+  const list = el("div", { class: "processes" }, none);
+  desk.store.on("hello", ({ live }) => {
+    if (!live) setText(none, "A recording: nothing runs.");
+  });
   const rows = new Map<string, Row>();
   desk.store.on("status", (status) => {
     const names = status.processes.map((one) => one.name);

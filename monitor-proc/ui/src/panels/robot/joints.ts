@@ -12,7 +12,8 @@ const VERY_NEAR = 0.03;
 const CLIP_SHOWN_MS = 600;
 
 export function joints(desk: Desk, arm: number, spec: ArmSpec): HTMLElement {
-  const rows = spec.joints.map((joint, index) => jointRow(joint, index, index < spec.arm_joints));
+  const names = shortNames(spec.joints.map(({ name }) => name));
+  const rows = spec.joints.map((joint, index) => jointRow(joint, names[index] ?? joint.name, index, index < spec.arm_joints));
   const head = el(
     "div",
     { class: "joint joint-head dim" },
@@ -32,7 +33,7 @@ export function joints(desk: Desk, arm: number, spec: ArmSpec): HTMLElement {
 }
 
 /** `careful`: being near a limit means something; fingers rest at theirs. */
-function jointRow(joint: JointSpec, index: number, careful: boolean) {
+function jointRow(joint: JointSpec, short: string, index: number, careful: boolean) {
   const needle = el("i", { class: "needle" });
   const wanted = el("i", { class: "wanted" });
   const track = el("div", { class: "track" }, wanted, needle);
@@ -49,7 +50,7 @@ function jointRow(joint: JointSpec, index: number, careful: boolean) {
   const root = el(
     "div",
     { class: "joint" },
-    el("span", { class: "name", title: joint.name }, shortName(joint.name), clip),
+    el("span", { class: "name", title: joint.name }, short, clip),
     track,
     value,
     error,
@@ -85,8 +86,10 @@ function jointRow(joint: JointSpec, index: number, careful: boolean) {
   return { root, show };
 }
 
-/** `panda_joint1` as `joint1`: the robot's name says nothing here. */
-function shortName(name: string): string {
-  const parts = name.split("_");
-  return parts.length > 1 ? parts.slice(1).join("_") : name;
+/** Without what all have in front, the robot's name, and without `_joint` behind. */
+function shortNames(names: string[]): string[] {
+  const [first = ""] = names;
+  const robot = first.slice(0, first.indexOf("_") + 1);
+  const shared = names.every((name) => name.startsWith(robot));
+  return names.map((name) => name.slice(shared ? robot.length : 0).replace(/_joint$/, ""));
 }

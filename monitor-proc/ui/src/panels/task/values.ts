@@ -8,6 +8,12 @@ class Table {
   private readonly cells = new Map<string, { row: HTMLElement; value: HTMLElement }>();
 
   show(values: Record<string, string>): void {
+    // What is not known of the moment that is shown goes.
+    for (const [name, { row }] of this.cells) {
+      if (name in values) continue;
+      row.remove();
+      this.cells.delete(name);
+    }
     for (const name of Object.keys(values).sort()) {
       const text = values[name] ?? "";
       const known = this.cells.get(name) ?? this.add(name);

@@ -16,12 +16,14 @@ export function sceneForm(desk: Desk): HTMLElement {
 
   const chosen = () => desk.store.hello?.demos.find((one) => one.name === demo.value);
   const policies = (wanted?: string) => {
-    setOptions(policy, chosen()?.policies ?? [], wanted ?? chosen()?.default_policy);
+    const known = chosen()?.policies ?? (wanted === undefined ? [] : [wanted]);
+    setOptions(policy, known, wanted ?? chosen()?.default_policy);
     setTitle(demo, chosen()?.description ?? "Demo");
   };
   demo.addEventListener("change", () => policies());
   desk.store.on("hello", ({ demos, run }) => {
-    setOptions(demo, demos.map((one) => one.name), run.demo);
+    // A recording has its own demo only.
+    setOptions(demo, demos.length > 0 ? demos.map((one) => one.name) : [run.demo], run.demo);
     policies(run.policy);
     seed.value = String(run.seed);
     setOptions(speed, SPEEDS.includes(run.speed) ? SPEEDS : [run.speed, ...SPEEDS], run.speed);
