@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 /// What makes a goal the same goal: its kind, and a key its author chose.
 type Identity = (u32, u64);
 
+/// No run has so many goals.
+const MOST_GOALS: u64 = 1 << 62;
+
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Entry {
     goal_id: u64,
@@ -86,6 +89,11 @@ impl GoalBook {
         entry.orientation_wxyz = goal.target.orientation_wxyz;
         entry.gripper = goal.gripper;
         goal.goal_id = entry.goal_id;
+    }
+
+    /// Whether a restored book can go on counting.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.entries.iter().all(|entry| entry.goal_id < MOST_GOALS)
     }
 
     /// Makes the next goal of every arm a new one; numbers go on counting.

@@ -72,6 +72,9 @@ impl Failure {
     }
 }
 
+/// No count of a run gets here: at one a tick it takes twelve days.
+pub(crate) const MOST_COUNTED: u32 = 1 << 30;
+
 /// Failures of one object, in a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Attempts {
@@ -162,6 +165,18 @@ impl Job {
     /// The failures of object `index`, to change.
     pub(crate) fn attempts_mut(&mut self, index: usize) -> Option<&mut Attempts> {
         self.attempts.get_mut(index)
+    }
+
+    /// Whether no counter is beyond what a run can reach: they are counted on.
+    pub(crate) fn is_sound(&self) -> bool {
+        let (counters, io) = (self.counters, self.io);
+        let few = |count: u32| count < MOST_COUNTED;
+        [counters.phase_entry, counters.drops, counters.resyncs]
+            .into_iter()
+            .chain([counters.aborts, counters.recoveries])
+            .chain([io.drop_parts, io.add_bin])
+            .chain(self.attempts.iter().flat_map(|a| [a.pick, a.place]))
+            .all(few)
     }
 
     /// Whether this record can belong to a cell with `objects` objects.

@@ -11,7 +11,7 @@ use crate::time::PolicyClock;
 
 /// Version of the layout; another one is refused, and the task begins from what
 /// it observes.
-pub const RECORD_VERSION: u32 = 2;
+pub const RECORD_VERSION: u32 = 3;
 
 /// A record is never longer, so a broken length cannot ask for more memory.
 pub const MAX_RECORD_BYTES: u64 = 64 * 1024;
@@ -28,6 +28,13 @@ pub(crate) struct TaskRecord {
     pub(crate) unsure: bool,
     #[serde(with = "serde_bytes")]
     pub(crate) policy_state: Vec<u8>,
+}
+
+impl TaskRecord {
+    /// Whether all that is counted in it can be counted on.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.job.is_sound() && self.clock.is_sound() && self.goals.is_sound()
+    }
 }
 
 /// Why a record was not taken.

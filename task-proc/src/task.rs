@@ -4,6 +4,7 @@ use behavior::Graph;
 use cell_model::Cell;
 use ipc_types::decision::{CellIo, MAX_PLACED, Outcome};
 use ipc_types::{ArmStatus, Decision, Header, OperatorPanel, Text, WorldState};
+use serde::de::Error as _;
 
 use crate::choice::choose;
 use crate::job::Job;
@@ -156,6 +157,10 @@ impl Task {
                 found: record.demo,
                 expected: self.demo.clone(),
             });
+        }
+        if !record.is_sound() {
+            let wrong = "it counts further than a run can get";
+            return Err(bincode::Error::custom(wrong).into());
         }
         let same_policy = record.policy == self.policy.name();
         if same_policy {

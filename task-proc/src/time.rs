@@ -42,6 +42,9 @@ impl PolicyTime {
     }
 }
 
+/// No run lasts so long: 146 million years.
+const MOST_TICKS: u64 = 1 << 62;
+
 /// Counts policy time from the ticks of the decisions.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PolicyClock {
@@ -67,6 +70,12 @@ impl PolicyClock {
             self.elapsed = PolicyTime(self.elapsed.0 + interval);
         }
         self.elapsed
+    }
+
+    /// Whether a restored clock can go on counting.
+    pub(crate) fn is_sound(&self) -> bool {
+        let counted = self.elapsed.0.checked_add(self.paused_ticks);
+        counted.is_some_and(|ticks| ticks < MOST_TICKS)
     }
 
     /// Policy time of the last decision.

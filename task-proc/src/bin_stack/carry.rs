@@ -7,8 +7,8 @@ use super::columns::{ORDER, Slot};
 use super::names::State;
 use super::paths::{self, Path};
 use super::scene::Bin;
-use super::turn::{Turn, goto};
-use crate::ur10::pose;
+use super::turn::Turn;
+use crate::ur10::{KeptPose, goto, pose};
 
 /// Carrying.
 impl Turn<'_, '_, '_> {
@@ -19,7 +19,7 @@ impl Turn<'_, '_, '_> {
         };
         let cup = pose::isometry(&self.scene.tcp);
         self.memory.bin = Some(bin.object);
-        self.memory.in_hand = Some(pose::wire(&(cup.inverse() * bin.pose)).into());
+        self.memory.in_hand = Some(KeptPose::from(&(cup.inverse() * bin.pose)));
         self.memory.acting = None;
         self.memory.closed = true;
         self.memory.turning = self.scene.inside(&bin);
@@ -77,14 +77,11 @@ impl Turn<'_, '_, '_> {
             ],
             ..goal
         };
-        let over_holder = self.near_holder(bin);
-        let path = self.path();
-        let path = if over_holder {
-            path.into_holder()
-        } else {
-            path
-        };
-        path.lift().clear_of_holder().around_to(over).settle();
+        self.path_from(bin)
+            .lift()
+            .clear_of_holder()
+            .around_to(over)
+            .settle();
         goto(State::Placing)
     }
 

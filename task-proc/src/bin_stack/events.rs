@@ -3,18 +3,11 @@
 use behavior::matrix::EventSet;
 
 use super::memory::Memory;
-use super::names::{EVENTS, State};
-use super::scene::Scene;
+use super::names::{Event, State};
+use super::scene::{Bin, Scene};
 use crate::job::Job;
 use crate::time::PolicyTime;
-use crate::ur10::{GripChange, Reached};
-
-/// What the decision found out before it asks the matrix.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Found {
-    pub(super) reached: Reached,
-    pub(super) grip: GripChange,
-}
+use crate::ur10::{self, Found, Reached};
 
 /// All of them. Those about the grip are levels, not edges: after a restart they
 /// are what they are.
@@ -28,28 +21,21 @@ pub(super) fn pending(
 ) -> EventSet {
     let attached = scene.gripper.attached == 1;
     let carrying = matches!(state, State::Placing | State::Flipping | State::Detach);
-    let events = [
+    let reached = |kind| found.reached == kind;
+    let lost = memory.closed && (!attached || found.grip.broken);
+    let gripped = memory.closed && scene.held().is_some();
+    ur10::pending(&[
+        (Event::BrokenGrip, carrying && lost),
+        (Event::GoalReached, reached(Reached::Goal)),
+        (Event::WaypointReached, reached(Reached::Waypoint)),
+        (Event::Start, may_start(state, scene, memory, job)),
+        (Event::Attached, state == State::Attach && gripped),
         (
-            "BROKENGRIP",
-            carrying && memory.closed && (!attached || found.grip.broken),
-        ),
-        ("GOAL_REACHED", found.reached == Reached::Goal),
-        ("WAYPOINT_REACHED", found.reached == Reached::Waypoint),
-        ("START", may_start(state, scene, memory, job)),
-        (
-            "ATTACHED",
-            state == State::Attach && memory.closed && scene.held().is_some(),
-        ),
-        (
-            "DETACHED",
+            Event::Detached,
             state == State::Detach && memory.opening() && !attached,
         ),
-        ("TIMEOUT", timeout(state, scene, memory, found, now)),
-    ];
-    events
-        .into_iter()
-        .filter(|(_, holds)| *holds)
-        .fold(EventSet::EMPTY, |set, (name, _)| with(set, name))
+        (Event::Timeout, timeout(state, scene, memory, found, now)),
+    ])
 }
 
 /// The start event was given, the arm is at rest, and there is a bin to take.
@@ -63,9 +49,9 @@ fn may_start(state: State, scene: &Scene<'_, '_>, memory: &Memory, job: &Job) ->
 
 /// The bin to take next: the one that waits on the belt, or one that was left
 /// where it does not belong.
-pub(super) fn candidate(scene: &Scene<'_, '_>) -> Option<super::scene::Bin> {
-    let places = scene.occupied().next(scene.setup.columns.levels());
-    places?;
+pub(super) fn candidate(scene: &Scene<'_, '_>) -> Option<Bin> {
+    // Without a place for it there is nothing to take.
+    scene.occupied().next(scene.setup.columns.levels())?;
     scene.stray().or_else(|| scene.waiting())
 }
 
@@ -88,10 +74,4 @@ fn timeout(
         }
         _ => longer(memory.since, task.state_timeout_s),
     }
-}
-
-fn with(set: EventSet, name: &str) -> EventSet {
-    let place = EVENTS.iter().position(|event| *event == name);
-    let id = place.and_then(|place| u16::try_from(place).ok());
-    id.map_or(set, |id| set.with(behavior::matrix::EventId(id)))
 }

@@ -1,10 +1,11 @@
 //! All the job remembers between two decisions.
 
-use ipc_types::{GripperGoal, Pose};
+use ipc_types::GripperGoal;
 use serde::{Deserialize, Serialize};
 
+use crate::job::MOST_COUNTED;
 use crate::time::PolicyTime;
-use crate::ur10::{GripMemory, Motion};
+use crate::ur10::{GripMemory, KeptPose, Motion};
 
 /// Plain data, for the record. The matrix's state stands beside it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,7 +23,7 @@ pub(super) struct Memory {
     /// It has to be turned over before it can be placed.
     pub(super) turning: bool,
     /// The bin in the frame of the cup, as it was gripped.
-    pub(super) in_hand: Option<InHand>,
+    pub(super) in_hand: Option<KeptPose>,
     /// Where it goes: column in the order of filling, level.
     pub(super) slot: Option<(usize, usize)>,
     /// It was let go over its slot and not looked at since.
@@ -32,13 +33,6 @@ pub(super) struct Memory {
     /// States in a row that lasted too long.
     pub(super) stuck: u32,
     pub(super) supply: SupplyMemory,
-}
-
-/// A pose as it is kept.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct InHand {
-    position: [f64; 3],
-    orientation_wxyz: [f64; 4],
 }
 
 /// What was asked of the conveyor.
@@ -98,24 +92,8 @@ impl Memory {
     /// Whether a restored record can belong to a cell with that many objects.
     pub(super) fn is_sound(&self, objects: usize) -> bool {
         let known = |object: &Option<usize>| object.is_none_or(|index| index < objects);
-        self.motion.is_sound() && known(&self.bin) && known(&self.set_down)
-    }
-}
-
-impl From<Pose> for InHand {
-    fn from(pose: Pose) -> Self {
-        Self {
-            position: pose.position,
-            orientation_wxyz: pose.orientation_wxyz,
-        }
-    }
-}
-
-impl From<InHand> for Pose {
-    fn from(kept: InHand) -> Self {
-        Self {
-            position: kept.position,
-            orientation_wxyz: kept.orientation_wxyz,
-        }
+        let held = self.in_hand.is_none_or(|pose| pose.is_sound());
+        let counted = self.stuck < MOST_COUNTED && self.supply.picks < u64::from(MOST_COUNTED);
+        self.motion.is_sound() && held && counted && known(&self.bin) && known(&self.set_down)
     }
 }

@@ -5,6 +5,10 @@
 //! gripped again on its bottom and stacked. The matrix of events and states
 //! comes from a file; what its cells call is in `turn`. Which slots are taken is
 //! seen, not counted: bins that people stack count, too.
+//!
+//! What is in the hand is let go over its slot or in the holder only. The source
+//! lets it fall where it hangs at a reset; here it is put away first, once the
+//! pause is over that a reset ends in, and the next one waits for the start.
 
 mod carry;
 mod columns;

@@ -2,18 +2,16 @@
 
 use std::sync::Arc;
 
-use behavior::matrix::{Happening, Matrix};
 use behavior::{Graph, NodeStatus};
 use ipc_types::Text;
 use ipc_types::decision::Outcome;
-use serde::{Deserialize, Serialize};
 
 use super::NAME;
-use super::events::{self, Found};
+use super::events;
 use super::memory::Memory;
 use super::names::State;
 use super::paths;
-use super::scene::{ARM, Scene};
+use super::scene::Scene;
 use super::setup::BinStackSetup;
 use super::supply;
 use super::turn::Turn;
@@ -21,38 +19,27 @@ use crate::job::Job;
 use crate::observation::Observation;
 use crate::output::Output;
 use crate::policy::Policy;
-use crate::record;
-use crate::ur10::{GripChange, Reached};
-
-/// An arm nearer than this to its target is on its way, whatever happened (m).
-const ON_THE_WAY_M: f64 = 0.25;
+use crate::ur10::{self, ARM, Found, GripChange, MatrixRun, Reached};
 
 /// See the module.
 #[derive(Clone, Debug)]
 pub(super) struct BinStack {
     setup: Arc<BinStackSetup>,
-    matrix: Matrix,
-    memory: Memory,
-}
-
-#[derive(Serialize, Deserialize)]
-struct Record {
-    #[serde(with = "serde_bytes")]
-    matrix: Vec<u8>,
+    run: MatrixRun,
     memory: Memory,
 }
 
 impl BinStack {
     pub(super) fn new(setup: BinStackSetup) -> Self {
         Self {
-            matrix: Matrix::new(Arc::clone(&setup.table)),
+            run: MatrixRun::new(Arc::clone(&setup.table)),
             setup: Arc::new(setup),
             memory: Memory::new(),
         }
     }
 
     fn state(&self) -> State {
-        State::of(self.matrix.state())
+        self.run.state().unwrap_or(State::Standby)
     }
 
     /// Handles one event, and notes a new state.
@@ -79,27 +66,9 @@ impl BinStack {
             found,
             now,
         };
-        self.matrix.clear_trace();
-        if let Err(wrong) = self.matrix.tick(pending, &mut turn) {
-            out.log(format_args!("[fault] {wrong}"));
-        }
-        self.note_change(observation, job, out);
-    }
-
-    /// Says which state was left for which, and why.
-    fn note_change(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
-        for happening in self.matrix.trace() {
-            let Happening::Changed { from, to, event } = *happening else {
-                continue;
-            };
-            let table = self.matrix.table();
-            let event = table.event_name(event);
-            let node = |id: behavior::machine::StateId| (0, usize::from(id.0));
-            out.status(node(from), NodeStatus::Running, NodeStatus::Invalid, event);
-            out.status(node(to), NodeStatus::Invalid, NodeStatus::Running, event);
-            let (from, to) = (table.state_name(from), table.state_name(to));
-            out.transition(format_args!("{from} -> {to} ({event})"));
-            self.memory.since = observation.time();
+        let handled = self.run.handle(pending, &mut turn);
+        if self.run.tell(handled, out) {
+            self.memory.since = now;
             job.counters.phase_entry += 1;
         }
     }
@@ -158,8 +127,7 @@ impl BinStack {
             turn.job.held = None;
             turn.go_home()
         };
-        if let behavior::matrix::Next::Goto(state) = next {
-            self.matrix.set_state(state);
+        if self.run.set(next) {
             self.memory.since = observation.time();
             job.counters.phase_entry += 1;
         }
@@ -170,9 +138,7 @@ impl BinStack {
     fn goes_on(&self, scene: &Scene<'_, '_>, observation: &Observation<'_>) -> bool {
         let target = self.memory.motion.target(observation.time());
         let target = target.unwrap_or_else(|| paths::rest(&self.setup));
-        let offset =
-            nalgebra::Vector3::from(target.position) - nalgebra::Vector3::from(scene.tcp.position);
-        if offset.norm() > ON_THE_WAY_M {
+        if !ur10::on_the_way(&target, &scene.tcp) {
             return false;
         }
         let attached = scene.gripper.attached == 1;
@@ -191,7 +157,7 @@ impl Policy for BinStack {
     }
 
     fn reset(&mut self) {
-        self.matrix = Matrix::new(Arc::clone(&self.setup.table));
+        self.run.reset();
         self.memory = Memory::new();
     }
 
@@ -208,47 +174,32 @@ impl Policy for BinStack {
             out,
             observation.time(),
         );
-        let selector = u32::from(self.matrix.state().0);
-        let gripper = self.memory.gripper();
-        let intent = self
-            .memory
-            .motion
-            .intent(gripper, selector, observation.time());
+        let (motion, gripper) = (&self.memory.motion, self.memory.gripper());
+        let intent = motion.intent(gripper, self.run.selector(), observation.time());
         out.arm(ARM, intent);
         self.report(scene, job, out);
     }
 
     fn phase(&self) -> Text<32> {
-        Text::new(self.matrix.state_name())
+        self.run.phase()
     }
 
     fn describe(&self) -> Vec<Graph> {
-        vec![self.matrix.describe()]
+        self.run.describe()
     }
 
     fn statuses(&self, _graph: usize, out: &mut Vec<NodeStatus>) {
-        out.extend(self.matrix.statuses());
+        self.run.statuses(out);
     }
 
     fn save(&self) -> Vec<u8> {
-        let mut matrix = Vec::with_capacity(self.matrix.record_bytes());
-        self.matrix.save(&mut matrix);
-        record::to_bytes(&Record {
-            matrix,
-            memory: self.memory.clone(),
-        })
+        self.run.save(&self.memory)
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
-        let record: Record = record::from_bytes(bytes)?;
-        let unusable = |what: &str| Err(bincode::ErrorKind::Custom(what.to_owned()).into());
-        if !record.memory.is_sound(self.setup.names.len()) {
-            return unusable("the record is of another cell");
-        }
-        if self.matrix.restore(&record.matrix).is_err() {
-            return unusable("the record's state is not in the matrix");
-        }
-        self.memory = record.memory;
+        let objects = self.setup.names.len();
+        let sound = |memory: &Memory| memory.is_sound(objects);
+        self.memory = self.run.restore(bytes, sound)?;
         Ok(())
     }
 

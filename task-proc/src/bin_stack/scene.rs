@@ -7,10 +7,8 @@ use nalgebra::{Isometry3, Vector3};
 use super::columns::{Occupied, Slot, UPSIDE_DOWN};
 use super::setup::BinStackSetup;
 use crate::observation::Observation;
-use crate::ur10::pose;
+use crate::ur10::{ARM, pose};
 
-/// The one arm.
-pub(super) const ARM: usize = 0;
 /// A bin slower than this is at rest (m/s, and rad/s).
 const AT_REST: f64 = 0.02;
 /// Two bins nearer than this in the plane lie one on the other, or may (m).

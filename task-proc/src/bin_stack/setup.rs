@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use behavior::matrix::{Definition, Table};
+use behavior::matrix::Table;
 use cell_model::task_spec::BinStackTask;
 use cell_model::{Cell, Shape};
 
 use super::columns::Columns;
-use super::names;
-use crate::ur10::SetupError;
+use super::names::{Event, Handler, State};
+use crate::ur10::{SetupError, matrix, obstacle_bits, suction_arm};
 
 /// Fixtures of the flipping station have names that begin so.
 const HOLDER: &str = "holder";
@@ -40,12 +40,8 @@ pub(super) struct BinStackSetup {
 
 impl BinStackSetup {
     pub(super) fn new(task: &BinStackTask, cell: &Cell) -> Result<Self, SetupError> {
-        let file = format!("cells/{}", task.behaviour);
-        let text = cell
-            .read(&task.behaviour)
-            .map_err(|error| SetupError::new(cell, error.to_string()))?;
-        let table = Definition::load(&file, &text, &names::vocabulary())
-            .map_err(|problems| SetupError::new(cell, problems.to_string()))?;
+        let arm = suction_arm(cell)?;
+        let table = matrix::<Event, State, Handler>(cell, &task.behaviour)?;
         let bins: Vec<usize> = (0..cell.objects.len())
             .filter(|index| {
                 let object = cell.objects.get(*index);
@@ -65,12 +61,6 @@ impl BinStackSetup {
         let sensor = cell.sensors.iter().position(|s| s.name == task.sensor);
         let sensor =
             sensor.ok_or_else(|| SetupError::new(cell, "task.sensor names no [[sensor]]"))?;
-        let joints = cell.arms.first().map_or_else(Vec::new, |arm| {
-            arm.robot
-                .arm_specs()
-                .map(|joint| (joint.lower, joint.upper))
-                .collect()
-        });
         Ok(Self {
             table: Arc::new(table),
             columns: Columns::new(task.stack.clone(), size_m[2]),
@@ -80,8 +70,8 @@ impl BinStackSetup {
             height_m: size_m[2],
             wall_m: *wall_m,
             sensor,
-            without_holder: without_holder(cell),
-            joints,
+            without_holder: !obstacle_bits(cell, |name| name.starts_with(HOLDER)),
+            joints: arm.robot.arm_specs().map(|j| (j.lower, j.upper)).collect(),
             seed: cell.seed,
             task: task.clone(),
         })
@@ -91,11 +81,4 @@ impl BinStackSetup {
     pub(super) fn name(&self, object: usize) -> &str {
         self.names.get(object).map_or("?", String::as_str)
     }
-}
-
-fn without_holder(cell: &Cell) -> u64 {
-    let fixtures = cell.obstacles().take(64).enumerate();
-    fixtures
-        .filter(|(_, fixture)| fixture.name.starts_with(HOLDER))
-        .fold(u64::MAX, |mask, (bit, _)| mask & !(1 << bit))
 }

@@ -80,5 +80,6 @@ fn note_lost(
     if now.since(since) > LOST_AFTER {
         out.log(format_args!("[failed] bins are missing, and none is left"));
         job.failure = Some(Failure::BinLost);
+        memory.missing_since = None;
     }
 }

@@ -4,19 +4,22 @@ use behavior::machine::Fault;
 use behavior::matrix::{Cell, HandlerId, Handlers, Next};
 use ipc_types::Pose;
 
-use super::events::{self, Found};
+use super::events;
 use super::memory::Memory;
 use super::names::{Handler, State};
 use super::paths::{self, Path};
 use super::scene::{Bin, Scene};
-use crate::job::{Failure, Job};
+use crate::job::{Attempts, Failure, Job};
 use crate::output::Output;
 use crate::time::PolicyTime;
-use crate::ur10::pose;
+use crate::ur10::{Found, Named as _, break_cause, break_limit, goto, pose};
 
 /// The cup eases off by this before suction is switched on (m), in this time.
 const EASE_M: f64 = 0.001;
 const EASE_TICKS: u64 = 200;
+
+/// A bin nearer than this to the middle of the holder is in it, or over it (m).
+const NEAR_HOLDER_M: f64 = 0.3;
 
 /// What a handler works with.
 pub(super) struct Turn<'t, 'a, 'o> {
@@ -30,7 +33,7 @@ pub(super) struct Turn<'t, 'a, 'o> {
 
 impl Handlers for Turn<'_, '_, '_> {
     fn handle(&mut self, handler: HandlerId, cell: Cell<'_>) -> Result<Next, Fault> {
-        let handler = Handler::of(handler).ok_or(Fault {
+        let handler = Handler::at(handler.0).ok_or(Fault {
             reason: "there is no such handler",
         })?;
         let next = match handler {
@@ -45,14 +48,10 @@ impl Handlers for Turn<'_, '_, '_> {
             Handler::OverColumn => self.over_column(),
             Handler::OpenGripper => self.open_gripper(),
             Handler::CountOrRegrip => self.count_or_regrip(),
-            Handler::GiveUp => self.give_up(State::of(cell.state)),
+            Handler::GiveUp => self.give_up(State::at(cell.state.0).unwrap_or(State::Standby)),
         };
         Ok(next)
     }
-}
-
-pub(super) fn goto(state: State) -> Next {
-    Next::Goto(state.id())
 }
 
 /// Picking.
@@ -68,14 +67,7 @@ impl Turn<'_, '_, '_> {
         self.memory.forget_bin();
         self.memory.bin = Some(bin.object);
         let above = self.above(&bin, self.scene.setup.task.hover_m);
-        let over_holder = self.near_holder(&bin);
-        let path = self.path();
-        let path = if over_holder {
-            path.into_holder()
-        } else {
-            path
-        };
-        path.around_to(above);
+        self.path_from(&bin).around_to(above);
         goto(State::Picking)
     }
 
@@ -103,17 +95,13 @@ impl Turn<'_, '_, '_> {
             return self.go_home();
         };
         let surface = self.above(&bin, self.scene.setup.task.touch_gap_m);
-        let over_holder = self.near_holder(&bin);
-        let path = self.path();
-        let path = if over_holder {
-            path.into_holder()
-        } else {
-            path
-        };
         // Rather pulling than pressing: what is left of the way down would push
         // the bin into its support, and break the grip.
         let eased = pose::shifted(&surface, [0.0, 0.0, EASE_M]);
-        path.slowly(surface).settle().in_ticks(eased, EASE_TICKS);
+        self.path_from(&bin)
+            .slowly(surface)
+            .settle()
+            .in_ticks(eased, EASE_TICKS);
         goto(State::Attach)
     }
 
@@ -161,15 +149,10 @@ impl Turn<'_, '_, '_> {
         let setup = self.scene.setup;
         paths::above(setup, bin, paths::yaw_over(setup, bin), height)
     }
-
-    pub(super) fn near_holder(&self, bin: &Bin) -> bool {
-        let holder = nalgebra::Vector3::from(self.scene.setup.task.station.position_m);
-        (bin.pose.translation.vector - holder).norm() < 0.3
-    }
 }
 
 /// Going home.
-impl Turn<'_, '_, '_> {
+impl<'a> Turn<'_, 'a, '_> {
     /// Back to where the arm waits, clear of everything.
     pub(super) fn go_home(&mut self) -> Next {
         self.memory.forget_bin();
@@ -196,6 +179,9 @@ impl Turn<'_, '_, '_> {
         let name = self.scene.setup.name(object);
         if in_place {
             self.out.log(format_args!("[placed] {name}"));
+            if let Some(attempts) = self.job.attempts_mut(object) {
+                *attempts = Attempts::default();
+            }
             return Next::Stay;
         }
         self.out.log(format_args!(
@@ -212,41 +198,78 @@ impl Turn<'_, '_, '_> {
         Next::Stay
     }
 
-    /// The grip broke, or the state lasted too long.
+    /// The grip broke, or the state lasted too long. What is in the hand all the
+    /// same is not let go: the way with it begins anew.
     fn give_up(&mut self, state: State) -> Next {
-        let name = self
-            .memory
-            .bin
-            .map_or("no bin", |bin| self.scene.setup.name(bin));
-        if self.job.held.take().is_some() && self.scene.gripper.attached == 0 {
-            self.job.counters.drops += 1;
-            let gripper = self.scene.gripper;
-            let (limit, cause) = why_broken(gripper, self.found.grip.broken);
-            self.out
-                .log(format_args!("[drop] {name} was lost: {limit}{cause}"));
+        let lost = self.scene.gripper.attached == 0 || self.found.grip.broken;
+        if lost && self.job.held.take().is_some() {
+            self.note_drop();
         } else {
+            let name = self.bin_name();
+            let state_name = state.name();
+            self.out
+                .log(format_args!("[timeout] {name} in {state_name}"));
             self.memory.stuck += 1;
             self.job.counters.recoveries += 1;
-            self.out
-                .log(format_args!("[timeout] {name} in {}", state_name(state)));
             self.give_up_for_good(state);
         }
-        self.go_home()
+        self.memory.since = self.now;
+        if self.scene.held().is_none() {
+            return self.go_home();
+        }
+        if self.job.failure.is_some() {
+            return Next::Stay;
+        }
+        self.choose_way()
+    }
+
+    fn bin_name(&self) -> &'a str {
+        let setup = self.scene.setup;
+        self.memory.bin.map_or("no bin", |bin| setup.name(bin))
+    }
+
+    /// The bin fell. One that is lost again and again cannot be gripped.
+    fn note_drop(&mut self) {
+        let name = self.bin_name();
+        let gripper = self.scene.gripper;
+        let (limit, cause) = (break_limit(gripper), break_cause(gripper));
+        if self.found.grip.broken {
+            self.out
+                .log(format_args!("[drop] {name}: {limit} limit, by {cause}"));
+        } else {
+            self.out
+                .log(format_args!("[drop] {name} is not attached any more"));
+        }
+        self.job.counters.drops += 1;
+        self.count_failed_pick();
     }
 
     fn give_up_for_good(&mut self, state: State) {
-        if self.memory.stuck < self.scene.setup.task.max_attempts {
+        let blocked = self.memory.opening() && self.scene.gripper.attached == 1;
+        if self.memory.stuck < self.scene.setup.task.max_attempts && !blocked {
             return;
         }
-        self.job.failure = Some(if self.scene.caught() {
+        // Whoever starts the job again gives it as many attempts again.
+        self.memory.stuck = 0;
+        self.job.failure = Some(if blocked {
+            Failure::GripperBlocked
+        } else if self.scene.caught() {
             Failure::ArmCaught
-        } else if state == State::Picking {
-            Failure::BinOutOfReach
-        } else if state == State::Attach {
-            Failure::BinCannotBeGripped
         } else {
-            Failure::BinCannotBePlaced
+            match state {
+                State::Picking => Failure::BinOutOfReach,
+                State::Attach => Failure::BinCannotBeGripped,
+                _ => Failure::BinCannotBePlaced,
+            }
         });
+    }
+
+    /// A way that begins or ends at `bin`, which may be in the holder.
+    pub(super) fn path_from(&mut self, bin: &Bin) -> Path<'_> {
+        let holder = nalgebra::Vector3::from(self.scene.setup.task.station.position_m);
+        let in_holder = (bin.pose.translation.vector - holder).norm() < NEAR_HOLDER_M;
+        let path = self.path();
+        if in_holder { path.into_holder() } else { path }
     }
 
     pub(super) fn path(&mut self) -> Path<'_> {
@@ -257,30 +280,4 @@ impl Turn<'_, '_, '_> {
             self.now,
         )
     }
-}
-
-fn state_name(state: State) -> &'static str {
-    super::names::STATES
-        .get(usize::from(state.id().0))
-        .copied()
-        .unwrap_or_default()
-}
-
-/// Which limit broke, and by what.
-fn why_broken(gripper: &ipc_types::GripperState, broken: bool) -> (&'static str, &'static str) {
-    use ipc_types::equipment::{BreakCause, BreakLimit};
-    if !broken {
-        return ("it is not attached any more", "");
-    }
-    let limit = match BreakLimit::from_code(gripper.break_limit) {
-        Some(BreakLimit::Force) => "the force limit of the grip",
-        Some(BreakLimit::Torque) => "the torque limit of the grip",
-        _ => "a limit of the grip",
-    };
-    let cause = match BreakCause::from_code(gripper.break_cause) {
-        Some(BreakCause::Weight) => " was exceeded by weight",
-        Some(BreakCause::Impulse) => " was exceeded by a blow",
-        _ => " was exceeded",
-    };
-    (limit, cause)
 }

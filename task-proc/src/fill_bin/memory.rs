@@ -33,8 +33,6 @@ pub(super) struct Memory {
     pub(super) let_go: bool,
     /// A grip broke since the job began.
     pub(super) broke: bool,
-    /// State and event of the cell that was shown last.
-    pub(super) shown: Option<(u16, u16)>,
     /// A bin that hangs upside down was carried aside.
     pub(super) aside: bool,
 }

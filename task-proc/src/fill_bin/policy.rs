@@ -2,56 +2,43 @@
 
 use std::sync::Arc;
 
-use behavior::matrix::{Happening, Matrix};
 use behavior::{Graph, NodeStatus};
 use ipc_types::Text;
 use ipc_types::decision::Outcome;
-use serde::{Deserialize, Serialize};
 
 use super::NAME;
-use super::events::{self, Found};
+use super::events;
 use super::memory::Memory;
 use super::names::State;
-use super::scene::{ARM, Scene};
+use super::scene::Scene;
 use super::setup::FillBinSetup;
 use super::turn::Turn;
 use crate::job::Job;
 use crate::observation::Observation;
 use crate::output::Output;
 use crate::policy::Policy;
-use crate::record;
 use crate::time::PolicyTime;
-use crate::ur10::Reached;
-
-/// An arm nearer than this to its target is on its way, whatever happened (m).
-const ON_THE_WAY_M: f64 = 0.25;
+use crate::ur10::{self, ARM, Found, MatrixRun, Reached};
 
 /// See the module.
 #[derive(Clone, Debug)]
 pub(super) struct FillBin {
     setup: Arc<FillBinSetup>,
-    matrix: Matrix,
-    memory: Memory,
-}
-
-#[derive(Serialize, Deserialize)]
-struct Record {
-    #[serde(with = "serde_bytes")]
-    matrix: Vec<u8>,
+    run: MatrixRun,
     memory: Memory,
 }
 
 impl FillBin {
     pub(super) fn new(setup: FillBinSetup) -> Self {
         Self {
-            matrix: Matrix::new(Arc::clone(&setup.table)),
+            run: MatrixRun::new(Arc::clone(&setup.table)),
             setup: Arc::new(setup),
             memory: Memory::new(),
         }
     }
 
     fn state(&self) -> State {
-        State::of(self.matrix.state())
+        self.run.state().unwrap_or(State::Standby)
     }
 
     /// Handles one event.
@@ -77,42 +64,10 @@ impl FillBin {
             now,
             broken: found.grip.broken,
         };
-        self.matrix.clear_trace();
-        if let Err(wrong) = self.matrix.tick(pending, &mut turn) {
-            out.log(format_args!("[error] {wrong}"));
-        }
-        self.note_changes(now, job, out);
-    }
-
-    /// Says which events were handled, and which state was left for which.
-    fn note_changes(&mut self, now: PolicyTime, job: &mut Job, out: &mut Output) {
-        let table = self.matrix.table();
-        let idle = table.event("NONE");
-        for happening in self.matrix.trace() {
-            match *happening {
-                Happening::Changed { from, to, event } => {
-                    let event = table.event_name(event);
-                    let (at, to_at) = ((0, from.index()), (0, to.index()));
-                    out.status(at, NodeStatus::Running, NodeStatus::Invalid, event);
-                    out.status(to_at, NodeStatus::Invalid, NodeStatus::Running, event);
-                    let (from, to) = (table.state_name(from), table.state_name(to));
-                    out.transition(format_args!("{from} -> {to} ({event})"));
-                    self.memory.since = now;
-                    job.counters.phase_entry += 1;
-                }
-                Happening::Handled {
-                    state,
-                    event,
-                    handler: Some(_),
-                } if Some(event) != idle => {
-                    // A cell at work again and again is worth one line.
-                    let shown = Some((state.0, event.0));
-                    if std::mem::replace(&mut self.memory.shown, shown) != shown {
-                        out.guard((0, state.index()), table.event_name(event), true);
-                    }
-                }
-                _ => {}
-            }
+        let handled = self.run.handle(pending, &mut turn);
+        if self.run.tell(handled, out) {
+            self.memory.since = now;
+            job.counters.phase_entry += 1;
         }
     }
 
@@ -133,7 +88,7 @@ impl Policy for FillBin {
     }
 
     fn reset(&mut self) {
-        self.matrix = Matrix::new(Arc::clone(&self.setup.table));
+        self.run.reset();
         self.memory = Memory::new();
         self.memory.let_go = true;
     }
@@ -145,45 +100,30 @@ impl Policy for FillBin {
         };
         let now = observation.time();
         self.step(scene, now, job, out);
-        let selector = u32::from(self.matrix.state().0);
-        let intent = self
-            .memory
-            .motion
-            .intent(self.memory.gripper(), selector, now);
-        out.arm(ARM, intent);
+        let (motion, gripper) = (&self.memory.motion, self.memory.gripper());
+        out.arm(ARM, motion.intent(gripper, self.run.selector(), now));
         self.report(&scene, job, out);
     }
 
     fn phase(&self) -> Text<32> {
-        Text::new(self.matrix.state_name())
+        self.run.phase()
     }
 
     fn describe(&self) -> Vec<Graph> {
-        vec![self.matrix.describe()]
+        self.run.describe()
     }
 
     fn statuses(&self, _graph: usize, out: &mut Vec<NodeStatus>) {
-        out.extend(self.matrix.statuses());
+        self.run.statuses(out);
     }
 
     fn save(&self) -> Vec<u8> {
-        let mut matrix = Vec::with_capacity(self.matrix.record_bytes());
-        self.matrix.save(&mut matrix);
-        record::to_bytes(&Record {
-            matrix,
-            memory: self.memory.clone(),
-        })
+        self.run.save(&self.memory)
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
-        let record: Record = record::from_bytes(bytes)?;
-        if !record.memory.motion.is_sound() {
-            return Err(serde::de::Error::custom("a path of a record is too long"));
-        }
-        self.matrix
-            .restore(&record.matrix)
-            .map_err(<bincode::Error as serde::de::Error>::custom)?;
-        self.memory = record.memory;
+        let sound = |memory: &Memory| memory.motion.is_sound();
+        self.memory = self.run.restore(bytes, sound)?;
         Ok(())
     }
 
@@ -194,7 +134,7 @@ impl Policy for FillBin {
         };
         let now = observation.time();
         let target = self.memory.motion.target(now);
-        let near = target.is_some_and(|target| distance(&target, &scene.tcp) < ON_THE_WAY_M);
+        let near = target.is_some_and(|target| ur10::on_the_way(&target, &scene.tcp));
         let attached = scene.gripper.attached == 1;
         let let_go = std::mem::take(&mut self.memory.let_go);
         if !let_go && (near || attached != self.memory.grip.attached()) {
@@ -213,7 +153,7 @@ impl Policy for FillBin {
         self.memory.since = now;
         job.held = None;
         job.done = false;
-        self.matrix.set_state(State::Standby.id());
+        self.run.set(ur10::goto(State::Standby));
         let mut turn = Turn {
             scene,
             memory: &mut self.memory,
@@ -224,9 +164,4 @@ impl Policy for FillBin {
         };
         turn.back_to_rest();
     }
-}
-
-fn distance(a: &ipc_types::Pose, b: &ipc_types::Pose) -> f64 {
-    let offset = nalgebra::Vector3::from(a.position) - nalgebra::Vector3::from(b.position);
-    offset.norm()
 }

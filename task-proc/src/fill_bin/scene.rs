@@ -6,10 +6,8 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::setup::FillBinSetup;
 use crate::observation::Observation;
-use crate::ur10::pose;
+use crate::ur10::{ARM, pose};
 
-/// The one arm.
-pub(super) const ARM: usize = 0;
 /// A bin slower than this lies still (m/s, rad/s).
 const STILL_M_S: f64 = 0.02;
 const STILL_RAD_S: f64 = 0.2;

@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use behavior::matrix::{Definition, Table};
+use behavior::matrix::Table;
 use cell_model::task_spec::FillBinTask;
 use cell_model::{Cell, Shape};
 use ipc_types::Pose;
 use nalgebra::{Isometry3, Vector3};
 
-use super::names;
+use super::names::{Event, Handler, State};
 use crate::time::PolicyTime;
-use crate::ur10::{SetupError, pose};
+use crate::ur10::{SetupError, matrix, obstacle_bits, pose, suction_arm};
 
 /// The cup stands still at the surface for this long before suction is switched
 /// on: what it still moves then loads the grip.
@@ -54,12 +54,8 @@ pub(super) struct Times {
 impl FillBinSetup {
     pub(super) fn new(task: &FillBinTask, cell: &Cell) -> Result<Self, SetupError> {
         let broken = |problem: String| SetupError::new(cell, problem);
-        let text = cell
-            .read(&task.behaviour)
-            .map_err(|error| broken(format!("task.behaviour: {error}")))?;
-        let file = format!("cells/{}", task.behaviour);
-        let table = Definition::load(&file, &text, &names::vocabulary())
-            .map_err(|problems| broken(problems.to_string()))?;
+        let arm = suction_arm(cell)?;
+        let table = matrix::<Event, State, Handler>(cell, &task.behaviour)?;
         let bin = cell
             .object_index(&task.bin)
             .map_err(|error| broken(format!("task.bin: {error}")))?;
@@ -67,13 +63,6 @@ impl FillBinSetup {
         let Some(Shape::Bin { size_m, wall_m }) = shape else {
             return Err(broken(format!("task.bin: '{}' is no bin", task.bin)));
         };
-        let arm = cell.arms.first();
-        let arm = arm.ok_or_else(|| broken("a job needs an [[arm]]".to_owned()))?;
-        if arm.robot.suction.is_none() {
-            let name = &arm.robot.name;
-            let problem = format!("the robot '{name}' has no suction; filling a bin needs it");
-            return Err(broken(problem));
-        }
         let seconds = PolicyTime::from_seconds;
         Ok(Self {
             bin,
@@ -81,7 +70,7 @@ impl FillBinSetup {
             wall_m: *wall_m,
             parts: parts(cell, bin),
             base: arm.base,
-            beside_stand: beside_stand(task, cell),
+            beside_stand: !obstacle_bits(cell, |name| task.stand.as_deref() == Some(name)),
             rest: Pose {
                 position: task.default_position_m,
                 // Four decimals are no unit quaternion yet.
@@ -108,14 +97,4 @@ fn parts(cell: &Cell, bin: usize) -> Vec<(usize, f64)> {
         .filter(|(index, _)| *index != bin)
         .map(|(index, object)| (index, object.shape.bounding_radius()))
         .collect()
-}
-
-fn beside_stand(task: &FillBinTask, cell: &Cell) -> u64 {
-    let mut names = cell.obstacles().map(|fixture| &fixture.name);
-    let stand = task
-        .stand
-        .as_ref()
-        .and_then(|stand| names.position(|name| name == stand));
-    let bit = stand.and_then(|at| u32::try_from(at).ok());
-    !bit.and_then(|bit| 1_u64.checked_shl(bit)).unwrap_or(0)
 }

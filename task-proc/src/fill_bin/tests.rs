@@ -13,7 +13,7 @@ use ipc_types::world::OBJECT_ENABLED;
 use nalgebra::Vector3;
 
 use crate::RecordError;
-use crate::ur10::pose;
+use crate::ur10::{Named as _, pose};
 use world::{BIN, World, at, on_its_end};
 
 #[test]
@@ -49,7 +49,7 @@ fn every_state_is_shown() {
     let world = World::new();
     let graph = &world.task.graphs()[0];
     let names: Vec<&str> = graph.nodes.iter().map(|node| node.name.as_str()).collect();
-    assert_eq!(names, super::names::STATES);
+    assert_eq!(names, super::names::State::NAMES);
     assert!(graph.edges.iter().any(|edge| edge.label == "DETACHED"));
 }
 

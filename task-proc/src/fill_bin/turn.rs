@@ -2,7 +2,7 @@
 
 use behavior::machine::Fault;
 use behavior::matrix::{Cell, HandlerId, Handlers, Next};
-use ipc_types::equipment::{BreakCause, BreakLimit, SuctionRefusal};
+use ipc_types::equipment::SuctionRefusal;
 use ipc_types::{GripperGoal, Pose};
 
 use super::grasp::{self, Grasp, NoGrasp};
@@ -13,7 +13,7 @@ use super::scene::Scene;
 use crate::job::{Failure, Job};
 use crate::output::Output;
 use crate::time::PolicyTime;
-use crate::ur10::{Waypoint, pose};
+use crate::ur10::{Named as _, Waypoint, break_cause, break_limit, goto, pose};
 
 /// How far the cup gives way while suction comes on (m).
 const GIVE_WAY_M: f64 = 0.001;
@@ -31,7 +31,7 @@ pub(super) struct Turn<'t, 's, 'o> {
 
 impl Handlers for Turn<'_, '_, '_> {
     fn handle(&mut self, handler: HandlerId, cell: Cell<'_>) -> Result<Next, Fault> {
-        let handler = Handler::of(handler).ok_or(Fault {
+        let handler = Handler::at(handler.0).ok_or(Fault {
             reason: "there is no such handler",
         })?;
         Ok(match handler {
@@ -41,14 +41,10 @@ impl Handlers for Turn<'_, '_, '_> {
             Handler::CloseGripper => self.close_gripper(),
             Handler::Lift => self.lift(),
             Handler::AskForParts => self.ask_for_parts(),
-            Handler::GiveUp => self.give_up(State::of(cell.state)),
+            Handler::GiveUp => self.give_up(State::at(cell.state.0).unwrap_or(State::Standby)),
             Handler::StopTasks => self.stop_tasks(),
         })
     }
-}
-
-fn goto(state: State) -> Next {
-    Next::Goto(state.id())
 }
 
 /// Picking.
@@ -83,13 +79,16 @@ impl Turn<'_, '_, '_> {
         let name = &self.scene.setup.task.bin;
         self.out.log(format_args!("[stuck] {name} {text}"));
         self.job.failure = Some(failure);
+        // Whoever starts the job again has as much patience again.
+        self.memory.stuck_since = None;
         self.memory.motion.stop();
         self.memory.switch(false);
     }
 
     /// The bin is looked for, and approached if it can be gripped.
     fn above_bin(&mut self) -> Next {
-        if !self.job.started || !self.scene.bin_still {
+        // What hangs on the cup already is handled by ATTACHED, in the next decision.
+        if !self.job.started || !self.scene.bin_still || self.memory.attached {
             return Next::Stay;
         }
         let Some(grasp) = self.grasp() else {
@@ -276,7 +275,7 @@ impl Turn<'_, '_, '_> {
             self.job.counters.drops += 1;
         }
         if self.broken {
-            let (limit, cause) = (limit(gripper.break_limit), cause(gripper.break_cause));
+            let (limit, cause) = (break_limit(gripper), break_cause(gripper));
             let (force, torque) = (gripper.peak_force, gripper.peak_torque);
             self.out.log(format_args!(
                 "[break] {limit} limit, by {cause} (peak {force:.1} N, {torque:.2} N m)"
@@ -342,21 +341,5 @@ fn refusal(code: u32) -> &'static str {
         Some(SuctionRefusal::NotMovable) => "that stands still",
         Some(SuctionRefusal::TooOblique) => "too oblique",
         _ => "nothing attached",
-    }
-}
-
-fn limit(code: u32) -> &'static str {
-    match BreakLimit::from_code(code) {
-        Some(BreakLimit::Force) => "force",
-        Some(BreakLimit::Torque) => "torque",
-        _ => "no",
-    }
-}
-
-fn cause(code: u32) -> &'static str {
-    match BreakCause::from_code(code) {
-        Some(BreakCause::Weight) => "weight",
-        Some(BreakCause::Impulse) => "impulse",
-        _ => "nothing known",
     }
 }

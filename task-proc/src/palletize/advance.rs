@@ -3,12 +3,13 @@
 use super::geometry::{Lie, lie};
 use super::policy::Palletizer;
 use super::progress::{Judge, Progress};
-use super::record::{Target, Work, WorkKind};
+use super::record::{Work, WorkKind};
 use super::steps::Step;
 use super::table::{State, Trigger};
 use super::tick::Tick;
 use crate::job::{Failure, Job};
 use crate::output::Output;
+use crate::ur10::KeptPose;
 
 impl Palletizer {
     pub(super) fn advance(&mut self, tick: &Tick<'_>, job: &mut Job, out: &mut Output) {
@@ -85,7 +86,7 @@ impl Palletizer {
     pub(super) fn begin(&mut self, bin: usize, kind: WorkKind, tick: &Tick<'_>, job: &mut Job) {
         let seen = tick.scene.bin(bin);
         let from_belt = seen.is_some_and(|seen| tick.scene.on_belt(&seen));
-        let tool = Target::from(&tick.scene.tool);
+        let tool = KeptPose::from(&tick.scene.tool);
         let kind = match kind {
             WorkKind::Place if from_belt => WorkKind::PlaceFromBelt,
             kind => kind,

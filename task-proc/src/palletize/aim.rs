@@ -3,16 +3,17 @@
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 use super::geometry;
-use super::record::{Motion, Target, Work, WorkKind};
+use super::record::{Motion, Work, WorkKind};
 use super::scene::Scene;
 use super::setup::PalletizeSetup;
 use super::steps::Step;
+use crate::ur10::{JOINTS, KeptPose};
 
 /// Over the rest pose.
 pub(super) fn home(setup: &PalletizeSetup) -> Motion {
     let numbers = &setup.numbers.home;
     Motion {
-        target: Target::from(&setup.home),
+        target: KeptPose::from(&setup.home),
         posture: joints(&setup.home_joints),
         by_joints: false,
         approach: numbers.approach_m,
@@ -66,7 +67,7 @@ fn pick(setup: &PalletizeSetup, scene: &Scene<'_>, work: &Work) -> Option<Motion
         numbers.approach_m
     };
     Some(Motion {
-        target: Target::from(&target),
+        target: KeptPose::from(&target),
         posture: numbers.posture,
         by_joints: false,
         approach: (target.rotation * Vector3::x() * length).into(),
@@ -94,7 +95,7 @@ fn lift(setup: &PalletizeSetup, work: &Work, height: f64) -> Motion {
     let mut target = work.base.isometry();
     target.translation.vector.z += height;
     Motion {
-        target: Target::from(&target),
+        target: KeptPose::from(&target),
         posture: if picks {
             setup.numbers.pick.posture
         } else {
@@ -112,7 +113,7 @@ fn swing_out(setup: &PalletizeSetup, work: &Work) -> Motion {
     let at = Translation3::from(setup.numbers.place.swing_m);
     let target = Isometry3::from_parts(at, turn);
     Motion {
-        target: Target::from(&target),
+        target: KeptPose::from(&target),
         posture: joints(&setup.home_joints),
         by_joints: false,
         approach: [0.0; 3],
@@ -123,7 +124,7 @@ fn swing_out(setup: &PalletizeSetup, work: &Work) -> Motion {
 fn flip(setup: &PalletizeSetup) -> Motion {
     let numbers = &setup.numbers.flip;
     Motion {
-        target: Target::from(&setup.flip),
+        target: KeptPose::from(&setup.flip),
         posture: numbers.posture,
         by_joints: false,
         approach: numbers.approach_m,
@@ -141,7 +142,7 @@ fn release(setup: &PalletizeSetup, work: &Work) -> Motion {
         setup.flip.rotation,
     );
     Motion {
-        target: Target::from(&target),
+        target: KeptPose::from(&target),
         posture: work.joints,
         by_joints: false,
         approach: way.into(),
@@ -153,7 +154,7 @@ fn release(setup: &PalletizeSetup, work: &Work) -> Motion {
 fn leave(setup: &PalletizeSetup, work: &Work) -> Motion {
     let at = Translation3::from(setup.numbers.flip.leave_m);
     Motion {
-        target: Target::from(&Isometry3::from_parts(at, setup.flip.rotation)),
+        target: KeptPose::from(&Isometry3::from_parts(at, setup.flip.rotation)),
         posture: work.joints,
         by_joints: false,
         approach: [0.0; 3],
@@ -168,7 +169,7 @@ fn place(setup: &PalletizeSetup, work: &Work) -> Motion {
     let [x, y] = work.creep;
     target.translation.vector += Vector3::new(x, y, numbers.gap_m);
     Motion {
-        target: Target::from(&target),
+        target: KeptPose::from(&target),
         posture: joints(&setup.home_joints),
         by_joints: false,
         approach: [0.0, 0.0, -numbers.approach_m],
@@ -176,9 +177,9 @@ fn place(setup: &PalletizeSetup, work: &Work) -> Motion {
     }
 }
 
-/// The first six.
-pub(super) fn joints(all: &[f64]) -> [f64; 6] {
-    let mut six = [0.0; 6];
+/// Those of the arm: what a message has room for, or a model besides, is not asked.
+pub(super) fn joints(all: &[f64]) -> [f64; JOINTS] {
+    let mut six = [0.0; JOINTS];
     for (slot, joint) in six.iter_mut().zip(all) {
         *slot = *joint;
     }

@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use behavior::{Graph, NodeStatus};
 use ipc_types::decision::{GoalKind, Outcome};
-use ipc_types::{GripperGoal, MAX_JOINTS, Text};
+use ipc_types::{GripperGoal, Text};
+use serde::de::Error as _;
+use serde_bytes::{ByteBuf, Bytes};
 
 use super::aim;
 use super::obstacles;
-use super::record::{Memory, Motion, PalletizeRecord, Work, WorkKind};
-use super::scene::ARM;
+use super::record::{Memory, WorkKind};
 use super::setup::PalletizeSetup;
 use super::steps::Step;
 use super::table::{State, States};
@@ -20,6 +21,7 @@ use crate::output::{ArmIntent, Output};
 use crate::policy::Policy;
 use crate::record;
 use crate::time::PolicyTime;
+use crate::ur10::{ARM, padded};
 
 /// See the module.
 pub(super) struct Palletizer {
@@ -71,8 +73,8 @@ impl Palletizer {
             } else {
                 GoalKind::Pose
             },
-            target: motion.target.wire(),
-            posture: Some(padded(&motion)),
+            target: motion.target.into(),
+            posture: Some(padded(motion.posture)),
             approach: motion.approach,
             approach_std_dev: motion.std_dev,
             obstacle_mask: obstacles::mask(tick.setup, self.memory.work.as_ref(), &tool, &target),
@@ -123,14 +125,6 @@ impl Palletizer {
     }
 }
 
-fn padded(motion: &Motion) -> [f64; MAX_JOINTS] {
-    let mut joints = [0.0; MAX_JOINTS];
-    for (slot, joint) in joints.iter_mut().zip(motion.posture) {
-        *slot = joint;
-    }
-    joints
-}
-
 impl Policy for Palletizer {
     fn name(&self) -> &'static str {
         super::NAME
@@ -174,19 +168,18 @@ impl Policy for Palletizer {
     }
 
     fn save(&self) -> Vec<u8> {
-        record::to_bytes(&PalletizeRecord {
-            machine: self.states.save(),
-            memory: self.memory.clone(),
-        })
+        record::to_bytes(&(Bytes::new(&self.states.save()), &self.memory))
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
-        let record: PalletizeRecord = record::from_bytes(bytes)?;
-        self.memory = record.memory;
-        let known = |work: &Work| work.bin < self.setup.bins.len();
-        if !self.states.restore(&record.machine) || !self.memory.work.is_none_or(|w| known(&w)) {
-            self.reset();
+        let (states, memory): (ByteBuf, Memory) = record::from_bytes(bytes)?;
+        if !memory.is_sound(&self.setup) {
+            return Err(bincode::Error::custom("no job of this cell remembers that"));
         }
+        if !self.states.restore(&states) {
+            return Err(bincode::Error::custom("its state is not in the table"));
+        }
+        self.memory = memory;
         Ok(())
     }
 
@@ -207,7 +200,10 @@ impl Policy for Palletizer {
                 sequence.step(work.step),
                 Some(Step::CloseSuctionGripper | Step::OpenSuctionGripper)
             );
-            work.bin == bin && (sequence.holds(work.step) || touches)
+            // One that took too long was given up: its way begins anew.
+            let timeout = PolicyTime::from_seconds(setup.numbers.reach_timeout_s);
+            let late = tick.now.since(work.began) >= timeout;
+            work.bin == bin && (sequence.holds(work.step) || touches) && !late
         });
         if !expected && self.states.state() != State::Done {
             self.adopt(bin, &tick, job, out);

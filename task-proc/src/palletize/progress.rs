@@ -5,13 +5,14 @@ use nalgebra::Isometry3;
 
 use super::geometry::{Lie, lie};
 use super::record::{Motion, Work, WorkKind};
-use super::scene::{ARM, Scene};
+use super::scene::Scene;
 use super::setup::PalletizeSetup;
 use super::steps::Step;
 use crate::job::{Failure, Job};
 use crate::observation::Observation;
 use crate::output::Output;
 use crate::time::PolicyTime;
+use crate::ur10::ARM;
 
 /// Suction has let go at the latest after this (s).
 const RELEASE_TIMEOUT_S: f64 = 5.0;

@@ -1,51 +1,20 @@
 //! What the policy remembers from decision to decision.
 
-use ipc_types::Pose;
-use nalgebra::Isometry3;
+use ipc_types::validate::MAX_JOINT_POSITION;
 use serde::{Deserialize, Serialize};
 
+use super::setup::PalletizeSetup;
 use super::steps::Sequence;
 use crate::time::PolicyTime;
-use crate::ur10::pose;
-
-/// A pose in a record, world frame: position (m), orientation w x y z.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Target {
-    position: [f64; 3],
-    orientation_wxyz: [f64; 4],
-}
-
-impl From<&Isometry3<f64>> for Target {
-    fn from(at: &Isometry3<f64>) -> Self {
-        Self {
-            position: at.translation.vector.into(),
-            orientation_wxyz: pose::wxyz(&at.rotation),
-        }
-    }
-}
-
-impl Target {
-    /// To calculate with.
-    pub(super) fn isometry(&self) -> Isometry3<f64> {
-        pose::isometry(&self.wire())
-    }
-
-    /// As it travels.
-    pub(super) fn wire(&self) -> Pose {
-        Pose {
-            position: self.position,
-            orientation_wxyz: self.orientation_wxyz,
-        }
-    }
-}
+use crate::ur10::{JOINTS, KeptPose, MAX_APPROACH_M, within};
 
 /// Where the arm is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Motion {
     /// The tool's target.
-    pub(super) target: Target,
+    pub(super) target: KeptPose,
     /// Joint positions to lean to, or to reach (rad).
-    pub(super) posture: [f64; 6],
+    pub(super) posture: [f64; JOINTS],
     /// The joints are sent there, not the tool: the arm ends in the same of the
     /// postures in which the tool is at the target.
     pub(super) by_joints: bool,
@@ -71,9 +40,9 @@ pub(super) struct Work {
     /// Refusals of the gripper when that began.
     pub(super) refusals: u32,
     /// What the target was, and the tool's pose, when that began.
-    pub(super) base: Target,
+    pub(super) base: KeptPose,
     /// Joint positions when that began (rad).
-    pub(super) joints: [f64; 6],
+    pub(super) joints: [f64; JOINTS],
     /// Where on the pallet it goes.
     pub(super) slot: Option<usize>,
     /// How far it has crept, x and y (m).
@@ -119,12 +88,30 @@ pub(super) struct Memory {
     pub(super) asked: Option<PolicyTime>,
 }
 
-/// The whole record.
-#[derive(Serialize, Deserialize)]
-pub(super) struct PalletizeRecord {
-    /// State of the machine.
-    #[serde(with = "serde_bytes")]
-    pub(super) machine: Vec<u8>,
-    /// The rest.
-    pub(super) memory: Memory,
+impl Memory {
+    /// Whether a restored memory can belong to that job.
+    pub(super) fn is_sound(&self, setup: &PalletizeSetup) -> bool {
+        let work = self.work.is_none_or(|work| work.is_sound(setup));
+        work && self.motion.is_none_or(|motion| motion.is_sound())
+    }
+}
+
+impl Work {
+    fn is_sound(&self, setup: &PalletizeSetup) -> bool {
+        self.bin < setup.bins.len()
+            && self.kind.sequence().step(self.step).is_some()
+            && self.slot.is_none_or(|slot| slot < setup.slots.len())
+            && self.base.is_sound()
+            && within(&self.joints, MAX_JOINT_POSITION)
+            && within(&self.creep, setup.numbers.place.creep_m)
+    }
+}
+
+impl Motion {
+    fn is_sound(&self) -> bool {
+        self.target.is_sound()
+            && within(&self.posture, MAX_JOINT_POSITION)
+            && within(&self.approach, MAX_APPROACH_M)
+            && within(&[self.std_dev], MAX_APPROACH_M)
+    }
 }

@@ -6,10 +6,8 @@ use nalgebra::{Isometry3, Vector3};
 use super::geometry::{Lie, lie};
 use super::setup::PalletizeSetup;
 use crate::observation::Observation;
-use crate::ur10::pose;
+use crate::ur10::{ARM, pose};
 
-/// The arm.
-pub(super) const ARM: usize = 0;
 /// A bin slower than this lies still (m/s).
 const STILL_M_S: f64 = 0.05;
 /// A place on the pallet is taken by what stands this near to it, be it in it

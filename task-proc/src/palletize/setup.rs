@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use behavior::machine::{Definition, Table};
 use cell_model::task_spec::PalletizeTask;
-use cell_model::{Cell, FixtureSpec, Shape};
+use cell_model::{Cell, Shape};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::geometry::BinShape;
 use super::table;
-use crate::ur10::{SetupError, pose};
+use crate::ur10::{Named as _, SetupError, behaviour_text, obstacle_bits, pose, suction_arm};
 
 /// Names of the fixtures that keep the arm away from places only part of the
 /// time.
@@ -77,16 +77,7 @@ impl PalletizeSetup {
     /// [`SetupError`] with what is missing or too much.
     pub(super) fn new(task: &PalletizeTask, cell: &Cell) -> Result<Self, SetupError> {
         let refuse = |problem: String| SetupError::new(cell, problem);
-        let arm = cell
-            .arms
-            .first()
-            .ok_or_else(|| refuse("there is no [[arm]]; this job needs one".into()))?;
-        if arm.robot.suction.is_none() {
-            return Err(refuse(format!(
-                "robot '{}' has no suction gripper; this job needs one",
-                arm.robot.name
-            )));
-        }
+        let arm = suction_arm(cell)?;
         let supply = cell.conveyor.as_ref().and_then(|c| c.supply.as_ref());
         let kind = supply.map(|s| s.objects.as_str()).unwrap_or_default();
         let bins = bins(cell, kind);
@@ -107,7 +98,7 @@ impl PalletizeSetup {
                 Translation3::from(task.flip.position_m),
                 pose::rotation(task.flip.orientation_wxyz),
             ),
-            obstacles: obstacle_bits(cell)?,
+            obstacles: guides(cell)?,
             table: Arc::new(behaviour(task, cell)?),
             numbers: task.clone(),
             bins,
@@ -152,21 +143,13 @@ fn slots(task: &PalletizeTask) -> Vec<Isometry3<f64>> {
     task.slot_x_m.iter().copied().flat_map(row).collect()
 }
 
-fn obstacle_bits(cell: &Cell) -> Result<ObstacleBits, SetupError> {
-    let names: Vec<&str> = cell
-        .obstacles()
-        .map(|f: &FixtureSpec| f.name.as_str())
-        .collect();
-    let bit = |name: &str| {
-        let at = names.iter().position(|known| *known == name);
-        at.filter(|at| *at < 64)
-            .map(|at| 1_u64 << at)
-            .ok_or_else(|| {
-                SetupError::new(
-                    cell,
-                    format!("this job needs a [[fixture]] '{name}' with obstacle = true"),
-                )
-            })
+fn guides(cell: &Cell) -> Result<ObstacleBits, SetupError> {
+    let bit = |name: &str| match obstacle_bits(cell, |known| known == name) {
+        0 => Err(SetupError::new(
+            cell,
+            format!("this job needs a [[fixture]] '{name}' with obstacle = true"),
+        )),
+        bit => Ok(bit),
     };
     Ok(ObstacleBits {
         flip_sphere: bit(obstacle::FLIP_SPHERE)?,
@@ -178,10 +161,10 @@ fn obstacle_bits(cell: &Cell) -> Result<ObstacleBits, SetupError> {
 fn behaviour(task: &PalletizeTask, cell: &Cell) -> Result<Table, SetupError> {
     let refuse = |problem: String| SetupError::new(cell, problem);
     let file = &task.behaviour;
-    let text = cell.read(file).map_err(|error| refuse(error.to_string()))?;
-    let table = Definition::load(file, &text, &table::vocabulary())
+    let text = behaviour_text(cell, file)?;
+    let table = Definition::load(&format!("cells/{file}"), &text, &table::vocabulary())
         .map_err(|problems| refuse(problems.to_string()))?;
-    for name in table::STATES {
+    for name in table::State::NAMES {
         if table.state(name).is_none() {
             return Err(refuse(format!(
                 "{file} has no state '{name}'; this job needs it"

@@ -8,60 +8,59 @@ use behavior::machine::{
 use behavior::{Graph, NodeStatus};
 
 use crate::output::Output;
+use crate::ur10::{Named, named};
 
-/// States the file has to have.
-pub(super) const STATES: [&str; 5] = ["idle", "picking", "flipping", "placing", "done"];
-/// What the policy fires.
-pub(super) const TRIGGERS: [&str; 6] = [
-    "go_pick",
-    "pick_done",
-    "flip_done",
-    "place_done",
-    "lost",
-    "all_placed",
-];
-/// What rows may ask.
-pub(super) const GUARDS: [&str; 2] = ["needs_flip", "placement_completes_stack"];
+named! {
+    /// States of the job; the file has to have them.
+    pub(super) enum State {
+        /// Nothing at hand.
+        Idle = "idle",
+        /// Taking a bin.
+        Picking = "picking",
+        /// Turning one over.
+        Flipping = "flipping",
+        /// Setting one down.
+        Placing = "placing",
+        /// All are placed.
+        Done = "done",
+    }
+}
+
+named! {
+    /// What the policy fires.
+    pub(super) enum Trigger {
+        /// There is a bin to take.
+        GoPick = "go_pick",
+        /// It is on the cup.
+        PickDone = "pick_done",
+        /// It lies in the jig.
+        FlipDone = "flip_done",
+        /// It was let go on the pallet.
+        PlaceDone = "place_done",
+        /// It is not on the cup any more, or could not be gripped.
+        Lost = "lost",
+        /// All are placed, and nothing is at hand.
+        AllPlaced = "all_placed",
+    }
+}
+
+named! {
+    /// What rows may ask.
+    pub(super) enum Guard {
+        /// The bin on the cup lies upside down.
+        NeedsFlip = "needs_flip",
+        /// As many bins stand in their places as shall.
+        CompletesStack = "placement_completes_stack",
+    }
+}
 
 /// Names a file may use.
 pub(super) fn vocabulary() -> Vocabulary<'static> {
     Vocabulary {
-        triggers: &TRIGGERS,
-        guards: &GUARDS,
+        triggers: Trigger::NAMES,
+        guards: Guard::NAMES,
         ..Vocabulary::default()
     }
-}
-
-/// States of the job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum State {
-    /// Nothing at hand.
-    Idle,
-    /// Taking a bin.
-    Picking,
-    /// Turning one over.
-    Flipping,
-    /// Setting one down.
-    Placing,
-    /// All are placed.
-    Done,
-}
-
-/// Triggers, in the order of [`TRIGGERS`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Trigger {
-    /// There is a bin to take.
-    GoPick,
-    /// It is on the cup.
-    PickDone,
-    /// It lies in the jig.
-    FlipDone,
-    /// It was let go on the pallet.
-    PlaceDone,
-    /// It is not on the cup any more, or could not be gripped.
-    Lost,
-    /// All are placed, and nothing is at hand.
-    AllPlaced,
 }
 
 /// What guards are answered from.
@@ -75,9 +74,11 @@ pub(super) struct Facts {
 
 impl Actions for Facts {
     fn guard(&mut self, guard: GuardId) -> bool {
-        match guard.index() {
-            0 => self.needs_flip,
-            _ => self.complete,
+        let guard = u16::try_from(guard.index()).ok().and_then(Guard::at);
+        match guard {
+            Some(Guard::NeedsFlip) => self.needs_flip,
+            Some(Guard::CompletesStack) => self.complete,
+            None => false,
         }
     }
 
@@ -101,13 +102,9 @@ impl States {
 
     /// The state; one the file has besides is as good as idle.
     pub(super) fn state(&self) -> State {
-        match self.machine.state_name() {
-            "picking" => State::Picking,
-            "flipping" => State::Flipping,
-            "placing" => State::Placing,
-            "done" => State::Done,
-            _ => State::Idle,
-        }
+        let name = self.machine.state_name();
+        let known = State::ALL.iter().find(|state| state.name() == name);
+        known.copied().unwrap_or(State::Idle)
     }
 
     /// Its name.
@@ -118,7 +115,7 @@ impl States {
     /// Fires `trigger`, tells what came of it, and answers whether a row was
     /// taken.
     pub(super) fn fire(&mut self, trigger: Trigger, mut facts: Facts, out: &mut Output) -> bool {
-        let name = TRIGGERS.get(trigger as usize).copied().unwrap_or_default();
+        let name = trigger.name();
         let Some(id) = self.machine.table().trigger(name) else {
             return false;
         };
@@ -139,7 +136,7 @@ impl States {
     /// other.
     pub(super) fn set(&mut self, state: State, why: &str, out: &mut Output) {
         let before = self.machine.state();
-        let name = STATES.get(state as usize).copied().unwrap_or_default();
+        let name = state.name();
         let Some(id) = self.machine.table().state(name).filter(|id| *id != before) else {
             return;
         };

@@ -2,14 +2,15 @@
 
 use super::aim;
 use super::geometry;
-use super::record::{Target, Work, WorkKind};
-use super::scene::{ARM, Bin, Scene};
+use super::record::{Work, WorkKind};
+use super::scene::{Bin, Scene};
 use super::setup::PalletizeSetup;
 use super::table::Facts;
 use crate::job::{Attempts, Failure, Job};
 use crate::observation::Observation;
 use crate::output::Output;
 use crate::time::PolicyTime;
+use crate::ur10::{ARM, JOINTS, KeptPose};
 
 /// What one tick works with.
 pub(super) struct Tick<'a> {
@@ -39,9 +40,9 @@ impl Tick<'_> {
         }
     }
 
-    pub(super) fn joints(&self) -> [f64; 6] {
+    pub(super) fn joints(&self) -> [f64; JOINTS] {
         let arm = self.observation.arm(ARM);
-        arm.map_or([0.0; 6], |arm| aim::joints(&arm.joint_positions))
+        arm.map_or([0.0; JOINTS], |arm| aim::joints(&arm.joint_positions))
     }
 
     /// Where the bin on the cup goes, and the tool with it.
@@ -55,7 +56,7 @@ impl Tick<'_> {
         };
         let grip = self.scene.tool.inverse() * bin.pose;
         let target = geometry::place(slot, &grip, &self.scene.tool.rotation);
-        work.base = Target::from(&target);
+        work.base = KeptPose::from(&target);
     }
 
     /// Counts a failure with a bin; how many of its kind in a row it is.

@@ -1,6 +1,7 @@
 //! What became of the suction grip since the last decision.
 
 use ipc_types::GripperState;
+use ipc_types::equipment::{BreakCause, BreakLimit};
 use serde::{Deserialize, Serialize};
 
 /// The gripper as it was at the last decision; part of a policy's record, so
@@ -57,6 +58,24 @@ impl GripMemory {
     /// Whether something was attached at the last decision.
     pub fn attached(&self) -> bool {
         self.attached
+    }
+}
+
+/// Which limit broke the grip last, for the log.
+pub(crate) fn break_limit(gripper: &GripperState) -> &'static str {
+    match BreakLimit::from_code(gripper.break_limit) {
+        Some(BreakLimit::Force) => "force",
+        Some(BreakLimit::Torque) => "torque",
+        _ => "no",
+    }
+}
+
+/// What exceeded it, for the log.
+pub(crate) fn break_cause(gripper: &GripperState) -> &'static str {
+    match BreakCause::from_code(gripper.break_cause) {
+        Some(BreakCause::Weight) => "weight",
+        Some(BreakCause::Impulse) => "impulse",
+        _ => "nothing known",
     }
 }
 

@@ -4,11 +4,15 @@ use ipc_types::decision::GoalKind;
 use ipc_types::{GripperGoal, MAX_JOINTS, Pose};
 use serde::{Deserialize, Serialize};
 
+use super::kept_pose::KeptPose;
 use super::pose;
 use super::precision::{PASSING, Precision};
 use super::waypoint::{JOINTS, MAX_WAYPOINTS, Waypoint};
 use crate::output::ArmIntent;
 use crate::time::PolicyTime;
+
+/// No run has so many moves.
+const MOST_MOVES: u64 = 1 << 62;
 
 /// What a decision finds about the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,8 +41,7 @@ pub struct Motion {
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Glide {
-    position: [f64; 3],
-    orientation_wxyz: [f64; 4],
+    from: KeptPose,
     since: PolicyTime,
 }
 
@@ -131,11 +134,7 @@ impl Motion {
         let Some(glide) = self.glide else {
             return Some(pose);
         };
-        let from = Pose {
-            position: glide.position,
-            orientation_wxyz: glide.orientation_wxyz,
-        };
-        Some(pose::between(&from, &pose, self.part(now)))
+        Some(pose::between(&glide.from.into(), &pose, self.part(now)))
     }
 
     /// The goal of the arm: to the target, or to hold.
@@ -165,9 +164,13 @@ impl Motion {
         }
     }
 
-    /// A restored record's path never is longer than it may be.
+    /// Whether a restored path can be gone: not longer than it may be, through
+    /// places there can be.
     pub fn is_sound(&self) -> bool {
         self.path.len() <= MAX_WAYPOINTS
+            && self.key < MOST_MOVES
+            && self.path.iter().all(Waypoint::is_sound)
+            && self.glide.is_none_or(|glide| glide.from.is_sound())
     }
 
     fn begin(&mut self, start: &Pose, now: PolicyTime) {
@@ -175,8 +178,7 @@ impl Motion {
         self.key += 1;
         let glides = self.path.first().is_some_and(|first| first.glide_ticks > 0);
         self.glide = glides.then_some(Glide {
-            position: start.position,
-            orientation_wxyz: start.orientation_wxyz,
+            from: (*start).into(),
             since: now,
         });
     }
@@ -192,7 +194,7 @@ impl Motion {
 }
 
 /// As a message carries it.
-fn padded(posture: [f64; JOINTS]) -> [f64; MAX_JOINTS] {
+pub(crate) fn padded(posture: [f64; JOINTS]) -> [f64; MAX_JOINTS] {
     let mut joints = [0.0; MAX_JOINTS];
     for (slot, position) in joints.iter_mut().zip(posture) {
         *slot = position;

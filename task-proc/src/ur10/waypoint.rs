@@ -1,10 +1,15 @@
 //! A place on the way of the cup.
 
 use ipc_types::Pose;
+use ipc_types::validate::MAX_JOINT_POSITION;
 use serde::{Deserialize, Serialize};
+
+use super::kept_pose::{KeptPose, within};
 
 /// Most waypoints of a path.
 pub const MAX_WAYPOINTS: usize = 16;
+/// No corridor is longer or wider (m), as the message's own check.
+pub(crate) const MAX_APPROACH_M: f64 = 2.0;
 /// Joints of the UR10.
 pub const JOINTS: usize = 6;
 
@@ -94,6 +99,14 @@ impl Waypoint {
             object_mask,
             ..self
         }
+    }
+
+    /// Whether a restored waypoint is one.
+    pub(super) fn is_sound(&self) -> bool {
+        KeptPose::from(self.pose()).is_sound()
+            && within(self.posture.as_slice().as_flattened(), MAX_JOINT_POSITION)
+            && within(&self.approach, MAX_APPROACH_M)
+            && within(&[self.approach_std_dev], MAX_APPROACH_M)
     }
 
     /// Its pose.

@@ -1,0 +1,69 @@
+//! Enumerations whose values have names in a behaviour file.
+
+/// Values and their names, both in one order: the place in it is the id the
+/// engines of `behavior` use, so it is what their vocabulary lists.
+pub(crate) trait Named: Copy + 'static {
+    /// All values.
+    const ALL: &'static [Self];
+    /// Their names, in the same order.
+    const NAMES: &'static [&'static str];
+
+    /// Place of the value.
+    fn index(self) -> u16;
+
+    /// The value at a place; `None` behind the last.
+    fn at(index: u16) -> Option<Self> {
+        Self::ALL.get(usize::from(index)).copied()
+    }
+
+    /// Its name.
+    fn name(self) -> &'static str {
+        let name = Self::NAMES.get(usize::from(self.index()));
+        name.copied().unwrap_or_default()
+    }
+}
+
+/// Declares an enumeration with the name of each value and makes it [`Named`].
+macro_rules! named {
+    ($(#[$about:meta])* $vis:vis enum $type:ident {
+        $($(#[$of:meta])* $value:ident = $name:literal,)+
+    }) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        $vis enum $type {
+            $($(#[$of])* $value,)+
+        }
+
+        impl crate::ur10::Named for $type {
+            const ALL: &'static [Self] = &[$(Self::$value),+];
+            const NAMES: &'static [&'static str] = &[$($name),+];
+
+            fn index(self) -> u16 {
+                self as u16
+            }
+        }
+    };
+}
+
+pub(crate) use named;
+
+#[cfg(test)]
+mod tests {
+    use super::Named as _;
+
+    named! {
+        enum Colour {
+            Red = "RED",
+            Green = "GREEN",
+        }
+    }
+
+    #[test]
+    fn places_values_and_names_belong_together() {
+        assert_eq!(Colour::NAMES, ["RED", "GREEN"]);
+        assert_eq!((Colour::Red.index(), Colour::Green.index()), (0, 1));
+        assert_eq!(Colour::at(1), Some(Colour::Green));
+        assert_eq!(Colour::at(2), None);
+        assert_eq!(Colour::Green.name(), "GREEN");
+    }
+}
