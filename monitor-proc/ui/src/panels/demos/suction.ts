@@ -6,6 +6,11 @@ import { el, setAttr, setText } from "../dom";
 
 const HIGH = 0.8;
 
+/** `once`, `3 times`. */
+function times(count: number): string {
+  return count === 1 ? "once" : `${count} times`;
+}
+
 /** Load gauge, what the cup feels, and how it let go last; for arm 0. */
 export function suctionGauge(desk: Desk): HTMLElement {
   const gripper = desk.store.scene?.arms[0]?.gripper;
@@ -36,8 +41,8 @@ export function suctionGauge(desk: Desk): HTMLElement {
       `${cup.force_n.toFixed(1)} of ${limits[0]} N, ${cup.torque_n_m.toFixed(2)} of ${limits[1]} N m; peak ${cup.peak_force_n.toFixed(0)} N`,
     );
     const broke =
-      cup.breaks === 0 ? "" : `It let go ${cup.breaks} times, last at its limit of ${cup.break_limit} by ${cup.break_cause}. `;
-    const refused = cup.refusals === 0 ? "" : `It refused ${cup.refusals} times, last because ${cup.refusal}.`;
+      cup.breaks === 0 ? "" : `It let go ${times(cup.breaks)}, last at its limit of ${cup.break_limit} by ${cup.break_cause}. `;
+    const refused = cup.refusals === 0 ? "" : `It refused ${times(cup.refusals)}, last because ${cup.refusal}.`;
     setText(last, broke + refused);
   });
   return root;
