@@ -127,6 +127,13 @@ impl Disturbed {
         lines.any(|line| line.contains("upside down") || line.contains("[timeout]"))
     }
 
+    /// Somebody fetches the bins that lie where the arm cannot get.
+    fn bring_back(&mut self) {
+        if self.world.decision.reason.as_str() == "bin_out_of_reach" {
+            (0..2).for_each(|bin| self.world.take_away(bin));
+        }
+    }
+
     fn story(&self) -> String {
         let from = self.world.lines.len().saturating_sub(30);
         self.world.lines[from..].join("\n")
@@ -138,7 +145,10 @@ impl Disturbed {
         for _ in 0..PATIENCE {
             match self.world.outcome() {
                 Outcome::Done => return,
-                Outcome::Failed | Outcome::Idle => self.world.state.panel.task_start += 1,
+                Outcome::Failed | Outcome::Idle => {
+                    self.bring_back();
+                    self.world.state.panel.task_start += 1;
+                }
                 _ => {}
             }
             self.step();
@@ -175,6 +185,28 @@ fn bin_stacking_gets_done_whatever_happens() {
 #[test]
 fn filling_gets_done_whatever_happens() {
     disturb_all(&PLACES[2]);
+}
+
+#[test]
+fn an_arm_that_cannot_go_on_keeps_its_bin_and_goes_on_when_it_can() {
+    for place in &PLACES[..2] {
+        let mut job = Disturbed::new(place, 1);
+        while !job.world.holds() {
+            job.world.step();
+        }
+        (0..20).for_each(|_| job.world.step());
+        job.world.stuck = true;
+        for _ in 0..12_000 {
+            job.world.step();
+            assert!(job.world.holds(), "{}", job.story());
+        }
+        assert_eq!(job.world.outcome(), Outcome::Failed, "{}", place.demo);
+        job.world.stuck = false;
+        job.world.state.panel.task_start += 1;
+        job.world.step();
+        job.gets_done();
+        assert_eq!(job.world.decision.drops, 0, "{}", job.story());
+    }
 }
 
 /// Some of its bytes are others, from eight bytes all ones to one bit.

@@ -15,7 +15,8 @@ const STEPS_PER_SECOND: u64 = 60;
 const FIRST: PolicyTime = PolicyTime::from_ticks(200);
 /// A bin that was asked for and did not come is asked for again after this.
 const ASK_AGAIN: PolicyTime = PolicyTime::from_ticks(5_000);
-/// With nothing to pick and nothing to come for this long, bins are lost.
+/// With nothing to pick and nothing to come for this long, what is not in place is
+/// given up.
 const LOST_AFTER: PolicyTime = PolicyTime::from_ticks(20_000);
 
 impl SupplyMemory {
@@ -61,12 +62,14 @@ pub(super) fn update(
         && on_belt == 0
         && job.held.is_none()
         && scene.stray().is_none();
-    note_lost(idle, memory, job, out, now);
+    note_lost(idle, scene, memory, job, out, now);
 }
 
-/// All bins came, not all are in place, and there is none to pick.
+/// All bins came, not all are in place, and there is none to pick: the first of
+/// those names the reason.
 fn note_lost(
     idle: bool,
+    scene: &Scene<'_, '_>,
     memory: &mut SupplyMemory,
     job: &mut Job,
     out: &mut Output,
@@ -77,9 +80,17 @@ fn note_lost(
         return;
     }
     let since = *memory.missing_since.get_or_insert(now);
-    if now.since(since) > LOST_AFTER {
-        out.log(format_args!("[failed] bins are missing, and none is left"));
-        job.failure = Some(Failure::BinLost);
-        memory.missing_since = None;
+    if now.since(since) <= LOST_AFTER {
+        return;
     }
+    memory.missing_since = None;
+    let left = scene.bins().find(|bin| scene.slot(bin).is_none());
+    let name = left.map_or("a bin", |bin| scene.setup.name(bin.object));
+    let (failure, why) = match left {
+        Some(bin) if !bin.flat() => (Failure::BinCannotBeGripped, "leans"),
+        Some(_) => (Failure::BinOutOfReach, "cannot be reached"),
+        None => (Failure::BinLost, "is missing"),
+    };
+    out.log(format_args!("[failed] {name} {why}, and no other is left"));
+    job.failure = Some(failure);
 }
