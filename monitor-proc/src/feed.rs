@@ -10,6 +10,7 @@ use ipc_types::{ArmStatus, Decision, Health, WorldState};
 use serde_json::Value;
 
 use crate::hub::Hub;
+use crate::misses::Misses;
 use crate::pace::Pace;
 use crate::scene;
 use crate::snapshot::{FLAG_RECORDING, Moment, encode};
@@ -29,6 +30,7 @@ pub struct Feed {
     status: Vec<Latest<ArmStatus>>,
     decision: Latest<Decision>,
     healths: Vec<(Process, Latest<Health>)>,
+    misses: Misses,
     pace: Pace,
     fingers: Vec<usize>,
     objects: Vec<String>,
@@ -57,6 +59,7 @@ impl Feed {
             status: status.collect::<Result<_, _>>()?,
             decision: bus.latest(TopicId::Decision)?,
             healths,
+            misses: Misses::default(),
             pace: Pace::default(),
             fingers: scene::fingers(&start.cell),
             objects: start.cell.objects.iter().map(|o| o.name.clone()).collect(),
@@ -138,10 +141,14 @@ impl Feed {
         let processes: Vec<(Process, Option<&Health>)> = healths
             .map(|(process, latest)| (*process, latest.get().filter(|_| heard(latest))))
             .collect();
+        let world = self.world.get();
+        let time_s = world.map_or(0.0, |w| w.header.sim_time_ns as f64 * 1.0e-9);
+        let missed = self.misses.look(&processes, time_s, now_ns);
         let decision = self.decision.get();
         let mut message = status(&Look {
             processes: &processes,
-            world: self.world.get(),
+            missed: &missed,
+            world,
             decision,
             objects: &self.objects,
             policy: &self.policy,

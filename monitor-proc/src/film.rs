@@ -1,9 +1,16 @@
 //! What was recorded, as it is shown again.
 
 use ipc_types::{ArmStatus, Decision, TraceLine, WorldState};
+use serde_json::{Value, json};
 
 use crate::scrub::Past;
 use crate::snapshot::{FLAG_NOT_LIVE, Moment, encode};
+use crate::status::{self, Look};
+use crate::story::Story;
+
+/// How the nodes of the task's pictures stand is in the trace once a second, and so
+/// are the pictures.
+const PICTURES_S: f64 = 1.1;
 
 /// One moment of a recording.
 #[derive(Clone, Debug)]
@@ -64,12 +71,33 @@ impl Still {
 pub struct Projector<F> {
     film: F,
     fingers: Vec<usize>,
+    objects: Vec<String>,
+    heard: Heard,
 }
 
+/// How the task's pictures stood some time before a moment, and when that was.
+pub type Heard = Box<dyn Fn(f64) -> Option<(f64, Story)>>;
+
 impl<F: Film> Projector<F> {
-    /// Shows `film`; `fingers` as in [`crate::scene::fingers`].
-    pub fn new(film: F, fingers: Vec<usize>) -> Self {
-        Self { film, fingers }
+    /// Shows `film`; `fingers` as in [`crate::scene::fingers`], `objects` by their
+    /// place in the cell file.
+    pub fn new(film: F, fingers: Vec<usize>, objects: Vec<String>, heard: Heard) -> Self {
+        Self {
+            film,
+            fingers,
+            objects,
+            heard,
+        }
+    }
+
+    /// The task's pictures as they stood at `time_s`, as far as that is known.
+    fn story(&mut self, time_s: f64) -> Story {
+        let heard = (self.heard)(time_s);
+        let (from_s, mut story) = heard.unwrap_or_else(|| (time_s - PICTURES_S, Story::default()));
+        for line in self.film.trace(from_s, time_s).unwrap_or_default() {
+            story.take_picture(&line);
+        }
+        story
     }
 }
 
@@ -82,6 +110,23 @@ impl<F: Film> Past for Projector<F> {
             return Err(format!("{time_s:.1} s is not recorded; there is {span}"));
         }
         Ok(self.film.still(time_s)?.frame(&self.fingers, 0.0, 0))
+    }
+
+    fn told(&mut self, time_s: f64) -> Value {
+        let story = self.story(time_s);
+        let still = self.film.still(time_s).ok();
+        let mut told = status::past(&Look {
+            processes: &[],
+            missed: &[],
+            world: still.as_ref().map(|still| still.world.as_ref()),
+            decision: still.as_ref().map(|still| still.decision.as_ref()),
+            objects: &self.objects,
+            policy: "",
+        });
+        told["t"] = json!("past");
+        told["time_s"] = json!(time_s);
+        told["story"] = json!(story.picture());
+        told
     }
 }
 

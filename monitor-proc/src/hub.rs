@@ -12,6 +12,7 @@ use tokio::sync::{broadcast, watch};
 
 use crate::page::role::Role;
 use crate::story::Story;
+use crate::story::history::History;
 
 /// News a slow reader can be behind; then it is told everything anew.
 const WAITING_NEWS: usize = 512;
@@ -64,6 +65,7 @@ struct Known {
     hello: Hello,
     scene: Arc<Value>,
     story: Story,
+    history: History,
     status: Option<Utf8Bytes>,
     timeline: Option<Utf8Bytes>,
 }
@@ -95,6 +97,7 @@ impl Hub {
             hello,
             scene: Arc::new(scene),
             story: Story::default(),
+            history: History::default(),
             status: None,
             timeline: None,
         };
@@ -125,7 +128,17 @@ impl Hub {
 
     /// Takes a line of the task's trace; [`Self::tell_news`] tells it.
     pub fn take_line(&self, line: &TraceLine) {
-        self.lock().story.take(line);
+        let mut known = self.lock();
+        let known = &mut *known;
+        let time_s = line.header.sim_time_ns as f64 * 1.0e-9;
+        known.history.next(time_s, &known.story);
+        known.story.take(line);
+    }
+
+    /// How the task's pictures stood some seconds before `time_s`, and when that was;
+    /// none where nobody listened then.
+    pub fn story_before(&self, time_s: f64) -> Option<(f64, Story)> {
+        self.lock().history.before(time_s)
     }
 
     /// Adds a line to the log.
@@ -137,6 +150,7 @@ impl Hub {
     pub fn forget_story(&self, story: Story) {
         let mut known = self.lock();
         known.story = story;
+        self.tell(&json!({ "t": "now" }));
         for message in known.story.everything() {
             self.tell(&message);
         }

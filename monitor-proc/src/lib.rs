@@ -14,6 +14,7 @@ pub mod journal;
 pub mod keep;
 pub mod live;
 pub mod mark;
+pub mod misses;
 pub mod pace;
 pub mod page;
 pub mod process;

@@ -106,13 +106,18 @@ pub fn prepare(
         start.spec.record.flight_dir.clone(),
         scene::fingers(&start.cell),
     );
+    let objects = names.objects.clone();
     let recorder = recorder.clone();
+    let hub = Hub::new(hello, scene);
+    let heard = hub.clone();
     let open = move || {
         recorder.ask(RecorderRequest::Flush)?;
         let film = Recording::open(&flight).map_err(|error| error.to_string())?;
-        Ok(Box::new(Projector::new(film, fingers.clone())) as Box<dyn Past>)
+        let heard = heard.clone();
+        let before = Box::new(move |time_s| heard.story_before(time_s));
+        let projector = Projector::new(film, fingers.clone(), objects.clone(), before);
+        Ok(Box::new(projector) as Box<dyn Past>)
     };
-    let hub = Hub::new(hello, scene);
     prepare_page(page, hub, Arc::new(desk), names, Some(Arc::new(open)))
 }
 

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use std::sync::mpsc;
 
 use axum::body::Bytes;
+use axum::extract::ws::Utf8Bytes;
+use serde_json::Value;
 use tokio::sync::watch;
 
 use crate::page::desk::{Answer, Reply, send};
@@ -17,6 +19,18 @@ pub trait Past {
     ///
     /// Why there is none, for people.
     fn frame(&mut self, time_s: f64) -> Result<Vec<u8>, String>;
+
+    /// What task and equipment said then (`past` of docs/page-protocol.md).
+    fn told(&mut self, time_s: f64) -> Value;
+}
+
+/// A moment of the past for one page; empty before the first.
+#[derive(Clone, Debug, Default)]
+pub struct Glimpse {
+    /// The frame.
+    pub frame: Bytes,
+    /// What was said.
+    pub told: Utf8Bytes,
 }
 
 /// Opens what was recorded up to now.
@@ -25,7 +39,7 @@ pub type OpenPast = Arc<dyn Fn() -> Result<Box<dyn Past>, String> + Send + Sync>
 /// Looks into the past on a thread of its own, which ends with this.
 pub struct Scrubber {
     times: mpsc::Sender<(f64, Answer)>,
-    frames: watch::Receiver<Bytes>,
+    glimpses: watch::Receiver<Glimpse>,
 }
 
 impl Scrubber {
@@ -36,12 +50,12 @@ impl Scrubber {
     /// When there can be no other thread.
     pub fn start(open: OpenPast) -> io::Result<Self> {
         let (times, wanted) = mpsc::channel();
-        let (shown, frames) = watch::channel(Bytes::new());
+        let (shown, glimpses) = watch::channel(Glimpse::default());
         let work = move || look(&open, &wanted, &shown);
         std::thread::Builder::new()
             .name("scrub".to_owned())
             .spawn(work)?;
-        Ok(Self { times, frames })
+        Ok(Self { times, glimpses })
     }
 
     /// Shows `time_s` next.
@@ -54,13 +68,13 @@ impl Scrubber {
         }
     }
 
-    /// Where the frames come out.
-    pub fn frames(&self) -> watch::Receiver<Bytes> {
-        self.frames.clone()
+    /// Where the moments come out.
+    pub fn glimpses(&self) -> watch::Receiver<Glimpse> {
+        self.glimpses.clone()
     }
 }
 
-fn look(open: &OpenPast, wanted: &mpsc::Receiver<(f64, Answer)>, shown: &watch::Sender<Bytes>) {
+fn look(open: &OpenPast, wanted: &mpsc::Receiver<(f64, Answer)>, shown: &watch::Sender<Glimpse>) {
     let mut past = None;
     while let Ok((mut time_s, mut answer)) = wanted.recv() {
         // A hand that drags a slider asks for more times than can be shown.
@@ -68,9 +82,9 @@ fn look(open: &OpenPast, wanted: &mpsc::Receiver<(f64, Answer)>, shown: &watch::
             send(answer, Reply::done());
             (time_s, answer) = (newer_s, newer);
         }
-        let reply = match frame(open, &mut past, time_s) {
-            Ok(frame) => {
-                shown.send_replace(Bytes::from(frame));
+        let reply = match glimpse(open, &mut past, time_s) {
+            Ok(glimpse) => {
+                shown.send_replace(glimpse);
                 Reply::done()
             }
             Err(why) => Reply::refused(why),
@@ -81,15 +95,21 @@ fn look(open: &OpenPast, wanted: &mpsc::Receiver<(f64, Answer)>, shown: &watch::
 
 /// What is open may have lost its beginning, or not have the end: then it is
 /// opened anew, once.
-fn frame(
+fn glimpse(
     open: &OpenPast,
     past: &mut Option<Box<dyn Past>>,
     time_s: f64,
-) -> Result<Vec<u8>, String> {
+) -> Result<Glimpse, String> {
+    let of = |past: &mut Box<dyn Past>, frame: Vec<u8>| Glimpse {
+        frame: Bytes::from(frame),
+        told: Utf8Bytes::from(past.told(time_s).to_string()),
+    };
     if let Some(known) = past
         && let Ok(frame) = known.frame(time_s)
     {
-        return Ok(frame);
+        return Ok(of(known, frame));
     }
-    past.insert(open()?).frame(time_s)
+    let opened = past.insert(open()?);
+    let frame = opened.frame(time_s)?;
+    Ok(of(opened, frame))
 }

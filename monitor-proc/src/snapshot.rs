@@ -152,7 +152,9 @@ impl Frame {
                 | u32::from(goal_active) << 2
                 | u32::from(view.target_valid) << 3,
         );
-        let controller_stop = status.map_or(0, |s| s.stop_action);
+        // The action in the low byte, its cause above it; physics tells no cause.
+        let controller_stop =
+            status.map_or(0, |s| (s.stop_action & 0xff) | (s.stop_cause & 0xff) << 8);
         self.u32((arm.stop_action & 0xffff) | controller_stop << 16);
         // An arm has 16 joints at most.
         self.u32(status.map_or(0, |s| (s.clipped_joints & 0xffff) as u32));

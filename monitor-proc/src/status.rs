@@ -14,6 +14,8 @@ use serde_json::{Value, json};
 pub struct Look<'a> {
     /// Every process with its health, unless it is silent.
     pub processes: &'a [(Process, Option<&'a Health>)],
+    /// Why each of them missed cycles last, where that is known.
+    pub missed: &'a [String],
     /// The world.
     pub world: Option<&'a WorldState>,
     /// What the task said last.
@@ -26,10 +28,10 @@ pub struct Look<'a> {
 
 /// The message, without what the recorder knows.
 pub fn status(look: &Look<'_>) -> Value {
-    let processes: Vec<Value> = look
-        .processes
-        .iter()
-        .map(|(p, h)| process(*p, *h))
+    let why = |at: usize| look.missed.get(at).map_or("", String::as_str);
+    let processes = look.processes.iter().enumerate();
+    let processes: Vec<Value> = processes
+        .map(|(at, (p, h))| process(*p, *h, why(at)))
         .collect();
     json!({
         "t": "status",
@@ -44,7 +46,15 @@ pub fn status(look: &Look<'_>) -> Value {
     })
 }
 
-fn process(process: Process, health: Option<&Health>) -> Value {
+/// What of a status is of a moment of the past.
+pub fn past(look: &Look<'_>) -> Value {
+    json!({
+        "task": task(look),
+        "equipment": look.world.map(|world| equipment(world, look.objects)),
+    })
+}
+
+fn process(process: Process, health: Option<&Health>, missed_why: &str) -> Value {
     let figure = |of: fn(&Health) -> f64| health.map_or(0.0, of);
     let count = |of: fn(&Health) -> u64| health.map_or(0, of);
     json!({
@@ -60,6 +70,7 @@ fn process(process: Process, health: Option<&Health>) -> Value {
         "body_p50_us": figure(|h| h.body_p50_ns * 1.0e-3),
         "body_p99_us": figure(|h| h.body_p99_ns * 1.0e-3),
         "missed": count(|h| h.missed_cycles),
+        "missed_why": missed_why,
         "rejected": count(|h| h.rejected),
         "fenced": count(|h| h.fenced),
         "note": health.map_or("", |h| h.note.as_str()),
@@ -211,12 +222,14 @@ mod tests {
         let objects = ["red".to_owned(), "</script>".to_owned()];
         let message = status(&Look {
             processes: &processes,
+            missed: &["late".to_owned()],
             world: Some(&world),
             decision: Some(&decision),
             objects: &objects,
             policy: "fsm",
         });
         assert_eq!(message["processes"][0]["late_p99_us"], 2.5);
+        assert_eq!(message["processes"][0]["missed_why"], "late");
         assert_eq!(message["processes"][1]["state"], "silent");
         assert_eq!(message["processes"][1]["pid"], Value::Null);
         let task = &message["task"];

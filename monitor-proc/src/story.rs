@@ -10,6 +10,8 @@ use serde_json::{Value, json};
 
 use crate::mark;
 
+pub mod history;
+
 /// Lines of the log a late joiner is told.
 pub const KEPT_LINES: usize = 500;
 /// A policy has no more pictures, and none has more nodes, edges or names.
@@ -130,8 +132,23 @@ impl Story {
             out.extend(self.edge_message(graph));
             out.extend(self.values_message(graph, None));
         }
-        out.push(json!({ "t": "log", "lines": self.log }));
+        out.push(json!({ "t": "log", "lines": self.log, "all": true }));
         out
+    }
+
+    /// Its pictures alone, with nothing new in them.
+    pub fn without_log(&self) -> Self {
+        Self {
+            pictures: self.pictures.clone(),
+            ..Self::default()
+        }
+    }
+
+    /// As [`Self::everything`], but for the log.
+    pub fn picture(&self) -> Vec<Value> {
+        let mut all = self.everything();
+        all.retain(|message| message["t"] != "log");
+        all
     }
 
     fn graphs_message(&self) -> Value {
@@ -310,15 +327,43 @@ impl Picture {
         json!({ "name": self.name, "kind": self.kind(), "nodes": self.nodes, "edges": self.edges })
     }
 
-    /// The edge of the picture from one node to another, or one that is not in it.
+    /// The edge that was taken for `reason`, the trigger or event of its label; one
+    /// that is not in the picture where no row led this way.
     fn way(&self, from: usize, to: usize, reason: &str) -> GraphEdge {
-        let known = self.edges.iter().find(|e| e.from == from && e.to == to);
+        let mut rows = self.edges.iter().filter(|e| e.from == from && e.to == to);
+        let mut fired = rows.clone().filter(|e| trigger(&e.label) == reason);
+        // Rows of one trigger differ in their guards, which were told before.
+        let known = fired.clone().find(|e| self.holds(&e.label));
+        let known = known.or_else(|| fired.next());
+        // A picture of code names no trigger.
+        let tells = !reason.is_empty() && self.kind() != "code";
+        let known = known.or_else(|| rows.next().filter(|_| !tells));
         known.cloned().unwrap_or_else(|| GraphEdge {
             from,
             to,
             label: reason.to_owned(),
         })
     }
+
+    /// Whether all guards of a label, `trigger [one, not other]`, held when they
+    /// were asked last.
+    fn holds(&self, label: &str) -> bool {
+        let guards = label.split_once(" [").map_or("", |(_, guards)| guards);
+        let guards = guards.split(']').next().unwrap_or_default();
+        let mut asked = guards.split(", ").filter(|guard| !guard.is_empty());
+        asked.all(|guard| {
+            let (name, wanted) = guard
+                .strip_prefix("not ")
+                .map_or((guard, true), |name| (name, false));
+            self.guards.get(name) == Some(&wanted)
+        })
+    }
+}
+
+/// The trigger or event of an edge's label.
+fn trigger(label: &str) -> &str {
+    let end = label.find(" [").or_else(|| label.find(" (internal)"));
+    end.and_then(|end| label.get(..end)).unwrap_or(label)
 }
 
 /// The page knows four letters: a node that is told to stop still runs.

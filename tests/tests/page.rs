@@ -79,25 +79,54 @@ fn look_at(scenario: &str, start: impl FnOnce() -> (TestCell, String)) {
         .env("OPERATOR_LINK", cell.link());
     let said = finish(command);
     assert_eq!(said.code, 0, "{}{}", said.stdout, said.stderr);
+    print!("{}", said.stdout);
+}
+
+const DEMOS: [&str; 6] = [
+    "franka-stack",
+    "franka-pyramid",
+    "reach",
+    "ur10-palletize",
+    "ur10-fill-bin",
+    "ur10-bin-stack",
+];
+
+/// `ROBOCELL_PAGE=all` runs the long ones too.
+fn all_of_them() -> bool {
+    std::env::var("ROBOCELL_PAGE").is_ok_and(|value| value == "all")
 }
 
 #[test]
 fn each_demo_is_drawn_where_physics_has_it() {
-    for demo in [
-        "franka-stack",
-        "franka-pyramid",
-        "reach",
-        "ur10-palletize",
-        "ur10-fill-bin",
-        "ur10-bin-stack",
-    ] {
+    for demo in DEMOS {
         browse("draws", &[demo, "--paused", "--speed", "max"]);
+    }
+}
+
+/// `cargo test -p robocell-tests --test page -- --ignored --nocapture frame_rates`
+#[test]
+#[ignore = "measures: for a quiet machine"]
+fn frame_rates() {
+    for demo in DEMOS {
+        println!("{demo}");
+        browse("frames", &[demo, "--paused"]);
     }
 }
 
 #[test]
 fn a_bin_set_down_by_hand_is_counted() {
-    browse("manual", &["ur10-bin-stack"]);
+    // By their seeds the first bin opens downward, and upward.
+    browse("manual", &["ur10-bin-stack", "--seed", "0"]);
+    browse("pallet", &["ur10-palletize", "--seed", "1"]);
+}
+
+#[test]
+fn a_bin_left_on_the_flipping_station_by_hand_is_stacked_and_counted() {
+    if !all_of_them() {
+        eprintln!("skipped: long; ROBOCELL_PAGE=all runs it");
+        return;
+    }
+    browse("flip", &["ur10-bin-stack", "--seed", "1"]);
 }
 
 #[test]

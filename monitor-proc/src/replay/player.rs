@@ -9,10 +9,13 @@ use crate::page::command::PlayOrder;
 use crate::status::{Look, status};
 use crate::story::{KEPT_LINES, Story};
 
-/// Pictures are in the trace once a second.
-const PICTURES_S: f64 = 1.1;
+/// What was said this long before the moment leapt to is told (s): pictures are in
+/// the trace once a second, values and transitions when they change.
+const LOOK_BACK_S: f64 = 10.0;
 /// A leap longer than this is no play any more (s).
 const LEAP_S: f64 = 5.0;
+/// Within this time after its beginning a recording has a whole state (s).
+const BEGINS_S: f64 = 5.0;
 /// How often a status is told (s).
 const STATUS_S: f64 = 0.25;
 
@@ -27,7 +30,7 @@ pub struct Player<F> {
     /// Time the page sees (s).
     shown_s: Option<f64>,
     next_status_s: f64,
-    trouble: String,
+    in_trouble: bool,
 }
 
 impl<F: Film> Player<F> {
@@ -51,7 +54,7 @@ impl<F: Film> Player<F> {
             policy,
             shown_s: None,
             next_status_s: 0.0,
-            trouble: String::new(),
+            in_trouble: false,
         }
     }
 
@@ -64,15 +67,9 @@ impl<F: Film> Player<F> {
     pub fn turn(&mut self, now_s: f64) {
         let time_s = self.clock.look(now_s);
         let due = now_s >= self.next_status_s;
-        if let Err(why) = self.show(time_s, due)
-            && self.trouble != why
-        {
-            self.hub.say(
-                time_s,
-                "lifecycle",
-                &format!("[fault] the recording: {why}"),
-            );
-            self.trouble = why;
+        match self.show(time_s, due) {
+            Ok(()) => self.in_trouble = false,
+            Err(why) => self.say_trouble(time_s, &why),
         }
         if due {
             self.next_status_s = now_s + STATUS_S;
@@ -82,13 +79,24 @@ impl<F: Film> Player<F> {
         self.hub.tell_news();
     }
 
+    /// Says once what cannot be shown. Where a recording begins, there may be no whole
+    /// state yet: that is no fault.
+    fn say_trouble(&mut self, time_s: f64, why: &str) {
+        let begins = time_s < self.film.span_s().0 + BEGINS_S;
+        if !self.in_trouble && !begins {
+            let text = format!("[fault] the recording: {why}");
+            self.hub.say(time_s, "lifecycle", &text);
+        }
+        self.in_trouble = !begins;
+    }
+
     fn show(&mut self, time_s: f64, with_status: bool) -> Result<(), String> {
+        let mut still = self.film.still(time_s)?;
         let moved = self.shown_s != Some(time_s);
         if moved {
             self.tell(time_s)?;
             self.shown_s = Some(time_s);
         }
-        let mut still = self.film.still(time_s)?;
         // The pause that is seen is that of the replay.
         let paused = ipc_types::world::FLAG_PAUSED;
         still.world.flags &= !paused;
@@ -104,6 +112,7 @@ impl<F: Film> Player<F> {
         if with_status {
             let message = status(&Look {
                 processes: &[],
+                missed: &[],
                 world: Some(&still.world),
                 decision: Some(&still.decision),
                 objects: &self.objects,
@@ -127,7 +136,7 @@ impl<F: Film> Player<F> {
                 for line in self.film.log_until(time_s, KEPT_LINES)? {
                     story.take(&line);
                 }
-                for line in self.film.trace(time_s - PICTURES_S, time_s)? {
+                for line in self.film.trace(time_s - LOOK_BACK_S, time_s)? {
                     story.take_picture(&line);
                 }
                 self.hub.forget_story(story);

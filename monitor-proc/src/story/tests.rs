@@ -42,6 +42,42 @@ fn a_machine_shows_the_way_it_took() {
     assert!(story.news().is_empty());
 }
 
+/// A machine with four ways from one state to the other.
+fn doors() -> Story {
+    let mut story = machine();
+    for label in ["pull [locked, not bent]", "pull [not locked]", "kick"] {
+        story.take(&line(TraceKind::Edge, 0, 0, 1, label));
+    }
+    story.take(&line(TraceKind::Statuses, 0, 0, 0, "R-"));
+    story
+}
+
+#[test]
+fn of_rows_that_lead_the_same_way_the_one_that_fired_is_named() {
+    let cases: [(&str, &[(&str, u32)], &str); 5] = [
+        ("kick", &[], "kick"),
+        (
+            "pull",
+            &[("locked", 1), ("bent", 0)],
+            "pull [locked, not bent]",
+        ),
+        ("pull", &[("locked", 0)], "pull [not locked]"),
+        ("push", &[], "push"),
+        // No row of the table: what was seen left no other state.
+        ("lost", &[], "lost"),
+    ];
+    for (reason, guards, label) in cases {
+        let mut story = doors();
+        for (name, holds) in guards {
+            story.take(&line(TraceKind::Guard, 0, 0, *holds, name));
+        }
+        story.take(&line(TraceKind::Status, 0, 1, 0, reason));
+        story.take(&line(TraceKind::Status, 1, 0, 1, reason));
+        let edge = story.news().into_iter().find(|m| m["t"] == "edge");
+        assert_eq!(edge.unwrap()["label"], label, "{reason} {guards:?}");
+    }
+}
+
 #[test]
 fn only_what_changed_is_told_and_a_late_joiner_is_told_all() {
     let mut story = machine();

@@ -19,7 +19,7 @@ use crate::page::command::{self, Command, Order, PlayOrder};
 use crate::page::desk::{Answer, Reply};
 use crate::page::rate::RateLimit;
 use crate::page::role::Role;
-use crate::scrub::Scrubber;
+use crate::scrub::{Glimpse, Scrubber};
 
 /// Largest message of a page (bytes).
 const MAX_MESSAGE: usize = 64 << 10;
@@ -36,6 +36,8 @@ const PING: Duration = Duration::from_secs(10);
 const SEND_PATIENCE: Duration = Duration::from_secs(10);
 /// Time for the last word.
 const LAST_WORD: Duration = Duration::from_secs(1);
+/// Said when a page that looked at the past looks at what is now.
+const NOW: &str = r#"{"t":"now"}"#;
 
 type Sink = SplitSink<WebSocket, Message>;
 
@@ -44,8 +46,8 @@ enum Out {
     Text(Utf8Bytes),
     /// Tell the task's story once more.
     Again,
-    /// Show these frames, or the live ones.
-    Frames(Option<watch::Receiver<Bytes>>),
+    /// Show these moments, or what is now.
+    Past(Option<watch::Receiver<Glimpse>>),
 }
 
 /// Sets the limits of a websocket.
@@ -98,7 +100,7 @@ struct Writer {
     sink: Sink,
     served: Arc<Served>,
     outgoing: mpsc::Receiver<Out>,
-    scrubbed: Option<watch::Receiver<Bytes>>,
+    scrubbed: Option<watch::Receiver<Glimpse>>,
     heard: Arc<AtomicBool>,
     unheard: u32,
 }
@@ -123,7 +125,7 @@ impl Writer {
                     Err(RecvError::Lagged(_)) => self.story().await,
                     Err(RecvError::Closed) => return self.close(Some("end")).await,
                 },
-                frame = newest(&mut joined.frames, &mut self.scrubbed) => self.frame(frame).await,
+                shown = newest(&mut joined.frames, &mut self.scrubbed) => self.show(shown).await,
                 _ = ping.tick() => self.ping().await,
             };
             if !goes_on {
@@ -136,11 +138,16 @@ impl Writer {
         match out {
             Out::Text(text) => self.text(text).await,
             Out::Again => self.story().await,
-            Out::Frames(frames) => {
-                self.scrubbed = frames;
-                // Back from the past, the present is news.
+            Out::Past(Some(glimpses)) => {
+                self.scrubbed = Some(glimpses);
                 live.mark_changed();
                 true
+            }
+            Out::Past(None) => {
+                self.scrubbed = None;
+                // Back from the past, the present is news.
+                live.mark_changed();
+                self.text(Utf8Bytes::from_static(NOW)).await && self.story().await
             }
         }
     }
@@ -154,8 +161,10 @@ impl Writer {
         true
     }
 
-    async fn frame(&mut self, frame: Bytes) -> bool {
-        frame.is_empty() || self.send(Message::Binary(frame)).await
+    /// What was said is sent before the frame that it belongs to.
+    async fn show(&mut self, shown: Glimpse) -> bool {
+        let told = shown.told.is_empty() || self.text(shown.told).await;
+        told && (shown.frame.is_empty() || self.send(Message::Binary(shown.frame)).await)
     }
 
     async fn text(&mut self, text: Utf8Bytes) -> bool {
@@ -197,29 +206,33 @@ async fn gone(gone: &mut watch::Receiver<Option<&'static str>>) -> &'static str 
     }
 }
 
-/// The next frame: of the time the page looks at, once that can be shown.
+/// What to show next: of the time the page looks at, once that can be shown.
 async fn newest(
     live: &mut watch::Receiver<Bytes>,
-    scrubbed: &mut Option<watch::Receiver<Bytes>>,
-) -> Bytes {
-    let Some(past) = scrubbed else {
-        return changed(live).await;
+    scrubbed: &mut Option<watch::Receiver<Glimpse>>,
+) -> Glimpse {
+    let now = |frame| Glimpse {
+        frame,
+        ..Glimpse::default()
     };
-    if !past.borrow().is_empty() {
+    let Some(past) = scrubbed else {
+        return now(changed(live).await);
+    };
+    if !past.borrow().frame.is_empty() {
         return changed(past).await;
     }
     tokio::select! {
-        frame = changed(past) => frame,
-        frame = changed(live) => frame,
+        glimpse = changed(past) => glimpse,
+        frame = changed(live) => now(frame),
     }
 }
 
-async fn changed(frames: &mut watch::Receiver<Bytes>) -> Bytes {
-    if frames.changed().await.is_err() {
-        // The thread that fed it is gone; the last frame stays.
+async fn changed<T: Clone>(shown: &mut watch::Receiver<T>) -> T {
+    if shown.changed().await.is_err() {
+        // The thread that fed it is gone; what was shown last stays.
         std::future::pending::<()>().await;
     }
-    frames.borrow_and_update().clone()
+    shown.borrow_and_update().clone()
 }
 
 struct Reader {
@@ -289,13 +302,13 @@ impl Reader {
         };
         let Some(time_s) = order.time_s else {
             self.scrubber = None;
-            self.hand_over(Out::Frames(None)).await;
+            self.hand_over(Out::Past(None)).await;
             return self.answer(id, &Reply::done()).await;
         };
         if self.scrubber.is_none() {
             match Scrubber::start(open) {
                 Ok(scrubber) => {
-                    self.hand_over(Out::Frames(Some(scrubber.frames()))).await;
+                    self.hand_over(Out::Past(Some(scrubber.glimpses()))).await;
                     self.scrubber = Some(scrubber);
                 }
                 Err(error) => return self.refuse(id, &error.to_string()).await,

@@ -59,6 +59,10 @@ impl Past for FakePast {
         }
         Ok(format!("past {time_s}").into_bytes())
     }
+
+    fn told(&mut self, time_s: f64) -> Value {
+        json!({ "t": "past", "time_s": time_s })
+    }
 }
 
 pub struct Bench {

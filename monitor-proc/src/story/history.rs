@@ -1,0 +1,76 @@
+//! How the task's pictures stood, every few seconds of what was heard: from there
+//! the trace in a recording leads to any moment. Values are told only when they
+//! change, so a piece of the trace alone would not do.
+
+use std::collections::VecDeque;
+
+use super::Story;
+
+/// Simulated time between two that are kept (s).
+const SPACING_S: f64 = 5.0;
+/// As many reach as far back as the flight recorder does: about ten minutes.
+const KEPT: usize = 128;
+
+/// Pictures by simulated time.
+#[derive(Clone, Debug, Default)]
+pub struct History {
+    kept: VecDeque<(f64, Story)>,
+    heard_s: f64,
+}
+
+impl History {
+    /// Says that a line of `time_s` comes next, and what is known before it.
+    pub fn next(&mut self, time_s: f64, story: &Story) {
+        if time_s < self.heard_s {
+            // The scene was put back to its beginning.
+            self.kept.clear();
+        } else if time_s > self.heard_s {
+            let last_s = self.kept.back().map_or(f64::NEG_INFINITY, |(at, _)| *at);
+            if self.heard_s >= last_s + SPACING_S {
+                self.kept.push_back((self.heard_s, story.without_log()));
+            }
+            if self.kept.len() > KEPT {
+                self.kept.pop_front();
+            }
+        }
+        self.heard_s = time_s;
+    }
+
+    /// The newest that is not after `time_s`, and when it was.
+    pub fn before(&self, time_s: f64) -> Option<(f64, Story)> {
+        let found = self.kept.iter().rev().find(|(at, _)| *at <= time_s);
+        found.cloned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn heard(times_s: impl IntoIterator<Item = f64>) -> History {
+        let mut history = History::default();
+        for time_s in times_s {
+            history.next(time_s, &Story::default());
+        }
+        history
+    }
+
+    fn at(history: &History, time_s: f64) -> Option<f64> {
+        history.before(time_s).map(|(at, _)| at)
+    }
+
+    #[test]
+    fn the_last_before_a_moment_is_found_and_the_oldest_are_forgotten() {
+        let history = heard((1..1000).map(f64::from));
+        let found = at(&history, 998.0).unwrap();
+        assert!((990.0..=998.0).contains(&found), "{found}");
+        assert!(at(&history, 500.0).is_some_and(|at| (494.0..=500.0).contains(&at)));
+        assert_eq!(at(&history, 100.0), None);
+    }
+
+    #[test]
+    fn a_scene_that_begins_anew_has_no_past() {
+        let history = heard([1.0, 10.0, 20.0, 30.0, 0.5]);
+        assert_eq!(at(&history, 25.0), None);
+    }
+}
