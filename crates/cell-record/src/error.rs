@@ -76,10 +76,7 @@ impl RecordError {
         }
     }
 
-    pub(crate) fn write(error: mcap::McapError) -> Self {
-        match error {
-            mcap::McapError::Io(source) => Self::Write(source.to_string()),
-            other => Self::Write(other.to_string()),
-        }
+    pub(crate) fn write(source: std::io::Error) -> Self {
+        Self::Write(source.to_string())
     }
 }

@@ -11,6 +11,7 @@
 
 mod channel;
 mod chunk;
+mod container;
 mod copy;
 mod entry;
 mod error;

@@ -6,6 +6,8 @@
 const WORD: usize = 8;
 /// Words one mask speaks of.
 const GROUP: usize = 64;
+/// Words that are looked at together; a divisor of those of a group.
+const RUN: usize = 8;
 /// Bytes of the length at the front.
 const FRONT: usize = 4;
 /// No struct of ours comes near this (bytes).
@@ -42,8 +44,15 @@ fn pack_group(block: &[u8], out: &mut Vec<u8>) -> u64 {
         mask |= u64::from(is_kept) << index;
     };
     let (words, cut) = block.as_chunks::<WORD>();
-    for (index, word) in words.iter().enumerate() {
-        keep(index, u64::from_le_bytes(*word));
+    for (run, words) in words.chunks(RUN).enumerate() {
+        let any = words.iter().fold(0, |any, w| any | u64::from_le_bytes(*w));
+        // There is one in what is zero for long.
+        if any == 0 {
+            continue;
+        }
+        for (index, word) in (run * RUN..).zip(words) {
+            keep(index, u64::from_le_bytes(*word));
+        }
     }
     if !cut.is_empty() {
         keep(words.len(), value(cut));

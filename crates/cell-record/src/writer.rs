@@ -1,26 +1,18 @@
 //! Writes one file.
 
 use std::collections::BTreeMap;
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::io::Write;
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use cell_model::run_spec::RunSpec;
-use mcap::records::MessageHeader;
-use mcap::{Compression, WriteOptions};
 use serde_json::Value;
 
 use crate::channel::Channel;
+use crate::container::{Container, MessageHeader};
 use crate::entry::Message;
 use crate::error::RecordError;
 use crate::storage::{Disk, Storage as _};
 use crate::{PROFILE, foxglove};
-
-/// Bytes of a chunk before compression: a reader that looks at one moment
-/// unpacks one or two of them.
-const CHUNK_BYTES: u64 = 768 << 10;
-const BUFFER_BYTES: usize = 64 << 10;
 
 /// What every file begins with.
 #[derive(Clone, Debug)]
@@ -47,9 +39,8 @@ impl Preamble {
 /// Writes one MCAP file: lz4 in chunks, an index at the end. What was flushed is
 /// readable even when nothing follows.
 pub struct RecordingWriter {
-    writer: mcap::Writer<Counted>,
+    container: Container,
     ids: BTreeMap<Channel, u16>,
-    written: Arc<AtomicU64>,
     preamble: Option<Preamble>,
     packed: Vec<u8>,
 }
@@ -73,28 +64,16 @@ impl RecordingWriter {
     ///
     /// When it cannot be written.
     pub fn new(out: Box<dyn Write + Send>, preamble: &Preamble) -> Result<Self, RecordError> {
-        let written = Arc::new(AtomicU64::new(0));
-        let out = Counted {
-            out: BufWriter::with_capacity(BUFFER_BYTES, out),
-            written: written.clone(),
-        };
-        let options = WriteOptions::new()
-            .compression(Some(Compression::Lz4))
-            .profile(PROFILE)
-            .library(concat!("cell-record ", env!("CARGO_PKG_VERSION")))
-            .chunk_size(Some(CHUNK_BYTES))
-            .calculate_data_section_crc(false)
-            .disable_seeking(true);
-        let writer = options.create(out).map_err(RecordError::write)?;
+        let library = concat!("cell-record ", env!("CARGO_PKG_VERSION"));
+        let container = Container::new(out, PROFILE, library);
         let mut recording = Self {
-            writer,
+            container: container.map_err(RecordError::write)?,
             ids: BTreeMap::new(),
-            written,
             preamble: Some(preamble.clone()),
             packed: Vec::new(),
         };
         for channel in Channel::all(preamble.arms) {
-            recording.declare(channel)?;
+            recording.declare(channel);
         }
         Ok(recording)
     }
@@ -144,12 +123,12 @@ impl RecordingWriter {
         if self.preamble.is_some() {
             return Ok(());
         }
-        self.writer.flush().map_err(RecordError::write)
+        self.container.flush().map_err(RecordError::write)
     }
 
     /// Bytes written to the file.
     pub fn bytes(&self) -> u64 {
-        self.written.load(Ordering::Relaxed)
+        self.container.written()
     }
 
     /// Writes the index and closes the file; its size in bytes.
@@ -159,8 +138,7 @@ impl RecordingWriter {
     /// When the disk does not take it.
     pub fn finish(mut self) -> Result<u64, RecordError> {
         self.begin_at(0)?;
-        self.writer.finish().map_err(RecordError::write)?;
-        Ok(self.bytes())
+        self.container.finish().map_err(RecordError::write)
     }
 
     /// Run and scene, in a chunk of their own: with them on the disk, the rest
@@ -183,60 +161,24 @@ impl RecordingWriter {
     }
 
     fn put(&mut self, message: &Message<'_>) -> Result<(), RecordError> {
-        let channel_id = match self.ids.get(&message.channel) {
-            Some(id) => *id,
-            None => self.declare(message.channel)?,
-        };
+        let known = self.ids.get(&message.channel).copied();
         let header = MessageHeader {
-            channel_id,
+            channel: known.unwrap_or_else(|| self.declare(message.channel)),
             // The format has 32 bits for it; all of it is in the message.
             sequence: message.seq as u32,
-            log_time: message.time_ns,
-            publish_time: message.publish_ns,
+            time_ns: message.time_ns,
+            publish_ns: message.publish_ns,
         };
-        let written = self.writer.write_to_known_channel(&header, message.bytes);
-        written.map_err(RecordError::write)
+        let added = self.container.add(&header, message.bytes);
+        added.map_err(RecordError::write)
     }
 
-    fn declare(&mut self, channel: Channel) -> Result<u16, RecordError> {
+    fn declare(&mut self, channel: Channel) -> u16 {
         let schema = channel.schema();
-        let id = self
-            .writer
-            .add_schema(schema.name, schema.encoding, schema.data.as_bytes())
-            .and_then(|schema| {
-                let encoding = channel.message_encoding();
-                self.writer
-                    .add_channel(schema, &channel.name(), encoding, &BTreeMap::new())
-            })
-            .map_err(RecordError::write)?;
+        let schema = (schema.name, schema.encoding, &schema.data[..]);
+        let encoding = channel.message_encoding();
+        let id = self.container.declare(&channel.name(), encoding, schema);
         self.ids.insert(channel, id);
-        Ok(id)
-    }
-}
-
-/// Counts what goes through. The position is all that is asked of a seek.
-struct Counted {
-    out: BufWriter<Box<dyn Write + Send>>,
-    written: Arc<AtomicU64>,
-}
-
-impl Write for Counted {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let count = self.out.write(bytes)?;
-        self.written.fetch_add(count as u64, Ordering::Relaxed);
-        Ok(count)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.out.flush()
-    }
-}
-
-impl Seek for Counted {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        match to {
-            SeekFrom::Current(0) => Ok(self.written.load(Ordering::Relaxed)),
-            _ => Err(io::ErrorKind::Unsupported.into()),
-        }
+        id
     }
 }
