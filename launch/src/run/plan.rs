@@ -50,28 +50,12 @@ impl Plan {
         let robot = robot_files(args)?;
         let cell = cell_of(args, data_dir.as_deref(), robot.as_ref())?;
         check_control(&cell)?;
-        let policy = choose(
-            args.policy.as_deref(),
-            &cell.policies,
-            &cell.default_policy,
-            &args.demo,
-        )?;
-        if !matches!(cell.task, TaskSpec::Stack(_) | TaskSpec::Reach(_)) {
-            // Its behaviour stands in a file of its own.
-            sim::check_policy(&args.demo, &policy, data_dir.as_deref())?;
-        }
-        let objects: Vec<String> = cell.objects.iter().map(|o| o.name.clone()).collect();
-        let script = args
-            .script
-            .as_deref()
-            .map(|path| read_script(path, &cell))
-            .transpose()?;
+        let policy = policy_of(args, &cell, data_dir.as_deref())?;
         let dir = RunDir::of(&args.cell.cell);
-        let run = random_run()?;
-        let (root, prefix) = dir.site(run);
         let limit = args
             .timeout
             .or(args.until_done.then_some(cell.time_limit_s));
+        let (run, root, prefix) = site_of(&dir)?;
         let spec = RunSpec {
             run,
             cell: args.cell.cell.clone(),
@@ -85,22 +69,19 @@ impl Plan {
             prefix,
             arms: u8::try_from(cell.arms.len()).unwrap_or(u8::MAX),
             robot,
-            script: script.unwrap_or_default(),
+            script: script_of(args, &cell)?,
             paused: args.paused,
             bins: args.bins,
             until_done: args.until_done,
             time_limit_s: limit,
             real_time: args.speed == Speed::RealTime,
             page: page.as_ref().map(|page| page.spec(&dir)),
-            record: RecordSpec {
-                file: args.record.as_deref().map(new_file).transpose()?,
-                ..flight::ring(&args.cell.cell, &dir)
-            },
+            record: record_of(args, &dir)?,
         };
         Ok(Self {
             spec,
             dir,
-            objects,
+            objects: cell.objects.iter().map(|o| o.name.clone()).collect(),
             policies: cell.policies,
             stays: limit.is_none(),
             watchdog: !args.no_watchdog,
@@ -147,6 +128,21 @@ fn cell_of(
         .map_or(Ok(()), |bins| cell.limit_bins(bins))
         .map_err(Failure::configuration)?;
     Ok(cell)
+}
+
+/// The policy asked for, or the demo's default; one whose behaviour stands in a
+/// file of its own is read now.
+fn policy_of(args: &RunArgs, cell: &Cell, data_dir: Option<&Path>) -> Result<String, Failure> {
+    let policy = choose(
+        args.policy.as_deref(),
+        &cell.policies,
+        &cell.default_policy,
+        &args.demo,
+    )?;
+    if !matches!(cell.task, TaskSpec::Stack(_) | TaskSpec::Reach(_)) {
+        sim::check_policy(&args.demo, &policy, data_dir)?;
+    }
+    Ok(policy)
 }
 
 /// What the controllers will need, found out before anything starts.
@@ -240,10 +236,29 @@ fn robot_files(args: &RunArgs) -> Result<Option<RobotFiles>, Failure> {
     }))
 }
 
-fn read_script(path: &Path, cell: &Cell) -> Result<Vec<ScriptLine>, Failure> {
+/// The lines of the script, if there is one.
+fn script_of(args: &RunArgs, cell: &Cell) -> Result<Vec<ScriptLine>, Failure> {
+    let Some(path) = &args.script else {
+        return Ok(Vec::new());
+    };
     let file = path.display().to_string();
     let text = fs::read_to_string(path).cannot(format!("read the script {file}"))?;
     script::parse_for(&text, &file, cell).map_err(Failure::configuration)
+}
+
+/// What is kept of the run: the ring, and a file where one was asked for.
+fn record_of(args: &RunArgs, dir: &RunDir) -> Result<RecordSpec, Failure> {
+    Ok(RecordSpec {
+        file: args.record.as_deref().map(new_file).transpose()?,
+        ..flight::ring(&args.cell.cell, dir)
+    })
+}
+
+/// A number no other run has, and where on this machine its messages go.
+fn site_of(dir: &RunDir) -> Result<(u64, PathBuf, String), Failure> {
+    let run = random_run()?;
+    let (root, prefix) = dir.site(run);
+    Ok((run, root, prefix))
 }
 
 fn random_run() -> Result<u64, Failure> {
