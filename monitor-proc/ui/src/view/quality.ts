@@ -37,7 +37,12 @@ const IMPATIENT_MS = 1500;
 const FEWEST = 6;
 /** The first frames of a level compile its programs. */
 const WARM_UP = 5;
-const CALM_FRAMES = 1800;
+/** So many fluent frames, and the next better level is tried; four times as many
+ * after each try that was too slow. */
+const CALM_FRAMES = 300;
+const MOST_CALM_FRAMES = 20_000;
+/** A level that is too slow within so many frames was not worth the try. */
+const TRIAL_FRAMES = 600;
 
 function median(values: number[]): number {
   const sorted = [...values].sort((a, b) => a - b);
@@ -50,14 +55,21 @@ export class Quality {
   private times: number[] = [];
   private calm = 0;
   private fresh = WARM_UP;
-  private best = 0;
+  private patience = CALM_FRAMES;
+  /** Frames since a better level was tried. */
+  private tried = Infinity;
 
-  /** `fixed`: stay at this level whatever frames take. */
+  private readonly best: number;
+
+  /** `fixed`: stay at this level whatever frames take; otherwise no level better
+   * than the first is tried. */
   constructor(
     private index: number,
     private readonly fixed: boolean,
     private readonly changed: (level: Level) => void,
-  ) {}
+  ) {
+    this.best = index;
+  }
 
   get level(): Level {
     return LEVELS[this.index] ?? (LEVELS[0] as Level);
@@ -86,23 +98,24 @@ export class Quality {
   private judge(frames: number): void {
     if (this.fixed) return;
     this.calm = this.frameMs < FAST_MS ? this.calm + frames : 0;
+    this.tried += frames;
     const last = LEVELS.length - 1;
     const slow = this.index === last - 1 ? LAST_RESORT_MS : SLOW_MS;
     if (this.frameMs > slow && this.index < last) {
-      // A better level that was too slow is not tried again soon.
-      this.best = this.index + 1;
+      if (this.tried < TRIAL_FRAMES) this.patience = Math.min(4 * this.patience, MOST_CALM_FRAMES);
+      this.tried = Infinity;
       const far = this.frameMs > 4 * SLOW_MS && this.index < last - 2;
       this.go(this.index + (far ? 2 : 1));
-    } else if (this.calm > CALM_FRAMES && this.index > 0) {
-      this.calm = 0;
-      if (this.index > this.best) this.go(this.index - 1);
-      else this.best -= 1;
+    } else if (this.calm > this.patience && this.index > this.best) {
+      this.tried = 0;
+      this.go(this.index - 1);
     }
   }
 
   private go(index: number): void {
     this.index = Math.min(Math.max(index, 0), LEVELS.length - 1);
     this.fresh = WARM_UP;
+    this.calm = 0;
     this.changed(this.level);
   }
 }

@@ -11,9 +11,10 @@ export function latencyTab(desk: Desk): HTMLElement {
   const root = el(
     "div",
     { class: "latency-tab column scroll" },
-    hops,
     el("h3", {}, "Cycles of each process"),
     missed,
+    el("h3", {}, "Hops"),
+    hops,
     el("p", { class: "dim" }, "The same in the terminal: ", el("code", {}, "robocell top"), ", ", el("code", {}, "robocell bench e2e")),
   );
   let stale = true;
