@@ -55,6 +55,11 @@ impl FillBin {
         // Kept until it is handled; what is gone again is no news.
         self.memory.attached |= found.grip.attached;
         self.memory.attached &= scene.gripper.attached == 1;
+        if found.grip.attached {
+            // The operator's grip is no longer the operator's after a pause: it
+            // stays until ATTACHED says what hangs on it.
+            self.memory.switch(true);
+        }
         let pending = events::pending(state, &scene, &self.memory, job, found, now);
         let mut turn = Turn {
             scene,

@@ -214,6 +214,28 @@ fn the_operator_lets_go_and_takes_it_in_a_pause() {
 }
 
 #[test]
+fn a_bin_attached_by_hand_where_the_arm_rests_stays_on_the_cup() {
+    let mut world = World::new();
+    world.step();
+    world.state.panel.task_paused = 1;
+    world.step();
+    // Led to where the job is on its way to, with the bin: goal and attachment
+    // are seen by the same decision.
+    world.state.arms[0].tcp = World::rest();
+    world.held = Some(at(
+        [-0.0625, 0.0, 0.0],
+        [0.0, -std::f64::consts::FRAC_PI_2, 0.0],
+    ));
+    let gripper = &mut world.state.arms[0].gripper;
+    (gripper.suction, gripper.attached, gripper.held_object) = (1, 1, 1);
+    world.move_arm();
+    world.state.panel.task_paused = 0;
+    world.run_until("holds", |world| world.phase() == "HOLDING");
+    assert_eq!(world.says("[decide]"), 0, "{:#?}", world.log());
+    assert_eq!(world.decision.drops, 0);
+}
+
+#[test]
 fn a_reset_lets_go_and_waits_for_the_start() {
     let mut world = World::new();
     world.run_until("holds", |world| world.decision.io.drop_parts == 2);

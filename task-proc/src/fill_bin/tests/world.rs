@@ -178,6 +178,14 @@ impl World {
         self.run_until("ends", |world| world.decision.outcome == outcome.code());
     }
 
+    /// Where the arm rests.
+    pub(super) fn rest() -> Pose {
+        Pose {
+            position: [0.0, 0.75, 0.42],
+            orientation_wxyz: pose::wxyz(&pose::rotation([0.6234, -0.3342, 0.3339, 0.6231])),
+        }
+    }
+
     pub(super) fn phase(&self) -> &str {
         self.decision.phase.as_str()
     }
