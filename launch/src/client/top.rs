@@ -1,6 +1,8 @@
 //! `robocell top`: a running cell in the terminal.
 
 mod draw;
+mod earlier;
+mod equipment;
 
 use std::time::Duration;
 
@@ -31,6 +33,8 @@ pub(crate) struct View {
     pub(crate) picture: Picture,
     lines: Subscriber<TraceLine>,
     pub(crate) trace: Trace,
+    /// Names of what a state only numbers.
+    names: equipment::Names,
 }
 
 impl View {
@@ -42,11 +46,16 @@ impl View {
             .subscriber(TopicId::Trace)
             .cannot("read the task's log")?;
         let picture = Picture::open(&session)?;
+        let mut trace = Trace::default();
+        trace.log.extend(earlier::lines(&session.dir));
+        // The run was started from the same files; changed since, they cost names.
+        let cell = session.spec.load_cell().ok();
         Ok(Self {
+            names: cell.as_ref().map(equipment::Names::of).unwrap_or_default(),
             session,
             picture,
             lines,
-            trace: Trace::default(),
+            trace,
         })
     }
 

@@ -70,7 +70,7 @@ pub(crate) fn outcome(summary: &RunSummary) -> String {
         .unwrap_or_default();
     format!(
         "{what}{reason} after {:.2} s simulated in {:.2} s: placed {}, {} drops, {} resyncs, {} aborts, \
-         {} task restarts, {} limit violations, state {}",
+         {} task restarts, {} limit violations, state {}{}",
         summary.sim_time_s,
         summary.wall_time_s,
         if summary.placed.is_empty() {
@@ -83,6 +83,36 @@ pub(crate) fn outcome(summary: &RunSummary) -> String {
         summary.aborts,
         summary.task_restarts,
         summary.limit_violations,
-        summary.state_hash
+        summary.state_hash,
+        match summary.script_left {
+            0 => String::new(),
+            left => format!("; {left} lines of the script never came to be done"),
+        }
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cell_model::summary::RunFacts;
+    use ipc_types::{Decision, Wire, WorldState};
+
+    #[test]
+    fn lines_of_a_script_that_never_came_are_said() {
+        let facts = RunFacts {
+            demo: "reach",
+            policy: "follow",
+            seed: 0,
+            objects: &[],
+            wall_time_s: 1.0,
+            task_restarts: 0,
+            missed_cycles: 0,
+        };
+        let mut state = WorldState::zeroed();
+        let said =
+            |state: &WorldState| outcome(&RunSummary::new(&facts, state, &Decision::zeroed()));
+        assert!(!said(&state).contains("script"));
+        state.script_left = 2;
+        assert!(said(&state).contains("; 2 lines of the script never"));
+    }
 }

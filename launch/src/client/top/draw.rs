@@ -1,5 +1,6 @@
 //! One frame of `top`.
 
+use ipc_types::equipment::BreakLimit;
 use ipc_types::health::Scheduling;
 use ipc_types::world::FLAG_PAUSED;
 use ipc_types::{ArmState, GripperState, Health};
@@ -10,25 +11,45 @@ use ratatui::text::Line;
 use ratatui::widgets::{Block, Paragraph, Row, Table};
 
 use super::View;
+use super::equipment::Names;
 use crate::client::status::{waits_for, word};
 
 /// Draws everything.
 pub(super) fn draw(frame: &mut Frame<'_>, view: &View) {
     let arms = view.picture.state().map_or(0, |s| s.arms().len());
-    let arm_rows = u16::try_from(3 * arms).unwrap_or(6).max(1) + 2;
+    let arm_rows = u16::try_from(4 * arms).unwrap_or(6).max(1) + 2;
     let process_rows = u16::try_from(view.picture.healths().count()).unwrap_or(4) + 3;
+    let equipment = equipment_lines(view);
+    let equipment_rows = match u16::try_from(equipment.len()).unwrap_or(0) {
+        0 => 0,
+        rows => rows + 2,
+    };
     let active = view.trace.active();
     let heights = [
         Constraint::Length(2 + u16::from(!active.is_empty())),
         Constraint::Length(process_rows),
         Constraint::Length(arm_rows),
+        Constraint::Length(equipment_rows),
         Constraint::Min(3),
     ];
-    let [head, processes, joints, log] = Layout::vertical(heights).areas(frame.area());
+    let [head, processes, joints, devices, log] = Layout::vertical(heights).areas(frame.area());
     frame.render_widget(Paragraph::new(headline(view, &active)), head);
     draw_processes(frame, processes, view);
     draw_arms(frame, joints, view);
+    let block = Block::bordered().title("equipment");
+    frame.render_widget(Paragraph::new(equipment).block(block), devices);
     draw_log(frame, log, view);
+}
+
+/// Nothing in a cell without equipment.
+fn equipment_lines(view: &View) -> Vec<Line<'static>> {
+    let state = view.picture.state();
+    let lines = state.map(|state| view.names.lines(&state.equipment));
+    lines
+        .unwrap_or_default()
+        .into_iter()
+        .map(Line::from)
+        .collect()
 }
 
 fn headline(view: &View, active: &[String]) -> Vec<Line<'static>> {
@@ -118,7 +139,7 @@ fn draw_arms(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let mut lines: Vec<Line<'_>> = arms
         .iter()
         .enumerate()
-        .flat_map(|(i, arm)| arm_lines(i, arm))
+        .flat_map(|(i, arm)| arm_lines(i, arm, &view.names))
         .collect();
     if lines.is_empty() {
         lines.push(Line::from("no state of physics"));
@@ -129,7 +150,7 @@ fn draw_arms(frame: &mut Frame<'_>, area: Rect, view: &View) {
     );
 }
 
-fn arm_lines(index: usize, arm: &ArmState) -> [Line<'static>; 3] {
+fn arm_lines(index: usize, arm: &ArmState, names: &Names) -> [Line<'static>; 4] {
     let count = (arm.joint_count as usize).min(arm.joint_positions.len());
     let list = |values: &[f64]| {
         let texts: Vec<_> = values.iter().map(|v| format!("{v:>8.3}")).collect();
@@ -137,10 +158,11 @@ fn arm_lines(index: usize, arm: &ArmState) -> [Line<'static>; 3] {
     };
     let [x, y, z] = arm.tcp.position;
     let gripper = &arm.gripper;
-    let held = if gripper.held_object == 0 {
-        "nothing".to_owned()
+    let held = names.object(gripper.held_object, "nothing");
+    let gripper = if names.has_suction(index) {
+        suction_text(gripper)
     } else {
-        format!("object {}", gripper.held_object - 1)
+        fingers_text(gripper)
     };
     [
         Line::from(format!(
@@ -152,24 +174,31 @@ fn arm_lines(index: usize, arm: &ArmState) -> [Line<'static>; 3] {
             list(&arm.joint_efforts[..count])
         )),
         Line::from(format!(
-            "  tcp {x:.3} {y:.3} {z:.3} m  {} holds {held}  limit violations {}",
-            gripper_text(gripper),
+            "  tcp {x:.3} {y:.3} {z:.3} m, limit violations {}",
             arm.limit_violations
         )),
+        Line::from(format!("  {gripper}, holds {held}")),
     ]
 }
 
-fn gripper_text(gripper: &GripperState) -> String {
-    if gripper.suction == 1 || gripper.attached == 1 || gripper.breaks + gripper.refusals > 0 {
-        return format!(
-            "suction {} {:.1} N {:.2} N m load {:.0} %, broke {} times",
-            if gripper.suction == 1 { "on" } else { "off" },
-            gripper.suction_force,
-            gripper.suction_torque,
-            gripper.load * 100.0,
-            gripper.breaks
-        );
-    }
+fn suction_text(gripper: &GripperState) -> String {
+    let limit = match BreakLimit::from_code(gripper.break_limit) {
+        Some(BreakLimit::Force) => " (force limit)",
+        Some(BreakLimit::Torque) => " (torque limit)",
+        _ => "",
+    };
+    format!(
+        "suction {}, {:.1} N {:.2} Nm, load {:.0} %, broke {} times{limit}, refused {}",
+        if gripper.suction == 1 { "on" } else { "off" },
+        gripper.suction_force,
+        gripper.suction_torque,
+        gripper.load * 100.0,
+        gripper.breaks,
+        gripper.refusals
+    )
+}
+
+fn fingers_text(gripper: &GripperState) -> String {
     let beam = if gripper.beam_object == 0 {
         "free"
     } else {

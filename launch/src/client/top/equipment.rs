@@ -1,0 +1,148 @@
+//! The cell's equipment in `top`: what of it there is, and how it stands.
+
+use cell_model::Cell;
+use ipc_types::EquipmentState;
+use ipc_types::equipment::SupplyRefusal;
+
+/// Names of what a state only numbers; empty where the cell cannot be read.
+#[derive(Debug, Default)]
+pub(crate) struct Names {
+    objects: Vec<String>,
+    sensors: Vec<String>,
+    has_belt: bool,
+    has_supply: bool,
+    has_dispenser: bool,
+    /// By arm: it holds by suction.
+    suction: Vec<bool>,
+}
+
+impl Names {
+    /// The names in `cell`.
+    pub(crate) fn of(cell: &Cell) -> Self {
+        let supply = cell.conveyor.as_ref().and_then(|belt| belt.supply.as_ref());
+        Self {
+            objects: cell.objects.iter().map(|o| o.name.clone()).collect(),
+            sensors: cell.sensors.iter().map(|s| s.name.clone()).collect(),
+            has_belt: cell.conveyor.is_some(),
+            has_supply: supply.is_some(),
+            has_dispenser: cell.dispenser.is_some(),
+            suction: cell
+                .arms
+                .iter()
+                .map(|arm| arm.robot.suction.is_some())
+                .collect(),
+        }
+    }
+
+    /// The object a message names by its index plus 1; `none` for 0.
+    pub(super) fn object<'a>(&'a self, index_plus_1: u32, none: &'a str) -> &'a str {
+        let index = (index_plus_1 as usize).checked_sub(1);
+        index.map_or(none, |index| {
+            self.objects.get(index).map_or("an object", String::as_str)
+        })
+    }
+
+    /// Whether that arm holds by suction.
+    pub(super) fn has_suction(&self, arm: usize) -> bool {
+        self.suction.get(arm).copied().unwrap_or_default()
+    }
+
+    /// How the equipment stands, one device a line; nothing where there is none.
+    pub(super) fn lines(&self, state: &EquipmentState) -> Vec<String> {
+        let mut lines = Vec::new();
+        if self.has_belt {
+            lines.push(self.belt(state));
+        }
+        if self.has_dispenser {
+            lines.push(format!(
+                "dispenser  {} parts dropped, {} still to fall",
+                state.parts_dropped, state.parts_waiting
+            ));
+        }
+        let pairs = self.sensors.iter().zip(&state.sensors);
+        let sensors: Vec<String> = pairs
+            .map(|(name, object)| format!("{name} {}", self.object(*object, "free")))
+            .collect();
+        if !sensors.is_empty() {
+            lines.push(format!("sensors    {}", sensors.join(", ")));
+        }
+        if state.cleared > 0 && !lines.is_empty() {
+            lines.push(format!(
+                "cleared    {} fell out of the cell and were put away",
+                state.cleared
+            ));
+        }
+        lines
+    }
+
+    fn belt(&self, state: &EquipmentState) -> String {
+        let runs = if state.conveyor_speed == 0.0 {
+            "stands".to_owned()
+        } else {
+            format!("runs at {:.2} m/s", state.conveyor_speed)
+        };
+        if !self.has_supply {
+            return format!("belt       {runs}");
+        }
+        let why = match SupplyRefusal::from_code(state.supply_refusal) {
+            _ if state.supply_refusals == 0 => String::new(),
+            Some(SupplyRefusal::NoneLeft) => ", the last as none is left".to_owned(),
+            Some(SupplyRefusal::TooManyWaiting) => ", the last as enough wait".to_owned(),
+            Some(SupplyRefusal::CoolDown) => ", the last as one just came".to_owned(),
+            Some(SupplyRefusal::PlaceTaken) => ", the last as its place was taken".to_owned(),
+            Some(SupplyRefusal::None) | None => String::new(),
+        };
+        format!(
+            "belt       {runs}; {} bins came, {} refused{why}",
+            state.bins_supplied, state.supply_refusals
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cell_model::Data;
+    use ipc_types::Wire;
+
+    fn names(demo: &str) -> Names {
+        Names::of(&Cell::load(&Data::embedded(), demo, 0, None).unwrap())
+    }
+
+    #[test]
+    fn a_cell_shows_the_devices_it_has() {
+        let mut state = EquipmentState::zeroed();
+        assert!(names("franka-stack").lines(&state).is_empty());
+        assert!(!names("franka-stack").has_suction(0));
+        (state.conveyor_speed, state.bins_supplied) = (0.3, 2);
+        (state.parts_dropped, state.parts_waiting) = (12, 3);
+        for (demo, words) in [
+            ("ur10-palletize", "runs at 0.30 m/s; 2 bins came"),
+            ("ur10-bin-stack", "runs at 0.30 m/s; 2 bins came"),
+            ("ur10-fill-bin", "12 parts dropped, 3 still to fall"),
+        ] {
+            let names = names(demo);
+            let text = names.lines(&state).join("\n");
+            assert!(text.contains(words), "{demo}: {text}");
+            assert_eq!(text.contains("belt"), demo != "ur10-fill-bin", "{text}");
+            assert!(names.has_suction(0), "{demo}");
+        }
+    }
+
+    #[test]
+    fn a_sensor_names_the_bin_in_it_and_a_refusal_its_reason() {
+        let names = names("ur10-palletize");
+        let mut state = EquipmentState::zeroed();
+        assert!(names.lines(&state).join("\n").contains("free"));
+        state.sensors[0] = 1;
+        state.supply_refusals = 1;
+        state.supply_refusal = SupplyRefusal::NoneLeft.code();
+        let text = names.lines(&state).join("\n");
+        assert!(text.contains("bin_01"), "{text}");
+        assert!(text.contains("belt       stands"), "{text}");
+        assert!(
+            text.contains("1 refused, the last as none is left"),
+            "{text}"
+        );
+    }
+}
