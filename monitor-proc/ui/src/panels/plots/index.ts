@@ -58,7 +58,8 @@ export function plotsTab(desk: Desk): HTMLElement {
     const first = history.signals.find(({ name }) => name === FIRST)?.key;
     const heights = history.signals.filter(({ group }) => group === "objects").slice(0, MOST_HEIGHTS);
     const joints = history.signals.filter(({ name }) => name.endsWith("position")).slice(0, 7);
-    const second = heights.length > 0 ? heights : joints;
+    const load = history.signals.filter(({ name }) => name === "suction load");
+    const second = [load, heights, joints].find((one) => one.length > 0) ?? [];
     const usual = [first === undefined ? [] : [first], second.map(({ key }) => key)];
     const wanted = kept === null ? usual : kept.split("|").map((one) => one.split("~").filter(Boolean));
     for (const keys of wanted.slice(0, MOST_PLOTS)) add(keys);

@@ -1,6 +1,7 @@
 // What can be plotted: numbers of snapshots and of status, by name.
 import type { Scene, Status } from "../../net/protocol";
 import type { Snapshot } from "../../net/snapshot";
+import { shortNames } from "../joint-names";
 
 const DEG = 180 / Math.PI;
 
@@ -49,15 +50,20 @@ function addArm(
   for (const [axis, name] of ["x", "y", "z"].entries()) {
     add(group, `TCP ${name}`, "m", (s) => s.arms[arm]?.tcp[axis] ?? NaN);
   }
-  if (spec.gripper !== null) {
+  if (spec.gripper?.kind === "suction") {
+    add(group, "suction load", "%", (s) => 100 * (s.arms[arm]?.load ?? NaN));
+    const cup = (status: Status | null) => status?.equipment?.suction[arm];
+    add(group, "suction force", "N", (_, status) => cup(status)?.force_n ?? NaN);
+    add(group, "suction torque", "N m", (_, status) => cup(status)?.torque_n_m ?? NaN);
+  } else if (spec.gripper !== null) {
     add(group, "gripper width", "mm", (s) => 1000 * (s.arms[arm]?.width ?? NaN));
     add(group, "grip force", "N", (s) => s.arms[arm]?.force ?? NaN);
-    add(group, "suction load", "%", (s) => 100 * (s.arms[arm]?.load ?? NaN));
   }
+  const names = shortNames(spec.joints.map(({ name }) => name));
   for (const [joint, { name, kind }] of spec.joints.entries()) {
     const linear = kind === "prismatic";
     const [scale, unit] = linear ? [1000, "mm"] : [DEG, "°"];
-    const short = name.split("_").slice(1).join("_") || name;
+    const short = names[joint] ?? name;
     add(group, `${short} position`, unit, (s) => scale * (s.arms[arm]?.positions[joint] ?? NaN));
     add(group, `${short} setpoint`, unit, (s) => scale * (s.arms[arm]?.setpoints[joint] ?? NaN));
     add(group, `${short} error`, unit, (s) => {

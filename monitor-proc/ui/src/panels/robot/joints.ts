@@ -4,6 +4,7 @@ import type { ArmSpec, JointSpec } from "../../net/protocol";
 import type { ArmState } from "../../net/snapshot";
 import type { Desk } from "../desk";
 import { el, setAttr, setText, setTitle } from "../dom";
+import { shortNames } from "../joint-names";
 
 /** Shares of the range, from a limit, that are near and very near. */
 const NEAR = 0.1;
@@ -84,12 +85,4 @@ function jointRow(joint: JointSpec, short: string, index: number, careful: boole
     clip.classList.toggle("on", now - clipped < CLIP_SHOWN_MS);
   };
   return { root, show };
-}
-
-/** Without what all have in front, the robot's name, and without `_joint` behind. */
-function shortNames(names: string[]): string[] {
-  const [first = ""] = names;
-  const robot = first.slice(0, first.indexOf("_") + 1);
-  const shared = names.every((name) => name.startsWith(robot));
-  return names.map((name) => name.slice(shared ? robot.length : 0).replace(/_joint$/, ""));
 }

@@ -26,11 +26,11 @@ export function taskTab(desk: Desk): HTMLElement {
       ["Events", eventLog(desk)],
       ["Values", valueTables(desk.store, choice)],
     ]),
-    editLine(desk),
+    editLine(desk, choice),
   );
 }
 
-function editLine(desk: Desk): HTMLElement {
+function editLine(desk: Desk, choice: GraphChoice): HTMLElement {
   const restart = button(desk, {
     label: "Restart task",
     class: "small",
@@ -39,16 +39,14 @@ function editLine(desk: Desk): HTMLElement {
     why: () => desk.cellRefusal(),
     run: () => desk.send({ do: "restart", process: "task" }),
   });
-  return el(
-    "p",
-    { class: "edit-line dim" },
-    el(
-      "span",
-      {},
-      "Edit descriptors as JSON in your editor (",
-      el("code", {}, "robocell schema tree"),
-      "); a restart takes them over.",
-    ),
-    restart,
-  );
+  const about = el("span", {});
+  const tell = () => {
+    const kind = choice.graph?.kind ?? "";
+    const [form, schema] = kind === "tree" ? ["JSON", "tree"] : ["TOML", "machine"];
+    const words = [`Edit descriptors as ${form} in your editor (`, el("code", {}, `robocell schema ${schema}`), "); a restart takes them over."];
+    about.replaceChildren(...(kind === "code" ? ["This policy is code; a restart begins it anew."] : words));
+  };
+  choice.on(tell);
+  tell();
+  return el("p", { class: "edit-line dim" }, about, restart);
 }
