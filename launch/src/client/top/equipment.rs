@@ -93,7 +93,7 @@ impl Names {
             Some(SupplyRefusal::None) | None => String::new(),
         };
         format!(
-            "belt       {runs}; {} bins came, {} refused{why}",
+            "belt       {runs}; bins: {} came, {} refused{why}",
             state.bins_supplied, state.supply_refusals
         )
     }
@@ -117,8 +117,8 @@ mod tests {
         (state.conveyor_speed, state.bins_supplied) = (0.3, 2);
         (state.parts_dropped, state.parts_waiting) = (12, 3);
         for (demo, words) in [
-            ("ur10-palletize", "runs at 0.30 m/s; 2 bins came"),
-            ("ur10-bin-stack", "runs at 0.30 m/s; 2 bins came"),
+            ("ur10-palletize", "runs at 0.30 m/s; bins: 2 came"),
+            ("ur10-bin-stack", "runs at 0.30 m/s; bins: 2 came"),
             ("ur10-fill-bin", "12 parts dropped, 3 still to fall"),
         ] {
             let names = names(demo);
