@@ -79,7 +79,7 @@ fn look_at(scenario: &str, start: impl FnOnce() -> (TestCell, String)) {
         .env("OPERATOR_LINK", cell.link());
     let said = finish(command);
     assert_eq!(said.code, 0, "{}{}", said.stdout, said.stderr);
-    print!("{}", said.stdout);
+    eprint!("{}", said.stdout);
 }
 
 const DEMOS: [&str; 6] = [
@@ -108,7 +108,7 @@ fn each_demo_is_drawn_where_physics_has_it() {
 #[ignore = "measures: for a quiet machine"]
 fn frame_rates() {
     for demo in DEMOS {
-        println!("{demo}");
+        eprintln!("{demo}");
         browse("frames", &[demo, "--paused"]);
     }
 }

@@ -52,9 +52,12 @@ fn doors() -> Story {
     story
 }
 
+/// Guards that were asked, and whether they held.
+type Asked<'a> = &'a [(&'a str, u32)];
+
 #[test]
 fn of_rows_that_lead_the_same_way_the_one_that_fired_is_named() {
-    let cases: [(&str, &[(&str, u32)], &str); 5] = [
+    let cases: [(&str, Asked<'_>, &str); 5] = [
         ("kick", &[], "kick"),
         (
             "pull",

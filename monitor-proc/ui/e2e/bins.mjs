@@ -91,11 +91,29 @@ async function firstBin(test, end_m) {
   return bin;
 }
 
-/** Opens or closes the cup with the button of the demo's own panel. */
+/** Presses the gripper's button on the demo's own panel; it says what it will do. */
 async function cup({ page, press, until }, to) {
   await page.getByRole("tab").last().click();
   await press(`robocell gripper ${to}`);
-  await until(`the cup is told to ${to}`, (r, held) => (r.store.snapshot.arms[0].held !== null) === held, to === "close");
+  await until(`the cup is switched ${to === "close" ? "on" : "off"}`, (r, on) => r.store.status.equipment.suction[0].on === on, to === "close");
+}
+
+/** Goes down to the face at `top` and closes the cup; a little lower where it found
+ * nothing, as a person would. */
+async function grip(test, [x, y, top], yaw) {
+  const { look, page } = test;
+  for (const gap_m of [GAP_M, 0, -GAP_M]) {
+    await lead(test, [x, y, top + gap_m], yaw);
+    await cup(test, "close");
+    for (const since = Date.now(); Date.now() - since < 3000; ) {
+      if ((await look((r) => r.store.snapshot.arms[0].held)) !== null) return;
+      await page.waitForTimeout(100);
+    }
+    await cup(test, "open");
+  }
+  const why = await look((r) => r.store.status.equipment.suction[0].refusal);
+  const tcp = await look((r) => [...r.store.snapshot.arms[0].tcp]);
+  throw new Error(`the cup at ${tcp} does not grip the face at ${[x, y, top]}: ${why}`);
 }
 
 /** Takes `bin` off the belt: down to it by numbers, up with it by the gizmo. */
@@ -103,8 +121,7 @@ async function take(test, bin, yaw) {
   const [x, y, z] = await bin.pose();
   const top = z + (await bin.face());
   await lead(test, [x, y, z + 0.3], yaw);
-  await lead(test, [x, y, top + GAP_M], yaw);
-  await cup(test, "close");
+  await grip(test, [x, y, top], yaw);
   await pullUp(test, 96);
   await test.until("the gizmo lifts the bin", (r, [bin, z]) => r.store.snapshot.objects[bin].pose[2] > z + 0.1, [bin.index, z]);
   return [x, y, z];

@@ -58,6 +58,8 @@ export function gripperIsClosed(desk: Desk): boolean {
   const gripper = desk.store.scene?.arms[desk.arm]?.gripper;
   if (!state || !gripper) return false;
   if (state.attached || state.held !== null) return true;
+  // Suction that found nothing stays on until somebody switches it off.
+  if (gripper.kind === "suction") return desk.store.status?.equipment?.suction[desk.arm]?.on === true;
   return gripper.max_width_m > 0 && state.width < OPEN_SHARE * gripper.max_width_m;
 }
 
