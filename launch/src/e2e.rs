@@ -3,7 +3,10 @@
 //! A private cell runs in real time; physics measures the age of the state a
 //! command was computed from when it applies that command, and controllers how
 //! late their cycles start. Both report figures over the last second; what is
-//! printed are their medians and the worst second.
+//! printed are their medians and the worst second. Then the task is killed again
+//! and again: how long until the next one decides.
+
+mod kills;
 
 use cell_model::bench_report::{Report, Row};
 use cell_rt::clock::monotonic_ns;
@@ -14,6 +17,7 @@ use ipc_types::topic::Process;
 use crate::cli::{Cli, Command};
 use crate::failure::{Code, Failure};
 use crate::run::{End, LiveCell, Plan};
+use kills::{Kills, Look, strike};
 
 /// What the bench runs.
 const DEMO: &str = "franka-stack";
@@ -86,7 +90,7 @@ fn lateness(health: &Health) -> [f64; 3] {
 /// Measures for `seconds` and prints.
 pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
     let live = LiveCell::start(plan()?)?;
-    let mut probe = Probe::default();
+    let (mut probe, mut kills) = (Probe::default(), Kills::default());
     let mut until = None;
     let end = live.stay(|live| {
         let now = monotonic_ns();
@@ -97,8 +101,9 @@ pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
             probe.next_ns = now + WARM_UP_NS;
             now + WARM_UP_NS + nanos(seconds)
         });
-        probe.look(now, live);
-        if now >= end_ns {
+        if now < end_ns {
+            probe.look(now, live);
+        } else if kills.turn(now, &look(live), strike) {
             live.stop();
         }
     });
@@ -108,7 +113,22 @@ pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
             message,
         });
     }
-    print(&probe, json)
+    print(&probe, kills, json)
+}
+
+/// What is known of the task.
+fn look(live: &LiveCell) -> Look {
+    let mut pids = live.pids().into_iter();
+    let pid = pids.find(|(process, _)| *process == Process::Task);
+    let pid = pid.and_then(|(_, pid)| pid);
+    // A pid is news before the health of that process is.
+    let health = live.watch().health(Process::Task);
+    let health = health.filter(|health| Some(health.pid) == pid);
+    let decision = live.watch().decision().map(|decision| decision.header);
+    Look {
+        task: health.map(|health| (health.pid, health.header.generation)),
+        decision: decision.map_or((0, 0), |header| (header.generation, header.publish_ns)),
+    }
 }
 
 #[expect(
@@ -132,8 +152,8 @@ fn plan() -> Result<Plan, Failure> {
     }
 }
 
-fn print(probe: &Probe, json: bool) -> Result<(), Failure> {
-    let note = "medians over seconds; p99.9: p99 of the worst second".to_owned();
+fn print(probe: &Probe, kills: Kills, json: bool) -> Result<(), Failure> {
+    let note = "lateness and age: medians over seconds; p99.9: p99 of the worst second".to_owned();
     let mut report = Report::new("e2e", probe.fifo, &[note]);
     report.rows = vec![
         probe
@@ -141,6 +161,7 @@ fn print(probe: &Probe, json: bool) -> Result<(), Failure> {
             .row("state age when its command is applied".to_owned()),
         probe.controller.row("controller lateness".to_owned()),
         probe.physics.row("physics lateness".to_owned()),
+        kills.into_row(),
     ];
     report
         .write(&mut std::io::stdout().lock(), json)
