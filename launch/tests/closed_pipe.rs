@@ -1,4 +1,5 @@
 //! What is piped into `head` ends quietly when `head` has enough.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::process::{Command, Stdio};
 

@@ -4,7 +4,7 @@
 
 use std::io::Write;
 use std::os::unix::process::CommandExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 /// Packages whose programs a cell needs.
@@ -17,6 +17,9 @@ const PACKAGES: [&str; 7] = [
     "cell-sim",
     "cell-assets",
 ];
+
+/// Tells `robocell` where the sources of the page are.
+const ENV_UI: &str = "ROBOCELL_UI_DIR";
 
 fn main() -> ExitCode {
     match build_and_become() {
@@ -54,10 +57,20 @@ fn build_and_become() -> Result<ExitCode, String> {
         return Ok(ExitCode::from(3));
     }
     let robocell = own.with_file_name("robocell");
-    let error = Command::new(&robocell)
-        .args(std::env::args_os().skip(1))
-        .exec();
+    let mut become_it = Command::new(&robocell);
+    become_it.args(std::env::args_os().skip(1));
+    // With CARGO_TARGET_DIR the programs lie outside of the checkout.
+    if std::env::var_os(ENV_UI).is_none() {
+        become_it.env(ENV_UI, page_sources());
+    }
+    let error = become_it.exec();
     Err(format!("{}: {error}", robocell.display()))
+}
+
+/// Directory of the page's sources in this checkout.
+fn page_sources() -> PathBuf {
+    let launch = Path::new(env!("CARGO_MANIFEST_DIR"));
+    launch.with_file_name("monitor-proc").join("ui")
 }
 
 /// Whether the first two words are `bench behavior`, whatever flags are among
@@ -70,6 +83,11 @@ fn wants_behavior_bench(arguments: impl Iterator<Item = String>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_page_is_found_wherever_cargo_builds() {
+        assert!(page_sources().join("package.json").is_file());
+    }
 
     #[test]
     fn the_bench_of_behaviours_is_built_when_it_is_asked_for() {
