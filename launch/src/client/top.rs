@@ -27,6 +27,11 @@ const FRAMES_FOR_PICTURES: usize = 13;
 /// Size of the frame printed by `--once`, in characters.
 const ONCE: (u16, u16) = (130, 30);
 
+/// Lines that can be in the log and still on their way.
+const OVERLAP: usize = 20;
+/// The log gives milliseconds.
+const HALF_A_TICK_S: f64 = 0.5e-3;
+
 /// What is drawn.
 pub(crate) struct View {
     pub(crate) session: Session,
@@ -63,8 +68,20 @@ impl View {
     pub(crate) fn update(&mut self) {
         self.picture.update();
         let trace = &mut self.trace;
-        self.lines.take_all(|line| trace.take(line));
+        self.lines.take_all(|line| {
+            if !was_read(trace, line) {
+                trace.take(line);
+            }
+        });
     }
+}
+
+/// Whether a line stands among the last ones already: what was said while the log
+/// was being read comes twice.
+fn was_read(trace: &Trace, line: &TraceLine) -> bool {
+    let time_s = line.header.sim_time_ns as f64 * 1.0e-9;
+    let mut newest = trace.log.iter().rev().take(OVERLAP);
+    newest.any(|(at, said)| (at - time_s).abs() < HALF_A_TICK_S && said == line.text.as_str())
 }
 
 /// Shows the cell until `q`, or prints one frame.
