@@ -122,27 +122,6 @@ fn grip(pressed: &[[f64; 2]]) -> Grip {
     best
 }
 
-/// Shapes of fixtures that links of `arm` touch, all but its base.
-pub(crate) fn with_fixtures(world: &PhysicsWorld, arm: &Arm) -> usize {
-    let links = arm.bodies.iter().skip(1);
-    let colliders = links.filter_map(|body| world.bodies.get(*body));
-    let colliders = colliders.flat_map(RigidBody::colliders);
-    let touched = colliders.map(|&collider| {
-        let pairs = world.narrow_phase.contact_pairs_with(collider);
-        let fixed = |pair: &&ContactPair| {
-            let other = if pair.collider1 == collider {
-                pair.collider2
-            } else {
-                pair.collider1
-            };
-            let tag = world.colliders.get(other).map(|c| Tag::decode(c.user_data));
-            pair.has_any_active_contact() && tag == Some(Tag::Fixture)
-        };
-        pairs.filter(fixed).count()
-    });
-    touched.sum()
-}
-
 /// Deepest penetration of any contact pair (m).
 pub(crate) fn deepest(world: &PhysicsWorld) -> f64 {
     let points = world

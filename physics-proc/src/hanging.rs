@@ -7,15 +7,13 @@ use crate::convert;
 use crate::settings::GRAVITY;
 use crate::tag::Tag;
 
-/// Force (N) and torque about `cup` (N·m, world frame) at rest of `object` and
-/// of all objects that touch it or one another; `None` where one of them touches
-/// something else, which may carry a part of it.
-pub(crate) fn load(
+/// `object` and all objects that touch it or one another; `None` where one of them
+/// touches something else, which may carry a part of it.
+pub(crate) fn with(
     engine: &PhysicsWorld,
     objects: &[RigidBodyHandle],
     object: usize,
-    cup: &Vector3<f64>,
-) -> Option<(f64, f64)> {
+) -> Option<Vec<usize>> {
     let mut reached = vec![object];
     let mut next = 0;
     while let Some(&object) = reached.get(next) {
@@ -28,8 +26,19 @@ pub(crate) fn load(
             }
         }
     }
+    Some(reached)
+}
+
+/// Force (N) and torque about `cup` (N·m, world frame) at rest of `object` and of
+/// all that hangs with it; `None` where something else may carry a part of it.
+pub(crate) fn load(
+    engine: &PhysicsWorld,
+    objects: &[RigidBodyHandle],
+    object: usize,
+    cup: &Vector3<f64>,
+) -> Option<(f64, f64)> {
     let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
-    for object in reached {
+    for object in with(engine, objects, object)? {
         let body = engine.bodies.get(*objects.get(object)?)?;
         let weight = Vector3::from(GRAVITY) * body.mass();
         force += weight;

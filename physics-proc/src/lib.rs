@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 mod arm;
+pub mod arm_contacts;
 mod beam;
 mod contacts;
 mod convert;
@@ -22,6 +23,7 @@ mod hanging;
 mod hash;
 mod measured;
 mod memory;
+mod momentum;
 mod objects;
 mod operate;
 mod panel;

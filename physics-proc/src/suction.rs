@@ -13,6 +13,7 @@ use rapier3d_f64::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::arm::Arm;
+use crate::memory::ArmMemory;
 use crate::settings::{SUBSTEPS, TICK_S};
 use crate::world::World;
 use crate::{convert, cup, hanging};
@@ -231,22 +232,43 @@ impl World {
         }
     }
 
-    /// Load on the cup in this tick. The engine keeps the impulses of the last
-    /// of its substeps; its angular rows are those of half an angle.
+    /// Notes what the load of the coming step is read from.
+    pub(crate) fn note_velocities(&mut self) {
+        let held = |arm: &ArmMemory| arm.suction.attached().is_some();
+        if self.memory.arms.iter().any(held) {
+            self.before.note(&self.engine, &self.objects);
+        }
+    }
+
+    /// Mean load on the cup in this tick: from the momentum of what hangs on it.
+    /// Where that touches something else, from the joint, of which the engine keeps
+    /// the last substep only: right at rest, a few percent low while the arm lifts.
     fn wrench(&mut self, index: usize) -> Option<Wrench> {
         let suction = &mut self.memory.arms[index].suction;
         let grip = suction.grip.as_ref()?;
-        let body = self.engine.bodies.get(*self.objects.get(grip.object)?)?;
+        let object = grip.object;
+        let body = self.engine.bodies.get(*self.objects.get(object)?)?;
         let joint = self.engine.impulse_joints.get(grip.joint);
         let Some(joint) = joint.filter(|_| body.is_enabled()) else {
             release(suction, &mut self.engine);
             return None;
         };
-        let scale = SUBSTEPS as f64 / TICK_S;
-        Some(std::array::from_fn(|row| {
-            let half = if row < 3 { 1.0 } else { 0.5 };
-            joint.impulses[row] * scale * half
-        }))
+        let of_joint = of_joint(joint);
+        let hanging = hanging::with(&self.engine, &self.objects, object);
+        let cup = self.arms[index].tcp(&self.engine);
+        let hanging = hanging.filter(|hanging| !self.others_hold(index, hanging));
+        let of_momentum = hanging.and_then(|hanging| {
+            self.before
+                .load(&self.engine, &self.objects, &hanging, &cup)
+        });
+        Some(of_momentum.unwrap_or(of_joint))
+    }
+
+    /// Whether the cup of another arm holds one of these objects.
+    fn others_hold(&self, index: usize, objects: &[usize]) -> bool {
+        let arms = self.memory.arms.iter().enumerate();
+        let mut others = arms.filter(|(arm, _)| *arm != index);
+        others.any(|(_, arm)| arm.suction.attached().is_some_and(|o| objects.contains(&o)))
     }
 
     /// Whether what hangs on the cup would break it at rest.
@@ -290,6 +312,15 @@ fn release(suction: &mut Suction, engine: &mut PhysicsWorld) {
     if let Some(grip) = suction.grip.take() {
         engine.impulse_joints.remove(grip.joint, true);
     }
+}
+
+/// Load by the joint's impulses; its angular rows are those of half an angle.
+fn of_joint(joint: &ImpulseJoint) -> Wrench {
+    let scale = SUBSTEPS as f64 / TICK_S;
+    std::array::from_fn(|row| {
+        let half = if row < 3 { 1.0 } else { 0.5 };
+        joint.impulses[row] * scale * half
+    })
 }
 
 /// A cup that is pressed on does not let go: along its axis (out of the cup)

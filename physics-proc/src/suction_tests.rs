@@ -5,150 +5,20 @@
     reason = "a test may fail, and say what it measured"
 )]
 
-use cell_model::{Cell, Data, Dynamics, Shape};
+mod hold;
+mod moving;
+mod touching;
+
+use cell_model::Shape;
+use ipc_types::OperatorRequest;
 use ipc_types::equipment::{BreakCause, BreakLimit, SuctionRefusal};
 use ipc_types::operator::OperatorAction;
 use ipc_types::world::OBJECT_TOUCHED;
-use ipc_types::{ArmCommand, GripperState, Header, OperatorRequest, Wire, WorldState};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
+use self::hold::{CELL, Hold};
 use crate::convert;
-use crate::world::{StepInput, World};
-
-const CELL: &str = r#"
-description = "A cup and a block"
-policies = ["x"]
-default_policy = "x"
-time_limit_s = 100.0
-camera = { eye_m = [2.0, 2.0, 2.0], target_m = [0.0, 0.0, 0.0] }
-task = { kind = "reach" }
-
-[[arm]]
-name = "ur10"
-robot = "ur10"
-base_position_m = [0.0, 0.0, 0.0]
-
-[[object]]
-name = "block"
-shape = { kind = "box", size_m = [0.1, 0.1, 0.1] }
-mass_kg = 1.0
-friction = 0.6
-position_m = [0.0, 0.0, 0.0]
-colour = [0.5, 0.5, 0.5]
-
-[[fixture]]
-name = "floor"
-shape = { kind = "box", size_m = [4.0, 4.0, 0.1] }
-position_m = [0.0, 0.0, -1.0]
-friction = 0.6
-obstacle = false
-colour = [0.5, 0.5, 0.5]
-"#;
-
-/// A block right before the cup, which points down.
-struct Hold {
-    world: World,
-    cell: Cell,
-    dynamics: Dynamics,
-    joints: Vec<f64>,
-    seq: u64,
-    suction: u32,
-}
-
-impl Hold {
-    /// `offset`: the block's centre from the cup across its axis (m); `gap`:
-    /// from the cup to the surface (m); `tilt`: of the block (rad).
-    fn new(mass: f64, offset: [f64; 2], gap: f64, tilt: f64) -> Self {
-        Self::with(CELL, |cell, cup| {
-            let object = &mut cell.objects[0];
-            object.mass = mass;
-            let centre = cup + Vector3::new(offset[0], offset[1], -gap - 0.05);
-            let tilt = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), tilt);
-            object.pose = Isometry3::from_parts(Translation3::from(centre), tilt);
-        })
-    }
-
-    /// A cell arranged for where its cup is.
-    fn with(text: &str, arrange: impl FnOnce(&mut Cell, Vector3<f64>)) -> Self {
-        let data = Data::embedded();
-        let mut cell = Cell::from_text(&data, "cup", "cup.toml", text, 1, None).unwrap();
-        let arm = &mut cell.arms[0];
-        let robot = &arm.robot;
-        let quarter = std::f64::consts::FRAC_PI_2;
-        arm.home = vec![-quarter, -quarter, -quarter, -quarter, quarter, 0.0];
-        let all = robot.with_arm_positions(&arm.home);
-        let tcp = robot.frame_pose(robot.tcp_frame, &all).unwrap();
-        let axis = tcp.rotation * robot.suction.as_ref().unwrap().axis;
-        assert!(axis.z < -0.999, "the cup points to {axis}");
-        arrange(&mut cell, tcp.translation.vector);
-        Self {
-            world: World::new(&cell).unwrap(),
-            dynamics: Dynamics::new(&cell.arms[0].robot),
-            joints: cell.arms[0].home.clone(),
-            cell,
-            seq: 0,
-            suction: 1,
-        }
-    }
-
-    fn command(&mut self) -> ArmCommand {
-        self.seq += 1;
-        let mut command = ArmCommand::zeroed();
-        command.header = Header::caused_by::<ArmCommand>(self.world.tick());
-        (command.header.generation, command.header.seq) = (1, self.seq);
-        command.joint_count = 6;
-        command.joint_positions[..6].copy_from_slice(&self.joints);
-        let gravity = Vector3::new(0.0, 0.0, -9.81);
-        let efforts = self
-            .dynamics
-            .inverse_dynamics(&self.joints, &[], &[], &gravity);
-        command.joint_efforts[..6].copy_from_slice(efforts);
-        command.gripper.suction = self.suction;
-        command
-    }
-
-    fn tick(&mut self) {
-        let command = self.command();
-        let mut input = StepInput::default();
-        input.commands[0] = Some(&command);
-        self.world.step(&input);
-    }
-
-    fn run(&mut self, ticks: u64) -> &mut Self {
-        (0..ticks).for_each(|_| self.tick());
-        self
-    }
-
-    /// Pulls with `force` (N, world) at a point of the block's top face `arm`
-    /// away from the cup (m, world) while it runs one tick.
-    fn pull(&mut self, force: Vector3<f64>, arm: Vector3<f64>) {
-        let point = self.world.arms[0]
-            .tcp(&self.world.engine)
-            .translation
-            .vector
-            + arm;
-        let body = self
-            .world
-            .engine
-            .bodies
-            .get_mut(self.world.objects[0])
-            .unwrap();
-        body.reset_forces(true);
-        body.reset_torques(true);
-        body.add_force_at_point(convert::to_vector(&force), convert::to_vector(&point), true);
-        self.tick();
-    }
-
-    fn state(&self) -> WorldState {
-        let mut state = WorldState::zeroed();
-        self.world.write_state(&mut state);
-        state
-    }
-
-    fn gripper(&self) -> GripperState {
-        self.state().arms[0].gripper
-    }
-}
+use crate::world::World;
 
 #[test]
 fn the_read_out_is_the_weight_on_the_axis_and_the_lever_off_it() {

@@ -10,10 +10,12 @@ use rmp::JointLimits;
 use thiserror::Error;
 
 use crate::arm::{Arm, DriveTarget};
+use crate::arm_contacts::{self, ArmContact};
 use crate::contacts::{self, Contacts};
 use crate::equipment::Equipment;
 use crate::measured::Measured;
 use crate::memory::Memory;
+use crate::momentum::Velocities;
 use crate::settings::{self, GRAVITY};
 use crate::{convert, objects, spawn, violations};
 
@@ -69,6 +71,8 @@ pub struct World {
     pub(crate) obstacles: Vec<bool>,
     pub(crate) equipment: Equipment,
     pub(crate) memory: Memory,
+    /// Of the objects before the last step, while a cup holds one.
+    pub(crate) before: Velocities,
     pub(crate) contacts: Contacts,
     pub(crate) measured: Vec<Measured>,
     /// By arm: what its drives were told in the last tick, by joint of the
@@ -120,6 +124,7 @@ impl World {
             obstacles: cell.objects.iter().map(|object| object.obstacle).collect(),
             equipment,
             memory: Memory::new(cell),
+            before: Velocities::default(),
             contacts: Contacts::new(arms.len(), objects.len()),
             measured: arms.iter().map(|arm| Measured::new(&arm.robot)).collect(),
             targets: arms
@@ -162,6 +167,7 @@ impl World {
         }
         self.run_equipment(input.decision);
         self.apply_drags();
+        self.note_velocities();
         self.step_engine();
         self.memory.tick += 1;
         self.read_quarantine();
@@ -185,12 +191,11 @@ impl World {
         contacts::deepest(&self.engine)
     }
 
-    /// Fixtures the links of an arm touch now, counted by pairs of shapes; the
-    /// base stands on one and does not count.
-    pub fn fixture_contacts(&self, arm: usize) -> usize {
+    /// What the links of an arm touch now; its base does not count.
+    pub fn arm_contacts(&self, arm: usize) -> Vec<ArmContact> {
         self.arms
             .get(arm)
-            .map_or(0, |arm| contacts::with_fixtures(&self.engine, arm))
+            .map_or_else(Vec::new, |spec| arm_contacts::of(&self.engine, arm, spec))
     }
 
     fn drive_arm(&mut self, index: usize, command: Option<&ArmCommand>) {

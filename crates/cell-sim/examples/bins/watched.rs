@@ -1,0 +1,83 @@
+//! A run that is looked after tick by tick.
+
+use cell_model::task_spec::TaskSpec;
+use cell_sim::{OneProcess, eval::template, run};
+use ipc_types::decision::Outcome;
+use ipc_types::operator::OperatorAction;
+use ipc_types::{ObjectState, OperatorRequest};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use crate::touches::Touches;
+
+/// A run and what was seen of it.
+pub struct Watched {
+    /// The cell.
+    pub sim: OneProcess,
+    /// What its task works with.
+    pub task: TaskSpec,
+    /// Bins the job is about.
+    pub bins: usize,
+    /// Contacts of the arm.
+    pub touches: Touches,
+    loud: bool,
+}
+
+impl Watched {
+    /// The task is started at once.
+    pub fn new(demo: &str, policy: &str, seed: u64) -> Self {
+        let mut spec = template(demo, policy);
+        spec.seed = seed;
+        spec.until_done = false;
+        let cell = run::cell_of(&spec).expect("the built-in cell");
+        spec.time_limit_s = Some(cell.time_limit_s);
+        let (bins, task) = (cell.bins, cell.task.clone());
+        let touches = Touches::new(&cell);
+        let mut sim = OneProcess::new(&spec, cell).expect("a cell that runs");
+        sim.operate(&OperatorRequest {
+            action: OperatorAction::TaskStart.code(),
+            ..OperatorRequest::zeroed_at_identity()
+        });
+        Self {
+            sim,
+            task,
+            bins,
+            touches,
+            loud: std::env::var_os("LINES").is_some(),
+        }
+    }
+
+    /// One tick; the log lines of it go to `on_line`. `false` at the end.
+    pub fn tick(&mut self, mut on_line: impl FnMut(&str)) -> bool {
+        let goes_on = self.sim.tick().expect("a tick");
+        for (tick, line) in self.sim.take_trace() {
+            on_line(&line);
+            if self.loud {
+                println!("{:9.3} {line}", tick as f64 * 1.0e-3);
+            }
+        }
+        self.touches.look(&self.sim, self.loud);
+        goes_on
+    }
+
+    /// What the task says of its end.
+    pub fn outcome(&self) -> Option<Outcome> {
+        Outcome::from_code(self.sim.decision().outcome)
+    }
+
+    /// Simulated time (s).
+    pub fn now_s(&self) -> f64 {
+        self.sim.state().header.tick as f64 * 1.0e-3
+    }
+
+    /// Commands beyond a limit.
+    pub fn violations(&self) -> u64 {
+        let arms = self.sim.state().arms().iter();
+        arms.map(|arm| arm.limit_violations).sum()
+    }
+}
+
+/// Height of an object's own z axis: 1 upright, -1 upside down.
+pub fn up(object: &ObjectState) -> f64 {
+    let [w, x, y, z] = object.pose.orientation_wxyz;
+    (UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)) * Vector3::z()).z
+}
