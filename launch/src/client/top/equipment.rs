@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn a_sensor_names_the_bin_in_it_and_a_refusal_its_reason() {
-        let names = names("ur10-palletize");
+        let names = names("ur10-bin-stack");
         let mut state = EquipmentState::zeroed();
         assert!(names.lines(&state).join("\n").contains("free"));
         state.sensors[0] = 1;
