@@ -116,8 +116,8 @@ fn frame_rates() {
 #[test]
 fn a_bin_set_down_by_hand_is_counted() {
     // By their seeds the first bin opens downward, and upward.
-    browse("manual", &["ur10-bin-stack", "--seed", "0"]);
-    browse("pallet", &["ur10-palletize", "--seed", "1"]);
+    browse("manual", &["ur10-bin-stack", "--paused", "--seed", "0"]);
+    browse("pallet", &["ur10-palletize", "--paused", "--seed", "1"]);
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn a_bin_left_on_the_flipping_station_by_hand_is_stacked_and_counted() {
         eprintln!("skipped: long; ROBOCELL_PAGE=all runs it");
         return;
     }
-    browse("flip", &["ur10-bin-stack", "--seed", "1"]);
+    browse("flip", &["ur10-bin-stack", "--paused", "--seed", "1"]);
 }
 
 #[test]

@@ -1,5 +1,5 @@
 // Bins stacked by hand on the page, and the buttons of their panels.
-import { TASK_PAUSED, flag } from "./flags.mjs";
+import { PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
 
 const DOWN_DEG = { roll: 0, pitch: 90 };
 /** How far the cup hangs over what it is to grip (m). */
@@ -69,13 +69,16 @@ class Bin {
   }
 }
 
-/** Waits until a bin rests where `y` is below `end_m`, and pauses the task. */
+/** Waits until the first bin rests where `y` is below `end_m`, and pauses the task.
+ * The cell waits for its start: no other bin has been moved. */
 async function firstBin(test, end_m) {
   const { page, look, until, press } = test;
   const here = (r, end) => {
     const at = r.store.snapshot.objects.findIndex(({ flags, pose }) => (flags & 1) !== 0 && pose[1] < end);
     return at;
   };
+  await press("robocell resume");
+  await until("the cell runs", noFlag(PAUSED));
   await press("robocell task start");
   await until("a bin lies at the end of the belt", `(r, end) => (${here})(r, end) >= 0`, end_m);
   await press("robocell task pause");
@@ -102,25 +105,29 @@ async function cup({ page, press, until }, to) {
  * nothing, as a person would. */
 async function grip(test, [x, y, top], yaw) {
   const { look, page } = test;
+  const tries = [];
   for (const gap_m of [GAP_M, 0, -GAP_M]) {
     await lead(test, [x, y, top + gap_m], yaw);
+    const answer = () => look((r) => ({ held: r.store.snapshot.arms[0].held, refusals: r.store.status.equipment.suction[0].refusals }));
+    const before = await answer();
     await cup(test, "close");
-    for (const since = Date.now(); Date.now() - since < 3000; ) {
-      if ((await look((r) => r.store.snapshot.arms[0].held)) !== null) return;
+    for (const since = Date.now(); Date.now() - since < 20_000; ) {
+      const { held, refusals } = await answer();
+      if (held !== null) return;
+      if (refusals > before.refusals) break;
       await page.waitForTimeout(100);
     }
+    tries.push(await look((r) => ({ tcp: r.store.snapshot.arms[0].tcp, ...r.store.status.equipment.suction[0] })));
     await cup(test, "open");
   }
-  const why = await look((r) => r.store.status.equipment.suction[0].refusal);
-  const tcp = await look((r) => [...r.store.snapshot.arms[0].tcp]);
-  throw new Error(`the cup at ${tcp} does not grip the face at ${[x, y, top]}: ${why}`);
+  throw new Error(`the cup does not grip the face at ${[x, y, top]}: ${JSON.stringify(tries)}`);
 }
 
 /** Takes `bin` off the belt: down to it by numbers, up with it by the gizmo. */
 async function take(test, bin, yaw) {
   const [x, y, z] = await bin.pose();
   const top = z + (await bin.face());
-  await lead(test, [x, y, z + 0.3], yaw);
+  await lead(test, [x, y, z + 0.3], yaw, { within: 0.02 });
   await grip(test, [x, y, top], yaw);
   await pullUp(test, 96);
   await test.until("the gizmo lifts the bin", (r, [bin, z]) => r.store.snapshot.objects[bin].pose[2] > z + 0.1, [bin.index, z]);
@@ -206,7 +213,8 @@ export async function flip(test) {
 
 /** A person palletizes a bin that stands upright; the automation counts it. */
 export async function pallet(test) {
-  const bin = await firstBin(test, 0.45);
+  // Not so near to the arm that it would have to fold itself.
+  const bin = await firstBin(test, 0.68);
   test.same("whether the first bin opens upward", await bin.opensUp(), true);
   const { slot_x_m, slot_y_m, slot_z_m } = await test.look((r) => r.store.scene.task);
   const turn = Math.PI / 2 + (await bin.along());
