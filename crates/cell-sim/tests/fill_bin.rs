@@ -3,15 +3,19 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use cell_model::run_spec::RunSpec;
+use cell_model::{Cell, Shape};
 use cell_sim::{OneProcess, eval::template, run};
 use ipc_types::decision::Outcome;
 use ipc_types::equipment::{BreakCause, BreakLimit};
 use ipc_types::world::OBJECT_ENABLED;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 const BIN: usize = 0;
 /// The floor, and how high the bin is held (m).
 const FLOOR_M: f64 = -0.59;
 const HELD_M: f64 = 0.3;
+/// Thickness of a plate that holds a bin up (m).
+const PLATE_M: f64 = 0.02;
 /// Between two kills of the task, where it is killed: no multiple of anything.
 const KILL_TICKS: u64 = 490;
 
@@ -34,7 +38,10 @@ struct Run {
 
 impl Run {
     fn new(spec: &RunSpec) -> Self {
-        let cell = run::cell_of(spec).unwrap();
+        Self::of(spec, run::cell_of(spec).unwrap())
+    }
+
+    fn of(spec: &RunSpec, cell: Cell) -> Self {
         Self {
             sim: OneProcess::new(spec, cell).unwrap(),
             lines: Vec::new(),
@@ -116,6 +123,41 @@ fn a_bin_that_is_pulled_out_of_reach_ends_the_job_with_that_reason() {
     assert_eq!(run.outcome(), Some(Outcome::Failed), "{:#?}", run.lines);
     let reason = run.sim.decision().reason;
     assert_eq!(reason.as_str(), "bin_out_of_reach");
+}
+
+/// A corner of three plates in which the bin stands on its own corner, each of its
+/// sides steeper than suction could take.
+fn on_its_corner(cell: &mut Cell) {
+    let diagonal = Vector3::new(1.0, 1.0, 1.0);
+    let turn = UnitQuaternion::rotation_between(&diagonal, &Vector3::z()).unwrap();
+    let pose = Isometry3::from_parts(Translation3::new(0.3, 0.7, -0.25), turn);
+    cell.objects[BIN].pose = pose;
+    let size = Vector3::new(0.30, 0.20, 0.135);
+    for axis in 0..3 {
+        let mut plate = cell.fixtures[0].clone();
+        let mut size_m: [f64; 3] = size.into();
+        size_m[axis] = PLATE_M;
+        let mut away = Vector3::zeros();
+        away[axis] = -0.5 * (size[axis] + PLATE_M) - 1.0e-4;
+        plate.name = format!("plate_{axis}");
+        plate.shape = Shape::Box { size_m };
+        plate.pose = pose * Translation3::from(away);
+        plate.obstacle = false;
+        cell.fixtures.push(plate);
+    }
+}
+
+#[test]
+fn a_bin_that_lies_at_an_angle_ends_the_job_with_that_reason() {
+    let spec = spec(2, "");
+    let mut cell = run::cell_of(&spec).unwrap();
+    on_its_corner(&mut cell);
+    let run = Run::of(&spec, cell).finish();
+    assert_eq!(run.outcome(), Some(Outcome::Failed), "{:#?}", run.lines);
+    let reason = run.sim.decision().reason;
+    assert_eq!(reason.as_str(), "bin_cannot_be_gripped");
+    let arm = &run.sim.state().arms()[0];
+    assert_eq!((arm.limit_violations, arm.gripper.suction), (0, 0));
 }
 
 #[test]
