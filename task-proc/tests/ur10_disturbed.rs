@@ -160,7 +160,7 @@ impl Disturbed {
 }
 
 fn disturb_all(place: &'static Place) {
-    for seed in 0..12 {
+    for seed in 0..8 {
         let mut job = Disturbed::new(place, seed);
         for _ in 0..4 {
             for _ in 0..2_000 {
@@ -185,6 +185,21 @@ fn bin_stacking_gets_done_whatever_happens() {
 #[test]
 fn filling_gets_done_whatever_happens() {
     disturb_all(&PLACES[2]);
+}
+
+#[test]
+fn a_task_restored_before_every_decision_decides_the_same() {
+    for place in &PLACES {
+        let (mut whole, mut restarted) = (World::new(place, 2), World::new(place, 2));
+        for step in 0..4_000 {
+            assert!(restarted.restart(None));
+            whole.step();
+            restarted.step();
+            assert_eq!(whole.decision, restarted.decision, "{}, {step}", place.demo);
+        }
+        assert_eq!(whole.lines, restarted.lines);
+        assert!(whole.lines.len() > 8, "{:?}", whole.lines);
+    }
 }
 
 #[test]

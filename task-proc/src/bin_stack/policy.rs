@@ -128,7 +128,6 @@ impl BinStack {
             turn.go_home()
         };
         if self.run.set(next) {
-            self.memory.since = observation.time();
             job.counters.phase_entry += 1;
         }
     }
@@ -208,6 +207,8 @@ impl Policy for BinStack {
         let Some(scene) = Scene::read(&setup, observation) else {
             return;
         };
+        // Whatever was in the way, the state has its time again.
+        self.memory.since = observation.time();
         if !self.goes_on(&scene, observation) {
             self.begin_from(scene, observation, job, out);
         }

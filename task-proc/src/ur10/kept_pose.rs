@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use super::pose;
 
+/// A quaternion of a cell file has four decimals: its norm is one up to this.
+const UNIT: f64 = 1.0e-4;
+
 /// A pose as plain data; in which frame, its field says.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KeptPose {
@@ -25,7 +28,7 @@ impl KeptPose {
     /// Whether a restored pose is one: a place in a cell, a unit quaternion.
     pub fn is_sound(&self) -> bool {
         let norm = nalgebra::Vector4::from(self.orientation_wxyz).norm();
-        within(&self.position, MAX_POSITION_M) && (norm - 1.0).abs() <= 1.0e-6
+        within(&self.position, MAX_POSITION_M) && (norm - 1.0).abs() <= UNIT
     }
 }
 
