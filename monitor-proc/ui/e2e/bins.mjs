@@ -9,10 +9,16 @@ const DEG = 180 / Math.PI;
 /** Leads the tool of the UR10 to a pose by the numbers of the robot tab. */
 async function lead({ page, until }, at, yaw_rad = 0, { within = 0.004, roll, pitch } = { ...DOWN_DEG }) {
   await page.getByRole("tab", { name: "Robot" }).click();
-  const turn = { roll: roll ?? DOWN_DEG.roll, pitch: pitch ?? DOWN_DEG.pitch, yaw: yaw_rad * DEG };
-  for (const [axis, name] of ["x", "y", "z"].entries()) await page.getByLabel(name, { exact: true }).fill(at[axis].toFixed(4));
+  const metres = ["x", "y", "z"].map((name, axis) => [name, at[axis].toFixed(4)]);
   // The cup, along x of its frame, looks down at first.
-  for (const [name, angle] of Object.entries(turn)) await page.getByLabel(name, { exact: true }).fill(angle.toFixed(2));
+  const turn = { roll: roll ?? DOWN_DEG.roll, pitch: pitch ?? DOWN_DEG.pitch, yaw: yaw_rad * DEG };
+  const degrees = Object.entries(turn).map(([name, angle]) => [name, angle.toFixed(2)]);
+  for (const [name, text] of [...metres, ...degrees]) {
+    const field = page.getByLabel(name, { exact: true });
+    // The form fills itself in once, with where the tool is.
+    do await field.fill(text);
+    while ((await field.inputValue()) !== text);
+  }
   await page.locator(".target-form button.primary").click();
   await until(
     `the tool is at ${at.map((x) => x.toFixed(3))}`,
