@@ -107,6 +107,15 @@ async function cup({ page, press, until }, to) {
   await until(`the cup is switched ${to === "close" ? "on" : "off"}`, (r, on) => r.store.status.equipment.suction[0].on === on, to === "close");
 }
 
+/** Waits until the tool has come to rest: what it is still off it would push with. */
+async function rest({ look, page }) {
+  const tcp = () => look((r) => r.store.snapshot.arms[0].tcp.slice(0, 3));
+  for (let [before, now] = [[9, 9, 9], await tcp()]; now.some((x, axis) => Math.abs(x - before[axis]) > 1e-4); ) {
+    await page.waitForTimeout(700);
+    [before, now] = [now, await tcp()];
+  }
+}
+
 /** Goes down to the face at `top` and closes the cup; a little lower where it found
  * nothing, as a person would. */
 async function grip(test, [x, y, top], yaw) {
@@ -114,6 +123,7 @@ async function grip(test, [x, y, top], yaw) {
   const tries = [];
   for (const gap_m of [GAP_M, 0, -GAP_M]) {
     await lead(test, [x, y, top + gap_m], yaw);
+    await rest(test);
     const answer = () => look((r) => ({ held: r.store.snapshot.arms[0].held, refusals: r.store.status.equipment.suction[0].refusals }));
     const before = await answer();
     await cup(test, "close");
