@@ -67,8 +67,8 @@ impl Touches {
             return None;
         }
         let decision = sim.decision();
-        let placed = decision.placed.iter().take(decision.placed_count as usize);
-        let stands = placed.into_iter().any(|place| *place as usize == index);
+        let mut placed = decision.placed.iter().take(decision.placed_count as usize);
+        let stands = placed.any(|place| *place as usize == index);
         // A cup comes to a bin and leaves it with its face.
         if contact.at_cup && (!stands || self.last_held == Some(index)) {
             return None;
