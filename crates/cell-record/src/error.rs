@@ -76,6 +76,7 @@ impl RecordError {
         }
     }
 
+    #[expect(clippy::needless_pass_by_value, reason = "as `map_err` hands it over")]
     pub(crate) fn write(source: std::io::Error) -> Self {
         Self::Write(source.to_string())
     }
