@@ -177,7 +177,7 @@ fn ticks_between(from: &Pose, to: &Pose, speed: f64, turn: f64) -> u64 {
 pub(super) fn rest(setup: &BinStackSetup) -> Pose {
     Pose {
         position: setup.task.rest_position_m,
-        // Four decimals, not quite a unit quaternion: the glide there makes it one.
+        // Four decimals, not quite a unit quaternion: the motion makes it one.
         orientation_wxyz: setup.task.rest_orientation_wxyz,
     }
 }

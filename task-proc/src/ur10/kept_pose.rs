@@ -54,10 +54,10 @@ impl From<&Isometry3<f64>> for KeptPose {
 
 impl From<KeptPose> for Pose {
     fn from(kept: KeptPose) -> Self {
-        Self {
+        pose::with_unit_quaternion(&Self {
             position: kept.position,
             orientation_wxyz: kept.orientation_wxyz,
-        }
+        })
     }
 }
 

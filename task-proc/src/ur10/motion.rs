@@ -132,7 +132,7 @@ impl Motion {
     pub fn target(&self, now: PolicyTime) -> Option<Pose> {
         let pose = self.path.first()?.pose();
         let Some(glide) = self.glide else {
-            return Some(pose);
+            return Some(pose::with_unit_quaternion(&pose));
         };
         Some(pose::between(&glide.from.into(), &pose, self.part(now)))
     }

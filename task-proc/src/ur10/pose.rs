@@ -19,6 +19,19 @@ pub fn wxyz(rotation: &UnitQuaternion<f64>) -> [f64; 4] {
     [rotation.w, rotation.i, rotation.j, rotation.k]
 }
 
+/// The pose with a unit quaternion, as messages want it: that of a cell file has
+/// four decimals. One that is a unit stays what it is, bit by bit.
+pub fn with_unit_quaternion(pose: &Pose) -> Pose {
+    let norm = nalgebra::Vector4::from(pose.orientation_wxyz).norm();
+    if (norm - 1.0).abs() < 1.0e-9 {
+        return *pose;
+    }
+    Pose {
+        orientation_wxyz: wxyz(&rotation(pose.orientation_wxyz)),
+        ..*pose
+    }
+}
+
 /// A pose to calculate with.
 pub fn isometry(pose: &Pose) -> Isometry3<f64> {
     let [x, y, z] = pose.position;
