@@ -252,7 +252,7 @@ fn a_damaged_record_is_refused_or_gone_on_from() {
             assert!(!other.restart(Some(&whole[..cut])), "cut at {cut}");
             let mut record = whole.clone();
             damage(&mut record, &mut random);
-            *other.state = (*world.state).clone();
+            *other.state = *world.state;
             if other.restart(Some(&record)) {
                 taken += 1;
             } else {
