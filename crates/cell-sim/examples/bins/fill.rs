@@ -11,7 +11,7 @@ use crate::watched::Watched;
 /// Runs every seed; whether each ended done or failed for one of the two named
 /// reasons, at most a third of them so, and the arm kept all limits and touched
 /// nothing.
-pub fn series(seeds: RangeInclusive<u64>) -> bool {
+pub(crate) fn series(seeds: RangeInclusive<u64>) -> bool {
     let mut ends = BTreeMap::<String, u32>::new();
     let mut breaks = BTreeMap::<String, u32>::new();
     let (mut good, mut done, mut all) = (0, 0, 0);

@@ -25,7 +25,7 @@ struct Series {
 }
 
 /// Runs every seed; whether all were good.
-pub fn series(demo: &str, seeds: RangeInclusive<u64>) -> bool {
+pub(crate) fn series(demo: &str, seeds: RangeInclusive<u64>) -> bool {
     let (mut good, mut all) = (0, 0);
     for seed in seeds {
         let (is_good, line) = one(demo, seed);

@@ -16,7 +16,7 @@ struct Touch {
 }
 
 /// Contacts of a run.
-pub struct Touches {
+pub(crate) struct Touches {
     fixtures: Vec<String>,
     objects: Vec<String>,
     /// What the cup held last: its face may touch that.
@@ -27,7 +27,7 @@ pub struct Touches {
 
 impl Touches {
     /// None yet.
-    pub fn new(cell: &Cell) -> Self {
+    pub(crate) fn new(cell: &Cell) -> Self {
         let solid = cell.fixtures.iter().filter(|fixture| fixture.solid);
         Self {
             fixtures: solid.map(|fixture| fixture.name.clone()).collect(),
@@ -39,12 +39,12 @@ impl Touches {
 
     /// Whether the arm touched a fixture, or a bin in any way but coming to it and
     /// leaving it with the face of its cup.
-    pub fn any(&self) -> bool {
+    pub(crate) fn any(&self) -> bool {
         !self.seen.is_empty()
     }
 
     /// Looks at the present state.
-    pub fn look(&mut self, sim: &OneProcess, loud: bool) {
+    pub(crate) fn look(&mut self, sim: &OneProcess, loud: bool) {
         let held = sim.state().arms()[0].gripper.held_object as usize;
         self.last_held = held.checked_sub(1).or(self.last_held);
         for contact in sim.plant().world().arm_contacts(0) {

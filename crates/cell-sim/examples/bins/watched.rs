@@ -10,21 +10,21 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use crate::touches::Touches;
 
 /// A run and what was seen of it.
-pub struct Watched {
+pub(crate) struct Watched {
     /// The cell.
-    pub sim: OneProcess,
+    pub(crate) sim: OneProcess,
     /// What its task works with.
-    pub task: TaskSpec,
+    pub(crate) task: TaskSpec,
     /// Bins the job is about.
-    pub bins: usize,
+    pub(crate) bins: usize,
     /// Contacts of the arm.
-    pub touches: Touches,
+    pub(crate) touches: Touches,
     loud: bool,
 }
 
 impl Watched {
     /// The task is started at once.
-    pub fn new(demo: &str, policy: &str, seed: u64) -> Self {
+    pub(crate) fn new(demo: &str, policy: &str, seed: u64) -> Self {
         let mut spec = template(demo, policy);
         spec.seed = seed;
         spec.until_done = false;
@@ -47,7 +47,7 @@ impl Watched {
     }
 
     /// One tick; the log lines of it go to `on_line`. `false` at the end.
-    pub fn tick(&mut self, mut on_line: impl FnMut(&str)) -> bool {
+    pub(crate) fn tick(&mut self, mut on_line: impl FnMut(&str)) -> bool {
         let goes_on = self.sim.tick().expect("a tick");
         for (tick, line) in self.sim.take_trace() {
             on_line(&line);
@@ -60,24 +60,24 @@ impl Watched {
     }
 
     /// What the task says of its end.
-    pub fn outcome(&self) -> Option<Outcome> {
+    pub(crate) fn outcome(&self) -> Option<Outcome> {
         Outcome::from_code(self.sim.decision().outcome)
     }
 
     /// Simulated time (s).
-    pub fn now_s(&self) -> f64 {
+    pub(crate) fn now_s(&self) -> f64 {
         self.sim.state().header.tick as f64 * 1.0e-3
     }
 
     /// Commands beyond a limit.
-    pub fn violations(&self) -> u64 {
+    pub(crate) fn violations(&self) -> u64 {
         let arms = self.sim.state().arms().iter();
         arms.map(|arm| arm.limit_violations).sum()
     }
 }
 
 /// Height of an object's own z axis: 1 upright, -1 upside down.
-pub fn up(object: &ObjectState) -> f64 {
+pub(crate) fn up(object: &ObjectState) -> f64 {
     let [w, x, y, z] = object.pose.orientation_wxyz;
     (UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)) * Vector3::z()).z
 }
