@@ -12,10 +12,13 @@ extern "C" fn on_signal(_signal: libc::c_int) {
     STOP.store(true, Ordering::Release);
 }
 
-/// Makes SIGTERM and SIGINT set the flag of [`stop_requested`] in place of
-/// ending the process. Blocking calls return early (`EINTR`) when one arrives.
+/// Makes SIGTERM, SIGINT and SIGHUP (its terminal was closed; not under `nohup`)
+/// set the flag of [`stop_requested`] in place of ending the process. Blocking calls return early (`EINTR`) when one arrives.
 pub fn install_stop_handler() -> io::Result<()> {
-    for signal in [libc::SIGTERM, libc::SIGINT] {
+    for signal in [libc::SIGTERM, libc::SIGINT, libc::SIGHUP] {
+        if signal == libc::SIGHUP && is_ignored(signal)? {
+            continue;
+        }
         // SAFETY: sigaction is plain data, all zeros is a value of it.
         let mut action: libc::sigaction = unsafe { core::mem::zeroed() };
         action.sa_sigaction = on_signal as extern "C" fn(libc::c_int) as libc::sighandler_t;
@@ -30,6 +33,17 @@ pub fn install_stop_handler() -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+fn is_ignored(signal: libc::c_int) -> io::Result<bool> {
+    // SAFETY: sigaction is plain data, all zeros is a value of it.
+    let mut action: libc::sigaction = unsafe { core::mem::zeroed() };
+    // SAFETY: no new action is set; the old one is written to a live value.
+    let result = unsafe { libc::sigaction(signal, core::ptr::null(), &raw mut action) };
+    if result != 0 {
+        return Err(io::Error::last_os_error());
+    }
+    Ok(action.sa_sigaction == libc::SIG_IGN)
 }
 
 /// Whether somebody asked this process to end.

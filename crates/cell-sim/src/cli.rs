@@ -1,7 +1,7 @@
 //! The command line of `cell-sim`; people use `robocell`, which passes on what
 //! stands here.
-#![allow(clippy::print_stdout, reason = "the results go to stdout")]
 
+use std::io::Write as _;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -119,6 +119,11 @@ enum BehaviourVerb {
     },
 }
 
+/// Prints a line. Whom it is for may have gone (`| head`): that is no failure.
+fn say(line: std::fmt::Arguments<'_>) {
+    writeln!(std::io::stdout().lock(), "{line}").ok();
+}
+
 fn kind(word: &str) -> Result<Kind, String> {
     match word {
         "bt" => Ok(Kind::Tree),
@@ -146,7 +151,7 @@ pub(crate) fn run() -> Result<ExitCode, SimError> {
             let spec = RunSpec::load(&spec)?;
             let summary = run::to_the_end(&spec, |tick, line| {
                 if !json {
-                    println!("{:9.3} s  {line}", tick as f64 * 1.0e-3);
+                    say(format_args!("{:9.3} s  {line}", tick as f64 * 1.0e-3));
                 }
             })?;
             print_summary(&summary);
@@ -175,7 +180,7 @@ pub(crate) fn run() -> Result<ExitCode, SimError> {
         Command::Behaviour { verb } => look(verb),
         Command::Schema { what } => {
             let schema = behaviour::schema(&what)?;
-            println!("{schema:#}");
+            say(format_args!("{schema:#}"));
             Ok(ExitCode::SUCCESS)
         }
         Command::Verify { file, data, json } => {
@@ -201,14 +206,21 @@ fn look(verb: BehaviourVerb) -> Result<ExitCode, SimError> {
         } => {
             let data = data.map_or_else(Data::embedded, Data::dir);
             let graphs = behaviour::graphs(kind, &what, policy.as_deref(), &data)?;
-            println!("{}", behaviour::draw(&graphs, &format).trim_end());
+            say(format_args!(
+                "{}",
+                behaviour::draw(&graphs, &format).trim_end()
+            ));
         }
         BehaviourVerb::Check { kind, file } => {
             let findings = behaviour::check(kind, &file)?;
             for finding in &findings {
-                println!("warning: {finding}");
+                say(format_args!("warning: {finding}"));
             }
-            println!("{}: no errors, {} warnings", file.display(), findings.len());
+            say(format_args!(
+                "{}: no errors, {} warnings",
+                file.display(),
+                findings.len()
+            ));
         }
     }
     Ok(ExitCode::SUCCESS)
@@ -219,7 +231,7 @@ fn evaluate(plan: &eval::Plan, json: bool) -> Result<ExitCode, SimError> {
         if json {
             print_summary(row);
         } else {
-            println!(
+            say(format_args!(
                 "seed {:5}  {:8}  {:6.2} s  placed {}  drops {}  resyncs {}  aborts {}  violations {}  {}",
                 row.seed,
                 format!("{:?}", row.outcome).to_lowercase(),
@@ -230,11 +242,11 @@ fn evaluate(plan: &eval::Plan, json: bool) -> Result<ExitCode, SimError> {
                 row.aborts,
                 row.limit_violations,
                 row.reason.as_deref().unwrap_or_default(),
-            );
+            ));
         }
     })?;
     if !json {
-        println!("{done} of {all} done");
+        say(format_args!("{done} of {all} done"));
     }
     Ok(code(done == all))
 }
@@ -249,19 +261,19 @@ fn code(done: bool) -> ExitCode {
 
 fn print_report(report: &Report, json: bool) {
     if !json {
-        println!("{report}");
+        say(format_args!("{report}"));
         return;
     }
     let verdict = report.verdict();
-    println!(
+    say(format_args!(
         "{}",
         serde_json::json!({ "verdict": verdict, "report": report })
-    );
+    ));
 }
 
 fn print_summary(summary: &RunSummary) {
     match serde_json::to_string(summary) {
-        Ok(line) => println!("{line}"),
+        Ok(line) => say(format_args!("{line}")),
         Err(error) => eprintln!("cell-sim: the summary cannot be written: {error}"),
     }
 }

@@ -52,7 +52,7 @@ pub(crate) fn ready(live: &LiveCell) {
     say::line(format_args!(
         "Ctrl-C stops it. From another terminal, with `robocell ...{cell}`:\n  \
          top | status | logs -f | pause | resume | step N | reset | restart task | down\n  \
-         drag OBJECT --to X Y Z | task pause | target X Y Z | gripper open"
+         drag OBJECT --to X Y Z | task start | task pause | target X Y Z | gripper open"
     ));
 }
 

@@ -3,13 +3,15 @@
 use std::os::unix::fs::DirBuilderExt;
 
 use super::plan::Plan;
-use crate::failure::{Context, Failure};
+use crate::failure::{Code, Context, Failure};
 use crate::rundir::{RunDir, base};
 use crate::sim;
 
 /// Runs `plan` in one process. It needs no shared memory and no name, so many
 /// can run side by side.
 pub(crate) fn run(plan: &Plan, json: bool) -> Result<(), Failure> {
+    // Ctrl-C reaches the other program, too; ours stays to tidy up.
+    cell_rt::signal::install_stop_handler().cannot("listen to signals")?;
     let dir = RunDir::at(base().join(format!(".one-{}", std::process::id())));
     std::fs::DirBuilder::new()
         .recursive(true)
@@ -31,5 +33,11 @@ pub(crate) fn run(plan: &Plan, json: bool) -> Result<(), Failure> {
             sim::run(&arguments)
         });
     std::fs::remove_dir_all(dir.path()).ok();
+    if cell_rt::signal::stop_requested() {
+        return Err(Failure {
+            code: Code::GaveUp,
+            message: "stopped before its end".to_owned(),
+        });
+    }
     result
 }

@@ -1,0 +1,12 @@
+//! A terminal that is closed asks what ran in it to end.
+
+use cell_rt::signal::{install_stop_handler, stop_requested};
+
+#[test]
+fn a_closed_terminal_is_a_request_to_end() {
+    install_stop_handler().unwrap();
+    assert!(!stop_requested());
+    // SAFETY: the signal's handler was installed and only touches atomics.
+    assert_eq!(unsafe { libc::raise(libc::SIGHUP) }, 0);
+    assert!(stop_requested());
+}
