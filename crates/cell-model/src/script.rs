@@ -140,11 +140,16 @@ pub struct ScriptLine {
     pub action: ScriptAction,
 }
 
+/// For those who wrote a line that cannot be read.
+const EXAMPLE: &str =
+    r#"{"at_s": 12.0, "do": "drag", "object": "blue_cube", "to": [0.5, -0.2, 0.025]}"#;
+
+/// Most parts a line may drop at a time.
+const MAX_PARTS: f64 = 100.0;
+
 /// A line that cannot be used.
 #[derive(Debug, thiserror::Error)]
-#[error(
-    "{file}:{line}: {problem}; a line looks like {{\"at_s\": 12.0, \"do\": \"drag\", \"object\": \"blue_cube\", \"to\": [0.5, -0.2, 0.025]}}"
-)]
+#[error("{file}:{line}: {problem}")]
 pub struct ScriptError {
     file: String,
     line: usize,
@@ -183,7 +188,9 @@ fn parse_with(
             line: index + 1,
             problem,
         };
-        let parsed = parse_line(line).map_err(fail)?;
+        let parsed = parse_line(line)
+            .map_err(|problem| fail(format!("{problem}; a line looks like {EXAMPLE}")))?;
+        check(&parsed.trigger, &parsed.action).map_err(fail)?;
         also(&parsed).map_err(fail)?;
         lines.push(parsed);
     }
@@ -213,7 +220,6 @@ fn parse_line(line: &str) -> Result<ScriptLine, String> {
     let trigger: Trigger = serde_json::from_value(part(true).into()).map_err(|e| e.to_string())?;
     let action: ScriptAction =
         serde_json::from_value(part(false).into()).map_err(|e| e.to_string())?;
-    check(&trigger, &action)?;
     Ok(ScriptLine { trigger, action })
 }
 
@@ -241,6 +247,7 @@ fn check(trigger: &Trigger, action: &ScriptAction) -> Result<(), String> {
             script_check::process_word(process)?;
             within("for_s", *for_s, 0.001, 3600.0)
         }
+        ScriptAction::DropParts { count } => within("count", f64::from(*count), 0.0, MAX_PARTS),
         ScriptAction::Kill { process } => script_check::process_word(process),
         ScriptAction::Target { position, .. } => position
             .iter()

@@ -125,6 +125,10 @@ mod tests {
         let three = r#"{"at_s": 1, "do": "gripper", "to": "open", "arm": 2}"#;
         let error = parse_for(three, "s", &two).unwrap_err().to_string();
         assert!(error.contains("0 (left), 1 (right)"), "{error}");
+        let many = r#"{"at_s": 1, "do": "drop_parts", "count": 1000}"#;
+        let error = parse_for(many, "s", &load("ur10-fill-bin")).unwrap_err();
+        let said = "s:1: count is 1000, allowed is 0 to 100";
+        assert_eq!(error.to_string(), said);
         let all = r#"{"at_s": 1, "do": "kill", "process": "controller"}"#;
         assert!(parse_for(all, "s", &one).is_ok());
     }

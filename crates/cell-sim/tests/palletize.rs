@@ -2,6 +2,7 @@
 //! those that came upside down went over the jig.
 #![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
 
+use cell_model::script::parse_for;
 use cell_sim::{OneProcess, eval::template, run};
 use ipc_types::decision::Outcome;
 use ipc_types::world::{OBJECT_ENABLED, ObjectState};
@@ -26,11 +27,16 @@ fn up(object: &ObjectState) -> f64 {
 
 impl Run {
     fn new(bins: u32) -> Self {
+        Self::with_script(bins, SEED, "")
+    }
+
+    fn with_script(bins: u32, seed: u64, script: &str) -> Self {
         let mut spec = template("ur10-palletize", "table");
-        spec.seed = SEED;
+        spec.seed = seed;
         spec.bins = Some(bins);
         spec.time_limit_s = Some(60.0 * f64::from(bins));
         let cell = run::cell_of(&spec).expect("the built-in cell");
+        spec.script = parse_for(script, "test", &cell).expect("a script");
         let sim = OneProcess::new(&spec, cell).expect("a cell that runs");
         let upside_down = vec![None; bins as usize];
         Self {
@@ -98,4 +104,25 @@ fn a_task_killed_again_and_again_changes_nothing() {
     assert!(killed.sim.task_restarts() > 10);
     let hash = |run: &Run| run.sim.state().state_hash;
     assert_eq!(hash(&plain), hash(&killed));
+}
+
+/// Where the straight way to the pallet passes the arm's own base, and the arm
+/// stops short of it.
+#[test]
+fn a_bin_the_operator_led_to_the_far_side_still_comes_to_its_place() {
+    for [x, y, z] in [[0.6, 0.0, 0.5], [0.7, 0.3, 0.3]] {
+        let script = format!(
+            "{{\"at_s\":9,\"do\":\"task_pause\"}}\n\
+             {{\"at_s\":9.5,\"do\":\"target\",\"position\":[{x},{y},{z}]}}\n\
+             {{\"at_s\":12,\"do\":\"task_resume\"}}\n"
+        );
+        let mut run = Run::with_script(1, 1, &script);
+        while run.tick() {}
+        let decision = run.sim.decision();
+        let outcome = Outcome::from_code(decision.outcome);
+        assert_eq!(outcome, Some(Outcome::Done), "{:#?}", run.lines);
+        assert_eq!((decision.drops, decision.placed_count), (0, 1));
+        assert!(run.said("[missed] bin_01: ReachToPlace") > 0);
+        assert_eq!(run.sim.state().arms()[0].limit_violations, 0);
+    }
 }

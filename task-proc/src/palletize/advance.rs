@@ -4,7 +4,7 @@ use super::geometry::{Lie, lie};
 use super::policy::Palletizer;
 use super::progress::{Judge, Progress};
 use super::record::{Work, WorkKind};
-use super::steps::Step;
+use super::steps::{Sequence, Step};
 use super::table::{State, Trigger};
 use super::tick::Tick;
 use crate::job::{Failure, Job};
@@ -103,7 +103,7 @@ impl Palletizer {
             slot: None,
             creep: [0.0; 2],
         };
-        if matches!(kind, WorkKind::Place | WorkKind::PlaceFromBelt) {
+        if matches!(work.kind.sequence(), Sequence::Place { .. }) {
             tick.choose_place(&mut work);
             if work.slot.is_none() {
                 job.failure = Some(Failure::BinCannotBePlaced);
@@ -152,7 +152,7 @@ impl Palletizer {
                 Trigger::PickDone
             }
             WorkKind::Flip => Trigger::FlipDone,
-            WorkKind::Place | WorkKind::PlaceFromBelt => {
+            WorkKind::Place | WorkKind::PlaceFromBelt | WorkKind::PlaceFromHome => {
                 tick.judge_place(work, job, out);
                 Trigger::PlaceDone
             }
@@ -199,12 +199,13 @@ impl Palletizer {
         job.counters.recoveries += 1;
         let holding = work.kind.sequence().holds(work.step);
         let again = tick.count_failure(work, job) < tick.setup.numbers.max_attempts;
-        // With a bin on the cup there is no other way to try.
-        if holding || !again || failure == Failure::GripperBlocked {
+        if !again || failure == Failure::GripperBlocked {
             job.failure = Some(failure);
-            return;
+        } else if holding {
+            self.bring(work.bin, WorkKind::PlaceFromHome, tick, job, out);
+        } else {
+            self.back_to_idle(tick, job, out);
         }
-        self.back_to_idle(tick, job, out);
     }
 
     pub(super) fn back_to_idle(&mut self, tick: &Tick<'_>, job: &mut Job, out: &mut Output) {
@@ -223,11 +224,23 @@ impl Palletizer {
             tick.setup.name(bin)
         ));
         job.counters.recoveries += 1;
+        self.bring(bin, WorkKind::Place, tick, job, out);
+    }
+
+    /// The bin on the cup to the jig, or to its place by `way`.
+    fn bring(
+        &mut self,
+        bin: usize,
+        way: WorkKind,
+        tick: &Tick<'_>,
+        job: &mut Job,
+        out: &mut Output,
+    ) {
         let turned = tick.facts(Some(bin)).needs_flip;
         let (state, kind) = if turned {
             (State::Flipping, WorkKind::Flip)
         } else {
-            (State::Placing, WorkKind::Place)
+            (State::Placing, way)
         };
         self.states.set(state, "on the cup", out);
         self.begin(bin, kind, tick, job);

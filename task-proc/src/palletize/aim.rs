@@ -41,9 +41,7 @@ pub(super) fn motion(
         Step::TimedLift | Step::LiftToClearance => {
             Some(lift(setup, work, height(setup, scene, work)))
         }
-        Step::OrientToHome if work.kind == WorkKind::Flip && work.step > 0 => {
-            Some(home_by_joints(setup))
-        }
+        Step::OrientToHome if is_by_joints(work) => Some(home_by_joints(setup)),
         Step::OrientToHome => Some(home(setup)),
         Step::SwingOut => Some(swing_out(setup, work)),
         Step::MoveToFlipStation => Some(flip(setup)),
@@ -51,6 +49,16 @@ pub(super) fn motion(
         Step::LeaveFlipStation => Some(leave(setup, work)),
         Step::ReachToPlace => Some(place(setup, work)),
         _ => None,
+    }
+}
+
+/// Whether the rest pose is reached joint by joint: from the jig the tool points
+/// up, and where the straight way failed the arm may be wound up.
+fn is_by_joints(work: &Work) -> bool {
+    match work.kind {
+        WorkKind::Flip => work.step > 0,
+        WorkKind::PlaceFromHome => work.step == 0,
+        _ => false,
     }
 }
 

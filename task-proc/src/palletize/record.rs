@@ -4,7 +4,7 @@ use ipc_types::validate::MAX_JOINT_POSITION;
 use serde::{Deserialize, Serialize};
 
 use super::setup::PalletizeSetup;
-use super::steps::Sequence;
+use super::steps::{Sequence, Way};
 use crate::time::PolicyTime;
 use crate::ur10::{JOINTS, KeptPose, MAX_APPROACH_M, within};
 
@@ -62,6 +62,8 @@ pub(super) enum WorkKind {
     Place,
     /// Set one down that comes from the belt.
     PlaceFromBelt,
+    /// Set one down that did not come to its place: over the rest pose.
+    PlaceFromHome,
 }
 
 impl WorkKind {
@@ -71,8 +73,9 @@ impl WorkKind {
             Self::Pick => Sequence::Pick { flipped: false },
             Self::PickFlipped => Sequence::Pick { flipped: true },
             Self::Flip => Sequence::Flip,
-            Self::Place => Sequence::Place { swings: false },
-            Self::PlaceFromBelt => Sequence::Place { swings: true },
+            Self::Place => Sequence::Place { way: Way::Straight },
+            Self::PlaceFromBelt => Sequence::Place { way: Way::Around },
+            Self::PlaceFromHome => Sequence::Place { way: Way::Home },
         }
     }
 }

@@ -90,6 +90,26 @@ const SWING_AND_PLACE: &[Step] = &[
     OrientToHome,
 ];
 
+const HOME_AND_PLACE: &[Step] = &[
+    OrientToHome,
+    ReachToPlace,
+    WaitAtPlace,
+    OpenSuctionGripper,
+    TimedLift,
+    OrientToHome,
+];
+
+/// How a bin comes to its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Way {
+    /// From where it is.
+    Straight,
+    /// Around the base.
+    Around,
+    /// Over the rest pose.
+    Home,
+}
+
 /// What a state does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sequence {
@@ -102,8 +122,8 @@ pub(super) enum Sequence {
     Flip,
     /// Set one down.
     Place {
-        /// On the way around the base.
-        swings: bool,
+        /// On which way.
+        way: Way,
     },
 }
 
@@ -114,8 +134,9 @@ impl Sequence {
             Self::Pick { flipped: false } => PICK,
             Self::Pick { flipped: true } => PICK_FLIPPED,
             Self::Flip => FLIP,
-            Self::Place { swings: false } => PLACE,
-            Self::Place { swings: true } => SWING_AND_PLACE,
+            Self::Place { way: Way::Straight } => PLACE,
+            Self::Place { way: Way::Around } => SWING_AND_PLACE,
+            Self::Place { way: Way::Home } => HOME_AND_PLACE,
         }
     }
 

@@ -55,7 +55,11 @@ impl Tick<'_> {
             return;
         };
         let grip = self.scene.tool.inverse() * bin.pose;
-        let target = geometry::place(slot, &grip, &self.scene.tool.rotation);
+        let from = match work.kind {
+            WorkKind::PlaceFromHome => &self.setup.home.rotation,
+            _ => &self.scene.tool.rotation,
+        };
+        let target = geometry::place(slot, &grip, from);
         work.base = KeptPose::from(&target);
     }
 
