@@ -17,3 +17,11 @@ pub mod fault;
 pub mod http;
 pub mod program;
 pub mod recording;
+
+/// A number from 0 to 1. Small, repeatable, good enough to choose instants with.
+pub fn random(state: &mut u64) -> f64 {
+    *state = state
+        .wrapping_mul(6_364_136_223_846_793_005)
+        .wrapping_add(1_442_695_040_888_963_407);
+    (*state >> 33) as f64 / f64::from(1_u32 << 31)
+}

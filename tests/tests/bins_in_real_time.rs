@@ -83,20 +83,12 @@ const KILLS_PER_RUN: u64 = 3;
 /// A bin that was let go is looked after for this long (ticks).
 const LOOKED_AFTER_TICKS: u64 = 1_000;
 
-/// Small, repeatable, good enough to choose instants with.
-fn random(state: &mut u64) -> f64 {
-    *state = state
-        .wrapping_mul(6_364_136_223_846_793_005)
-        .wrapping_add(1_442_695_040_888_963_407);
-    (*state >> 33) as f64 / f64::from(1_u32 << 31)
-}
-
 /// One kill in each of equal parts of the job, at any millisecond of it.
 fn script(lasts_s: f64, random_state: &mut u64) -> String {
     let part = lasts_s / KILLS_PER_RUN as f64;
     let mut text = String::new();
     for kill in 0..KILLS_PER_RUN {
-        let at_s = 0.2 + part * (kill as f64 + 0.8 * random(random_state));
+        let at_s = 0.2 + part * (kill as f64 + 0.8 * robocell_tests::random(random_state));
         let line = format!(r#"{{"at_s": {at_s:.3}, "do": "kill", "process": "task"}}"#);
         writeln!(text, "{line}").expect("text grows");
     }
