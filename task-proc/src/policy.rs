@@ -20,6 +20,10 @@ pub trait Policy: Send {
     /// empty: an arm that is not spoken for holds and keeps its gripper.
     fn tick(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output);
 
+    /// What its equipment goes on doing while the operator leads the arm and after
+    /// the job was given up: a belt has to stop where a bin waits.
+    fn tend(&self, _observation: &Observation<'_>, _job: &mut Job) {}
+
     /// Name of the phase it is in, empty between transfers.
     fn phase(&self) -> Text<32>;
 

@@ -110,6 +110,7 @@ impl Task {
                 },
             );
             self.out.phase = self.policy.phase();
+            self.policy.tend(&observation, &mut self.job);
         } else {
             if std::mem::take(&mut self.unsure) {
                 self.policy
@@ -249,6 +250,7 @@ impl Task {
             self.policy.tick(observation, &mut self.job, &mut self.out);
         } else {
             self.out.phase = Text::new(FAILED);
+            self.policy.tend(observation, &mut self.job);
         }
         if let Some(failure) = self.job.failure {
             self.out.outcome = Outcome::Failed;

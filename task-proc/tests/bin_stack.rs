@@ -286,6 +286,20 @@ fn a_bin_that_people_put_into_its_slot_counts() {
 }
 
 #[test]
+fn the_belt_stops_for_a_bin_that_comes_in_a_pause() {
+    let mut world = World::new(2);
+    while world.supplied < 1 {
+        world.step();
+    }
+    world.state.panel.task_paused = 1;
+    assert_eq!(world.step().io.conveyor_running, 0);
+    // Taken off by hand: room for the next one.
+    world.state.objects[0].flags = 0;
+    world.state.equipment.sensors[0] = 0;
+    assert_eq!(world.step().io.conveyor_running, 1);
+}
+
+#[test]
 fn a_grip_that_breaks_is_a_drop_and_the_bin_comes_again() {
     let mut world = World::new(1);
     while world.count("-> PLACING") + world.count("-> FLIPPING") == 0 {

@@ -2,6 +2,8 @@
 //! those that came upside down went over the jig.
 #![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
 
+use std::f64::consts::FRAC_PI_2;
+
 use cell_model::script::parse_for;
 use cell_sim::{OneProcess, eval::template, run};
 use ipc_types::decision::Outcome;
@@ -10,6 +12,8 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Of its first two bins one comes upside down.
 const SEED: u64 = 4;
+/// From a bin's middle up to the inside of its floor (m).
+const BIN_FLOOR_M: f64 = 0.005 - 0.135 / 2.0;
 const SLOTS: [[f64; 2]; 2] = [[1.05, -0.62], [1.05, -0.31]];
 
 struct Run {
@@ -104,6 +108,45 @@ fn a_task_killed_again_and_again_changes_nothing() {
     assert!(killed.sim.task_restarts() > 10);
     let hash = |run: &Run| run.sim.state().state_hash;
     assert_eq!(hash(&plain), hash(&killed));
+}
+
+/// The belt stops for whoever takes bins from its end, a task or a hand: against the
+/// stop beyond it a bin jams, and shears a cup off.
+#[test]
+fn a_bin_that_comes_in_a_pause_stops_where_a_hand_can_grip_it() {
+    const PAUSE: &str = "{\"at_s\":3,\"do\":\"task_pause\"}\n";
+    let at_10_s = |script: &str| {
+        // By its seed the bin opens upward.
+        let mut run = Run::with_script(1, 1, script);
+        while run.tick() && run.sim.state().header.tick < 10_000 {}
+        run
+    };
+    let waiting = at_10_s(PAUSE).sim.state().objects()[0];
+    let [x, y, z] = waiting.pose.position;
+    assert!((0.37..0.4).contains(&y), "it lies at y = {y}");
+    let [w, i, j, k] = waiting.pose.orientation_wxyz;
+    let lies = UnitQuaternion::new_normalize(Quaternion::new(w, i, j, k));
+    // The cup, along x of its frame, looks down; it ends 2 mm above the floor.
+    let turn = lies * UnitQuaternion::from_euler_angles(0.0, FRAC_PI_2, -FRAC_PI_2);
+    let lead = |at_s: f64, z: f64| {
+        format!(
+            "{{\"at_s\":{at_s},\"do\":\"target\",\"position\":[{x},{y},{z}],\
+             \"orientation_wxyz\":[{},{},{},{}]}}\n",
+            turn.w, turn.i, turn.j, turn.k
+        )
+    };
+    let script = [
+        PAUSE,
+        &lead(5.0, z + 0.3),
+        &lead(7.0, z + BIN_FLOOR_M + 0.002),
+        "{\"at_s\":9,\"do\":\"gripper\",\"to\":\"close\"}\n",
+        &lead(9.5, z + 0.3),
+    ];
+    let lifted = at_10_s(&script.concat());
+    let gripper = &lifted.sim.state().arms()[0].gripper;
+    assert_eq!((gripper.attached, gripper.breaks), (1, 0), "{gripper:?}");
+    let height = lifted.sim.state().objects()[0].pose.position[2];
+    assert!(height > z + 0.1, "it is at {height} m");
 }
 
 /// Where the straight way to the pallet passes the arm's own base, and the arm

@@ -14,10 +14,7 @@ async function lead({ page, until }, at, yaw_rad = 0, { within = 0.004, roll, pi
   const turn = { roll: roll ?? DOWN_DEG.roll, pitch: pitch ?? DOWN_DEG.pitch, yaw: yaw_rad * DEG };
   const degrees = Object.entries(turn).map(([name, angle]) => [name, angle.toFixed(2)]);
   for (const [name, text] of [...metres, ...degrees]) {
-    const field = page.getByLabel(name, { exact: true });
-    // The form fills itself in once, with where the tool is.
-    do await field.fill(text);
-    while ((await field.inputValue()) !== text);
+    await page.getByLabel(name, { exact: true }).fill(text);
   }
   await page.locator(".target-form button.primary").click();
   await until(
@@ -31,6 +28,20 @@ async function lead({ page, until }, at, yaw_rad = 0, { within = 0.004, roll, pi
     },
     [at, within],
   );
+}
+
+/** Lets the cell run on for a while (s, its own time: a busy page shows it late). */
+async function later({ look, until }, span) {
+  const time = await look((r) => r.store.snapshot.time);
+  await until("time goes by", (r, then) => r.store.snapshot.time > then, time + span);
+}
+
+/** Waits until the numbers that \`where\` gives stay as they are (m). */
+async function still(test, where, within = 1e-4) {
+  for (let [before, now] = [null, await where()]; before === null || now.some((x, axis) => Math.abs(x - before[axis]) > within); ) {
+    await later(test, 0.5);
+    [before, now] = [now, await where()];
+  }
 }
 
 /** Pulls the target up by the gizmo's arrow. */
@@ -75,10 +86,11 @@ class Bin {
   }
 }
 
-/** Waits until the first bin rests where `y` is below `end_m`, and pauses the task.
- * The cell waits for its start: no other bin has been moved. */
+/** Pauses the task when the first bin comes past `end_m` (y), and waits until the
+ * bin rests: the belt stops where bins are taken from it, paused or not. The cell
+ * waits for its start: no other bin has been moved. */
 async function firstBin(test, end_m) {
-  const { page, look, until, press } = test;
+  const { look, until, press } = test;
   const here = (r, end) => {
     const at = r.store.snapshot.objects.findIndex(({ flags, pose }) => (flags & 1) !== 0 && pose[1] < end);
     return at;
@@ -86,17 +98,14 @@ async function firstBin(test, end_m) {
   await press("robocell resume");
   await until("the cell runs", noFlag(PAUSED));
   await press("robocell task start");
-  await until("a bin lies at the end of the belt", `(r, end) => (${here})(r, end) >= 0`, end_m);
+  await until("a bin comes down the belt", `(r, end) => (${here})(r, end) >= 0`, end_m);
   await press("robocell task pause");
   await until("the task is paused", flag(TASK_PAUSED));
   await until("the arm stands", (r) => r.store.snapshot.arms[0].velocities.every((v) => Math.abs(v) < 1e-3));
   const index = await look(here, end_m);
   const { name, shape } = await look((r, bin) => r.store.scene.objects[bin], index);
   const bin = new Bin(test, index, name, shape);
-  for (let [before, now] = [null, await bin.pose()]; before === null || now.some((x, axis) => Math.abs(x - before[axis]) > 1e-4); ) {
-    await page.waitForTimeout(400);
-    [before, now] = [now, await bin.pose()];
-  }
+  await still(test, () => bin.pose());
   return bin;
 }
 
@@ -107,15 +116,6 @@ async function cup({ page, press, until }, to) {
   await until(`the cup is switched ${to === "close" ? "on" : "off"}`, (r, on) => r.store.status.equipment.suction[0].on === on, to === "close");
 }
 
-/** Waits until the tool has come to rest: what it is still off it would push with. */
-async function rest({ look, page }) {
-  const tcp = () => look((r) => r.store.snapshot.arms[0].tcp.slice(0, 3));
-  for (let [before, now] = [[9, 9, 9], await tcp()]; now.some((x, axis) => Math.abs(x - before[axis]) > 1e-4); ) {
-    await page.waitForTimeout(700);
-    [before, now] = [now, await tcp()];
-  }
-}
-
 /** Goes down to the face at `top` and closes the cup; a little lower where it found
  * nothing, as a person would. */
 async function grip(test, [x, y, top], yaw) {
@@ -123,7 +123,8 @@ async function grip(test, [x, y, top], yaw) {
   const tries = [];
   for (const gap_m of [GAP_M, 0, -GAP_M]) {
     await lead(test, [x, y, top + gap_m], yaw);
-    await rest(test);
+    // What the tool is still off it would push with.
+    await still(test, () => look((r) => r.store.snapshot.arms[0].tcp.slice(0, 3)));
     const answer = () => look((r) => ({ held: r.store.snapshot.arms[0].held, refusals: r.store.status.equipment.suction[0].refusals }));
     const before = await answer();
     await cup(test, "close");
@@ -150,15 +151,25 @@ async function take(test, bin, yaw) {
   return [x, y, z];
 }
 
+/** Whether the cup still has what it took; else what it says. */
+async function holds({ look }) {
+  const { held, suction } = await look((r) => ({ held: r.store.snapshot.arms[0].held, suction: r.store.status.equipment.suction[0] }));
+  if (held === null) throw new Error(`the cup has lost its bin: ${JSON.stringify(suction)}`);
+}
+
 /** Sets `bin` down so that its middle is at `goal`, with the cup turned to `yaw`. */
 async function setDown(test, bin, goal, yaw, over_m) {
   await lead(test, [goal[0], goal[1], over_m], yaw);
+  await holds(test);
   // What hangs beside the cup's axis stays beside it.
-  const held = await bin.pose();
-  const tcp = await test.look((r) => r.store.snapshot.arms[0].tcp);
+  const [held, tcp] = await test.look((r, bin) => [r.store.snapshot.objects[bin].pose, r.store.snapshot.arms[0].tcp], bin.index);
   const at = goal.map((x, axis) => x + tcp[axis] - held[axis]);
   await lead(test, [at[0], at[1], at[2] + GAP_M], yaw, { within: 0.003 });
+  await holds(test);
   await cup(test, "open");
+  // Straight up out of it: on a long way the arm bows, and would drag the bin along.
+  await pullUp(test, 96);
+  await test.until("the tool is out of the bin", (r, z) => r.store.snapshot.arms[0].tcp[2] > z + 0.1, at[2]);
   await lead(test, [at[0], at[1], at[2] + 0.3], yaw);
   test.near("the bin", (await bin.pose()).slice(0, 3), goal, 0.02);
 }
@@ -229,8 +240,6 @@ export async function flip(test) {
 
 /** A person palletizes a bin that stands upright; the automation counts it. */
 export async function pallet(test) {
-  // Not so near to the arm that it would have to fold itself: the belt carries the
-  // bin on until the pause is heard, which takes a busy page a second.
   const bin = await firstBin(test, 0.85);
   test.same("whether the first bin opens upward", await bin.opensUp(), true);
   const { slot_x_m, slot_y_m, slot_z_m } = await test.look((r) => r.store.scene.task);

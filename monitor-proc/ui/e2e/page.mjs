@@ -1,6 +1,7 @@
 // Browser tests of the page of a running cell: `node page.mjs SCENARIO LINK`.
 // ROBOCELL names the program for the commands' twins. Exits 1 with what was
-// wrong; started by tests/tests/page.rs.
+// wrong; where PAGE_SHOT names a file, with a picture of the page at that moment.
+// Started by tests/tests/page.rs.
 import { spawnSync } from "node:child_process";
 import { chromium } from "playwright-core";
 import { scenarios } from "./scenarios.mjs";
@@ -95,6 +96,10 @@ try {
   console.error(`${name}: ${error.message}`);
   if (errors.length > 0) console.error(`console: ${errors.join("\n")}`);
   process.exitCode = 1;
+  if (process.env.PAGE_SHOT !== undefined) {
+    await page.screenshot({ path: process.env.PAGE_SHOT });
+    console.error(JSON.stringify(await page.evaluate("({ status: window.robocell?.store.status, flags: window.robocell?.store.snapshot?.flags })")));
+  }
 } finally {
   await browser.close();
 }

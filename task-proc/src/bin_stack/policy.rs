@@ -179,6 +179,12 @@ impl Policy for BinStack {
         self.report(scene, job, out);
     }
 
+    fn tend(&self, observation: &Observation<'_>, job: &mut Job) {
+        if let Some(scene) = Scene::read(&self.setup, observation) {
+            supply::run_belt(&scene, job);
+        }
+    }
+
     fn phase(&self) -> Text<32> {
         self.run.phase()
     }

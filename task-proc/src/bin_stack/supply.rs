@@ -32,6 +32,11 @@ impl SupplyMemory {
     }
 }
 
+/// Runs the belt until a bin is at its end.
+pub(super) fn run_belt(scene: &Scene<'_, '_>, job: &mut Job) {
+    job.io.conveyor_running = job.started && !scene.belt_end_taken();
+}
+
 /// Outputs to the conveyor in this decision.
 pub(super) fn update(
     scene: &Scene<'_, '_>,
@@ -40,7 +45,7 @@ pub(super) fn update(
     out: &mut Output,
     now: PolicyTime,
 ) {
-    job.io.conveyor_running = job.started && !scene.belt_end_taken();
+    run_belt(scene, job);
     if !job.started || job.done {
         return;
     }

@@ -82,15 +82,19 @@ impl Palletizer {
         }
     }
 
-    /// Belt and supply.
-    fn equipment(&mut self, tick: &Tick<'_>, job: &mut Job) {
-        let now = tick.now;
+    /// Whether the belt may run.
+    fn belt_runs(&self, tick: &Tick<'_>) -> bool {
         let stops = self.memory.work.is_some_and(|work| {
             let waited = PolicyTime::from_seconds(tick.setup.numbers.pick.wait_s);
             let picks = matches!(work.kind, WorkKind::Pick | WorkKind::PickFlipped);
-            picks && work.from_belt && (work.step > 0 || now.since(work.began) >= waited)
+            picks && work.from_belt && (work.step > 0 || tick.now.since(work.began) >= waited)
         });
-        job.io.conveyor_running = !stops && !tick.bin_waits() && self.states.state() != State::Done;
+        !stops && !tick.bin_waits() && self.states.state() != State::Done
+    }
+
+    /// Asks for the next bin.
+    fn supply(&mut self, tick: &Tick<'_>, job: &mut Job) {
+        let now = tick.now;
         let interval = PolicyTime::from_seconds(tick.setup.numbers.supply_interval_s);
         let rested = self
             .memory
@@ -143,8 +147,15 @@ impl Policy for Palletizer {
         self.advance(&tick, job, out);
         let intent = self.intent(&tick, job);
         out.arm(ARM, intent);
-        self.equipment(&tick, job);
+        job.io.conveyor_running = self.belt_runs(&tick);
+        self.supply(&tick, job);
         self.report(&tick, job, out);
+    }
+
+    fn tend(&self, observation: &Observation<'_>, job: &mut Job) {
+        if let Some(tick) = Tick::new(&self.setup, observation) {
+            job.io.conveyor_running = self.belt_runs(&tick);
+        }
     }
 
     fn phase(&self) -> Text<32> {

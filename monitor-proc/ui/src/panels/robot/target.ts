@@ -61,16 +61,23 @@ export function targetForm(desk: Desk): HTMLElement {
     event.preventDefault();
     go.click();
   });
+  // Filled in once, at the latest when somebody comes to type.
   let filled = false;
+  const fill = () => {
+    if (filled || desk.snapshot?.arms[desk.arm] === undefined) return;
+    filled = true;
+    measured();
+  };
+  form.addEventListener("focusin", fill);
+  form.addEventListener("input", () => {
+    filled = true;
+  });
   desk.onArm(() => {
     filled = false;
   });
   desk.pulse.add(form, () => {
     setText(reason, why() ?? "");
-    if (!filled && desk.snapshot?.arms[desk.arm] !== undefined) {
-      filled = true;
-      measured();
-    }
+    fill();
   });
   return form;
 }
