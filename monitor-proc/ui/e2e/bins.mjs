@@ -44,15 +44,27 @@ async function still(test, where, within = 1e-4) {
   }
 }
 
-/** Pulls the target up by the gizmo's arrow. */
-async function pullUp({ page, look }, pixels) {
+/** How far a pixel moves the target along the gizmo's arrow at first (m). */
+const PIXEL_M = 1.2e-3;
+
+/** Pulls the target to the height `z` by the gizmo's arrow, as an eye and a hand do:
+ * a little, looking where it is, until it is within 2 mm. */
+async function pullTo({ page, look }, z) {
+  const height = () => look((r) => r.store.snapshot.arms[0].target[2]);
   const [x, y] = await look((r) => r.view.screenOf("gizmo z"));
   await page.mouse.move(x, y);
   await page.waitForTimeout(300);
   await page.mouse.down();
-  for (let step = 1; step <= 12; step++) {
-    await page.mouse.move(x, y - (pixels / 12) * step);
-    await page.waitForTimeout(60);
+  let [at, metres] = [y, await height()];
+  const from = metres;
+  for (let step = 0; Math.abs(z - metres) > 2e-3; step++) {
+    if (step > 200) throw new Error(`the gizmo does not reach ${z} m: it is at ${metres} m`);
+    const moved = Math.abs(at - y) > 5 ? (metres - from) / (y - at) : PIXEL_M;
+    const pixels = (z - metres) / Math.max(moved, PIXEL_M / 4);
+    at -= Math.sign(pixels) * Math.min(8, Math.max(1, Math.abs(pixels)));
+    await page.mouse.move(x, at);
+    await page.waitForTimeout(100);
+    metres = await height();
   }
   await page.mouse.up();
 }
@@ -116,13 +128,13 @@ async function cup({ page, press, until }, to) {
   await until(`the cup is switched ${to === "close" ? "on" : "off"}`, (r, on) => r.store.status.equipment.suction[0].on === on, to === "close");
 }
 
-/** Goes down to the face at `top` and closes the cup; a little lower where it found
- * nothing, as a person would. */
-async function grip(test, [x, y, top], yaw) {
+/** Goes down to the face at `top` by the gizmo and closes the cup; a little lower
+ * where it found nothing, as a person would. */
+async function grip(test, top) {
   const { look, page } = test;
   const tries = [];
-  for (const gap_m of [GAP_M, 0, -GAP_M]) {
-    await lead(test, [x, y, top + gap_m], yaw);
+  for (const gap_m of [0.004, 0.002, 0]) {
+    await pullTo(test, top + gap_m);
     // What the tool is still off it would push with.
     await still(test, () => look((r) => r.store.snapshot.arms[0].tcp.slice(0, 3)));
     const answer = () => look((r) => ({ held: r.store.snapshot.arms[0].held, refusals: r.store.status.equipment.suction[0].refusals }));
@@ -137,16 +149,17 @@ async function grip(test, [x, y, top], yaw) {
     tries.push(await look((r) => ({ tcp: r.store.snapshot.arms[0].tcp, ...r.store.status.equipment.suction[0] })));
     await cup(test, "open");
   }
-  throw new Error(`the cup does not grip the face at ${[x, y, top]}: ${JSON.stringify(tries)}`);
+  throw new Error(`the cup does not grip the face at ${top}: ${JSON.stringify(tries)}`);
 }
 
-/** Takes `bin` off the belt: down to it by numbers, up with it by the gizmo. */
+/** Takes `bin` off the belt: over it by numbers, down to it and up with it by the
+ * gizmo. */
 async function take(test, bin, yaw) {
   const [x, y, z] = await bin.pose();
   const top = z + (await bin.face());
-  await lead(test, [x, y, z + 0.3], yaw, { within: 0.02 });
-  await grip(test, [x, y, top], yaw);
-  await pullUp(test, 96);
+  await lead(test, [x, y, top + 0.1], yaw);
+  await grip(test, top);
+  await pullTo(test, top + 0.12);
   await test.until("the gizmo lifts the bin", (r, [bin, z]) => r.store.snapshot.objects[bin].pose[2] > z + 0.1, [bin.index, z]);
   return [x, y, z];
 }
@@ -168,9 +181,8 @@ async function setDown(test, bin, goal, yaw, over_m) {
   await holds(test);
   await cup(test, "open");
   // Straight up out of it: on a long way the arm bows, and would drag the bin along.
-  await pullUp(test, 96);
-  await test.until("the tool is out of the bin", (r, z) => r.store.snapshot.arms[0].tcp[2] > z + 0.1, at[2]);
-  await lead(test, [at[0], at[1], at[2] + 0.3], yaw);
+  await pullTo(test, at[2] + 0.15);
+  await test.until("the tool is out of the bin", (r, z) => r.store.snapshot.arms[0].tcp[2] > z + 0.14, at[2]);
   test.near("the bin", (await bin.pose()).slice(0, 3), goal, 0.02);
 }
 

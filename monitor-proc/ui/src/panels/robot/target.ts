@@ -19,6 +19,8 @@ export function targetForm(desk: Desk): HTMLElement {
     if (refusal !== null) return refusal;
     return numbers().every(Number.isFinite) ? null : "a field is empty";
   };
+  /** The fields show where the tool is until somebody comes to type. */
+  let following = true;
   const measured = () => {
     const tcp = desk.snapshot?.arms[desk.arm]?.tcp;
     if (tcp === undefined) return;
@@ -45,9 +47,12 @@ export function targetForm(desk: Desk): HTMLElement {
   });
   const here = button(desk, {
     label: "From robot",
-    about: () => "Fill in where the tool is now",
+    about: () => "Show where the tool is, until a field is typed into",
     twin: () => null,
-    run: measured,
+    run: () => {
+      following = true;
+      measured();
+    },
   });
   const reason = el("p", { class: "dim" });
   const form = el(
@@ -61,23 +66,16 @@ export function targetForm(desk: Desk): HTMLElement {
     event.preventDefault();
     go.click();
   });
-  // Filled in once, at the latest when somebody comes to type.
-  let filled = false;
-  const fill = () => {
-    if (filled || desk.snapshot?.arms[desk.arm] === undefined) return;
-    filled = true;
-    measured();
-  };
-  form.addEventListener("focusin", fill);
-  form.addEventListener("input", () => {
-    filled = true;
+  form.addEventListener("focusin", ({ target }) => {
+    if (target instanceof HTMLInputElement) following = false;
   });
   desk.onArm(() => {
-    filled = false;
+    following = true;
   });
-  desk.pulse.add(form, () => {
-    setText(reason, why() ?? "");
-    fill();
+  // Hidden, too: whoever comes to type finds all fields filled in.
+  desk.pulse.add(null, () => {
+    if (following) measured();
   });
+  desk.pulse.add(form, () => setText(reason, why() ?? ""));
   return form;
 }
