@@ -73,6 +73,20 @@ fn a_cell_without_equipment_says_so_when_it_is_asked_for() {
 }
 
 #[test]
+fn an_arm_is_led_by_hand_only_while_the_task_does_not_lead_it() {
+    let cell = TestCell::start(&["franka-stack", "--headless", "--paused"]);
+    cell.wait_up();
+    let by_hand: [&[&str]; 2] = [&["gripper", "close"], &["target", "0.4", "-0.1", "0.3"]];
+    for command in by_hand {
+        refused(&cell.ask(command), 3, &["robocell task pause"]);
+    }
+    assert_eq!(cell.ask(&["task", "pause"]).code, 0);
+    for command in by_hand {
+        assert_eq!(cell.ask(command).code, 0, "{command:?}");
+    }
+}
+
+#[test]
 fn top_shows_the_equipment_the_suction_and_what_was_said_before() {
     let cell = TestCell::start(&["ur10-bin-stack", "--headless", "--speed", "max", "--paused"]);
     cell.wait_up();

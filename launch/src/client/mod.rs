@@ -2,6 +2,7 @@
 
 mod behaviour;
 mod doctor;
+mod hand;
 mod list;
 mod load;
 mod logs;
@@ -13,12 +14,11 @@ mod watched;
 
 pub(crate) use behaviour::{behaviour, schema};
 pub(crate) use doctor::doctor;
+pub(crate) use hand::{gripper, target};
 pub(crate) use list::list;
 pub(crate) use load::load;
 pub(crate) use logs::logs;
-pub(crate) use operate::{
-    add_bin, down, drag, drop_parts, gripper, plain, restart, step, target, task,
-};
+pub(crate) use operate::{add_bin, down, drag, drop_parts, plain, restart, step, task};
 pub(crate) use status::status;
 pub(crate) use top::top;
 

@@ -3,14 +3,13 @@
 use std::time::{Duration, Instant};
 
 use cell_model::run_spec::RunSpec;
+use ipc_types::OperatorRequest;
 use ipc_types::operator::{OperatorAction, ReplyCode};
-use ipc_types::topic::TopicId;
-use ipc_types::{GripperGoal, OperatorRequest, Pose, WorldState};
 
 use super::Session;
 use crate::cli::{
-    AddBinArgs, CellArgs, DragArgs, DropPartsArgs, GripperArgs, GripperVerb, ProcessName,
-    RestartArgs, StepArgs, TargetArgs, TaskArgs, TaskVerb,
+    AddBinArgs, CellArgs, DragArgs, DropPartsArgs, ProcessName, RestartArgs, StepArgs, TaskArgs,
+    TaskVerb,
 };
 use crate::control::{Reply, Request, ask};
 use crate::failure::{Context, Failure};
@@ -18,7 +17,7 @@ use crate::run::plan::{choose, did_you_mean, load};
 use crate::{say, sim};
 
 /// Physics answers within a tick; a busy machine needs longer.
-const PATIENCE: Duration = Duration::from_secs(2);
+pub(super) const PATIENCE: Duration = Duration::from_secs(2);
 /// An orderly stop takes at most a second for each process.
 const DOWN_PATIENCE: Duration = Duration::from_secs(15);
 
@@ -43,17 +42,6 @@ pub(crate) fn task(args: &TaskArgs) -> Result<(), Failure> {
         TaskVerb::Reset => OperatorAction::TaskReset,
     };
     plain(&args.cell, action)
-}
-
-/// `robocell gripper open|close`.
-pub(crate) fn gripper(args: &GripperArgs) -> Result<(), Failure> {
-    let mut wish = request(OperatorAction::Gripper);
-    wish.arm = args.arm;
-    wish.count = match args.verb {
-        GripperVerb::Open => GripperGoal::Open.code(),
-        GripperVerb::Close => GripperGoal::Close.code(),
-    };
-    send(&Session::of(&args.cell.cell)?, wish)
 }
 
 /// `robocell drop-parts [N]`.
@@ -96,82 +84,14 @@ pub(crate) fn drag(args: &DragArgs) -> Result<(), Failure> {
     send(&session, wish)
 }
 
-/// `robocell target X Y Z [R P Y]`.
-pub(crate) fn target(args: &TargetArgs) -> Result<(), Failure> {
-    let (position, angles) = match *args.values.as_slice() {
-        [x, y, z] => ([x, y, z], None),
-        [x, y, z, roll, pitch, yaw] => ([x, y, z], Some([roll, pitch, yaw])),
-        _ => {
-            return Err(Failure::usage(
-                "a target has three values, or six with roll, pitch and yaw",
-            ));
-        }
-    };
-    let session = Session::of(&args.cell.cell)?;
-    let orientation_wxyz = match angles {
-        None => present_orientation(&session, args.arm)?,
-        Some([roll, pitch, yaw]) => quaternion(roll, pitch, yaw),
-    };
-    let mut wish = request(OperatorAction::Target);
-    wish.arm = args.arm;
-    wish.pose = Pose {
-        position,
-        orientation_wxyz,
-    };
-    send(&session, wish)
-}
-
-/// The orientation the operator gave last, or the one the tool has.
-fn present_orientation(session: &Session, arm: u32) -> Result<[f64; 4], Failure> {
-    let bus = session.join()?;
-    let mut latest = bus
-        .latest::<WorldState>(TopicId::WorldState)
-        .cannot("read the world")?;
-    let until = Instant::now() + PATIENCE;
-    while !latest.refresh() {
-        if Instant::now() > until {
-            return Err(Failure::configuration(
-                "physics publishes no state; `robocell status` says more",
-            ));
-        }
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    let known = latest.get().and_then(|state| {
-        let panel = &state.panel;
-        if panel.target_seq > 0 && panel.target_arm == arm {
-            return Some(panel.target.orientation_wxyz);
-        }
-        state
-            .arms()
-            .get(arm as usize)
-            .map(|arm| arm.tcp.orientation_wxyz)
-    });
-    known.ok_or_else(|| Failure::configuration(format!("this cell has no arm {arm}")))
-}
-
-/// Rotation about the fixed axes x, y, z in this order, as w x y z.
-fn quaternion(roll: f64, pitch: f64, yaw: f64) -> [f64; 4] {
-    let ((sr, cr), (sp, cp), (sy, cy)) = (
-        (roll / 2.0).sin_cos(),
-        (pitch / 2.0).sin_cos(),
-        (yaw / 2.0).sin_cos(),
-    );
-    [
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    ]
-}
-
-fn request(action: OperatorAction) -> OperatorRequest {
+pub(super) fn request(action: OperatorAction) -> OperatorRequest {
     OperatorRequest {
         action: action.code(),
         ..OperatorRequest::zeroed_at_identity()
     }
 }
 
-fn send(session: &Session, wish: OperatorRequest) -> Result<(), Failure> {
+pub(super) fn send(session: &Session, wish: OperatorRequest) -> Result<(), Failure> {
     let bus = session.join()?;
     let mut client = bus
         .operator_client()
@@ -252,24 +172,4 @@ fn accepted(reply: Reply) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::configuration(reply.message))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::quaternion;
-
-    #[test]
-    fn roll_by_half_a_turn_points_the_tool_down() {
-        let [w, x, y, z] = quaternion(std::f64::consts::PI, 0.0, 0.0);
-        assert!(w.abs() < 1e-12 && (x - 1.0).abs() < 1e-12 && y.abs() < 1e-12 && z.abs() < 1e-12);
-    }
-
-    #[test]
-    fn yaw_turns_about_the_vertical_axis_last() {
-        let q = quaternion(0.3, -0.2, 0.9);
-        assert!((q.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() < 1e-12);
-        let [w, x, y, z] = quaternion(0.0, 0.0, 1.0);
-        assert!((w - 0.5_f64.cos()).abs() < 1e-12 && (z - 0.5_f64.sin()).abs() < 1e-12);
-        assert!(x.abs() < 1e-12 && y.abs() < 1e-12);
-    }
 }

@@ -301,6 +301,9 @@ export async function bins({ page, look, until, press, robocell, same }) {
   }
   // Suction that finds nothing to hold stays on and says why.
   const cup = (what, on) => until(what, (r, on) => r.store.status.equipment.suction[0].on === on, on);
+  // The task may have come as far as to switch it on.
+  robocell("gripper", "open");
+  await cup("it is off at first", false);
   await press("robocell gripper close");
   await until("the button switches suction on", (r) => r.store.status.equipment.suction[0].refusals > 0);
   const refused = await look((r) => r.store.status.equipment.suction[0].refusals);
