@@ -288,7 +288,7 @@ export async function bins({ page, look, until, press, robocell, same }) {
     await until("no bin is here", (r) => r.store.snapshot.objects.every(({ flags }) => (flags & 1) === 0));
     await press("robocell add-bin");
     await more("the button brings a bin", 1);
-    // The belt stands while the task is paused: the place is taken.
+    // Nothing has carried it away yet: the place is taken.
     robocell("reset");
     await until("it is gone", (r) => r.store.snapshot.objects.every(({ flags }) => (flags & 1) === 0));
     robocell("add-bin", "--flipped");
