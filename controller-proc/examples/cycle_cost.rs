@@ -120,7 +120,7 @@ fn ur10_cell() -> Cell {
             y - 0.62
         );
     }
-    Cell::from_text(&Data::embedded(), "ur10", "ur10.toml", &text, 1, None).expect("a cell")
+    Cell::from_text(&Data::checkout(), "ur10", "ur10.toml", &text, 1, None).expect("a cell")
 }
 
 const UR10: &str = r#"
@@ -138,7 +138,7 @@ base_position_m = [0.0, 0.0, 0.0]
 
 fn main() {
     let demo =
-        |name: &str| Cell::load(&Data::embedded(), name, 1, None).expect("a cell of this program");
+        |name: &str| Cell::load(&Data::checkout(), name, 1, None).expect("a cell of this program");
     let pose = |position, orientation_wxyz| Pose {
         position,
         orientation_wxyz,

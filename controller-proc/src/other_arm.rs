@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn every_sphere_of_the_other_arm_lies_within_its_parts_wherever_it_is() {
-        let cell = Cell::load(&Data::embedded(), "franka-pyramid", 1, None).unwrap();
+        let cell = Cell::load(&Data::checkout(), "franka-pyramid", 1, None).unwrap();
         let mut other = OtherArm::all_but(&cell, 0).pop().unwrap();
         assert_eq!((other.name(), other.part_count()), ("right", 10));
         let mut set = ObstacleSet::with_capacity(10);
@@ -248,7 +248,7 @@ mod tests {
 
     #[test]
     fn an_arm_alone_sees_nobody() {
-        let cell = Cell::load(&Data::embedded(), "franka-stack", 1, None).unwrap();
+        let cell = Cell::load(&Data::checkout(), "franka-stack", 1, None).unwrap();
         assert!(OtherArm::all_but(&cell, 0).is_empty());
     }
 

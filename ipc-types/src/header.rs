@@ -79,10 +79,22 @@ impl Header {
     }
 }
 
+/// What the bus asks of a message: with feature `iceoryx2` that iceoryx2 can
+/// send it, else nothing.
+#[cfg(feature = "iceoryx2")]
+pub trait OnBus: iceoryx2::prelude::ZeroCopySend {}
+#[cfg(feature = "iceoryx2")]
+impl<T: iceoryx2::prelude::ZeroCopySend> OnBus for T {}
+
+/// What the bus asks of a message: with feature `iceoryx2` that iceoryx2 can
+/// send it, else nothing.
+#[cfg(not(feature = "iceoryx2"))]
+pub trait OnBus {}
+#[cfg(not(feature = "iceoryx2"))]
+impl<T> OnBus for T {}
+
 /// Messages that start with a [`Header`].
-pub trait Message:
-    Wire + crate::Validate + iceoryx2::prelude::ZeroCopySend + core::fmt::Debug
-{
+pub trait Message: Wire + crate::Validate + OnBus + core::fmt::Debug {
     /// The header.
     fn header(&self) -> &Header;
     /// The header, for the writer.

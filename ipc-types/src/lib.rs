@@ -11,6 +11,7 @@ pub mod decision;
 pub mod equipment;
 pub mod header;
 pub mod health;
+#[cfg(feature = "iceoryx2")]
 pub mod loan;
 pub mod operator;
 pub mod pose;

@@ -67,6 +67,7 @@ pub(crate) const fn hash_start(name: &str) -> u64 {
 }
 
 /// Bytes of a type name with its schema hash: `NAME#0123456789abcdef`.
+#[cfg(feature = "iceoryx2")]
 pub(crate) const fn type_name_bytes<const N: usize>(name: &str, schema: u64) -> [u8; N] {
     let digits = b"0123456789abcdef";
     let mut out = [0u8; N];
@@ -132,6 +133,7 @@ macro_rules! wire {
 
         // SAFETY: Wire data has no pointer and no resource; it means the same in
         // every process.
+        #[cfg(feature = "iceoryx2")]
         unsafe impl iceoryx2::prelude::ZeroCopySend for $name {
             unsafe fn type_name() -> &'static str {
                 const N: usize = stringify!($name).len() + 17;
@@ -154,7 +156,6 @@ pub(crate) use wire;
 #[allow(unreachable_pub, reason = "the macro declares what others see")]
 mod tests {
     use super::*;
-    use iceoryx2::prelude::ZeroCopySend;
 
     wire! {
         /// Two numbers.
@@ -184,8 +185,10 @@ mod tests {
         assert_eq!(Sample::from_bytes(&sample.as_bytes()[1..]), None);
     }
 
+    #[cfg(feature = "iceoryx2")]
     #[test]
     fn the_type_name_carries_the_schema() {
+        use iceoryx2::prelude::ZeroCopySend;
         // SAFETY: the function only returns a constant.
         let name = unsafe { Sample::type_name() };
         assert_eq!(name, format!("Sample#{:016x}", Sample::SCHEMA));

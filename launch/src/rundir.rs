@@ -1,7 +1,7 @@
 //! The run directory: where it is, who holds it, what lies in it.
 //!
 //! `BASE/CELL/` with `lock`, `run.json`, `page.json`, `children.json`,
-//! `control.sock`, `record.sock`, `logs/` and the bus's root. BASE is `ROBOCELL_RUN_DIR`, or
+//! `control.sock`, `record.sock`, `logs/`, `data/` and the bus's root. BASE is `ROBOCELL_RUN_DIR`, or
 //! `XDG_RUNTIME_DIR/robocell` where that is in memory, or
 //! `/dev/shm/robocell-UID`. Mode 0700.
 
@@ -79,6 +79,11 @@ impl RunDir {
     /// The file every process reads at its start.
     pub fn spec(&self) -> PathBuf {
         self.path.join(cell_model::run_spec::RunSpec::FILE)
+    }
+
+    /// The built-in cells and robots, for the processes.
+    pub fn data(&self) -> PathBuf {
+        self.path.join("data")
     }
 
     /// Where the processes write their words to.

@@ -16,7 +16,7 @@ fn main() -> Result<(), WorldError> {
         .unwrap_or(20_000);
     let demo = std::env::args().nth(2);
     let demo = demo.as_deref().unwrap_or("franka-stack");
-    let cell = Cell::load(&Data::embedded(), demo, 1, None)?;
+    let cell = Cell::load(&Data::checkout(), demo, 1, None)?;
     let mut world = World::new(&cell)?;
     let mut state = Box::new(WorldState::zeroed());
     let (mut steps, mut writes) = (Vec::new(), Vec::new());

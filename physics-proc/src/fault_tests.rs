@@ -9,7 +9,7 @@ use rapier3d_f64::prelude::Vector;
 use crate::world::{StepInput, World};
 
 fn world() -> World {
-    let cell = Cell::load(&Data::embedded(), "franka-stack", 1, None).unwrap();
+    let cell = Cell::load(&Data::checkout(), "franka-stack", 1, None).unwrap();
     World::new(&cell).unwrap()
 }
 

@@ -1,10 +1,8 @@
 //! Black-box tests on the built programs: every cell in its own run directory,
 //! every wait for a condition, never for a time.
 //!
-//! The programs are taken from the target folder this test was built into.
-//! `cargo test --workspace` builds them, as each package of theirs has a test of
-//! its own beside them; for a test of this package alone, and after a change,
-//! `cargo build --workspace --bins` does.
+//! The programs lie in the target folder this test was built into. The first
+//! test that needs one has cargo build them, so that none is of yesterday.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

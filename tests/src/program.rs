@@ -1,31 +1,51 @@
 //! One run of the `robocell` program to its end.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// Everything that waits gives up after this: a hang is a failed test, not a
 /// stuck one. No bound on speed.
 pub const WATCHDOG: Duration = Duration::from_secs(240);
 
-/// The built program `name`, in the target folder of this test.
+/// The program `name`, built from the sources as they are now, in the target
+/// folder of this test.
 ///
 /// # Panics
-/// Where it was not built.
+/// Where it cannot be built.
 pub fn built(name: &str) -> PathBuf {
-    let own = std::env::current_exe().expect("a test knows its own path");
-    // target/PROFILE/deps/TEST
-    let folder = own
-        .parent()
-        .and_then(Path::parent)
-        .expect("a test lies in deps");
-    let path = folder.join(name);
-    assert!(
-        path.is_file(),
-        "{} is missing: cargo build --workspace --bins",
-        path.display()
-    );
+    static PROGRAMS: OnceLock<PathBuf> = OnceLock::new();
+    let path = PROGRAMS.get_or_init(build_programs).join(name);
+    assert!(path.is_file(), "{} is no program of ours", path.display());
     path
+}
+
+/// `cargo test -p robocell-tests` builds the tests alone: their programs may be
+/// missing, or of yesterday. Where cargo has built them already, this is a look
+/// at some dates.
+fn build_programs() -> PathBuf {
+    let own = std::env::current_exe().expect("a test knows its own path");
+    // TARGET/PROFILE/deps/TEST
+    let folder = own.ancestors().nth(2).expect("a test lies in deps");
+    let profile = folder.file_name().and_then(OsStr::to_str);
+    let profile = profile.expect("a profile has a name");
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.toml");
+    let target = folder.parent().expect("a profile lies in a target folder");
+    let status = Command::new(cargo)
+        .args(["build", "--quiet", "--workspace", "--bins"])
+        .args([
+            "--profile",
+            if profile == "debug" { "dev" } else { profile },
+        ])
+        .args(["--manifest-path", manifest, "--target-dir"])
+        .arg(target)
+        .status()
+        .expect("cargo starts");
+    assert!(status.success(), "the programs cannot be built, see above");
+    folder.to_owned()
 }
 
 /// What a program that ended has said.

@@ -9,27 +9,40 @@ use crate::{suggest, toml_text};
 /// Files larger than this are no robot and no cell (bytes).
 pub const MAX_FILE_BYTES: u64 = 4 << 20;
 
-/// Path and text of every file of `robots/` and `cells/`, as the build script
-/// found them.
-const EMBEDDED: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
+/// Path within the data, and text, of files that are built into a program.
+type BuiltIn = &'static [(&'static str, &'static str)];
 
-/// A source of robots and cells.
-#[derive(Clone, Debug, Default)]
-pub struct Data {
-    dir: Option<PathBuf>,
+/// Where robots and cells are read from.
+#[derive(Clone, Debug)]
+pub struct Data(Origin);
+
+#[derive(Clone, Debug)]
+enum Origin {
+    BuiltIn(BuiltIn),
+    Dir(PathBuf),
 }
 
 impl Data {
-    /// What is built into the program.
-    pub fn embedded() -> Self {
-        Self { dir: None }
+    /// Files that are built into a program: path within the data, and text.
+    pub fn files(files: BuiltIn) -> Self {
+        Self(Origin::BuiltIn(files))
     }
 
     /// A directory with `robots/` and `cells/` (option `--data DIR`).
     pub fn dir(dir: impl Into<PathBuf>) -> Self {
-        Self {
-            dir: Some(dir.into()),
-        }
+        Self(Origin::Dir(dir.into()))
+    }
+
+    /// The checkout this library was built from: for tests, benches and
+    /// examples, and for programs built in a checkout for use there.
+    pub fn checkout() -> Self {
+        Self::dir(Self::checkout_dir())
+    }
+
+    /// Directory of [`Data::checkout`].
+    pub fn checkout_dir() -> PathBuf {
+        let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+        own.ancestors().nth(2).unwrap_or(own).to_owned()
     }
 
     /// Text of a file by its path within the data, for instance
@@ -39,17 +52,18 @@ impl Data {
     /// [`ModelError::Read`] where it is missing, unreadable or larger than
     /// [`MAX_FILE_BYTES`].
     pub fn read(&self, path: &str) -> Result<Cow<'static, str>, ModelError> {
-        if let Some(dir) = &self.dir {
-            return read_text(&dir.join(path)).map(Cow::Owned);
-        }
-        match EMBEDDED.iter().find(|(name, _)| *name == path) {
+        let files = match &self.0 {
+            Origin::Dir(dir) => return read_text(&dir.join(path)).map(Cow::Owned),
+            Origin::BuiltIn(files) => files,
+        };
+        match files.iter().find(|(name, _)| *name == path) {
             Some((_, text)) => Ok(Cow::Borrowed(text)),
             None => Err(ModelError::Read {
                 file: path.to_owned(),
                 reason: "not built into this program".to_owned(),
                 advice: suggest::advice(
                     path,
-                    &EMBEDDED.iter().map(|(name, _)| *name).collect::<Vec<_>>(),
+                    &files.iter().map(|(name, _)| *name).collect::<Vec<_>>(),
                 ),
             }),
         }
@@ -82,11 +96,14 @@ impl Data {
             let name = file.strip_suffix(".toml")?;
             (!name.contains('.')).then(|| name.to_owned())
         };
-        let Some(dir) = &self.dir else {
-            let files = EMBEDDED
-                .iter()
-                .filter_map(|(path, _)| path.strip_prefix("cells/"));
-            return files.filter_map(stem).collect();
+        let dir = match &self.0 {
+            Origin::Dir(dir) => dir,
+            Origin::BuiltIn(files) => {
+                let cells = files
+                    .iter()
+                    .filter_map(|(path, _)| path.strip_prefix("cells/"));
+                return cells.filter_map(stem).collect();
+            }
         };
         let entries = std::fs::read_dir(dir.join("cells"))
             .into_iter()
@@ -130,17 +147,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_built_in_demos_have_descriptions() {
-        let demos = Data::embedded().demos();
-        assert!(
-            demos
-                .iter()
-                .any(|(name, text)| name == "franka-stack" && !text.is_empty()),
-            "{demos:?}"
-        );
-    }
-
-    #[test]
     fn a_directory_gives_the_files_beside_its_cells() {
         let dir = std::env::temp_dir().join(format!("robocell-data-{}", std::process::id()));
         std::fs::create_dir_all(dir.join("cells")).unwrap();
@@ -158,7 +164,7 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(error.contains("/nonexistent/cells/reach.toml"), "{error}");
-        let error = Data::embedded()
+        let error = Data::files(&[("cells/reach.toml", "")])
             .read("cells/raech.toml")
             .unwrap_err()
             .to_string();

@@ -172,7 +172,7 @@ mod tests {
     const ZERO: [f64; 7] = [0.0; 7];
 
     fn panda() -> Robot {
-        Robot::load(&Data::embedded(), "panda").unwrap()
+        Robot::load(&Data::checkout(), "panda").unwrap()
     }
 
     /// Potential energy in gravity (J).

@@ -64,8 +64,11 @@ pub struct RunSpec {
     pub seed: u64,
     /// How simulated time goes.
     pub speed: Speed,
-    /// Folder with `cells/` and `robots/`; the built-in one where missing.
+    /// Folder with `cells/` and `robots/`; the built-in files where missing.
     pub data_dir: Option<PathBuf>,
+    /// Where the launcher put the built-in files for the processes of this run.
+    #[serde(default)]
+    pub built_in_dir: PathBuf,
     /// The run directory.
     pub run_dir: PathBuf,
     /// iceoryx2's root path, inside the run directory.
@@ -175,7 +178,17 @@ impl RunSpec {
     /// # Errors
     /// [`ModelError`] for an unknown demo and for any file that is wrong.
     pub fn load_cell(&self) -> Result<Cell, ModelError> {
-        let data = self.data_dir.clone().map_or_else(Data::embedded, Data::dir);
+        self.load_cell_from(&Data::dir(&self.built_in_dir))
+    }
+
+    /// The cell of the run; what the user gave no folder for is taken from
+    /// `built_in`.
+    ///
+    /// # Errors
+    /// As [`RunSpec::load_cell`].
+    pub fn load_cell_from(&self, built_in: &Data) -> Result<Cell, ModelError> {
+        let data = self.data_dir.as_ref().map(Data::dir);
+        let data = data.unwrap_or_else(|| built_in.clone());
         let mut cell = Cell::load(&data, &self.demo, self.seed, self.robot.as_ref())?;
         self.bins.map_or(Ok(()), |bins| cell.limit_bins(bins))?;
         Ok(cell)

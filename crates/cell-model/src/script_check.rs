@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn what_a_cell_does_not_have_is_refused_with_the_line() {
-        let load = |demo| Cell::load(&Data::embedded(), demo, 1, None).unwrap();
+        let load = |demo| Cell::load(&Data::checkout(), demo, 1, None).unwrap();
         let (one, two) = (load("franka-stack"), load("franka-pyramid"));
         let cases = [
             (

@@ -146,7 +146,7 @@ fn has_precedence(file: &str, text: &str) -> bool {
 }
 
 fn tree_library() -> Result<Library<PyramidHost>, SimError> {
-    let cell = Cell::load(&Data::embedded(), TREE_DEMO, 0, None)?;
+    let cell = Cell::load(&cell_files::data(), TREE_DEMO, 0, None)?;
     let TaskSpec::Pyramid(task) = &cell.task else {
         return Ok(Library::default());
     };

@@ -3,9 +3,9 @@
 use std::hint::black_box;
 use std::io::stdout;
 
+use cell_model::Robot;
 use cell_model::bench_report::{Report, Row, Samples};
 use cell_model::random::Random;
-use cell_model::{Data, Robot};
 use cell_rt::monotonic_ns;
 use cell_rt::priority::{self, CONTROLLER_PRIORITY};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -48,7 +48,7 @@ pub fn run(what: &str, json: bool) -> Result<(), SimError> {
 fn control() -> Result<Report, SimError> {
     let granted = priority::request(CONTROLLER_PRIORITY, Some(0));
     let mut report = Report::new("control", granted.fifo, &granted.refused);
-    let robot = Robot::load(&Data::embedded(), "panda")?;
+    let robot = Robot::load(&cell_files::data(), "panda")?;
     let mut flows = Vec::new();
     for count in OBSTACLES {
         flows.push((
@@ -134,7 +134,7 @@ fn physics() -> Result<Report, SimError> {
     let factor = real_time(DEMO, &tick);
     report.rows.extend([step, tick, factor]);
     report.compare("tick in one process", "physics step");
-    for (demo, _) in Data::embedded().demos() {
+    for (demo, _) in cell_files::data().demos() {
         if demo == DEMO {
             continue;
         }

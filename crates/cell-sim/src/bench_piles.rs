@@ -4,7 +4,7 @@
 
 use cell_model::bench_report::{Report, Samples};
 use cell_model::random::Random;
-use cell_model::{Cell, Data, Shape};
+use cell_model::{Cell, Shape};
 use cell_rt::monotonic_ns;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use physics_proc::world::{StepInput, World};
@@ -118,7 +118,7 @@ fn step(world: &mut World, ticks: usize, samples: &mut Samples) {
 
 /// The floor, and the objects whose table has this name.
 fn cell(kind: &str) -> Result<Cell, SimError> {
-    let mut cell = Cell::from_text(&Data::embedded(), "heaps", "bench", CELL, 0, None)?;
+    let mut cell = Cell::from_text(&cell_files::data(), "heaps", "bench", CELL, 0, None)?;
     cell.arms.clear();
     cell.objects.retain(|object| object.kind == kind);
     Ok(cell)

@@ -204,7 +204,7 @@ fn look(verb: BehaviourVerb) -> Result<ExitCode, SimError> {
             policy,
             data,
         } => {
-            let data = data.map_or_else(Data::embedded, Data::dir);
+            let data = data.map_or_else(cell_files::data, Data::dir);
             let graphs = behaviour::graphs(kind, &what, policy.as_deref(), &data)?;
             say(format_args!(
                 "{}",

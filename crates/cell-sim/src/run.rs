@@ -12,7 +12,7 @@ use crate::{OneProcess, SimError};
 
 /// The cell of a run.
 pub fn cell_of(spec: &RunSpec) -> Result<Cell, SimError> {
-    Ok(spec.load_cell()?)
+    Ok(spec.load_cell_from(&cell_files::data())?)
 }
 
 /// Runs `spec` until its task is done or its time limit is reached. `on_line`

@@ -37,7 +37,7 @@ pub(crate) fn list(args: &ListArgs) -> Result<(), Failure> {
         .data
         .data
         .as_ref()
-        .map_or_else(Data::embedded, Data::dir);
+        .map_or_else(cell_files::data, Data::dir);
     let list = List {
         demos: demos(&data)?,
         running: running(args.cell.as_deref()),

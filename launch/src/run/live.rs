@@ -87,7 +87,7 @@ impl Standstill {
 impl LiveCell {
     /// Takes the run directory, prepares the bus; processes start with
     /// [`LiveCell::stay`].
-    pub(crate) fn start(plan: Plan) -> Result<Self, Failure> {
+    pub(crate) fn start(mut plan: Plan) -> Result<Self, Failure> {
         let processes = Process::all(plan.spec.arms);
         for process in &processes {
             beside(program(*process))?;
@@ -99,6 +99,10 @@ impl LiveCell {
             say::warn(line);
         }
         std::fs::create_dir_all(plan.dir.logs()).cannot("make the directory of the logs")?;
+        if plan.spec.data_dir.is_none() {
+            plan.spec.built_in_dir =
+                cell_files::install(&plan.dir.data()).cannot("write the built-in cells")?;
+        }
         plan.spec
             .save(&plan.dir.spec())
             .map_err(Failure::configuration)?;

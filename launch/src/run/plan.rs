@@ -64,6 +64,7 @@ impl Plan {
             seed: args.seed,
             speed: args.speed,
             data_dir,
+            built_in_dir: PathBuf::new(),
             run_dir: dir.path().to_owned(),
             root,
             prefix,
@@ -168,7 +169,7 @@ pub(crate) fn load(
     seed: u64,
     robot: Option<&RobotFiles>,
 ) -> Result<Cell, Failure> {
-    let data = data_dir.map_or_else(Data::embedded, Data::dir);
+    let data = data_dir.map_or_else(cell_files::data, Data::dir);
     Cell::load(&data, demo, seed, robot).map_err(Failure::configuration)
 }
 

@@ -65,7 +65,7 @@ impl Hold {
 
     /// A cell arranged for where its cup is.
     pub(super) fn with(text: &str, arrange: impl FnOnce(&mut Cell, Vector3<f64>)) -> Self {
-        let data = Data::embedded();
+        let data = Data::checkout();
         let mut cell = Cell::from_text(&data, "cup", "cup.toml", text, 1, None).unwrap();
         let arm = &mut cell.arms[0];
         let robot = &arm.robot;

@@ -106,7 +106,7 @@ mod tests {
     use ipc_types::Wire;
 
     fn names(demo: &str) -> Names {
-        Names::of(&Cell::load(&Data::embedded(), demo, 0, None).unwrap())
+        Names::of(&Cell::load(&Data::checkout(), demo, 0, None).unwrap())
     }
 
     #[test]

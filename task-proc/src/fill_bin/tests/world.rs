@@ -56,7 +56,7 @@ pub(super) fn on_its_end() -> Isometry3<f64> {
 
 impl World {
     pub(super) fn new() -> Self {
-        let cell = Cell::load(&Data::embedded(), DEMO, 1, None).unwrap();
+        let cell = Cell::load(&Data::checkout(), DEMO, 1, None).unwrap();
         let mut state = Box::new(WorldState::zeroed());
         (state.arm_count, state.object_count) = (1, 101);
         for (object, spec) in state.objects.iter_mut().zip(&cell.objects) {

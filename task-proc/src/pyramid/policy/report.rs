@@ -150,7 +150,7 @@ mod tests {
     /// Recoveries that are asked for when the record says that the left arm
     /// carries the first cube and the hand holds object `held`, from 1.
     fn recoveries(held: u32) -> u32 {
-        let cell = Cell::load(&Data::embedded(), "franka-pyramid", 1, None).unwrap();
+        let cell = Cell::load(&Data::checkout(), "franka-pyramid", 1, None).unwrap();
         let TaskSpec::Pyramid(task) = &cell.task else {
             panic!("the cell has a pyramid")
         };

@@ -57,7 +57,7 @@ struct Bench {
 impl Bench {
     /// A tree of one node, `{"type": ..., "ports": ...}`, for `arm`.
     fn new(arm: usize, node: serde_json::Value) -> Self {
-        let cell = Cell::load(&Data::embedded(), "franka-pyramid", 1, None).unwrap();
+        let cell = Cell::load(&Data::checkout(), "franka-pyramid", 1, None).unwrap();
         let TaskSpec::Pyramid(task) = &cell.task else {
             panic!("the cell has a pyramid")
         };

@@ -1,0 +1,15 @@
+//! The integration tests of this package, in one program: it links once.
+
+mod allocation;
+mod cycle;
+mod record;
+mod support;
+mod ur10_motion;
+mod ur10_obstacles;
+mod ur10_suction;
+
+use cell_rt::alloc::Counting;
+
+// Counts per thread, so tests beside each other do not disturb it.
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;

@@ -1,0 +1,195 @@
+//! Files of machines: what is wrong is named with its place, all at once; what
+//! is odd is found by the checks.
+#![allow(clippy::unwrap_used, clippy::match_bool, reason = "helpers of tests")]
+
+use crate::machine_host;
+
+use behavior::machine::{Definition, RowDef, StateDef, check, unhandled};
+use machine_host::{VOCABULARY, machine};
+use proptest::prelude::*;
+
+fn problems(file: &str, text: &str) -> Vec<String> {
+    let wrong = Definition::load(file, text, &VOCABULARY).unwrap_err();
+    wrong.to_string().lines().map(str::to_owned).collect()
+}
+
+#[test]
+fn every_mistake_of_a_toml_file_is_named_with_its_place() {
+    let text = r#"version = 1
+name = "door"
+initial = "closd"
+states = ["closed", "open", "open", { name = "ajar", entr = "enter", during = "fetsch" }]
+
+[[rows]]
+trigger = "push"
+source = ["closed", "opn"]
+dest = "open"
+conditions = ["x", "z"]
+
+[[rows]]
+source = "*"
+dest = 3
+before = "bfore"
+"#;
+    let expected = [
+        "door.toml:3:11: unknown state 'closd'; did you mean 'closed'?",
+        "door.toml:4:29: state 'open' is there twice (first in line 4); rename one of them",
+        "door.toml:4:54: a state has no key 'entr'; did you mean 'enter'?",
+        "door.toml:4:79: unknown sub-behaviour 'fetsch'; did you mean 'fetch'?",
+        "door.toml:8:21: unknown state 'opn'; did you mean 'open'?",
+        "door.toml:10:20: unknown guard 'z'; known are: x, y",
+        "door.toml:12:1: a row has no 'trigger'; add trigger = \"...\"",
+        "door.toml:14:8: 'dest' of a row must be a text, not the integer 3",
+    ];
+    assert_eq!(problems("door.toml", text), expected);
+}
+
+#[test]
+fn json_files_are_read_alike_and_null_is_an_internal_row() {
+    let text = r#"{"version": 1, "name": "j", "initial": "A", "states": ["A", "B"],
+ "rows": [{"trigger": "t", "source": "A", "dest": null, "after": "after"},
+          {"trigger": "t", "source": "B", "dest": "C"}]}"#;
+    let expected = "j.json:3:51: unknown state 'C'; known are: A, B";
+    assert_eq!(problems("j.json", text), [expected]);
+    let read = Definition::load("j.json", &text.replace("\"C\"", "\"=\""), &VOCABULARY).unwrap();
+    let edges = read.describe().edges;
+    assert_eq!((edges[0].label.as_str(), edges[0].to), ("t (internal)", 0));
+    let doubled = text.replace("\"name\": \"j\"", "\"name\": \"j\", \"name\": \"k\"");
+    assert!(problems("j.json", &doubled)[0].contains("given twice"));
+}
+
+#[test]
+fn broken_files_say_where() {
+    for (file, text) in [
+        ("f.toml", "version = 1\nstates = [\"a\"\nname = 2"),
+        ("f.toml", "version = 1\nversion = 1"),
+        ("f.toml", "x = nan"),
+        ("f.toml", "x = 99999999999999999999"),
+        ("f.toml", ""),
+        ("f.json", "[]"),
+        ("f.json", "{"),
+        (
+            "f.toml",
+            "version = 2\nname=\"a\"\nstates=[\"a\"]\ninitial=\"a\"",
+        ),
+    ] {
+        let found = problems(file, text);
+        assert!(found[0].starts_with(&format!("{file}:")), "{found:?}");
+    }
+}
+
+#[test]
+fn triggers_are_checked_against_what_the_host_and_the_file_know() {
+    let machine = Definition::new("m")
+        .state(StateDef::new("A").during("fetch", Some("dne"), None))
+        .row(RowDef::new("done", "A", "="));
+    let wrong = machine.compile(&VOCABULARY).unwrap_err().to_string();
+    assert_eq!(wrong, "m: unknown trigger 'dne'; did you mean 'done'?");
+    let mut vocabulary = VOCABULARY;
+    vocabulary.triggers = &["start", "donee"];
+    let wrong = machine.compile(&vocabulary).unwrap_err().to_string();
+    assert!(
+        wrong.contains("unknown trigger 'done'; did you mean 'donee'?"),
+        "{wrong}"
+    );
+    let known = Definition::new("m")
+        .states(&["A"])
+        .row(RowDef::new("donee", "A", "="));
+    let table = known.compile(&vocabulary).unwrap();
+    assert_eq!(
+        table.trigger("donee").unwrap().0,
+        1,
+        "ids are places in the host's list"
+    );
+}
+
+#[test]
+fn hostile_definitions_are_refused_with_reason() {
+    let mut deep = StateDef::new("s");
+    for _ in 0..40 {
+        deep = StateDef::new("s").children("s", vec![deep]);
+    }
+    let wrong = Definition::new("deep")
+        .state(deep)
+        .compile(&VOCABULARY)
+        .unwrap_err();
+    assert!(wrong.to_string().contains("deep in one another"));
+    let many: Vec<String> = (0..300).map(|n| format!("s{n}")).collect();
+    let many: Vec<&str> = many.iter().map(String::as_str).collect();
+    let wrong = Definition::new("many")
+        .states(&many)
+        .compile(&VOCABULARY)
+        .unwrap_err();
+    assert!(wrong.to_string().contains("at most 256"));
+    let none = Definition::new("none").compile(&VOCABULARY).unwrap_err();
+    assert!(none.to_string().contains("no states"));
+    let mut wide = Definition::new("wide").states(&many[..256]);
+    for _ in 0..300 {
+        wide = wide.row(RowDef::new("t", "*", "s0"));
+    }
+    let wrong = wide.compile(&VOCABULARY).unwrap_err();
+    assert!(wrong.to_string().contains("more than 65000 rows"));
+    let odd = StateDef::new("a.b").children("x", vec![StateDef::new("y")]);
+    let empty = StateDef {
+        parallel: true,
+        ..StateDef::new("p")
+    };
+    let wrong = Definition::new("odd")
+        .state(odd)
+        .state(empty)
+        .compile(&VOCABULARY)
+        .unwrap_err();
+    assert_eq!(wrong.list.len(), 3, "{wrong}");
+}
+
+#[test]
+fn checks_name_what_is_probably_not_meant() {
+    let odd = Definition::new("odd")
+        .states(&["A", "B", "C", "lost"])
+        .state(StateDef::new("end").end(behavior::machine::Final::Success))
+        .row(RowDef::new("go", "A", "B").when(&["x"]))
+        .row(RowDef::new("go", "A", "C").when(&["x"]))
+        .row(RowDef::new("go", "A", "end"))
+        .row(RowDef::new("go", "A", "B").when(&["y"]))
+        .row(RowDef::new("there", "B", "C"))
+        .row(RowDef::new("back", "C", "B"))
+        .row(RowDef::new("never", "lost", "A"));
+    let found = check(machine(&odd).table());
+    let found: Vec<(&str, &str)> = found
+        .iter()
+        .map(|it| (it.rule, it.place.as_str()))
+        .collect();
+    let expected = [
+        ("unreachable_state", "lost"),
+        ("never_final", "B"),
+        ("never_final", "C"),
+        ("same_guards", "row 2"),
+        ("shadowed_row", "row 4"),
+        ("unhandled_trigger", "never"),
+    ];
+    assert_eq!(found, expected);
+    let stuck = Definition::new("stuck")
+        .states(&["A", "B"])
+        .row(RowDef::new("go", "A", "B"));
+    let table = machine(&stuck).table().clone();
+    assert_eq!(check(&table)[0].rule, "dead_end");
+    assert_eq!(unhandled(&table)[0].1, [table.state("B").unwrap()]);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_text_crashes_the_reader(text in "\\PC{0,80}", at in 0_usize..600, cut in 0_usize..9) {
+        let good = include_str!("../../examples/palletizing.toml");
+        let mut bytes: Vec<char> = good.chars().collect();
+        let at = at.min(bytes.len());
+        bytes.splice(at..(at + cut).min(bytes.len()), text.chars());
+        let broken: String = bytes.into_iter().collect();
+        for (file, text) in [("f.toml", &broken), ("f.json", &text), ("f.toml", &text)] {
+            if let Err(wrong) = Definition::load(file, text, &VOCABULARY) {
+                prop_assert!(wrong.list.iter().all(|it| it.place.line > 0), "{}", wrong);
+            }
+        }
+    }
+}

@@ -1,0 +1,6 @@
+//! The integration tests of this package, in one program: it links once.
+
+mod common;
+mod faults;
+mod operator;
+mod topics;

@@ -1,0 +1,112 @@
+//! What a user notices when loading robots and cells.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+
+use cell_model::task_spec::TaskSpec;
+use cell_model::{Cell, Data, Robot, RobotFiles};
+
+fn stack(seed: u64) -> Cell {
+    Cell::load(&Data::checkout(), "franka-stack", seed, None).unwrap()
+}
+
+#[test]
+fn the_stack_demo_has_a_panda_and_four_cubes() {
+    let cell = stack(1);
+    let names: Vec<&str> = cell.objects.iter().map(|o| o.name.as_str()).collect();
+    assert_eq!(
+        names,
+        ["red_cube", "blue_cube", "green_cube", "yellow_cube"]
+    );
+    let robot = &cell.arms[0].robot;
+    assert_eq!(robot.arm_joints, [0, 1, 2, 3, 4, 5, 6]);
+    assert_eq!(robot.tcp_frame_name(), "panda_hand_tcp");
+    assert_eq!(robot.gripper.as_ref().unwrap().finger_joints, [7, 8]);
+    assert_eq!(robot.links.len(), 10);
+    let total: f64 = robot.links.iter().map(|link| link.mass).sum();
+    assert!((total - 17.451_901).abs() < 1e-6, "{total}");
+}
+
+#[test]
+fn the_seed_moves_cubes_within_their_areas_and_nothing_else_does() {
+    assert_eq!(stack(5).objects, stack(5).objects);
+    assert_ne!(stack(5).objects, stack(6).objects);
+    for seed in 0..50 {
+        for object in stack(seed).objects {
+            let shift = object.pose.translation.vector - object.nominal.translation.vector;
+            assert!(shift.x.abs() <= 0.015 && shift.y.abs() <= 0.02 && shift.z == 0.0);
+            assert!((object.pose.rotation / object.nominal.rotation).angle() <= 0.1746);
+            assert!((0.8..=1.0).contains(&object.friction));
+        }
+    }
+}
+
+#[test]
+fn the_hand_points_straight_down_for_the_quaternion_0_1_0_0() {
+    let robot = Robot::load(&Data::checkout(), "panda").unwrap();
+    let positions = robot.with_arm_positions(&[
+        0.0,
+        -FRAC_PI_4,
+        0.0,
+        -3.0 * FRAC_PI_4,
+        0.0,
+        FRAC_PI_2,
+        FRAC_PI_4,
+    ]);
+    let tcp = robot.frame_pose(robot.tcp_frame, &positions).unwrap();
+    let down =
+        nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(0.0, 1.0, 0.0, 0.0));
+    assert!(tcp.rotation.angle_to(&down) < 1e-9);
+    assert!(
+        (tcp.translation.vector.x - 0.306_890_6).abs() < 1e-4,
+        "{tcp}"
+    );
+}
+
+#[test]
+fn a_mistyped_demo_gets_a_suggestion() {
+    let error = Cell::load(&Data::checkout(), "franka-stak", 0, None)
+        .unwrap_err()
+        .to_string();
+    assert_eq!(
+        error,
+        "unknown demo 'franka-stak'; did you mean 'franka-stack'?"
+    );
+}
+
+#[test]
+fn a_missing_urdf_is_named() {
+    let files = RobotFiles {
+        urdf: "no/such.urdf".into(),
+        ..RobotFiles::default()
+    };
+    let error = Cell::load(&Data::checkout(), "reach", 0, Some(&files))
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("no/such.urdf"), "{error}");
+}
+
+#[test]
+fn the_pyramid_demo_has_two_arms_with_a_part_each() {
+    let cell = Cell::load(&Data::checkout(), "franka-pyramid", 3, None).unwrap();
+    let TaskSpec::Pyramid(task) = &cell.task else {
+        panic!("{:?}", cell.task)
+    };
+    assert_eq!(cell.objects.len(), 6);
+    for (arm, side) in cell.arms.iter().zip([-1.0, 1.0]) {
+        let part = &task.robot[&arm.name];
+        assert!(part.goal_m[1] * side > 0.0, "each on its own side");
+        assert!(
+            part.order
+                .iter()
+                .all(|name| cell.object_index(name).is_ok())
+        );
+        // Its stack and the whole pyramid are within reach.
+        let base = arm.base.translation.vector.xy();
+        let goal = nalgebra::Vector2::from(part.goal_m);
+        assert!((goal - base).norm() < task.reach_m);
+        for object in &cell.objects {
+            assert!((object.pose.translation.vector.xy() - base).norm() < task.reach_m);
+        }
+    }
+}

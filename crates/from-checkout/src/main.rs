@@ -1,0 +1,106 @@
+//! `cargo robocell ...` in a checkout: builds every program of the cell once,
+//! then becomes `robocell` with the same arguments. `robocell` itself never
+//! calls cargo.
+
+use std::io::Write;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+/// Packages whose programs a cell needs.
+const PACKAGES: [&str; 7] = [
+    "launch",
+    "physics-proc",
+    "controller-proc",
+    "task-proc",
+    "monitor-proc",
+    "cell-sim",
+    "cell-assets",
+];
+
+/// Tells `robocell` where the sources of the page are.
+const ENV_UI: &str = "ROBOCELL_UI_DIR";
+
+fn main() -> ExitCode {
+    match build_and_become() {
+        Ok(code) => code,
+        Err(message) => {
+            writeln!(std::io::stderr(), "robocell: {message}").ok();
+            ExitCode::from(3)
+        }
+    }
+}
+
+fn build_and_become() -> Result<ExitCode, String> {
+    let own = std::env::current_exe().map_err(|error| error.to_string())?;
+    let manifest = checkout().join("Cargo.toml");
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut build = Command::new(cargo);
+    build
+        // Cells and robots are read from the checkout, so that an edited one
+        // takes effect without a build.
+        .args(["build", "--release", "--bins", "--no-default-features"])
+        .arg("--manifest-path")
+        .arg(&manifest);
+    // The first build takes minutes and has to be seen; later ones only wait.
+    if own.with_file_name("cell-sim").is_file() {
+        build.arg("--quiet");
+    }
+    for package in PACKAGES {
+        build.args(["--package", package]);
+    }
+    // Its peers are built only for those who want to be compared with them.
+    if wants_behavior_bench(std::env::args().skip(1)) {
+        build.args(["--example", "bench_behavior"]);
+    }
+    let status = build
+        .status()
+        .map_err(|error| format!("cannot start cargo: {error}"))?;
+    if !status.success() {
+        return Ok(ExitCode::from(3));
+    }
+    let robocell = own.with_file_name("robocell");
+    let mut become_it = Command::new(&robocell);
+    become_it.args(std::env::args_os().skip(1));
+    // With CARGO_TARGET_DIR the programs lie outside of the checkout.
+    if std::env::var_os(ENV_UI).is_none() {
+        become_it.env(ENV_UI, page_sources());
+    }
+    let error = become_it.exec();
+    Err(format!("{}: {error}", robocell.display()))
+}
+
+/// This checkout: two levels above this package.
+fn checkout() -> PathBuf {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    own.ancestors().nth(2).unwrap_or(own).to_owned()
+}
+
+/// Directory of the page's sources in this checkout.
+fn page_sources() -> PathBuf {
+    checkout().join("monitor-proc").join("ui")
+}
+
+/// Whether the first two words are `bench behavior`, whatever flags are among
+/// them.
+fn wants_behavior_bench(arguments: impl Iterator<Item = String>) -> bool {
+    let mut words = arguments.filter(|argument| !argument.starts_with('-'));
+    words.next().as_deref() == Some("bench") && words.next().as_deref() == Some("behavior")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_is_found_wherever_cargo_builds() {
+        assert!(page_sources().join("package.json").is_file());
+    }
+
+    #[test]
+    fn the_bench_of_behaviours_is_built_when_it_is_asked_for() {
+        let wants = |line: &str| wants_behavior_bench(line.split(' ').map(str::to_owned));
+        assert!(wants("bench behavior") && wants("bench --json behavior"));
+        assert!(!wants("bench physics") && !wants("run behavior"));
+    }
+}

@@ -1,0 +1,12 @@
+//! The integration tests of this package, in one program: it links once.
+
+mod cell;
+mod common;
+mod golden;
+mod kinematics;
+
+use cell_rt::alloc::Counting;
+
+// Counts per thread, so tests beside each other do not disturb it.
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;

@@ -1,0 +1,186 @@
+//! What the author of a task writes, and the form in which a task keeps it.
+
+use behavior::{Graph, NodeStatus};
+use ipc_types::Text;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::checkpoint;
+use crate::job::Job;
+use crate::observation::Observation;
+use crate::output::Output;
+use crate::ring;
+
+/// A decision maker in plain code.
+///
+/// What it decides depends on the observation and on its [`Policy::Memory`],
+/// and on nothing else: no clock, no random number, no file. Then a run is the
+/// same in one process and in four, it can be computed again, and a new process
+/// resumes where the old one was killed.
+pub trait Policy: Send {
+    /// All it remembers from one decision to the next. It is in the checkpoint
+    /// of every decision; [`Policy::Memory::default`] is the memory before the
+    /// first one.
+    type Memory: Default + Serialize + DeserializeOwned + Send;
+
+    /// One decision, every [`ipc_types::DECISION_TICKS`] ticks. `out` comes
+    /// empty: an arm without an intent holds and keeps its gripper.
+    fn decide(
+        &self,
+        memory: &mut Self::Memory,
+        observation: &Observation<'_>,
+        job: &mut Job,
+        out: &mut Output,
+    );
+
+    /// Name of the phase it is in, for people and scripts; at most 32 bytes.
+    fn phase(&self, _memory: &Self::Memory) -> &str {
+        ""
+    }
+
+    /// Names of its phases in the order in which they follow each other; the
+    /// picture of the policy is a ring of them.
+    fn phases(&self) -> &[&str] {
+        &[]
+    }
+
+    /// Its picture.
+    fn describe(&self, name: &str) -> Graph {
+        ring::graph(name, self.phases())
+    }
+
+    /// Appends the status of each node of [`Policy::describe`].
+    fn statuses(&self, memory: &Self::Memory, out: &mut Vec<NodeStatus>) {
+        ring::statuses(self.phases(), self.phase(memory), out);
+    }
+
+    /// Compares the memory with the observation: after missed decisions, after
+    /// the operator led the arm, at a start with something in the gripper, and
+    /// when this policy takes over a `job` of another one. Without a method of
+    /// its own a policy that is wrong about the object in the gripper of the
+    /// first arm starts again from its default memory.
+    fn reconcile(
+        &self,
+        memory: &mut Self::Memory,
+        observation: &Observation<'_>,
+        job: &mut Job,
+        _out: &mut Output,
+    ) {
+        let held = observation.held_object(0);
+        if job.held != held {
+            *memory = Self::Memory::default();
+            job.held = held;
+        }
+    }
+
+    /// Controls the cell's equipment while the operator leads the arm and after
+    /// the job failed: a belt has to stop where a bin waits.
+    fn tend(&self, _observation: &Observation<'_>, _job: &mut Job) {}
+
+    /// Whether the operator's targets are its job: then a pause does not take
+    /// the arm from it.
+    fn follows_operator(&self) -> bool {
+        false
+    }
+}
+
+/// A policy of any kind, as a task keeps it: plain code with its memory, or an
+/// engine with a tree, a machine or a matrix.
+pub trait AnyPolicy: Send {
+    /// Resets it to the state before the first decision.
+    fn reset(&mut self);
+
+    /// One decision; see [`Policy::decide`].
+    fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output);
+
+    /// See [`Policy::tend`].
+    fn tend(&self, _observation: &Observation<'_>, _job: &mut Job) {}
+
+    /// Name of the phase it is in, empty between transfers.
+    fn phase(&self) -> Text<32>;
+
+    /// Its pictures: one per tree, machine or arm, always in this order. `name`
+    /// is the name of the policy.
+    fn describe(&self, name: &str) -> Vec<Graph>;
+
+    /// Appends the status of each node of picture `graph`.
+    fn statuses(&self, graph: usize, out: &mut Vec<NodeStatus>);
+
+    /// Its part of the checkpoint; see [`AnyPolicy::restore`].
+    fn save(&self) -> Vec<u8>;
+
+    /// Takes back what [`AnyPolicy::save`] gave.
+    ///
+    /// # Errors
+    /// When `bytes` are not of this policy; it is then as after a reset.
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error>;
+
+    /// See [`Policy::follows_operator`].
+    fn follows_operator(&self) -> bool {
+        false
+    }
+
+    /// See [`Policy::reconcile`].
+    fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output);
+}
+
+/// A policy in plain code together with its memory.
+struct Stateful<P: Policy> {
+    policy: P,
+    memory: P::Memory,
+}
+
+/// A policy in plain code in the form a task keeps.
+pub fn boxed<P: Policy + 'static>(policy: P) -> Box<dyn AnyPolicy> {
+    Box::new(Stateful {
+        policy,
+        memory: P::Memory::default(),
+    })
+}
+
+impl<P: Policy> AnyPolicy for Stateful<P> {
+    fn reset(&mut self) {
+        self.memory = P::Memory::default();
+    }
+
+    fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        self.policy.decide(&mut self.memory, observation, job, out);
+        if out.phase == Text::EMPTY {
+            out.phase = self.phase();
+        }
+    }
+
+    fn tend(&self, observation: &Observation<'_>, job: &mut Job) {
+        self.policy.tend(observation, job);
+    }
+
+    fn phase(&self) -> Text<32> {
+        Text::new(self.policy.phase(&self.memory))
+    }
+
+    fn describe(&self, name: &str) -> Vec<Graph> {
+        vec![self.policy.describe(name)]
+    }
+
+    fn statuses(&self, _graph: usize, out: &mut Vec<NodeStatus>) {
+        self.policy.statuses(&self.memory, out);
+    }
+
+    fn save(&self) -> Vec<u8> {
+        checkpoint::to_bytes(&self.memory)
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
+        self.memory = checkpoint::from_bytes(bytes).inspect_err(|_| self.reset())?;
+        Ok(())
+    }
+
+    fn follows_operator(&self) -> bool {
+        self.policy.follows_operator()
+    }
+
+    fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        self.policy
+            .reconcile(&mut self.memory, observation, job, out);
+    }
+}

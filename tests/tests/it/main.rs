@@ -1,0 +1,23 @@
+//! The integration tests of this package, in one program: it links once.
+
+mod bad_input;
+mod behaviours;
+mod bins_in_real_time;
+mod command_line;
+mod dependencies;
+#[cfg(feature = "schema")]
+#[path = "../../../crates/behavior/tests/it/descriptor_common/mod.rs"]
+mod descriptor_common;
+#[cfg(feature = "schema")]
+mod descriptor_schema;
+mod equipment;
+mod kill_sweep;
+mod licences;
+mod lockstep;
+mod page;
+mod page_serving;
+mod random_kills;
+mod replay;
+mod restart_latency;
+mod stacking;
+mod supervision;

@@ -1,0 +1,215 @@
+//! The page in a real browser: what a person sees and does there. Needs
+//! Chromium, Node.js and the page's packages; says so and does nothing where
+//! one is missing.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test that cannot go on has failed"
+)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Mutex;
+
+use robocell_tests::cell::{TestCell, base};
+use robocell_tests::program::{built, finish, robocell};
+use robocell_tests::recording::rewrite;
+use serde_json::{Value, json};
+
+/// One browser at a time: without a GPU it takes the processor that the cell's
+/// loops need.
+static ONE: Mutex<()> = Mutex::new(());
+
+fn ui() -> PathBuf {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../monitor-proc/ui")).to_owned()
+}
+
+/// The browser, or why there is no test.
+fn browser() -> Result<PathBuf, &'static str> {
+    if !ui().join("node_modules/playwright-core").is_dir() {
+        return Err("the page's packages are missing: `npm ci` in monitor-proc/ui");
+    }
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let find = |name: &str| {
+        std::env::split_paths(&path)
+            .map(|dir| dir.join(name))
+            .find(|file| file.is_file())
+    };
+    find("node").ok_or("Node.js is missing")?;
+    find("chromium")
+        .or_else(|| find("chromium-browser"))
+        .or_else(|| find("google-chrome"))
+        .ok_or("Chromium is missing")
+}
+
+/// Runs a scenario of `monitor-proc/ui/e2e` on a cell started with `arguments`.
+#[track_caller]
+fn browse(scenario: &str, arguments: &[&str]) {
+    look_at(scenario, || {
+        let cell = TestCell::start_with(base(), arguments, |_| {});
+        cell.wait_up();
+        let link = cell.link();
+        (cell, link)
+    });
+}
+
+/// Runs a scenario on the page that `start` starts and gives the link of.
+#[track_caller]
+fn look_at(scenario: &str, start: impl FnOnce() -> (TestCell, String)) {
+    let _one = ONE
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner);
+    let chromium = match browser() {
+        Ok(chromium) => chromium,
+        Err(why) => {
+            eprintln!("skipped: {why}");
+            return;
+        }
+    };
+    let (cell, link) = start();
+    let mut command = Command::new("node");
+    command
+        .arg(ui().join("e2e/page.mjs"))
+        .args([scenario, &link])
+        .env("CHROMIUM", chromium)
+        .env("ROBOCELL", built("robocell"))
+        .env("ROBOCELL_RUN_DIR", cell.base())
+        .env("OPERATOR_LINK", cell.link());
+    let said = finish(command);
+    assert_eq!(said.code, 0, "{}{}", said.stdout, said.stderr);
+    eprint!("{}", said.stdout);
+}
+
+const DEMOS: [&str; 6] = [
+    "franka-stack",
+    "franka-pyramid",
+    "reach",
+    "ur10-palletize",
+    "ur10-fill-bin",
+    "ur10-bin-stack",
+];
+
+/// `ROBOCELL_PAGE=all` runs the long ones too.
+fn all_of_them() -> bool {
+    std::env::var("ROBOCELL_PAGE").is_ok_and(|value| value == "all")
+}
+
+#[test]
+fn each_demo_is_drawn_where_physics_has_it() {
+    for demo in DEMOS {
+        browse("draws", &[demo, "--paused", "--speed", "max"]);
+    }
+}
+
+/// `cargo test -p robocell-tests page -- --ignored --nocapture frame_rates`
+#[test]
+#[ignore = "measures: for a quiet machine"]
+fn frame_rates() {
+    for demo in DEMOS {
+        eprintln!("{demo}");
+        browse("frames", &[demo, "--paused"]);
+    }
+}
+
+#[test]
+fn a_bin_set_down_by_hand_is_counted() {
+    // By its seed the first bin opens downward.
+    browse("manual", &["ur10-bin-stack", "--paused", "--seed", "0"]);
+}
+
+#[test]
+fn a_bin_palletized_by_hand_is_counted() {
+    // By its seed the first bin opens upward.
+    browse("pallet", &["ur10-palletize", "--paused", "--seed", "1"]);
+}
+
+#[test]
+fn a_bin_left_on_the_flipping_station_by_hand_is_stacked_and_counted() {
+    if !all_of_them() {
+        eprintln!("skipped: long; ROBOCELL_PAGE=all runs it");
+        return;
+    }
+    browse("flip", &["ur10-bin-stack", "--paused", "--seed", "1"]);
+}
+
+#[test]
+fn the_buttons_of_the_bins_do_what_their_commands_do() {
+    for demo in ["ur10-palletize", "ur10-fill-bin", "ur10-bin-stack"] {
+        browse("bins", &[demo]);
+    }
+}
+
+#[test]
+fn a_cube_pulled_by_the_mouse_moves_in_physics_and_the_task_recovers() {
+    browse("drag", &["franka-stack", "--paused"]);
+}
+
+#[test]
+fn the_gizmo_leads_the_arm_while_the_task_is_paused() {
+    browse("gizmo", &["franka-stack", "--paused"]);
+}
+
+#[test]
+fn every_button_does_what_its_command_does() {
+    browse("buttons", &["franka-stack"]);
+}
+
+#[test]
+fn the_page_outlives_the_task_and_the_monitor() {
+    browse("restarts", &["franka-stack"]);
+}
+
+#[test]
+fn the_page_goes_back_to_what_just_happened() {
+    browse("scrub", &["franka-stack"]);
+}
+
+#[test]
+fn who_may_only_look_is_refused_until_he_presents_the_operators_token() {
+    look_at("viewer", || {
+        let cell = TestCell::start(&["franka-stack", "--paused"]);
+        cell.wait_up();
+        let secrets = fs::read_to_string(cell.run_dir().join("page.json")).expect("secrets");
+        let secrets: Value = serde_json::from_str(&secrets).expect("JSON");
+        let token = |role: &str| secrets[role].as_str().expect("a token").to_owned();
+        let link = cell.link();
+        let link = link.replace(&token("operator_token"), &token("viewer_token"));
+        (cell, link)
+    });
+}
+
+/// Cell files with such names are refused; a recording can come from anybody.
+#[test]
+fn names_like_tags_are_text() {
+    look_at("names", || {
+        let base = base();
+        let [file, other] = ["run.mcap", "other.mcap"].map(|name| base.path().join(name));
+        let name = file.display().to_string();
+        let arguments = ["run", "franka-stack", "--headless", "--speed", "max"];
+        let arguments = [&arguments[..], &["--timeout", "2", "--record", &name]].concat();
+        assert_eq!(finish(robocell(base.path(), &arguments)).code, 5);
+        let rename = |scene: &mut Value| {
+            scene["objects"][0]["name"] = json!("<script>owned=1</script>");
+            scene["objects"][1]["name"] = json!("<img src=x onerror=owned=1>");
+            scene["arms"][0]["name"] = json!("\"><svg onload=owned=1>");
+            scene["description"] = json!("</title><script>owned=1</script>");
+        };
+        rewrite(&file, &other, rename, |_| {});
+        let name = other.display().to_string();
+        let shown = TestCell::launch(base, &["replay", &name], |_| {});
+        let link = shown.link();
+        (shown, link)
+    });
+}
+
+#[test]
+fn fetched_meshes_are_loaded_and_drawn() {
+    let said = finish(robocell(base().path(), &["assets", "list"]));
+    if said.code != 0 {
+        eprintln!("skipped: no meshes are here; `robocell assets fetch` fetches them");
+        return;
+    }
+    browse("meshes", &["franka-stack", "--paused"]);
+}
