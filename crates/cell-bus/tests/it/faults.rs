@@ -46,7 +46,7 @@ fn helper(site: &RunSite, generation: u32) -> Child {
     Command::new(std::env::current_exe().unwrap())
         .args([
             "--exact",
-            "helper_publishes_until_killed",
+            "faults::helper_publishes_until_killed",
             "--ignored",
             "--nocapture",
         ])
