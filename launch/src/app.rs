@@ -1,11 +1,11 @@
 //! From the command line to what does it.
 
-use clap::CommandFactory;
+use clap::{CommandFactory, ValueEnum};
 use ipc_types::operator::OperatorAction;
 
-use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, BenchKind, Cli, Command, EvalArgs};
+use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, EvalArgs};
 use crate::failure::{Context, Failure};
-use crate::{bench, client, e2e, monitor_bench, record, replay, run, say, shot, sim};
+use crate::{client, record, replay, run, say, shot, sim};
 
 /// Does what the command line says.
 pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
@@ -37,9 +37,6 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Fsm(args) => client::behaviour("fsm", args),
         Command::Schema(args) => client::schema(*args),
         Command::Bench(args) => run_bench(args),
-        Command::BenchPeer { dir, prefix } => {
-            bench::peer::run(dir, prefix).map_err(Failure::configuration)
-        }
         Command::Eval(args) => eval(args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
@@ -58,22 +55,17 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
     }
 }
 
+/// Measuring is another program's work: the libraries it compares with are no
+/// dependencies of a cell.
 fn run_bench(args: &BenchArgs) -> Result<(), Failure> {
-    match args.kind {
-        BenchKind::E2e => e2e::run(args.seconds, args.json),
-        BenchKind::Monitor => monitor_bench::run(args.seconds, args.json),
-        BenchKind::Control => core_bench("control", args.json),
-        BenchKind::Physics => core_bench("physics", args.json),
-        BenchKind::Behavior => sim::behavior_bench(args.json),
-        BenchKind::Ipc => bench::ipc::run(args.json).map_err(Failure::configuration),
-        BenchKind::Loop => bench::loop_::run(args.json).map_err(Failure::configuration),
-    }
-}
-
-fn core_bench(kind: &str, json: bool) -> Result<(), Failure> {
-    let mut arguments = vec!["bench".to_owned(), kind.to_owned()];
-    arguments.extend(json.then(|| "--json".to_owned()));
-    sim::run(&arguments)
+    let kind = args.kind.to_possible_value();
+    let kind = kind
+        .as_ref()
+        .map_or("", clap::builder::PossibleValue::get_name);
+    let seconds = args.seconds.to_string();
+    let mut arguments: Vec<String> = [kind, "--seconds", &seconds].map(str::to_owned).to_vec();
+    arguments.extend(args.json.then(|| "--json".to_owned()));
+    sim::run_other("robocell-bench", &arguments)
 }
 
 /// The work is another program's: most never need what it is made of.

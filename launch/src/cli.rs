@@ -90,14 +90,6 @@ pub enum Command {
     Schema(SchemaArgs),
     /// Measure, and print a table or one JSON object
     Bench(BenchArgs),
-    /// The second process of `bench ipc`, started by it
-    #[command(hide = true)]
-    BenchPeer {
-        /// Where the two meet.
-        dir: std::path::PathBuf,
-        /// Prefix of their segments.
-        prefix: String,
-    },
     /// Run many seeds in one process and count what became of them
     Eval(EvalArgs),
     /// Print completions for a shell

@@ -3,23 +3,20 @@
 #![forbid(unsafe_code)]
 
 mod app;
-pub mod bench;
 mod child;
 pub mod cli;
 mod cli_page;
 mod cli_values;
 mod client;
 mod control;
-mod e2e;
 pub mod failure;
 mod flight;
 mod leftovers;
 pub mod lock;
-mod monitor_bench;
 mod page;
 mod record;
 mod replay;
-mod run;
+pub mod run;
 pub mod rundir;
 mod say;
 mod shot;

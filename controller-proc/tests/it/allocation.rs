@@ -1,8 +1,6 @@
 //! A cycle allocates nothing: not when it follows, not when it switches the
 //! gripper, not when it holds; and neither does writing its record.
 
-#![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
-
 use crate::support;
 
 use cell_model::{Cell, Data};

@@ -1,9 +1,4 @@
 //! The cycle against a plain world: what is commanded is what the drives do.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test that cannot go on has failed"
-)]
 
 use cell_model::{Cell, Data};
 use controller_proc::cycle::Cycle;

@@ -1,5 +1,4 @@
 //! The record of a cycle is refused where it does not fit.
-#![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
 
 use cell_model::{Cell, Data};
 use controller_proc::cycle::Cycle;

@@ -12,7 +12,7 @@ use crate::random::Random;
 use crate::robot::Robot;
 use crate::robot_user::RobotFiles;
 use crate::shape::Shape;
-use crate::task_spec::TaskSpec;
+use crate::task_table::TaskTable;
 use crate::{suggest, toml_text};
 
 pub use crate::cell_file::{
@@ -54,7 +54,7 @@ pub struct Cell {
     /// Seed of everything random in this run.
     pub seed: u64,
     /// What the policies work with.
-    pub task: TaskSpec,
+    pub task: TaskTable,
     /// Where a picture is taken from.
     pub camera: Camera,
     /// Where the cell file came from, and other files it names.
@@ -205,7 +205,7 @@ impl Cell {
             default_policy: table.default_policy,
             time_limit_s: table.time_limit_s,
             arms,
-            task: table.task,
+            task: TaskTable::new(table.task, file, text),
             camera: table.camera,
             data: data.clone(),
         })

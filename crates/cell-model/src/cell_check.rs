@@ -1,20 +1,16 @@
 //! Ranges of the numbers in a cell file.
 
-use std::fmt::Display;
-
 use crate::cell::numbered;
 use crate::cell_file::{CellFile, FixtureTable, ObjectTable, SpawnArea};
-use crate::error::{ModelError, Place};
+use crate::check::{Checker, MAX_COORDINATE_M};
+use crate::error::ModelError;
 use crate::robot::Robot;
 use crate::shape::Shape;
-use crate::{suggest, toml_text};
-
-/// A cell is not larger (m).
-pub(crate) const MAX_COORDINATE_M: f64 = 20.0;
+use crate::suggest;
 
 /// Refuses a cell whose names or numbers cannot be meant.
 pub(crate) fn check(file: &str, text: &str, cell: &CellFile) -> Result<(), ModelError> {
-    let checker = Checker { file, text };
+    let checker = Checker::new(file, text);
     checker.number("time_limit_s", cell.time_limit_s, 0.1, 1.0e5)?;
     checker.numbers(
         "camera.eye_m",
@@ -44,8 +40,7 @@ pub(crate) fn check(file: &str, text: &str, cell: &CellFile) -> Result<(), Model
     if let Some(height) = cell.clear_below_m {
         checker.number("clear_below_m", height, -MAX_COORDINATE_M, MAX_COORDINATE_M)?;
     }
-    checker.equipment(cell)?;
-    checker.task(cell)
+    checker.equipment(cell)
 }
 
 /// Refuses a home position the robot cannot take.
@@ -56,7 +51,7 @@ pub(crate) fn home(
     home: &[f64],
     robot: &Robot,
 ) -> Result<(), ModelError> {
-    let checker = Checker { file, text };
+    let checker = Checker::new(file, text);
     let key = format!("arm.{arm}.home_joint_positions");
     if home.len() != robot.arm_joints.len() {
         let allowed = format!("{} are needed for {}", robot.arm_joints.len(), robot.name);
@@ -69,55 +64,7 @@ pub(crate) fn home(
     Ok(())
 }
 
-pub(crate) struct Checker<'a> {
-    file: &'a str,
-    text: &'a str,
-}
-
 impl Checker<'_> {
-    pub(crate) fn refuse(
-        &self,
-        key: &str,
-        value: impl Display,
-        allowed: impl Into<String>,
-    ) -> ModelError {
-        ModelError::value(
-            Place::line(self.file, toml_text::line_of(self.text, key)),
-            key,
-            value,
-            allowed,
-        )
-    }
-
-    pub(crate) fn number(
-        &self,
-        key: &str,
-        value: f64,
-        low: f64,
-        high: f64,
-    ) -> Result<(), ModelError> {
-        if (low..=high).contains(&value) {
-            return Ok(());
-        }
-        Err(self.refuse(key, value, format!("{low} to {high} is allowed")))
-    }
-
-    pub(crate) fn numbers(
-        &self,
-        key: &str,
-        values: &[f64],
-        low: f64,
-        high: f64,
-    ) -> Result<(), ModelError> {
-        values.iter().enumerate().try_for_each(|(index, value)| {
-            self.number(&format!("{key}.{index}"), *value, low, high)
-        })
-    }
-
-    pub(crate) fn position(&self, key: &str, position: &[f64; 3]) -> Result<(), ModelError> {
-        self.numbers(key, position, -MAX_COORDINATE_M, MAX_COORDINATE_M)
-    }
-
     fn counts(&self, cell: &CellFile) -> Result<(), ModelError> {
         let counts = cell.objects.iter().map(|object| object.count.unwrap_or(1));
         let objects = counts.map(|count| count as usize).sum();

@@ -1,7 +1,7 @@
 //! Ranges of the numbers of a cell's equipment.
 
-use crate::cell_check::Checker;
 use crate::cell_file::{CellFile, ConveyorTable, DispenserTable, SensorTable, SupplyTable};
+use crate::check::Checker;
 use crate::error::ModelError;
 use crate::suggest;
 

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::shape::Shape;
-use crate::task_spec::TaskSpec;
+use crate::task_table::TaskHead;
 
 /// The whole file.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -44,8 +44,8 @@ pub struct CellFile {
     /// A reset of the task leaves it paused, as in the source of some demos.
     #[serde(default)]
     pub reset_pauses: bool,
-    /// What the policies work with.
-    pub task: TaskSpec,
+    /// The job.
+    pub task: TaskHead,
 }
 
 /// `[camera]`: world frame.

@@ -5,11 +5,11 @@
 //! a seed.
 #![forbid(unsafe_code)]
 
-pub mod bench_report;
 pub mod cell;
 mod cell_check;
 mod cell_check_equipment;
 pub mod cell_file;
+pub mod check;
 pub mod data;
 pub mod dynamics;
 pub mod error;
@@ -27,11 +27,7 @@ mod script_check;
 pub mod shape;
 pub mod stop;
 pub mod summary;
-mod task_bin_stack;
-mod task_check;
-mod task_fill_bin;
-mod task_palletize;
-pub mod task_spec;
+pub mod task_table;
 mod toml_text;
 pub mod urdf;
 mod urdf_check;
@@ -41,9 +37,11 @@ pub mod xrdf;
 
 pub use behavior::suggest;
 pub use cell::{ArmSpec, Cell, FixtureSpec, ObjectSpec};
+pub use check::Checker;
 pub use data::Data;
 pub use dynamics::Dynamics;
 pub use error::ModelError;
 pub use robot::{JointSpec, ParallelGripper, Robot, SuctionGripper};
 pub use robot_user::RobotFiles;
 pub use shape::{Link, LinkShape, Shape};
+pub use task_table::TaskTable;

@@ -1,7 +1,7 @@
 //! TOML with errors a person can act on: file, line, key, "did you mean".
 
 use serde::de::DeserializeOwned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use crate::error::{ModelError, Place};
 use crate::suggest;
@@ -12,6 +12,31 @@ pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, Mo
     let table = DeTable::parse(text).map_err(|error| explain(file, text, &error))?;
     refuse_non_finite(file, text, table.get_ref(), "")?;
     toml::from_str(text).map_err(|error| explain(file, text, &error))
+}
+
+/// Reads the table `key` of `text` as `T`, but for the keys in `without`. Numbers
+/// are finite, as [`parse`] has read the whole text before.
+pub(crate) fn parse_table<T: DeserializeOwned>(
+    file: &str,
+    text: &str,
+    key: &str,
+    without: &[&str],
+) -> Result<T, ModelError> {
+    let parsed = DeTable::parse(text).map_err(|error| explain(file, text, &error))?;
+    let Some(mut value) = parsed.into_inner().remove(key) else {
+        return Err(ModelError::value(
+            Place::file(file),
+            key,
+            "missing",
+            format!("a table [{key}] is needed"),
+        ));
+    };
+    if let DeValue::Table(table) = value.get_mut() {
+        for key in without {
+            table.remove(*key);
+        }
+    }
+    T::deserialize(ValueDeserializer::from(value)).map_err(|error| explain(file, text, &error))
 }
 
 /// A string at the top level, for listings.

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use cell_model::run_spec::{RecordSpec, RunSpec, Speed};
 use cell_model::summary::{RunOutcome, RunSummary};
 
-use crate::SimError;
 use crate::run::to_the_end;
+use crate::{Program, SimError};
 
 /// What to evaluate.
 #[derive(Clone, Debug)]
@@ -50,7 +50,11 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
 
 /// Runs every seed once; `on_row` gets each row as it comes, in any order.
 /// Returns how many ended done.
-pub fn evaluate(plan: &Plan, on_row: impl Fn(&RunSummary) + Sync) -> Result<(u64, u64), SimError> {
+pub fn evaluate(
+    program: &Program,
+    plan: &Plan,
+    on_row: impl Fn(&RunSummary) + Sync,
+) -> Result<(u64, u64), SimError> {
     let next = AtomicU64::new(*plan.seeds.start());
     let counts = Mutex::new((0_u64, 0_u64));
     let worker = || -> Result<(), SimError> {
@@ -60,6 +64,7 @@ pub fn evaluate(plan: &Plan, on_row: impl Fn(&RunSummary) + Sync) -> Result<(u64
                 return Ok(());
             }
             let summary = to_the_end(
+                program,
                 &RunSpec {
                     seed,
                     ..plan.spec.clone()

@@ -2,16 +2,25 @@
 //! give the same state hash as four processes in lockstep.
 #![forbid(unsafe_code)]
 
-pub mod behaviour;
-pub mod bench;
-mod bench_mujoco;
-mod bench_piles;
 pub mod eval;
 pub mod one_process;
 pub mod run;
 pub mod verify;
 
 pub use one_process::OneProcess;
+
+use cell_model::Data;
+use robocell_task::Policies;
+
+/// What a task program brings: the jobs it can do, and the cells and robots that
+/// come with it.
+#[derive(Clone)]
+pub struct Program {
+    /// Its jobs.
+    pub policies: Policies,
+    /// Where a cell is looked for that the user gave no folder for.
+    pub data: Data,
+}
 
 /// Why a cell cannot run in this process.
 #[derive(Debug, thiserror::Error)]
@@ -30,7 +39,7 @@ pub enum SimError {
     Controller(#[from] controller_proc::rmpflow_controller::RmpFlowError),
     /// The policy.
     #[error(transparent)]
-    Task(#[from] task_proc::TaskError),
+    Task(#[from] robocell_task::TaskError),
     /// A script that cannot be read.
     #[error("{path}: {source}")]
     ScriptFile {
@@ -42,25 +51,10 @@ pub enum SimError {
     /// A script with a wrong line.
     #[error(transparent)]
     Script(#[from] cell_model::script::ScriptError),
-    /// A behaviour that is not right, all of it.
-    #[error("{0}")]
-    Behaviour(String),
-    /// There is no such bench.
-    #[error("there is no bench '{0}' of a core; there are control and physics")]
-    UnknownBench(String),
-    /// RMPflow does not take the robot.
-    #[error(transparent)]
-    Flow(#[from] rmp::SetupError),
-    /// RMPflow does not take an obstacle.
-    #[error(transparent)]
-    Obstacle(#[from] rmp::ObstacleError),
-    /// Nobody takes the results.
-    #[error("the results cannot be written: {0}")]
-    Output(std::io::Error),
     /// A recording that cannot be verified.
     #[error(transparent)]
     Verify(#[from] verify::VerifyError),
-    /// A record of the task that the task does not take back.
+    /// A checkpoint that the task does not take back.
     #[error(transparent)]
-    Record(#[from] task_proc::RecordError),
+    Checkpoint(#[from] robocell_task::CheckpointError),
 }

@@ -11,7 +11,7 @@ use ipc_types::{
 };
 use physics_proc::plant::{Next, Plant};
 use physics_proc::world::StepInput;
-use task_proc::Task;
+use robocell_task::{Policies, Task};
 
 use crate::SimError;
 
@@ -19,6 +19,7 @@ use crate::SimError;
 /// cell: physics, controllers, and on every tenth tick the task.
 pub struct OneProcess {
     cell: Cell,
+    policies: Policies,
     policy: String,
     plant: Plant,
     cycles: Vec<Cycle>,
@@ -31,17 +32,18 @@ pub struct OneProcess {
     decision: Decision,
     decided: bool,
     trace: Vec<(u64, String)>,
-    lines: Vec<task_proc::TraceLineText>,
+    lines: Vec<robocell_task::TraceLineText>,
     task_restarts: u32,
 }
 
 impl OneProcess {
     /// Sets the cell of `spec` up and lets everybody answer its first state.
-    pub fn new(spec: &RunSpec, cell: Cell) -> Result<Self, SimError> {
+    pub fn new(policies: &Policies, spec: &RunSpec, cell: Cell) -> Result<Self, SimError> {
         let plant = Plant::new(&cell, spec)?;
         let cycles = cycles(&cell)?;
-        let task = Task::new(&cell, &spec.policy)?;
+        let task = policies.task(&cell, &spec.policy)?;
         let mut sim = Self {
+            policies: policies.clone(),
             policy: spec.policy.clone(),
             plant,
             commands: vec![ArmCommand::zeroed(); cycles.len()],
@@ -196,7 +198,7 @@ impl OneProcess {
         }
     }
 
-    /// Drops one controller, named as a process, and goes on with a new one.
+    /// Drops one controller, named as a process, for a new one.
     fn restart_controller(&mut self, process: &str) -> Result<(), SimError> {
         let arms = self.cycles.iter_mut().enumerate();
         for (arm, cycle) in arms.filter(|(arm, _)| process == format!("controller-{arm}")) {
@@ -205,11 +207,11 @@ impl OneProcess {
         Ok(())
     }
 
-    /// Drops the task and goes on with a new one from its record.
+    /// Drops the task; a new one resumes from its checkpoint.
     pub fn restart_task(&mut self) -> Result<(), SimError> {
-        let record = self.task.record();
-        self.task = Task::new(&self.cell, &self.policy)?;
-        self.task.restore(&record)?;
+        let checkpoint = self.task.checkpoint();
+        self.task = self.policies.task(&self.cell, &self.policy)?;
+        self.task.restore(&checkpoint)?;
         self.task_restarts += 1;
         Ok(())
     }

@@ -8,28 +8,24 @@ use cell_model::run_spec::RunSpec;
 use cell_model::script::ScriptLine;
 use cell_model::summary::{RunFacts, RunSummary};
 
-use crate::{OneProcess, SimError};
-
-/// The cell of a run.
-pub fn cell_of(spec: &RunSpec) -> Result<Cell, SimError> {
-    Ok(spec.load_cell_from(&cell_files::data())?)
-}
+use crate::{OneProcess, Program, SimError};
 
 /// Runs `spec` until its task is done or its time limit is reached. `on_line`
 /// gets each log line of the task with its tick.
 pub fn to_the_end(
+    program: &Program,
     spec: &RunSpec,
     mut on_line: impl FnMut(u64, &str),
 ) -> Result<RunSummary, SimError> {
     let began = Instant::now();
-    let cell = cell_of(spec)?;
+    let cell = spec.load_cell_from(&program.data)?;
     let objects: Vec<String> = cell.objects.iter().map(|o| o.name.clone()).collect();
     let limit_s = spec.time_limit_s.unwrap_or(cell.time_limit_s);
     let spec = RunSpec {
         time_limit_s: Some(limit_s),
         ..spec.clone()
     };
-    let mut sim = OneProcess::new(&spec, cell)?;
+    let mut sim = OneProcess::new(&program.policies, &spec, cell)?;
     // A cell that stands still before its end was paused by its script, and
     // nobody is here to resume it.
     while sim.tick()? {

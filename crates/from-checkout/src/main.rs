@@ -8,15 +8,17 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 /// Packages whose programs a cell needs.
-const PACKAGES: [&str; 7] = [
+const PACKAGES: [&str; 6] = [
     "launch",
     "physics-proc",
     "controller-proc",
     "task-proc",
     "monitor-proc",
-    "cell-sim",
     "cell-assets",
 ];
+
+/// Package of the benches.
+const BENCHES: &str = "robocell-benches";
 
 /// Tells `robocell` where the sources of the page are.
 const ENV_UI: &str = "ROBOCELL_UI_DIR";
@@ -43,15 +45,15 @@ fn build_and_become() -> Result<ExitCode, String> {
         .arg("--manifest-path")
         .arg(&manifest);
     // The first build takes minutes and has to be seen; later ones only wait.
-    if own.with_file_name("cell-sim").is_file() {
+    if own.with_file_name("robocell").is_file() {
         build.arg("--quiet");
     }
     for package in PACKAGES {
         build.args(["--package", package]);
     }
-    // Its peers are built only for those who want to be compared with them.
-    if wants_behavior_bench(std::env::args().skip(1)) {
-        build.args(["--example", "bench_behavior"]);
+    // What it compares with is built only for those who measure.
+    if wants_bench(std::env::args().skip(1)) {
+        build.args(["--package", BENCHES]);
     }
     let status = build
         .status()
@@ -81,11 +83,10 @@ fn page_sources() -> PathBuf {
     checkout().join("monitor-proc").join("ui")
 }
 
-/// Whether the first two words are `bench behavior`, whatever flags are among
-/// them.
-fn wants_behavior_bench(arguments: impl Iterator<Item = String>) -> bool {
-    let mut words = arguments.filter(|argument| !argument.starts_with('-'));
-    words.next().as_deref() == Some("bench") && words.next().as_deref() == Some("behavior")
+/// Whether the first word is `bench`, whatever flags are before it.
+fn wants_bench(mut arguments: impl Iterator<Item = String>) -> bool {
+    let word = arguments.find(|argument| !argument.starts_with('-'));
+    word.as_deref() == Some("bench")
 }
 
 #[cfg(test)]
@@ -98,9 +99,9 @@ mod tests {
     }
 
     #[test]
-    fn the_bench_of_behaviours_is_built_when_it_is_asked_for() {
-        let wants = |line: &str| wants_behavior_bench(line.split(' ').map(str::to_owned));
-        assert!(wants("bench behavior") && wants("bench --json behavior"));
-        assert!(!wants("bench physics") && !wants("run behavior"));
+    fn the_benches_are_built_when_they_are_asked_for() {
+        let wants = |line: &str| wants_bench(line.split(' ').map(str::to_owned));
+        assert!(wants("bench behavior") && wants("--json bench ipc"));
+        assert!(!wants("run behavior") && !wants("list bench"));
     }
 }

@@ -33,7 +33,17 @@ pub trait Policy: Send {
         out: &mut Output,
     );
 
+    /// Whether a memory out of a checkpoint can be worked with; else the policy
+    /// starts from its default memory. Indices into the cell's objects want this.
+    fn is_sound(&self, _memory: &Self::Memory) -> bool {
+        true
+    }
+
     /// Name of the phase it is in, for people and scripts; at most 32 bytes.
+    #[allow(
+        clippy::unnecessary_literal_bound,
+        reason = "a policy may compute its names"
+    )]
     fn phase(&self, _memory: &Self::Memory) -> &str {
         ""
     }
@@ -171,7 +181,12 @@ impl<P: Policy> AnyPolicy for Stateful<P> {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
-        self.memory = checkpoint::from_bytes(bytes).inspect_err(|_| self.reset())?;
+        let memory = checkpoint::from_bytes(bytes).inspect_err(|_| self.reset())?;
+        if self.policy.is_sound(&memory) {
+            self.memory = memory;
+        } else {
+            self.reset();
+        }
         Ok(())
     }
 

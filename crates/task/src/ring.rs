@@ -8,7 +8,8 @@ pub fn graph(name: &str, phases: &[&str]) -> Graph {
     let names = if phases.is_empty() { &[name] } else { phases };
     let nodes = names.iter().map(|phase| node(phase, "")).collect();
     let next = |from: usize| (from + 1) % names.len();
-    let edges = (0..phases.len()).map(|from| edge(from, next(from), ""));
+    let count = if names.len() > 1 { names.len() } else { 0 };
+    let edges = (0..count).map(|from| edge(from, next(from), ""));
     Graph {
         kind: GraphKind::Code,
         name: name.to_owned(),

@@ -93,7 +93,6 @@ fn programs() -> Check {
         "controller-proc",
         "task-proc",
         "monitor-proc",
-        "cell-sim",
     ];
     let missing: Vec<_> = all
         .into_iter()

@@ -30,7 +30,7 @@ const TURN: Duration = Duration::from_millis(5);
 const OPERATOR_PATIENCE: Duration = Duration::from_millis(100);
 
 /// How a run ended.
-pub(crate) enum End {
+pub enum End {
     /// With the task, or at its time limit.
     Finished(Box<RunSummary>),
     /// Because somebody asked.
@@ -43,7 +43,7 @@ pub(crate) enum End {
 
 /// A cell that runs. Fields are dropped in this order: first the processes
 /// end, then the services go, then the lock.
-pub(crate) struct LiveCell {
+pub struct LiveCell {
     children: Children,
     watch: Watch,
     operator: OperatorClient,
@@ -87,7 +87,7 @@ impl Standstill {
 impl LiveCell {
     /// Takes the run directory, prepares the bus; processes start with
     /// [`LiveCell::stay`].
-    pub(crate) fn start(mut plan: Plan) -> Result<Self, Failure> {
+    pub fn start(mut plan: Plan) -> Result<Self, Failure> {
         let processes = Process::all(plan.spec.arms);
         for process in &processes {
             beside(program(*process))?;
@@ -145,7 +145,7 @@ impl LiveCell {
     }
 
     /// What is started, and where its page is.
-    pub(crate) fn announce(&self) {
+    pub fn announce(&self) {
         say::line(super::banner::title(&self.plan.spec));
         if let (Some(spec), Some(page)) = (&self.plan.spec.page, &self.plan.page) {
             page::lines(spec, page.secrets())
@@ -155,22 +155,22 @@ impl LiveCell {
     }
 
     /// What the processes were told.
-    pub(crate) fn spec(&self) -> &RunSpec {
+    pub fn spec(&self) -> &RunSpec {
         &self.plan.spec
     }
 
     /// What opens its page.
-    pub(crate) fn secrets(&self) -> Option<&PageSecrets> {
+    pub fn secrets(&self) -> Option<&PageSecrets> {
         self.plan.page.as_ref().map(page::Page::secrets)
     }
 
     /// What is heard of the processes.
-    pub(crate) fn watch(&self) -> &Watch {
+    pub fn watch(&self) -> &Watch {
         &self.watch
     }
 
     /// The processes with their pids.
-    pub(crate) fn pids(&self) -> Vec<(Process, Option<u32>)> {
+    pub fn pids(&self) -> Vec<(Process, Option<u32>)> {
         self.processes
             .iter()
             .map(|p| (*p, self.children.pid(*p)))
@@ -178,17 +178,17 @@ impl LiveCell {
     }
 
     /// Stops the cell from outside, as Ctrl-C would.
-    pub(crate) fn stop(&mut self) {
+    pub fn stop(&mut self) {
         self.finish_with(End::Stopped);
     }
 
     /// Whether every process has shown itself.
-    pub(crate) fn is_ready(&self) -> bool {
+    pub fn is_ready(&self) -> bool {
         self.supervisor.is_ready()
     }
 
     /// Keeps the cell running to its end; `look` is called at every turn.
-    pub(crate) fn stay(mut self, mut look: impl FnMut(&mut Self)) -> End {
+    pub fn stay(mut self, mut look: impl FnMut(&mut Self)) -> End {
         let mut swept = false;
         while !self.supervisor.is_down() {
             self.turn();
@@ -219,7 +219,7 @@ impl LiveCell {
     }
 
     /// One look at everything.
-    pub(crate) fn turn(&mut self) {
+    pub fn turn(&mut self) {
         let now = monotonic_ns();
         for (process, generation, exit) in self.children.reap() {
             self.tell(

@@ -12,8 +12,9 @@ use cell_model::summary::{RunOutcome, RunSummary};
 use crate::cli::RunArgs;
 use crate::failure::{Code, Failure};
 use crate::say;
-pub(crate) use live::{End, LiveCell};
-pub(crate) use plan::Plan;
+pub use live::{End, LiveCell};
+pub use plan::Plan;
+pub use watch::Watch;
 
 /// Runs a cell as the command line says.
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {

@@ -1,4 +1,4 @@
-//! The same cell inside one process: `cell-sim` beside our executable.
+//! The same cell inside one process: the task program beside our executable.
 
 use std::os::unix::fs::DirBuilderExt;
 

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 
 use cell_model::run_spec::{RecordSpec, RunSpec, Speed};
 use cell_model::script::{self, ScriptLine};
-use cell_model::task_spec::TaskSpec;
 use cell_model::{Cell, Data, RobotFiles};
 
 use crate::cli::RunArgs;
@@ -17,9 +16,9 @@ use crate::{flight, sim};
 
 /// A run that can be started.
 #[derive(Debug)]
-pub(crate) struct Plan {
+pub struct Plan {
     /// What the processes are told.
-    pub(crate) spec: RunSpec,
+    pub spec: RunSpec,
     /// Where the run lives.
     pub(crate) dir: RunDir,
     /// Names of the objects, in the order of the cell file.
@@ -38,7 +37,7 @@ pub(crate) struct Plan {
 
 impl Plan {
     /// Resolves the command line; the first thing that is wrong is the error.
-    pub(crate) fn resolve(args: &RunArgs) -> Result<Self, Failure> {
+    pub fn resolve(args: &RunArgs) -> Result<Self, Failure> {
         let page = (!args.headless && !args.one_process)
             .then(|| Page::new(args.listen.as_deref()))
             .transpose()?;
@@ -131,8 +130,9 @@ fn cell_of(
     Ok(cell)
 }
 
-/// The policy asked for, or the demo's default; one whose behaviour stands in a
-/// file of its own is read now.
+/// The policy asked for, or the demo's default. The task program reads `[task]`
+/// and the behaviour it names now, so that an error is said before anything
+/// starts.
 fn policy_of(args: &RunArgs, cell: &Cell, data_dir: Option<&Path>) -> Result<String, Failure> {
     let policy = choose(
         args.policy.as_deref(),
@@ -140,9 +140,7 @@ fn policy_of(args: &RunArgs, cell: &Cell, data_dir: Option<&Path>) -> Result<Str
         &cell.default_policy,
         &args.demo,
     )?;
-    if !matches!(cell.task, TaskSpec::Stack(_) | TaskSpec::Reach(_)) {
-        sim::check_policy(&args.demo, &policy, data_dir)?;
-    }
+    sim::check_policy(&args.demo, &policy, data_dir)?;
     Ok(policy)
 }
 

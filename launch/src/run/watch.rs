@@ -19,14 +19,15 @@ struct Pulse {
 }
 
 /// The newest of everything the launcher looks at.
-pub(crate) struct Watch {
+pub struct Watch {
     pulses: Vec<Pulse>,
     state: Latest<WorldState>,
     decision: Latest<Decision>,
 }
 
 impl Watch {
-    pub(crate) fn open(bus: &Bus, processes: &[Process]) -> Result<Self, Failure> {
+    /// Opens what is heard of `processes`.
+    pub fn open(bus: &Bus, processes: &[Process]) -> Result<Self, Failure> {
         let what = "read the cell's topics";
         let pulse = |process: &Process| {
             let latest = bus.latest(TopicId::Health(*process)).cannot(what)?;
@@ -49,7 +50,7 @@ impl Watch {
     }
 
     /// Takes what is new; health messages become events.
-    pub(crate) fn poll(&mut self) -> Vec<Event> {
+    pub fn poll(&mut self) -> Vec<Event> {
         // The state first: one that says the run ends was published after the
         // decision it ends with.
         self.state.refresh();
@@ -57,15 +58,18 @@ impl Watch {
         self.pulses.iter_mut().filter_map(Pulse::poll).collect()
     }
 
-    pub(crate) fn state(&self) -> Option<&WorldState> {
+    /// The newest state of the world.
+    pub fn state(&self) -> Option<&WorldState> {
         self.state.get()
     }
 
-    pub(crate) fn decision(&self) -> Option<&Decision> {
+    /// The newest decision.
+    pub fn decision(&self) -> Option<&Decision> {
         self.decision.get()
     }
 
-    pub(crate) fn health(&self, process: Process) -> Option<&Health> {
+    /// The newest health of a process.
+    pub fn health(&self, process: Process) -> Option<&Health> {
         self.pulses
             .iter()
             .find(|p| p.process == process)?
@@ -74,7 +78,7 @@ impl Watch {
     }
 
     /// Missed cycles of all controllers since the start of the cell.
-    pub(crate) fn missed_cycles(&self) -> u64 {
+    pub fn missed_cycles(&self) -> u64 {
         let of_controllers = self
             .pulses
             .iter()

@@ -1,5 +1,4 @@
 //! Who the server of the page lets in, and what for.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use crate::server_bench;
 

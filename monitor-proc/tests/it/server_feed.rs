@@ -1,5 +1,4 @@
 //! What a page is told, and how its commands are taken.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use crate::server_bench;
 

@@ -1,7 +1,5 @@
 //! Equal runs are equal to the last bit, also across a snapshot.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
-
 use crate::support;
 
 use ipc_types::operator::OperatorAction;

@@ -1,7 +1,5 @@
 //! What people do to the scene.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
-
 use crate::support;
 
 use ipc_types::operator::{OperatorAction, ReplyCode};

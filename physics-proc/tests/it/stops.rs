@@ -1,7 +1,5 @@
 //! Silence, hostile commands and a controller that starts again.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
-
 use crate::support;
 
 use ipc_types::arm::StopAction;

@@ -1,7 +1,5 @@
 //! Two arms in one world: what holds for one holds for each of them.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
-
 use crate::support;
 
 use std::f64::consts::FRAC_PI_2;

@@ -1,11 +1,5 @@
 //! Whatever a person gets wrong: one clear error, the documented exit code,
 //! nothing started.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test that cannot go on has failed"
-)]
 
 use std::path::Path;
 

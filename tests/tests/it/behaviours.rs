@@ -1,9 +1,4 @@
 //! Behaviours from the outside: shown, checked, edited and swapped.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test that cannot go on has failed"
-)]
 
 use std::path::{Path, PathBuf};
 

@@ -4,6 +4,7 @@
 //!
 //! `ROBOCELL_KILLS=N` asks for at least N kills over several runs of all three;
 //! without it one short job is a sample.
+
 #![allow(
     clippy::expect_used,
     clippy::print_stdout,

@@ -1,10 +1,4 @@
 //! The command line as a contract.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test that cannot go on has failed"
-)]
 
 use robocell_tests::cell::base;
 use robocell_tests::program::{finish, robocell};

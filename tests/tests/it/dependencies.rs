@@ -1,10 +1,4 @@
 //! Who may know whom.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test that cannot go on has failed"
-)]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
@@ -48,11 +42,28 @@ const PROCESSES: [&str; 4] = [
     "monitor-proc",
 ];
 const ENGINES: [&str; 2] = ["rapier3d-f64", "parry3d-f64"];
+const PURE: [&str; 5] = ["rmp", "behavior", "cell-model", "robocell-task", "demos"];
+
+/// Names of all packages `package` is built from, built alone.
+fn closure(package: &str) -> BTreeSet<String> {
+    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.toml");
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let output = Command::new(cargo)
+        .args(["tree", "--offline", "--locked", "--prefix", "none"])
+        .args(["--edges", "normal,build", "--package", package])
+        .args(["--manifest-path", manifest])
+        .output()
+        .expect("cargo");
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8_lossy(&output.stdout);
+    let name = |line: &str| line.split(' ').next().map(str::to_owned);
+    text.lines().filter_map(name).collect()
+}
 
 #[test]
-fn only_the_one_process_cell_knows_a_process() {
+fn only_what_joins_the_cores_knows_a_process() {
     for (name, dependencies) in dependencies() {
-        if name != "cell-sim" {
+        if name != "cell-sim" && name != "robocell-benches" {
             let known: Vec<_> = PROCESSES
                 .iter()
                 .filter(|p| dependencies.contains(**p))
@@ -63,22 +74,30 @@ fn only_the_one_process_cell_knows_a_process() {
 }
 
 #[test]
-fn the_cores_know_neither_bus_nor_engine() {
-    let all = dependencies();
-    for name in ["rmp", "behavior", "cell-model"] {
-        for forbidden in ["cell-bus", "iceoryx2"].iter().chain(&ENGINES) {
-            assert!(
-                !all[name].contains(*forbidden),
-                "{name} depends on {forbidden}"
-            );
-        }
+fn what_is_pure_knows_neither_bus_nor_engine_however_far_down() {
+    for name in PURE {
+        let all = closure(name);
+        let impure: Vec<_> = all
+            .iter()
+            .filter(|known| known.starts_with("iceoryx2") || *known == "cell-bus")
+            .chain(all.iter().filter(|known| ENGINES.contains(&known.as_str())))
+            .collect();
+        assert!(impure.is_empty(), "{name} is built from {impure:?}");
     }
+    let all = dependencies();
     for name in ["rmp", "behavior"] {
         assert!(
             all[name].iter().all(|other| !all.contains_key(other)),
             "{name} is usable alone"
         );
     }
+}
+
+#[test]
+fn of_what_authors_of_tasks_depend_on_only_the_program_knows_bus_and_engine() {
+    let program = closure("robocell-task-program");
+    assert!(program.contains("iceoryx2") && program.contains("rapier3d-f64"));
+    assert!(!closure("robocell-task").contains("robocell-task-program"));
 }
 
 #[test]
@@ -93,10 +112,23 @@ fn only_physics_knows_the_engine() {
 }
 
 #[test]
-fn nothing_depends_on_the_tests_or_the_launcher() {
+fn the_built_in_cells_are_known_to_programs_only() {
+    let programs = ["launch", "robocell-task-program"];
     for (name, dependencies) in dependencies() {
-        for leaf in ["robocell-tests", "launch"] {
-            assert!(!dependencies.contains(leaf), "{name} depends on {leaf}");
+        let known = dependencies.contains("cell-files");
+        assert!(!known || programs.contains(&name.as_str()), "{name}");
+    }
+}
+
+#[test]
+fn nothing_but_the_benches_depends_on_the_launcher_or_the_tests() {
+    for (name, dependencies) in dependencies() {
+        for leaf in ["robocell-tests", "launch", "robocell-benches"] {
+            let measures = name == "robocell-benches" && leaf == "launch";
+            assert!(
+                measures || !dependencies.contains(leaf),
+                "{name} depends on {leaf}"
+            );
         }
     }
 }

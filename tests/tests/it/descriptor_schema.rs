@@ -1,5 +1,6 @@
 //! The generated schema accepts what the loader accepts, and refuses what an
 //! editor can know to be wrong.
+
 #![allow(
     clippy::unwrap_used,
     clippy::panic,

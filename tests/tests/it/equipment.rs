@@ -1,10 +1,5 @@
 //! The cells' equipment on the command line: seen, asked for, and refused where
 //! there is none.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "a test that cannot go on has failed"
-)]
 
 use robocell_tests::assert::{nothing_started, refused};
 use robocell_tests::cell::{TestCell, base};

@@ -3,6 +3,7 @@
 //!
 //! `ROBOCELL_SWEEP=all` kills after every decision; without it a sample is taken,
 //! with another offset for each policy.
+
 #![allow(
     clippy::expect_used,
     clippy::panic,

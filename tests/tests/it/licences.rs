@@ -1,8 +1,6 @@
 //! Every package of the build has a licence that `deny.toml` allows, also on a
 //! machine without cargo-deny.
 
-#![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
-
 use std::collections::BTreeSet;
 use std::process::Command;
 

@@ -1,7 +1,5 @@
 //! What lockstep promises: everybody works with the same messages, run for run.
 
-#![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
-
 use ipc_types::Decision;
 use ipc_types::topic::TopicId;
 use robocell_tests::cell::TestCell;

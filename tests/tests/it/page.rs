@@ -1,12 +1,6 @@
 //! The page in a real browser: what a person sees and does there. Needs
 //! Chromium, Node.js and the page's packages; says so and does nothing where
 //! one is missing.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test that cannot go on has failed"
-)]
 
 use std::fs;
 use std::path::{Path, PathBuf};

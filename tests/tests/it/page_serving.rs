@@ -1,11 +1,5 @@
 //! The page as a running cell serves it: who gets in, and what there is to see
 //! with and without Node.js.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test that cannot go on has failed"
-)]
 
 use std::fs;
 use std::path::Path;

@@ -2,6 +2,7 @@
 //!
 //! `ROBOCELL_KILLS=N` asks for at least N kills over several runs; without it a
 //! short sample is taken.
+
 #![allow(
     clippy::expect_used,
     clippy::panic,

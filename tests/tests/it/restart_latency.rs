@@ -1,10 +1,4 @@
 //! How long the cell is without a task after kill -9.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test that cannot go on has failed"
-)]
 
 use std::time::{Duration, Instant};
 

@@ -1,10 +1,5 @@
 //! The demo from end to end: four cubes, disturbed and not, with the task
 //! being killed on the way.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test that cannot go on has failed"
-)]
 
 use std::path::Path;
 

@@ -1,10 +1,4 @@
 //! The launcher as the keeper of its processes.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test that cannot go on has failed"
-)]
 
 use robocell_tests::assert::{all_gone, prefix, refused, segments};
 use robocell_tests::cell::{TestCell, generation, pid};

@@ -1,4 +1,5 @@
 //! A UR10 in a plain world: what is commanded is what the drives do.
+
 #![allow(
     dead_code,
     clippy::expect_used,

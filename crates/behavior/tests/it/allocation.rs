@@ -1,5 +1,4 @@
 //! No tick, reset or save uses the heap, whatever node it meets.
-#![allow(clippy::unwrap_used, reason = "in tests")]
 
 use std::time::Duration;
 

@@ -1,4 +1,5 @@
 //! What is found in files and trees that load.
+
 #![allow(
     clippy::unwrap_used,
     clippy::panic,

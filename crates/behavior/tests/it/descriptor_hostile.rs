@@ -1,5 +1,6 @@
 //! Files made to do harm: each is refused with a place, soon and within
 //! bounded memory, and nothing panics.
+
 #![allow(
     clippy::unwrap_used,
     clippy::panic,

@@ -1,4 +1,5 @@
 //! What a file means, and what its author is told when it is wrong.
+
 #![allow(
     clippy::unwrap_used,
     clippy::panic,

@@ -1,4 +1,5 @@
 //! After load nothing of a machine or a matrix uses the heap.
+
 #![allow(clippy::unwrap_used, clippy::match_bool, reason = "helpers of tests")]
 
 use crate::machine_host;

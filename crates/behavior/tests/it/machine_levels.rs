@@ -1,4 +1,5 @@
 //! States inside states, regions, sub-behaviours, and the saved state.
+
 #![allow(clippy::unwrap_used, clippy::match_bool, reason = "helpers of tests")]
 
 use crate::machine_host;

@@ -1,5 +1,6 @@
 //! Files of machines: what is wrong is named with its place, all at once; what
 //! is odd is found by the checks.
+
 #![allow(clippy::unwrap_used, clippy::match_bool, reason = "helpers of tests")]
 
 use crate::machine_host;

@@ -1,4 +1,5 @@
 //! A state of a machine runs a tree, and a leaf of a tree runs a machine.
+
 #![allow(clippy::unwrap_used, clippy::match_bool, reason = "helpers of tests")]
 
 use std::time::Duration;

@@ -1,5 +1,6 @@
 //! What the reference library did in each situation, and where we differ on
 //! purpose.
+
 #![allow(clippy::unwrap_used, clippy::match_bool, reason = "helpers of tests")]
 
 use crate::machine_host;

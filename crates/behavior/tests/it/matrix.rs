@@ -1,4 +1,5 @@
 //! The event x state matrix, on the published matrices of filling and stacking.
+
 #![allow(clippy::unwrap_used, clippy::match_bool, reason = "helpers of tests")]
 
 use std::sync::Arc;

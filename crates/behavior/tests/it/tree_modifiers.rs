@@ -1,5 +1,4 @@
 //! What is attached to nodes: loops, times, checks, and what checks interrupt.
-#![allow(clippy::unwrap_used, reason = "in tests")]
 
 use crate::tree_support;
 

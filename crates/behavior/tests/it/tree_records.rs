@@ -1,6 +1,5 @@
 //! A tree that is thrown away at any tick and made from its record goes on as
 //! if nothing had happened; no bytes make it fall over.
-#![allow(clippy::unwrap_used, reason = "in tests")]
 
 use crate::tree_support;
 

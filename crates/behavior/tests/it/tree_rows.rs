@@ -1,6 +1,7 @@
 //! What the reference library did with small trees, row by row (its version
 //! 2.6.0). Per tick: status of the root, then of the leaves by name; then how
 //! often each leaf was started, ticked and stopped.
+
 #![allow(
     clippy::unwrap_used,
     clippy::needless_pass_by_value,

@@ -1,11 +1,5 @@
 //! Processes that die at the worst moment, and what is left of a run.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "a test fails by panicking"
-)]
-
 use crate::common;
 
 use std::io::{BufRead, BufReader};

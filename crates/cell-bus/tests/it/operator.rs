@@ -1,11 +1,5 @@
 //! Requests and answers between people and physics.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "a test fails by panicking"
-)]
-
 use crate::common;
 
 use std::sync::atomic::{AtomicBool, Ordering};

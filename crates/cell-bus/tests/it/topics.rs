@@ -1,11 +1,5 @@
 //! What a reader of a topic gets, and what it is spared.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "a test fails by panicking"
-)]
-
 use crate::common;
 
 use common::{RUN, TestRun, decision};

@@ -1,5 +1,4 @@
 //! What is wrong with a URDF is said with its name, never with a panic.
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
 
 use cell_model::urdf;
 

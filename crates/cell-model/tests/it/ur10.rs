@@ -1,6 +1,5 @@
 //! The UR10 and its suction tube: where they are, what they weigh, what they
 //! stay clear of, and how little they bend.
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;

@@ -1,5 +1,4 @@
 //! Files are read back as they were written, as far as they go.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use crate::support;
 

@@ -1,4 +1,5 @@
 //! A reader that is not ours reads every channel.
+
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,

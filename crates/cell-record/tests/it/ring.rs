@@ -1,5 +1,4 @@
 //! The flight recorder's ring: bounded, whole, and patient with its disk.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use crate::support;
 

@@ -3,7 +3,9 @@
 
 use std::ops::RangeInclusive;
 
-use cell_model::task_spec::TaskSpec;
+use cell_model::TaskTable;
+use demos::bin_stack::numbers::BinStackTask;
+use demos::palletize::numbers::PalletizeTask;
 use ipc_types::ObjectState;
 use ipc_types::decision::Outcome;
 use ipc_types::world::OBJECT_ENABLED;
@@ -120,7 +122,7 @@ impl Series {
 }
 
 /// How far the worst bin is from its place (m): infinite where two are in one.
-fn off_place(task: &TaskSpec, bins: usize, objects: &[ObjectState]) -> f64 {
+fn off_place(task: &TaskTable, bins: usize, objects: &[ObjectState]) -> f64 {
     let mut places = places(task);
     places.truncate(bins);
     let mut worst = 0.0_f64;
@@ -138,15 +140,17 @@ fn off_place(task: &TaskSpec, bins: usize, objects: &[ObjectState]) -> f64 {
 }
 
 /// Centres of all places (m).
-fn places(task: &TaskSpec) -> Vec<Vector3<f64>> {
-    match task {
-        TaskSpec::Palletize(task) => {
+fn places(task: &TaskTable) -> Vec<Vector3<f64>> {
+    match task.kind() {
+        "palletize" => {
+            let task: PalletizeTask = task.read().expect("the table was read before");
             let row = |x: f64| task.slot_y_m.iter().map(move |y| (x, *y));
             let all = task.slot_x_m.iter().copied().flat_map(row);
             all.map(|(x, y)| Vector3::new(x, y, task.slot_z_m))
                 .collect()
         }
-        TaskSpec::BinStack(task) => {
+        "bin_stack" => {
+            let task: BinStackTask = task.read().expect("the table was read before");
             let stack = &task.stack;
             let [x, y, z] = stack.first_m;
             let (first, second) = (stack.first_step_m, stack.second_step_m);

@@ -1,7 +1,7 @@
 //! A run that is looked after tick by tick.
 
-use cell_model::task_spec::TaskSpec;
-use cell_sim::{OneProcess, eval::template, run};
+use cell_model::TaskTable;
+use cell_sim::{OneProcess, eval::template};
 use ipc_types::decision::Outcome;
 use ipc_types::operator::OperatorAction;
 use ipc_types::{ObjectState, OperatorRequest};
@@ -14,7 +14,7 @@ pub(crate) struct Watched {
     /// The cell.
     pub(crate) sim: OneProcess,
     /// What its task works with.
-    pub(crate) task: TaskSpec,
+    pub(crate) task: TaskTable,
     /// Bins the job is about.
     pub(crate) bins: usize,
     /// Contacts of the arm.
@@ -28,11 +28,13 @@ impl Watched {
         let mut spec = template(demo, policy);
         spec.seed = seed;
         spec.until_done = false;
-        let cell = run::cell_of(&spec).expect("the built-in cell");
+        let cell = spec
+            .load_cell_from(&cell_model::Data::checkout())
+            .expect("the built-in cell");
         spec.time_limit_s = Some(cell.time_limit_s);
         let (bins, task) = (cell.bins, cell.task.clone());
         let touches = Touches::new(&cell);
-        let mut sim = OneProcess::new(&spec, cell).expect("a cell that runs");
+        let mut sim = OneProcess::new(&demos::policies(), &spec, cell).expect("a cell that runs");
         sim.operate(&OperatorRequest {
             action: OperatorAction::TaskStart.code(),
             ..OperatorRequest::zeroed_at_identity()

@@ -17,6 +17,7 @@ mod states;
 mod task;
 
 use cell_model::Cell;
+use robocell_task::Policies;
 
 pub use difference::Difference;
 pub use message::{Message, Messages, Recorded};
@@ -41,10 +42,10 @@ pub enum VerifyError {
     ControllerRecord(#[from] controller_proc::record::RecordError),
     /// The policy.
     #[error(transparent)]
-    Task(#[from] task_proc::TaskError),
+    Task(#[from] robocell_task::TaskError),
     /// The state record of the task.
     #[error(transparent)]
-    TaskRecord(#[from] task_proc::RecordError),
+    TaskRecord(#[from] robocell_task::CheckpointError),
 }
 
 /// Verifies what was recorded of a run of `cell` that began with `policy`.
@@ -53,6 +54,7 @@ pub enum VerifyError {
 /// [`VerifyError`] where the recording is of another cell or another version;
 /// what differs is no error, and what cannot be read is said in the report.
 pub fn verify(
+    policies: &Policies,
     cell: &Cell,
     policy: &str,
     recorded: &(impl Recorded + ?Sized),
@@ -62,7 +64,7 @@ pub fn verify(
     let mut run = Run {
         inputs: Inputs::default(),
         arms: arms.map(|arm| ArmCheck::new(cell, arm)).collect(),
-        task: TaskCheck::new(cell, policy),
+        task: TaskCheck::new(policies, cell, policy),
         records,
         report: Report::default(),
     };

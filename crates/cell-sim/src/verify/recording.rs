@@ -9,7 +9,7 @@ use ipc_types::{ArmCommand, ArmStatus, Decision, Keyframe, Wire, WorldPiece};
 use super::message::{Message, Messages, Recorded};
 use super::report::Report;
 use super::{VerifyError, verify};
-use crate::{SimError, run};
+use crate::{Program, SimError};
 
 /// Verifies the recording at `path`, a file or the directory of a flight
 /// recorder, with the cell and the behaviours in `data`; where that is missing,
@@ -17,12 +17,16 @@ use crate::{SimError, run};
 ///
 /// # Errors
 /// [`SimError`] where the recording cannot be read, or its cell is not there.
-pub fn verify_file(path: &Path, data: Option<PathBuf>) -> Result<Report, SimError> {
+pub fn verify_file(
+    program: &Program,
+    path: &Path,
+    data: Option<PathBuf>,
+) -> Result<Report, SimError> {
     let recording = Recording::open(path).map_err(VerifyError::from)?;
     let mut spec = recording.run().clone();
     spec.data_dir = data.or(spec.data_dir);
-    let cell = run::cell_of(&spec)?;
-    Ok(verify(&cell, &spec.policy, &recording)?)
+    let cell = spec.load_cell_from(&program.data)?;
+    Ok(verify(&program.policies, &cell, &spec.policy, &recording)?)
 }
 
 impl Recorded for Recording {

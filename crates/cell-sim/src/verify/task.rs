@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use cell_model::Cell;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{ArmStatus, Decision, MAX_ARMS, Wire, WorldState};
-use task_proc::process::{MISSED_TICKS, name_inputs};
-use task_proc::{Task, TaskError};
+use robocell_task::inputs::{MISSED_TICKS, name_inputs};
+use robocell_task::{Policies, Task, TaskError};
 
 use super::VerifyError;
 use super::difference::{Difference, first_byte};
@@ -16,6 +16,7 @@ use super::shelf::{Key, PATIENCE, Step, key};
 
 /// Compares the decisions with what the task decides.
 pub(super) struct TaskCheck<'a> {
+    policies: &'a Policies,
     cell: &'a Cell,
     /// Policy the run began with.
     policy: &'a str,
@@ -47,8 +48,9 @@ struct Doubt {
 type Heard<'s> = [Option<&'s ArmStatus>; MAX_ARMS];
 
 impl<'a> TaskCheck<'a> {
-    pub(super) fn new(cell: &'a Cell, policy: &'a str) -> Self {
+    pub(super) fn new(policies: &'a Policies, cell: &'a Cell, policy: &'a str) -> Self {
         Self {
+            policies,
             cell,
             policy,
             waiting: VecDeque::new(),
@@ -107,8 +109,8 @@ impl<'a> TaskCheck<'a> {
         };
         // A task can be started again with another policy than the run began
         // with; a name that is none is a difference, and not the end.
-        let task = match Task::new(self.cell, policy) {
-            Err(TaskError::UnknownPolicy { .. }) => Task::new(self.cell, self.policy),
+        let task = match self.policies.task(self.cell, policy) {
+            Err(TaskError::UnknownPolicy { .. }) => self.policies.task(self.cell, self.policy),
             task => task,
         };
         let mut running = Running {
@@ -188,7 +190,7 @@ impl<'a> TaskCheck<'a> {
             }
             return Ok(());
         };
-        let computed = running.task.record();
+        let computed = running.task.checkpoint();
         let same = computed == record.bytes;
         if running.sure {
             report.records.add(!same);

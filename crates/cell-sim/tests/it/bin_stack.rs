@@ -1,8 +1,7 @@
 //! Bins off the conveyor into columns: those that open downward directly, those
 //! that open upward over the flipping station.
-#![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
 
-use cell_sim::{OneProcess, eval::template, run};
+use cell_sim::{OneProcess, eval::template};
 use ipc_types::Pose;
 use ipc_types::decision::Outcome;
 use ipc_types::world::OBJECT_TOUCHED;
@@ -23,12 +22,14 @@ impl Run {
         spec.bins = Some(bins);
         spec.time_limit_s = Some(120.0 + 60.0 * f64::from(bins));
         spec.script = cell_model::script::parse(script, "script").expect("a script");
-        let mut cell = run::cell_of(&spec).expect("the built-in cell");
+        let mut cell = spec
+            .load_cell_from(&cell_model::Data::checkout())
+            .expect("the built-in cell");
         if let (Some(share), Some(conveyor)) = (flipped, &mut cell.conveyor) {
             let supply = conveyor.supply.as_mut().expect("a supply");
             supply.flipped_share = share;
         }
-        let sim = OneProcess::new(&spec, cell).expect("a cell that runs");
+        let sim = OneProcess::new(&demos::policies(), &spec, cell).expect("a cell that runs");
         Self {
             sim,
             lines: Vec::new(),
@@ -141,8 +142,10 @@ fn a_column_of_four_stands_still() {
     spec.until_done = false;
     let start = "{\"at_s\": 0.5, \"do\": \"task_start\"}";
     spec.script = cell_model::script::parse(start, "script").expect("a script");
-    let cell = run::cell_of(&spec).expect("the built-in cell");
-    let mut sim = OneProcess::new(&spec, cell).expect("a cell that runs");
+    let cell = spec
+        .load_cell_from(&cell_model::Data::checkout())
+        .expect("the built-in cell");
+    let mut sim = OneProcess::new(&demos::policies(), &spec, cell).expect("a cell that runs");
     let done = |sim: &OneProcess| sim.decision().outcome == Outcome::Done.code();
     while !done(&sim) && sim.state().header.tick < 240_000 {
         sim.tick().expect("a tick");

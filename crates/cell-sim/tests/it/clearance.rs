@@ -1,10 +1,5 @@
 //! The arm keeps away from an obstacle: parry's distances are the oracle, at
 //! the joints that were measured, not those the controller believes in.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test that cannot go on has failed"
-)]
 
 use cell_model::cell::FixtureSpec;
 use cell_model::{Cell, Data, Robot, Shape};
@@ -82,8 +77,8 @@ fn a_wall_in_the_way_is_never_touched_and_the_reported_clearance_is_true() {
         cell.arms[0].robot.clone(),
         cell.obstacles().next().expect("the wall").clone(),
     );
-    let mut sim =
-        OneProcess::new(&template("franka-stack", "fsm"), cell).expect("a cell that runs");
+    let mut sim = OneProcess::new(&demos::policies(), &template("franka-stack", "fsm"), cell)
+        .expect("a cell that runs");
     let (mut nearest, mut largest_gap) = (f64::INFINITY, 0.0_f64);
     let mut ticks = 0_u64;
     while sim.tick().expect("a tick") {

@@ -1,10 +1,9 @@
 //! A bin is filled until the suction lets go of it, falls, spills, is found and
 //! held again.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use cell_model::run_spec::RunSpec;
 use cell_model::{Cell, Shape};
-use cell_sim::{OneProcess, eval::template, run};
+use cell_sim::{OneProcess, eval::template};
 use ipc_types::decision::Outcome;
 use ipc_types::equipment::{BreakCause, BreakLimit};
 use ipc_types::world::OBJECT_ENABLED;
@@ -38,12 +37,15 @@ struct Run {
 
 impl Run {
     fn new(spec: &RunSpec) -> Self {
-        Self::of(spec, run::cell_of(spec).unwrap())
+        Self::of(
+            spec,
+            spec.load_cell_from(&cell_model::Data::checkout()).unwrap(),
+        )
     }
 
     fn of(spec: &RunSpec, cell: Cell) -> Self {
         Self {
-            sim: OneProcess::new(spec, cell).unwrap(),
+            sim: OneProcess::new(&demos::policies(), spec, cell).unwrap(),
             lines: Vec::new(),
             clearance: f64::INFINITY,
             restarts: false,
@@ -150,7 +152,7 @@ fn on_its_corner(cell: &mut Cell) {
 #[test]
 fn a_bin_that_lies_at_an_angle_ends_the_job_with_that_reason() {
     let spec = spec(2, "");
-    let mut cell = run::cell_of(&spec).unwrap();
+    let mut cell = spec.load_cell_from(&cell_model::Data::checkout()).unwrap();
     on_its_corner(&mut cell);
     let run = Run::of(&spec, cell).finish();
     assert_eq!(run.outcome(), Some(Outcome::Failed), "{:#?}", run.lines);

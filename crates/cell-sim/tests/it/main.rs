@@ -1,8 +1,13 @@
 //! The integration tests of this package, in one program: it links once.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test that cannot continue has failed"
+)]
 
 mod bin_stack;
 mod clearance;
-mod closed_pipe;
 mod fill_bin;
 mod palletize;
 mod pyramid;
@@ -13,3 +18,11 @@ mod verify;
 mod verify_file;
 mod verify_record;
 mod verify_support;
+
+/// The jobs of the demos with the cells of the checkout.
+fn program() -> cell_sim::Program {
+    cell_sim::Program {
+        policies: demos::policies(),
+        data: cell_model::Data::checkout(),
+    }
+}

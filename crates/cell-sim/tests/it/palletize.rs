@@ -1,11 +1,10 @@
 //! Palletizing, for real: bins of both lies end upright in their places, and only
 //! those that came upside down went over the jig.
-#![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
 
 use std::f64::consts::FRAC_PI_2;
 
 use cell_model::script::parse_for;
-use cell_sim::{OneProcess, eval::template, run};
+use cell_sim::{OneProcess, eval::template};
 use ipc_types::decision::Outcome;
 use ipc_types::world::{OBJECT_ENABLED, ObjectState};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -39,9 +38,11 @@ impl Run {
         spec.seed = seed;
         spec.bins = Some(bins);
         spec.time_limit_s = Some(60.0 * f64::from(bins));
-        let cell = run::cell_of(&spec).expect("the built-in cell");
+        let cell = spec
+            .load_cell_from(&cell_model::Data::checkout())
+            .expect("the built-in cell");
         spec.script = parse_for(script, "test", &cell).expect("a script");
-        let sim = OneProcess::new(&spec, cell).expect("a cell that runs");
+        let sim = OneProcess::new(&demos::policies(), &spec, cell).expect("a cell that runs");
         let upside_down = vec![None; bins as usize];
         Self {
             sim,

@@ -1,17 +1,16 @@
 //! A task that is dropped and made anew from its record at every decision of a
 //! whole job does not change one bit of what happens.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use cell_model::run_spec::RunSpec;
-use cell_sim::{OneProcess, eval, run};
+use cell_sim::{OneProcess, eval};
 use ipc_types::DECISION_TICKS;
 use ipc_types::decision::Outcome;
 
 /// Hash of the last state; with `restart`, the task never lives longer than
 /// one decision.
 fn hash(spec: &RunSpec, restart: bool) -> (u64, u64) {
-    let cell = run::cell_of(spec).unwrap();
-    let mut sim = OneProcess::new(spec, cell).unwrap();
+    let cell = spec.load_cell_from(&cell_model::Data::checkout()).unwrap();
+    let mut sim = OneProcess::new(&demos::policies(), spec, cell).unwrap();
     while sim.tick().unwrap() {
         let tick = sim.state().header.tick;
         if restart && tick.is_multiple_of(DECISION_TICKS) {

@@ -3,11 +3,6 @@
 //!
 //! Time is counted in ticks and parts of ticks; each controller takes the newest
 //! state when it is free and publishes when it is done, as the processes do.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test that cannot go on has failed"
-)]
 
 use cell_model::random::Random;
 use cell_model::{Cell, Data};

@@ -1,11 +1,6 @@
 //! Two arms that want the same place keep clear of each other: parry's
 //! distances of their collision spheres are the oracle, at the joints that were
 //! measured. Goals are fed straight to the cycles; there is no task.
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test that cannot go on has failed"
-)]
 
 use cell_model::{ArmSpec, Cell, Data};
 use controller_proc::cycle::Cycle;

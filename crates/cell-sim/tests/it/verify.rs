@@ -1,6 +1,5 @@
 //! A run is computed again from its recording: the same to the last bit, or the
 //! first message that differs by name.
-#![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
 
 use crate::verify_support;
 
@@ -9,7 +8,13 @@ use ipc_types::topic::Process;
 use verify_support::{Bench, Timing, tick_of};
 
 fn report(bench: &Bench) -> Report {
-    verify(&bench.cell, &bench.spec.policy, bench.recorded.as_slice()).expect("a report")
+    verify(
+        &demos::policies(),
+        &bench.cell,
+        &bench.spec.policy,
+        bench.recorded.as_slice(),
+    )
+    .expect("a report")
 }
 
 #[track_caller]

@@ -1,9 +1,8 @@
 //! A controller that is made anew from its record, again and again, computes to
 //! the last bit what one that lives on computes.
-#![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
 
 use cell_model::Cell;
-use cell_sim::{OneProcess, eval, run};
+use cell_sim::{OneProcess, eval};
 use controller_proc::cycle::Cycle;
 use ipc_types::tap::KEYFRAME_BYTES;
 use ipc_types::{ArmCommand, ArmStatus, DECISION_TICKS, Decision, Wire, WorldState};
@@ -57,11 +56,14 @@ fn run(demo: &str, policy: &str, script: &str, every: u64, silence: [u64; 2]) ->
     spec.seed = 3;
     spec.script = cell_model::script::parse(script, "script").expect("a script");
     spec.time_limit_s = Some(14.0);
-    let cell = run::cell_of(&spec).expect("a cell");
+    let cell = spec
+        .load_cell_from(&cell_model::Data::checkout())
+        .expect("a cell");
     let mut pairs: Vec<Pair> = (0..cell.arms.len())
         .map(|arm| Pair::new(&cell, arm))
         .collect();
-    let mut sim = OneProcess::new(&spec, cell.clone()).expect("a cell that runs");
+    let mut sim =
+        OneProcess::new(&demos::policies(), &spec, cell.clone()).expect("a cell that runs");
     let mut heard: Option<Decision> = None;
     let mut actions = Vec::new();
     loop {

@@ -1,5 +1,6 @@
 //! What the limits promise: no command violates velocity, acceleration or jerk as
 //! physics counts them, no joint leaves its range, no tick allocates.
+
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

@@ -1,5 +1,6 @@
 //! The published numbers of NVIDIA's own unit test for these formulas (cuMotion
 //! 1.1): one state in full, and what wrong formulas would change.
+
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

@@ -1,5 +1,6 @@
 //! Jacobians against differences, sizes up to 64 joints, branches and sliding
 //! joints, and independence of the order in which joints are named.
+
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

@@ -1,4 +1,5 @@
 //! A server with a hub nobody feeds but the test, and blunt clients.
+
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

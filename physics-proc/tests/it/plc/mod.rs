@@ -1,5 +1,6 @@
 //! A cell with a belt, a supply of bins, a dispenser above a tray, and a task
 //! that only sets outputs.
+
 #![allow(
     dead_code,
     unreachable_pub,

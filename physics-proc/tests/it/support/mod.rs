@@ -1,4 +1,5 @@
 //! A scripted controller for the tests: joint trajectories with feed-forward.
+
 #![allow(
     dead_code,
     unreachable_pub,

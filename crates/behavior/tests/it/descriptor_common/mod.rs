@@ -1,4 +1,5 @@
 //! A small library of leaves, and a file that uses everything.
+
 #![allow(dead_code, reason = "each test uses a part")]
 #![allow(clippy::unwrap_used, clippy::result_large_err, reason = "in tests")]
 

@@ -1,4 +1,5 @@
 //! A host that answers guards from a list and notes what it is asked.
+
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 use std::sync::Arc;
@@ -65,9 +66,10 @@ impl Actions for Host {
         self.log.push(format!("c_{name}"));
         let value = self.holding.contains(&name);
         if self.fickle {
-            match value {
-                true => self.holding.retain(|it| *it != name),
-                false => self.holding.push(name),
+            if value {
+                self.holding.retain(|it| *it != name);
+            } else {
+                self.holding.push(name);
             }
         }
         value
@@ -95,9 +97,10 @@ impl Actions for Host {
     fn run(&mut self, behavior: BehaviorId) -> Status {
         self.log
             .push(format!("run_{}", BEHAVIORS[behavior.index()]));
-        match self.results.is_empty() {
-            true => Status::Running,
-            false => self.results.remove(0),
+        if self.results.is_empty() {
+            Status::Running
+        } else {
+            self.results.remove(0)
         }
     }
 

@@ -1,7 +1,6 @@
 //! A host whose leaves answer from scripts and tell what was done to them.
-#![allow(dead_code, reason = "each test file uses a part of it")]
-#![allow(clippy::unwrap_used, reason = "in tests")]
 
+#![allow(dead_code, reason = "each test file uses a part of it")]
 use std::time::Duration;
 
 use behavior::board::{Board, Fault};

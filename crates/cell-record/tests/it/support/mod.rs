@@ -1,4 +1,5 @@
 //! A cell that says something every tick.
+
 #![allow(dead_code, reason = "each test uses its own part")]
 
 use cell_model::run_spec::{RecordSpec, RunSpec, Speed};

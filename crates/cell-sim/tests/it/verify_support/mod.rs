@@ -1,5 +1,6 @@
 //! A cell in one process whose members talk in stamped messages, late and with
 //! gaps where a test wants it, as the processes of a cell do; and a recorder.
+
 #![allow(
     dead_code,
     clippy::expect_used,
@@ -9,8 +10,8 @@
 
 use cell_model::Cell;
 use cell_model::run_spec::RunSpec;
+use cell_sim::eval;
 use cell_sim::verify::Message;
-use cell_sim::{eval, run};
 use controller_proc::cycle::Cycle;
 use ipc_types::header::Message as _;
 use ipc_types::tap::Pieces;
@@ -20,8 +21,8 @@ use ipc_types::{
 };
 use physics_proc::plant::{Next, Plant};
 use physics_proc::world::StepInput;
-use task_proc::Task;
-use task_proc::process::{MISSED_TICKS, name_inputs};
+use robocell_task::Task;
+use robocell_task::inputs::{MISSED_TICKS, name_inputs};
 
 const RUN: u64 = 77;
 const LIMIT: u64 = 80;
@@ -75,7 +76,9 @@ impl Bench {
         let mut spec = eval::template(demo, policy);
         spec.seed = 3;
         spec.script = cell_model::script::parse(script, "script").expect("a script");
-        let cell = run::cell_of(&spec).expect("a cell");
+        let cell = spec
+            .load_cell_from(&cell_model::Data::checkout())
+            .expect("a cell");
         let plant = Plant::new(&cell, &spec).expect("a plant");
         let arms = (0..cell.arms.len()).map(|arm| Arm {
             cycle: Cycle::new(&cell, arm).expect("a controller"),
@@ -87,7 +90,7 @@ impl Bench {
         let mut bench = Self {
             arms: arms.collect(),
             policy: Policy {
-                task: Task::new(&cell, policy).expect("a task"),
+                task: demos::policies().task(&cell, policy).expect("a task"),
                 generation: 1,
                 seq: 0,
                 decided: None,
@@ -129,12 +132,12 @@ impl Bench {
 
     /// Another process in the place of the task, `away` ticks later.
     pub(crate) fn restart_task(&mut self, policy: &str, away: u64) {
-        let record = self.policy.task.record();
+        let record = self.policy.task.checkpoint();
         let asleep = self.timing.dozes.replace(|_| true);
         self.run(away);
         self.timing.dozes = asleep;
         let task = &mut self.policy;
-        task.task = Task::new(&self.cell, policy).expect("a task");
+        task.task = demos::policies().task(&self.cell, policy).expect("a task");
         task.task.restore(&record).expect("its record");
         if away > 10 {
             task.task.reconcile(&self.state);
@@ -265,7 +268,10 @@ impl Bench {
         keyframe.header = policy.message.header;
         stamp(&mut *keyframe, policy.generation, policy.seq + 1);
         keyframe.after_seq = policy.seq;
-        assert!(keyframe.set(&policy.task.record()), "room for the record");
+        assert!(
+            keyframe.set(&policy.task.checkpoint()),
+            "room for the record"
+        );
         self.topics[6].push(Message::Keyframe(Process::Task, keyframe));
     }
 

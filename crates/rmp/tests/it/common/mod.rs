@@ -1,4 +1,5 @@
 //! Loads a robot from its three files for the tests.
+
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 use std::path::{Path, PathBuf};

@@ -1,0 +1,218 @@
+//! Costs of the cores, each in one run.
+
+use std::hint::black_box;
+use std::io::stdout;
+
+use crate::report::{Report, Row, Samples};
+use cell_model::random::Random;
+use cell_model::{Data, Robot};
+use cell_rt::monotonic_ns;
+use cell_rt::priority::{self, CONTROLLER_PRIORITY};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use rmp::{JointLimits, MotionState, Obstacle, RmpFlow, TargetId};
+
+use crate::piles;
+use cell_sim::eval::template;
+use cell_sim::{OneProcess, SimError};
+
+/// Obstacles of the control bench.
+const OBSTACLES: [usize; 4] = [0, 10, 20, 50];
+/// Rounds through all rows, so that a slow minute meets all of them.
+const ROUNDS: usize = 20;
+/// Random states a round.
+const STATES: usize = 500;
+/// Length of a control cycle (s).
+const CYCLE_S: f64 = 1.0e-3;
+/// Demo of the physics bench.
+const DEMO: &str = "franka-stack";
+/// Ticks of each other demo.
+const OTHER_TICKS: u64 = 15_000;
+
+/// Which core.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Core {
+    /// The RMPflow cycle.
+    Control,
+    /// The step of physics, and the whole tick.
+    Physics,
+}
+
+/// Why a core cannot be measured.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum CoreError {
+    /// The cell.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// A robot or a cell file.
+    #[error(transparent)]
+    Model(#[from] cell_model::ModelError),
+    /// The scene cannot be set up.
+    #[error(transparent)]
+    World(#[from] physics_proc::world::WorldError),
+    /// RMPflow does not take the robot.
+    #[error(transparent)]
+    Flow(#[from] rmp::SetupError),
+    /// RMPflow does not take an obstacle.
+    #[error(transparent)]
+    Obstacle(#[from] rmp::ObstacleError),
+    /// The results cannot be printed.
+    #[error("the results cannot be written: {0}")]
+    Output(std::io::Error),
+}
+
+/// Measures `core` and prints.
+pub(crate) fn run(core: Core, json: bool) -> Result<(), CoreError> {
+    let report = match core {
+        Core::Control => control()?,
+        Core::Physics => physics()?,
+    };
+    report
+        .write(&mut stdout().lock(), json)
+        .map_err(CoreError::Output)
+}
+
+/// The RMPflow cycle of the Panda with all its spheres among random obstacles:
+/// evaluate, resolve within limits, integrate.
+fn control() -> Result<Report, CoreError> {
+    let granted = priority::request(CONTROLLER_PRIORITY, Some(0));
+    let mut report = Report::new("control", granted.fifo, &granted.refused);
+    let robot = Robot::load(&Data::checkout(), "panda")?;
+    let mut flows = Vec::new();
+    for count in OBSTACLES {
+        flows.push((
+            flow(&robot, count)?,
+            Samples::with_capacity(ROUNDS * STATES),
+        ));
+    }
+    let limits = robot.limits();
+    let mut random = Random::new(7);
+    for _ in 0..ROUNDS {
+        let states: Vec<MotionState> = (0..STATES).map(|_| state(&limits, &mut random)).collect();
+        for ((flow, _), samples) in &mut flows {
+            for state in &states {
+                let mut state = state.clone();
+                let began_ns = monotonic_ns();
+                let stepped = flow.step_cell(&mut state, &limits, CYCLE_S);
+                samples.record(monotonic_ns().saturating_sub(began_ns));
+                black_box((stepped.is_ok(), state));
+            }
+        }
+    }
+    let spheres = robot.spheres.len();
+    for (count, (_, samples)) in OBSTACLES.into_iter().zip(flows) {
+        report
+            .rows
+            .push(samples.into_row(format!("{spheres} spheres x {count} obstacles")));
+    }
+    Ok(report)
+}
+
+fn flow(robot: &Robot, obstacles: usize) -> Result<(RmpFlow, TargetId), CoreError> {
+    let mut flow = robot.motion_policies(obstacles)?;
+    let tool = flow.add_target_frame(robot.tcp_frame_name())?;
+    flow.set_position_target(tool, Some(Vector3::new(0.5, 0.1, 0.4)))?;
+    flow.set_orientation_target(tool, Some(UnitQuaternion::from_euler_angles(3.1, 0.1, 0.0)))?;
+    let mut random = Random::new(42);
+    for index in 0..obstacles {
+        // An obstacle that is refused would make the bench faster than it is.
+        flow.obstacles_mut()
+            .add(random_obstacle(index, &mut random))?;
+    }
+    Ok((flow, tool))
+}
+
+/// Somewhere in the workspace; every third one a ball.
+fn random_obstacle(index: usize, random: &mut Random) -> Obstacle {
+    let mut within =
+        |low: f64, high: f64| 0.5 * (low + high) + random.around_zero(0.5 * (high - low));
+    let center = Vector3::new(within(0.3, 0.85), within(-0.6, 0.6), within(0.0, 0.9));
+    let size = Vector3::new(within(0.02, 0.08), within(0.02, 0.08), within(0.02, 0.08));
+    if index % 3 == 2 {
+        return Obstacle::sphere(center, size.x);
+    }
+    let turn =
+        UnitQuaternion::from_euler_angles(within(-3.0, 3.0), within(-1.5, 1.5), within(-3.0, 3.0));
+    Obstacle::cuboid(
+        Isometry3::from_parts(Translation3::from(center), turn),
+        2.0 * size,
+    )
+}
+
+fn state(limits: &JointLimits, random: &mut Random) -> MotionState {
+    let positions: Vec<f64> = limits
+        .lower
+        .iter()
+        .zip(&limits.upper)
+        .map(|(low, high)| 0.5 * (low + high) + random.around_zero(0.45 * (high - low)))
+        .collect();
+    let mut state = MotionState::at_rest(&positions);
+    state
+        .velocities
+        .iter_mut()
+        .for_each(|v| *v = random.around_zero(0.5));
+    state
+}
+
+/// A whole job in one process: the bare step of the engine, and the tick with
+/// everything in it; then the other demos, and heaps.
+fn physics() -> Result<Report, CoreError> {
+    let granted = priority::request(CONTROLLER_PRIORITY, Some(0));
+    let mut report = Report::new("physics", granted.fifo, &granted.refused);
+    let (step, tick) = job(DEMO, u64::MAX)?;
+    let factor = real_time(DEMO, &tick);
+    report.rows.extend([step, tick, factor]);
+    report.compare("tick in one process", "physics step");
+    for (demo, _) in Data::checkout().demos() {
+        if demo == DEMO {
+            continue;
+        }
+        let (step, mut tick) = match job(&demo, OTHER_TICKS) {
+            Ok(rows) => rows,
+            Err(error) => {
+                report.notes.push(format!("{demo} does not run: {error}"));
+                continue;
+            }
+        };
+        let factor = real_time(&demo, &tick);
+        tick.name = format!("{demo}, tick");
+        let name = format!("{demo}, physics step");
+        report.rows.extend([Row { name, ..step }, tick, factor]);
+    }
+    piles::run(&mut report)?;
+    Ok(report)
+}
+
+/// Simulated over real time of `demo`: of its median, and of its slow ticks.
+fn real_time(demo: &str, tick: &Row) -> Row {
+    let of = |tick_us: f64| 1.0e3 / tick_us.max(1.0e-3);
+    let figures = [tick.p50, tick.p99, tick.p999, tick.max].map(of);
+    Row::new(format!("{demo}, speed of the tick"), tick.n, figures).in_unit("x real time")
+}
+
+/// Runs a demo to its end, or up to the tick `most`: cost of the engine's step and of
+/// the whole tick.
+fn job(demo: &str, most: u64) -> Result<(Row, Row), CoreError> {
+    let mut spec = template(demo, "");
+    let cell = spec.load_cell_from(&Data::checkout())?;
+    spec.policy.clone_from(&cell.default_policy);
+    let mut sim = OneProcess::new(&demos::policies(), &spec, cell)?;
+    let (mut steps, mut ticks) = (Samples::default(), Samples::default());
+    while sim.state().header.tick < most {
+        let (began_ns, mut stepped_ns) = (monotonic_ns(), (0, 0));
+        let going = sim.tick_observed(|before| {
+            if before {
+                stepped_ns.0 = monotonic_ns();
+            } else {
+                stepped_ns.1 = monotonic_ns();
+            }
+        })?;
+        if !going {
+            break;
+        }
+        steps.record(stepped_ns.1.saturating_sub(stepped_ns.0));
+        ticks.record(monotonic_ns().saturating_sub(began_ns));
+    }
+    let step: Row = steps.into_row("physics step".to_owned());
+    let tick: Row = ticks.into_row("tick in one process".to_owned());
+    Ok((step, tick))
+}

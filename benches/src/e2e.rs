@@ -1,0 +1,185 @@
+//! `robocell bench e2e`: how old the state is when its command is applied.
+//!
+//! A private cell runs in real time; physics measures the age of the state a
+//! command was computed from when it applies that command, and controllers how
+//! late their cycles start. Both report figures over the last second; what is
+//! printed are their medians and the worst second. Then the task is killed again
+//! and again: how long until the next one decides.
+
+mod kills;
+
+use crate::report::{Report, Row};
+use cell_rt::clock::monotonic_ns;
+use ipc_types::Health;
+use ipc_types::health::Scheduling;
+use ipc_types::topic::Process;
+
+use kills::{Kills, Look, strike};
+use launch::cli::{Cli, Command};
+use launch::failure::{Code, Failure};
+use launch::run::{End, LiveCell, Plan};
+
+/// What the bench runs.
+const DEMO: &str = "franka-stack";
+/// Figures of the first second hold the start.
+const WARM_UP_NS: u64 = 1_500_000_000;
+/// One sample of the per-second figures this often.
+const WINDOW_NS: u64 = 1_000_000_000;
+
+/// p50, p99 and max of each second.
+#[derive(Debug, Default)]
+struct Series(Vec<[f64; 3]>);
+
+impl Series {
+    fn row(&self, name: String) -> Row {
+        let column = |k: usize| {
+            let mut values: Vec<f64> = self.0.iter().map(|second| second[k] * 1.0e-3).collect();
+            values.sort_by(f64::total_cmp);
+            values
+        };
+        let median = |values: &[f64]| values.get(values.len() / 2).copied().unwrap_or(0.0);
+        let worst = |values: &[f64]| values.last().copied().unwrap_or(0.0);
+        let (p50, p99, max) = (column(0), column(1), column(2));
+        let figures = [median(&p50), median(&p99), worst(&p99), worst(&max)];
+        Row::new(name, self.0.len(), figures)
+    }
+}
+
+#[derive(Default)]
+struct Probe {
+    next_ns: u64,
+    fifo: bool,
+    apply: Series,
+    physics: Series,
+    controller: Series,
+}
+
+impl Probe {
+    fn look(&mut self, now: u64, live: &LiveCell) {
+        if now < self.next_ns {
+            return;
+        }
+        self.next_ns = now + WINDOW_NS;
+        let watch = live.watch();
+        let (Some(physics), Some(controller)) = (
+            watch.health(Process::Physics),
+            watch.health(Process::Controller(0)),
+        ) else {
+            return;
+        };
+        self.fifo = physics.scheduling == Scheduling::Fifo.code();
+        // The age has no maximum of its own; the p99 of the worst second stands in.
+        self.apply.0.push([
+            physics.apply_age_p50_ns,
+            physics.apply_age_p99_ns,
+            physics.apply_age_p99_ns,
+        ]);
+        self.physics.0.push(lateness(physics));
+        self.controller.0.push(lateness(controller));
+    }
+}
+
+fn lateness(health: &Health) -> [f64; 3] {
+    [
+        health.lateness_p50_ns,
+        health.lateness_p99_ns,
+        health.lateness_max_ns,
+    ]
+}
+
+/// Measures for `seconds` and prints.
+pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
+    let live = LiveCell::start(plan()?)?;
+    let (mut probe, mut kills) = (Probe::default(), Kills::default());
+    let mut until = None;
+    let end = live.stay(|live| {
+        let now = monotonic_ns();
+        if !live.is_ready() {
+            return;
+        }
+        let end_ns = *until.get_or_insert_with(|| {
+            probe.next_ns = now + WARM_UP_NS;
+            now + WARM_UP_NS + nanos(seconds)
+        });
+        if now < end_ns {
+            probe.look(now, live);
+        } else if kills.turn(now, &look(live), strike) {
+            live.stop();
+        }
+    });
+    if let End::GaveUp(message) = end {
+        return Err(Failure {
+            code: Code::GaveUp,
+            message,
+        });
+    }
+    print(&probe, kills, json)
+}
+
+/// What is known of the task.
+fn look(live: &LiveCell) -> Look {
+    let mut pids = live.pids().into_iter();
+    let pid = pids.find(|(process, _)| *process == Process::Task);
+    let pid = pid.and_then(|(_, pid)| pid);
+    // A pid is news before the health of that process is.
+    let health = live.watch().health(Process::Task);
+    let health = health.filter(|health| Some(health.pid) == pid);
+    let decision = live.watch().decision().map(|decision| decision.header);
+    Look {
+        task: health.map(|health| (health.pid, health.header.generation)),
+        decision: decision.map_or((0, 0), |header| (header.generation, header.publish_ns)),
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the command line allows up to 1e6 s"
+)]
+fn nanos(seconds: f64) -> u64 {
+    (seconds * 1.0e9) as u64
+}
+
+/// A real-time run of a cell of its own.
+fn plan() -> Result<Plan, Failure> {
+    use clap::Parser;
+    let cell = format!("bench-{}", std::process::id());
+    let cli = Cli::try_parse_from(["robocell", "run", DEMO, "--headless", "--cell", &cell])
+        .map_err(Failure::usage)?;
+    match &cli.command {
+        Command::Run(args) => Plan::resolve(args),
+        _ => Err(Failure::usage("the bench starts a run")),
+    }
+}
+
+fn print(probe: &Probe, kills: Kills, json: bool) -> Result<(), Failure> {
+    let note = "lateness and age: medians over seconds; p99.9: p99 of the worst second".to_owned();
+    let mut report = Report::new("e2e", probe.fifo, &[note]);
+    report.rows = vec![
+        probe
+            .apply
+            .row("state age when its command is applied".to_owned()),
+        probe.controller.row("controller lateness".to_owned()),
+        probe.physics.row("physics lateness".to_owned()),
+        kills.into_row(),
+    ];
+    report
+        .write(&mut std::io::stdout().lock(), json)
+        .map_err(Failure::configuration)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_is_the_median_second_and_the_worst_one() {
+        let series = Series(vec![[1e3, 5e3, 9e3], [3e3, 6e3, 8e3], [2e3, 40e3, 90e3]]);
+        let row = series.row("x".to_owned());
+        assert_eq!(
+            (row.n, row.p50, row.p99, row.p999, row.max),
+            (3, 2.0, 6.0, 40.0, 90.0)
+        );
+        assert_eq!(Series::default().row("none".to_owned()).n, 0);
+    }
+}

@@ -1,0 +1,104 @@
+//! How long a cell is without a task after kill -9.
+
+use crate::report::{Row, Samples};
+use cell_rt::process::{SIGKILL, kill};
+
+/// Kills.
+const KILLS: usize = 10;
+/// Between two of them (ns): nearer ones would be a crash loop, and the
+/// supervisor would give the task up.
+const SPACING_NS: u64 = 2_500_000_000;
+
+/// What is known of the task at one moment.
+pub(super) struct Look {
+    /// Pid and generation of a task that runs.
+    pub(super) task: Option<(u32, u32)>,
+    /// Generation that took the newest decision, and when it was sent (ns).
+    pub(super) decision: (u32, u64),
+}
+
+/// Kills the task again and again, each time that it decides and has for a while.
+#[derive(Default)]
+pub(super) struct Kills {
+    waits: Samples,
+    /// When (ns) which generation was killed.
+    killed: Option<(u64, u32)>,
+    next_ns: u64,
+}
+
+impl Kills {
+    /// One look at `now_ns`; true when all is measured. `strike` kills a pid;
+    /// false when there was nothing to kill.
+    pub(super) fn turn(
+        &mut self,
+        now_ns: u64,
+        look: &Look,
+        strike: impl FnOnce(u32) -> bool,
+    ) -> bool {
+        let (decides, sent_ns) = look.decision;
+        match (self.killed, look.task) {
+            (Some((killed_ns, old)), _) if decides > old => {
+                self.waits.record(sent_ns.saturating_sub(killed_ns));
+                self.killed = None;
+                self.next_ns = now_ns + SPACING_NS;
+            }
+            (None, Some((pid, generation))) if generation == decides && now_ns >= self.next_ns => {
+                self.killed = strike(pid).then_some((now_ns, generation));
+            }
+            _ => {}
+        }
+        self.waits.count() >= KILLS
+    }
+
+    pub(super) fn into_row(self) -> Row {
+        self.waits
+            .into_row("task killed to its next decision".to_owned())
+    }
+}
+
+/// Kills process `pid`; false when it was gone.
+pub(super) fn strike(pid: u32) -> bool {
+    kill(pid, SIGKILL).is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    fn look(task: Option<(u32, u32)>, decision: (u32, u64)) -> Look {
+        Look { task, decision }
+    }
+
+    #[test]
+    fn a_wait_lasts_until_the_next_task_decides_and_kills_are_far_apart() {
+        let mut kills = Kills::default();
+        let mut struck = Vec::new();
+        let mut turn = |now_ns, look: Look| {
+            kills.turn(now_ns, &look, |pid| {
+                struck.push((pid, now_ns));
+                true
+            })
+        };
+        turn(5 * MS, look(Some((40, 2)), (1, 4 * MS)));
+        turn(10 * MS, look(Some((40, 2)), (2, 9 * MS)));
+        turn(15 * MS, look(None, (2, 9 * MS)));
+        turn(30 * MS, look(Some((41, 3)), (2, 9 * MS)));
+        turn(35 * MS, look(Some((41, 3)), (3, 32 * MS)));
+        turn(40 * MS, look(Some((41, 3)), (3, 39 * MS)));
+        let later = 35 * MS + SPACING_NS;
+        turn(later, look(Some((41, 3)), (3, later)));
+        assert_eq!(struck, [(40, 10 * MS), (41, later)]);
+        let row = kills.into_row();
+        assert_eq!((row.n, row.p50, row.max), (1, 22_000.0, 22_000.0));
+    }
+
+    #[test]
+    fn a_task_that_was_gone_already_is_no_kill() {
+        let mut kills = Kills::default();
+        kills.turn(MS, &look(Some((40, 1)), (1, MS)), |_| false);
+        kills.turn(2 * MS, &look(Some((41, 2)), (2, 2 * MS)), |_| true);
+        assert_eq!(kills.into_row().n, 0);
+    }
+}

@@ -1,0 +1,82 @@
+//! `robocell bench` starts this program. Ratios within one run are what counts:
+//! the rows of a bench are measured in turns, on the same cores, in the same
+//! minutes.
+
+mod behavior;
+mod cores;
+mod e2e;
+mod monitor;
+mod mujoco;
+mod piles;
+mod report;
+mod transport;
+
+use std::process::ExitCode;
+
+use clap::{Parser, ValueEnum};
+
+#[global_allocator]
+static ALLOCATOR: cell_rt::alloc::Counting = cell_rt::alloc::Counting;
+
+/// What a bench measures.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Kind {
+    /// Round trips between two processes.
+    Ipc,
+    /// Lateness of a 1 kHz loop.
+    Loop,
+    /// A cell of four processes, hop by hop.
+    E2e,
+    /// The RMPflow cycle.
+    Control,
+    /// The step of physics, and the whole tick.
+    Physics,
+    /// Trees, machines and matrices.
+    Behavior,
+    /// The page and the recorder.
+    Monitor,
+}
+
+#[derive(Parser)]
+#[command(name = "robocell-bench")]
+struct Arguments {
+    /// What to measure.
+    kind: Kind,
+    /// Length of a bench with a running cell (s).
+    #[arg(long, default_value_t = 10.0)]
+    seconds: f64,
+    /// One JSON object as the last line.
+    #[arg(long)]
+    json: bool,
+    /// Does the work of one row of `behavior` so many times, for an instruction
+    /// counter.
+    #[arg(long, hide = true, num_args = 2, value_names = ["ROW", "TIMES"])]
+    only: Option<Vec<String>>,
+}
+
+fn main() -> ExitCode {
+    if let Some(code) = transport::peer::main() {
+        return code;
+    }
+    let arguments = Arguments::parse();
+    let json = arguments.json;
+    let done: Result<(), Box<dyn std::error::Error>> = match arguments.kind {
+        Kind::Ipc => transport::ipc::run(json).map_err(Into::into),
+        Kind::Loop => transport::loop_::run(json).map_err(Into::into),
+        Kind::E2e => e2e::run(arguments.seconds, json).map_err(Into::into),
+        Kind::Control => cores::run(cores::Core::Control, json).map_err(Into::into),
+        Kind::Physics => cores::run(cores::Core::Physics, json).map_err(Into::into),
+        Kind::Behavior => match arguments.only.as_deref() {
+            Some([row, times]) => behavior::only(row, times),
+            _ => behavior::bench(json),
+        },
+        Kind::Monitor => monitor::run(arguments.seconds, json).map_err(Into::into),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("robocell bench: {error}");
+            ExitCode::from(3)
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! `bench loop`: how late a 1 kHz cycle starts.
+
+use std::process::Command;
+
+use cell_rt::priority::{self, PHYSICS_PRIORITY};
+use cell_rt::{Grid, monotonic_ns, sleep_until};
+
+use super::{BenchError, io};
+use crate::report::{Report, Row, Samples};
+
+const PERIOD_NS: u64 = 1_000_000;
+/// Cycles of a row in one go, one second: rows take turns.
+const BLOCK: usize = 1000;
+/// Goes of each row.
+const ROUNDS: usize = 12;
+
+/// Measures and prints.
+pub(crate) fn run(json: bool) -> Result<(), BenchError> {
+    let core = priority::core_count() - 1;
+    let granted = priority::request(PHYSICS_PRIORITY, Some(core));
+    let mut grid = Samples::with_capacity(ROUNDS * BLOCK);
+    let mut sleep = Samples::with_capacity(ROUNDS * BLOCK);
+    let mut cyclictest = Some(Samples::with_capacity(ROUNDS * BLOCK));
+    for _ in 0..ROUNDS {
+        grid_block(&mut grid, granted.fifo);
+        sleep_block(&mut sleep);
+        // Once missing, it stays missing.
+        cyclictest = match cyclictest {
+            Some(samples) => cyclictest_block(samples, core, granted.fifo)?,
+            None => None,
+        };
+    }
+    priority::set_other().map_err(io("leave real-time scheduling"))?;
+    let mut report = Report::new("loop", granted.fifo, &granted.refused);
+    report.notes.push(format!(
+        "lateness of the start of a cycle of 1 ms on core {core}, rows in turns of one second"
+    ));
+    report.rows = vec![
+        grid.into_row("grid".to_owned()),
+        sleep.into_row("nanosleep".to_owned()),
+    ];
+    let base = if let Some(samples) = cyclictest {
+        report.rows.push(cyclictest_row(samples));
+        "cyclictest"
+    } else {
+        let note = "cyclictest is not installed; compared with a plain sleep";
+        report.notes.push(note.to_owned());
+        "nanosleep"
+    };
+    report.compare("grid", base);
+    if base != "nanosleep" {
+        report.compare("nanosleep", base);
+    }
+    report
+        .write(&mut std::io::stdout().lock(), json)
+        .map_err(io("print"))
+}
+
+/// The cell's loop: sleeps most of the way, spins the rest.
+fn grid_block(samples: &mut Samples, fifo: bool) {
+    let mut grid = Grid::new(PERIOD_NS, monotonic_ns(), fifo);
+    for _ in 0..BLOCK {
+        samples.record(grid.wait().lateness_ns());
+    }
+}
+
+/// What cyclictest does: an absolute sleep, nothing else.
+fn sleep_block(samples: &mut Samples) {
+    let mut deadline_ns = monotonic_ns() + PERIOD_NS;
+    for _ in 0..BLOCK {
+        sleep_until(deadline_ns);
+        samples.record(monotonic_ns().saturating_sub(deadline_ns));
+        deadline_ns += PERIOD_NS;
+    }
+}
+
+fn cyclictest_row(samples: Samples) -> Row {
+    samples.into_row("cyclictest".to_owned())
+}
+
+/// One go of cyclictest at the same priority on the same core; `None` when it
+/// is not installed.
+fn cyclictest_block(
+    mut samples: Samples,
+    core: usize,
+    fifo: bool,
+) -> Result<Option<Samples>, BenchError> {
+    let mut command = Command::new("cyclictest");
+    command.args([
+        "--quiet",
+        "--mlockall",
+        "--nsecs",
+        "--threads=1",
+        "--interval=1000",
+    ]);
+    command
+        .arg(format!("--affinity={core}"))
+        .arg(format!("--loops={BLOCK}"))
+        .arg("--verbose");
+    if fifo {
+        command.args(["--policy=fifo", &format!("--priority={PHYSICS_PRIORITY}")]);
+    }
+    let output = match command.output() {
+        Ok(output) => output,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(io("start cyclictest")(error)),
+    };
+    let before = samples.count();
+    for latency_ns in latencies(&String::from_utf8_lossy(&output.stdout)) {
+        samples.record(latency_ns);
+    }
+    if samples.count() == before {
+        return Err(BenchError::Foreign("cyclictest"));
+    }
+    Ok(Some(samples))
+}
+
+/// Reads lines of `THREAD: CYCLE: LATENCY`.
+fn latencies(text: &str) -> impl Iterator<Item = u64> {
+    text.lines().filter_map(|line| {
+        let mut fields = line.split(':').map(str::trim);
+        fields.next()?.parse::<u32>().ok()?;
+        fields.next()?.parse::<u64>().ok()?;
+        fields.next()?.parse().ok()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lines_of_cyclictest_are_read() {
+        let text = "Max CPUs = 2\n       0:       0:   12345\n       0:       1:    2345\n# end\n";
+        assert_eq!(latencies(text).collect::<Vec<_>>(), [12345, 2345]);
+    }
+}

@@ -1,0 +1,79 @@
+//! Checks of the numbers in a file a person wrote.
+
+use std::fmt::Display;
+
+use crate::error::{ModelError, Place};
+use crate::toml_text;
+
+/// A cell is not larger (m).
+pub const MAX_COORDINATE_M: f64 = 20.0;
+
+/// Refuses values of a file; every refusal names file, line, key, value and what
+/// is allowed. Keys are dotted paths such as `object.2.mass_kg`.
+#[derive(Clone, Copy, Debug)]
+pub struct Checker<'a> {
+    file: &'a str,
+    text: &'a str,
+}
+
+impl<'a> Checker<'a> {
+    /// Of the file with this name in messages, and this text.
+    pub fn new(file: &'a str, text: &'a str) -> Self {
+        Self { file, text }
+    }
+
+    /// The error that says that `key` is `value`, and what is `allowed`.
+    pub fn refuse(&self, key: &str, value: impl Display, allowed: impl Into<String>) -> ModelError {
+        ModelError::value(
+            Place::line(self.file, toml_text::line_of(self.text, key)),
+            key,
+            value,
+            allowed,
+        )
+    }
+
+    /// Refuses a number that is not within `low` and `high`, or not a number.
+    ///
+    /// # Errors
+    /// [`ModelError::Value`].
+    pub fn number(&self, key: &str, value: f64, low: f64, high: f64) -> Result<(), ModelError> {
+        if (low..=high).contains(&value) {
+            return Ok(());
+        }
+        Err(self.refuse(key, value, format!("{low} to {high} is allowed")))
+    }
+
+    /// As [`Checker::number`], for each of `values`.
+    ///
+    /// # Errors
+    /// [`ModelError::Value`].
+    pub fn numbers(
+        &self,
+        key: &str,
+        values: &[f64],
+        low: f64,
+        high: f64,
+    ) -> Result<(), ModelError> {
+        values.iter().enumerate().try_for_each(|(index, value)| {
+            self.number(&format!("{key}.{index}"), *value, low, high)
+        })
+    }
+
+    /// Key, value, smallest and largest allowed, of numbers in one `table`.
+    ///
+    /// # Errors
+    /// [`ModelError::Value`].
+    pub fn ranges(&self, table: &str, ranges: &[(&str, f64, f64, f64)]) -> Result<(), ModelError> {
+        ranges.iter().try_for_each(|(key, value, low, high)| {
+            self.number(&format!("{table}.{key}"), *value, *low, *high)
+        })
+    }
+
+    /// Refuses a position outside of what a cell may be (m).
+    ///
+    /// # Errors
+    /// [`ModelError::Value`].
+    pub fn position(&self, key: &str, position: &[f64; 3]) -> Result<(), ModelError> {
+        self.numbers(key, position, -MAX_COORDINATE_M, MAX_COORDINATE_M)
+    }
+}

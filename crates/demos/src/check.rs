@@ -1,0 +1,77 @@
+//! Checks that more than one kind of `[task]` makes.
+
+use cell_model::{Cell, Checker, ModelError, suggest};
+
+/// Most objects a stack may be made of.
+pub const MAX_STACK: usize = 16;
+
+/// Names of the cell's objects.
+pub(crate) fn object_names(cell: &Cell) -> Vec<&str> {
+    let objects = cell.objects.iter();
+    objects.map(|object| object.name.as_str()).collect()
+}
+
+/// Objects that exist, each of them once.
+pub(crate) fn order(
+    at: &Checker<'_>,
+    key: &str,
+    order: &[String],
+    names: &[&str],
+) -> Result<(), ModelError> {
+    for (index, name) in order.iter().enumerate() {
+        let refuse =
+            |allowed: String| at.refuse(&format!("{key}.{index}"), format!("'{name}'"), allowed);
+        if !names.contains(&name.as_str()) {
+            let advice = suggest::advice(name, names);
+            return Err(refuse(format!("no such object; {advice}")));
+        }
+        if order.iter().take(index).any(|other| other == name) {
+            return Err(refuse("an object stands in a stack once".to_owned()));
+        }
+    }
+    if order.is_empty() || order.len() > MAX_STACK {
+        let allowed = format!("1 to {MAX_STACK} are allowed");
+        return Err(at.refuse(key, format!("{} names", order.len()), allowed));
+    }
+    Ok(())
+}
+
+/// Refuses a `name` that is none of `names`; `what` says of what.
+pub(crate) fn known(
+    at: &Checker<'_>,
+    key: &str,
+    name: &str,
+    what: &str,
+    names: &[&str],
+) -> Result<(), ModelError> {
+    if names.contains(&name) {
+        return Ok(());
+    }
+    let advice = suggest::advice(name, names);
+    let allowed = format!("no such {what}; {advice}");
+    Err(at.refuse(key, format!("'{name}'"), allowed))
+}
+
+/// Refuses a task without the name of its behaviour file.
+pub(crate) fn behaviour(at: &Checker<'_>, name: &str) -> Result<(), ModelError> {
+    if name.is_empty() {
+        let allowed = "the name of a file in cells/ is needed";
+        return Err(at.refuse("task.behaviour", "''", allowed));
+    }
+    Ok(())
+}
+
+/// Refuses what is not a unit quaternion, within `tolerance`.
+pub(crate) fn unit_quaternion(
+    at: &Checker<'_>,
+    key: &str,
+    quaternion: &[f64; 4],
+    tolerance: f64,
+) -> Result<(), ModelError> {
+    let norm = quaternion.iter().map(|c| c * c).sum::<f64>().sqrt();
+    if (norm - 1.0).abs() <= tolerance {
+        return Ok(());
+    }
+    let allowed = "a unit quaternion w x y z is needed";
+    Err(at.refuse(key, format!("of length {norm}"), allowed))
+}

@@ -1,0 +1,164 @@
+//! `[task]` with `kind = "pyramid"`.
+
+use std::collections::BTreeMap;
+
+use cell_model::check::MAX_COORDINATE_M;
+use cell_model::{Cell, Checker, ModelError, suggest};
+use robocell_task::Settings;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::check::{MAX_STACK, object_names, order};
+
+/// Take a pyramid of cubes apart; every arm builds a stack of its own.
+///
+/// Heights of the tool are those of the TCP, whose frame lies between the pads.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PyramidTask {
+    /// Height of the centre of the lowest cube of a stack, world frame (m).
+    pub base_height_m: f64,
+    /// Height of one layer (m).
+    pub layer_height_m: f64,
+    /// Cubes in a finished stack of one arm.
+    pub required_count: u32,
+    /// TCP above the centre of the cube before it is grasped (m).
+    pub approach_m: f64,
+    /// TCP above the centre of the cube when it is grasped (m).
+    pub grasp_m: f64,
+    /// TCP height after the lift, world frame (m).
+    pub lift_z_m: f64,
+    /// TCP above the cube's goal before it is lowered (m).
+    pub place_approach_m: f64,
+    /// TCP above the cube's goal when it is let go, before the place is
+    /// corrected by how the cube lies in the hand (m).
+    pub place_m: f64,
+    /// TCP above the cube's goal after it was let go (m).
+    pub retract_m: f64,
+    /// An object nearer than this to its goal, in the plane, is in place (m).
+    pub goal_tolerance_m: f64,
+    /// Finger distance of an open gripper (m).
+    pub open_width_m: f64,
+    /// Finger distance commanded to close; force stops it earlier (m).
+    pub closed_width_m: f64,
+    /// The gripper is open when within this of the open width (m).
+    pub gripper_tolerance_m: f64,
+    /// Force per finger (N).
+    pub grip_force_n: f64,
+    /// A cube further than this from the arm's base, in the plane, is out of
+    /// reach (m).
+    pub reach_m: f64,
+    /// What belongs to one arm, by the arm's name: one entry for every arm.
+    pub robot: BTreeMap<String, PyramidArm>,
+}
+
+/// `[task.robot.NAME]`: the part of one arm.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PyramidArm {
+    /// File in `cells/` that describes the behaviour.
+    pub behaviour: String,
+    /// Blackboard it shares with all arms that name the same one.
+    pub board: String,
+    /// Centre of the arm's stack on the table, x and y in the world frame (m).
+    pub goal_m: [f64; 2],
+    /// Turn of the hand about the world's z where it points straight down and
+    /// its fingers close along y at zero (rad).
+    pub yaw_rad: f64,
+    /// Cubes in the order in which this arm tries them.
+    pub order: Vec<String>,
+}
+
+impl Settings for PyramidTask {
+    fn check(&self, cell: &Cell, at: &Checker<'_>) -> Result<(), ModelError> {
+        pyramid_numbers(at, self)?;
+        let arms: Vec<&str> = cell.arms.iter().map(|arm| arm.name.as_str()).collect();
+        for (name, arm) in &self.robot {
+            if !arms.contains(&name.as_str()) {
+                let advice = suggest::advice(name, &arms);
+                let key = format!("task.robot.{name}");
+                return Err(at.refuse(&key, "here", format!("no such arm; {advice}")));
+            }
+            pyramid_arm(at, &format!("task.robot.{name}"), arm, cell)?;
+        }
+        if let Some(missing) = arms.iter().find(|name| !self.robot.contains_key(**name)) {
+            let allowed = format!("write what [task.robot.{missing}] shall do");
+            return Err(at.refuse("task", format!("silent about arm '{missing}'"), allowed));
+        }
+        let wanted = u64::from(self.required_count) * arms.len() as u64;
+        if wanted > cell.objects.len() as u64 {
+            let allowed = format!(
+                "{} arms need {wanted} objects, the cell has {}",
+                arms.len(),
+                cell.objects.len()
+            );
+            return Err(at.refuse("task.required_count", self.required_count, allowed));
+        }
+        Ok(())
+    }
+
+    fn grip_force_n(&self, _cell: &Cell) -> f64 {
+        self.grip_force_n
+    }
+}
+
+fn pyramid_arm(
+    at: &Checker<'_>,
+    key: &str,
+    arm: &PyramidArm,
+    cell: &Cell,
+) -> Result<(), ModelError> {
+    let far = MAX_COORDINATE_M;
+    at.numbers(&format!("{key}.goal_m"), &arm.goal_m, -far, far)?;
+    at.number(&format!("{key}.yaw_rad"), arm.yaw_rad, -7.0, 7.0)?;
+    order(at, &format!("{key}.order"), &arm.order, &object_names(cell))?;
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
+    let file = &arm.behaviour;
+    let json = std::path::Path::new(file)
+        .extension()
+        .is_some_and(|e| e == "json");
+    if !json || file.len() > 64 || !file.chars().all(plain) {
+        return Err(at.refuse(
+            &format!("{key}.behaviour"),
+            format!("'{file}'"),
+            "the name of a .json file in cells/ is needed",
+        ));
+    }
+    let word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+    if arm.board.is_empty() || arm.board.len() > 32 || !arm.board.chars().all(word) {
+        return Err(at.refuse(
+            &format!("{key}.board"),
+            format!("'{}'", arm.board),
+            "1 to 32 of a-z, 0-9 and _ are allowed",
+        ));
+    }
+    Ok(())
+}
+
+fn pyramid_numbers(at: &Checker<'_>, task: &PyramidTask) -> Result<(), ModelError> {
+    let far = MAX_COORDINATE_M;
+    let count = f64::from(task.required_count);
+    let ranges = [
+        ("base_height_m", task.base_height_m, -far, far),
+        ("layer_height_m", task.layer_height_m, 1.0e-3, 1.0),
+        ("required_count", count, 1.0, MAX_STACK as f64),
+        ("approach_m", task.approach_m, 0.0, 1.0),
+        ("grasp_m", task.grasp_m, -0.5, 0.5),
+        ("lift_z_m", task.lift_z_m, -far, far),
+        ("place_approach_m", task.place_approach_m, 0.0, 1.0),
+        ("place_m", task.place_m, -0.5, 0.5),
+        ("retract_m", task.retract_m, 0.0, 1.0),
+        ("goal_tolerance_m", task.goal_tolerance_m, 1.0e-4, 1.0),
+        ("open_width_m", task.open_width_m, 1.0e-3, 1.0),
+        (
+            "closed_width_m",
+            task.closed_width_m,
+            0.0,
+            task.open_width_m,
+        ),
+        ("gripper_tolerance_m", task.gripper_tolerance_m, 1.0e-5, 0.5),
+        ("grip_force_n", task.grip_force_n, 0.1, 1.0e4),
+        ("reach_m", task.reach_m, 1.0e-2, far),
+    ];
+    at.ranges("task", &ranges)
+}

@@ -1,0 +1,119 @@
+//! A place on the way of the cup.
+
+use ipc_types::Pose;
+use ipc_types::validate::MAX_JOINT_POSITION;
+use serde::{Deserialize, Serialize};
+
+use super::kept_pose::{KeptPose, within};
+
+/// Most waypoints of a path.
+pub const MAX_WAYPOINTS: usize = 16;
+/// No corridor is longer or wider (m), as the message's own check.
+pub(crate) const MAX_APPROACH_M: f64 = 2.0;
+/// Joints of the UR10.
+pub const JOINTS: usize = 6;
+
+/// Where the cup goes, and how. Plain data, for the record.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Waypoint {
+    /// World frame (m).
+    pub position: [f64; 3],
+    /// World frame, w x y z.
+    pub orientation_wxyz: [f64; 4],
+    /// Joint configuration to lean to (rad).
+    pub posture: Option<[f64; JOINTS]>,
+    /// See [`robocell_task::output::ArmIntent::approach`].
+    pub approach: [f64; 3],
+    /// See [`robocell_task::output::ArmIntent::approach_std_dev`].
+    pub approach_std_dev: f64,
+    /// Fixtures that count as obstacles on the way here, bit per obstacle.
+    pub obstacle_mask: u64,
+    /// Objects that do.
+    pub object_mask: u64,
+    /// The target moves here from the waypoint before at an even pace in this
+    /// time (ticks); 0: at once. The sources make a list of close waypoints of it.
+    pub glide_ticks: u64,
+    /// Brings the joints to the posture, whose cup pose this is, instead of the
+    /// cup to the pose: the way of the cup follows from that.
+    pub by_joints: bool,
+}
+
+impl Waypoint {
+    /// Straight to `pose`, with every obstacle in the way.
+    pub const fn new(pose: Pose) -> Self {
+        Self {
+            position: pose.position,
+            orientation_wxyz: pose.orientation_wxyz,
+            posture: None,
+            approach: [0.0; 3],
+            approach_std_dev: 0.0,
+            obstacle_mask: u64::MAX,
+            object_mask: u64::MAX,
+            glide_ticks: 0,
+            by_joints: false,
+        }
+    }
+
+    /// With a joint configuration to lean to.
+    #[must_use]
+    pub const fn leaning(self, posture: [f64; JOINTS]) -> Self {
+        Self {
+            posture: Some(posture),
+            ..self
+        }
+    }
+
+    /// With the joints going to that configuration, which has this pose.
+    #[must_use]
+    pub const fn by_joints(self, posture: [f64; JOINTS]) -> Self {
+        Self {
+            by_joints: true,
+            ..self.leaning(posture)
+        }
+    }
+
+    /// At an even pace in `ticks` (ms).
+    #[must_use]
+    pub const fn gliding(self, ticks: u64) -> Self {
+        Self {
+            glide_ticks: ticks,
+            ..self
+        }
+    }
+
+    /// Through a corridor along `approach` (m) of width `std_dev` (m).
+    #[must_use]
+    pub const fn through(self, approach: [f64; 3], std_dev: f64) -> Self {
+        Self {
+            approach,
+            approach_std_dev: std_dev,
+            ..self
+        }
+    }
+
+    /// With only these fixtures and objects in the way.
+    #[must_use]
+    pub const fn avoiding(self, obstacle_mask: u64, object_mask: u64) -> Self {
+        Self {
+            obstacle_mask,
+            object_mask,
+            ..self
+        }
+    }
+
+    /// Whether a restored waypoint is one.
+    pub(super) fn is_sound(&self) -> bool {
+        KeptPose::from(self.pose()).is_sound()
+            && within(self.posture.as_slice().as_flattened(), MAX_JOINT_POSITION)
+            && within(&self.approach, MAX_APPROACH_M)
+            && within(&[self.approach_std_dev], MAX_APPROACH_M)
+    }
+
+    /// Its pose.
+    pub const fn pose(&self) -> Pose {
+        Pose {
+            position: self.position,
+            orientation_wxyz: self.orientation_wxyz,
+        }
+    }
+}

@@ -1,0 +1,304 @@
+//! The command line of a task program; people use `robocell`, which passes on
+//! its words.
+
+use std::io::Write as _;
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use cell_model::Data;
+use cell_model::run_spec::RunSpec;
+use cell_model::summary::{RunOutcome, RunSummary};
+use cell_sim::verify::{Report, Verdict, verify_file};
+use cell_sim::{Program, SimError, eval, run};
+use clap::{Parser, Subcommand};
+
+use crate::inspect::{self, InspectError, Kind};
+
+/// A task that failed or timed out; a recording that differs.
+const TASK_FAILED: u8 = 5;
+/// A file or a name that cannot be used.
+const CONFIGURATION: u8 = 3;
+
+#[derive(Parser)]
+#[command(about = "A task program: robocell starts it as the task of a cell")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run a cell to its end.
+    Run {
+        /// The run file.
+        #[arg(long)]
+        spec: PathBuf,
+        /// Print the summary as one JSON object.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Run many seeds, one row each.
+    Eval {
+        /// Name of the demo.
+        demo: String,
+        /// First and last seed.
+        #[arg(long, value_parser = seeds)]
+        seeds: RangeInclusive<u64>,
+        /// Policy; the cell's default where missing.
+        #[arg(long)]
+        policy: Option<String>,
+        /// Runs at the same time.
+        #[arg(long, default_value_t = 1)]
+        jobs: usize,
+        /// Folder with cells/ and robots/.
+        #[arg(long)]
+        data: Option<PathBuf>,
+        /// A script for every run.
+        #[arg(long)]
+        script: Option<PathBuf>,
+        /// Rows as JSON objects.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Pictures and checks of behaviours.
+    Behaviour {
+        /// What to do.
+        #[command(subcommand)]
+        verb: BehaviourVerb,
+    },
+    /// Print the JSON Schema of a kind of file.
+    Schema {
+        /// tree, machine or cell.
+        what: String,
+    },
+    /// Compute a recorded run again and compare it bit for bit.
+    Verify {
+        /// The recording, or the directory of a flight recorder.
+        file: PathBuf,
+        /// Folder with cells/ and robots/; that of the run where missing.
+        #[arg(long)]
+        data: Option<PathBuf>,
+        /// One JSON object.
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+#[derive(Subcommand)]
+enum BehaviourVerb {
+    /// Print it.
+    Show {
+        /// bt or fsm.
+        #[arg(value_parser = kind)]
+        kind: Kind,
+        /// A demo or a file.
+        what: String,
+        /// text, mermaid or dot.
+        #[arg(long, default_value = "text")]
+        format: String,
+        /// Policy of the demo.
+        #[arg(long)]
+        policy: Option<String>,
+        /// Folder with cells/ and robots/.
+        #[arg(long)]
+        data: Option<PathBuf>,
+    },
+    /// Check a file.
+    Check {
+        /// bt or fsm.
+        #[arg(value_parser = kind)]
+        kind: Kind,
+        /// The file.
+        file: PathBuf,
+    },
+}
+
+/// Prints a line. Whom it is for may have gone (`| head`): that is no failure.
+fn say(line: std::fmt::Arguments<'_>) {
+    writeln!(std::io::stdout().lock(), "{line}").ok();
+}
+
+fn kind(word: &str) -> Result<Kind, String> {
+    match word {
+        "bt" => Ok(Kind::Tree),
+        "fsm" => Ok(Kind::Machine),
+        _ => Err("there are bt and fsm".to_owned()),
+    }
+}
+
+fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
+    let hint = || format!("{text:?} is no range of seeds; write 1..50");
+    let (first, last) = text.split_once("..").ok_or_else(hint)?;
+    let last = last.strip_prefix('=').unwrap_or(last);
+    let parse = |part: &str| part.parse::<u64>().map_err(|_not_a_number| hint());
+    let range = parse(first)?..=parse(last)?;
+    if range.is_empty() {
+        Err(hint())
+    } else {
+        Ok(range)
+    }
+}
+
+/// Why a subcommand fails.
+#[derive(Debug, thiserror::Error)]
+enum CliError {
+    /// A run, or many.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// A behaviour.
+    #[error(transparent)]
+    Inspect(#[from] InspectError),
+}
+
+impl From<cell_model::run_spec::RunSpecError> for CliError {
+    fn from(error: cell_model::run_spec::RunSpecError) -> Self {
+        Self::Sim(error.into())
+    }
+}
+
+impl From<cell_model::ModelError> for CliError {
+    fn from(error: cell_model::ModelError) -> Self {
+        Self::Sim(error.into())
+    }
+}
+
+/// Does what the command line says.
+pub(crate) fn main(program: &Program) -> ExitCode {
+    match run(program) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::from(CONFIGURATION)
+        }
+    }
+}
+
+fn run(program: &Program) -> Result<ExitCode, CliError> {
+    match Cli::parse().command {
+        Command::Run { spec, json } => {
+            let spec = RunSpec::load(&spec)?;
+            let summary = run::to_the_end(program, &spec, |tick, line| {
+                if !json {
+                    say(format_args!("{:9.3} s  {line}", tick as f64 * 1.0e-3));
+                }
+            })?;
+            print_summary(&summary);
+            Ok(code(summary.outcome == RunOutcome::Done))
+        }
+        Command::Eval {
+            demo,
+            seeds,
+            policy,
+            jobs,
+            data,
+            script,
+            json,
+        } => {
+            let mut spec = eval::template(&demo, policy.as_deref().unwrap_or_default());
+            spec.data_dir = data;
+            let cell = spec.load_cell_from(&program.data)?;
+            if let Some(path) = script {
+                spec.script = run::script(&path, &cell)?;
+            }
+            if spec.policy.is_empty() {
+                spec.policy = cell.default_policy;
+            }
+            Ok(evaluate(program, &eval::Plan { spec, seeds, jobs }, json)?)
+        }
+        Command::Behaviour { verb } => Ok(inspect(program, verb)?),
+        Command::Schema { what } => {
+            let schema = inspect::schema(program, &what)?;
+            say(format_args!("{schema:#}"));
+            Ok(ExitCode::SUCCESS)
+        }
+        Command::Verify { file, data, json } => {
+            let report = verify_file(program, &file, data)?;
+            print_report(&report, json);
+            Ok(code(report.verdict() == Verdict::Same))
+        }
+    }
+}
+
+fn inspect(program: &Program, verb: BehaviourVerb) -> Result<ExitCode, InspectError> {
+    match verb {
+        BehaviourVerb::Show {
+            kind,
+            what,
+            format,
+            policy,
+            data,
+        } => {
+            let data = data.map_or_else(|| program.data.clone(), Data::dir);
+            let graphs = inspect::graphs(program, kind, &what, policy.as_deref(), &data)?;
+            say(format_args!(
+                "{}",
+                inspect::draw(&graphs, &format).trim_end()
+            ));
+        }
+        BehaviourVerb::Check { kind, file } => {
+            let findings = inspect::check(program, kind, &file)?;
+            for finding in &findings {
+                say(format_args!("warning: {finding}"));
+            }
+            say(format_args!(
+                "{}: no errors, {} warnings",
+                file.display(),
+                findings.len()
+            ));
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode, SimError> {
+    let (done, all) = eval::evaluate(program, plan, |row| {
+        if json {
+            print_summary(row);
+        } else {
+            say(format_args!(
+                "seed {:5}  {:8}  {:6.2} s  placed {}  drops {}  resyncs {}  aborts {}  violations {}  {}",
+                row.seed,
+                format!("{:?}", row.outcome).to_lowercase(),
+                row.sim_time_s,
+                row.placed.len(),
+                row.drops,
+                row.resyncs,
+                row.aborts,
+                row.limit_violations,
+                row.reason.as_deref().unwrap_or_default(),
+            ));
+        }
+    })?;
+    if !json {
+        say(format_args!("{done} of {all} done"));
+    }
+    Ok(code(done == all))
+}
+
+fn code(done: bool) -> ExitCode {
+    if done {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(TASK_FAILED)
+    }
+}
+
+fn print_report(report: &Report, json: bool) {
+    if !json {
+        say(format_args!("{report}"));
+        return;
+    }
+    let verdict = report.verdict();
+    say(format_args!(
+        "{}",
+        serde_json::json!({ "verdict": verdict, "report": report })
+    ));
+}
+
+fn print_summary(summary: &RunSummary) {
+    match serde_json::to_string(summary) {
+        Ok(line) => say(format_args!("{line}")),
+        Err(error) => eprintln!("the summary cannot be written: {error}"),
+    }
+}

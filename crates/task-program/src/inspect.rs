@@ -1,0 +1,192 @@
+//! Pictures, checks and schemas of behaviours: those of a policy, and those in
+//! files.
+
+use std::path::Path;
+
+use behavior::descriptor::Source;
+use behavior::{Finding, Graph, machine, matrix, views};
+use cell_model::{Cell, Data, ModelError};
+use cell_sim::Program;
+use robocell_task::{TaskError, TreeError, TreeTools};
+
+/// Why a behaviour cannot be shown, or is refused.
+#[derive(Debug, thiserror::Error)]
+pub enum InspectError {
+    /// The cell file or a robot.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The policy.
+    #[error(transparent)]
+    Task(#[from] TaskError),
+    /// A tree in a file.
+    #[error(transparent)]
+    Tree(#[from] TreeError),
+    /// A behaviour that is not right, all of it.
+    #[error("{0}")]
+    Behaviour(String),
+}
+
+/// What a file holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A tree, JSON.
+    Tree,
+    /// A machine or a matrix, TOML or JSON.
+    Machine,
+}
+
+/// Pictures of a demo's policy, or of a file.
+///
+/// # Errors
+/// When the demo, the policy or the file is not there or not right.
+pub fn graphs(
+    program: &Program,
+    kind: Kind,
+    what: &str,
+    policy: Option<&str>,
+    data: &Data,
+) -> Result<Vec<Graph>, InspectError> {
+    if is_file(what) {
+        return Ok(vec![graph_of_file(program, kind, Path::new(what))?]);
+    }
+    let cell = Cell::load(data, what, 0, None)?;
+    let policy = policy.unwrap_or(&cell.default_policy);
+    Ok(program.policies.task(&cell, policy)?.graphs().to_vec())
+}
+
+/// Draws pictures in `format`: text, mermaid or dot.
+pub fn draw(graphs: &[Graph], format: &str) -> String {
+    let one = |graph: &Graph| match format {
+        "mermaid" => views::mermaid(graph, None),
+        "dot" => views::dot(graph, None),
+        _ => views::text(graph, None),
+    };
+    let drawn: Vec<String> = graphs.iter().map(one).collect();
+    drawn.join("\n")
+}
+
+/// What is probably not meant in a file.
+///
+/// # Errors
+/// Everything that is wrong in it.
+pub fn check(program: &Program, kind: Kind, file: &Path) -> Result<Vec<Finding>, InspectError> {
+    let text = read(kind, file)?;
+    let name = file.display().to_string();
+    match kind {
+        Kind::Tree => {
+            let include = includes(file);
+            let source = source(&name, &text, &include);
+            Ok(trees(program)?.check(&program.data, &source)?)
+        }
+        Kind::Machine => match table(&name, &text)? {
+            Table::Machine(table) => Ok(machine::check(&table)),
+            Table::Matrix(table) => Ok(matrix::check(&table)),
+        },
+    }
+}
+
+/// The JSON Schema of a kind of file: `tree`, `machine` or `cell`.
+///
+/// # Errors
+/// When there is no such kind.
+pub fn schema(program: &Program, what: &str) -> Result<serde_json::Value, InspectError> {
+    match what {
+        "tree" => Ok(trees(program)?.schema(&program.data)?),
+        "machine" => Ok(behavior::machine::schema()),
+        "cell" => Ok(program.policies.cell_schema()),
+        _ => Err(InspectError::Behaviour(format!(
+            "there is no schema of '{what}'; there are tree, machine and cell"
+        ))),
+    }
+}
+
+fn is_file(what: &str) -> bool {
+    let extension = Path::new(what).extension();
+    extension.is_some_and(|e| e == "json" || e == "toml")
+}
+
+fn graph_of_file(program: &Program, kind: Kind, file: &Path) -> Result<Graph, InspectError> {
+    let text = read(kind, file)?;
+    let name = file.display().to_string();
+    if kind == Kind::Tree {
+        let include = includes(file);
+        let source = source(&name, &text, &include);
+        return Ok(trees(program)?.graph(&program.data, &source)?);
+    }
+    Ok(match table(&name, &text)? {
+        Table::Machine(table) => table.describe(),
+        Table::Matrix(table) => table.describe(),
+    })
+}
+
+enum Table {
+    Machine(Box<machine::Table>),
+    Matrix(Box<matrix::Table>),
+}
+
+/// A file with a list of precedence is a matrix.
+fn table(file: &str, text: &str) -> Result<Table, InspectError> {
+    let broken = |problems: machine::Problems| InspectError::Behaviour(problems.to_string());
+    if has_precedence(file, text) {
+        let definition = matrix::Definition::read(file, text).map_err(broken)?;
+        return Ok(Table::Matrix(
+            definition.compile_alone().map_err(broken)?.into(),
+        ));
+    }
+    let definition = machine::Definition::read(file, text).map_err(broken)?;
+    Ok(Table::Machine(
+        definition.compile_alone().map_err(broken)?.into(),
+    ))
+}
+
+fn has_precedence(file: &str, text: &str) -> bool {
+    let key = "precedence";
+    if Path::new(file).extension().is_some_and(|e| e == "json") {
+        serde_json::from_str::<serde_json::Value>(text).is_ok_and(|v| v.get(key).is_some())
+    } else {
+        text.parse::<toml::Table>()
+            .is_ok_and(|t| t.contains_key(key))
+    }
+}
+
+fn trees(program: &Program) -> Result<&TreeTools, InspectError> {
+    program.policies.trees().ok_or_else(|| {
+        let problem = "this task program has no node types for trees in files";
+        InspectError::Behaviour(problem.to_owned())
+    })
+}
+
+/// Text of a file that looks like one of that kind.
+fn read(kind: Kind, file: &Path) -> Result<String, InspectError> {
+    let name = file.display();
+    let text = std::fs::read_to_string(file).map_err(|error| {
+        InspectError::Behaviour(format!("{name}: {error}; name a file, or a demo to show"))
+    })?;
+    let is_tree = text.contains("\"behavior-tree/");
+    let other = match kind {
+        Kind::Machine if is_tree => "this is a behaviour tree; use `robocell bt`",
+        Kind::Tree if file.extension().is_some_and(|e| e == "toml") => {
+            "trees are written in JSON; for a machine or a matrix use `robocell fsm`"
+        }
+        _ => return Ok(text),
+    };
+    Err(InspectError::Behaviour(format!("{name}: {other}")))
+}
+
+fn source<'a>(
+    file: &'a str,
+    text: &'a str,
+    include: &'a dyn Fn(&str) -> Option<String>,
+) -> Source<'a> {
+    Source {
+        file,
+        text,
+        include,
+    }
+}
+
+/// Files a file includes lie beside it.
+fn includes(file: &Path) -> impl Fn(&str) -> Option<String> {
+    let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
+    move |name| std::fs::read_to_string(folder.join(name)).ok()
+}

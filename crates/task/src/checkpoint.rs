@@ -1,0 +1,90 @@
+//! What a task resumes from after its process was killed: plain data behind a
+//! version.
+
+use bincode::Options as _;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::goal_book::GoalBook;
+use crate::job::Job;
+use crate::operator::PanelState;
+use crate::time::PolicyClock;
+
+/// Version of the layout; another one is refused, and the task starts from what
+/// it observes.
+pub const VERSION: u32 = 4;
+
+/// A checkpoint is never longer, so a broken length cannot ask for more memory.
+pub const MAX_BYTES: u64 = 64 * 1024;
+
+#[derive(Serialize, Deserialize)]
+pub(crate) struct TaskCheckpoint {
+    pub(crate) version: u32,
+    pub(crate) demo: String,
+    pub(crate) policy: String,
+    pub(crate) job: Job,
+    pub(crate) clock: PolicyClock,
+    pub(crate) panel: PanelState,
+    pub(crate) goals: GoalBook,
+    pub(crate) unsure: bool,
+    #[serde(with = "serde_bytes")]
+    pub(crate) policy_state: Vec<u8>,
+}
+
+impl TaskCheckpoint {
+    /// Whether all that is counted in it can be counted on.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.job.is_sound() && self.clock.is_sound() && self.goals.is_sound()
+    }
+}
+
+/// Why a checkpoint was not taken.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckpointError {
+    /// Not a checkpoint, or a damaged one.
+    #[error("the task's checkpoint cannot be read: {0}; the task starts without it")]
+    Unreadable(#[from] bincode::Error),
+    /// Written by another version.
+    #[error(
+        "the task's checkpoint has layout version {found}, this build reads {VERSION}; the task starts without it"
+    )]
+    Version {
+        /// Version in the checkpoint.
+        found: u32,
+    },
+    /// Written for another cell.
+    #[error(
+        "the task's checkpoint is of demo '{found}', this cell is '{expected}'; the task starts without it"
+    )]
+    OtherCell {
+        /// Demo in the checkpoint.
+        found: String,
+        /// Demo of this task.
+        expected: String,
+    },
+}
+
+/// Plain little-endian bytes; floats bit by bit. Empty, which no reader takes
+/// for a checkpoint, if `value` were longer than [`MAX_BYTES`].
+pub fn to_bytes<T: Serialize>(value: &T) -> Vec<u8> {
+    options().serialize(value).unwrap_or_default()
+}
+
+/// Reads what [`to_bytes`] wrote.
+///
+/// # Errors
+/// For damaged, foreign and over-long bytes.
+pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, bincode::Error> {
+    options().deserialize(bytes)
+}
+
+/// Version of a checkpoint, readable whatever follows it.
+pub(crate) fn version(bytes: &[u8]) -> Result<u32, bincode::Error> {
+    options().allow_trailing_bytes().deserialize(bytes)
+}
+
+fn options() -> impl bincode::Options {
+    bincode::DefaultOptions::new()
+        .with_fixint_encoding()
+        .with_limit(MAX_BYTES)
+}

@@ -1,0 +1,154 @@
+//! What every policy of a demo knows about its job: the part of the record that
+//! a policy of another kind can take over in the middle of it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::reason::Reason;
+use crate::time::PolicyTime;
+
+/// Where an object belongs: its centre in the world frame (m) and its yaw (rad).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Place {
+    /// Centre, world frame (m).
+    pub position: [f64; 3],
+    /// Turn about the vertical axis (rad).
+    pub yaw: f64,
+}
+
+/// What happened so far, as the decision reports it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counters {
+    /// Entries into a phase.
+    pub phase_entry: u32,
+    /// Held objects that were lost.
+    pub drops: u32,
+    /// Pick-ups begun again because the object moved.
+    pub resyncs: u32,
+    /// Transfers turned back because the stack below was gone.
+    pub aborts: u32,
+    /// Recoveries of any other kind.
+    pub recoveries: u32,
+}
+
+/// No count of a run gets here: at one a tick it takes twelve days.
+pub const MOST_COUNTED: u32 = 1 << 30;
+
+/// Failures of one object, in a row.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Attempts {
+    /// Pick-ups that lost it.
+    pub pick: u32,
+    /// Set-downs it did not stay at.
+    pub place: u32,
+}
+
+/// Outputs to the cell's equipment. Counters only go up, also over a reset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Io {
+    /// The belt shall run.
+    pub conveyor_running: bool,
+    /// Requests to drop parts.
+    pub drop_parts: u32,
+    /// Requests for a bin.
+    pub add_bin: u32,
+}
+
+/// The job as all policies of a demo see it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Job {
+    /// Object in the gripper, by index in the cell file.
+    pub held: Option<usize>,
+    /// Where the held object goes.
+    pub destination: Option<Place>,
+    /// The held object goes back instead of onto the stack.
+    pub aborted: bool,
+    /// Objects where they belong, by index in the cell file.
+    pub placed: Vec<u32>,
+    /// By object index.
+    pub attempts: Vec<Attempts>,
+    /// What happened so far.
+    pub counters: Counters,
+    /// Why the job failed, if it did.
+    pub failure: Option<Reason>,
+    /// All objects were in place at the last decision.
+    pub done: bool,
+    /// Since when the next object is out of reach.
+    pub unreachable_since: Option<PolicyTime>,
+    /// The start event was given, for the demos that wait for one.
+    pub started: bool,
+    /// What the equipment is told.
+    pub io: Io,
+}
+
+impl Job {
+    /// A job not begun, with room for `objects` objects.
+    pub fn new(objects: usize) -> Self {
+        Self {
+            placed: Vec::with_capacity(ipc_types::decision::MAX_PLACED),
+            attempts: vec![Attempts::default(); objects],
+            ..Self::default()
+        }
+    }
+
+    /// Begins anew.
+    pub(crate) fn reset(&mut self) {
+        let io = Io {
+            conveyor_running: false,
+            ..self.io
+        };
+        *self = Self::new(self.attempts.len());
+        self.io = io;
+    }
+
+    /// Becomes `other`, keeping the memory of the lists.
+    pub(crate) fn take(&mut self, other: Self) {
+        let mut placed = std::mem::take(&mut self.placed);
+        placed.clear();
+        placed.extend_from_slice(&other.placed);
+        *self = Self { placed, ..other };
+    }
+
+    /// Gives the job up, with the stable name of the reason. The arm holds and
+    /// keeps its gripper until the operator starts the task again.
+    pub fn fail(&mut self, reason: &str) {
+        self.failure = Some(Reason::new(reason));
+    }
+
+    /// Forgets a failure and what led to it; the operator asked to try again.
+    pub(crate) fn retry(&mut self) {
+        self.failure = None;
+        self.unreachable_since = None;
+        self.attempts.fill(Attempts::default());
+    }
+
+    /// The failures of object `index`.
+    pub fn attempts(&self, index: usize) -> Attempts {
+        self.attempts.get(index).copied().unwrap_or_default()
+    }
+
+    /// The failures of object `index`, to change.
+    pub fn attempts_mut(&mut self, index: usize) -> Option<&mut Attempts> {
+        self.attempts.get_mut(index)
+    }
+
+    /// Whether no counter is beyond what a run can reach: they are counted on.
+    pub(crate) fn is_sound(&self) -> bool {
+        let (counters, io) = (self.counters, self.io);
+        let few = |count: u32| count < MOST_COUNTED;
+        [counters.phase_entry, counters.drops, counters.resyncs]
+            .into_iter()
+            .chain([counters.aborts, counters.recoveries])
+            .chain([io.drop_parts, io.add_bin])
+            .chain(self.attempts.iter().flat_map(|a| [a.pick, a.place]))
+            .all(few)
+    }
+
+    /// Whether this record can belong to a cell with `objects` objects.
+    pub(crate) fn fits(&self, objects: usize) -> bool {
+        let in_range = |i: u32| (i as usize) < objects;
+        self.attempts.len() == objects
+            && self.held.is_none_or(|i| i < objects)
+            && self.placed.len() <= ipc_types::decision::MAX_PLACED
+            && self.placed.iter().all(|i| in_range(*i))
+    }
+}

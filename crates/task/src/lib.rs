@@ -1,0 +1,38 @@
+//! What the author of a task depends on. Pure: no bus, no physics, no page.
+//!
+//! A [`Policy`] sees an [`Observation`], remembers what its memory type holds,
+//! and speaks through an [`Output`]. [`Policies`] is the registry of a program:
+//! kinds of `[task]` tables in cell files, and the policies of each. A [`Task`]
+//! is a policy at work: with the operator's panel, the checkpoint it resumes
+//! from after SIGKILL, and the trace that people read.
+#![forbid(unsafe_code)]
+
+pub mod checkpoint;
+pub mod goal_book;
+pub mod inputs;
+pub mod job;
+pub mod observation;
+pub mod operator;
+pub mod output;
+pub mod policy;
+pub mod reason;
+pub mod registry;
+pub mod ring;
+pub mod settings;
+pub mod task;
+pub mod time;
+pub mod trace;
+pub mod tree_trace;
+pub mod trees;
+
+pub use checkpoint::CheckpointError;
+pub use job::Job;
+pub use observation::Observation;
+pub use output::{ArmIntent, Output, TraceLineText};
+pub use policy::{AnyPolicy, Policy, boxed};
+pub use reason::Reason;
+pub use registry::{Kind, Policies, TaskError};
+pub use settings::{NoSettings, Settings, SetupError};
+pub use task::Task;
+pub use time::PolicyTime;
+pub use trees::{TreeError, TreeTools};

@@ -1,0 +1,303 @@
+//! What a policy says in one decision, and how it becomes a message.
+
+use std::fmt::Write as _;
+
+use behavior::NodeStatus;
+use ipc_types::decision::{GoalKind, Outcome};
+use ipc_types::trace::{LINE_BYTES, TraceKind};
+use ipc_types::{ArmGoal, Decision, GripperGoal, MAX_ARMS, MAX_JOINTS, Pose, Text, Wire};
+
+use crate::goal_book::{GoalBook, PreviousGoal};
+use crate::reason::Reason;
+
+/// Lines of one decision that are kept without asking for memory.
+pub const ROOM_FOR_LINES: usize = 512;
+
+/// One line of the task's trace, see [`ipc_types::TraceLine`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TraceLineText {
+    /// What kind of line it is.
+    pub kind: TraceKind,
+    /// Which of the policy's graphs.
+    pub graph: usize,
+    /// Which node of it.
+    pub node: usize,
+    /// By kind: a status, a node.
+    pub from: u32,
+    /// By kind: a status, a node, an answer.
+    pub to: u32,
+    /// The line, cut to what a message carries.
+    pub text: Text<LINE_BYTES>,
+}
+
+/// What one arm shall do until the next decision. The default is what silence
+/// means: hold, and keep the gripper.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArmIntent {
+    /// What the arm shall do.
+    pub kind: GoalKind,
+    /// What the gripper shall do.
+    pub gripper: GripperGoal,
+    /// A new key is a new goal with a new number; the same key moves the target
+    /// of the goal under way.
+    pub key: u64,
+    /// Which controller of the selectable one; the phase's number in a ring.
+    pub selector: u32,
+    /// TCP in the world frame, for [`GoalKind::Pose`].
+    pub target: Pose,
+    /// Joint configuration to lean to, or to reach for (rad or m).
+    pub posture: Option<[f64; MAX_JOINTS]>,
+    /// Force per finger when closing (N).
+    pub grip_force: f64,
+    /// Direction of the last part of the approach times its length (m), world
+    /// frame; zero for a straight attraction.
+    pub approach: [f64; 3],
+    /// Width of the approach corridor (standard deviation, m).
+    pub approach_std_dev: f64,
+    /// Fixtures that count as obstacles, see [`ArmGoal::obstacle_mask`].
+    pub obstacle_mask: u64,
+    /// Objects that count as obstacles, see [`ArmGoal::object_mask`].
+    pub object_mask: u64,
+}
+
+impl Default for ArmIntent {
+    fn default() -> Self {
+        Self {
+            kind: GoalKind::Hold,
+            gripper: GripperGoal::Keep,
+            key: 0,
+            selector: 0,
+            target: Pose::IDENTITY,
+            posture: None,
+            grip_force: 0.0,
+            approach: [0.0; 3],
+            approach_std_dev: 0.0,
+            obstacle_mask: u64::MAX,
+            object_mask: u64::MAX,
+        }
+    }
+}
+
+/// Collects one decision. Emptied before every decision, so an arm nobody
+/// speaks for holds.
+#[derive(Debug, Default)]
+pub struct Output {
+    intents: [ArmIntent; MAX_ARMS],
+    lines: Vec<TraceLineText>,
+    book: GoalBook,
+    /// Name of the phase, for people and scripts.
+    pub phase: Text<32>,
+    /// Whether the job runs, is done or has failed.
+    pub outcome: Outcome,
+    /// Stable name of the reason, empty if none.
+    pub reason: Text<{ Reason::MAX_BYTES }>,
+}
+
+impl Output {
+    /// Empties everything but the memory of the previous decision.
+    pub fn begin(&mut self) {
+        self.intents = [ArmIntent::default(); MAX_ARMS];
+        self.lines.clear();
+        self.lines.reserve(ROOM_FOR_LINES);
+        self.phase = Text::EMPTY;
+        self.outcome = Outcome::Running;
+        self.reason = Text::EMPTY;
+    }
+
+    /// Says what `arm` shall do; an arm that does not exist is ignored.
+    pub fn arm(&mut self, arm: usize, intent: ArmIntent) {
+        if let Some(slot) = self.intents.get_mut(arm) {
+            *slot = intent;
+        }
+    }
+
+    /// The goal of `arm` in the previous decision.
+    pub fn previous(&self, arm: usize) -> Option<PreviousGoal> {
+        self.book.previous(arm)
+    }
+
+    /// Adds a log line.
+    pub fn log(&mut self, line: std::fmt::Arguments<'_>) {
+        self.push(TraceKind::Log, line);
+    }
+
+    /// Adds a line about a phase that ended.
+    pub fn transition(&mut self, line: std::fmt::Arguments<'_>) {
+        self.push(TraceKind::Transition, line);
+    }
+
+    /// Adds a line about the task itself: started, paused, restored.
+    pub fn lifecycle(&mut self, line: std::fmt::Arguments<'_>) {
+        self.push(TraceKind::Lifecycle, line);
+    }
+
+    /// Adds that a node of one of the policy's graphs changed its status, and why.
+    pub fn status(
+        &mut self,
+        (graph, node): (usize, usize),
+        from: NodeStatus,
+        to: NodeStatus,
+        reason: &str,
+    ) {
+        self.lines.push(TraceLineText {
+            kind: TraceKind::Status,
+            graph,
+            node,
+            from: from as u32,
+            to: to as u32,
+            text: Text::new(reason),
+        });
+    }
+
+    /// Adds what a guard answered.
+    pub fn guard(&mut self, (graph, node): (usize, usize), name: &str, holds: bool) {
+        self.lines.push(TraceLineText {
+            kind: TraceKind::Guard,
+            graph,
+            node,
+            from: 0,
+            to: u32::from(holds),
+            text: Text::new(name),
+        });
+    }
+
+    /// Adds the new value of a blackboard key.
+    pub fn key(&mut self, graph: usize, scope: &str, key: &str, value: &dyn std::fmt::Display) {
+        self.push_in(graph, TraceKind::Key, format_args!("{scope}.{key}={value}"));
+    }
+
+    fn push(&mut self, kind: TraceKind, line: std::fmt::Arguments<'_>) {
+        self.push_in(0, kind, line);
+    }
+
+    fn push_in(&mut self, graph: usize, kind: TraceKind, line: std::fmt::Arguments<'_>) {
+        let mut buffer = LineBuffer::default();
+        // The buffer cuts what does not fit and never fails.
+        let _cut = buffer.write_fmt(line).is_err();
+        self.lines.push(TraceLineText {
+            kind,
+            graph,
+            node: 0,
+            from: 0,
+            to: 0,
+            text: Text::new(buffer.as_str()),
+        });
+    }
+
+    pub(crate) fn book(&self) -> &GoalBook {
+        &self.book
+    }
+
+    pub(crate) fn book_mut(&mut self) -> &mut GoalBook {
+        &mut self.book
+    }
+
+    /// Writes the goals and what is said about them into `decision`, and moves
+    /// the lines to `trace`.
+    pub fn finish(
+        &mut self,
+        arm_count: usize,
+        decision: &mut Decision,
+        trace: &mut Vec<TraceLineText>,
+    ) {
+        let arm_count = arm_count.min(MAX_ARMS);
+        decision.goals = [ArmGoal::zeroed(); MAX_ARMS];
+        for (arm, intent) in self.intents.iter().take(arm_count).enumerate() {
+            let mut goal = intent.to_goal();
+            self.book.publish(arm, intent.key, &mut goal);
+            if let Some(slot) = decision.goals.get_mut(arm) {
+                *slot = goal;
+            }
+        }
+        decision.arm_count = u32::try_from(arm_count).unwrap_or(0);
+        decision.outcome = self.outcome.code();
+        decision.phase = self.phase;
+        decision.reason = self.reason;
+        trace.append(&mut self.lines);
+    }
+}
+
+impl ArmIntent {
+    fn to_goal(self) -> ArmGoal {
+        ArmGoal {
+            kind: self.kind.code(),
+            gripper: self.gripper.code(),
+            selector: self.selector,
+            has_posture: u32::from(self.posture.is_some()),
+            target: self.target,
+            posture: self.posture.unwrap_or_default(),
+            grip_force: self.grip_force,
+            approach: self.approach,
+            approach_std_dev: self.approach_std_dev,
+            obstacle_mask: self.obstacle_mask,
+            object_mask: self.object_mask,
+            ..ArmGoal::zeroed()
+        }
+    }
+}
+
+/// Formats into a fixed buffer: a line costs no heap of its own.
+struct LineBuffer {
+    bytes: [u8; LINE_BYTES],
+    len: usize,
+}
+
+impl Default for LineBuffer {
+    fn default() -> Self {
+        Self {
+            bytes: [0; LINE_BYTES],
+            len: 0,
+        }
+    }
+}
+
+impl LineBuffer {
+    fn as_str(&self) -> &str {
+        let written = self.bytes.get(..self.len).unwrap_or_default();
+        std::str::from_utf8(written).unwrap_or_default()
+    }
+}
+
+impl std::fmt::Write for LineBuffer {
+    fn write_str(&mut self, text: &str) -> std::fmt::Result {
+        for character in text.chars() {
+            let end = self.len + character.len_utf8();
+            let Some(slot) = self.bytes.get_mut(self.len..end) else {
+                return Err(std::fmt::Error);
+            };
+            character.encode_utf8(slot);
+            self.len = end;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_arm_nobody_speaks_for_holds_and_keeps_its_gripper() {
+        let mut out = Output::default();
+        out.begin();
+        let mut decision = Decision::zeroed();
+        out.finish(2, &mut decision, &mut Vec::new());
+        assert_eq!(decision.arm_count, 2);
+        for goal in decision.goals {
+            assert_eq!(
+                (goal.kind, goal.gripper),
+                (GoalKind::Hold.code(), GripperGoal::Keep.code())
+            );
+        }
+        ipc_types::Validate::validate(&decision).unwrap();
+    }
+
+    #[test]
+    fn a_long_line_is_cut_at_a_character() {
+        let mut out = Output::default();
+        out.log(format_args!("{}ß", "x".repeat(LINE_BYTES - 1)));
+        out.log(format_args!("[decide] -> stack {}", "red_cube"));
+        assert_eq!(out.lines[0].text.as_str(), "x".repeat(LINE_BYTES - 1));
+        assert_eq!(out.lines[1].text.as_str(), "[decide] -> stack red_cube");
+    }
+}

@@ -1,0 +1,239 @@
+//! The registry of a task program: kinds of `[task]`, and the policies of each.
+
+use std::sync::Arc;
+
+use behavior::suggest;
+use behavior::tree::{Host, Library};
+use cell_model::{Cell, Data, ModelError};
+use serde_json::{Map, Value, json};
+
+use crate::policy::{AnyPolicy, Policy, boxed};
+use crate::settings::{NoSettings, Settings, SetupError};
+use crate::task::Task;
+use crate::trees::TreeTools;
+
+/// Why a task cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum TaskError {
+    /// No such kind of `[task]` in this program.
+    #[error("{file}: task.kind is '{kind}', which this task program does not know; {advice}")]
+    UnknownKind {
+        /// The cell file.
+        file: String,
+        /// What is there.
+        kind: String,
+        /// The nearest name, or all of them.
+        advice: String,
+    },
+    /// No such policy for this kind.
+    #[error("there is no policy '{policy}' for demo '{demo}'; {advice}")]
+    UnknownPolicy {
+        /// What was asked for.
+        policy: String,
+        /// The demo.
+        demo: String,
+        /// The nearest name, or all of them.
+        advice: String,
+    },
+    /// The `[task]` table.
+    #[error(transparent)]
+    Settings(#[from] ModelError),
+    /// The cell, or a behaviour it names, does not make this job.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// There is no arm to do it.
+    #[error("cells/{demo}.toml has no [[arm]]; a task needs one")]
+    NoArm {
+        /// The demo.
+        demo: String,
+    },
+}
+
+type Make<S> = Box<dyn Fn(&S, &Cell) -> Result<Box<dyn AnyPolicy>, SetupError> + Send + Sync>;
+
+/// A kind of `[task]` with settings `S`, and the policies that do it.
+pub struct Kind<S> {
+    name: String,
+    policies: Vec<(String, Make<S>)>,
+    trees: Option<TreeTools>,
+}
+
+impl<S: Settings> Kind<S> {
+    /// A kind without policies: `kind = "NAME"` in a cell file.
+    pub fn new(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            policies: Vec::new(),
+            trees: None,
+        }
+    }
+
+    /// Adds a policy under its name on the command line.
+    #[must_use]
+    pub fn policy(
+        mut self,
+        name: &str,
+        make: impl Fn(&S, &Cell) -> Result<Box<dyn AnyPolicy>, SetupError> + Send + Sync + 'static,
+    ) -> Self {
+        self.policies.push((name.to_owned(), Box::new(make)));
+        self
+    }
+
+    /// The node types a tree in a file of this kind may name, for `bt check` and
+    /// `schema tree`. `library` gets the program's cells.
+    #[must_use]
+    pub fn trees<H: Host + 'static>(
+        mut self,
+        library: impl Fn(&Data) -> Result<Library<H>, TaskError> + Send + Sync + 'static,
+    ) -> Self {
+        self.trees = Some(TreeTools::new(library));
+        self
+    }
+}
+
+/// A kind, whatever its settings.
+trait AnyKind: Send + Sync {
+    fn name(&self) -> &str;
+    fn policies(&self) -> Vec<&str>;
+    fn task(&self, cell: &Cell, policy: &str) -> Result<Task, TaskError>;
+    fn schema(&self) -> Value;
+    fn trees(&self) -> Option<&TreeTools>;
+}
+
+impl<S: Settings> AnyKind for Kind<S> {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn policies(&self) -> Vec<&str> {
+        self.policies
+            .iter()
+            .map(|(name, _)| name.as_str())
+            .collect()
+    }
+
+    fn task(&self, cell: &Cell, policy: &str) -> Result<Task, TaskError> {
+        let settings: S = cell.task.read()?;
+        settings.check(cell, &cell.task.checker())?;
+        let mut known = self.policies.iter();
+        let Some((name, make)) = known.find(|(name, _)| name == policy) else {
+            return Err(TaskError::UnknownPolicy {
+                policy: policy.to_owned(),
+                demo: cell.name.clone(),
+                advice: suggest::advice(policy, &self.policies()),
+            });
+        };
+        let made = make(&settings, cell)?;
+        Ok(Task::new(cell, name, settings.grip_force_n(cell), made))
+    }
+
+    fn schema(&self) -> Value {
+        schemars::schema_for!(S).to_value()
+    }
+
+    fn trees(&self) -> Option<&TreeTools> {
+        self.trees.as_ref()
+    }
+}
+
+/// All jobs a program can do. Cheap to clone.
+#[derive(Clone, Default)]
+pub struct Policies {
+    kinds: Vec<Arc<dyn AnyKind>>,
+}
+
+impl Policies {
+    /// None yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a kind; a later one of the same name takes its place.
+    #[must_use]
+    pub fn with<S: Settings>(mut self, kind: Kind<S>) -> Self {
+        self.kinds.retain(|known| known.name() != kind.name);
+        self.kinds.push(Arc::new(kind));
+        self
+    }
+
+    /// Adds a policy in plain code that needs no settings: in a cell file
+    /// `[task]` is `kind = "NAME"`, and `policies` is `["NAME"]`.
+    #[must_use]
+    pub fn policy<P: Policy + 'static>(
+        self,
+        name: &str,
+        make: impl Fn(&Cell) -> P + Send + Sync + 'static,
+    ) -> Self {
+        let make = move |_: &NoSettings, cell: &Cell| Ok(boxed(make(cell)));
+        self.with(Kind::<NoSettings>::new(name).policy(name, make))
+    }
+
+    /// The names of all kinds.
+    pub fn kinds(&self) -> Vec<&str> {
+        self.kinds.iter().map(|kind| kind.name()).collect()
+    }
+
+    /// The task of `cell` with the policy of that name.
+    ///
+    /// # Errors
+    /// [`TaskError`] for a kind or a policy this program does not have, with
+    /// advice, and for a `[task]` table that does not fit the cell.
+    pub fn task(&self, cell: &Cell, policy: &str) -> Result<Task, TaskError> {
+        if cell.arms.is_empty() {
+            return Err(TaskError::NoArm {
+                demo: cell.name.clone(),
+            });
+        }
+        let wanted = cell.task.kind();
+        let kind = self.kinds.iter().find(|kind| kind.name() == wanted);
+        kind.ok_or_else(|| TaskError::UnknownKind {
+            file: cell.task.file.clone(),
+            kind: wanted.to_owned(),
+            advice: suggest::advice(wanted, &self.kinds()),
+        })?
+        .task(cell, policy)
+    }
+
+    /// The trees of the first kind that has node types.
+    pub fn trees(&self) -> Option<&TreeTools> {
+        self.kinds.iter().find_map(|kind| kind.trees())
+    }
+
+    /// The JSON Schema of a cell file, with the `[task]` tables of all kinds.
+    pub fn cell_schema(&self) -> Value {
+        let mut schema = cell_model::cell_file::schema();
+        let mut tables = Vec::new();
+        let mut definitions = Map::new();
+        for kind in &self.kinds {
+            let mut table = kind.schema();
+            if let Some(Value::Object(found)) =
+                table.as_object_mut().and_then(|t| t.remove("$defs"))
+            {
+                definitions.extend(found);
+            }
+            add_head(&mut table, kind.name());
+            tables.push(table);
+        }
+        if let Some(known) = schema.get_mut("$defs").and_then(Value::as_object_mut) {
+            known.extend(definitions);
+            known.insert("TaskHead".to_owned(), json!({ "oneOf": tables }));
+        }
+        schema
+    }
+}
+
+/// Adds the keys every `[task]` has.
+fn add_head(table: &mut Value, kind: &str) {
+    if let Some(table) = table.as_object_mut() {
+        table.remove("$schema");
+        let keys = table.entry("properties").or_insert_with(|| json!({}));
+        if let Some(keys) = keys.as_object_mut() {
+            keys.insert("kind".to_owned(), json!({ "const": kind }));
+            keys.insert("program".to_owned(), json!({ "type": "string" }));
+        }
+        let required = table.entry("required").or_insert_with(|| json!([]));
+        if let Some(required) = required.as_array_mut() {
+            required.push(json!("kind"));
+        }
+    }
+}

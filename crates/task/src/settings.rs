@@ -1,0 +1,62 @@
+//! What a kind of `[task]` holds, and what is wrong with a job.
+
+use std::borrow::Cow;
+
+use cell_model::{Cell, Checker, ModelError};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+/// The table of a kind of `[task]`. Derive `Deserialize` with
+/// `deny_unknown_fields`, so that a typing error is answered with the right key,
+/// and `JsonSchema` for editors.
+pub trait Settings: DeserializeOwned + JsonSchema + Send + Sync + 'static {
+    /// Refuses numbers and names that cannot be meant; `at` makes the error.
+    ///
+    /// # Errors
+    /// [`ModelError`] with file, line, key, value and what is allowed.
+    fn check(&self, _cell: &Cell, _at: &Checker<'_>) -> Result<(), ModelError> {
+        Ok(())
+    }
+
+    /// Force with which the operator closes the gripper (N); that of the robot
+    /// of the first arm where a kind does not say.
+    fn grip_force_n(&self, cell: &Cell) -> f64 {
+        let gripper = cell.arms.first().and_then(|arm| arm.robot.gripper.as_ref());
+        gripper.map_or(0.0, |gripper| gripper.default_force)
+    }
+}
+
+/// A `[task]` with nothing but its kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NoSettings {}
+
+impl Settings for NoSettings {}
+
+/// Why a job cannot be made of a cell and its files.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("cells/{demo}.toml: {problem}")]
+pub struct SetupError {
+    demo: String,
+    problem: String,
+}
+
+impl SetupError {
+    /// Of `cell`; `problem` says what is wrong and what to do.
+    pub fn new(cell: &Cell, problem: impl Into<String>) -> Self {
+        Self {
+            demo: cell.name.clone(),
+            problem: problem.into(),
+        }
+    }
+}
+
+/// The text of the behaviour file that `task.behaviour` names.
+///
+/// # Errors
+/// [`SetupError`] where it is not in `cells/`, or unreadable.
+pub fn behaviour_text(cell: &Cell, name: &str) -> Result<Cow<'static, str>, SetupError> {
+    let text = cell.read(name);
+    text.map_err(|error| SetupError::new(cell, format!("task.behaviour: {error}")))
+}

@@ -1,0 +1,265 @@
+//! The task: a policy, what it remembers, and the operator's panel.
+
+use behavior::Graph;
+use cell_model::Cell;
+use ipc_types::decision::{CellIo, MAX_PLACED, Outcome};
+use ipc_types::{ArmStatus, Decision, Header, OperatorPanel, Text, WorldState};
+use serde::de::Error as _;
+
+use crate::checkpoint::{self, CheckpointError, TaskCheckpoint, VERSION};
+use crate::job::Job;
+use crate::observation::Observation;
+use crate::operator::{PanelChange, PanelState, log_change};
+use crate::output::{ArmIntent, Output, TraceLineText};
+use crate::policy::AnyPolicy;
+use crate::time::{PolicyClock, PolicyTime};
+use crate::trace::Tracer;
+
+/// Shown instead of a phase once the job was given up.
+const FAILED: &str = "FAILED";
+
+/// A task of a cell. [`Task::decide`] depends on its arguments and on the
+/// checkpoint only, so a new task that is restored decides the same, bit by bit.
+pub struct Task {
+    demo: String,
+    name: String,
+    arm_count: usize,
+    grip_force: f64,
+    /// Obstacles that are there; the others guide the policy, not the operator.
+    solid_obstacles: u64,
+    policy: Box<dyn AnyPolicy>,
+    job: Job,
+    clock: PolicyClock,
+    panel: PanelState,
+    out: Output,
+    tracer: Tracer,
+    /// Belief and world have to be compared before the next decision.
+    unsure: bool,
+}
+
+impl Task {
+    /// The task of `cell` with a policy of that name, before its first decision.
+    /// `grip_force` is used when the operator closes the gripper (N).
+    pub fn new(cell: &Cell, name: &str, grip_force: f64, policy: Box<dyn AnyPolicy>) -> Self {
+        Self {
+            demo: cell.name.clone(),
+            name: name.to_owned(),
+            arm_count: cell.arms.len(),
+            grip_force,
+            solid_obstacles: solid_obstacles(cell),
+            tracer: Tracer::new(policy.as_ref(), name),
+            policy,
+            job: Job::new(cell.objects.len()),
+            clock: PolicyClock::default(),
+            panel: PanelState::default(),
+            out: Output::default(),
+            unsure: true,
+        }
+    }
+
+    /// One decision, to be called on every [`ipc_types::DECISION_TICKS`]th tick.
+    /// `status` is indexed by arm. Fills `out` but for the parts of the header
+    /// its writer knows, and appends to `trace`.
+    pub fn decide(
+        &mut self,
+        state: &WorldState,
+        status: &[Option<&ArmStatus>],
+        out: &mut Decision,
+        trace: &mut Vec<TraceLineText>,
+    ) {
+        let change = self.panel.update(&state.panel);
+        let now = self.clock.advance(state.header.tick, self.panel.paused());
+        let observation = Observation::new(state, status, now);
+        self.out.begin();
+        self.obey(change, &state.panel);
+        let leads = self.panel.paused() && !self.policy.follows_operator();
+        if leads {
+            let (arm, intent) = self.panel.lead(&state.panel, self.grip_force);
+            self.out.arm(
+                arm,
+                ArmIntent {
+                    obstacle_mask: self.solid_obstacles,
+                    ..intent
+                },
+            );
+            self.out.phase = self.policy.phase();
+            self.policy.tend(&observation, &mut self.job);
+        } else {
+            if std::mem::take(&mut self.unsure) {
+                self.policy
+                    .reconcile(&observation, &mut self.job, &mut self.out);
+            }
+            self.work(&observation);
+        }
+        if self.panel.paused() {
+            self.out.outcome = Outcome::Paused;
+        }
+        self.tracer.changes(self.policy.as_ref(), &mut self.out);
+        self.out.finish(self.arm_count, out, trace);
+        self.fill(state.header.tick, out);
+    }
+
+    /// Everything the task remembers, as plain bytes; see [`Task::restore`].
+    pub fn checkpoint(&self) -> Vec<u8> {
+        checkpoint::to_bytes(&TaskCheckpoint {
+            version: VERSION,
+            demo: self.demo.clone(),
+            policy: self.name.clone(),
+            job: self.job.clone(),
+            clock: self.clock.clone(),
+            panel: self.panel.clone(),
+            goals: self.out.book().clone(),
+            unsure: self.unsure,
+            policy_state: self.policy.save(),
+        })
+    }
+
+    /// Takes back what [`Task::checkpoint`] gave. The checkpoint of another
+    /// policy of the same demo is taken, too: its job is resumed, with the object
+    /// in the gripper.
+    ///
+    /// # Errors
+    /// [`CheckpointError`], with the task unchanged, for a checkpoint that is damaged,
+    /// of another version or of another cell.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), CheckpointError> {
+        let found = checkpoint::version(bytes)?;
+        if found != VERSION {
+            return Err(CheckpointError::Version { found });
+        }
+        let saved: TaskCheckpoint = checkpoint::from_bytes(bytes)?;
+        if saved.demo != self.demo || !saved.job.fits(self.job.attempts.len()) {
+            return Err(CheckpointError::OtherCell {
+                found: saved.demo,
+                expected: self.demo.clone(),
+            });
+        }
+        if !saved.is_sound() {
+            let wrong = "it counts further than a run can get";
+            return Err(bincode::Error::custom(wrong).into());
+        }
+        let same_policy = saved.policy == self.name;
+        if same_policy {
+            self.policy.restore(&saved.policy_state)?;
+        } else {
+            self.policy.reset();
+        }
+        self.job.take(saved.job);
+        self.clock = saved.clock;
+        self.panel = saved.panel;
+        *self.out.book_mut() = saved.goals;
+        self.unsure = saved.unsure || !same_policy;
+        Ok(())
+    }
+
+    /// To be called once, before the next decision, when decisions were missed:
+    /// that decision then compares what the checkpoint says (what is in the
+    /// hand, what was reached) with what it observes. The time without decisions,
+    /// up to `state`, is no time of a phase: the arm held.
+    pub fn reconcile(&mut self, state: &WorldState) {
+        self.clock.skip_to(state.header.tick);
+        self.unsure = true;
+    }
+
+    /// Forgets everything: the world is another one, and ticks count anew.
+    pub fn begin_new_scene(&mut self) {
+        self.policy.reset();
+        self.job.reset();
+        self.out.book_mut().forget();
+        self.panel = PanelState::default();
+        self.clock = PolicyClock::default();
+        self.unsure = true;
+    }
+
+    /// The pictures of the policy.
+    pub fn graphs(&self) -> &[Graph] {
+        self.tracer.graphs()
+    }
+
+    /// Appends the pictures of the policy as trace lines.
+    pub fn trace_pictures(&self, lines: &mut Vec<TraceLineText>) {
+        self.tracer.pictures(lines);
+    }
+
+    /// Appends how every node of them stands.
+    pub fn trace_statuses(&mut self, lines: &mut Vec<TraceLineText>) {
+        self.tracer.statuses(self.policy.as_ref(), lines);
+    }
+
+    /// Name of the policy.
+    pub fn policy_name(&self) -> &str {
+        &self.name
+    }
+
+    /// Policy time of the last decision.
+    pub fn time(&self) -> PolicyTime {
+        self.clock.now()
+    }
+
+    fn obey(&mut self, change: PanelChange, panel: &OperatorPanel) {
+        log_change(change, &mut self.out);
+        if change.reset {
+            self.policy.reset();
+            self.job.reset();
+            self.out.book_mut().forget();
+            // Something may be in the hand.
+            self.unsure = true;
+            self.job.started = panel.task_started == 1;
+        }
+        self.job.started |= change.start;
+        if change.start && self.job.failure.is_some() {
+            self.job.retry();
+            // Something may still be in the hand.
+            self.unsure = true;
+            self.out.lifecycle(format_args!("[task] started again"));
+        }
+        if change.resume {
+            self.unsure = true;
+        }
+    }
+
+    /// Lets the policy decide, unless the job was given up: then the arm holds
+    /// and the gripper keeps what it has.
+    fn work(&mut self, observation: &Observation<'_>) {
+        if self.job.failure.is_none() {
+            self.policy
+                .decide(observation, &mut self.job, &mut self.out);
+        } else {
+            self.out.phase = Text::new(FAILED);
+            self.policy.tend(observation, &mut self.job);
+        }
+        if let Some(failure) = self.job.failure {
+            self.out.outcome = Outcome::Failed;
+            self.out.reason = failure.text();
+        }
+    }
+
+    fn fill(&self, tick: u64, out: &mut Decision) {
+        let counters = self.job.counters;
+        out.header = Header::caused_by::<Decision>(tick);
+        out.policy = Text::new(&self.name);
+        out.phase_entry = counters.phase_entry;
+        out.drops = counters.drops;
+        out.resyncs = counters.resyncs;
+        out.aborts = counters.aborts;
+        out.recoveries = counters.recoveries;
+        let io = self.job.io;
+        out.io = CellIo {
+            conveyor_running: u32::from(io.conveyor_running),
+            drop_parts: io.drop_parts,
+            add_bin: io.add_bin,
+            reserved: 0,
+        };
+        out.placed = [0; MAX_PLACED];
+        out.placed_count = 0;
+        for (slot, object) in out.placed.iter_mut().zip(&self.job.placed) {
+            *slot = *object;
+            out.placed_count += 1;
+        }
+    }
+}
+
+/// Mask of the obstacles that are there in physics.
+fn solid_obstacles(cell: &Cell) -> u64 {
+    let guides = cell.obstacles().enumerate().filter(|(_, o)| !o.solid);
+    guides.fold(u64::MAX, |mask, (bit, _)| mask & !(1 << bit.min(63)))
+}

@@ -1,0 +1,113 @@
+//! The pictures of a policy, and how their nodes stand, as trace lines.
+
+use behavior::NodeStatus;
+use behavior::graph::{Graph, GraphKind};
+use ipc_types::Text;
+use ipc_types::trace::{FIELD_END, LINE_BYTES, TraceKind};
+
+use crate::output::{Output, TraceLineText};
+use crate::policy::AnyPolicy;
+
+/// Remembers how the nodes stood, so that a change is seen.
+pub struct Tracer {
+    graphs: Vec<Graph>,
+    shown: Vec<Vec<NodeStatus>>,
+    now: Vec<NodeStatus>,
+}
+
+impl Tracer {
+    /// For a policy that is not changed for another one.
+    pub fn new(policy: &dyn AnyPolicy, name: &str) -> Self {
+        let graphs = policy.describe(name);
+        let nodes = graphs.iter().map(|g| g.nodes.len());
+        let most = nodes.clone().max().unwrap_or(0);
+        Self {
+            shown: nodes.map(|n| vec![NodeStatus::Invalid; n]).collect(),
+            now: Vec::with_capacity(most),
+            graphs,
+        }
+    }
+
+    /// The pictures.
+    pub fn graphs(&self) -> &[Graph] {
+        &self.graphs
+    }
+
+    /// Says which phases of policies in plain code changed; the others say so
+    /// themselves, with the reason.
+    pub fn changes(&mut self, policy: &dyn AnyPolicy, out: &mut Output) {
+        let pictures = self.graphs.iter().zip(&mut self.shown).enumerate();
+        for (index, (graph, shown)) in pictures {
+            if graph.kind != GraphKind::Code {
+                continue;
+            }
+            self.now.clear();
+            policy.statuses(index, &mut self.now);
+            for (node, (before, after)) in shown.iter_mut().zip(&self.now).enumerate() {
+                if before != after {
+                    out.status((index, node), *before, *after, "phase");
+                    *before = *after;
+                }
+            }
+        }
+    }
+
+    /// Appends how every node stands.
+    pub fn statuses(&mut self, policy: &dyn AnyPolicy, lines: &mut Vec<TraceLineText>) {
+        for graph in 0..self.graphs.len() {
+            self.now.clear();
+            policy.statuses(graph, &mut self.now);
+            for (chunk, statuses) in self.now.chunks(LINE_BYTES).enumerate() {
+                let mut letters = [0; LINE_BYTES];
+                for (slot, status) in letters.iter_mut().zip(statuses) {
+                    *slot = u8::try_from(status.letter()).unwrap_or(b'-');
+                }
+                let text = letters.get(..statuses.len()).unwrap_or_default();
+                let text = std::str::from_utf8(text).unwrap_or_default();
+                let mut line = line(TraceKind::Statuses, graph, text);
+                line.node = chunk * LINE_BYTES;
+                lines.push(line);
+            }
+        }
+    }
+
+    /// Appends the pictures.
+    pub fn pictures(&self, lines: &mut Vec<TraceLineText>) {
+        for (index, graph) in self.graphs.iter().enumerate() {
+            let count = number(graph.nodes.len());
+            for (node, spec) in graph.nodes.iter().enumerate() {
+                // Last comes what may be cut.
+                let text = format!(
+                    "{}{FIELD_END}{}{FIELD_END}{}{FIELD_END}{}{FIELD_END}{}",
+                    graph.name, spec.id, spec.kind, spec.name, spec.detail
+                );
+                let mut line = line(TraceKind::Node, index, &text);
+                line.node = node;
+                line.from = spec.parent.map_or(0, |p| number(p + 1));
+                line.to = count;
+                lines.push(line);
+            }
+            for edge in &graph.edges {
+                let mut line = line(TraceKind::Edge, index, &edge.label);
+                line.from = number(edge.from);
+                line.to = number(edge.to);
+                lines.push(line);
+            }
+        }
+    }
+}
+
+fn number(index: usize) -> u32 {
+    u32::try_from(index).unwrap_or(u32::MAX)
+}
+
+fn line(kind: TraceKind, graph: usize, text: &str) -> TraceLineText {
+    TraceLineText {
+        kind,
+        graph,
+        node: 0,
+        from: 0,
+        to: 0,
+        text: Text::new(text),
+    }
+}
