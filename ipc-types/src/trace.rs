@@ -39,6 +39,46 @@ impl TraceKind {
     }
 }
 
+code! {
+    /// What a line for people tells, for programs: the page marks these on its
+    /// timeline, whatever the words are.
+    pub enum TraceEvent {
+        /// Nothing that is marked.
+        None = 0,
+        /// A held object was lost.
+        Drop = 1,
+        /// A pick-up was started again because the object moved.
+        Resync = 2,
+        /// A transfer was turned back.
+        Abort = 3,
+        /// A recovery of any other kind.
+        Recover = 4,
+        /// The job, or the part of one arm, is done.
+        Done = 5,
+        /// The job failed, or the policy did.
+        Fault = 6,
+        /// The task was restarted: from a checkpoint, without one, or by the
+        /// operator.
+        Restart = 7,
+    }
+}
+
+impl TraceEvent {
+    /// Its name on the page and in recordings; `None` for [`TraceEvent::None`].
+    pub fn name(self) -> Option<&'static str> {
+        match self {
+            Self::None => None,
+            Self::Drop => Some("drop"),
+            Self::Resync => Some("resync"),
+            Self::Abort => Some("abort"),
+            Self::Recover => Some("recover"),
+            Self::Done => Some("done"),
+            Self::Fault => Some("fault"),
+            Self::Restart => Some("restart"),
+        }
+    }
+}
+
 /// Stands between two fields of a [`TraceKind::Node`] line.
 pub const FIELD_END: char = '\u{1f}';
 
@@ -60,8 +100,8 @@ wire! {
         pub from: u32,
         /// See [`TraceKind`].
         pub to: u32,
-        /// Zero.
-        pub reserved: u32,
+        /// [`TraceEvent`].
+        pub event: u32,
         /// The line.
         pub text: Text<160>,
     }
@@ -70,6 +110,11 @@ wire! {
 impl Validate for TraceLine {
     fn validate(&self) -> Result<(), Invalid> {
         Check::code("kind", self.kind, TraceKind::from_code(self.kind).is_some())?;
+        Check::code(
+            "event",
+            self.event,
+            TraceEvent::from_code(self.event).is_some(),
+        )?;
         self.text.check("text")
     }
 }

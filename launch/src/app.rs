@@ -5,7 +5,7 @@ use ipc_types::operator::OperatorAction;
 
 use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, EvalArgs};
 use crate::failure::{Context, Failure};
-use crate::{client, record, replay, run, say, shot, sim};
+use crate::{client, record, replay, run, say, shot, task_program};
 
 /// Does what the command line says.
 pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
@@ -35,7 +35,7 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::AddBin(args) => client::add_bin(args),
         Command::Bt(args) => client::behaviour("bt", args),
         Command::Fsm(args) => client::behaviour("fsm", args),
-        Command::Schema(args) => client::schema(*args),
+        Command::Schema(args) => client::schema(args),
         Command::Bench(args) => run_bench(args),
         Command::Eval(args) => eval(args),
         Command::Completions { shell } => {
@@ -65,7 +65,7 @@ fn run_bench(args: &BenchArgs) -> Result<(), Failure> {
     let seconds = args.seconds.to_string();
     let mut arguments: Vec<String> = [kind, "--seconds", &seconds].map(str::to_owned).to_vec();
     arguments.extend(args.json.then(|| "--json".to_owned()));
-    sim::run_other("robocell-bench", &arguments)
+    task_program::run_other("robocell-bench", &arguments)
 }
 
 /// The work is another program's: most never need what it is made of.
@@ -81,12 +81,14 @@ fn assets(args: &AssetsArgs) -> Result<(), Failure> {
             arguments.extend(force.then(|| "--force".to_owned()));
         }
     }
-    sim::run_other("cell-assets", &arguments)
+    task_program::run_other("cell-assets", &arguments)
 }
 
 /// Names are checked here, so that a typo is answered before anything starts.
 fn eval(args: &EvalArgs) -> Result<(), Failure> {
-    let cell = run::plan::load(args.data.data.as_deref(), &args.demo, args.seeds.0, None)?;
+    let data = args.data.data.as_deref();
+    let cell = run::plan::load(data, &args.demo, args.seeds.0, None)?;
+    let program = task_program::of_cell(args.data.task.as_deref(), &cell, data)?;
     let policy = run::plan::choose(
         args.policy.as_deref(),
         &cell.policies,
@@ -105,5 +107,5 @@ fn eval(args: &EvalArgs) -> Result<(), Failure> {
         arguments.extend(["--data".to_owned(), dir.display().to_string()]);
     }
     arguments.extend(args.json.then(|| "--json".to_owned()));
-    sim::run(&arguments)
+    task_program::run(program.as_deref(), &arguments)
 }

@@ -17,14 +17,16 @@ use crate::failure::Failure;
 use crate::leftovers::ChildId;
 use crate::rundir::RunDir;
 use crate::supervisor::Exit;
+use crate::task_program;
 
-/// The program of a process.
-pub(crate) fn program(process: Process) -> &'static str {
+/// The program of a process; `task` is that of the task where it is not the
+/// built-in one.
+pub(crate) fn program(process: Process, task: Option<&Path>) -> Result<PathBuf, Failure> {
     match process {
-        Process::Physics => "physics-proc",
-        Process::Controller(_) => "controller-proc",
-        Process::Task => "task-proc",
-        Process::Monitor => "monitor-proc",
+        Process::Physics => beside("physics-proc"),
+        Process::Controller(_) => beside("controller-proc"),
+        Process::Task => task_program::path(task),
+        Process::Monitor => beside("monitor-proc"),
     }
 }
 
@@ -83,20 +85,23 @@ struct Running {
 #[derive(Debug)]
 pub(crate) struct Children {
     dir: RunDir,
+    task_program: Option<PathBuf>,
     running: Vec<Running>,
 }
 
 impl Children {
-    pub(crate) fn new(dir: RunDir) -> Self {
+    pub(crate) fn new(dir: RunDir, task_program: Option<PathBuf>) -> Self {
         Self {
             dir,
+            task_program,
             running: Vec::new(),
         }
     }
 
     /// Starts `process` as its start number `generation`.
     pub(crate) fn spawn(&mut self, process: Process, generation: u32) -> Result<(), String> {
-        let path = beside(program(process)).map_err(|failure| failure.to_string())?;
+        let task = self.task_program.as_deref();
+        let path = program(process, task).map_err(|failure| failure.to_string())?;
         let log =
             append(&self.dir.log(&process.name())).map_err(|error| format!("its log: {error}"))?;
         let log_too = log
@@ -108,7 +113,10 @@ impl Children {
         if let Process::Controller(arm) = process {
             command.args(["--arm", &arm.to_string()]);
         }
-        clean(&mut command);
+        // A program of the user gets all of the user's environment.
+        if process != Process::Task || task.is_none() {
+            clean(&mut command);
+        }
         // Its own process group: Ctrl-C in a terminal is for the launcher.
         command
             .current_dir("/")
@@ -210,8 +218,30 @@ fn append(path: &Path) -> std::io::Result<File> {
         .open(path)
 }
 
+/// The last `count` lines of a log; of a program that panicked, what it said
+/// then, and not the addresses it was at.
+pub(crate) fn last_words(path: &Path, count: usize) -> Vec<String> {
+    words_of(last_lines(path, 20 * count), count)
+}
+
+fn words_of(mut lines: Vec<String>, count: usize) -> Vec<String> {
+    if let Some(panic) = lines
+        .iter()
+        .rposition(|line| line.contains("' panicked at ") || line.contains(") panicked at "))
+    {
+        let after = lines.iter().skip(panic);
+        let end = after.clone().position(|line| line == "stack backtrace:");
+        let until = panic + end.unwrap_or_else(|| after.count());
+        lines.truncate(until);
+        lines.drain(..panic);
+        lines.truncate(count);
+    }
+    lines.drain(..lines.len().saturating_sub(count));
+    lines
+}
+
 /// The last `count` lines of a log.
-pub(crate) fn last_lines(path: &Path, count: usize) -> Vec<String> {
+fn last_lines(path: &Path, count: usize) -> Vec<String> {
     let read = || -> std::io::Result<Vec<u8>> {
         let mut file = File::open(path)?;
         let length = file.metadata()?.len();
@@ -225,4 +255,16 @@ pub(crate) fn last_lines(path: &Path, count: usize) -> Vec<String> {
         .unwrap_or_default();
     let lines: Vec<_> = text.lines().map(str::to_owned).collect();
     lines[lines.len().saturating_sub(count)..].to_vec()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn of_a_panic_the_message_counts_and_not_the_backtrace() {
+        let words = |text: &str| super::words_of(text.lines().map(str::to_owned).collect(), 3);
+        let panic = "began\nthread 'main' (7) panicked at src/main.rs:3:1:\nno cube\n\
+                     stack backtrace:\n 0: a\n 1: b\n 2: c";
+        assert_eq!(words(panic)[1..], ["no cube"]);
+        assert_eq!(words("a\nb\nc\nd"), ["b", "c", "d"]);
+    }
 }

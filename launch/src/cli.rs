@@ -109,12 +109,16 @@ pub struct CellArgs {
     pub cell: String,
 }
 
-/// Where robots and cell files are.
-#[derive(Clone, Debug, Args)]
+/// Where cell files and robots are, and what does the task.
+#[derive(Clone, Debug, Default, Args)]
 pub struct DataArgs {
-    /// Directory with `cells/` and `robots/` to use in place of the built-in ones
+    /// Directory with `cells/`, and with `robots/` beside the built-in ones
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
+    /// Program that does the task: a path, or a name beside the cell, beside
+    /// robocell or on PATH; that of the cell file otherwise
+    #[arg(long, value_name = "PROGRAM")]
+    pub task: Option<String>,
 }
 
 /// `robocell run`.
@@ -420,6 +424,9 @@ pub struct ShowArgs {
 pub struct CheckArgs {
     /// A tree (JSON), or a machine or matrix (TOML or JSON)
     pub file: PathBuf,
+    /// Task program that knows what the file names
+    #[arg(long, value_name = "PROGRAM")]
+    pub task: Option<String>,
 }
 
 /// How a behaviour is drawn.
@@ -445,10 +452,13 @@ impl PictureFormat {
 }
 
 /// `robocell schema`.
-#[derive(Clone, Copy, Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct SchemaArgs {
     /// Which kind of file
     pub what: SchemaKind,
+    /// Task program whose jobs are described
+    #[arg(long, value_name = "PROGRAM")]
+    pub task: Option<String>,
 }
 
 /// A kind of file with a schema.

@@ -20,8 +20,8 @@ pub mod run;
 pub mod rundir;
 mod say;
 mod shot;
-mod sim;
 pub mod supervisor;
+mod task_program;
 
 use std::process::ExitCode;
 

@@ -8,7 +8,7 @@ use crate::child::{ENV_CACHE_DIR, beside, cache_dir};
 use crate::cli::ReplayArgs;
 use crate::failure::{Context, Failure};
 use crate::rundir::RunDir;
-use crate::{page, say, sim};
+use crate::{page, say, task_program};
 
 /// Does what the command line says.
 pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
@@ -79,7 +79,11 @@ fn verify(args: &ReplayArgs, file: &Path) -> Result<(), Failure> {
         arguments.extend(["--data".to_owned(), dir.display().to_string()]);
     }
     arguments.extend(args.json.then(|| "--json".to_owned()));
-    sim::run(&arguments)
+    let program = args.data.task.as_deref();
+    let program = program
+        .map(|name| task_program::find(name, None))
+        .transpose()?;
+    task_program::run(program.as_deref(), &arguments)
 }
 
 fn existing(path: &Path) -> Result<PathBuf, Failure> {

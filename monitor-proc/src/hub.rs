@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use axum::body::Bytes;
 use axum::extract::ws::Utf8Bytes;
 use ipc_types::TraceLine;
+use ipc_types::trace::TraceEvent;
 use serde::Serialize;
 use serde_json::{Value, json};
 use tokio::sync::{broadcast, watch};
@@ -141,9 +142,10 @@ impl Hub {
         self.lock().history.before(time_s)
     }
 
-    /// Adds a line to the log.
+    /// Adds a line to the log that no event belongs to.
     pub fn say(&self, time_s: f64, kind: &str, text: &str) {
-        self.lock().story.say(time_s, kind, text);
+        let mut known = self.lock();
+        known.story.say(time_s, kind, TraceEvent::None, text);
     }
 
     /// Forgets what the task said: another past is shown from now on.

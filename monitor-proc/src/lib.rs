@@ -13,7 +13,6 @@ pub mod hub;
 pub mod journal;
 pub mod keep;
 pub mod live;
-pub mod mark;
 pub mod misses;
 pub mod pace;
 pub mod page;

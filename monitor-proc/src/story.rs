@@ -5,10 +5,8 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use behavior::graph::{GraphEdge, GraphNode};
 use ipc_types::TraceLine;
-use ipc_types::trace::{FIELD_END, TraceKind};
+use ipc_types::trace::{FIELD_END, TraceEvent, TraceKind};
 use serde_json::{Value, json};
-
-use crate::mark;
 
 pub mod history;
 
@@ -57,10 +55,11 @@ impl Story {
         let (graph, node) = (line.graph as usize, line.node as usize);
         let text = line.text.as_str();
         let time_s = line.header.sim_time_ns as f64 * 1.0e-9;
+        let event = TraceEvent::from_code(line.event).unwrap_or_default();
         match TraceKind::from_code(line.kind) {
-            Some(TraceKind::Log) => self.say(time_s, "log", text),
-            Some(TraceKind::Transition) => self.say(time_s, "transition", text),
-            Some(TraceKind::Lifecycle) => self.say(time_s, "lifecycle", text),
+            Some(TraceKind::Log) => self.say(time_s, "log", event, text),
+            Some(TraceKind::Transition) => self.say(time_s, "transition", event, text),
+            Some(TraceKind::Lifecycle) => self.say(time_s, "lifecycle", event, text),
             Some(TraceKind::Node) => self.node(graph, node, line),
             Some(TraceKind::Edge) => self.edge(graph, line),
             Some(TraceKind::Status) => {
@@ -86,9 +85,10 @@ impl Story {
         }
     }
 
-    /// Adds a line to the log.
-    pub fn say(&mut self, time_s: f64, kind: &str, text: &str) {
-        let line = json!({ "time_s": time_s, "kind": kind, "text": text, "mark": mark::of(text) });
+    /// Adds a line to the log; an `event` is marked on the timeline.
+    pub fn say(&mut self, time_s: f64, kind: &str, event: TraceEvent, text: &str) {
+        let mark = event.name();
+        let line = json!({ "time_s": time_s, "kind": kind, "text": text, "mark": mark });
         self.news.lines.push(line.clone());
         if self.news.lines.len() > KEPT_LINES {
             self.news.lines.remove(0);

@@ -18,8 +18,13 @@ pub const WATCHDOG: Duration = Duration::from_secs(240);
 pub fn built(name: &str) -> PathBuf {
     static PROGRAMS: OnceLock<PathBuf> = OnceLock::new();
     let path = PROGRAMS.get_or_init(build_programs).join(name);
-    assert!(path.is_file(), "{} is no program of ours", path.display());
+    assert!(path.exists(), "{} is no program of ours", path.display());
     path
+}
+
+/// The example program `name`.
+pub fn example(name: &str) -> PathBuf {
+    built("examples").join(name)
 }
 
 /// `cargo test -p robocell-tests` builds the tests alone: their programs may be
@@ -36,6 +41,7 @@ fn build_programs() -> PathBuf {
     let target = folder.parent().expect("a profile lies in a target folder");
     let status = Command::new(cargo)
         .args(["build", "--quiet", "--workspace", "--bins"])
+        .args(["--example", "circle", "--example", "misbehaving"])
         .args([
             "--profile",
             if profile == "debug" { "dev" } else { profile },

@@ -14,7 +14,11 @@ type BuiltIn = &'static [(&'static str, &'static str)];
 
 /// Where robots and cells are read from.
 #[derive(Clone, Debug)]
-pub struct Data(Origin);
+pub struct Data {
+    origin: Origin,
+    /// Where a robot is looked for that is not in `origin`.
+    robots: Option<Box<Data>>,
+}
 
 #[derive(Clone, Debug)]
 enum Origin {
@@ -25,12 +29,42 @@ enum Origin {
 impl Data {
     /// Files that are built into a program: path within the data, and text.
     pub fn files(files: BuiltIn) -> Self {
-        Self(Origin::BuiltIn(files))
+        Self::of(Origin::BuiltIn(files))
     }
 
     /// A directory with `robots/` and `cells/` (option `--data DIR`).
     pub fn dir(dir: impl Into<PathBuf>) -> Self {
-        Self(Origin::Dir(dir.into()))
+        Self::of(Origin::Dir(dir.into()))
+    }
+
+    fn of(origin: Origin) -> Self {
+        Self {
+            origin,
+            robots: None,
+        }
+    }
+
+    /// These cells, with the robots of `other` where there are none of that name
+    /// here.
+    #[must_use]
+    pub fn with_robots_of(self, other: &Self) -> Self {
+        Self {
+            robots: Some(Box::new(other.clone())),
+            ..self
+        }
+    }
+
+    /// Whether there is a folder for the robot that the file `path` belongs to;
+    /// true for every other file.
+    fn has_robot_of(&self, path: &str) -> bool {
+        let Some((robot, _)) = path.strip_prefix("robots/").and_then(|p| p.split_once('/')) else {
+            return true;
+        };
+        let folder = format!("robots/{robot}/");
+        match &self.origin {
+            Origin::Dir(dir) => dir.join(folder).is_dir(),
+            Origin::BuiltIn(files) => files.iter().any(|(name, _)| name.starts_with(&folder)),
+        }
     }
 
     /// The checkout this library was built from: for tests, benches and
@@ -52,7 +86,10 @@ impl Data {
     /// [`ModelError::Read`] where it is missing, unreadable or larger than
     /// [`MAX_FILE_BYTES`].
     pub fn read(&self, path: &str) -> Result<Cow<'static, str>, ModelError> {
-        let files = match &self.0 {
+        if let Some(robots) = self.robots.as_ref().filter(|_| !self.has_robot_of(path)) {
+            return robots.read(path);
+        }
+        let files = match &self.origin {
             Origin::Dir(dir) => return read_text(&dir.join(path)).map(Cow::Owned),
             Origin::BuiltIn(files) => files,
         };
@@ -96,7 +133,7 @@ impl Data {
             let name = file.strip_suffix(".toml")?;
             (!name.contains('.')).then(|| name.to_owned())
         };
-        let dir = match &self.0 {
+        let dir = match &self.origin {
             Origin::Dir(dir) => dir,
             Origin::BuiltIn(files) => {
                 let cells = files
@@ -154,6 +191,30 @@ mod tests {
         let data = Data::dir(&dir);
         assert_eq!(data.read("cells/a.tree.json").unwrap(), "{}");
         assert!(data.demos().is_empty(), "a tree is no demo");
+        std::fs::remove_dir_all(&dir).unwrap();
+    }
+
+    #[test]
+    fn a_robot_that_is_not_beside_the_cells_is_a_built_in_one() {
+        const BUILT_IN: Data = Data {
+            origin: Origin::BuiltIn(&[
+                ("robots/a/robot.toml", "built in"),
+                ("robots/b/robot.toml", "built in"),
+                ("cells/x.toml", "built in"),
+            ]),
+            robots: None,
+        };
+        let dir = std::env::temp_dir().join(format!("robocell-robots-{}", std::process::id()));
+        std::fs::create_dir_all(dir.join("robots/a")).unwrap();
+        std::fs::write(dir.join("robots/a/robot.toml"), "ours").unwrap();
+        let data = Data::dir(&dir).with_robots_of(&BUILT_IN);
+        assert_eq!(data.read("robots/a/robot.toml").unwrap(), "ours");
+        assert_eq!(data.read("robots/b/robot.toml").unwrap(), "built in");
+        assert!(
+            data.read("robots/a/a.urdf").is_err(),
+            "robots are not mixed"
+        );
+        assert!(data.read("cells/x.toml").is_err());
         std::fs::remove_dir_all(&dir).unwrap();
     }
 

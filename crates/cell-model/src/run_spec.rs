@@ -66,6 +66,9 @@ pub struct RunSpec {
     pub speed: Speed,
     /// Folder with `cells/` and `robots/`; the built-in files where missing.
     pub data_dir: Option<PathBuf>,
+    /// The program of the task, where it is not the built-in one.
+    #[serde(default)]
+    pub task_program: Option<PathBuf>,
     /// Where the launcher put the built-in files for the processes of this run.
     #[serde(default)]
     pub built_in_dir: PathBuf,
@@ -188,7 +191,7 @@ impl RunSpec {
     /// As [`RunSpec::load_cell`].
     pub fn load_cell_from(&self, built_in: &Data) -> Result<Cell, ModelError> {
         let data = self.data_dir.as_ref().map(Data::dir);
-        let data = data.unwrap_or_else(|| built_in.clone());
+        let data = data.map_or_else(|| built_in.clone(), |data| data.with_robots_of(built_in));
         let mut cell = Cell::load(&data, &self.demo, self.seed, self.robot.as_ref())?;
         self.bins.map_or(Ok(()), |bins| cell.limit_bins(bins))?;
         Ok(cell)

@@ -251,7 +251,7 @@ layouts! {
         node: u32,
         from: u32,
         to: u32,
-        reserved: u32,
+        event: u32,
         text: Text160,
     }
     Keyframe {

@@ -31,6 +31,7 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
         seed: 0,
         speed: Speed::Max,
         data_dir: None,
+        task_program: None,
         built_in_dir: std::path::PathBuf::new(),
         run_dir: std::path::PathBuf::new(),
         root: std::path::PathBuf::new(),

@@ -51,6 +51,16 @@ pub enum SimError {
     /// A script with a wrong line.
     #[error(transparent)]
     Script(#[from] cell_model::script::ScriptError),
+    /// The program that did the task of a recorded run does not start.
+    #[error(
+        "the task program of this run, {path}: {source}; build it again, or name another one with `--task PROGRAM`"
+    )]
+    TaskProgram {
+        /// Where it was.
+        path: String,
+        /// Why.
+        source: std::io::Error,
+    },
     /// A recording that cannot be verified.
     #[error(transparent)]
     Verify(#[from] verify::VerifyError),

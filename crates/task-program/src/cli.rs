@@ -3,12 +3,14 @@
 
 use std::io::Write as _;
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::os::unix::process::CommandExt as _;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use cell_model::Data;
 use cell_model::run_spec::RunSpec;
 use cell_model::summary::{RunOutcome, RunSummary};
+use cell_record::Recording;
 use cell_sim::verify::{Report, Verdict, verify_file};
 use cell_sim::{Program, SimError, eval, run};
 use clap::{Parser, Subcommand};
@@ -82,6 +84,9 @@ enum Command {
         /// One JSON object.
         #[arg(long)]
         json: bool,
+        /// With the jobs of this program, whichever did the task of the run.
+        #[arg(long, hide = true)]
+        here: bool,
     },
 }
 
@@ -212,7 +217,15 @@ fn run(program: &Program) -> Result<ExitCode, CliError> {
             say(format_args!("{schema:#}"));
             Ok(ExitCode::SUCCESS)
         }
-        Command::Verify { file, data, json } => {
+        Command::Verify {
+            file,
+            data,
+            json,
+            here,
+        } => {
+            if let Some(other) = recorded_program(&file).filter(|_| !here) {
+                return Ok(verify_by(&other)?);
+            }
             let report = verify_file(program, &file, data)?;
             print_report(&report, json);
             Ok(code(report.verdict() == Verdict::Same))
@@ -229,7 +242,8 @@ fn inspect(program: &Program, verb: BehaviourVerb) -> Result<ExitCode, InspectEr
             policy,
             data,
         } => {
-            let data = data.map_or_else(|| program.data.clone(), Data::dir);
+            let data = data.map(|dir| Data::dir(dir).with_robots_of(&program.data));
+            let data = data.unwrap_or_else(|| program.data.clone());
             let graphs = inspect::graphs(program, kind, &what, policy.as_deref(), &data)?;
             say(format_args!(
                 "{}",
@@ -274,6 +288,22 @@ fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode
         say(format_args!("{done} of {all} done"));
     }
     Ok(code(done == all))
+}
+
+/// The task program of a recorded run, where it is not the built-in one. A
+/// recording that cannot be read is refused by those who verify it.
+fn recorded_program(file: &Path) -> Option<PathBuf> {
+    Recording::open(file).ok()?.run().task_program.clone()
+}
+
+/// Has the program that did the task of the run verify it, with our arguments.
+fn verify_by(program: &Path) -> Result<ExitCode, SimError> {
+    let mut command = std::process::Command::new(program);
+    command.args(std::env::args_os().skip(1)).arg("--here");
+    Err(SimError::TaskProgram {
+        path: program.display().to_string(),
+        source: command.exec(),
+    })
 }
 
 fn code(done: bool) -> ExitCode {

@@ -7,6 +7,7 @@ use cell_bus::{Bus, BusError, Doorbell, Gate, Publisher, Sleeper, Subscriber};
 use cell_rt::{monotonic_ns, signal::stop_requested};
 use cell_worker::{HealthReporter, Start};
 use ipc_types::topic::{Process, TopicId};
+use ipc_types::trace::{TraceEvent, TraceKind};
 use ipc_types::world::FLAG_LOCKSTEP;
 use ipc_types::{
     ArmStatus, DECISION_TICKS, Decision, Header, Keyframe, MAX_ARMS, TICK_NS, TraceLine, Wire,
@@ -331,11 +332,12 @@ impl TaskProcess {
 
     fn say(&mut self, tick: u64, text: &str) {
         let line = TraceLineText {
-            kind: ipc_types::trace::TraceKind::Lifecycle,
+            kind: TraceKind::Lifecycle,
             graph: 0,
             node: 0,
             from: 0,
             to: 0,
+            event: TraceEvent::Restart,
             text: ipc_types::Text::new(text),
         };
         self.send_line(tick, &line);
@@ -349,7 +351,7 @@ impl TaskProcess {
             message.node = u32::try_from(line.node).unwrap_or(u32::MAX);
             message.from = line.from;
             message.to = line.to;
-            message.reserved = 0;
+            message.event = line.event.code();
             message.text = line.text;
         };
         // A line that was not sent leaves a gap in the sequence, which counts.

@@ -26,6 +26,9 @@ pub mod tree_trace;
 pub mod trees;
 
 pub use checkpoint::CheckpointError;
+pub use ipc_types::decision::{GoalKind, Outcome};
+pub use ipc_types::trace::TraceEvent;
+pub use ipc_types::{GripperGoal, Pose};
 pub use job::Job;
 pub use observation::Observation;
 pub use output::{ArmIntent, Output, TraceLineText};

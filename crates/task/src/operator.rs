@@ -1,6 +1,7 @@
 //! What the operator's panel means to a task.
 
 use ipc_types::decision::GoalKind;
+use ipc_types::trace::TraceEvent;
 use ipc_types::{GripperGoal, OperatorPanel};
 use serde::{Deserialize, Serialize};
 
@@ -113,12 +114,15 @@ const OPERATOR_KEYS: u64 = 1 << 63;
 /// Says what changed, for the log.
 pub(crate) fn log_change(change: PanelChange, out: &mut Output) {
     if change.reset {
-        out.lifecycle(format_args!("[task] reset"));
+        out.lifecycle(TraceEvent::None, format_args!("[task] reset"));
     }
     if change.pause {
-        out.lifecycle(format_args!("[task] paused: the operator leads"));
+        out.lifecycle(
+            TraceEvent::None,
+            format_args!("[task] paused: the operator leads"),
+        );
     }
     if change.resume {
-        out.lifecycle(format_args!("[task] resumed"));
+        out.lifecycle(TraceEvent::None, format_args!("[task] resumed"));
     }
 }

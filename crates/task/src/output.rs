@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use behavior::NodeStatus;
 use ipc_types::decision::{GoalKind, Outcome};
-use ipc_types::trace::{LINE_BYTES, TraceKind};
+use ipc_types::trace::{LINE_BYTES, TraceEvent, TraceKind};
 use ipc_types::{ArmGoal, Decision, GripperGoal, MAX_ARMS, MAX_JOINTS, Pose, Text, Wire};
 
 use crate::goal_book::{GoalBook, PreviousGoal};
@@ -26,6 +26,8 @@ pub struct TraceLineText {
     pub from: u32,
     /// By kind: a status, a node, an answer.
     pub to: u32,
+    /// What the line tells, for programs.
+    pub event: TraceEvent,
     /// The line, cut to what a message carries.
     pub text: Text<LINE_BYTES>,
 }
@@ -118,17 +120,22 @@ impl Output {
 
     /// Adds a log line.
     pub fn log(&mut self, line: std::fmt::Arguments<'_>) {
-        self.push(TraceKind::Log, line);
+        self.push(TraceKind::Log, TraceEvent::None, line);
+    }
+
+    /// Adds a log line about something that programs are told, too.
+    pub fn event(&mut self, event: TraceEvent, line: std::fmt::Arguments<'_>) {
+        self.push(TraceKind::Log, event, line);
     }
 
     /// Adds a line about a phase that ended.
     pub fn transition(&mut self, line: std::fmt::Arguments<'_>) {
-        self.push(TraceKind::Transition, line);
+        self.push(TraceKind::Transition, TraceEvent::None, line);
     }
 
-    /// Adds a line about the task itself: started, paused, restored.
-    pub fn lifecycle(&mut self, line: std::fmt::Arguments<'_>) {
-        self.push(TraceKind::Lifecycle, line);
+    /// Adds a line about the task itself: started, paused, resumed.
+    pub fn lifecycle(&mut self, event: TraceEvent, line: std::fmt::Arguments<'_>) {
+        self.push(TraceKind::Lifecycle, event, line);
     }
 
     /// Adds that a node of one of the policy's graphs changed its status, and why.
@@ -145,6 +152,7 @@ impl Output {
             node,
             from: from as u32,
             to: to as u32,
+            event: TraceEvent::None,
             text: Text::new(reason),
         });
     }
@@ -157,29 +165,34 @@ impl Output {
             node,
             from: 0,
             to: u32::from(holds),
+            event: TraceEvent::None,
             text: Text::new(name),
         });
     }
 
     /// Adds the new value of a blackboard key.
     pub fn key(&mut self, graph: usize, scope: &str, key: &str, value: &dyn std::fmt::Display) {
-        self.push_in(graph, TraceKind::Key, format_args!("{scope}.{key}={value}"));
+        self.push(
+            TraceKind::Key,
+            TraceEvent::None,
+            format_args!("{scope}.{key}={value}"),
+        );
+        if let Some(line) = self.lines.last_mut() {
+            line.graph = graph;
+        }
     }
 
-    fn push(&mut self, kind: TraceKind, line: std::fmt::Arguments<'_>) {
-        self.push_in(0, kind, line);
-    }
-
-    fn push_in(&mut self, graph: usize, kind: TraceKind, line: std::fmt::Arguments<'_>) {
+    fn push(&mut self, kind: TraceKind, event: TraceEvent, line: std::fmt::Arguments<'_>) {
         let mut buffer = LineBuffer::default();
         // The buffer cuts what does not fit and never fails.
         let _cut = buffer.write_fmt(line).is_err();
         self.lines.push(TraceLineText {
             kind,
-            graph,
+            graph: 0,
             node: 0,
             from: 0,
             to: 0,
+            event,
             text: Text::new(buffer.as_str()),
         });
     }
@@ -218,6 +231,17 @@ impl Output {
 }
 
 impl ArmIntent {
+    /// The TCP goes to `target`, world frame. The same `key` moves the target of
+    /// the goal in progress, another key is a new goal.
+    pub fn pose(key: u64, target: Pose) -> Self {
+        Self {
+            kind: GoalKind::Pose,
+            key,
+            target,
+            ..Self::default()
+        }
+    }
+
     fn to_goal(self) -> ArmGoal {
         ArmGoal {
             kind: self.kind.code(),

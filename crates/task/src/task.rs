@@ -3,7 +3,10 @@
 use behavior::Graph;
 use cell_model::Cell;
 use ipc_types::decision::{CellIo, MAX_PLACED, Outcome};
-use ipc_types::{ArmStatus, Decision, Header, OperatorPanel, Text, WorldState};
+use ipc_types::trace::TraceEvent;
+use ipc_types::{
+    ArmStatus, Decision, Header, Invalid, OperatorPanel, Text, Validate as _, WorldState,
+};
 use serde::de::Error as _;
 
 use crate::checkpoint::{self, CheckpointError, TaskCheckpoint, VERSION};
@@ -17,6 +20,9 @@ use crate::trace::Tracer;
 
 /// Shown instead of a phase once the job was given up.
 const FAILED: &str = "FAILED";
+
+/// Reason of a job whose policy decided what no message may carry.
+const INVALID_DECISION: &str = "invalid_decision";
 
 /// A task of a cell. [`Task::decide`] depends on its arguments and on the
 /// checkpoint only, so a new task that is restored decides the same, bit by bit.
@@ -97,6 +103,24 @@ impl Task {
         self.tracer.changes(self.policy.as_ref(), &mut self.out);
         self.out.finish(self.arm_count, out, trace);
         self.fill(state.header.tick, out);
+        if let Err(invalid) = out.validate() {
+            self.refuse(&invalid, out, trace);
+        }
+    }
+
+    /// Readers drop a decision with such a value, so none would know that the
+    /// job cannot be done: the arm holds, and the job has failed.
+    fn refuse(&mut self, invalid: &Invalid, out: &mut Decision, trace: &mut Vec<TraceLineText>) {
+        let tick = out.header.tick;
+        self.job.fail(INVALID_DECISION);
+        self.out.begin();
+        self.out.event(
+            TraceEvent::Fault,
+            format_args!("[fault] the policy's decision is refused: {invalid}; the arm holds"),
+        );
+        self.report_failure();
+        self.out.finish(self.arm_count, out, trace);
+        self.fill(tick, out);
     }
 
     /// Everything the task remembers, as plain bytes; see [`Task::restore`].
@@ -210,7 +234,8 @@ impl Task {
             self.job.retry();
             // Something may still be in the hand.
             self.unsure = true;
-            self.out.lifecycle(format_args!("[task] started again"));
+            self.out
+                .lifecycle(TraceEvent::Restart, format_args!("[task] started again"));
         }
         if change.resume {
             self.unsure = true;
@@ -227,6 +252,10 @@ impl Task {
             self.out.phase = Text::new(FAILED);
             self.policy.tend(observation, &mut self.job);
         }
+        self.report_failure();
+    }
+
+    fn report_failure(&mut self) {
         if let Some(failure) = self.job.failure {
             self.out.outcome = Outcome::Failed;
             self.out.reason = failure.text();

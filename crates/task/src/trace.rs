@@ -3,7 +3,7 @@
 use behavior::NodeStatus;
 use behavior::graph::{Graph, GraphKind};
 use ipc_types::Text;
-use ipc_types::trace::{FIELD_END, LINE_BYTES, TraceKind};
+use ipc_types::trace::{FIELD_END, LINE_BYTES, TraceEvent, TraceKind};
 
 use crate::output::{Output, TraceLineText};
 use crate::policy::AnyPolicy;
@@ -108,6 +108,7 @@ fn line(kind: TraceKind, graph: usize, text: &str) -> TraceLineText {
         node: 0,
         from: 0,
         to: 0,
+        event: TraceEvent::None,
         text: Text::new(text),
     }
 }

@@ -3,6 +3,7 @@
 use behavior::board::{Board, Fault};
 use behavior::tree::{EventKind, Host, Tree};
 use behavior::{Graph, Value};
+use ipc_types::trace::TraceEvent;
 
 use crate::output::Output;
 
@@ -40,13 +41,17 @@ impl TreeTrace {
                     now = Some((event.node, fault));
                     if self.fault != now {
                         let id = self.ids.get(event.node).map_or("?", String::as_str);
-                        out.log(format_args!("[fault] node '{id}': {fault}"));
+                        out.event(
+                            TraceEvent::Fault,
+                            format_args!("[fault] node '{id}': {fault}"),
+                        );
                     }
                 }
                 EventKind::Overflow => {
-                    out.log(format_args!(
-                        "[fault] more happened in one tick than is kept"
-                    ));
+                    out.event(
+                        TraceEvent::Fault,
+                        format_args!("[fault] more happened in one tick than is kept"),
+                    );
                 }
             }
         }

@@ -1,13 +1,15 @@
 //! `robocell bt`, `fsm` and `schema`: what a policy is made of, and how it runs.
 
 use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use super::top::View;
-use crate::cli::{BehaviourArgs, BehaviourVerb, CheckArgs, SchemaArgs, ShowArgs};
+use crate::cli::{BehaviourArgs, BehaviourVerb, CheckArgs, DataArgs, SchemaArgs, ShowArgs};
 use crate::client::Session;
 use crate::failure::{Context, Failure};
-use crate::{say, sim};
+use crate::run::plan;
+use crate::{say, task_program};
 
 /// How often a running behaviour is looked at.
 const LOOK: Duration = Duration::from_millis(100);
@@ -27,26 +29,27 @@ pub(crate) fn behaviour(kind: &str, args: &BehaviourArgs) -> Result<(), Failure>
 }
 
 /// Prints the JSON Schema of a kind of file.
-pub(crate) fn schema(args: SchemaArgs) -> Result<(), Failure> {
-    sim::run(&["schema".to_owned(), args.what.word().to_owned()])
+pub(crate) fn schema(args: &SchemaArgs) -> Result<(), Failure> {
+    let program = found(args.task.as_deref())?;
+    task_program::run(program.as_deref(), &["schema", args.what.word()])
 }
 
 fn checked(kind: &str, args: &CheckArgs) -> Result<(), Failure> {
     let file = args.file.display().to_string();
-    sim::run(&[
-        "behaviour".to_owned(),
-        "check".to_owned(),
-        kind.to_owned(),
-        file,
-    ])
+    let program = found(args.task.as_deref())?;
+    task_program::run(program.as_deref(), &["behaviour", "check", kind, &file])
 }
 
 fn draw(kind: &str, args: &ShowArgs) -> Result<(), Failure> {
-    let (what, policy) = if let Some(what) = &args.what {
-        (what.clone(), args.policy.clone())
+    let (what, policy, program) = if let Some(what) = &args.what {
+        (
+            what.clone(),
+            args.policy.clone(),
+            program_of(what, &args.data)?,
+        )
     } else {
         let spec = Session::of(&args.cell.cell)?.spec;
-        (spec.demo, Some(spec.policy))
+        (spec.demo, Some(spec.policy), spec.task_program)
     };
     let mut arguments: Vec<String> = ["behaviour", "show", kind, &what, "--format"]
         .map(str::to_owned)
@@ -59,7 +62,22 @@ fn draw(kind: &str, args: &ShowArgs) -> Result<(), Failure> {
         let dir = std::fs::canonicalize(dir).cannot(format!("find {}", dir.display()))?;
         arguments.extend(["--data".to_owned(), dir.display().to_string()]);
     }
-    sim::run(&arguments)
+    task_program::run(program.as_deref(), &arguments)
+}
+
+/// The task program asked for; `None` for the built-in one.
+fn found(asked: Option<&str>) -> Result<Option<PathBuf>, Failure> {
+    asked.map(|name| task_program::find(name, None)).transpose()
+}
+
+/// The task program that knows `what`, a demo or a file.
+fn program_of(what: &str, args: &DataArgs) -> Result<Option<PathBuf>, Failure> {
+    let data = args.data.as_deref();
+    match plan::load(data, what, 0, None) {
+        Ok(cell) => task_program::of_cell(args.task.as_deref(), &cell, data),
+        // A file, or a name that the task program refuses with advice.
+        Err(_) => found(args.task.as_deref()),
+    }
 }
 
 /// Prints the behaviour of a running cell whenever a node of it changes.

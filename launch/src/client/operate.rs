@@ -14,7 +14,7 @@ use crate::cli::{
 use crate::control::{Reply, Request, ask};
 use crate::failure::{Context, Failure};
 use crate::run::plan::{choose, did_you_mean, load};
-use crate::{say, sim};
+use crate::{say, task_program};
 
 /// Physics answers within a tick; a busy machine needs longer.
 pub(super) const PATIENCE: Duration = Duration::from_secs(2);
@@ -142,7 +142,8 @@ fn check_task(spec: &RunSpec, policy: Option<&str>) -> Result<(), Failure> {
     };
     let cell = load(data, &spec.demo, spec.seed, spec.robot.as_ref()).map_err(kept)?;
     let policy = choose(policy, &cell.policies, &spec.policy, &spec.demo)?;
-    sim::check_policy(&spec.demo, &policy, data).map_err(kept)
+    task_program::check_policy(spec.task_program.as_deref(), &spec.demo, &policy, data)
+        .map_err(kept)
 }
 
 /// `robocell down`: returns when nothing of the cell runs any more.

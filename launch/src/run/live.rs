@@ -17,7 +17,7 @@ use ipc_types::{Decision, OperatorRequest, Wire};
 use super::faults::{FaultStep, Faults, named};
 use super::plan::{Plan, choose};
 use super::watch::Watch;
-use crate::child::{Children, beside, last_lines, program};
+use crate::child::{Children, last_words, program};
 use crate::control::{Reply, Request, Server};
 use crate::failure::{Context, Failure};
 use crate::lock::Lock;
@@ -90,7 +90,7 @@ impl LiveCell {
     pub fn start(mut plan: Plan) -> Result<Self, Failure> {
         let processes = Process::all(plan.spec.arms);
         for process in &processes {
-            beside(program(*process))?;
+            program(*process, plan.spec.task_program.as_deref())?;
         }
         install_stop_handler().cannot("listen to signals")?;
         private_umask();
@@ -99,10 +99,8 @@ impl LiveCell {
             say::warn(line);
         }
         std::fs::create_dir_all(plan.dir.logs()).cannot("make the directory of the logs")?;
-        if plan.spec.data_dir.is_none() {
-            plan.spec.built_in_dir =
-                cell_files::install(&plan.dir.data()).cannot("write the built-in cells")?;
-        }
+        plan.spec.built_in_dir =
+            cell_files::install(&plan.dir.data()).cannot("write the built-in cells")?;
         plan.spec
             .save(&plan.dir.spec())
             .map_err(Failure::configuration)?;
@@ -126,7 +124,7 @@ impl LiveCell {
             lockstep: plan.spec.speed.is_lockstep(),
         };
         Ok(Self {
-            children: Children::new(plan.dir.clone()),
+            children: Children::new(plan.dir.clone(), plan.spec.task_program.clone()),
             watch,
             operator,
             bus,
@@ -288,7 +286,7 @@ impl LiveCell {
     /// Without its monitor a cell still works; without any other it does not.
     fn give_up(&mut self, process: Process, reason: &str) {
         let name = process.name();
-        let lines = last_lines(&self.plan.dir.log(&name), 10);
+        let lines = last_words(&self.plan.dir.log(&name), 10);
         let log = if lines.is_empty() {
             "its log is empty".to_owned()
         } else {

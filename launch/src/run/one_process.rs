@@ -5,7 +5,7 @@ use std::os::unix::fs::DirBuilderExt;
 use super::plan::Plan;
 use crate::failure::{Code, Context, Failure};
 use crate::rundir::{RunDir, base};
-use crate::sim;
+use crate::task_program;
 
 /// Runs `plan` in one process. It needs no shared memory and no name, so many
 /// can run side by side.
@@ -30,7 +30,7 @@ pub(crate) fn run(plan: &Plan, json: bool) -> Result<(), Failure> {
                 dir.spec().display().to_string(),
             ];
             arguments.extend(json.then(|| "--json".to_owned()));
-            sim::run(&arguments)
+            task_program::run(spec.task_program.as_deref(), &arguments)
         });
     std::fs::remove_dir_all(dir.path()).ok();
     if cell_rt::signal::stop_requested() {

@@ -12,7 +12,7 @@ use crate::cli::RunArgs;
 use crate::failure::{Context, Failure};
 use crate::page::Page;
 use crate::rundir::RunDir;
-use crate::{flight, sim};
+use crate::{flight, task_program};
 
 /// A run that can be started.
 #[derive(Debug)]
@@ -49,7 +49,8 @@ impl Plan {
         let robot = robot_files(args)?;
         let cell = cell_of(args, data_dir.as_deref(), robot.as_ref())?;
         check_control(&cell)?;
-        let policy = policy_of(args, &cell, data_dir.as_deref())?;
+        let program = task_program::of_cell(args.data.task.as_deref(), &cell, data_dir.as_deref())?;
+        let policy = policy_of(args, &cell, data_dir.as_deref(), program.as_deref())?;
         let dir = RunDir::of(&args.cell.cell);
         let limit = args
             .timeout
@@ -63,6 +64,7 @@ impl Plan {
             seed: args.seed,
             speed: args.speed,
             data_dir,
+            task_program: program,
             built_in_dir: PathBuf::new(),
             run_dir: dir.path().to_owned(),
             root,
@@ -133,14 +135,19 @@ fn cell_of(
 /// The policy asked for, or the demo's default. The task program reads `[task]`
 /// and the behaviour it names now, so that an error is said before anything
 /// starts.
-fn policy_of(args: &RunArgs, cell: &Cell, data_dir: Option<&Path>) -> Result<String, Failure> {
+fn policy_of(
+    args: &RunArgs,
+    cell: &Cell,
+    data_dir: Option<&Path>,
+    program: Option<&Path>,
+) -> Result<String, Failure> {
     let policy = choose(
         args.policy.as_deref(),
         &cell.policies,
         &cell.default_policy,
         &args.demo,
     )?;
-    sim::check_policy(&args.demo, &policy, data_dir)?;
+    task_program::check_policy(program, &args.demo, &policy, data_dir)?;
     Ok(policy)
 }
 
@@ -167,7 +174,9 @@ pub(crate) fn load(
     seed: u64,
     robot: Option<&RobotFiles>,
 ) -> Result<Cell, Failure> {
-    let data = data_dir.map_or_else(cell_files::data, Data::dir);
+    let built_in = cell_files::data();
+    let data = data_dir.map(|dir| Data::dir(dir).with_robots_of(&built_in));
+    let data = data.unwrap_or(built_in);
     Cell::load(&data, demo, seed, robot).map_err(Failure::configuration)
 }
 

@@ -2,7 +2,7 @@
 
 use crate::server_bench;
 
-use ipc_types::trace::TraceKind;
+use ipc_types::trace::{TraceEvent, TraceKind};
 use ipc_types::{Text, TraceLine, Wire};
 use monitor_proc::page::command::Order;
 use serde_json::json;
@@ -24,9 +24,9 @@ fn a_late_joiner_is_told_everything_and_then_what_is_new() {
     bench
         .hub
         .take_line(&line(TraceKind::Key, 0, "local.cube=red"));
-    bench
-        .hub
-        .say(1.5, "log", "[drop] red_cube left the gripper");
+    let mut drop = line(TraceKind::Log, 0, "[drop] red_cube left the gripper");
+    drop.event = TraceEvent::Drop.code();
+    bench.hub.take_line(&drop);
     bench.hub.tell_news();
     bench
         .hub

@@ -27,3 +27,4 @@ mod replay;
 mod restart_latency;
 mod stacking;
 mod supervision;
+mod task_program;

@@ -124,7 +124,11 @@ fn in_real_time_with_the_task_killed_in_every_carrying_phase_the_same_is_recover
     // One cube was pulled out of the hand; no kill let another one fall.
     assert_eq!(summary["drops"], 1, "{summary}");
     let log = log(dir.path());
-    assert_eq!(log.matches("goes on from its record").count(), 3, "{log}");
+    assert_eq!(
+        log.matches("resumed from its checkpoint").count(),
+        3,
+        "{log}"
+    );
     for word in ["[abort]", "[resync]", "[drop]", "all stacked"] {
         assert!(log.contains(word), "no {word} in\n{log}");
     }

@@ -1,5 +1,6 @@
 //! The matrix at work.
 
+use robocell_task::TraceEvent;
 use std::sync::Arc;
 
 use behavior::{Graph, NodeStatus};
@@ -84,10 +85,10 @@ impl BinStack {
         let still = scene.stacked().all(|bin| bin.still);
         let done = job.started && idle && still && job.placed.len() >= self.setup.wanted;
         if done && !job.done {
-            out.log(format_args!(
-                "[decide] -> all {} bins stacked",
-                job.placed.len()
-            ));
+            out.event(
+                TraceEvent::Done,
+                format_args!("[decide] -> all {} bins stacked", job.placed.len()),
+            );
         }
         job.done = done;
         out.phase = self.phase();
@@ -120,7 +121,10 @@ impl BinStack {
         };
         let next = if let Some(bin) = held {
             let name = scene.setup.name(bin.object);
-            turn.out.log(format_args!("[resume] {name} is in the hand"));
+            turn.out.event(
+                TraceEvent::Recover,
+                format_args!("[resume] {name} is in the hand"),
+            );
             turn.choose_way()
         } else {
             turn.job.held = None;

@@ -1,6 +1,7 @@
 //! Asking the conveyor for bins, and letting it run.
 
 use cell_model::random::Random;
+use robocell_task::TraceEvent;
 
 use super::memory::SupplyMemory;
 use super::scene::Scene;
@@ -97,6 +98,9 @@ fn note_lost(
         Some(_) => (Failure::BinOutOfReach, "cannot be reached"),
         None => (Failure::BinLost, "is missing"),
     };
-    out.log(format_args!("[failed] {name} {why}, and no other is left"));
+    out.event(
+        TraceEvent::Fault,
+        format_args!("[failed] {name} {why}, and no other is left"),
+    );
     job.fail(failure.reason());
 }

@@ -3,6 +3,7 @@
 use behavior::machine::Fault;
 use behavior::matrix::{Cell, HandlerId, Handlers, Next};
 use ipc_types::Pose;
+use robocell_task::TraceEvent;
 
 use super::events;
 use super::memory::Memory;
@@ -235,11 +236,15 @@ impl<'a> Turn<'_, 'a, '_> {
         let gripper = self.scene.gripper;
         let (limit, cause) = (break_limit(gripper), break_cause(gripper));
         if self.found.grip.broken {
-            self.out
-                .log(format_args!("[drop] {name}: {limit} limit, by {cause}"));
+            self.out.event(
+                TraceEvent::Drop,
+                format_args!("[drop] {name}: {limit} limit, by {cause}"),
+            );
         } else {
-            self.out
-                .log(format_args!("[drop] {name} is not attached any more"));
+            self.out.event(
+                TraceEvent::Drop,
+                format_args!("[drop] {name} is not attached any more"),
+            );
         }
         self.job.counters.drops += 1;
         self.count_failed_pick();

@@ -1,5 +1,6 @@
 //! The matrix at work.
 
+use robocell_task::TraceEvent;
 use std::sync::Arc;
 
 use behavior::{Graph, NodeStatus};
@@ -144,7 +145,10 @@ impl AnyPolicy for FillBin {
         if attached && !let_go {
             self.memory.attached = true;
             self.memory.motion.stop();
-            out.log(format_args!("[resume] {} is in the hand", setup.task.bin));
+            out.event(
+                TraceEvent::Recover,
+                format_args!("[resume] {} is in the hand", setup.task.bin),
+            );
             job.counters.recoveries += 1;
             return;
         }

@@ -4,6 +4,7 @@ use behavior::machine::Fault;
 use behavior::matrix::{Cell, HandlerId, Handlers, Next};
 use ipc_types::equipment::SuctionRefusal;
 use ipc_types::{GripperGoal, Pose};
+use robocell_task::TraceEvent;
 
 use super::grasp::{self, Grasp, NoGrasp};
 use super::hold;
@@ -78,7 +79,8 @@ impl Turn<'_, '_, '_> {
 
     fn fail(&mut self, failure: Failure, text: &str) {
         let name = &self.scene.setup.task.bin;
-        self.out.log(format_args!("[stuck] {name} {text}"));
+        self.out
+            .event(TraceEvent::Fault, format_args!("[stuck] {name} {text}"));
         self.job.fail(failure.reason());
         // Whoever starts the job again has as much patience again.
         self.memory.stuck_since = None;
@@ -249,8 +251,10 @@ impl Turn<'_, '_, '_> {
         if self.memory.broke && !self.job.done {
             self.job.done = true;
             let name = &setup.task.bin;
-            self.out
-                .log(format_args!("[done] {name} is held again after it fell"));
+            self.out.event(
+                TraceEvent::Done,
+                format_args!("[done] {name} is held again after it fell"),
+            );
         }
         let opens_up = hold::opens_up(&self.scene);
         if opens_up {
@@ -278,9 +282,12 @@ impl Turn<'_, '_, '_> {
         if self.broken {
             let (limit, cause) = (break_limit(gripper), break_cause(gripper));
             let (force, torque) = (gripper.peak_force, gripper.peak_torque);
-            self.out.log(format_args!(
-                "[break] {limit} limit, by {cause} (peak {force:.1} N, {torque:.2} N m)"
-            ));
+            self.out.event(
+                TraceEvent::Drop,
+                format_args!(
+                    "[break] {limit} limit, by {cause} (peak {force:.1} N, {torque:.2} N m)"
+                ),
+            );
             self.memory.broke |= state == State::Holding;
         } else {
             self.out.log(format_args!("<open gripper>"));

@@ -9,6 +9,7 @@ use super::table::{State, Trigger};
 use super::tick::Tick;
 use crate::failure::Failure;
 use crate::ur10::KeptPose;
+use robocell_task::TraceEvent;
 use robocell_task::job::Job;
 use robocell_task::output::Output;
 
@@ -220,10 +221,10 @@ impl Palletizer {
 
     /// Goes on with a bin that is on the cup already.
     pub(super) fn adopt(&mut self, bin: usize, tick: &Tick<'_>, job: &mut Job, out: &mut Output) {
-        out.log(format_args!(
-            "[resume] {} is on the cup",
-            tick.setup.name(bin)
-        ));
+        out.event(
+            TraceEvent::Recover,
+            format_args!("[resume] {} is on the cup", tick.setup.name(bin)),
+        );
         job.counters.recoveries += 1;
         self.bring(bin, WorkKind::Place, tick, job, out);
     }

@@ -1,5 +1,6 @@
 //! The rows of the file, asked and told about.
 
+use robocell_task::TraceEvent;
 use std::sync::Arc;
 
 use behavior::machine::{
@@ -124,7 +125,7 @@ impl States {
         let taken = match self.machine.trigger(id, &mut facts) {
             Ok(fired) => fired.taken,
             Err(error) => {
-                out.log(format_args!("[fault] {error}"));
+                out.event(TraceEvent::Fault, format_args!("[fault] {error}"));
                 false
             }
         };

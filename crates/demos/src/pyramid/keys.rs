@@ -4,6 +4,7 @@ use behavior::Str;
 use behavior::board::{Access, Fault, Out, Scope};
 use behavior::tree::{BindError, Binder};
 use behavior::value::{Plain, Set};
+use robocell_task::TraceEvent;
 
 use super::host::Context;
 
@@ -113,7 +114,9 @@ impl Recovery {
         cx.set(&self.flag, true)?;
         cx.world.counters.recoveries += 1;
         let name = cx.world.name();
-        cx.world.out.log(format_args!("[recover] {name}: {why}"));
+        cx.world
+            .out
+            .event(TraceEvent::Recover, format_args!("[recover] {name}: {why}"));
         Ok(())
     }
 

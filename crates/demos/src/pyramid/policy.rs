@@ -3,6 +3,7 @@
 mod record;
 mod report;
 
+use robocell_task::TraceEvent;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
@@ -147,9 +148,10 @@ impl Json {
                 !self.memory.is_finished(arm) && host::is_alive(observation, arm)
             });
             if let Some(lost) = lock.watch(board, now.as_secs_f64(), works) {
-                out.log(format_args!(
-                    "[center] {lost} does not answer, the centre is free"
-                ));
+                out.event(
+                    TraceEvent::Recover,
+                    format_args!("[center] {lost} does not answer, the centre is free"),
+                );
             }
         }
     }
@@ -192,9 +194,15 @@ impl Json {
         }
         if status == Status::Success {
             self.memory.finish(arm);
-            out.log(format_args!("[done] {name}: the stack is complete"));
+            out.event(
+                TraceEvent::Done,
+                format_args!("[done] {name}: the stack is complete"),
+            );
         } else if !std::mem::replace(&mut robot.failing, true) {
-            out.log(format_args!("[error] {name}: the tree failed, begins anew"));
+            out.event(
+                TraceEvent::Fault,
+                format_args!("[error] {name}: the tree failed, begins anew"),
+            );
         }
     }
 
@@ -219,9 +227,12 @@ impl AnyPolicy for Json {
         self.watch_centers(observation, now, out);
         let lost = std::mem::take(&mut self.lost);
         if lost > 0 {
-            out.lifecycle(format_args!(
-                "[task] {lost} nodes or keys of the record are not in the files any more"
-            ));
+            out.lifecycle(
+                TraceEvent::None,
+                format_args!(
+                    "[task] {lost} nodes or keys of the record are not in the files any more"
+                ),
+            );
         }
         for arm in 0..self.robots.len() {
             if !self.memory.is_finished(arm) {

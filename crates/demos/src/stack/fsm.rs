@@ -1,6 +1,7 @@
 //! The library-free state machine: one value for the transfer under way, a ring
 //! of eight phases, and two edges that leave it (drop and resync).
 
+use robocell_task::TraceEvent;
 use std::sync::Arc;
 
 use behavior::{Graph, NodeStatus};
@@ -263,10 +264,10 @@ impl PickPlaceState {
             pickup,
             phase,
         } = found;
-        out.log(format_args!(
-            "[resume] {} is in the hand",
-            tick.setup.name(cube)
-        ));
+        out.event(
+            TraceEvent::Recover,
+            format_args!("[resume] {} is in the hand", tick.setup.name(cube)),
+        );
         job.counters.recoveries += 1;
         job.done = false;
         let mut state = Self::begin(

@@ -2,6 +2,7 @@
 //! number, one long function. It is kept in one piece on purpose, to show what
 //! the other policies tidy up; compare it with [`crate::stack::fsm`].
 
+use robocell_task::TraceEvent;
 use std::sync::Arc;
 
 use behavior::{Graph, NodeStatus};
@@ -279,7 +280,10 @@ impl Policy for StackIfElse {
             memory.clock.unsettle();
         } else if let Some(found) = in_hand(setup, &scene, job) {
             let name = setup.name(found.cube);
-            out.log(format_args!("[resume] {name} is in the hand"));
+            out.event(
+                TraceEvent::Recover,
+                format_args!("[resume] {name} is in the hand"),
+            );
             job.counters.recoveries += 1;
             job.done = false;
             *memory = Memory {

@@ -6,6 +6,7 @@ use super::scene::Scene;
 use super::setup::StackSetup;
 use crate::failure::Failure;
 use nalgebra::{Vector2, Vector3};
+use robocell_task::TraceEvent;
 use robocell_task::job::{Job, Place};
 use robocell_task::output::Output;
 
@@ -67,10 +68,13 @@ pub fn reachable(setup: &StackSetup, scene: &Scene, cube: usize) -> bool {
 pub fn note_drop(setup: &StackSetup, cube: usize, job: &mut Job, out: &mut Output) {
     job.counters.drops += 1;
     forget_held(job);
-    out.log(format_args!(
-        "[drop] {} left the gripper, deciding again",
-        setup.name(cube)
-    ));
+    out.event(
+        TraceEvent::Drop,
+        format_args!(
+            "[drop] {} left the gripper, deciding again",
+            setup.name(cube)
+        ),
+    );
     note_failed_pick(setup, cube, job);
 }
 
@@ -86,10 +90,10 @@ pub fn note_resync(
     out: &mut Output,
 ) {
     job.counters.resyncs += 1;
-    out.log(format_args!(
-        "[resync] {} moved, picking it up anew",
-        setup.name(cube)
-    ));
+    out.event(
+        TraceEvent::Resync,
+        format_args!("[resync] {} moved, picking it up anew", setup.name(cube)),
+    );
     if phase == Phase::Approach && !scene.cube(cube).dragged {
         note_failed_pick(setup, cube, job);
     }
@@ -105,10 +109,13 @@ pub fn note_abort(
     out: &mut Output,
 ) -> Place {
     job.counters.aborts += 1;
-    out.log(format_args!(
-        "[abort] the stack is broken, {} goes back to its spawn",
-        setup.name(cube)
-    ));
+    out.event(
+        TraceEvent::Abort,
+        format_args!(
+            "[abort] the stack is broken, {} goes back to its spawn",
+            setup.name(cube)
+        ),
+    );
     free_spawn(setup, scene, cube)
 }
 
@@ -135,10 +142,10 @@ pub fn note_carried(setup: &StackSetup, cube: usize, job: &mut Job) {
 
 /// Notes that the gripper stays shut.
 pub fn note_blocked(setup: &StackSetup, cube: usize, job: &mut Job, out: &mut Output) {
-    out.log(format_args!(
-        "[failed] the gripper does not open at {}",
-        setup.name(cube)
-    ));
+    out.event(
+        TraceEvent::Fault,
+        format_args!("[failed] the gripper does not open at {}", setup.name(cube)),
+    );
     job.fail(Failure::GripperBlocked.reason());
 }
 

@@ -7,6 +7,7 @@ use super::recovery::{
 use super::scene::Scene;
 use super::setup::StackSetup;
 use crate::failure::Failure;
+use robocell_task::TraceEvent;
 use robocell_task::job::{Job, Place};
 use robocell_task::output::Output;
 use robocell_task::time::PolicyTime;
@@ -85,10 +86,10 @@ pub fn decide(
         Selection::Move(assignment) => return Some(announce(setup, assignment, verb, job, out)),
         Selection::OutOfReach(cube) => wait(setup, cube, now, job, out),
         Selection::Fallen(cube) => {
-            out.log(format_args!(
-                "[failed] {} fell off the table",
-                setup.name(cube)
-            ));
+            out.event(
+                TraceEvent::Fault,
+                format_args!("[failed] {} fell off the table", setup.name(cube)),
+            );
             job.fail(Failure::CubeLost.reason());
         }
     }
@@ -99,7 +100,7 @@ pub fn decide(
 /// true.
 pub fn note_all_placed(all: bool, job: &mut Job, out: &mut Output) {
     if all && !job.done {
-        out.log(format_args!("[decide] -> all stacked"));
+        out.event(TraceEvent::Done, format_args!("[decide] -> all stacked"));
     }
     job.done = all;
 }
@@ -129,7 +130,10 @@ fn wait(setup: &StackSetup, cube: usize, now: PolicyTime, job: &mut Job, out: &m
             job.unreachable_since = Some(now);
         }
         Some(since) if now.since(since) >= REACH_PATIENCE => {
-            out.log(format_args!("[failed] {name} stayed out of reach"));
+            out.event(
+                TraceEvent::Fault,
+                format_args!("[failed] {name} stayed out of reach"),
+            );
             job.fail(Failure::CubeOutOfReach.reason());
         }
         Some(_) => {}

@@ -1,6 +1,7 @@
 //! A matrix of events and states at work: what happens in it is told, and its
 //! state goes into the policy's record.
 
+use robocell_task::TraceEvent;
 use std::sync::Arc;
 
 use behavior::machine::StateId;
@@ -96,7 +97,7 @@ impl MatrixRun {
     /// whether one was.
     pub(crate) fn tell(&mut self, handled: Result<(), StepError>, out: &mut Output) -> bool {
         if let Err(wrong) = handled {
-            out.log(format_args!("[fault] {wrong}"));
+            out.event(TraceEvent::Fault, format_args!("[fault] {wrong}"));
         }
         let mut changed = false;
         for happening in self.matrix.trace() {

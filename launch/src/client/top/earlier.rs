@@ -38,8 +38,8 @@ mod tests {
             Some((4.474, "STANDBY -> PICKING (START)".to_owned()))
         );
         assert_eq!(
-            line("    17.692 s* [task] goes on from its record"),
-            Some((17.692, "[task] goes on from its record".to_owned()))
+            line("    17.692 s* [task] resumed from its checkpoint"),
+            Some((17.692, "[task] resumed from its checkpoint".to_owned()))
         );
         assert_eq!(
             line("     7.700 s    -> flipping").map(|l| l.1),

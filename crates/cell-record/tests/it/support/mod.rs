@@ -22,6 +22,7 @@ pub(crate) fn run() -> RunSpec {
         bins: None,
         speed: Speed::RealTime,
         data_dir: None,
+        task_program: None,
         built_in_dir: std::path::PathBuf::new(),
         run_dir: "run".into(),
         root: "run/root".into(),

@@ -1,5 +1,6 @@
 //! `AcquireCube`: takes the centre and reserves the next cube.
 
+use robocell_task::TraceEvent;
 use std::sync::Arc;
 
 use behavior::Status;
@@ -147,9 +148,10 @@ impl AcquireCube {
         if !self.targets.aim(cx, cube, goal)? {
             // Said once, however often it is tried.
             if state.unseen.replace(cube) != Some(cube) {
-                cx.world.out.log(format_args!(
-                    "[error] {arm}: the pose of {name} is not known"
-                ));
+                cx.world.out.event(
+                    TraceEvent::Fault,
+                    format_args!("[error] {arm}: the pose of {name} is not known"),
+                );
             }
             return Ok(Status::Failure);
         }

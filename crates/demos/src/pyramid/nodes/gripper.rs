@@ -1,5 +1,6 @@
 //! `SetGripper`: opens or closes the hand and waits for it.
 
+use robocell_task::TraceEvent;
 use std::time::Duration;
 
 use behavior::board::{Fault, In};
@@ -155,9 +156,10 @@ impl Leaf<PyramidHost> for SetGripper {
             "open" => (GripperGoal::Open, cx.get(&self.pre_open)?),
             "close" => (GripperGoal::Close, cx.get(&self.pre_close)?),
             other => {
-                cx.world.out.log(format_args!(
-                    "[error] '{other}' is no command of a hand; open and close are"
-                ));
+                cx.world.out.event(
+                    TraceEvent::Fault,
+                    format_args!("[error] '{other}' is no command of a hand; open and close are"),
+                );
                 return Ok(Status::Failure);
             }
         };

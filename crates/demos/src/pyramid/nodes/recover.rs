@@ -1,5 +1,6 @@
 //! `RecoverCube`: goes above the arm's cube and waits until it lies still.
 
+use robocell_task::TraceEvent;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -184,9 +185,10 @@ impl RecoverCube {
         cx.world.grip(GripperGoal::Open);
         if state.let_go.replace(held) != Some(held) {
             let (arm, name) = (self.cubes.me(), cx.world.setup.cube_name(held));
-            cx.world.out.log(format_args!(
-                "[recover] {arm}: lets {name} go, it is another arm's"
-            ));
+            cx.world.out.event(
+                TraceEvent::Recover,
+                format_args!("[recover] {arm}: lets {name} go, it is another arm's"),
+            );
         }
     }
 
@@ -219,9 +221,12 @@ impl Leaf<PyramidHost> for RecoverCube {
         let interval = cx.get(&self.warning)?;
         if interval <= 0.0 {
             let arm = self.cubes.me();
-            cx.world.out.log(format_args!(
-                "[error] {arm}: a warning interval of {interval} s; a positive one is needed"
-            ));
+            cx.world.out.event(
+                TraceEvent::Fault,
+                format_args!(
+                    "[error] {arm}: a warning interval of {interval} s; a positive one is needed"
+                ),
+            );
             return Ok(Status::Failure);
         }
         let held = cx.world.cube_in_hand();

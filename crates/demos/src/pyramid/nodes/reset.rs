@@ -5,6 +5,7 @@ use behavior::Str;
 use behavior::board::{Access, Fault, In, Out};
 use behavior::tree::{BindError, Binder, Leaf, NodeType};
 use ipc_types::GripperGoal;
+use robocell_task::TraceEvent;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Duration;
@@ -120,9 +121,10 @@ impl Leaf<PyramidHost> for FrankaReset {
             }
             if state.attempts == ATTEMPTS {
                 let name = cx.world.name();
-                cx.world.out.log(format_args!(
-                    "[error] {name}: the arm or its controller does not answer"
-                ));
+                cx.world.out.event(
+                    TraceEvent::Fault,
+                    format_args!("[error] {name}: the arm or its controller does not answer"),
+                );
             }
             return Ok(Status::Failure);
         }

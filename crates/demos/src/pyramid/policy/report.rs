@@ -3,6 +3,7 @@
 use behavior::Value;
 use behavior::board::Board;
 use ipc_types::decision::Outcome;
+use robocell_task::TraceEvent;
 
 use super::Json;
 use crate::pyramid::cubes::is_at;
@@ -108,18 +109,18 @@ impl Json {
         let held = world.cube_in_hand();
         if let Some(held) = held {
             let name = self.setup.cube_name(held);
-            world.out.log(format_args!(
-                "[resume] {}: {name} is in the hand",
-                spec.name
-            ));
+            world.out.event(
+                TraceEvent::Recover,
+                format_args!("[resume] {}: {name} is in the hand", spec.name),
+            );
         }
         let flag = board.index(&keys::recovery_requested(spec.name.as_str()));
         if let (Some(lost), Some(flag)) = (carried.filter(|_| carried != held), flag) {
             let name = self.setup.cube_name(lost);
-            world.out.log(format_args!(
-                "[resume] {}: {name} is not in the hand any more",
-                spec.name
-            ));
+            world.out.event(
+                TraceEvent::Recover,
+                format_args!("[resume] {}: {name} is not in the hand any more", spec.name),
+            );
             world.counters.recoveries += 1;
             board.set(flag, Value::Bool(true));
         }

@@ -7,6 +7,7 @@ pub mod phase_leaf;
 pub mod shape;
 pub mod world;
 
+use robocell_task::TraceEvent;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -87,7 +88,10 @@ impl StackBt {
     /// find it held, and succeed at once.
     fn adopt(&mut self, found: InHand, job: &mut Job, out: &mut Output) {
         let name = self.setup.name(found.cube);
-        out.log(format_args!("[resume] {name} is in the hand"));
+        out.event(
+            TraceEvent::Recover,
+            format_args!("[resume] {name} is in the hand"),
+        );
         let name = Value::Text(Str::new(name).unwrap_or_default());
         self.replant();
         self.set(keys::PICK_TARGET, name);

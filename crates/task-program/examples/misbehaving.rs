@@ -1,0 +1,66 @@
+//! A task program with a defect for every day of the week: what the cell does
+//! about each is tested with it.
+
+use std::process::ExitCode;
+
+use robocell_task::{ArmIntent, Job, Observation, Output, Policies, Policy, Pose};
+
+/// Everything is well until then (s).
+const BEGINS_S: f64 = 1.0;
+
+#[derive(Clone, Copy)]
+enum Defect {
+    Panics,
+    Exits,
+    Hangs,
+    NotANumber,
+    OutOfThisWorld,
+}
+
+struct Misbehaving(Defect);
+
+impl Policy for Misbehaving {
+    type Memory = ();
+
+    #[allow(
+        clippy::panic,
+        clippy::exit,
+        clippy::disallowed_methods,
+        clippy::infinite_loop,
+        reason = "the defects of this program"
+    )]
+    fn decide(&self, (): &mut (), cell: &Observation<'_>, _: &mut Job, out: &mut Output) {
+        let mut target = Pose {
+            position: [0.4, 0.2, 0.4],
+            orientation_wxyz: [0.0, 1.0, 0.0, 0.0],
+        };
+        if cell.time().seconds() >= BEGINS_S {
+            match self.0 {
+                Defect::Panics => panic!("the policy has a defect"),
+                Defect::Exits => {
+                    eprintln!("the policy ends its process");
+                    std::process::exit(1)
+                }
+                Defect::Hangs => loop {
+                    std::hint::spin_loop();
+                },
+                Defect::NotANumber => target.position[1] = f64::NAN,
+                Defect::OutOfThisWorld => target.position[1] = 1.0e9,
+            }
+        }
+        out.arm(0, ArmIntent::pose(1, target));
+    }
+}
+
+fn main() -> ExitCode {
+    let policy = |policies: Policies, name: &str, defect| {
+        policies.policy(name, move |_| Misbehaving(defect))
+    };
+    let mut policies = Policies::new();
+    policies = policy(policies, "panics", Defect::Panics);
+    policies = policy(policies, "exits", Defect::Exits);
+    policies = policy(policies, "hangs", Defect::Hangs);
+    policies = policy(policies, "not_a_number", Defect::NotANumber);
+    policies = policy(policies, "out_of_this_world", Defect::OutOfThisWorld);
+    robocell_task_program::main(policies)
+}

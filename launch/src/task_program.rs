@@ -1,0 +1,158 @@
+//! Which program does the task of a cell.
+//!
+//! A task program is started as the task process of a cell, and answers what
+//! `eval`, `replay --verify`, `bt`, `fsm` and `schema` ask.
+
+use std::ffi::OsStr;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use cell_model::Cell;
+
+use crate::child::beside;
+use crate::failure::{Code, Context, Failure};
+
+/// The built-in task program.
+const BUILT_IN: &str = "task-proc";
+
+/// The program of `cell`: the one `asked` for, else the one its cell file names;
+/// `None` for the built-in one.
+pub(crate) fn of_cell(
+    asked: Option<&str>,
+    cell: &Cell,
+    data_dir: Option<&Path>,
+) -> Result<Option<PathBuf>, Failure> {
+    if let Some(asked) = asked {
+        return find(asked, data_dir).map(Some);
+    }
+    let Some(name) = &cell.task.head.program else {
+        return Ok(None);
+    };
+    if name.contains('/') {
+        let refused = cell.task.checker().refuse(
+            "task.program",
+            format!("'{name}'"),
+            "a plain name is needed; `--task` takes a path",
+        );
+        return Err(Failure::configuration(refused));
+    }
+    find(name, data_dir).map(Some)
+}
+
+/// The program `asked` for, a path or a name.
+pub(crate) fn find(asked: &str, data_dir: Option<&Path>) -> Result<PathBuf, Failure> {
+    if asked.contains('/') {
+        let path = std::fs::canonicalize(asked).cannot(format!("find task program {asked}"))?;
+        return is_program(&path).then_some(path).ok_or_else(|| {
+            Failure::configuration(format!(
+                "task program {asked} is no executable file; `chmod +x` makes it one"
+            ))
+        });
+    }
+    let places = places(data_dir);
+    let found = places.iter().map(|place| place.join(asked));
+    found.clone().find(|path| is_program(path)).ok_or_else(|| {
+        let there = found.clone().find(|path| path.is_file());
+        let advice = there.map_or_else(
+            || {
+                let folders = places
+                    .iter()
+                    .take(3)
+                    .map(|place| place.display().to_string());
+                let folders: Vec<String> = folders.collect();
+                format!("looked in {} and on PATH", folders.join(", "))
+            },
+            |path| format!("{} is not executable: chmod +x", path.display()),
+        );
+        Failure::configuration(format!("task program '{asked}' is missing: {advice}"))
+    })
+}
+
+/// Beside the cell, beside `robocell`, then on PATH.
+fn places(data_dir: Option<&Path>) -> Vec<PathBuf> {
+    let mut places = Vec::new();
+    if let Some(dir) = data_dir {
+        places.extend([dir.join("cells"), dir.to_owned()]);
+    }
+    let own = std::env::current_exe().ok();
+    places.extend(own.as_deref().and_then(Path::parent).map(Path::to_owned));
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    places.extend(std::env::split_paths(&path).filter(|place| place.is_absolute()));
+    places
+}
+
+fn is_program(path: &Path) -> bool {
+    let meta = path.metadata();
+    meta.is_ok_and(|meta| meta.is_file() && meta.permissions().mode() & 0o111 != 0)
+}
+
+/// Path of `program`, or of the built-in one.
+pub(crate) fn path(program: Option<&Path>) -> Result<PathBuf, Failure> {
+    program.map_or_else(|| beside(BUILT_IN), |path| Ok(path.to_owned()))
+}
+
+/// Runs a task program with `arguments`; its output is ours, its exit code too.
+pub(crate) fn run<S: AsRef<OsStr>>(program: Option<&Path>, arguments: &[S]) -> Result<(), Failure> {
+    run_program(&path(program)?, arguments)
+}
+
+/// Runs another of our programs the same way.
+pub(crate) fn run_other(program: &str, arguments: &[String]) -> Result<(), Failure> {
+    run_program(&beside(program)?, arguments)
+}
+
+fn run_program<S: AsRef<OsStr>>(path: &Path, arguments: &[S]) -> Result<(), Failure> {
+    let status = Command::new(path)
+        .args(arguments)
+        .status()
+        .cannot(format!("start {}", path.display()))?;
+    let code = match status.code() {
+        Some(0) => return Ok(()),
+        Some(2) => Code::Usage,
+        Some(3) => Code::Configuration,
+        Some(4) => Code::NotRunning,
+        Some(5) => Code::TaskFailed,
+        _ => {
+            return Err(Failure {
+                code: Code::GaveUp,
+                message: format!("{} ended with {status}", path.display()),
+            });
+        }
+    };
+    Err(Failure::silent(code))
+}
+
+/// Whether a task with `policy` can be made from the files as they are now: the
+/// task program says so before anything that runs is stopped for it.
+pub(crate) fn check_policy(
+    program: Option<&Path>,
+    demo: &str,
+    policy: &str,
+    data_dir: Option<&Path>,
+) -> Result<(), Failure> {
+    let path = path(program)?;
+    let mut command = Command::new(&path);
+    command.args(["behaviour", "show", "bt", demo, "--policy", policy]);
+    if let Some(dir) = data_dir {
+        command.arg("--data").arg(dir);
+    }
+    if program.is_some() {
+        // It may be built first, which takes its time and has to be seen.
+        command.stderr(std::process::Stdio::inherit());
+    }
+    let said = command
+        .output()
+        .cannot(format!("start {}", path.display()))?;
+    if said.status.success() {
+        return Ok(());
+    }
+    if program.is_some() {
+        return Err(Failure::configuration(format!(
+            "task program {} does not take demo '{demo}' with policy '{policy}', see above",
+            path.display()
+        )));
+    }
+    let text = String::from_utf8_lossy(&said.stderr);
+    Err(Failure::configuration(text.trim()))
+}
