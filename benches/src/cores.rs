@@ -11,9 +11,10 @@ use cell_rt::priority::{self, CONTROLLER_PRIORITY};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rmp::{JointLimits, MotionState, Obstacle, RmpFlow, TargetId};
 
+use crate::error::CoreError;
 use crate::piles;
+use cell_sim::OneProcess;
 use cell_sim::eval::template;
-use cell_sim::{OneProcess, SimError};
 
 /// Obstacles of the control bench.
 const OBSTACLES: [usize; 4] = [0, 10, 20, 50];
@@ -35,29 +36,6 @@ pub(crate) enum Core {
     Control,
     /// The step of physics, and the whole tick.
     Physics,
-}
-
-/// Why a core cannot be measured.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum CoreError {
-    /// The cell.
-    #[error(transparent)]
-    Sim(#[from] SimError),
-    /// A robot or a cell file.
-    #[error(transparent)]
-    Model(#[from] cell_model::ModelError),
-    /// The scene cannot be set up.
-    #[error(transparent)]
-    World(#[from] physics_proc::world::WorldError),
-    /// RMPflow does not take the robot.
-    #[error(transparent)]
-    Flow(#[from] rmp::SetupError),
-    /// RMPflow does not take an obstacle.
-    #[error(transparent)]
-    Obstacle(#[from] rmp::ObstacleError),
-    /// The results cannot be printed.
-    #[error("the results cannot be written: {0}")]
-    Output(std::io::Error),
 }
 
 /// Measures `core` and prints.

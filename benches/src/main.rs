@@ -5,6 +5,7 @@
 mod behavior;
 mod cores;
 mod e2e;
+mod error;
 mod monitor;
 mod mujoco;
 mod piles;

@@ -9,7 +9,7 @@ use cell_rt::monotonic_ns;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use physics_proc::world::{StepInput, World};
 
-use crate::cores::CoreError;
+use crate::error::CoreError;
 use crate::mujoco::Mujoco;
 
 /// Bins: three by three columns of four.

@@ -9,6 +9,7 @@ pub mod controller;
 mod convert;
 pub mod corridor;
 pub mod cycle;
+pub mod error;
 pub mod goal;
 pub mod gripper_controller;
 pub mod held_object;

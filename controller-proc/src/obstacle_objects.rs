@@ -7,8 +7,7 @@ use ipc_types::world::OBJECT_ENABLED;
 use nalgebra::Isometry3;
 use rmp::{Obstacle, ObstacleError, ObstacleId, ObstacleSet};
 
-use crate::convert::isometry;
-use crate::surroundings::around;
+use crate::convert::{around, isometry};
 
 /// The objects of a cell that motion keeps away from.
 #[derive(Debug)]

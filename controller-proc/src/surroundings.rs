@@ -1,14 +1,15 @@
 //! All that motion of an arm keeps away from: fixtures, other arms, objects.
 
-use cell_model::{Cell, Shape};
+use cell_model::Cell;
 use ipc_types::{ArmState, ObjectState};
-use nalgebra::{Isometry3, Vector3};
-use rmp::{Obstacle, ObstacleId, ObstacleSet};
+use nalgebra::Isometry3;
+use rmp::{ObstacleId, ObstacleSet};
 
+use crate::convert::around;
+use crate::error::RmpFlowError;
 use crate::obstacle_objects::ObstacleObjects;
 use crate::other_arm::OtherArm;
 use crate::record::{Record, RecordError};
-use crate::rmpflow_controller::RmpFlowError;
 
 /// What stands, moves and lies around an arm.
 pub struct Surroundings {
@@ -117,23 +118,5 @@ impl Surroundings {
             self.apply_mask(set);
         }
         Ok(())
-    }
-}
-
-/// The rounded box around a shape at `pose`. A cylinder counts as the box around
-/// it, a bin as if it were full.
-pub(crate) fn around(shape: &Shape, pose: Isometry3<f64>) -> Obstacle {
-    let (half_extents, radius) = match *shape {
-        Shape::Box { size_m } | Shape::Bin { size_m, .. } => (Vector3::from(size_m) * 0.5, 0.0),
-        Shape::Sphere { radius_m } => (Vector3::zeros(), radius_m),
-        Shape::Cylinder { radius_m, height_m } => {
-            (Vector3::new(radius_m, radius_m, 0.5 * height_m), 0.0)
-        }
-        Shape::Capsule { radius_m, height_m } => (Vector3::new(0.0, 0.0, 0.5 * height_m), radius_m),
-    };
-    Obstacle {
-        pose,
-        half_extents,
-        radius,
     }
 }

@@ -13,36 +13,10 @@ use std::process::{Child, Command, Stdio};
 use cell_rt::process::{SIGCONT, SIGKILL, SIGTERM, kill};
 use ipc_types::topic::Process;
 
-use crate::failure::Failure;
 use crate::leftovers::ChildId;
+use crate::programs::program;
 use crate::rundir::RunDir;
 use crate::supervisor::Exit;
-use crate::task_program;
-
-/// The program of a process; `task` is that of the task where it is not the
-/// built-in one.
-pub(crate) fn program(process: Process, task: Option<&Path>) -> Result<PathBuf, Failure> {
-    match process {
-        Process::Physics => beside("physics-proc"),
-        Process::Controller(_) => beside("controller-proc"),
-        Process::Task => task_program::path(task),
-        Process::Monitor => beside("monitor-proc"),
-    }
-}
-
-/// The path of `program` beside our own executable.
-pub(crate) fn beside(program: &str) -> Result<PathBuf, Failure> {
-    let own = std::env::current_exe().map_err(Failure::configuration)?;
-    let path = own.with_file_name(program);
-    if path.is_file() {
-        return Ok(path);
-    }
-    Err(Failure::configuration(format!(
-        "{} is missing: robocell looks for its processes beside its own executable; \
-         `cargo build --workspace --bins` builds them all",
-        path.display()
-    )))
-}
 
 /// `command` with nothing of our environment but what a process may use.
 pub(crate) fn clean(command: &mut Command) {

@@ -2,17 +2,15 @@
 
 use std::path::PathBuf;
 
-use cell_model::run_spec::Speed;
+use cell_model::runs::spec::Speed;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
+pub use crate::cli_common::{CellArgs, DataArgs};
 pub use crate::cli_page::{
     AssetsArgs, AssetsVerb, LoadArgs, RecordArgs, RecordVerb, ReplayArgs, ShotArgs,
 };
 use crate::cli_values::{cell_name, count, finite, positive_seconds, seed, seed_range};
-
-/// Name of a cell when nothing else is said.
-pub const DEFAULT_CELL: &str = "cell";
 
 /// Runs simulated robot cells.
 #[derive(Debug, Parser)]
@@ -99,26 +97,6 @@ pub enum Command {
     },
     /// Print the manual page
     Man,
-}
-
-/// Which cell.
-#[derive(Clone, Debug, Args)]
-pub struct CellArgs {
-    /// Name of the cell; its run directory bears the same name
-    #[arg(long, value_name = "NAME", default_value = DEFAULT_CELL, value_parser = cell_name)]
-    pub cell: String,
-}
-
-/// Where cell files and robots are, and what does the task.
-#[derive(Clone, Debug, Default, Args)]
-pub struct DataArgs {
-    /// Directory with `cells/`, and with `robots/` beside the built-in ones
-    #[arg(long, value_name = "DIR")]
-    pub data: Option<PathBuf>,
-    /// Program that does the task: a path, or a name beside the cell, beside
-    /// robocell or on PATH; that of the cell file otherwise
-    #[arg(long, value_name = "PROGRAM")]
-    pub task: Option<String>,
 }
 
 /// `robocell run`.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use crate::cli::{CellArgs, DataArgs};
+use crate::cli_common::{CellArgs, DataArgs};
 use crate::cli_values::{picture_size, positive_seconds, seconds_back, seed};
 
 /// `robocell load`.

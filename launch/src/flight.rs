@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use cell_model::run_spec::RecordSpec;
+use cell_model::runs::spec::RecordSpec;
 
 use crate::rundir::{ENV_RUN_DIR, RunDir};
 

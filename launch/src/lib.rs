@@ -5,6 +5,7 @@
 mod app;
 mod child;
 pub mod cli;
+mod cli_common;
 mod cli_page;
 mod cli_values;
 mod client;
@@ -14,6 +15,7 @@ mod flight;
 mod leftovers;
 pub mod lock;
 mod page;
+mod programs;
 mod record;
 mod replay;
 pub mod run;

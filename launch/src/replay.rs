@@ -4,9 +4,10 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::child::{ENV_CACHE_DIR, beside, cache_dir};
+use crate::child::{ENV_CACHE_DIR, cache_dir};
 use crate::cli::ReplayArgs;
 use crate::failure::{Context, Failure};
+use crate::programs::beside;
 use crate::rundir::RunDir;
 use crate::{page, say, task_program};
 

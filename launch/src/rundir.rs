@@ -78,7 +78,7 @@ impl RunDir {
 
     /// The file every process reads at its start.
     pub fn spec(&self) -> PathBuf {
-        self.path.join(cell_model::run_spec::RunSpec::FILE)
+        self.path.join(cell_model::runs::spec::RunSpec::FILE)
     }
 
     /// The built-in cells and robots, for the processes.

@@ -10,11 +10,8 @@ use std::process::Command;
 
 use cell_model::Cell;
 
-use crate::child::beside;
 use crate::failure::{Code, Context, Failure};
-
-/// The built-in task program.
-const BUILT_IN: &str = "task-proc";
+use crate::programs::{beside, task_program};
 
 /// The program of `cell`: the one `asked` for, else the one its cell file names;
 /// `None` for the built-in one.
@@ -87,14 +84,9 @@ fn is_program(path: &Path) -> bool {
     meta.is_ok_and(|meta| meta.is_file() && meta.permissions().mode() & 0o111 != 0)
 }
 
-/// Path of `program`, or of the built-in one.
-pub(crate) fn path(program: Option<&Path>) -> Result<PathBuf, Failure> {
-    program.map_or_else(|| beside(BUILT_IN), |path| Ok(path.to_owned()))
-}
-
 /// Runs a task program with `arguments`; its output is ours, its exit code too.
 pub(crate) fn run<S: AsRef<OsStr>>(program: Option<&Path>, arguments: &[S]) -> Result<(), Failure> {
-    run_program(&path(program)?, arguments)
+    run_program(&task_program(program)?, arguments)
 }
 
 /// Runs another of our programs the same way.
@@ -131,7 +123,7 @@ pub(crate) fn check_policy(
     policy: &str,
     data_dir: Option<&Path>,
 ) -> Result<(), Failure> {
-    let path = path(program)?;
+    let path = task_program(program)?;
     let mut command = Command::new(&path);
     command.args(["behaviour", "show", "bt", demo, "--policy", policy]);
     if let Some(dir) = data_dir {

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use cell_model::run_spec::RunSpec;
+use cell_model::runs::spec::RunSpec;
 
 use crate::page::command::RecordOrder;
 use crate::recorder::{Recorder, RecorderRequest};

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use cell_model::run_spec::{PageSecrets, PageSpec, RunSpec, Speed};
+use cell_model::runs::spec::{PageSecrets, PageSpec, RunSpec, Speed};
 use cell_record::Recording;
 use cell_worker::Start;
 use serde_json::Value;

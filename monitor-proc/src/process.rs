@@ -5,7 +5,7 @@ use std::sync::{Arc, mpsc};
 use std::thread::{self, Scope};
 
 use cell_bus::{Bus, BusError, Subscriber};
-use cell_model::run_spec::PageSpec;
+use cell_model::runs::spec::PageSpec;
 use cell_rt::{monotonic_ns, signal::stop_requested, sleep_until};
 use cell_worker::{HealthReporter, Start};
 use ipc_types::topic::{Process, TopicId};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use cell_model::run_spec::RunSpec;
+use cell_model::runs::spec::RunSpec;
 use cell_model::{ArmSpec, Cell, Data, JointSpec, ModelError, Robot, Shape};
 use nalgebra::Isometry3;
 use serde_json::{Value, json};

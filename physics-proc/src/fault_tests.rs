@@ -26,7 +26,7 @@ fn state_after(world: &mut World, ticks: usize) -> WorldState {
 #[test]
 fn a_lost_object_is_reported_and_the_rest_goes_on() {
     let mut world = world();
-    let handle = world.objects[1];
+    let handle = world.objects.bodies[1];
     world.engine.bodies[handle].set_linvel(Vector::new(f64::NAN, 0.0, 0.0), true);
     let state = state_after(&mut world, 50);
     assert_eq!(state.quarantined, 1);

@@ -4,8 +4,8 @@
 //! common: both ask [`Plant::before_step`] what to do at a tick, and step.
 
 use cell_model::Cell;
-use cell_model::run_spec::RunSpec;
-use cell_model::script::{GripperWord, ScriptAction, ScriptRunner};
+use cell_model::cells::script::{GripperWord, ScriptAction, ScriptRunner};
+use cell_model::runs::spec::RunSpec;
 use ipc_types::decision::Outcome;
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED};

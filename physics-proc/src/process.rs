@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use cell_bus::{Bus, BusError, Doorbell, Latest, OperatorServer, Publisher, Sleeper};
-use cell_model::run_spec::{RunSpec, Speed};
+use cell_model::runs::spec::{RunSpec, Speed};
 use cell_model::stop::DECISION_AGE_OTHER_TICKS;
 use cell_rt::priority::PHYSICS_PRIORITY;
 use cell_rt::signal::stop_requested;
@@ -13,7 +13,7 @@ use ipc_types::topic::{Process, TopicId};
 use ipc_types::{ArmCommand, DECISION_TICKS, Decision, Header, MAX_ARMS, TICK_NS, WorldState};
 
 use crate::plant::{Next, Plant};
-use crate::state_tap::StateTap;
+use crate::state::tap::StateTap;
 use crate::world::StepInput;
 
 /// How long lockstep polls before it sleeps (ns): longer than a cycle of a

@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use crate::report::{Report, Row};
-use cell_model::run_spec::PageSecrets;
+use cell_model::runs::spec::PageSecrets;
 use cell_rt::clock::monotonic_ns;
 use ipc_types::health::Scheduling;
 use ipc_types::topic::Process;

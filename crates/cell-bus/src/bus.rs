@@ -15,6 +15,7 @@ use ipc_types::{OperatorReply, OperatorRequest};
 
 use crate::bell::{Doorbell, Sleeper};
 use crate::error::BusError;
+use crate::identity::Identity;
 use crate::operator::{OperatorClient, OperatorServer};
 use crate::publisher::Publisher;
 use crate::site::RunSite;
@@ -24,13 +25,6 @@ use crate::subscriber::{Latest, Subscriber};
 /// may be cleaning up after a dead one at this moment.
 const OPEN_LIMIT: Duration = Duration::from_secs(2);
 const RETRY_PAUSE_NS: u64 = 5_000_000;
-
-/// Who a process is: stamped on all it sends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Identity {
-    pub(crate) run: u64,
-    pub(crate) generation: u32,
-}
 
 /// One process's membership in a run. Do all work that may fail before joining:
 /// a process that dies while it joins may leave files behind that only the

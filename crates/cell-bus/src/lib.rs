@@ -19,6 +19,7 @@ mod cleanup;
 mod error;
 mod fence;
 mod gate;
+mod identity;
 mod keeper;
 mod operator;
 mod publisher;

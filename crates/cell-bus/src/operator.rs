@@ -13,8 +13,8 @@ use ipc_types::header::{Header, Message};
 use ipc_types::topic::OPERATOR_SERVICE;
 use ipc_types::{OperatorReply, OperatorRequest, Validate, Wire};
 
-use crate::bus::Identity;
 use crate::error::{BusError, RequestError};
+use crate::identity::Identity;
 use crate::qos;
 
 pub(crate) type Factory = PortFactory<ipc::Service, OperatorRequest, (), OperatorReply, ()>;

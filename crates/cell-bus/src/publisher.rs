@@ -10,8 +10,8 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use ipc_types::Wire as _;
 use ipc_types::header::{Header, Message};
 
-use crate::bus::Identity;
 use crate::error::{BusError, PublishError};
+use crate::identity::Identity;
 
 /// Sends messages that are written where their readers find them. Never blocks:
 /// a reader that is behind loses the oldest.

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use cell_model::run_spec::RunSpec;
+use cell_model::runs::spec::RunSpec;
 use ipc_types::TraceLine;
 use serde_json::Value;
 

@@ -4,8 +4,8 @@ use std::ops::RangeInclusive;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use cell_model::run_spec::{RecordSpec, RunSpec, Speed};
-use cell_model::summary::{RunOutcome, RunSummary};
+use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
+use cell_model::runs::summary::{RunOutcome, RunSummary};
 
 use crate::run::to_the_end;
 use crate::{Program, SimError};

@@ -27,7 +27,7 @@ pub struct Program {
 pub enum SimError {
     /// The run file.
     #[error(transparent)]
-    Spec(#[from] cell_model::run_spec::RunSpecError),
+    Spec(#[from] cell_model::runs::spec::RunSpecError),
     /// The cell file or a robot.
     #[error(transparent)]
     Model(#[from] cell_model::ModelError),
@@ -50,7 +50,7 @@ pub enum SimError {
     },
     /// A script with a wrong line.
     #[error(transparent)]
-    Script(#[from] cell_model::script::ScriptError),
+    Script(#[from] cell_model::cells::script::ScriptError),
     /// The program that did the task of a recorded run does not start.
     #[error(
         "the task program of this run, {path}: {source}; build it again, or name another one with `--task PROGRAM`"

@@ -1,8 +1,8 @@
 //! The cores of a cell in one process, in the order the messages would take.
 
 use cell_model::Cell;
-use cell_model::run_spec::RunSpec;
-use cell_model::script::ScriptAction;
+use cell_model::cells::script::ScriptAction;
+use cell_model::runs::spec::RunSpec;
 use cell_model::stop::DECISION_AGE_FIFO_TICKS;
 use controller_proc::cycle::Cycle;
 use ipc_types::{

@@ -4,9 +4,9 @@ use std::path::Path;
 use std::time::Instant;
 
 use cell_model::Cell;
-use cell_model::run_spec::RunSpec;
-use cell_model::script::ScriptLine;
-use cell_model::summary::{RunFacts, RunSummary};
+use cell_model::cells::script::ScriptLine;
+use cell_model::runs::spec::RunSpec;
+use cell_model::runs::summary::{RunFacts, RunSummary};
 
 use crate::{OneProcess, Program, SimError};
 
@@ -52,5 +52,5 @@ pub fn script(path: &Path, cell: &Cell) -> Result<Vec<ScriptLine>, SimError> {
         path: name.clone(),
         source,
     })?;
-    Ok(cell_model::script::parse_for(&text, &name, cell)?)
+    Ok(cell_model::cells::script::parse_for(&text, &name, cell)?)
 }

@@ -3,8 +3,8 @@
 use std::process::ExitCode;
 
 use cell_bus::{Bus, BusError, RunSite};
-use cell_model::run_spec::{RunSpec, RunSpecError};
-use cell_model::worker_args::{WorkerArgs, WorkerArgsError};
+use cell_model::runs::spec::{RunSpec, RunSpecError};
+use cell_model::runs::worker_args::{WorkerArgs, WorkerArgsError};
 use cell_model::{Cell, ModelError};
 use cell_rt::{priority, process, signal};
 use ipc_types::topic::Process;

@@ -41,10 +41,10 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn panda(capacity: usize) -> Result<RmpFlow, Box<dyn Error>> {
     let data = Data::checkout();
     let read = |file: &str| data.read(&format!("robots/panda/{file}"));
-    let urdf = cell_model::urdf::parse("panda.urdf", &read("panda.urdf")?)?;
-    let xrdf = cell_model::xrdf::parse("panda.xrdf", &read("panda.xrdf")?)?;
+    let urdf = cell_model::robots::urdf::parse("panda.urdf", &read("panda.urdf")?)?;
+    let xrdf = cell_model::robots::xrdf::parse("panda.xrdf", &read("panda.xrdf")?)?;
     let tuning = read("panda_rmpflow.yaml")?;
-    let parameters = cell_model::rmpflow_file::parse("panda_rmpflow.yaml", &tuning)?;
+    let parameters = cell_model::robots::rmpflow::parse("panda_rmpflow.yaml", &tuning)?;
     let mut flow = RmpFlow::new(&RmpFlowSetup {
         chain: &urdf.chain,
         joint_names: &xrdf.joint_names,

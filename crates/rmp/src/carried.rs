@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::flow::{Ball, MAX_CARRIED};
+use crate::ball::{Ball, MAX_CARRIED};
 use crate::tree::Attachment;
 use crate::{RmpFlow, SetupError, TargetId};
 

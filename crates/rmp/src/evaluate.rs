@@ -2,7 +2,8 @@
 
 use crate::RmpFlow;
 use crate::RmpFlowParameters;
-use crate::flow::{Ball, Clearance, TargetFrame};
+use crate::ball::Ball;
+use crate::flow::{Clearance, TargetFrame};
 use crate::kinematics::Kinematics;
 use crate::leaves::collision::{Constants, Query};
 use crate::leaves::{

@@ -4,6 +4,9 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, Isometry3, Matrix3, UnitQuaternion, Vector3};
 
+pub use crate::ball::MAX_CARRIED;
+
+use crate::ball::Ball;
 use crate::kinematics::Kinematics;
 use crate::leaves::Floor;
 use crate::leaves::collision::Constants;
@@ -15,7 +18,7 @@ use crate::resolve::cholesky::Cholesky;
 use crate::resolve::exact;
 use crate::setup;
 use crate::simd::Path;
-use crate::state::check_values;
+use crate::state::{check_dt, check_values};
 use crate::tree::Attachment;
 use crate::{
     Chain, ClipFlags, FlowError, JointLimits, MotionState, ObstacleSet, Outcome, RmpFlowParameters,
@@ -70,13 +73,6 @@ pub(crate) struct TargetFrame {
     pub(crate) orientation: Option<Matrix3<f64>>,
 }
 
-/// A sphere at an attachment's origin.
-#[derive(Debug, Clone)]
-pub(crate) struct Ball {
-    pub(crate) attachment: Attachment,
-    pub(crate) radius: f64,
-}
-
 /// The nearest approach of the robot's spheres to an enabled obstacle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clearance {
@@ -98,9 +94,6 @@ pub struct StepReport {
     /// active, `Singular` that the joints braked instead.
     pub outcome: Outcome,
 }
-
-/// Most spheres of what a tool holds.
-pub const MAX_CARRIED: usize = 32;
 
 /// The controller. After construction nothing allocates, except errors and
 /// [`RmpFlow::add_target_frame`].
@@ -383,14 +376,5 @@ impl RmpFlow {
 
     fn attachment(&self, name: &str, wanted_by: &str) -> Result<Attachment, SetupError> {
         setup::attach(&self.chain, &self.kinematics.tree, name, wanted_by)
-    }
-}
-
-/// A step must be a positive time of at most a second.
-pub(crate) fn check_dt(dt: f64) -> Result<(), FlowError> {
-    if dt > 0.0 && dt <= 1.0 {
-        Ok(())
-    } else {
-        Err(FlowError::Step { dt })
     }
 }

@@ -10,6 +10,7 @@
 //! are arguments.
 #![deny(unsafe_code)]
 
+mod ball;
 mod carried;
 mod chain;
 mod error;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::flow::{Ball, MAX_CARRIED};
+use crate::ball::{Ball, MAX_CARRIED};
 use crate::kinematics::Kinematics;
 use crate::leaves::Floor;
 use crate::leaves::collision::Constants;

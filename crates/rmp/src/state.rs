@@ -1,6 +1,6 @@
 //! The state a controller integrates: the last command of every controlled joint.
 
-use crate::SetupError;
+use crate::{FlowError, SetupError};
 
 /// Positions, velocities and accelerations of the controlled joints as commanded.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,5 +64,14 @@ pub(crate) fn check_values(
             value,
         }),
         None => Ok(()),
+    }
+}
+
+/// A step must be a positive time of at most a second.
+pub(crate) fn check_dt(dt: f64) -> Result<(), FlowError> {
+    if dt > 0.0 && dt <= 1.0 {
+        Ok(())
+    } else {
+        Err(FlowError::Step { dt })
     }
 }

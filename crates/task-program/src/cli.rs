@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use cell_model::Data;
-use cell_model::run_spec::RunSpec;
-use cell_model::summary::{RunOutcome, RunSummary};
+use cell_model::runs::spec::RunSpec;
+use cell_model::runs::summary::{RunOutcome, RunSummary};
 use cell_record::Recording;
 use cell_sim::verify::{Report, Verdict, verify_file};
 use cell_sim::{Program, SimError, eval, run};
@@ -156,8 +156,8 @@ enum CliError {
     Inspect(#[from] InspectError),
 }
 
-impl From<cell_model::run_spec::RunSpecError> for CliError {
-    fn from(error: cell_model::run_spec::RunSpecError) -> Self {
+impl From<cell_model::runs::spec::RunSpecError> for CliError {
+    fn from(error: cell_model::runs::spec::RunSpecError) -> Self {
         Self::Sim(error.into())
     }
 }

@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 pub mod checkpoint;
+pub mod error;
 pub mod goal_book;
 pub mod inputs;
 pub mod job;

@@ -4,50 +4,15 @@ use std::sync::Arc;
 
 use behavior::suggest;
 use behavior::tree::{Host, Library};
-use cell_model::{Cell, Data, ModelError};
+use cell_model::{Cell, Data};
 use serde_json::{Map, Value, json};
+
+pub use crate::error::TaskError;
 
 use crate::policy::{AnyPolicy, Policy, boxed};
 use crate::settings::{NoSettings, Settings, SetupError};
 use crate::task::Task;
 use crate::trees::TreeTools;
-
-/// Why a task cannot be made.
-#[derive(Debug, thiserror::Error)]
-pub enum TaskError {
-    /// No such kind of `[task]` in this program.
-    #[error("{file}: task.kind is '{kind}', which this task program does not know; {advice}")]
-    UnknownKind {
-        /// The cell file.
-        file: String,
-        /// What is there.
-        kind: String,
-        /// The nearest name, or all of them.
-        advice: String,
-    },
-    /// No such policy for this kind.
-    #[error("there is no policy '{policy}' for demo '{demo}'; {advice}")]
-    UnknownPolicy {
-        /// What was asked for.
-        policy: String,
-        /// The demo.
-        demo: String,
-        /// The nearest name, or all of them.
-        advice: String,
-    },
-    /// The `[task]` table.
-    #[error(transparent)]
-    Settings(#[from] ModelError),
-    /// The cell, or a behaviour it names, does not make this job.
-    #[error(transparent)]
-    Setup(#[from] SetupError),
-    /// There is no arm to do it.
-    #[error("cells/{demo}.toml has no [[arm]]; a task needs one")]
-    NoArm {
-        /// The demo.
-        demo: String,
-    },
-}
 
 type Make<S> = Box<dyn Fn(&S, &Cell) -> Result<Box<dyn AnyPolicy>, SetupError> + Send + Sync>;
 
@@ -201,7 +166,7 @@ impl Policies {
 
     /// The JSON Schema of a cell file, with the `[task]` tables of all kinds.
     pub fn cell_schema(&self) -> Value {
-        let mut schema = cell_model::cell_file::schema();
+        let mut schema = cell_model::cells::file::schema();
         let mut tables = Vec::new();
         let mut definitions = Map::new();
         for kind in &self.kinds {

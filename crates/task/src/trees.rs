@@ -9,7 +9,7 @@ use behavior::{Finding, Graph};
 use cell_model::Data;
 use serde_json::Value;
 
-use crate::registry::TaskError;
+use crate::error::TaskError;
 
 /// Why a tree in a file is refused.
 #[derive(Debug, thiserror::Error)]

@@ -6,10 +6,10 @@ use cell_rt::memory::{free_bytes, is_tmpfs};
 use cell_rt::priority::{PHYSICS_PRIORITY, probe_fifo};
 use serde::Serialize;
 
-use crate::child::beside;
 use crate::cli::ReportArgs;
 use crate::failure::{Code, Failure};
 use crate::leftovers::Leftovers;
+use crate::programs::beside;
 use crate::rundir::{RunDir, base};
 use crate::say;
 

@@ -1,6 +1,6 @@
 //! `robocell list`.
 
-use cell_model::run_spec::RunSpec;
+use cell_model::runs::spec::RunSpec;
 use cell_model::{Cell, Data};
 use serde::Serialize;
 

@@ -23,7 +23,7 @@ pub(crate) use status::status;
 pub(crate) use top::top;
 
 use cell_bus::{Bus, RunSite};
-use cell_model::run_spec::RunSpec;
+use cell_model::runs::spec::RunSpec;
 
 use crate::failure::{Context, Failure};
 use crate::lock::Holder;

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use cell_model::run_spec::RunSpec;
+use cell_model::runs::spec::RunSpec;
 use ipc_types::OperatorRequest;
 use ipc_types::operator::{OperatorAction, ReplyCode};
 

@@ -6,7 +6,7 @@ mod secrets;
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
-use cell_model::run_spec::{PageSecrets, PageSpec};
+use cell_model::runs::spec::{PageSecrets, PageSpec};
 
 use crate::failure::Failure;
 use crate::rundir::RunDir;

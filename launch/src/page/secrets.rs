@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
-use cell_model::run_spec::PageSecrets;
+use cell_model::runs::spec::PageSecrets;
 
 use crate::failure::{Context, Failure};
 

@@ -1,7 +1,7 @@
 //! What `run` tells a person.
 
-use cell_model::run_spec::{RunSpec, Speed};
-use cell_model::summary::{RunOutcome, RunSummary};
+use cell_model::runs::spec::{RunSpec, Speed};
+use cell_model::runs::summary::{RunOutcome, RunSummary};
 use ipc_types::health::Scheduling;
 
 use super::LiveCell;
@@ -41,7 +41,7 @@ pub(crate) fn ready(live: &LiveCell) {
             "no real-time scheduling was granted: expect late cycles; `robocell doctor` says how to get it",
         );
     }
-    let cell = if spec.cell == crate::cli::DEFAULT_CELL {
+    let cell = if spec.cell == crate::cli_common::DEFAULT_CELL {
         String::new()
     } else {
         format!(" --cell {}", spec.cell)
@@ -94,7 +94,7 @@ pub(crate) fn outcome(summary: &RunSummary) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cell_model::summary::RunFacts;
+    use cell_model::runs::summary::RunFacts;
     use ipc_types::{Decision, Wire, WorldState};
 
     #[test]

@@ -1,6 +1,6 @@
 //! Script lines about processes: the launcher acts, then tells physics.
 
-use cell_model::script::{ScriptAction, ScriptLine};
+use cell_model::cells::script::{ScriptAction, ScriptLine};
 use ipc_types::topic::Process;
 
 /// What to do to processes now.
@@ -141,7 +141,7 @@ mod tests {
 {"at_s": 3, "do": "pause"}"#;
 
     fn faults() -> Faults {
-        let lines = cell_model::script::parse(SCRIPT, "s").unwrap();
+        let lines = cell_model::cells::script::parse(SCRIPT, "s").unwrap();
         Faults::new(&lines, &[Physics, Controller(0), Task, Monitor])
     }
 

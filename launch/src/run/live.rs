@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use cell_bus::{Bus, Keeper, OperatorClient, RunSite};
-use cell_model::run_spec::{PageSecrets, RunSpec};
-use cell_model::summary::{RunFacts, RunSummary};
+use cell_model::runs::spec::{PageSecrets, RunSpec};
+use cell_model::runs::summary::{RunFacts, RunSummary};
 use cell_rt::clock::monotonic_ns;
 use cell_rt::process::{SIGCONT, SIGSTOP, private_umask};
 use cell_rt::signal::{install_stop_handler, stop_count};
@@ -17,10 +17,11 @@ use ipc_types::{Decision, OperatorRequest, Wire};
 use super::faults::{FaultStep, Faults, named};
 use super::plan::{Plan, choose};
 use super::watch::Watch;
-use crate::child::{Children, last_words, program};
+use crate::child::{Children, last_words};
 use crate::control::{Reply, Request, Server};
 use crate::failure::{Context, Failure};
 use crate::lock::Lock;
+use crate::programs::program;
 use crate::supervisor::{Action, Event, Rules, Supervisor};
 use crate::{leftovers, page, say};
 

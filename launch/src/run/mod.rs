@@ -7,7 +7,7 @@ mod one_process;
 pub(crate) mod plan;
 mod watch;
 
-use cell_model::summary::{RunOutcome, RunSummary};
+use cell_model::runs::summary::{RunOutcome, RunSummary};
 
 use crate::cli::RunArgs;
 use crate::failure::{Code, Failure};

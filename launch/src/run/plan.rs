@@ -4,8 +4,8 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use cell_model::run_spec::{RecordSpec, RunSpec, Speed};
-use cell_model::script::{self, ScriptLine};
+use cell_model::cells::script::{self, ScriptLine};
+use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::{Cell, Data, RobotFiles};
 
 use crate::cli::RunArgs;

@@ -1,6 +1,6 @@
 //! The commands of a page (docs/page-protocol.md), checked.
 
-use cell_model::run_spec::Speed;
+use cell_model::runs::spec::Speed;
 use ipc_types::operator::OperatorAction;
 use ipc_types::{GripperGoal, OperatorRequest, Pose, Wire};
 use serde_json::{Value, json};

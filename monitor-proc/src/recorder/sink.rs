@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use cell_model::run_spec::RunSpec;
+use cell_model::runs::spec::RunSpec;
 use cell_record::{Disk, Flight, Message, Preamble, RecordingWriter};
 use serde_json::Value;
 

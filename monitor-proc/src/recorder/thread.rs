@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
 use cell_bus::{Bus, BusError, RunSite};
-use cell_model::run_spec::RunSpec;
+use cell_model::runs::spec::RunSpec;
 use cell_rt::monotonic_ns;
 use ipc_types::topic::Process;
 use serde_json::Value;

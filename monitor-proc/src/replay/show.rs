@@ -6,7 +6,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Instant;
 
-use cell_model::run_spec::PageSpec;
+use cell_model::runs::spec::PageSpec;
 use cell_record::{RecordError, Recording};
 use cell_rt::{process, signal};
 use serde_json::Value;

@@ -5,7 +5,7 @@ use std::net::{IpAddr, SocketAddr};
 
 use axum::http::header::{AUTHORIZATION, COOKIE, HOST, ORIGIN};
 use axum::http::{HeaderMap, Uri};
-use cell_model::run_spec::PageSecrets;
+use cell_model::runs::spec::PageSecrets;
 use subtle::ConstantTimeEq;
 
 use crate::page::role::Role;

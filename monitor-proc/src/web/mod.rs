@@ -6,6 +6,7 @@ mod link;
 mod plain;
 mod routes;
 mod serve;
+mod site;
 mod socket;
 
 pub use serve::{Listening, Site, bind};

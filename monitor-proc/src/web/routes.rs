@@ -18,7 +18,7 @@ use serde::Deserialize;
 
 use super::files::Asset;
 use super::link::Patience;
-use super::serve::Served;
+use super::site::Served;
 use super::{plain, socket};
 
 /// Largest body of a request (bytes).

@@ -8,14 +8,10 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpSocket};
 use tokio::sync::Semaphore;
 
-use super::files::Files;
-use super::gate::Gate;
 use super::link::{Door, Patience};
 use super::routes;
-use crate::hub::Hub;
-use crate::page::command::Names;
-use crate::page::desk::Desk;
-use crate::scrub::OpenPast;
+use super::site::Served;
+pub use super::site::Site;
 
 /// Websockets at a time.
 pub(super) const MAX_SOCKETS: usize = 16;
@@ -28,36 +24,10 @@ const SEND_BUFFER: u32 = 128 << 10;
 const BIND_PAUSE: Duration = Duration::from_millis(100);
 const BIND_TRIES: usize = 50;
 
-/// What is served.
-pub struct Site {
-    /// Who may come in.
-    pub gate: Gate,
-    /// The page.
-    pub files: Files,
-    /// Meshes by `/ROBOT/LINK.glb`.
-    pub meshes: Files,
-    /// What to do when there is no page, for people.
-    pub hint: String,
-    /// What feeds the pages.
-    pub hub: Arc<Hub>,
-    /// Who carries out commands.
-    pub desk: Arc<dyn Desk>,
-    /// Names commands can use.
-    pub names: Names,
-    /// The recording to look back into, when this is a live cell.
-    pub past: Option<OpenPast>,
-}
-
 /// An open port nobody is served at yet.
 pub struct Listening {
     listener: TcpListener,
     address: SocketAddr,
-}
-
-/// A site with the places of its websockets.
-pub(super) struct Served {
-    pub(super) site: Site,
-    pub(super) sockets: Arc<Semaphore>,
 }
 
 /// Opens `address`; tries for five seconds.

@@ -13,7 +13,7 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::{Semaphore, mpsc, oneshot, watch};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
-use super::serve::Served;
+use super::site::Served;
 use crate::hub::Joined;
 use crate::page::command::{self, Command, Order, PlayOrder};
 use crate::page::desk::{Answer, Reply};

@@ -116,7 +116,7 @@ fn that_decides_nonsense_fails_with_its_reason() {
 fn that_ends_again_and_again_is_given_up_with_its_last_words() {
     for (defect, words) in [
         ("panics", "the policy has a defect"),
-        ("exits", "exit code 1"),
+        ("exits", "the policy ends its process"),
     ] {
         let base = base();
         let said = run_defect(base.path(), defect, &[]);

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::advice;
+use super::declared::{Declared, SCOPES, Subtree};
 use super::error::Errors;
-use super::header::{Declared, SCOPES, Subtree};
 use super::json::{Data, Place, Value as Json, shortened};
 use super::limits::{MAX_NAME, MAX_TEXT};
 use super::literal;

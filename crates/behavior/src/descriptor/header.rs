@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use super::advice;
 use super::build::Builder;
+use super::declared::{Declared, SCOPES, Subtree, SubtreePort};
 use super::error::Errors;
 use super::files::{File, get, object};
-use super::json::{Entry, Place, Value as Json, shortened};
+use super::json::{Entry, Value as Json, shortened};
 use super::limits::{MAX_ENTRIES, MAX_NAME, MAX_PORTS};
 use super::literal;
 use crate::board::{Board, Scope};
@@ -29,8 +30,7 @@ pub(super) const FILE_KEYS: &[&str] = &[
 pub(super) const KEY_KEYS: &[&str] = &["type", "default", "doc"];
 /// Keys of a subtree.
 pub(super) const SUBTREE_KEYS: &[&str] = &["doc", "ports", "root"];
-/// The two boards.
-pub(super) const SCOPES: &[&str] = &["local", "shared"];
+
 /// Types of values.
 pub(super) const TYPES: &[ValueType] = &[
     ValueType::Bool,
@@ -40,28 +40,6 @@ pub(super) const TYPES: &[ValueType] = &[
     ValueType::Numbers,
     ValueType::Set,
 ];
-
-/// Something declared, and where.
-pub(super) struct Declared<'a> {
-    pub name: String,
-    pub file: &'a str,
-    pub place: Place,
-}
-
-/// A port of a subtree.
-pub(super) struct SubtreePort<'a> {
-    pub name: &'a str,
-    pub value_type: ValueType,
-    pub default: Option<&'a Json>,
-}
-
-/// A subtree before it is used.
-pub(super) struct Subtree<'a> {
-    pub file: &'a str,
-    pub place: Place,
-    pub ports: Vec<SubtreePort<'a>>,
-    pub root: &'a Json,
-}
 
 /// Reads the headers of all files into a builder.
 pub(super) fn read<'a, H: Host>(

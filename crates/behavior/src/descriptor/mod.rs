@@ -10,6 +10,7 @@
 
 mod advice;
 mod build;
+mod declared;
 mod detail;
 mod engine;
 pub mod error;
@@ -36,7 +37,7 @@ use crate::board::{Board, Scope};
 use crate::finding::Finding;
 use crate::tree::{self, Host, Library, Node, Tree};
 use crate::value::Value;
-use header::Declared;
+use declared::Declared;
 use json::Place;
 
 /// A file and the way to those it includes.

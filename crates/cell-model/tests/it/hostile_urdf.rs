@@ -1,6 +1,6 @@
 //! What is wrong with a URDF is said with its name, never with a panic.
 
-use cell_model::urdf;
+use cell_model::robots::urdf;
 
 const LINKS: &str = r#"<link name="base"/><link name="arm"/>"#;
 

@@ -2,7 +2,7 @@
 
 use mcap::records::op;
 
-use super::file::MessageHeader;
+use super::header::MessageHeader;
 use super::lz4::{BLOCK_BYTES, Frame};
 use super::record::{Fields, record};
 

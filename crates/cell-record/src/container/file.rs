@@ -5,24 +5,13 @@ use std::io::{self, Write};
 use mcap::records::op;
 
 use super::chunk::Chunk;
+use super::header::{MessageHeader, Schema};
 use super::record::{Fields, record};
 use super::summary::{self, Contents};
 
 /// Bytes of a chunk before compression: a reader that looks at one moment
 /// unpacks one or two of them.
 const CHUNK_BYTES: usize = 768 << 10;
-
-/// What the format says of a message.
-pub(crate) struct MessageHeader {
-    /// Number of its channel in the file.
-    pub(crate) channel: u16,
-    pub(crate) sequence: u32,
-    pub(crate) time_ns: u64,
-    pub(crate) publish_ns: u64,
-}
-
-/// A schema: name, encoding, data.
-pub(crate) type Schema<'a> = (&'a str, &'a str, &'a str);
 
 /// A file that is being written. After a write that failed nothing more is
 /// written: the file ends there.

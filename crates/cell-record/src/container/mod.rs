@@ -5,8 +5,10 @@
 
 mod chunk;
 mod file;
+mod header;
 mod lz4;
 mod record;
 mod summary;
 
-pub(crate) use file::{Container, MessageHeader};
+pub(crate) use file::Container;
+pub(crate) use header::MessageHeader;

@@ -3,7 +3,7 @@
 use mcap::records::op;
 
 use super::chunk::{COMPRESSION, Summary};
-use super::file::{MessageHeader, Schema};
+use super::header::{MessageHeader, Schema};
 use super::record::{Fields, record};
 
 /// What a file holds so far.

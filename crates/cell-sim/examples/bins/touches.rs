@@ -5,7 +5,7 @@ use std::fmt;
 
 use cell_model::Cell;
 use cell_sim::OneProcess;
-use physics_proc::arm_contacts::{ArmContact, Touched};
+use physics_proc::arm::touches::{ArmContact, Touched};
 
 /// A contact of one link with one thing.
 #[derive(Clone, Debug)]

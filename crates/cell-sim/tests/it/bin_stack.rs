@@ -21,7 +21,7 @@ impl Run {
         spec.seed = seed;
         spec.bins = Some(bins);
         spec.time_limit_s = Some(120.0 + 60.0 * f64::from(bins));
-        spec.script = cell_model::script::parse(script, "script").expect("a script");
+        spec.script = cell_model::cells::script::parse(script, "script").expect("a script");
         let mut cell = spec
             .load_cell_from(&cell_model::Data::checkout())
             .expect("the built-in cell");
@@ -141,7 +141,7 @@ fn a_column_of_four_stands_still() {
     spec.bins = Some(4);
     spec.until_done = false;
     let start = "{\"at_s\": 0.5, \"do\": \"task_start\"}";
-    spec.script = cell_model::script::parse(start, "script").expect("a script");
+    spec.script = cell_model::cells::script::parse(start, "script").expect("a script");
     let cell = spec
         .load_cell_from(&cell_model::Data::checkout())
         .expect("the built-in cell");

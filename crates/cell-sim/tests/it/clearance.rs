@@ -1,7 +1,7 @@
 //! The arm keeps away from an obstacle: parry's distances are the oracle, at
 //! the joints that were measured, not those the controller believes in.
 
-use cell_model::cell::FixtureSpec;
+use cell_model::cells::cell::FixtureSpec;
 use cell_model::{Cell, Data, Robot, Shape};
 use cell_sim::{OneProcess, eval::template};
 use nalgebra::{Isometry3, Point3};

@@ -1,7 +1,7 @@
 //! A bin is filled until the suction lets go of it, falls, spills, is found and
 //! held again.
 
-use cell_model::run_spec::RunSpec;
+use cell_model::runs::spec::RunSpec;
 use cell_model::{Cell, Shape};
 use cell_sim::{OneProcess, eval::template};
 use ipc_types::decision::Outcome;
@@ -22,7 +22,7 @@ fn spec(seed: u64, script: &str) -> RunSpec {
     let mut spec = template("ur10-fill-bin", "matrix");
     spec.seed = seed;
     spec.time_limit_s = Some(90.0);
-    spec.script = cell_model::script::parse(script, "script").unwrap();
+    spec.script = cell_model::cells::script::parse(script, "script").unwrap();
     spec
 }
 

@@ -3,7 +3,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use cell_model::script::parse_for;
+use cell_model::cells::script::parse_for;
 use cell_sim::{OneProcess, eval::template};
 use ipc_types::decision::Outcome;
 use ipc_types::world::{OBJECT_ENABLED, ObjectState};

@@ -17,7 +17,7 @@ impl Run {
         let mut spec = template("franka-pyramid", "json");
         spec.seed = seed;
         spec.time_limit_s = Some(200.0);
-        spec.script = cell_model::script::parse(script, "script").expect("a script");
+        spec.script = cell_model::cells::script::parse(script, "script").expect("a script");
         let cell = spec
             .load_cell_from(&cell_model::Data::checkout())
             .expect("the built-in cell");

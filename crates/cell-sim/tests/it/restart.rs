@@ -1,7 +1,7 @@
 //! A task that is dropped and made anew from its record at every decision of a
 //! whole job does not change one bit of what happens.
 
-use cell_model::run_spec::RunSpec;
+use cell_model::runs::spec::RunSpec;
 use cell_sim::{OneProcess, eval};
 use ipc_types::DECISION_TICKS;
 use ipc_types::decision::Outcome;
@@ -24,7 +24,7 @@ fn hash(spec: &RunSpec, restart: bool) -> (u64, u64) {
 fn assert_unnoticed(demo: &str, policy: &str, script: &str) {
     let mut spec = eval::template(demo, policy);
     spec.seed = 4;
-    spec.script = cell_model::script::parse(script, "script").unwrap();
+    spec.script = cell_model::cells::script::parse(script, "script").unwrap();
     spec.time_limit_s = Some(300.0);
     assert_eq!(hash(&spec, false), hash(&spec, true), "{demo} {policy}");
 }

@@ -54,7 +54,7 @@ impl Pair {
 fn run(demo: &str, policy: &str, script: &str, every: u64, silence: [u64; 2]) -> Vec<u32> {
     let mut spec = eval::template(demo, policy);
     spec.seed = 3;
-    spec.script = cell_model::script::parse(script, "script").expect("a script");
+    spec.script = cell_model::cells::script::parse(script, "script").expect("a script");
     spec.time_limit_s = Some(14.0);
     let cell = spec
         .load_cell_from(&cell_model::Data::checkout())

@@ -135,11 +135,11 @@ impl Case {
 
     fn controller(&self) -> Result<(RmpFlow, JointLimits), String> {
         let read = |file: &String| read_text(Path::new(file)).map_err(|e| e.to_string());
-        let urdf =
-            cell_model::urdf::parse(&self.urdf, &read(&self.urdf)?).map_err(|e| e.to_string())?;
-        let xrdf =
-            cell_model::xrdf::parse(&self.xrdf, &read(&self.xrdf)?).map_err(|e| e.to_string())?;
-        let parameters = cell_model::rmpflow_file::parse(&self.rmpflow, &read(&self.rmpflow)?)
+        let urdf = cell_model::robots::urdf::parse(&self.urdf, &read(&self.urdf)?)
+            .map_err(|e| e.to_string())?;
+        let xrdf = cell_model::robots::xrdf::parse(&self.xrdf, &read(&self.xrdf)?)
+            .map_err(|e| e.to_string())?;
+        let parameters = cell_model::robots::rmpflow::parse(&self.rmpflow, &read(&self.rmpflow)?)
             .map_err(|e| e.to_string())?;
         let flow = RmpFlow::new(&RmpFlowSetup {
             chain: &urdf.chain,

@@ -117,7 +117,7 @@ pub fn brake(
     let joints = state.positions.len();
     state.check(joints)?;
     limits.validate(joints)?;
-    crate::flow::check_dt(dt)?;
+    crate::state::check_dt(dt)?;
     let mut found = ClipFlags::default();
     for i in 0..joints {
         let (limit, last) = (limit_of(limits, i), last_of(state, i));

@@ -14,7 +14,7 @@ use std::net::{SocketAddr, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use cell_model::run_spec::PageSecrets;
+use cell_model::runs::spec::PageSecrets;
 use monitor_proc::hub::{Hello, Hub, RunInfo};
 use monitor_proc::page::command::{Names, Order};
 use monitor_proc::page::desk::{Answer, Desk, Reply, send};

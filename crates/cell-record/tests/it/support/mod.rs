@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each test uses its own part")]
 
-use cell_model::run_spec::{RecordSpec, RunSpec, Speed};
+use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_record::{Channel, Message, Preamble, wire_bytes};
 use ipc_types::tap::Pieces;
 use ipc_types::topic::Process;

@@ -9,7 +9,7 @@
 )]
 
 use cell_model::Cell;
-use cell_model::run_spec::RunSpec;
+use cell_model::runs::spec::RunSpec;
 use cell_sim::eval;
 use cell_sim::verify::Message;
 use controller_proc::cycle::Cycle;
@@ -75,7 +75,7 @@ impl Bench {
     pub(crate) fn new(demo: &str, policy: &str, script: &str, timing: Timing) -> Self {
         let mut spec = eval::template(demo, policy);
         spec.seed = 3;
-        spec.script = cell_model::script::parse(script, "script").expect("a script");
+        spec.script = cell_model::cells::script::parse(script, "script").expect("a script");
         let cell = spec
             .load_cell_from(&cell_model::Data::checkout())
             .expect("a cell");

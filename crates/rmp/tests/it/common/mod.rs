@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use cell_model::xrdf::Xrdf;
+use cell_model::robots::xrdf::Xrdf;
 use rmp::{Chain, JointLimits, RmpFlow, RmpFlowParameters, RmpFlowSetup};
 
 /// A robot as read from its files.
@@ -31,8 +31,8 @@ pub(crate) fn ur10() -> Files {
 
 fn load(dir: &Path, name: &str) -> Files {
     let read = |file: String| std::fs::read_to_string(dir.join(&file)).expect(&file);
-    let urdf = cell_model::urdf::parse(name, &read(format!("{name}.urdf"))).expect("URDF");
-    let xrdf = cell_model::xrdf::parse(name, &read(format!("{name}.xrdf"))).expect("XRDF");
+    let urdf = cell_model::robots::urdf::parse(name, &read(format!("{name}.urdf"))).expect("URDF");
+    let xrdf = cell_model::robots::xrdf::parse(name, &read(format!("{name}.xrdf"))).expect("XRDF");
     let tuning = read(format!("{name}_rmpflow.yaml"));
     let velocity = xrdf
         .joint_names
@@ -43,7 +43,7 @@ fn load(dir: &Path, name: &str) -> Files {
         chain: urdf.chain,
         velocity,
         xrdf,
-        parameters: cell_model::rmpflow_file::parse(name, &tuning).expect("tuning"),
+        parameters: cell_model::robots::rmpflow::parse(name, &tuning).expect("tuning"),
     }
 }
 

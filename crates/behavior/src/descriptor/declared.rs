@@ -1,0 +1,29 @@
+//! What the header of a tree in a file declares.
+
+use super::json::{Place, Value as Json};
+use crate::value::ValueType;
+
+/// The two boards.
+pub(super) const SCOPES: &[&str] = &["local", "shared"];
+
+/// Something declared, and where.
+pub(super) struct Declared<'a> {
+    pub name: String,
+    pub file: &'a str,
+    pub place: Place,
+}
+
+/// A port of a subtree.
+pub(super) struct SubtreePort<'a> {
+    pub name: &'a str,
+    pub value_type: ValueType,
+    pub default: Option<&'a Json>,
+}
+
+/// A subtree before it is used.
+pub(super) struct Subtree<'a> {
+    pub file: &'a str,
+    pub place: Place,
+    pub ports: Vec<SubtreePort<'a>>,
+    pub root: &'a Json,
+}

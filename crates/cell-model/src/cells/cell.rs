@@ -1,0 +1,367 @@
+//! A cell ready to run: robots loaded, objects placed by the seed.
+
+use std::borrow::Cow;
+
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+
+use crate::cells::check_file;
+use crate::cells::file::{CellFile, ObjectTable, numbered};
+use crate::cells::task_table::TaskTable;
+use crate::data::Data;
+use crate::error::ModelError;
+use crate::random::Random;
+use crate::robots::robot::Robot;
+use crate::robots::user::RobotFiles;
+use crate::shape::Shape;
+use crate::{suggest, toml_text};
+
+pub use crate::cells::file::{
+    Camera, ConveyorTable, DispenserTable, SensorTable, SpawnArea, SupplyTable,
+};
+
+/// A cell.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// Name of the demo.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// Policies that can run it.
+    pub policies: Vec<String>,
+    /// The one that runs where none is named.
+    pub default_policy: String,
+    /// Simulated time after which the run has failed (s).
+    pub time_limit_s: f64,
+    /// Arms in the order of commands and states.
+    pub arms: Vec<ArmSpec>,
+    /// Movable objects in the order of [`ipc_types::WorldState::objects`].
+    pub objects: Vec<ObjectSpec>,
+    /// What stands still.
+    pub fixtures: Vec<FixtureSpec>,
+    /// The belt.
+    pub conveyor: Option<ConveyorTable>,
+    /// What drops parts.
+    pub dispenser: Option<DispenserTable>,
+    /// Light barriers in the order of
+    /// [`ipc_types::EquipmentState::sensors`].
+    pub sensors: Vec<SensorTable>,
+    /// An object below this height is put away again (m).
+    pub clear_below_m: Option<f64>,
+    /// A reset of the task leaves it paused.
+    pub reset_pauses: bool,
+    /// Bins the job is about: all of the cell, or fewer where the run says so.
+    pub bins: usize,
+    /// Seed of everything random in this run.
+    pub seed: u64,
+    /// What the policies work with.
+    pub task: TaskTable,
+    /// Where a picture is taken from.
+    pub camera: Camera,
+    /// Where the cell file came from, and other files it names.
+    pub data: Data,
+}
+
+/// An arm of a cell.
+#[derive(Clone, Debug)]
+pub struct ArmSpec {
+    /// Name in the cell.
+    pub name: String,
+    /// The robot.
+    pub robot: Robot,
+    /// Pose of its base in the world frame.
+    pub base: Isometry3<f64>,
+    /// Controlled joints at the start (rad or m).
+    pub home: Vec<f64>,
+}
+
+/// A movable object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectSpec {
+    /// Name in the cell.
+    pub name: String,
+    /// Its shape.
+    pub shape: Shape,
+    /// Mass (kg).
+    pub mass: f64,
+    /// Friction coefficient for this seed.
+    pub friction: f64,
+    /// Pose at the start for this seed, world frame.
+    pub pose: Isometry3<f64>,
+    /// Pose without the seed's variation, world frame.
+    pub nominal: Isometry3<f64>,
+    /// How far a seed may move it from there.
+    pub spawn: SpawnArea,
+    /// `name` of its table: that of all its kind where there are several.
+    pub kind: String,
+    /// Not in the simulation until the conveyor or the dispenser brings it.
+    pub parked: bool,
+    /// Whether motion policies can keep away from it.
+    pub obstacle: bool,
+    /// Whether it may sleep when it rests.
+    pub sleeps: bool,
+    /// Slows its turning (1/s).
+    pub angular_damping: f64,
+    /// Red, green, blue from 0 to 1.
+    pub colour: [f64; 3],
+}
+
+/// Something that stands still.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FixtureSpec {
+    /// Name in the cell.
+    pub name: String,
+    /// Its shape.
+    pub shape: Shape,
+    /// Pose in the world frame.
+    pub pose: Isometry3<f64>,
+    /// Friction coefficient.
+    pub friction: f64,
+    /// Whether it is there in physics; without, it only keeps motion away.
+    pub solid: bool,
+    /// Whether motion policies keep away from it.
+    pub obstacle: bool,
+    /// Red, green, blue from 0 to 1.
+    pub colour: [f64; 3],
+}
+
+impl Cell {
+    /// Loads a demo. The seed places every object within its spawn area and
+    /// picks its friction; `robot` replaces the robot of every arm.
+    ///
+    /// # Errors
+    /// [`ModelError`] for an unknown demo and for any file that is wrong.
+    pub fn load(
+        data: &Data,
+        demo: &str,
+        seed: u64,
+        robot: Option<&RobotFiles>,
+    ) -> Result<Self, ModelError> {
+        let demos = data.demos();
+        if !demos.iter().any(|(name, _)| name == demo) {
+            let names: Vec<&str> = demos.iter().map(|(name, _)| name.as_str()).collect();
+            return Err(ModelError::UnknownName {
+                what: "demo",
+                name: demo.to_owned(),
+                advice: suggest::advice(demo, &names),
+            });
+        }
+        let file = format!("cells/{demo}.toml");
+        let text = data.read(&file)?;
+        Self::from_text(data, demo, &file, &text, seed, robot)
+    }
+
+    /// Loads a cell from the text of its file; `file` is its name in messages.
+    ///
+    /// # Errors
+    /// As [`Cell::load`].
+    pub fn from_text(
+        data: &Data,
+        name: &str,
+        file: &str,
+        text: &str,
+        seed: u64,
+        robot: Option<&RobotFiles>,
+    ) -> Result<Self, ModelError> {
+        let table: CellFile = toml_text::parse(file, text)?;
+        check_file::check(file, text, &table)?;
+        let mut arms = Vec::new();
+        for (index, arm) in table.arms.iter().enumerate() {
+            let loaded = match robot {
+                Some(files) => Robot::from_files(files)?,
+                None => Robot::load(data, &arm.robot)?,
+            };
+            let home = match (&arm.home_joint_positions, robot) {
+                (Some(home), None) => home.clone(),
+                _ => loaded.home(),
+            };
+            check_file::home(file, text, index, &home, &loaded)?;
+            arms.push(ArmSpec {
+                name: arm.name.clone(),
+                base: pose(arm.base_position_m, arm.base_yaw_rad),
+                robot: loaded,
+                home,
+            });
+        }
+        let mut random = Random::new(seed);
+        let objects: Vec<ObjectSpec> = table
+            .objects
+            .iter()
+            .flat_map(|object| (0..object.count.unwrap_or(1)).map(move |index| (object, index)))
+            .map(|(object, index)| place(object, index, &mut random))
+            .collect();
+        Ok(Self {
+            name: name.to_owned(),
+            bins: objects.iter().filter(|object| object.is_bin()).count(),
+            seed,
+            objects,
+            conveyor: table.conveyor,
+            dispenser: table.dispenser,
+            sensors: table.sensors,
+            clear_below_m: table.clear_below_m,
+            reset_pauses: table.reset_pauses,
+            fixtures: table.fixtures.iter().map(fixture).collect(),
+            description: table.description,
+            policies: table.policies,
+            default_policy: table.default_policy,
+            time_limit_s: table.time_limit_s,
+            arms,
+            task: TaskTable::new(table.task, file, text),
+            camera: table.camera,
+            data: data.clone(),
+        })
+    }
+
+    /// Text of another file in `cells/`, for instance a behaviour that the cell
+    /// file names.
+    ///
+    /// # Errors
+    /// [`ModelError::Read`] where it is missing or unreadable.
+    pub fn read(&self, name: &str) -> Result<Cow<'static, str>, ModelError> {
+        self.data.read(&format!("cells/{name}"))
+    }
+
+    /// Index of an object by name.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownName`] with the nearest name.
+    pub fn object_index(&self, name: &str) -> Result<usize, ModelError> {
+        let names: Vec<&str> = self
+            .objects
+            .iter()
+            .map(|object| object.name.as_str())
+            .collect();
+        names
+            .iter()
+            .position(|known| *known == name)
+            .ok_or_else(|| ModelError::UnknownName {
+                what: "object",
+                name: name.to_owned(),
+                advice: suggest::advice(name, &names),
+            })
+    }
+
+    /// Makes the job one about `bins` bins.
+    ///
+    /// # Errors
+    /// [`ModelError::Value`] where the cell has fewer, or none.
+    pub fn limit_bins(&mut self, bins: u32) -> Result<(), ModelError> {
+        let wanted = bins as usize;
+        if wanted == 0 || wanted > self.bins {
+            let allowed = match self.bins {
+                0 => "this cell has no bins".to_owned(),
+                most => format!("1 to {most} are allowed"),
+            };
+            let file = format!("cells/{}.toml", self.name);
+            return Err(ModelError::value(
+                crate::error::Place::line(&file, None),
+                "--bins",
+                bins,
+                allowed,
+            ));
+        }
+        self.bins = wanted;
+        Ok(())
+    }
+
+    /// Objects that motion policies can keep away from, with their index, in the
+    /// order of [`ipc_types::ArmGoal::object_mask`].
+    pub fn obstacle_objects(&self) -> impl Iterator<Item = (usize, &ObjectSpec)> {
+        let objects = self.objects.iter().enumerate();
+        objects.filter(|(_, object)| object.obstacle)
+    }
+
+    /// Fixtures that motion policies keep away from, in the order of
+    /// [`ipc_types::ArmGoal::obstacle_mask`].
+    pub fn obstacles(&self) -> impl Iterator<Item = &FixtureSpec> {
+        self.fixtures.iter().filter(|fixture| fixture.obstacle)
+    }
+}
+
+impl ObjectSpec {
+    /// Whether it is a bin.
+    pub fn is_bin(&self) -> bool {
+        matches!(self.shape, Shape::Bin { .. })
+    }
+
+    /// Another pose of the spawn area.
+    pub fn respawn(&mut self, random: &mut Random) {
+        self.pose = vary(&self.nominal, self.spawn, random);
+    }
+}
+
+/// Four numbers are drawn for every object, used or not: x, y, yaw, friction;
+/// a fifth where it can have several shapes.
+fn place(object: &ObjectTable, index: u32, random: &mut Random) -> ObjectSpec {
+    let mut nominal = pose(object.position_m, object.yaw_rad);
+    nominal.translation.vector += Vector3::from(object.pitch_m) * f64::from(index);
+    let varied = vary(&nominal, object.spawn, random);
+    let friction = object.friction + random.around_zero(object.friction_spread);
+    let shape = match random_index(object.other_shapes.len() + 1, random) {
+        0 => &object.shape,
+        other => object.other_shapes.get(other - 1).unwrap_or(&object.shape),
+    };
+    ObjectSpec {
+        name: numbered(object, index),
+        shape: shape.clone(),
+        mass: object.mass_kg,
+        friction,
+        kind: object.name.clone(),
+        parked: object.parked,
+        obstacle: object.obstacle,
+        sleeps: object.sleeps,
+        angular_damping: object.angular_damping,
+        pose: varied,
+        nominal,
+        spawn: object.spawn,
+        colour: object.colour,
+    }
+}
+
+/// Evenly below `count`; draws nothing where there is no choice.
+fn random_index(count: usize, random: &mut Random) -> usize {
+    if count < 2 {
+        return 0;
+    }
+    usize::try_from(random.bits() % count as u64).unwrap_or(0)
+}
+
+fn vary(nominal: &Isometry3<f64>, spawn: SpawnArea, random: &mut Random) -> Isometry3<f64> {
+    let (x, y) = (random.around_zero(spawn.x_m), random.around_zero(spawn.y_m));
+    let turn = yaw(random.around_zero(spawn.yaw_rad));
+    Isometry3::from_parts(
+        Translation3::new(x, y, 0.0) * nominal.translation,
+        turn * nominal.rotation,
+    )
+}
+
+fn fixture(table: &crate::cells::file::FixtureTable) -> FixtureSpec {
+    FixtureSpec {
+        name: table.name.clone(),
+        shape: table.shape.clone(),
+        pose: Isometry3::from_parts(
+            Translation3::from(table.position_m),
+            table
+                .orientation_wxyz
+                .map_or_else(|| yaw(table.yaw_rad), unit),
+        ),
+        friction: table.friction,
+        solid: table.solid,
+        obstacle: table.obstacle,
+        colour: table.colour,
+    }
+}
+
+fn pose([x, y, z]: [f64; 3], yaw_rad: f64) -> Isometry3<f64> {
+    Isometry3::from_parts(Translation3::new(x, y, z), yaw(yaw_rad))
+}
+
+/// The rotation of a quaternion w x y z that was checked to be of norm 1.
+fn unit([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
+    UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
+}
+
+/// A turn about z (rad).
+fn yaw(angle: f64) -> UnitQuaternion<f64> {
+    let (sin, cos) = (libm::sin(0.5 * angle), libm::cos(0.5 * angle));
+    Unit::new_unchecked(nalgebra::Quaternion::new(cos, 0.0, 0.0, sin))
+}

@@ -1,0 +1,254 @@
+//! `cells/NAME.toml` as it stands in the file.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::cells::task_table::TaskHead;
+use crate::shape::Shape;
+
+/// The whole file.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CellFile {
+    /// One line for `robocell list`.
+    pub description: String,
+    /// Policies that can run this cell.
+    pub policies: Vec<String>,
+    /// The one that runs where none is named.
+    pub default_policy: String,
+    /// Simulated time after which the run has failed (s).
+    pub time_limit_s: f64,
+    /// Where a picture is taken from.
+    pub camera: Camera,
+    /// `[[arm]]` tables.
+    #[serde(default, rename = "arm")]
+    pub arms: Vec<ArmTable>,
+    /// `[[object]]` tables.
+    #[serde(default, rename = "object")]
+    pub objects: Vec<ObjectTable>,
+    /// `[[fixture]]` tables.
+    #[serde(default, rename = "fixture")]
+    pub fixtures: Vec<FixtureTable>,
+    /// The belt.
+    #[serde(default)]
+    pub conveyor: Option<ConveyorTable>,
+    /// What drops parts.
+    #[serde(default)]
+    pub dispenser: Option<DispenserTable>,
+    /// `[[sensor]]` tables: light barriers.
+    #[serde(default, rename = "sensor")]
+    pub sensors: Vec<SensorTable>,
+    /// An object below this height is put away again (m).
+    #[serde(default)]
+    pub clear_below_m: Option<f64>,
+    /// A reset of the task leaves it paused, as in the source of some demos.
+    #[serde(default)]
+    pub reset_pauses: bool,
+    /// The job.
+    pub task: TaskHead,
+}
+
+/// `[camera]`: world frame.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    /// Place of the eye (m).
+    pub eye_m: [f64; 3],
+    /// What it looks at (m).
+    pub target_m: [f64; 3],
+}
+
+/// `[[arm]]`: a robot in the cell.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ArmTable {
+    /// Name in the cell.
+    pub name: String,
+    /// Folder in `robots/`.
+    pub robot: String,
+    /// Base in the world frame (m).
+    pub base_position_m: [f64; 3],
+    /// Turn of the base about z (rad).
+    #[serde(default)]
+    pub base_yaw_rad: f64,
+    /// Joint positions at the start (rad or m); the robot's own where missing.
+    #[serde(default)]
+    pub home_joint_positions: Option<Vec<f64>>,
+}
+
+/// `[[object]]`: something that can be moved.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObjectTable {
+    /// Name in the cell; with `count`, what the numbered names begin with.
+    pub name: String,
+    /// Makes that many of it: `NAME_01`, `NAME_02` and so on, with three digits from
+    /// 100 up.
+    #[serde(default)]
+    pub count: Option<u32>,
+    /// From one of them to the next (m).
+    #[serde(default)]
+    pub pitch_m: [f64; 3],
+    /// Its shape.
+    pub shape: Shape,
+    /// Other shapes it may have instead: the seed picks, each as often.
+    #[serde(default)]
+    pub other_shapes: Vec<Shape>,
+    /// Mass (kg).
+    pub mass_kg: f64,
+    /// Friction coefficient.
+    pub friction: f64,
+    /// The seed varies friction by this much to both sides.
+    #[serde(default)]
+    pub friction_spread: f64,
+    /// Centre at the start, world frame (m).
+    pub position_m: [f64; 3],
+    /// Turn about z at the start (rad).
+    #[serde(default)]
+    pub yaw_rad: f64,
+    /// How far the seed moves it.
+    #[serde(default)]
+    pub spawn: SpawnArea,
+    /// Not in the simulation until the conveyor or the dispenser brings it.
+    #[serde(default)]
+    pub parked: bool,
+    /// Whether motion policies can keep away from it.
+    #[serde(default)]
+    pub obstacle: bool,
+    /// Whether it may sleep when it rests, which costs physics next to nothing.
+    #[serde(default)]
+    pub sleeps: bool,
+    /// Slows its turning, so that a pile comes to rest (1/s).
+    #[serde(default)]
+    pub angular_damping: f64,
+    /// Red, green, blue from 0 to 1.
+    pub colour: [f64; 3],
+}
+
+/// `[conveyor]`: a fixture whose surface moves.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ConveyorTable {
+    /// Name of the fixture.
+    pub fixture: String,
+    /// Velocity of its surface while it runs, world frame (m/s).
+    pub velocity_m_s: [f64; 3],
+    /// What it brings.
+    #[serde(default)]
+    pub supply: Option<SupplyTable>,
+}
+
+/// `[conveyor.supply]`: where objects come into the cell, on request.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SupplyTable {
+    /// `name` of the parked objects it brings.
+    pub objects: String,
+    /// Where they come, centre, world frame (m).
+    pub position_m: [f64; 3],
+    /// Turn about z (rad).
+    #[serde(default)]
+    pub yaw_rad: f64,
+    /// How far the seed moves that.
+    #[serde(default)]
+    pub spawn: SpawnArea,
+    /// How fast they come, world frame (m/s).
+    #[serde(default)]
+    pub velocity_m_s: [f64; 3],
+    /// Share of them that comes upside down, from 0 to 1; the seed picks which.
+    #[serde(default)]
+    pub flipped_share: f64,
+    /// No more come while that many lie on the belt.
+    pub max_waiting: u32,
+    /// Time between two of them at least (s).
+    pub cool_down_s: f64,
+}
+
+/// `[dispenser]`: drops parts.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DispenserTable {
+    /// `name` of the parked objects it drops.
+    pub objects: String,
+    /// Where the first of a drop comes out, centre, world frame (m).
+    pub position_m: [f64; 3],
+    /// Half widths of its mouth along x and y (m); the seed picks within.
+    pub spread_m: [f64; 2],
+    /// The next of the same drop comes out this much higher (m).
+    pub layer_m: f64,
+    /// Parts of one drop.
+    pub per_drop: u32,
+    /// Time between two drops at least (s).
+    pub interval_s: f64,
+}
+
+/// `[[sensor]]`: a light barrier along a ray.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SensorTable {
+    /// Name in the cell.
+    pub name: String,
+    /// Where the ray begins, world frame (m).
+    pub position_m: [f64; 3],
+    /// Where it goes, any length but zero.
+    pub direction: [f64; 3],
+    /// Length of the ray (m).
+    pub range_m: f64,
+}
+
+/// Half widths of the area the seed picks from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpawnArea {
+    /// Along x to both sides (m).
+    pub x_m: f64,
+    /// Along y to both sides (m).
+    pub y_m: f64,
+    /// About z to both sides (rad).
+    pub yaw_rad: f64,
+}
+
+/// `[[fixture]]`: something that stands still.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FixtureTable {
+    /// Name in the cell.
+    pub name: String,
+    /// Its shape.
+    pub shape: Shape,
+    /// Centre in the world frame (m).
+    pub position_m: [f64; 3],
+    /// Turn about z (rad).
+    #[serde(default)]
+    pub yaw_rad: f64,
+    /// Orientation, w x y z, in place of `yaw_rad`.
+    #[serde(default)]
+    pub orientation_wxyz: Option<[f64; 4]>,
+    /// Friction coefficient.
+    pub friction: f64,
+    /// Whether it is there in physics; without, it only keeps motion away.
+    #[serde(default = "yes")]
+    pub solid: bool,
+    /// Whether motion policies keep away from it.
+    pub obstacle: bool,
+    /// Red, green, blue from 0 to 1.
+    pub colour: [f64; 3],
+}
+
+/// `cube`, or `bin_07`, or `part_042`.
+pub(crate) fn numbered(object: &ObjectTable, index: u32) -> String {
+    match object.count {
+        None => object.name.clone(),
+        Some(count) if count < 100 => format!("{}_{:02}", object.name, index + 1),
+        Some(_) => format!("{}_{:03}", object.name, index + 1),
+    }
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// The JSON Schema of a cell file, for editors.
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(CellFile).to_value()
+}

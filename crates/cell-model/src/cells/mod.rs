@@ -1,0 +1,11 @@
+//! What a cell is: arms, objects, fixtures, equipment, the task's table, and the
+//! scripts that act upon it.
+
+pub mod cell;
+mod check_equipment;
+mod check_file;
+pub mod file;
+pub mod script;
+mod script_check;
+mod script_line;
+pub mod task_table;

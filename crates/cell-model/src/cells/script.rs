@@ -1,0 +1,273 @@
+//! Scripts: one JSON object a line, run at a simulated time or a phase.
+
+use ipc_types::TICK_NS;
+use serde::{Deserialize, Serialize};
+
+use crate::cells::cell::Cell;
+use crate::cells::script_check;
+
+pub use crate::cells::script_line::{GripperWord, ScriptAction, ScriptLine, Trigger};
+
+/// For those who wrote a line that cannot be read.
+const EXAMPLE: &str =
+    r#"{"at_s": 12.0, "do": "drag", "object": "blue_cube", "to": [0.5, -0.2, 0.025]}"#;
+
+/// Most parts a line may drop at a time.
+const MAX_PARTS: f64 = 100.0;
+
+/// A line that cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("{file}:{line}: {problem}")]
+pub struct ScriptError {
+    file: String,
+    line: usize,
+    problem: String,
+}
+
+/// Reads a script; empty lines are skipped. `file` is for messages.
+///
+/// # Errors
+/// [`ScriptError`] for the first line that cannot be used.
+pub fn parse(text: &str, file: &str) -> Result<Vec<ScriptLine>, ScriptError> {
+    parse_with(text, file, |_| Ok(()))
+}
+
+/// As [`parse`], and refuses what the cell does not have: objects, arms and
+/// controllers.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_for(text: &str, file: &str, cell: &Cell) -> Result<Vec<ScriptLine>, ScriptError> {
+    parse_with(text, file, |line| script_check::check(&line.action, cell))
+}
+
+fn parse_with(
+    text: &str,
+    file: &str,
+    also: impl Fn(&ScriptLine) -> Result<(), String>,
+) -> Result<Vec<ScriptLine>, ScriptError> {
+    let mut lines = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        if line.trim().is_empty() {
+            continue;
+        }
+        let fail = |problem: String| ScriptError {
+            file: file.to_owned(),
+            line: index + 1,
+            problem,
+        };
+        let parsed = parse_line(line)
+            .map_err(|problem| fail(format!("{problem}; a line looks like {EXAMPLE}")))?;
+        check(&parsed.trigger, &parsed.action).map_err(fail)?;
+        also(&parsed).map_err(fail)?;
+        lines.push(parsed);
+    }
+    Ok(lines)
+}
+
+fn parse_line(line: &str) -> Result<ScriptLine, String> {
+    let value: serde_json::Value = serde_json::from_str(line).map_err(|e| e.to_string())?;
+    let Some(object) = value.as_object() else {
+        return Err("not a JSON object".to_owned());
+    };
+    let trigger_keys = ["at_s", "at_phase", "nth", "after_s"];
+    let part = |of_trigger: bool| {
+        object
+            .iter()
+            .filter(|(key, _)| trigger_keys.contains(&key.as_str()) == of_trigger)
+            .map(|(key, value)| (key.clone(), value.clone()))
+            .collect::<serde_json::Map<_, _>>()
+    };
+    if object.contains_key("at_s") == object.contains_key("at_phase") {
+        return Err("give either at_s or at_phase".to_owned());
+    }
+    if object.contains_key("at_s") && (object.contains_key("nth") || object.contains_key("after_s"))
+    {
+        return Err("nth and after_s belong to at_phase, not to at_s".to_owned());
+    }
+    let trigger: Trigger = serde_json::from_value(part(true).into()).map_err(|e| e.to_string())?;
+    let action: ScriptAction =
+        serde_json::from_value(part(false).into()).map_err(|e| e.to_string())?;
+    Ok(ScriptLine { trigger, action })
+}
+
+fn check(trigger: &Trigger, action: &ScriptAction) -> Result<(), String> {
+    let within = |key: &str, value: f64, low: f64, high: f64| {
+        if (low..=high).contains(&value) {
+            Ok(())
+        } else {
+            Err(format!("{key} is {value}, allowed is {low} to {high}"))
+        }
+    };
+    match trigger {
+        Trigger::Time { at_s } => within("at_s", *at_s, 0.0, 1.0e6)?,
+        Trigger::Phase { nth, after_s, .. } => {
+            within("nth", f64::from(*nth), 1.0, 1.0e6)?;
+            within("after_s", *after_s, 0.0, 1.0e6)?;
+        }
+    }
+    match action {
+        ScriptAction::Drag { to, for_s, .. } => {
+            within("for_s", *for_s, 0.001, 3600.0)?;
+            to.iter().try_for_each(|c| within("to", *c, -20.0, 20.0))
+        }
+        ScriptAction::Stop { for_s, process } => {
+            script_check::process_word(process)?;
+            within("for_s", *for_s, 0.001, 3600.0)
+        }
+        ScriptAction::DropParts { count } => within("count", f64::from(*count), 0.0, MAX_PARTS),
+        ScriptAction::Kill { process } => script_check::process_word(process),
+        ScriptAction::Target { position, .. } => position
+            .iter()
+            .try_for_each(|c| within("position", *c, -100.0, 100.0)),
+        _ => Ok(()),
+    }
+}
+
+/// Counts entries into phases and says which lines are due.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ScriptRunner {
+    lines: Vec<Pending>,
+    phase: String,
+    phase_entry: u32,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Pending {
+    line: ScriptLine,
+    fired: bool,
+    entries: u32,
+    due_tick: Option<u64>,
+}
+
+impl ScriptRunner {
+    /// A runner for `lines`, none of which has fired.
+    pub fn new(lines: &[ScriptLine]) -> Self {
+        let pending = |line: &ScriptLine| Pending {
+            due_tick: match line.trigger {
+                Trigger::Time { at_s } => Some(ticks(at_s)),
+                Trigger::Phase { .. } => None,
+            },
+            line: line.clone(),
+            fired: false,
+            entries: 0,
+        };
+        Self {
+            lines: lines.iter().map(pending).collect(),
+            phase: String::new(),
+            phase_entry: 0,
+        }
+    }
+
+    /// Lines that have not fired.
+    pub fn left(&self) -> u32 {
+        self.lines.iter().map(|l| u32::from(!l.fired)).sum()
+    }
+
+    /// Takes note of the newest decision's phase and its count of entries.
+    pub fn observe(&mut self, tick: u64, phase: &str, phase_entry: u32) {
+        if phase_entry == self.phase_entry && phase == self.phase {
+            return;
+        }
+        phase.clone_into(&mut self.phase);
+        self.phase_entry = phase_entry;
+        for pending in &mut self.lines {
+            if let Trigger::Phase {
+                at_phase,
+                nth,
+                after_s,
+            } = &pending.line.trigger
+                && at_phase == phase
+            {
+                pending.entries += 1;
+                if pending.entries == *nth {
+                    pending.due_tick = Some(tick + ticks(*after_s));
+                }
+            }
+        }
+    }
+
+    /// The first line due at `tick` that has not fired, with its number from 1
+    /// up; it counts as fired from now on.
+    pub fn next_due(&mut self, tick: u64) -> Option<(u32, ScriptAction)> {
+        let index = self
+            .lines
+            .iter()
+            .position(|l| !l.fired && l.due_tick.is_some_and(|due| due <= tick))?;
+        let pending = self.lines.get_mut(index)?;
+        pending.fired = true;
+        let number = u32::try_from(index + 1).unwrap_or(u32::MAX);
+        Some((number, pending.line.action.clone()))
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "parse allows 0 to 1e6 seconds only"
+)]
+fn ticks(seconds: f64) -> u64 {
+    (seconds * 1.0e9 / TICK_NS as f64).round() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_documented_lines_are_read() {
+        let text = r#"
+{"at_s": 12.0, "do": "drag", "object": "blue_cube", "to": [0.5, -0.2, 0.025]}
+{"at_phase": "LIFT", "nth": 2, "do": "kill", "process": "task"}
+{"at_s": 1, "do": "task_pause"}
+{"at_s": 1, "do": "gripper", "to": "open"}
+"#;
+        let lines = parse(text, "s.jsonl").unwrap();
+        assert_eq!(lines.len(), 4);
+        assert!(lines[1].action.is_for_launcher());
+        let copy: Vec<ScriptLine> =
+            serde_json::from_str(&serde_json::to_string(&lines).unwrap()).unwrap();
+        assert_eq!(copy, lines);
+    }
+
+    #[test]
+    fn bad_lines_are_named() {
+        for (text, word) in [
+            ("\n{\"at_s\": 1}", "do"),
+            ("\n{\"at_s\": -1, \"do\": \"pause\"}", "at_s"),
+            ("\n{\"do\": \"pause\"}", "at_phase"),
+            ("\n{\"at_s\": 1, \"do\": \"dragg\"}", "dragg"),
+            ("\n{\"at_s\": 1, \"do\": \"pause\", \"objct\": 1}", "objct"),
+            (
+                "\n{\"at_s\": 1, \"do\": \"kill\", \"process\": \"init\"}",
+                "init",
+            ),
+            ("\n{\"at_s\": 1, \"nth\": 2, \"do\": \"pause\"}", "nth"),
+            ("\n{", "s.jsonl:2"),
+        ] {
+            let message = parse(text, "s.jsonl").unwrap_err().to_string();
+            assert!(
+                message.contains(word) && message.starts_with("s.jsonl:2"),
+                "{message}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_line_fires_once_at_its_time_and_on_its_entry() {
+        let text = r#"{"at_phase": "LIFT", "nth": 2, "do": "kill", "process": "task"}
+{"at_s": 0.02, "do": "pause"}"#;
+        let mut runner = ScriptRunner::new(&parse(text, "s").unwrap());
+        assert_eq!(runner.left(), 2);
+        assert_eq!(runner.next_due(19), None);
+        assert_eq!(runner.next_due(20).map(|(n, _)| n), Some(2));
+        assert_eq!(runner.next_due(21), None);
+        runner.observe(30, "LIFT", 4);
+        runner.observe(31, "LIFT", 4);
+        assert_eq!(runner.next_due(31), None);
+        runner.observe(40, "TRANSPORT", 5);
+        runner.observe(50, "LIFT", 12);
+        assert_eq!(runner.next_due(50).map(|(n, _)| n), Some(1));
+        assert_eq!(runner.left(), 0);
+    }
+}

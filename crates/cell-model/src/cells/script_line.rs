@@ -1,0 +1,136 @@
+//! The lines of a script: what they do, and when.
+
+use serde::{Deserialize, Serialize};
+
+/// Something a script does.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+pub enum ScriptAction {
+    /// Pull an object by a spring until it is within 5 mm or time is up.
+    Drag {
+        /// Name in the cell file.
+        object: String,
+        /// Where to, world frame (m).
+        to: [f64; 3],
+        /// For how long at most (s).
+        #[serde(default = "two_seconds")]
+        for_s: f64,
+    },
+    /// SIGKILL a process; it is started again.
+    Kill {
+        /// `task`, `physics`, `monitor`, `controller` or `controller-0`.
+        process: String,
+    },
+    /// SIGSTOP a process for a while.
+    Stop {
+        /// As for kill.
+        process: String,
+        /// How long (s, of the launcher's clock).
+        for_s: f64,
+    },
+    /// Operator's gripper button.
+    Gripper {
+        /// Which way.
+        to: GripperWord,
+        /// Arm by place in the cell file.
+        #[serde(default)]
+        arm: u32,
+    },
+    /// Operator's target.
+    Target {
+        /// TCP in the world frame (m).
+        position: [f64; 3],
+        /// Its orientation; straight down where it is missing.
+        #[serde(default = "straight_down")]
+        orientation_wxyz: [f64; 4],
+        /// Arm by place in the cell file.
+        #[serde(default)]
+        arm: u32,
+    },
+    /// Asks for a bin.
+    AddBin {
+        /// Upside down; as the seed has it otherwise.
+        #[serde(default)]
+        flipped: bool,
+    },
+    /// Drops parts.
+    DropParts {
+        /// How many; 0: as many as the dispenser drops at a time.
+        #[serde(default)]
+        count: u32,
+    },
+    /// Start event of the task.
+    TaskStart {},
+    /// Pauses the task.
+    TaskPause {},
+    /// Lets the task go on.
+    TaskResume {},
+    /// Puts the task back to its beginning.
+    TaskReset {},
+    /// Pauses simulated time.
+    Pause {},
+    /// Lets simulated time go on.
+    Resume {},
+    /// Puts the scene back to its beginning.
+    Reset {},
+}
+
+/// Open or close.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GripperWord {
+    /// Open.
+    Open,
+    /// Close.
+    Close,
+}
+
+fn two_seconds() -> f64 {
+    2.0
+}
+
+fn straight_down() -> [f64; 4] {
+    [0.0, 1.0, 0.0, 0.0]
+}
+
+fn one() -> u32 {
+    1
+}
+
+impl ScriptAction {
+    /// Whether the launcher has to act, because it concerns a process.
+    pub fn is_for_launcher(&self) -> bool {
+        matches!(self, Self::Kill { .. } | Self::Stop { .. })
+    }
+}
+
+/// When a line fires.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Trigger {
+    /// At a simulated time.
+    Time {
+        /// Seconds of simulated time.
+        at_s: f64,
+    },
+    /// On the nth entry into a phase, or some time after it.
+    Phase {
+        /// Name as the policy shows it.
+        at_phase: String,
+        /// Which entry, from 1 up.
+        #[serde(default = "one")]
+        nth: u32,
+        /// Delay after the entry (s).
+        #[serde(default)]
+        after_s: f64,
+    },
+}
+
+/// One line; in a run file its two parts stand apart.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ScriptLine {
+    /// When.
+    pub trigger: Trigger,
+    /// What.
+    pub action: ScriptAction,
+}

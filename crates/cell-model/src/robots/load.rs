@@ -1,0 +1,231 @@
+//! Builds a [`Robot`] from its files.
+
+use nalgebra::Vector3;
+
+use crate::data::Data;
+use crate::error::{ModelError, Place};
+use crate::robots::file::{self, GripperTable, RobotFile, SuctionTable};
+use crate::robots::robot::{JointSpec, ParallelGripper, Robot, SuctionGripper};
+use crate::robots::urdf::{self, UrdfRobot};
+use crate::robots::xrdf;
+use crate::{suggest, toml_text};
+
+impl Robot {
+    /// A robot of the data directory, for instance `panda`.
+    ///
+    /// # Errors
+    /// [`ModelError`] where a file is missing or wrong.
+    pub fn load(data: &Data, name: &str) -> Result<Self, ModelError> {
+        let dir = format!("robots/{name}");
+        let file = format!("{dir}/robot.toml");
+        let text = data.read(&file)?;
+        let table = file::parse(&file, &text)?;
+        let urdf_file = format!("{dir}/{}", table.urdf);
+        let urdf = urdf::parse(&urdf_file, &data.read(&urdf_file)?)?;
+        let mut robot = Loader {
+            file: &file,
+            text: &text,
+            table: &table,
+            urdf,
+        }
+        .finish()?;
+        let xrdf_file = format!("{dir}/{}", table.xrdf);
+        robot.take_xrdf(
+            &xrdf_file,
+            &xrdf::parse(&xrdf_file, &data.read(&xrdf_file)?)?,
+        )?;
+        let tuning_file = format!("{dir}/{}", table.rmpflow);
+        robot.take_tuning(&tuning_file, &data.read(&tuning_file)?)?;
+        Ok(robot)
+    }
+}
+
+struct Loader<'a> {
+    file: &'a str,
+    text: &'a str,
+    table: &'a RobotFile,
+    urdf: UrdfRobot,
+}
+
+impl Loader<'_> {
+    fn finish(self) -> Result<Robot, ModelError> {
+        let arm_joints = self.arm_joints()?;
+        let mut joints = plain_specs(&self.urdf);
+        self.apply_arm(&mut joints, &arm_joints);
+        let gripper = match &self.table.gripper {
+            Some(table) => Some(self.gripper(table, &mut joints)?),
+            None => None,
+        };
+        let tcp_frame = self.frame("tcp_frame", &self.table.tcp_frame)?;
+        let home: Vec<f64> = joints.iter().map(|spec| spec.home).collect();
+        Ok(Robot {
+            rmpflow: Robot::general_tuning(arm_joints.len())?,
+            name: self.table.name.clone(),
+            default_joint_positions: arm_joints
+                .iter()
+                .filter_map(|&j| home.get(j).copied())
+                .collect(),
+            fixed_joint_positions: home,
+            chain: self.urdf.chain,
+            joints,
+            links: self.urdf.links,
+            arm_joints,
+            gripper,
+            suction: self.table.suction.as_ref().map(suction),
+            tcp_frame,
+            spheres: Vec::new(),
+        })
+    }
+
+    fn place(&self, key: &str) -> Place {
+        Place::line(self.file, toml_text::line_of(self.text, key))
+    }
+
+    fn joint(&self, key: &str, name: &str) -> Result<usize, ModelError> {
+        let names: Vec<&str> = self
+            .urdf
+            .chain
+            .joints()
+            .iter()
+            .map(|joint| joint.name.as_str())
+            .collect();
+        self.urdf.chain.joint_index(name).ok_or_else(|| {
+            let allowed = format!(
+                "no such moving joint in {}; {}",
+                self.table.urdf,
+                suggest::advice(name, &names)
+            );
+            ModelError::value(self.place(key), key, name, allowed)
+        })
+    }
+
+    fn frame(&self, key: &str, name: &str) -> Result<usize, ModelError> {
+        let names: Vec<&str> = self
+            .urdf
+            .chain
+            .frames()
+            .iter()
+            .map(|frame| frame.name.as_str())
+            .collect();
+        self.urdf.chain.frame_index(name).ok_or_else(|| {
+            let allowed = format!(
+                "no such link in {}; {}",
+                self.table.urdf,
+                suggest::advice(name, &names)
+            );
+            ModelError::value(self.place(key), key, name, allowed)
+        })
+    }
+
+    fn arm_joints(&self) -> Result<Vec<usize>, ModelError> {
+        let names = self.table.arm.joints.iter().enumerate();
+        let joints = names
+            .map(|(index, name)| self.joint(&format!("arm.joints.{index}"), name))
+            .collect::<Result<Vec<_>, _>>()?;
+        for (index, (&joint, home)) in joints
+            .iter()
+            .zip(&self.table.arm.home_joint_positions)
+            .enumerate()
+        {
+            let (lower, upper) = (
+                self.urdf.chain.joints()[joint].lower,
+                self.urdf.chain.joints()[joint].upper,
+            );
+            if !(lower..=upper).contains(home) {
+                let key = format!("arm.home_joint_positions.{index}");
+                return Err(ModelError::value(
+                    self.place(&key),
+                    key,
+                    home,
+                    format!("{lower} to {upper} is allowed"),
+                ));
+            }
+        }
+        Ok(joints)
+    }
+
+    /// The lists of the file have one entry per controlled joint (checked).
+    fn apply_arm(&self, specs: &mut [JointSpec], arm_joints: &[usize]) {
+        let arm = &self.table.arm;
+        for (index, &joint) in arm_joints.iter().enumerate() {
+            let spec = &mut specs[joint];
+            spec.home = arm.home_joint_positions[index];
+            spec.acceleration = arm.acceleration_limits[index];
+            spec.jerk = arm.jerk_limits[index];
+            spec.stiffness = arm.drive.stiffness[index];
+            spec.damping = arm.drive.damping[index];
+            spec.armature = arm.drive.armature[index];
+            spec.joint_damping = arm.drive.joint_damping[index];
+        }
+    }
+
+    fn gripper(
+        &self,
+        table: &GripperTable,
+        specs: &mut [JointSpec],
+    ) -> Result<ParallelGripper, ModelError> {
+        let [left, right] = &table.finger_joints;
+        let finger_joints = [
+            self.joint("gripper.finger_joints.0", left)?,
+            self.joint("gripper.finger_joints.1", right)?,
+        ];
+        for joint in finger_joints {
+            let spec = &mut specs[joint];
+            spec.stiffness = table.stiffness_n_per_m;
+            spec.damping = table.damping_n_s_per_m;
+            spec.armature = table.armature_kg;
+            spec.joint_damping = table.joint_damping_n_s_per_m;
+            spec.velocity = table.speed_m_s;
+            spec.effort = table.max_force_n;
+            spec.home = 0.5 * table.max_width_m;
+        }
+        Ok(ParallelGripper {
+            finger_joints,
+            max_width: table.max_width_m,
+            default_force: table.default_force_n,
+            max_force: table.max_force_n,
+            speed: table.speed_m_s,
+            pad_friction: table.pad_friction,
+        })
+    }
+}
+
+fn suction(table: &SuctionTable) -> SuctionGripper {
+    SuctionGripper {
+        axis: Vector3::from(table.axis).normalize(),
+        grip_distance: table.grip_distance_m,
+        force_limit: table.force_limit_n,
+        torque_limit: table.torque_limit_n_m,
+        cup_radius: table.cup_radius_m,
+    }
+}
+
+/// What a joint gets where nobody says more, in the units of [`JointSpec`].
+/// Limits come from the URDF; where it says nothing: 1 rad/s (0.1 m/s), 100 N·m,
+/// 10 rad/s² and 500 rad/s³, a careful industrial arm. The drive is as stiff as
+/// 50 times its effort per radian, within 500 to 10,000, and damped by a tenth
+/// of that per rad/s, the ratio of the published Panda gains.
+pub(crate) fn plain_specs(urdf: &UrdfRobot) -> Vec<JointSpec> {
+    let joints = urdf.chain.joints().iter().zip(&urdf.limits);
+    joints
+        .map(|(joint, limits)| {
+            let revolute = joint.kind == rmp::JointKind::Revolute;
+            let or = |value: f64, default: f64| if value > 0.0 { value } else { default };
+            let effort = or(limits.effort, 100.0);
+            let stiffness = (50.0 * effort).clamp(500.0, 10_000.0);
+            JointSpec {
+                lower: joint.lower,
+                upper: joint.upper,
+                velocity: or(limits.velocity, if revolute { 1.0 } else { 0.1 }),
+                acceleration: limits.acceleration.unwrap_or(10.0),
+                jerk: limits.jerk.unwrap_or(500.0),
+                effort,
+                stiffness,
+                damping: 0.1 * stiffness,
+                armature: 0.1,
+                joint_damping: 1.0,
+                home: 0.0_f64.clamp(joint.lower, joint.upper),
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,241 @@
+//! Any URDF as joints, links and frames: fixed joints are merged into the link
+//! they are fixed to.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use rmp::{Chain, Frame, Joint, JointKind};
+use urdf_rs::{Geometry, JointType};
+
+use crate::error::{ModelError, Place};
+use crate::robots::urdf_check;
+use crate::robots::urdf_scan;
+use crate::shape::{Link, LinkShape, Shape};
+
+/// A continuous joint may turn this often to each side: a real arm has cables.
+pub const CONTINUOUS_TURNS: f64 = 2.0;
+
+/// Limits of one joint as its URDF states them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UrdfLimits {
+    /// rad/s or m/s; 0 where the file says nothing.
+    pub velocity: f64,
+    /// N·m or N; 0 where the file says nothing.
+    pub effort: f64,
+    /// Acceleration (rad/s², m/s²), where the file gives it.
+    pub acceleration: Option<f64>,
+    /// Jerk (rad/s³, m/s³), where the file gives it.
+    pub jerk: Option<f64>,
+    /// The joint copies another one.
+    pub mimic: bool,
+}
+
+/// A URDF, checked and merged.
+#[derive(Clone, Debug)]
+pub struct UrdfRobot {
+    /// Name in the file.
+    pub name: String,
+    /// Joints and frames.
+    pub chain: Chain,
+    /// Limits by joint of the chain.
+    pub limits: Vec<UrdfLimits>,
+    /// The base, then the child link of every joint of the chain.
+    pub links: Vec<Link>,
+    /// Collision meshes that were left out: only primitives take part in
+    /// contact.
+    pub skipped_meshes: usize,
+}
+
+/// Reads a URDF; `file` is its name in messages.
+///
+/// # Errors
+/// [`ModelError`] for anything that is not one tree of finite, plausible
+/// numbers, with the name of the link or joint.
+pub fn parse(file: &str, text: &str) -> Result<UrdfRobot, ModelError> {
+    urdf_scan::scan(file, text)?;
+    let robot = urdf_rs::read_from_string(text).map_err(|error| ModelError::Syntax {
+        place: Place::file(file),
+        message: format!("no URDF: {error}"),
+    })?;
+    urdf_check::check(file, &robot)?;
+    let builder = Builder::run(&robot);
+    let chain = Chain::new(builder.joints, builder.frames).map_err(|source| ModelError::Chain {
+        place: Place::file(file),
+        source,
+    })?;
+    Ok(UrdfRobot {
+        name: robot.name.clone(),
+        chain,
+        limits: builder.limits,
+        links: builder.links,
+        skipped_meshes: builder.skipped_meshes,
+    })
+}
+
+#[derive(Default)]
+struct Builder {
+    joints: Vec<Joint>,
+    frames: Vec<Frame>,
+    limits: Vec<UrdfLimits>,
+    links: Vec<Link>,
+    skipped_meshes: usize,
+}
+
+impl Builder {
+    /// Walks the tree from its root, breadth first in the order of the file.
+    fn run(robot: &urdf_rs::Robot) -> Self {
+        let mut builder = Self::default();
+        let links: BTreeMap<&str, &urdf_rs::Link> = robot
+            .links
+            .iter()
+            .map(|link| (link.name.as_str(), link))
+            .collect();
+        let is_child = |name: &str| robot.joints.iter().any(|joint| joint.child.link == name);
+        let Some(root) = robot.links.iter().find(|link| !is_child(&link.name)) else {
+            return builder;
+        };
+        let base = builder.link(root);
+        builder.links.push(base);
+        builder.frame(&root.name, None, Isometry3::identity());
+        let mut open =
+            std::collections::VecDeque::from([(root.name.as_str(), None, Isometry3::identity())]);
+        while let Some((parent, joint, pose)) = open.pop_front() {
+            for edge in robot
+                .joints
+                .iter()
+                .filter(|edge| edge.parent.link == parent)
+            {
+                let Some(child) = links.get(edge.child.link.as_str()) else {
+                    continue;
+                };
+                let at = pose * to_isometry(&edge.origin);
+                let (joint, pose) = if edge.joint_type == JointType::Fixed {
+                    builder.merge(child, joint, at);
+                    (joint, at)
+                } else {
+                    (
+                        Some(builder.joint(edge, child, joint, at)),
+                        Isometry3::identity(),
+                    )
+                };
+                builder.frame(&child.name, joint, pose);
+                open.push_back((&child.name, joint, pose));
+            }
+        }
+        builder
+    }
+
+    fn frame(&mut self, name: &str, joint: Option<usize>, pose: Isometry3<f64>) {
+        self.frames.push(Frame {
+            name: name.to_owned(),
+            joint,
+            pose,
+        });
+    }
+
+    fn merge(&mut self, child: &urdf_rs::Link, joint: Option<usize>, pose: Isometry3<f64>) {
+        let body = self.link(child);
+        if let Some(link) = self.links.get_mut(joint.map_or(0, |joint| joint + 1)) {
+            link.absorb(&body, &pose);
+        }
+    }
+
+    fn joint(
+        &mut self,
+        edge: &urdf_rs::Joint,
+        child: &urdf_rs::Link,
+        parent: Option<usize>,
+        origin: Isometry3<f64>,
+    ) -> usize {
+        let continuous = edge.joint_type == JointType::Continuous;
+        let turns = CONTINUOUS_TURNS * std::f64::consts::TAU;
+        let (lower, upper) = if continuous {
+            (-turns, turns)
+        } else {
+            (edge.limit.lower, edge.limit.upper)
+        };
+        let prismatic = edge.joint_type == JointType::Prismatic;
+        self.joints.push(Joint {
+            name: edge.name.clone(),
+            parent,
+            origin,
+            axis: Vector3::from(edge.axis.xyz.0),
+            kind: if prismatic {
+                JointKind::Prismatic
+            } else {
+                JointKind::Revolute
+            },
+            lower,
+            upper,
+        });
+        let given = |value: f64| (value.is_finite() && value > 0.0).then_some(value);
+        self.limits.push(UrdfLimits {
+            velocity: given(edge.limit.velocity).unwrap_or(0.0),
+            effort: given(edge.limit.effort).unwrap_or(0.0),
+            acceleration: given(edge.limit.acceleration),
+            jerk: given(edge.limit.jerk),
+            mimic: edge.mimic.is_some(),
+        });
+        let link = self.link(child);
+        self.links.push(link);
+        self.joints.len() - 1
+    }
+
+    fn link(&mut self, link: &urdf_rs::Link) -> Link {
+        let inertial = &link.inertial;
+        let pose = to_isometry(&inertial.origin);
+        let rotation = pose.rotation.to_rotation_matrix();
+        let i = &inertial.inertia;
+        let inertia = Matrix3::new(
+            i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz,
+        );
+        let mut shapes = Vec::new();
+        for collision in &link.collision {
+            match to_shape(&collision.geometry) {
+                Some(shape) => shapes.push(LinkShape {
+                    shape,
+                    pose: to_isometry(&collision.origin),
+                }),
+                None => self.skipped_meshes += 1,
+            }
+        }
+        Link {
+            name: link.name.clone(),
+            mass: inertial.mass.value,
+            center_of_mass: pose.translation.vector,
+            inertia: rotation.matrix() * inertia * rotation.matrix().transpose(),
+            shapes,
+        }
+    }
+}
+
+/// A URDF pose: translation, then roll, pitch, yaw about fixed axes.
+fn to_isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
+    let [x, y, z] = pose.xyz.0;
+    let [roll, pitch, yaw] = pose.rpy.0;
+    Isometry3::from_parts(
+        Translation3::new(x, y, z),
+        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+    )
+}
+
+fn to_shape(geometry: &Geometry) -> Option<Shape> {
+    let shape = match *geometry {
+        Geometry::Box { size } => Shape::Box { size_m: size.0 },
+        Geometry::Sphere { radius } => Shape::Sphere { radius_m: radius },
+        Geometry::Cylinder { radius, length } => Shape::Cylinder {
+            radius_m: radius,
+            height_m: length,
+        },
+        Geometry::Capsule { radius, length } => Shape::Capsule {
+            radius_m: radius,
+            height_m: length,
+        },
+        Geometry::Mesh { .. } => return None,
+    };
+    shape
+        .lengths()
+        .iter()
+        .all(|(_, length)| *length > 0.0)
+        .then_some(shape)
+}

@@ -1,0 +1,5 @@
+//! What a run of a cell is, for the processes that take part in it.
+
+pub mod spec;
+pub mod summary;
+pub mod worker_args;

@@ -1,0 +1,229 @@
+//! What one run of a cell is: written by the launcher into the run directory,
+//! read by every process at its start.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::cells::cell::Cell;
+use crate::cells::script::ScriptLine;
+use crate::data::Data;
+use crate::error::ModelError;
+use crate::robots::user::RobotFiles;
+
+/// How simulated time goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Speed {
+    /// One tick each millisecond; late messages are late.
+    #[default]
+    RealTime,
+    /// Lockstep as fast as it goes: physics waits for everybody.
+    Max,
+    /// Lockstep, paced at this multiple of real time.
+    Factor(f64),
+}
+
+impl Speed {
+    /// Whether physics waits for everybody.
+    pub fn is_lockstep(self) -> bool {
+        self != Self::RealTime
+    }
+}
+
+impl std::str::FromStr for Speed {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "1" => Ok(Self::RealTime),
+            "max" => Ok(Self::Max),
+            _ => match text.parse::<f64>() {
+                Ok(1.0) => Ok(Self::RealTime),
+                Ok(factor) if (0.01..=50.0).contains(&factor) => Ok(Self::Factor(factor)),
+                _ => Err(format!(
+                    "speed is {text:?}; allowed are 1 (real time), max, or a factor from 0.01 to 50"
+                )),
+            },
+        }
+    }
+}
+
+/// One run of a cell.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunSpec {
+    /// Identity of the run, never 0; in every message.
+    pub run: u64,
+    /// Name of the cell, for `--cell`.
+    pub cell: String,
+    /// Name of the demo: `cells/DEMO.toml`.
+    pub demo: String,
+    /// Policy of the task.
+    pub policy: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// How simulated time goes.
+    pub speed: Speed,
+    /// Folder with `cells/` and `robots/`; the built-in files where missing.
+    pub data_dir: Option<PathBuf>,
+    /// The program of the task, where it is not the built-in one.
+    #[serde(default)]
+    pub task_program: Option<PathBuf>,
+    /// Where the launcher put the built-in files for the processes of this run.
+    #[serde(default)]
+    pub built_in_dir: PathBuf,
+    /// The run directory.
+    pub run_dir: PathBuf,
+    /// iceoryx2's root path, inside the run directory.
+    pub root: PathBuf,
+    /// Prefix of iceoryx2's names.
+    pub prefix: String,
+    /// Arms of the cell.
+    pub arms: u8,
+    /// The user's own robot in place of the cell's.
+    pub robot: Option<RobotFiles>,
+    /// Script, in the order of its lines.
+    pub script: Vec<ScriptLine>,
+    /// Set the scene up and wait for resume.
+    pub paused: bool,
+    /// Bins the job is about; all of the cell where missing.
+    #[serde(default)]
+    pub bins: Option<u32>,
+    /// End the run when the task is done or has failed.
+    pub until_done: bool,
+    /// End the run at this simulated time at the latest (s).
+    pub time_limit_s: Option<f64>,
+    /// Try for real-time scheduling and locked memory.
+    pub real_time: bool,
+    /// The page; `None` with `--headless`.
+    pub page: Option<PageSpec>,
+    /// The flight recorder.
+    pub record: RecordSpec,
+}
+
+/// Where the page is served.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PageSpec {
+    /// Address and port to listen at.
+    pub address: std::net::SocketAddr,
+    /// The built page; the embedded one where missing.
+    pub dist: Option<PathBuf>,
+    /// What to do when there is no page, for people.
+    pub hint: String,
+    /// [`PageSecrets`] of the run, readable by its owner only.
+    pub secrets: PathBuf,
+}
+
+/// What opens the page: written by the launcher, mode 0600, kept over restarts
+/// of the monitor. Each is 32 hexadecimal digits.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PageSecrets {
+    /// Exchanged for the right to command.
+    pub operator_token: String,
+    /// Exchanged for the right to look.
+    pub viewer_token: String,
+    /// Cookie of an operator.
+    pub operator_cookie: String,
+    /// Cookie of a viewer.
+    pub viewer_cookie: String,
+}
+
+/// What the recorder keeps.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RecordSpec {
+    /// Directory of the flight recorder's ring.
+    pub flight_dir: PathBuf,
+    /// Bytes the ring may take.
+    pub limit_bytes: u64,
+    /// File that keeps the whole run, with `--record`.
+    pub file: Option<PathBuf>,
+}
+
+/// A run file that cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum RunSpecError {
+    /// The file system said no.
+    #[error("{path}: {source}; the launcher writes this file, start the cell with `robocell run`")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Not a run file of this version.
+    #[error("{path}: {source}; launcher and process are of different versions")]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
+}
+
+impl RunSpec {
+    /// Name of the file inside the run directory.
+    pub const FILE: &'static str = "run.json";
+
+    /// Reads the file at `path`.
+    pub fn load(path: &Path) -> Result<Self, RunSpecError> {
+        let text = std::fs::read_to_string(path).map_err(|source| RunSpecError::Io {
+            path: path.to_owned(),
+            source,
+        })?;
+        serde_json::from_str(&text).map_err(|source| RunSpecError::Format {
+            path: path.to_owned(),
+            source,
+        })
+    }
+
+    /// The cell of the run, as every process of it sees it.
+    ///
+    /// # Errors
+    /// [`ModelError`] for an unknown demo and for any file that is wrong.
+    pub fn load_cell(&self) -> Result<Cell, ModelError> {
+        self.load_cell_from(&Data::dir(&self.built_in_dir))
+    }
+
+    /// The cell of the run; what the user gave no folder for is taken from
+    /// `built_in`.
+    ///
+    /// # Errors
+    /// As [`RunSpec::load_cell`].
+    pub fn load_cell_from(&self, built_in: &Data) -> Result<Cell, ModelError> {
+        let data = self.data_dir.as_ref().map(Data::dir);
+        let data = data.map_or_else(|| built_in.clone(), |data| data.with_robots_of(built_in));
+        let mut cell = Cell::load(&data, &self.demo, self.seed, self.robot.as_ref())?;
+        self.bins.map_or(Ok(()), |bins| cell.limit_bins(bins))?;
+        Ok(cell)
+    }
+
+    /// Writes the file at `path`.
+    pub fn save(&self, path: &Path) -> Result<(), RunSpecError> {
+        let text = serde_json::to_string_pretty(self).map_err(|source| RunSpecError::Format {
+            path: path.to_owned(),
+            source,
+        })?;
+        // Renamed into place, so that nobody reads half a file.
+        let draft = path.with_extension("draft");
+        let written = std::fs::write(&draft, text).and_then(|()| std::fs::rename(&draft, path));
+        written.map_err(|source| RunSpecError::Io {
+            path: path.to_owned(),
+            source,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Speed;
+
+    #[test]
+    fn speeds_are_read_as_people_write_them() {
+        assert_eq!("1".parse(), Ok(Speed::RealTime));
+        assert_eq!("max".parse(), Ok(Speed::Max));
+        assert_eq!("2.5".parse(), Ok(Speed::Factor(2.5)));
+        for bad in ["0", "nan", "-1", "fast", "1e9"] {
+            assert!(bad.parse::<Speed>().is_err(), "{bad}");
+        }
+    }
+}

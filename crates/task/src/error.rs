@@ -1,0 +1,42 @@
+//! Why a task cannot be made.
+
+use cell_model::ModelError;
+
+use crate::settings::SetupError;
+
+/// Why a task cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum TaskError {
+    /// No such kind of `[task]` in this program.
+    #[error("{file}: task.kind is '{kind}', which this task program does not know; {advice}")]
+    UnknownKind {
+        /// The cell file.
+        file: String,
+        /// What is there.
+        kind: String,
+        /// The nearest name, or all of them.
+        advice: String,
+    },
+    /// No such policy for this kind.
+    #[error("there is no policy '{policy}' for demo '{demo}'; {advice}")]
+    UnknownPolicy {
+        /// What was asked for.
+        policy: String,
+        /// The demo.
+        demo: String,
+        /// The nearest name, or all of them.
+        advice: String,
+    },
+    /// The `[task]` table.
+    #[error(transparent)]
+    Settings(#[from] ModelError),
+    /// The cell, or a behaviour it names, does not make this job.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// There is no arm to do it.
+    #[error("cells/{demo}.toml has no [[arm]]; a task needs one")]
+    NoArm {
+        /// The demo.
+        demo: String,
+    },
+}

@@ -1,0 +1,30 @@
+//! Arguments that many commands have.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::cli_values::cell_name;
+
+/// Name of a cell when nothing else is said.
+pub(crate) const DEFAULT_CELL: &str = "cell";
+
+/// Which cell.
+#[derive(Clone, Debug, Args)]
+pub struct CellArgs {
+    /// Name of the cell; its run directory bears the same name
+    #[arg(long, value_name = "NAME", default_value = DEFAULT_CELL, value_parser = cell_name)]
+    pub cell: String,
+}
+
+/// Where cell files and robots are, and what does the task.
+#[derive(Clone, Debug, Default, Args)]
+pub struct DataArgs {
+    /// Directory with `cells/`, and with `robots/` beside the built-in ones
+    #[arg(long, value_name = "DIR")]
+    pub data: Option<PathBuf>,
+    /// Program that does the task: a path, or a name beside the cell, beside
+    /// robocell or on PATH; that of the cell file otherwise
+    #[arg(long, value_name = "PROGRAM")]
+    pub task: Option<String>,
+}

@@ -1,0 +1,38 @@
+//! What is served, and to how many.
+
+use std::sync::Arc;
+
+use tokio::sync::Semaphore;
+
+use super::files::Files;
+use super::gate::Gate;
+use crate::hub::Hub;
+use crate::page::command::Names;
+use crate::page::desk::Desk;
+use crate::scrub::OpenPast;
+
+/// What is served.
+pub struct Site {
+    /// Who may come in.
+    pub gate: Gate,
+    /// The page.
+    pub files: Files,
+    /// Meshes by `/ROBOT/LINK.glb`.
+    pub meshes: Files,
+    /// What to do when there is no page, for people.
+    pub hint: String,
+    /// What feeds the pages.
+    pub hub: Arc<Hub>,
+    /// Who carries out commands.
+    pub desk: Arc<dyn Desk>,
+    /// Names commands can use.
+    pub names: Names,
+    /// The recording to look back into, when this is a live cell.
+    pub past: Option<OpenPast>,
+}
+
+/// A site with the places of its websockets.
+pub(super) struct Served {
+    pub(super) site: Site,
+    pub(super) sockets: Arc<Semaphore>,
+}

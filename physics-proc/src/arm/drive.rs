@@ -1,0 +1,118 @@
+//! From an accepted command to the drives of an arm and its hand.
+
+use cell_model::ramp::RampState;
+use cell_model::{ArmSpec, Dynamics};
+use ipc_types::{ArmCommand, Input};
+use nalgebra::Vector3;
+use rapier3d_f64::prelude::PhysicsWorld;
+use rmp::JointLimits;
+
+use crate::arm::measured::Measured;
+use crate::arm::memory::ArmMemory;
+use crate::arm::multibody::{Arm, DriveTarget};
+use crate::engine::settings::GRAVITY;
+
+/// What drives one arm.
+pub(crate) struct ArmDrive {
+    /// What the drives were told in the last tick, by joint of the chain.
+    pub(crate) targets: Vec<DriveTarget>,
+    limits: JointLimits,
+    dynamics: Dynamics,
+    /// Gravity in the base frame (m/s²).
+    gravity: Vector3<f64>,
+}
+
+impl ArmDrive {
+    /// Of an arm that is in the engine.
+    pub(crate) fn new(spec: &ArmSpec) -> Self {
+        Self {
+            targets: vec![DriveTarget::default(); spec.robot.joints.len()],
+            limits: spec.robot.limits(),
+            dynamics: Dynamics::new(&spec.robot),
+            gravity: spec.base.rotation.inverse() * Vector3::from(GRAVITY),
+        }
+    }
+
+    /// The joints follow `command`, or what the watchdog does without one.
+    pub(crate) fn joints(
+        &mut self,
+        engine: &mut PhysicsWorld,
+        (arm, measured): (&Arm, &Measured),
+        memory: &mut ArmMemory,
+        (tick, command): (u64, Option<&ArmCommand>),
+    ) {
+        let robot = &arm.robot;
+        let verdict = memory.watchdog.update(tick, command, robot, &self.limits);
+        memory.stop_action = verdict.stop.action.code();
+        if let (true, Some(command)) = (verdict.accepted, command) {
+            memory.suction.command(&command.gripper);
+            if let Some(gripper) = &robot.gripper {
+                memory.gripper.command(&command.gripper, gripper);
+            }
+        }
+        let positions = robot.arm_joints.iter();
+        let positions: Vec<f64> = positions.map(|&joint| measured.positions[joint]).collect();
+        let carried = self
+            .dynamics
+            .inverse_dynamics(&positions, &[], &[], &self.gravity)
+            .to_vec();
+        let setpoint: Vec<_> = memory.watchdog.setpoint().collect();
+        let efforts = if verdict.own {
+            let of =
+                |value: fn(&RampState) -> f64| setpoint.iter().map(value).collect::<Vec<f64>>();
+            self.dynamics.inverse_dynamics(
+                &of(|s| s.position),
+                &of(|s| s.velocity),
+                &of(|s| s.acceleration),
+                &self.gravity,
+            )
+        } else {
+            memory.watchdog.efforts()
+        };
+        let efforts = efforts.iter().zip(&carried);
+        let states = setpoint.iter().zip(efforts);
+        for (&joint, (state, (effort, gravity))) in robot.arm_joints.iter().zip(states) {
+            let target = DriveTarget {
+                position: state.position,
+                velocity: state.velocity,
+                effort: *effort,
+                gravity: *gravity,
+                max_effort: robot.joints[joint].effort,
+            };
+            arm.drive(engine, joint, &target);
+            self.targets[joint] = target;
+        }
+    }
+
+    /// The fingers follow the last accepted command.
+    pub(crate) fn fingers(
+        &mut self,
+        engine: &mut PhysicsWorld,
+        (arm, measured): (&Arm, &Measured),
+        memory: &mut ArmMemory,
+    ) {
+        let Some(gripper) = &arm.robot.gripper else {
+            return;
+        };
+        let [left, right] = gripper.finger_joints;
+        let finger = 0.5 * (measured.positions[left] + measured.positions[right]);
+        let stiffness = arm.robot.joints[left].stiffness;
+        let target = memory.gripper.step(gripper, stiffness, finger);
+        for joint in gripper.finger_joints {
+            arm.drive(engine, joint, &target);
+            self.targets[joint] = target;
+        }
+    }
+}
+
+/// The accepted command of arm `index`, as an input of the state.
+pub(crate) fn input(index: usize, memory: &ArmMemory, tick: u64) -> Option<Input> {
+    let accepted = memory.watchdog.accepted()?;
+    let arm = u8::try_from(index).unwrap_or(u8::MAX);
+    Some(Input {
+        topic: ipc_types::topic::TopicId::ArmCommand(arm).code(),
+        generation: accepted.generation,
+        seq: accepted.seq,
+        age_ticks: tick.saturating_sub(accepted.tick),
+    })
+}

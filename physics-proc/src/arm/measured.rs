@@ -1,0 +1,68 @@
+//! Joints as measured.
+
+use cell_model::Robot;
+use nalgebra::Isometry3;
+use rapier3d_f64::prelude::PhysicsWorld;
+
+use crate::arm::multibody::Arm;
+use crate::engine::convert;
+
+/// Joints of one arm, by joint of the chain. Always finite: a state the engine
+/// lost keeps its last good values.
+#[derive(Clone, Debug)]
+pub(crate) struct Measured {
+    /// rad or m.
+    pub(crate) positions: Vec<f64>,
+    /// rad/s or m/s.
+    pub(crate) velocities: Vec<f64>,
+    scratch: (Vec<f64>, Vec<f64>),
+}
+
+impl Measured {
+    /// At home.
+    pub(crate) fn new(robot: &Robot) -> Self {
+        let home: Vec<f64> = robot.joints.iter().map(|spec| spec.home).collect();
+        let zeros = vec![0.0; home.len()];
+        Self {
+            positions: home,
+            velocities: zeros.clone(),
+            scratch: (zeros.clone(), zeros),
+        }
+    }
+
+    /// Reads the joints from the engine.
+    pub(crate) fn read(&mut self, arm: &Arm, world: &PhysicsWorld) {
+        let (positions, velocities) = &mut self.scratch;
+        arm.measure(world, positions, velocities);
+        if positions
+            .iter()
+            .chain(velocities.iter())
+            .all(|x| x.is_finite())
+        {
+            self.positions.copy_from_slice(positions);
+            self.velocities.copy_from_slice(velocities);
+        }
+    }
+}
+
+/// The TCP in the world frame: from the engine, or from the last good joints where that is lost.
+pub(crate) fn finite_tcp(engine: &PhysicsWorld, arm: &Arm, measured: &Measured) -> Isometry3<f64> {
+    let tcp = arm.tcp(engine);
+    if tcp
+        .translation
+        .vector
+        .iter()
+        .chain(tcp.rotation.coords.iter())
+        .all(|x| x.is_finite())
+    {
+        return tcp;
+    }
+    let base = arm.bodies.first().and_then(|base| engine.bodies.get(*base));
+    let base = base.map_or_else(Isometry3::identity, |base| {
+        convert::from_pose(base.position())
+    });
+    base * arm
+        .robot
+        .frame_pose(arm.robot.tcp_frame, &measured.positions)
+        .unwrap_or_default()
+}

@@ -1,0 +1,9 @@
+//! An arm: its joints and drives, what it measures, and its command watchdog.
+
+pub(crate) mod drive;
+pub(crate) mod measured;
+pub(crate) mod memory;
+pub(crate) mod multibody;
+pub mod touches;
+pub(crate) mod violations;
+pub mod watchdog;

@@ -1,0 +1,361 @@
+//! The arm's command watchdog: follow fresh commands, coast over short gaps,
+//! brake on silence, hold.
+//!
+//! - Before the first command the arm holds its home.
+//! - A tick without a new command goes on at the commanded velocity.
+//! - When the newest accepted command is older than the stop policy allows, the
+//!   arm brakes on a ramp within its limits, from the last setpoint, and holds.
+//! - A command further than [`MAX_STEP`] (plus what the velocity limit allows
+//!   since the last setpoint) from the setpoint in force is refused and counted.
+//! - After a brake, and from another controller, commands have to go on from the
+//!   setpoint in force within the joint's limits, until it is certain that they
+//!   go on from each other: a controller begins anew at every state that says
+//!   the arm is stopped, and several such beginnings may be on their way.
+//! - A beginning elsewhere is refused, and the arm brakes until one is accepted:
+//!   that is how the controller learns of it.
+
+use cell_model::ramp::{self, RampState};
+use cell_model::stop::{PhysicsFlags, Stop, physics_stop};
+use cell_model::{JointSpec, Robot};
+use ipc_types::arm::{StopAction, StopCause};
+use ipc_types::{ArmCommand, Validate};
+use rmp::JointLimits;
+use serde::{Deserialize, Serialize};
+
+use crate::arm::violations;
+use crate::engine::settings::TICK_S;
+
+/// Share of the acceleration limit by which the acceleration a command speaks of
+/// and the one it makes may differ: what follows is within the jerk limit then.
+const SAME_ACCELERATION: f64 = 1.0e-7;
+
+/// Furthest a command may be from the setpoint in force (rad or m).
+pub const MAX_STEP: f64 = 0.05;
+
+/// Which command was accepted last.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Accepted {
+    pub(crate) generation: u32,
+    pub(crate) seq: u64,
+    pub(crate) tick: u64,
+}
+
+/// Where setpoints come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+enum Source {
+    /// Home or a finished ramp: gravity is compensated here.
+    Own,
+    /// The controller.
+    Commands,
+}
+
+/// One joint, as plain numbers for the snapshot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Point {
+    position: f64,
+    velocity: f64,
+    acceleration: f64,
+}
+
+/// State of the watchdog of one arm.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Watchdog {
+    source: Source,
+    /// In force, by controlled joint.
+    setpoint: Vec<Point>,
+    /// Last accepted command, or the ramp's last output.
+    anchor: Vec<Point>,
+    /// Feed-forward of the last accepted command (N·m or N).
+    efforts: Vec<f64>,
+    accepted: Option<Accepted>,
+    /// Tick at which the scene was reset: commands that answer it or an earlier
+    /// one are about the scene before.
+    reset_at: Option<u64>,
+    /// Last tick whose state said that the arm is stopped.
+    stopped_at: Option<u64>,
+    /// The setpoint in force moves as the sender of the accepted command takes
+    /// it to.
+    settled: bool,
+    /// The controller began elsewhere: stopped until it begins here.
+    astray: bool,
+    /// Commands refused since the start.
+    pub(crate) refused: u64,
+    /// Limits broken by accepted commands or measured positions.
+    pub(crate) violations: u64,
+    /// A body of the arm was disabled by the engine.
+    pub(crate) fault: bool,
+}
+
+/// What a tick does with the arm.
+pub(crate) struct Verdict {
+    /// The stop policy's word.
+    pub(crate) stop: Stop,
+    /// The command is new and was accepted.
+    pub(crate) accepted: bool,
+    /// Setpoints come from here, not from commands: feed-forward has to be
+    /// computed for them.
+    pub(crate) own: bool,
+}
+
+impl Watchdog {
+    /// Holding `home` (rad or m by controlled joint).
+    pub(crate) fn new(home: &[f64]) -> Self {
+        let points: Vec<Point> = home
+            .iter()
+            .map(|&position| Point {
+                position,
+                ..Point::default()
+            })
+            .collect();
+        Self {
+            source: Source::Own,
+            anchor: points.clone(),
+            setpoint: points,
+            efforts: vec![0.0; home.len()],
+            accepted: None,
+            reset_at: None,
+            stopped_at: None,
+            settled: false,
+            astray: false,
+            refused: 0,
+            violations: 0,
+            fault: false,
+        }
+    }
+
+    /// The command in force.
+    pub(crate) fn accepted(&self) -> Option<Accepted> {
+        self.accepted
+    }
+
+    /// Position, velocity and acceleration in force, by controlled joint.
+    pub(crate) fn setpoint(&self) -> impl Iterator<Item = RampState> + '_ {
+        self.setpoint.iter().map(|p| ramp_state(*p))
+    }
+
+    /// Feed-forward of the command in force.
+    pub(crate) fn efforts(&self) -> &[f64] {
+        &self.efforts
+    }
+
+    /// After a reset of the scene at `tick`: counts go on, and commands that
+    /// answer the scene before are not taken.
+    pub(crate) fn carry_over(&mut self, before: &Self, tick: u64) {
+        self.refused = before.refused;
+        self.violations = before.violations;
+        self.reset_at = Some(tick);
+    }
+
+    /// Decides for the tick that follows `tick`. `command` is the newest one
+    /// there is, of any age.
+    pub(crate) fn update(
+        &mut self,
+        tick: u64,
+        command: Option<&ArmCommand>,
+        robot: &Robot,
+        limits: &JointLimits,
+    ) -> Verdict {
+        let accepted = command.is_some_and(|command| self.take(tick, command, robot));
+        let age = self
+            .accepted
+            .map(|accepted| tick.saturating_sub(accepted.tick));
+        let mut stop = physics_stop(PhysicsFlags {
+            command_age_ticks: age,
+            quarantined: self.fault,
+        });
+        if self.astray && !stop.stops_motion() {
+            stop = Stop {
+                action: StopAction::Hold,
+                cause: StopCause::CommandLost,
+            };
+        }
+        if stop.stops_motion() {
+            self.stopped_at = Some(tick + 1);
+            self.brake(limits);
+        } else if !accepted && self.source == Source::Commands {
+            self.coast(robot);
+        }
+        Verdict {
+            stop,
+            accepted,
+            own: self.source == Source::Own,
+        }
+    }
+
+    /// Accepts a new and sound command.
+    fn take(&mut self, tick: u64, command: &ArmCommand, robot: &Robot) -> bool {
+        let header = &command.header;
+        let id = Accepted {
+            generation: header.generation,
+            seq: header.seq,
+            tick: header.tick,
+        };
+        // A command of the future answers a run that was set back.
+        if self.fault
+            || self.accepted == Some(id)
+            || self.reset_at.is_some_and(|reset| id.tick <= reset)
+            || id.tick > tick
+        {
+            return false;
+        }
+        let fresh = tick - id.tick <= cell_model::stop::COMMAND_AGE_TICKS;
+        let sound =
+            command.joint_count as usize == self.setpoint.len() && command.validate().is_ok();
+        let begins = !self.follows_on(id);
+        let goes_on = fresh
+            && sound
+            && if begins {
+                self.begins_here(command, robot)
+            } else {
+                self.is_near(command, robot, tick)
+            };
+        if !goes_on {
+            self.refused += u64::from(fresh);
+            self.astray |= fresh && sound && begins;
+            return false;
+        }
+        if begins {
+            self.begin(command, robot);
+        }
+        self.follow(command, id, robot);
+        true
+    }
+
+    fn is_near(&self, command: &ArmCommand, robot: &Robot, tick: u64) -> bool {
+        let gap = self.accepted.map_or(1, |accepted| {
+            tick.saturating_sub(accepted.tick).clamp(1, 20)
+        });
+        let joints = self
+            .setpoint
+            .iter()
+            .zip(&command.joint_positions)
+            .zip(robot.arm_specs());
+        let mut steps = joints.map(|((point, position), spec)| {
+            (position - point.position).abs() - spec.velocity * gap as f64 * TICK_S
+        });
+        steps.all(|step| step <= MAX_STEP)
+    }
+
+    /// Whether the command goes on from the accepted one: from the same sender,
+    /// which has not begun anew between the two and is moving as the arm is. Who
+    /// answers each state once cannot have sent more commands than there were
+    /// states, unless physics was set back.
+    fn follows_on(&self, id: Accepted) -> bool {
+        let on = |last: Accepted| {
+            last.generation == id.generation
+                && self.stopped_at.is_none_or(|stopped| last.tick >= stopped)
+                && id.seq.saturating_sub(last.seq) <= id.tick.saturating_sub(last.tick)
+        };
+        self.source == Source::Commands && self.settled && self.accepted.is_some_and(on)
+    }
+
+    /// Whether the command is one tick after the setpoint in force.
+    fn begins_here(&self, command: &ArmCommand, robot: &Robot) -> bool {
+        let joints = robot.arm_specs().enumerate();
+        joints
+            .zip(&self.setpoint)
+            .all(|((joint, spec), before)| !advance_one(before, command, joint, spec).1)
+    }
+
+    /// Takes the command, which begins here, as one tick after the setpoint.
+    fn begin(&mut self, command: &ArmCommand, robot: &Robot) {
+        let joints = robot.arm_specs().enumerate();
+        self.settled = joints.zip(&self.setpoint).all(|((joint, spec), before)| {
+            let made = advance_one(before, command, joint, spec).0.acceleration;
+            let differs = (made - command.joint_accelerations[joint]).abs();
+            differs <= SAME_ACCELERATION * spec.acceleration
+        });
+        self.anchor.clone_from(&self.setpoint);
+        self.accepted = None;
+    }
+
+    fn follow(&mut self, command: &ArmCommand, id: Accepted, robot: &Robot) {
+        // Commands between this and the last one were overtaken, not skipped.
+        let last = self.accepted.map_or(id.seq, |last| last.seq);
+        let steps = id.seq.saturating_sub(last).max(1) as f64;
+        for (index, spec) in robot.arm_specs().enumerate() {
+            let before = ramp_state(self.anchor[index]);
+            let told = told(command, index);
+            let (after, broken) = violations::advance(&before, &told, steps, spec);
+            self.violations += u64::from(broken);
+            self.anchor[index] = point(after);
+            self.setpoint[index] = limited(self.setpoint[index], after, steps, spec);
+            self.efforts[index] = command.joint_efforts[index];
+        }
+        self.accepted = Some(id);
+        self.astray = false;
+        self.source = Source::Commands;
+    }
+
+    /// One tick without a command: constant velocity, within the joint's range.
+    fn coast(&mut self, robot: &Robot) {
+        for (setpoint, spec) in self.setpoint.iter_mut().zip(robot.arm_specs()) {
+            let next = ramp_state(*setpoint).coast(spec.jerk, TICK_S);
+            *setpoint = Point {
+                position: next.position.clamp(spec.lower, spec.upper),
+                ..point(next)
+            };
+        }
+    }
+
+    /// One tick of the brake ramp.
+    fn brake(&mut self, limits: &JointLimits) {
+        self.source = Source::Own;
+        let mut joints: Vec<RampState> = self.setpoint().collect();
+        ramp::brake_all(&mut joints, limits, TICK_S);
+        self.setpoint = joints.into_iter().map(point).collect();
+        self.anchor.clone_from(&self.setpoint);
+    }
+}
+
+/// The drive's own limits: the setpoint follows the command no faster than the
+/// velocity limit and stays within the joint's range. A command within limits
+/// passes unchanged.
+fn limited(before: Point, command: RampState, steps: f64, spec: &JointSpec) -> Point {
+    let reach = spec.velocity * (1.0 + 1.0e-6) * TICK_S * steps;
+    let position = command
+        .position
+        .clamp(before.position - reach, before.position + reach);
+    Point {
+        position: position.clamp(spec.lower, spec.upper),
+        velocity: command.velocity.clamp(-spec.velocity, spec.velocity),
+        acceleration: command
+            .acceleration
+            .clamp(-spec.acceleration, spec.acceleration),
+    }
+}
+
+/// The motion a command tells a joint to make.
+fn told(command: &ArmCommand, joint: usize) -> RampState {
+    RampState {
+        position: command.joint_positions[joint],
+        velocity: command.joint_velocities[joint],
+        acceleration: command.joint_accelerations[joint],
+    }
+}
+
+/// What a command makes of a joint in one tick, and whether it breaks a limit.
+fn advance_one(
+    before: &Point,
+    command: &ArmCommand,
+    joint: usize,
+    spec: &JointSpec,
+) -> (RampState, bool) {
+    violations::advance(&ramp_state(*before), &told(command, joint), 1.0, spec)
+}
+
+fn point(state: RampState) -> Point {
+    Point {
+        position: state.position,
+        velocity: state.velocity,
+        acceleration: state.acceleration,
+    }
+}
+
+fn ramp_state(point: Point) -> RampState {
+    RampState {
+        position: point.position,
+        velocity: point.velocity,
+        acceleration: point.acceleration,
+    }
+}

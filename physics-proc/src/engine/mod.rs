@@ -1,0 +1,10 @@
+//! The physics engine: settings, shapes, contacts, and the conversion of vectors.
+
+pub(crate) mod contacts;
+pub(crate) mod convert;
+pub(crate) mod fresh;
+pub(crate) mod objects;
+pub mod settings;
+pub(crate) mod shapes;
+pub(crate) mod spawn;
+pub(crate) mod tag;

@@ -1,0 +1,125 @@
+//! Fixtures and movable objects in the engine.
+
+use cell_model::{Cell, ObjectSpec, Shape};
+use nalgebra::Isometry3;
+use rapier3d_f64::prelude::*;
+
+use crate::engine::convert;
+use crate::engine::shapes;
+use crate::engine::tag::Tag;
+
+/// What stands still, in the engine.
+pub(crate) struct Fixtures {
+    /// By fixture of the cell: its collider, where it is solid.
+    pub(crate) colliders: Vec<Option<ColliderHandle>>,
+}
+
+/// One fixed body with everything that stands still.
+pub(crate) fn insert_fixtures(world: &mut PhysicsWorld, cell: &Cell) -> Fixtures {
+    let ground = world.bodies.insert(RigidBodyBuilder::fixed().build());
+    let colliders = cell.fixtures.iter().map(|fixture| {
+        let collider = collider(
+            &fixture.shape,
+            &fixture.pose,
+            fixture.friction,
+            Tag::Fixture,
+        );
+        fixture.solid.then(|| {
+            world
+                .colliders
+                .insert_with_parent(collider.build(), ground, &mut world.bodies)
+        })
+    });
+    Fixtures {
+        colliders: colliders.collect(),
+    }
+}
+
+/// The movable objects, by their index in the cell file.
+pub(crate) struct Objects {
+    /// Their bodies.
+    pub(crate) bodies: Vec<RigidBodyHandle>,
+    /// What the cell file says of them.
+    pub(crate) specs: Vec<ObjectSpec>,
+}
+
+impl Objects {
+    /// Inserts them.
+    pub(crate) fn insert(engine: &mut PhysicsWorld, cell: &Cell) -> Self {
+        Self {
+            bodies: insert(engine, cell),
+            specs: cell.objects.clone(),
+        }
+    }
+
+    /// The body of an object.
+    pub(crate) fn body<'e>(
+        &self,
+        engine: &'e PhysicsWorld,
+        object: usize,
+    ) -> Option<&'e RigidBody> {
+        engine.bodies.get(*self.bodies.get(object)?)
+    }
+
+    /// The body of an object, to change. The engine looks at every body that was
+    /// borrowed so.
+    pub(crate) fn body_mut<'e>(
+        &self,
+        engine: &'e mut PhysicsWorld,
+        object: usize,
+    ) -> Option<&'e mut RigidBody> {
+        engine.bodies.get_mut(*self.bodies.get(object)?)
+    }
+
+    /// Pose of an object in the world frame, if it exists and is finite.
+    pub(crate) fn pose(&self, engine: &PhysicsWorld, object: usize) -> Option<Isometry3<f64>> {
+        let pose = convert::from_pose(self.body(engine, object)?.position());
+        let finite = pose
+            .translation
+            .vector
+            .iter()
+            .chain(pose.rotation.coords.iter())
+            .all(|x: &f64| x.is_finite());
+        finite.then_some(pose)
+    }
+
+    /// Whether an object is in the cell.
+    pub(crate) fn is_here(&self, engine: &PhysicsWorld, object: usize) -> bool {
+        self.body(engine, object).is_some_and(RigidBody::is_enabled)
+    }
+}
+
+/// Every object, in the order of the cell. Those that have not come yet are
+/// disabled; only those sleep that may.
+fn insert(world: &mut PhysicsWorld, cell: &Cell) -> Vec<RigidBodyHandle> {
+    let objects = cell.objects.iter().enumerate().map(|(index, object)| {
+        let builder = RigidBodyBuilder::dynamic()
+            .pose(convert::to_pose(&object.pose))
+            .can_sleep(object.sleeps)
+            .angular_damping(object.angular_damping)
+            .enabled(!object.parked)
+            .gyroscopic_forces_enabled(false);
+        let body = world.bodies.insert(builder.build());
+        let collider = collider(
+            &object.shape,
+            &Isometry3::identity(),
+            object.friction,
+            Tag::Object(index),
+        )
+        .mass(object.mass);
+        world
+            .colliders
+            .insert_with_parent(collider.build(), body, &mut world.bodies);
+        body
+    });
+    objects.collect()
+}
+
+fn collider(shape: &Shape, pose: &Isometry3<f64>, friction: f64, tag: Tag) -> ColliderBuilder {
+    let (shape, own) = shapes::shared(shape);
+    ColliderBuilder::new(shape)
+        .position(convert::to_pose(&(pose * own)))
+        .friction(friction)
+        .restitution(0.0)
+        .user_data(tag.encode())
+}

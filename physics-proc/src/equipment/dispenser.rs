@@ -1,0 +1,121 @@
+//! The dispenser: drops parts, some at a time, in any orientation.
+
+use cell_model::Cell;
+use cell_model::cells::cell::DispenserTable;
+use cell_model::random::Random;
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::engine::settings::ticks;
+use crate::equipment::site::{Site, Stream};
+
+/// Its stream of random numbers.
+const DEVICE: u64 = 2;
+/// Largest spin of a part about each axis (rad/s).
+const SPIN_RAD_S: f64 = 3.0;
+/// Parts waiting at most.
+const MOST_WAITING: u32 = 1_000;
+
+/// What drops parts.
+pub(crate) struct Dispenser {
+    pub(crate) table: DispenserTable,
+    /// What it may drop.
+    objects: Vec<usize>,
+}
+
+/// What it remembers.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct DispenserMemory {
+    /// Parts asked for that are still to fall.
+    pub(crate) waiting: u32,
+    /// None falls before this tick.
+    free_at: u64,
+    /// Parts dropped since the beginning of the scene: the place in the stream
+    /// of random numbers.
+    drawn: u64,
+    pub(crate) dropped: u32,
+}
+
+impl DispenserMemory {
+    pub(crate) fn carry_over(&mut self, before: &Self) {
+        self.dropped = before.dropped;
+    }
+
+    /// Asks for parts.
+    pub(crate) fn ask(&mut self, parts: u32) {
+        self.waiting = self.waiting.saturating_add(parts).min(MOST_WAITING);
+    }
+}
+
+impl Dispenser {
+    /// Of a cell.
+    pub(crate) fn new(table: &DispenserTable, cell: &Cell) -> Self {
+        let objects = cell.objects.iter().enumerate();
+        let parts = objects.filter(|(_, object)| object.kind == table.objects && object.parked);
+        Self {
+            table: table.clone(),
+            objects: parts.map(|(index, _)| index).collect(),
+        }
+    }
+
+    /// Parts that are neither in the cell nor on their way.
+    pub(crate) fn parts_left(&self, memory: &DispenserMemory, site: &Site<'_>) -> u32 {
+        let left = u32::try_from(self.parked_parts(site).len()).unwrap_or(u32::MAX);
+        left.saturating_sub(memory.waiting)
+    }
+
+    fn parked_parts(&self, site: &Site<'_>) -> Vec<usize> {
+        let parts = self.objects.iter().copied();
+        parts.filter(|part| !site.is_here(*part)).collect()
+    }
+
+    /// Drops the next parts when it is time.
+    pub(crate) fn run(&self, memory: &mut DispenserMemory, site: &mut Site<'_>, stream: Stream) {
+        if memory.waiting == 0 || site.tick < memory.free_at {
+            return;
+        }
+        memory.free_at = site.tick + ticks(self.table.interval_s);
+        for layer in 0..memory.waiting.min(self.table.per_drop) {
+            let parked = self.parked_parts(site);
+            if parked.is_empty() {
+                // What was asked for and is not there will not come.
+                memory.waiting = 0;
+                return;
+            }
+            let mut random = stream.random(DEVICE, memory.drawn);
+            memory.drawn += 1;
+            memory.waiting -= 1;
+            memory.dropped = memory.dropped.wrapping_add(1);
+            let place = usize::try_from(random.bits() % parked.len() as u64).unwrap_or(0);
+            let Some(&part) = parked.get(place) else {
+                return;
+            };
+            let (pose, spin) = fall(&self.table, layer, &mut random);
+            site.bring(part, &pose, &Vector3::zeros(), &spin);
+        }
+    }
+}
+
+/// How a part comes out: its pose and its spin (rad/s).
+fn fall(table: &DispenserTable, layer: u32, random: &mut Random) -> (Isometry3<f64>, Vector3<f64>) {
+    let [x, y] = table.spread_m.map(|half| random.around_zero(half));
+    let above = table.layer_m * f64::from(layer);
+    let place = Vector3::from(table.position_m) + Vector3::new(x, y, above);
+    let spin: [f64; 3] = std::array::from_fn(|_| random.around_zero(SPIN_RAD_S));
+    (
+        Isometry3::from_parts(Translation3::from(place), any_orientation(random)),
+        Vector3::from(spin),
+    )
+}
+
+/// Every orientation as likely: a point of the ball in four dimensions, away
+/// from its centre, seen from there.
+fn any_orientation(random: &mut Random) -> UnitQuaternion<f64> {
+    loop {
+        let [w, x, y, z] = std::array::from_fn(|_| random.around_zero(1.0));
+        let quaternion = Quaternion::new(w, x, y, z);
+        if (0.01..=1.0).contains(&quaternion.norm_squared()) {
+            return UnitQuaternion::new_normalize(quaternion);
+        }
+    }
+}

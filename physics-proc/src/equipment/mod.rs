@@ -1,0 +1,9 @@
+//! The cell's equipment: conveyor, supply of bins, dispenser, light barriers.
+
+pub(crate) mod conveyor;
+pub(crate) mod devices;
+pub(crate) mod dispenser;
+pub(crate) mod parking;
+pub(crate) mod sensors;
+pub(crate) mod site;
+pub(crate) mod supply;

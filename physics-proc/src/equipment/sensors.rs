@@ -1,0 +1,85 @@
+//! Light barriers: rays that objects interrupt.
+
+use cell_model::cells::cell::SensorTable;
+use ipc_types::equipment::MAX_SENSORS;
+use nalgebra::Vector3;
+use parry3d_f64::query::Ray;
+use rapier3d_f64::prelude::*;
+
+use crate::engine::convert;
+use crate::engine::objects::Objects;
+
+/// A light barrier.
+pub(crate) struct Sensor {
+    start: Vector3<f64>,
+    /// Of length 1.
+    direction: Vector3<f64>,
+    range: f64,
+}
+
+impl Sensor {
+    /// As the cell file has it, where the direction was checked not to be zero.
+    pub(crate) fn new(table: &SensorTable) -> Self {
+        let direction = Vector3::from(table.direction);
+        Self {
+            start: Vector3::from(table.position_m),
+            direction: direction / direction.norm(),
+            range: table.range_m,
+        }
+    }
+
+    /// Whether the ray comes as near to `centre` as `radius`.
+    fn comes_near(&self, centre: &Vector3<f64>, radius: f64) -> bool {
+        let along = (centre - self.start)
+            .dot(&self.direction)
+            .clamp(0.0, self.range);
+        let nearest = self.start + self.direction * along;
+        (centre - nearest).norm_squared() <= radius * radius
+    }
+
+    fn distance(&self, engine: &PhysicsWorld, body: &RigidBody) -> Option<f64> {
+        let ray = Ray::new(
+            convert::to_vector(&self.start),
+            convert::to_vector(&self.direction),
+        );
+        let hits = body.colliders().iter().filter_map(|handle| {
+            let collider = engine.colliders.get(*handle)?;
+            let shape = collider.shape();
+            shape.cast_ray(collider.position(), &ray, self.range, true)
+        });
+        hits.min_by(f64::total_cmp)
+    }
+}
+
+/// By sensor: the object that interrupts it, plus 1.
+pub(crate) fn read(
+    sensors: &[Sensor],
+    engine: &PhysicsWorld,
+    objects: &Objects,
+) -> [u32; MAX_SENSORS] {
+    let mut out = [0; MAX_SENSORS];
+    for (slot, sensor) in out.iter_mut().zip(sensors) {
+        let nearest = sensor.interrupted_by(engine, objects);
+        *slot = nearest.map_or(0, |object| u32::try_from(object + 1).unwrap_or(0));
+    }
+    out
+}
+
+impl Sensor {
+    fn interrupted_by(&self, engine: &PhysicsWorld, objects: &Objects) -> Option<usize> {
+        let hits = objects
+            .specs
+            .iter()
+            .enumerate()
+            .filter_map(|(index, spec)| {
+                let body = objects.body(engine, index)?;
+                let centre = convert::from_vector(body.translation());
+                let may =
+                    body.is_enabled() && self.comes_near(&centre, spec.shape.bounding_radius());
+                let distance = may.then(|| self.distance(engine, body))??;
+                Some((index, distance))
+            });
+        let nearest = hits.min_by(|a, b| a.1.total_cmp(&b.1));
+        nearest.map(|(index, _)| index)
+    }
+}

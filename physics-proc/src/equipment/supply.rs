@@ -1,0 +1,221 @@
+//! Bins that come onto the belt when somebody asks for one.
+
+use cell_model::cells::cell::SupplyTable;
+use cell_model::random::Random;
+use cell_model::{Cell, ObjectSpec, Shape};
+use ipc_types::equipment::SupplyRefusal;
+use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
+use parry3d_f64::bounding_volume::BoundingVolume;
+use parry3d_f64::query::intersection_test;
+use rapier3d_f64::prelude::PhysicsWorld;
+use serde::{Deserialize, Serialize};
+
+use crate::engine::convert;
+use crate::engine::settings::ticks;
+use crate::engine::shapes;
+use crate::engine::tag::Tag;
+use crate::equipment::conveyor::Belt;
+use crate::equipment::site::{Site, Stream};
+
+/// Its stream of random numbers.
+const DEVICE: u64 = 1;
+/// Requests kept.
+const MOST_PENDING: u32 = 64;
+
+/// What brings bins.
+pub(crate) struct Supply {
+    table: SupplyTable,
+    /// What it may bring, in this order.
+    objects: Vec<usize>,
+}
+
+/// Where a bin comes to.
+pub(crate) struct Way<'s, 'w> {
+    /// The cell.
+    pub(crate) site: &'s mut Site<'w>,
+    /// The belt, where there is one.
+    pub(crate) belt: Option<&'s Belt>,
+    /// Random numbers of the equipment.
+    pub(crate) stream: Stream,
+}
+
+/// What it remembers.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct SupplyMemory {
+    /// Bins the task asked for that have not come yet.
+    pending: u32,
+    /// No bin comes before this tick.
+    free_at: u64,
+    pub(crate) supplied: u32,
+    pub(crate) refusals: u32,
+    pub(crate) refusal: u32,
+}
+
+impl SupplyMemory {
+    pub(crate) fn carry_over(&mut self, before: &Self) {
+        self.supplied = before.supplied;
+        self.refusals = before.refusals;
+        self.refusal = before.refusal;
+    }
+
+    /// The task asks for bins.
+    pub(crate) fn ask(&mut self, count: u32) {
+        self.pending = (self.pending + count).min(MOST_PENDING);
+    }
+
+    fn refuse(&mut self, why: SupplyRefusal) {
+        self.refusals = self.refusals.wrapping_add(1);
+        self.refusal = why.code();
+    }
+}
+
+impl Supply {
+    /// Of a cell: as many bins as the job is about.
+    pub(crate) fn new(table: &SupplyTable, cell: &Cell) -> Self {
+        let bins = cell.objects.iter().enumerate();
+        let spare: Vec<usize> = bins
+            .filter(|(_, object)| object.is_bin())
+            .map(|(index, _)| index)
+            .skip(cell.bins)
+            .collect();
+        let objects = cell.objects.iter().enumerate();
+        let brought = objects.filter(|(index, object)| {
+            object.kind == table.objects && object.parked && !spare.contains(index)
+        });
+        Self {
+            table: table.clone(),
+            objects: brought.map(|(index, _)| index).collect(),
+        }
+    }
+
+    /// Brings what was asked for as soon as it can come.
+    pub(crate) fn run(&self, memory: &mut SupplyMemory, way: &mut Way<'_, '_>) {
+        if memory.pending == 0 {
+            return;
+        }
+        match self.bring(memory, way, false) {
+            Ok(()) => memory.pending -= 1,
+            Err(why @ SupplyRefusal::NoneLeft) => {
+                memory.pending -= 1;
+                memory.refuse(why);
+            }
+            Err(_) => {}
+        }
+    }
+
+    /// The operator asks for a bin, now.
+    ///
+    /// # Errors
+    /// Why none comes.
+    pub(crate) fn add(
+        &self,
+        memory: &mut SupplyMemory,
+        way: &mut Way<'_, '_>,
+        flipped: bool,
+    ) -> Result<(), SupplyRefusal> {
+        let brought = self.bring(memory, way, flipped);
+        if let Err(why) = brought {
+            memory.refuse(why);
+        }
+        brought
+    }
+
+    fn bring(
+        &self,
+        memory: &mut SupplyMemory,
+        way: &mut Way<'_, '_>,
+        flipped: bool,
+    ) -> Result<(), SupplyRefusal> {
+        let site = &mut *way.site;
+        let mut left = self.objects.iter().filter(|o| !site.is_here(**o));
+        let object = *left.next().ok_or(SupplyRefusal::NoneLeft)?;
+        let spec = site.objects.specs.get(object);
+        let spec = spec.ok_or(SupplyRefusal::NoneLeft)?;
+        if site.tick < memory.free_at {
+            return Err(SupplyRefusal::CoolDown);
+        }
+        if self.waiting_bins(site, way.belt) >= self.table.max_waiting as usize {
+            return Err(SupplyRefusal::TooManyWaiting);
+        }
+        let mut random = way.stream.random(DEVICE, object as u64);
+        let pose = self.arrival(&mut random, spec, flipped);
+        if is_taken(site.engine, spec, &pose) {
+            return Err(SupplyRefusal::PlaceTaken);
+        }
+        let velocity = Vector3::from(self.table.velocity_m_s);
+        site.bring(object, &pose, &velocity, &Vector3::zeros());
+        memory.free_at = site.tick + ticks(self.table.cool_down_s);
+        memory.supplied = memory.supplied.wrapping_add(1);
+        Ok(())
+    }
+
+    /// Bins that are on the belt.
+    fn waiting_bins(&self, site: &Site<'_>, belt: Option<&Belt>) -> usize {
+        let Some(belt) = belt else {
+            return 0;
+        };
+        let waits = |object: &&usize| {
+            let pose = site.objects.pose(site.engine, **object);
+            site.is_here(**object)
+                && !site.is_attached(**object)
+                && pose.is_some_and(|pose| belt.is_below(&pose.translation.vector))
+        };
+        self.objects.iter().filter(waits).count()
+    }
+
+    /// Where and how an object comes: the same for the same seed, whenever.
+    fn arrival(&self, random: &mut Random, spec: &ObjectSpec, flipped: bool) -> Isometry3<f64> {
+        let table = &self.table;
+        let x = random.around_zero(table.spawn.x_m);
+        let y = random.around_zero(table.spawn.y_m);
+        let yaw = 0.5 * (table.yaw_rad + random.around_zero(table.spawn.yaw_rad));
+        let by_seed = 0.5 * (random.around_zero(1.0) + 1.0) < table.flipped_share;
+        let turn = Quaternion::new(libm::cos(yaw), 0.0, 0.0, libm::sin(yaw));
+        let over = if flipped || by_seed {
+            upside_down(&spec.shape)
+        } else {
+            UnitQuaternion::identity()
+        };
+        let place = Vector3::from(table.position_m) + Vector3::new(x, y, 0.0);
+        Isometry3::from_parts(Translation3::from(place), Unit::new_unchecked(turn) * over)
+    }
+}
+
+/// Whether an arm or another object stands there.
+fn is_taken(engine: &PhysicsWorld, spec: &ObjectSpec, pose: &Isometry3<f64>) -> bool {
+    let outside = match spec.shape {
+        Shape::Bin { size_m, .. } => Shape::Box { size_m },
+        ref other => other.clone(),
+    };
+    let (shape, own) = shapes::shared(&outside);
+    let pose = convert::to_pose(&(pose * own));
+    let bounds = shape.compute_aabb(&pose);
+    let mut colliders = engine.colliders.iter();
+    colliders.any(|(_, collider)| {
+        let body = collider.parent().and_then(|b| engine.bodies.get(b));
+        let Some(body) = body.filter(|body| body.is_enabled()) else {
+            return false;
+        };
+        // What came since the last step has left its collider behind.
+        let own = collider.position_wrt_parent().copied().unwrap_or_default();
+        let there = *body.position() * own;
+        let other = collider.shape();
+        let meets = || intersection_test(&pose, &*shape, &there, other);
+        Tag::decode(collider.user_data) != Tag::Fixture
+            && other.compute_aabb(&there).intersects(&bounds)
+            && meets().is_ok_and(|meeting| meeting.intersecting)
+    })
+}
+
+/// Half a turn about the longer of the horizontal axes.
+fn upside_down(shape: &Shape) -> UnitQuaternion<f64> {
+    let along_y = match *shape {
+        Shape::Bin {
+            size_m: [x, y, _], ..
+        }
+        | Shape::Box { size_m: [x, y, _] } => y > x,
+        _ => false,
+    };
+    let (x, y) = if along_y { (0.0, 1.0) } else { (1.0, 0.0) };
+    Unit::new_unchecked(Quaternion::new(0.0, x, y, 0.0))
+}

@@ -1,0 +1,38 @@
+//! Why a cell cannot be simulated.
+
+use cell_model::ModelError;
+use thiserror::Error;
+
+/// Why a cell cannot be simulated.
+#[derive(Debug, Error)]
+pub enum WorldError {
+    /// Two things start inside each other.
+    #[error("object '{object}' starts {:.1} mm inside '{other}'; move it or make its spawn area smaller", depth * 1.0e3)]
+    Overlap {
+        /// The object.
+        object: String,
+        /// What it overlaps.
+        other: String,
+        /// How deep (m).
+        depth: f64,
+    },
+    /// The cell does not fit the messages.
+    #[error("the cell has {count} {what}; at most {limit} are possible")]
+    TooMany {
+        /// What there is too much of.
+        what: &'static str,
+        /// How many.
+        count: usize,
+        /// How many are possible.
+        limit: usize,
+    },
+    /// The model is wrong.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A snapshot is not of this cell and this program.
+    #[error("the snapshot cannot be restored: {reason}; start from the beginning instead")]
+    Snapshot {
+        /// What does not fit.
+        reason: String,
+    },
+}

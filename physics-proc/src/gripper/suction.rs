@@ -1,0 +1,250 @@
+//! A suction gripper: a locked joint that is made where the cup meets a flat
+//! surface, read like a force sensor, and broken at its limits.
+//!
+//! The limits hold for the mean of 17 ticks (16.7 ms): a part that falls into a
+//! held bin makes forces of one tick far above any limit, which no real cup and
+//! no simulator at 60 Hz would see.
+
+use cell_model::SuctionGripper;
+use ipc_types::equipment::{BreakCause, BreakLimit, SuctionRefusal};
+use ipc_types::{GripperCommand, GripperState};
+use nalgebra::Vector3;
+use rapier3d_f64::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::arm::multibody::Arm;
+use crate::engine::convert;
+use crate::engine::objects::Objects;
+use crate::engine::settings::TICK_S;
+use crate::gripper::cup;
+
+/// Ticks of the mean that is compared with the limits.
+const MEAN_TICKS: usize = 17;
+/// Time of the slow mean that tells a weight from a blow (s).
+const SLOW_S: f64 = 0.25;
+/// A slow mean above this share of the limit is a weight.
+const NEAR: f64 = 0.9;
+
+/// Force (N) and torque about the cup (N·m) in the frame of the cup.
+pub(crate) type Wrench = [f64; 6];
+
+/// State of one suction gripper.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Suction {
+    /// As the last accepted command has it.
+    wanted: bool,
+    on: bool,
+    grip: Option<Grip>,
+    peak_force: f64,
+    peak_torque: f64,
+    refusals: u32,
+    refusal: u32,
+    breaks: u32,
+    break_limit: u32,
+    break_cause: u32,
+}
+
+/// Something attached.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Grip {
+    object: usize,
+    joint: ImpulseJointHandle,
+    /// The last ticks, as a ring; before the grip there was no load.
+    ring: [Wrench; MEAN_TICKS],
+    next: usize,
+    slow: Wrench,
+}
+
+impl Suction {
+    /// Takes the gripper part of an accepted command.
+    pub(crate) fn command(&mut self, command: &GripperCommand) {
+        self.wanted = command.suction != 0;
+    }
+
+    /// The object attached.
+    pub(crate) fn attached(&self) -> Option<usize> {
+        self.grip.as_ref().map(|grip| grip.object)
+    }
+
+    /// The object attached, and the joint that holds it.
+    pub(crate) fn joint(&self) -> Option<(usize, ImpulseJointHandle)> {
+        self.grip.as_ref().map(|grip| (grip.object, grip.joint))
+    }
+
+    /// Writes what the gripper reports.
+    pub(crate) fn write(&self, limits: &SuctionGripper, out: &mut GripperState) {
+        let mean = self.grip.as_ref().map_or([0.0; 6], Grip::mean);
+        let (force, torque) = norms(&mean);
+        out.suction_force = finite(force);
+        out.suction_torque = finite(torque);
+        let load = (force / limits.force_limit).max(torque / limits.torque_limit);
+        out.load = finite(load).min(1.0);
+        out.peak_force = finite(self.peak_force);
+        out.peak_torque = finite(self.peak_torque);
+        out.suction = u32::from(self.on);
+        if let Some(object) = self.attached() {
+            out.attached = 1;
+            out.held_object = u32::try_from(object + 1).unwrap_or(0);
+        }
+        (out.refusals, out.refusal) = (self.refusals, self.refusal);
+        (out.breaks, out.break_limit) = (self.breaks, self.break_limit);
+        out.break_cause = self.break_cause;
+    }
+
+    /// Counts go on over a reset of the scene.
+    pub(crate) fn carry_over(&mut self, before: &Self) {
+        (self.refusals, self.refusal) = (before.refusals, before.refusal);
+        (self.breaks, self.break_limit) = (before.breaks, before.break_limit);
+        self.break_cause = before.break_cause;
+    }
+
+    fn attach(&mut self, object: usize, joint: ImpulseJointHandle) {
+        (self.peak_force, self.peak_torque) = (0.0, 0.0);
+        self.grip = Some(Grip {
+            object,
+            joint,
+            ring: [[0.0; 6]; MEAN_TICKS],
+            next: 0,
+            slow: [0.0; 6],
+        });
+    }
+
+    fn refuse(&mut self, why: SuctionRefusal) {
+        self.refusals = self.refusals.wrapping_add(1);
+        self.refusal = why.code();
+    }
+
+    /// Takes the wrench of one tick; the limit it exceeds.
+    pub(crate) fn feel(&mut self, wrench: Wrench, limits: &SuctionGripper) -> Option<Exceeded> {
+        let grip = self.grip.as_mut()?;
+        let (force, torque) = norms(&wrench);
+        self.peak_force = self.peak_force.max(force);
+        self.peak_torque = self.peak_torque.max(torque);
+        grip.feel(wrench);
+        let (force, torque) = norms(&grip.mean());
+        let (slow_force, slow_torque) = norms(&grip.slow);
+        if force > limits.force_limit {
+            let slow = slow_force > NEAR * limits.force_limit;
+            return Some(Exceeded::new(BreakLimit::Force, slow));
+        }
+        (torque > limits.torque_limit).then(|| {
+            let slow = slow_torque > NEAR * limits.torque_limit;
+            Exceeded::new(BreakLimit::Torque, slow)
+        })
+    }
+
+    pub(crate) fn note_break(&mut self, limit: BreakLimit, cause: BreakCause) {
+        self.breaks = self.breaks.wrapping_add(1);
+        self.break_limit = limit.code();
+        self.break_cause = cause.code();
+    }
+}
+
+impl Grip {
+    fn feel(&mut self, wrench: Wrench) {
+        if let Some(slot) = self.ring.get_mut(self.next) {
+            *slot = wrench;
+        }
+        self.next = (self.next + 1) % MEAN_TICKS;
+        for (slow, now) in self.slow.iter_mut().zip(wrench) {
+            *slow += (now - *slow) * (TICK_S / SLOW_S);
+        }
+    }
+
+    fn mean(&self) -> Wrench {
+        let mut mean = [0.0; 6];
+        for sample in &self.ring {
+            for (sum, value) in mean.iter_mut().zip(sample) {
+                *sum += value / MEAN_TICKS as f64;
+            }
+        }
+        mean
+    }
+}
+
+/// A limit that was exceeded, and whether it long nearly was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Exceeded {
+    pub(crate) limit: BreakLimit,
+    pub(crate) slow: bool,
+}
+
+impl Exceeded {
+    fn new(limit: BreakLimit, slow: bool) -> Self {
+        Self { limit, slow }
+    }
+}
+
+/// Switches the suction of an arm as its last accepted command says; called
+/// before the step. A `broken` engine grips nothing.
+pub(crate) fn switch(
+    engine: &mut PhysicsWorld,
+    (index, arm): (usize, &Arm),
+    objects: &Objects,
+    suction: &mut Suction,
+    broken: bool,
+) {
+    let Some(limits) = &arm.robot.suction else {
+        return;
+    };
+    if suction.wanted != suction.on {
+        suction.on = suction.wanted;
+        if !suction.on {
+            release(suction, engine);
+        } else if !broken {
+            match cup::find(engine, index, &arm.tcp(engine), limits) {
+                Ok(object) => {
+                    let body = objects.bodies.get(object).copied();
+                    if let Some(joint) = body.and_then(|b| join(engine, arm, b)) {
+                        suction.attach(object, joint);
+                    }
+                }
+                Err(why) => suction.refuse(why),
+            }
+        }
+    }
+    let held = suction.attached();
+    if let Some(body) = held.and_then(|object| objects.body_mut(engine, object)) {
+        body.wake_up(true);
+    }
+}
+
+/// Locks an object to the link of the tool where they are. The two do not touch
+/// each other then: their contact would fight the joint.
+fn join(
+    engine: &mut PhysicsWorld,
+    arm: &Arm,
+    object: RigidBodyHandle,
+) -> Option<ImpulseJointHandle> {
+    let (link, tool) = arm.tool()?;
+    let tcp = arm.tcp(engine);
+    let pose = convert::from_pose(engine.bodies.get(object)?.position());
+    let mut joint = GenericJoint::new(JointAxesMask::LOCKED_FIXED_AXES);
+    joint.local_frame1 = convert::to_pose(&tool);
+    joint.local_frame2 = convert::to_pose(&(pose.inverse() * tcp));
+    joint.contacts_enabled = false;
+    Some(engine.impulse_joints.insert(link, object, joint, true))
+}
+
+pub(crate) fn release(suction: &mut Suction, engine: &mut PhysicsWorld) {
+    if let Some(grip) = suction.grip.take() {
+        engine.impulse_joints.remove(grip.joint, true);
+    }
+}
+
+/// Norms of force (N) and torque (N·m).
+fn norms(wrench: &Wrench) -> (f64, f64) {
+    let [fx, fy, fz, tx, ty, tz] = *wrench;
+    (
+        Vector3::new(fx, fy, fz).norm(),
+        Vector3::new(tx, ty, tz).norm(),
+    )
+}
+
+fn finite(value: f64) -> f64 {
+    if value.is_finite() {
+        value.min(1.0e5)
+    } else {
+        0.0
+    }
+}

@@ -1,0 +1,5 @@
+//! What the operator does: requests, the panel, and the hand that drags.
+
+pub mod drag;
+pub(crate) mod panel;
+pub(crate) mod requests;

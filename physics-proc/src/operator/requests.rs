@@ -1,0 +1,239 @@
+//! Requests of people.
+
+use ipc_types::equipment::SupplyRefusal;
+use ipc_types::operator::{OperatorAction, ReplyCode};
+use ipc_types::{GripperGoal, OperatorRequest, Validate};
+use nalgebra::Isometry3;
+use rapier3d_f64::prelude::PhysicsWorld;
+
+use crate::arm::measured::{Measured, finite_tcp};
+use crate::arm::multibody::Arm;
+use crate::engine::convert;
+use crate::engine::objects::Objects;
+use crate::equipment::devices::Equipment;
+use crate::equipment::site::Site;
+use crate::error::WorldError;
+use crate::operator::drag::Drag;
+use crate::state::memory::Memory;
+
+/// An answer: a code, and what to tell the person (empty when accepted).
+pub(crate) type Reply = (ReplyCode, String);
+
+/// All that a request acts upon.
+pub(crate) struct Desk<'w> {
+    pub(crate) engine: &'w mut PhysicsWorld,
+    pub(crate) objects: &'w Objects,
+    pub(crate) equipment: &'w Equipment,
+    pub(crate) arms: &'w [Arm],
+    pub(crate) measured: &'w [Measured],
+    pub(crate) memory: &'w mut Memory,
+    /// A reset of the task leaves it paused.
+    pub(crate) reset_pauses: bool,
+}
+
+impl Desk<'_> {
+    /// Acts on a request. Pause, resume, step, script and end belong to the process
+    /// around the world and are refused here.
+    pub(crate) fn act(&mut self, action: OperatorAction, request: &OperatorRequest) -> Reply {
+        if let Err(invalid) = request.validate() {
+            return (ReplyCode::OutOfRange, invalid.to_string());
+        }
+        match action {
+            OperatorAction::Ping => accepted(),
+            OperatorAction::Drag => self.drag(request),
+            OperatorAction::Target => self.target(request),
+            OperatorAction::Gripper => self.gripper(request),
+            OperatorAction::TaskStart => self.start_task(),
+            OperatorAction::TaskReset => self.reset_task(),
+            OperatorAction::TaskPause => self.pause_task(true),
+            OperatorAction::TaskResume => self.pause_task(false),
+            OperatorAction::DropParts => self.operator_drops(request.count),
+            OperatorAction::AddBin => self.operator_adds(request.count == 1),
+            OperatorAction::Reset
+            | OperatorAction::Pause
+            | OperatorAction::Resume
+            | OperatorAction::Step
+            | OperatorAction::ScriptDone
+            | OperatorAction::End => (
+                ReplyCode::NotInThisCell,
+                "the world has no clock of its own".to_owned(),
+            ),
+        }
+    }
+
+    fn drag(&mut self, request: &OperatorRequest) -> Reply {
+        let object = request.object as usize;
+        let (engine, objects) = (&*self.engine, self.objects);
+        let pose = objects.pose(engine, object);
+        let here = pose.filter(|_| objects.is_here(engine, object));
+        let Some(pose) = here else {
+            let count = self.objects.bodies.len();
+            return (
+                ReplyCode::UnknownObject,
+                format!("object {object} is not here; this cell has {count}"),
+            );
+        };
+        let target = request.pose.position;
+        let far = target.iter().any(|x| x.abs() > 20.0);
+        if far || request.seconds < 0.0 {
+            return (
+                ReplyCode::OutOfRange,
+                "the place must be within 20 m and the time not negative".to_owned(),
+            );
+        }
+        self.memory.drags.retain(|drag| drag.object != object);
+        self.memory
+            .drags
+            .push(Drag::new(object, &pose, target, request.seconds));
+        self.memory.drags.sort_by_key(|drag| drag.object);
+        accepted()
+    }
+
+    fn arm_of(&self, request: &OperatorRequest) -> Result<u32, Reply> {
+        if (request.arm as usize) < self.arms.len() {
+            return Ok(request.arm);
+        }
+        let message = format!(
+            "arm {} is not here; this cell has {}",
+            request.arm,
+            self.arms.len()
+        );
+        Err((ReplyCode::UnknownArm, message))
+    }
+
+    fn target(&mut self, request: &OperatorRequest) -> Reply {
+        let arm = match self.arm_of(request) {
+            Ok(arm) => arm,
+            Err(reply) => return reply,
+        };
+        let panel = &mut self.memory.panel;
+        // The panel speaks for one arm at a time: the hand of the one before
+        // keeps what it was told, and that word is not for this one.
+        if panel.target_arm != arm {
+            panel.gripper = GripperGoal::Keep.code();
+        }
+        panel.target_arm = arm;
+        panel.target_position = request.pose.position;
+        panel.target_orientation_wxyz = request.pose.orientation_wxyz;
+        count(&mut panel.target_seq)
+    }
+
+    fn gripper(&mut self, request: &OperatorRequest) -> Reply {
+        let arm = match self.arm_of(request) {
+            Ok(arm) => arm,
+            Err(reply) => return reply,
+        };
+        if self
+            .arms
+            .get(arm as usize)
+            .is_none_or(|arm| arm.robot.gripper.is_none() && arm.robot.suction.is_none())
+        {
+            return (
+                ReplyCode::NotInThisCell,
+                "this arm has no gripper".to_owned(),
+            );
+        }
+        // Nor is the target of the arm before: this one stays where it is.
+        if self.memory.panel.target_arm != arm {
+            let here = convert::to_wire(&self.tcp(arm as usize));
+            let panel = &mut self.memory.panel;
+            panel.target_arm = arm;
+            panel.target_position = here.position;
+            panel.target_orientation_wxyz = here.orientation_wxyz;
+        }
+        self.memory.panel.gripper = request.count;
+        count(&mut self.memory.panel.gripper_seq)
+    }
+
+    fn operator_drops(&mut self, parts: u32) -> Reply {
+        let Some(dispenser) = &self.equipment.dispenser else {
+            let message = "this cell has no dispenser".to_owned();
+            return (ReplyCode::NotInThisCell, message);
+        };
+        let per_drop = dispenser.table.per_drop;
+        let parts = if parts == 0 { per_drop } else { parts };
+        let memory = self.memory.equipment.dispenser.clone();
+        let left = dispenser.parts_left(&memory, &self.site());
+        if left == 0 {
+            let message = "no part is left; a reset of the scene brings them back".to_owned();
+            return (ReplyCode::OutOfRange, message);
+        }
+        if parts > left {
+            let message = format!("{parts} parts were asked for and {left} are left");
+            return (ReplyCode::OutOfRange, message);
+        }
+        self.memory.equipment.dispenser.ask(parts);
+        count(&mut self.memory.panel.drop_parts)
+    }
+
+    fn operator_adds(&mut self, flipped: bool) -> Reply {
+        let Some(supply) = &self.equipment.supply else {
+            let message = "this cell has no conveyor that brings bins".to_owned();
+            return (ReplyCode::NotInThisCell, message);
+        };
+        let (equipment, mut memory) = (self.equipment, self.memory.equipment.supply.clone());
+        let added = supply.add(&mut memory, &mut equipment.way(&mut self.site()), flipped);
+        self.memory.equipment.supply = memory;
+        let message = match added {
+            Ok(()) => return count(&mut self.memory.panel.add_bin),
+            Err(SupplyRefusal::NoneLeft) => "every bin is in the cell",
+            Err(SupplyRefusal::TooManyWaiting) => "enough bins wait on the belt",
+            Err(SupplyRefusal::CoolDown) => "the last bin came a moment ago; ask again",
+            Err(SupplyRefusal::PlaceTaken | SupplyRefusal::None) => {
+                "something stands where the bin would come"
+            }
+        };
+        (ReplyCode::OutOfRange, message.to_owned())
+    }
+
+    fn start_task(&mut self) -> Reply {
+        self.memory.panel.task_started = true;
+        count(&mut self.memory.panel.task_start)
+    }
+
+    fn reset_task(&mut self) -> Reply {
+        self.memory.panel.task_started = false;
+        self.memory.panel.task_paused |= self.reset_pauses;
+        count(&mut self.memory.panel.task_reset)
+    }
+
+    fn pause_task(&mut self, paused: bool) -> Reply {
+        self.memory.panel.task_paused = paused;
+        accepted()
+    }
+
+    fn site(&mut self) -> Site<'_> {
+        Site {
+            engine: self.engine,
+            objects: self.objects,
+            drags: &mut self.memory.drags,
+            arms: &self.memory.arms,
+            tick: self.memory.tick,
+        }
+    }
+
+    fn tcp(&self, arm: usize) -> Isometry3<f64> {
+        let arms = self.arms.get(arm).zip(self.measured.get(arm));
+        arms.map_or_else(Isometry3::identity, |(arm, measured)| {
+            finite_tcp(self.engine, arm, measured)
+        })
+    }
+}
+
+/// The answer to a reset of the scene.
+pub(crate) fn answer_to(reset: Result<(), WorldError>) -> Reply {
+    match reset {
+        Ok(()) => accepted(),
+        Err(error) => (ReplyCode::OutOfRange, error.to_string()),
+    }
+}
+
+fn accepted() -> Reply {
+    (ReplyCode::Accepted, String::new())
+}
+
+/// Counts a request; 0 stays "never".
+fn count(counter: &mut u32) -> Reply {
+    *counter = counter.checked_add(1).unwrap_or(1);
+    accepted()
+}

@@ -1,0 +1,92 @@
+//! Snapshots: the whole world as bytes, for reset, restart and replay. A world
+//! that was restored goes on bit for bit as the one that was saved.
+
+use bincode::Options;
+use cell_model::Cell;
+use rapier3d_f64::prelude::PhysicsWorld;
+
+use crate::error::WorldError;
+use crate::state::hash::StateHash;
+use crate::state::memory::Memory;
+
+/// A snapshot larger than this is none (bytes).
+const MAX_BYTES: u64 = 64 << 20;
+
+/// What a snapshot begins with: another engine or another cell is refused.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+struct Stamp {
+    magic: [u8; 8],
+    engine: String,
+    cell: u64,
+}
+
+fn stamp(fingerprint: u64) -> Stamp {
+    Stamp {
+        magic: *b"robocell",
+        engine: rapier3d_f64::VERSION.to_owned(),
+        cell: fingerprint,
+    }
+}
+
+fn codec() -> impl Options {
+    bincode::DefaultOptions::new()
+        .with_fixint_encoding()
+        .with_limit(MAX_BYTES)
+}
+
+/// Number of a cell as it was set up: names, bases, masses, frictions, poses.
+pub(crate) fn fingerprint(cell: &Cell) -> u64 {
+    let mut hash = StateHash::new(1);
+    let mut name = |text: &str| hash.numbers(&text.bytes().map(f64::from).collect::<Vec<_>>());
+    name(&cell.name);
+    cell.arms.iter().for_each(|arm| name(&arm.robot.name));
+    cell.objects.iter().for_each(|object| name(&object.name));
+    for arm in &cell.arms {
+        hash.numbers(&arm.home);
+        hash.numbers(arm.base.translation.vector.as_slice());
+        hash.numbers(arm.base.rotation.coords.as_slice());
+        hash.numbers(
+            &arm.robot
+                .links
+                .iter()
+                .map(|link| link.mass)
+                .collect::<Vec<_>>(),
+        );
+    }
+    for object in &cell.objects {
+        hash.numbers(&[object.mass, object.friction]);
+        hash.numbers(&[object.shape.bounding_radius()]);
+        hash.numbers(object.pose.translation.vector.as_slice());
+        hash.numbers(object.pose.rotation.coords.as_slice());
+    }
+    hash.numbers(&[cell.bins as f64, cell.seed as f64]);
+    hash.finish()
+}
+
+/// A state as bytes; empty if the engine cannot be written, which no state of a
+/// cell causes.
+pub(crate) fn encode(fingerprint: u64, memory: &Memory, engine: &PhysicsWorld) -> Vec<u8> {
+    let parts = (stamp(fingerprint), memory, engine);
+    codec().serialize(&parts).unwrap_or_default()
+}
+
+/// The state in `bytes`, of the cell with this fingerprint.
+///
+/// # Errors
+/// [`WorldError::Snapshot`] for bytes of another cell, engine or program.
+pub(crate) fn decode(fingerprint: u64, bytes: &[u8]) -> Result<(Memory, PhysicsWorld), WorldError> {
+    let refuse = |reason: String| WorldError::Snapshot { reason };
+    let mut reader = bytes;
+    let found: Stamp = codec()
+        .allow_trailing_bytes()
+        .deserialize_from(&mut reader)
+        .map_err(|e| refuse(format!("it is damaged ({e})")))?;
+    if found != stamp(fingerprint) {
+        return Err(refuse(
+            "it is of another cell, seed or engine version".to_owned(),
+        ));
+    }
+    codec()
+        .deserialize_from(reader)
+        .map_err(|e| refuse(format!("it is damaged ({e})")))
+}
