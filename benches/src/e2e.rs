@@ -14,7 +14,7 @@ use ipc_types::Health;
 use ipc_types::health::Scheduling;
 use ipc_types::topic::Process;
 
-use kills::{Kills, Look, strike};
+use kills::{Kills, Sighting, strike};
 use launch::cli::{Cli, Command};
 use launch::failure::{Code, Failure};
 use launch::run::{End, LiveCell, Plan};
@@ -117,7 +117,7 @@ pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
 }
 
 /// What is known of the task.
-fn look(live: &LiveCell) -> Look {
+fn look(live: &LiveCell) -> Sighting {
     let mut pids = live.pids().into_iter();
     let pid = pids.find(|(process, _)| *process == Process::Task);
     let pid = pid.and_then(|(_, pid)| pid);
@@ -125,7 +125,7 @@ fn look(live: &LiveCell) -> Look {
     let health = live.watch().health(Process::Task);
     let health = health.filter(|health| Some(health.pid) == pid);
     let decision = live.watch().decision().map(|decision| decision.header);
-    Look {
+    Sighting {
         task: health.map(|health| (health.pid, health.header.generation)),
         decision: decision.map_or((0, 0), |header| (header.generation, header.publish_ns)),
     }

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::record::{Record, RecordError};
+use crate::checkpoint::{CheckpointError, Codec};
 use crate::robot_state::RobotState;
 
 /// What a controller shall bring about; a missing part keeps its last value.
@@ -78,16 +78,16 @@ impl<C: Controller> Shared<C> {
     }
 
     /// Writes or reads whether it was reset, and by `inner` what it remembers.
-    pub(crate) fn record(
+    pub(crate) fn checkpoint(
         &self,
-        record: &mut Record<'_>,
-        inner: impl FnOnce(&mut C, &mut Record<'_>) -> Result<(), RecordError>,
-    ) -> Result<(), RecordError> {
+        codec: &mut Codec<'_>,
+        inner: impl FnOnce(&mut C, &mut Codec<'_>) -> Result<(), CheckpointError>,
+    ) -> Result<(), CheckpointError> {
         let mut started = self.started.get();
-        record.bool("started", &mut started)?;
+        codec.bool("started", &mut started)?;
         self.started.set(started);
         // Nobody asks from within the controller's own call.
-        self.with(|controller| inner(controller, record))
+        self.with(|controller| inner(controller, codec))
             .unwrap_or(Ok(()))
     }
 
@@ -224,13 +224,13 @@ impl<K: PartialEq> SelectableController<K> {
 
     /// Writes or reads which is active and which were started. What the choices
     /// themselves remember is recorded where they are kept.
-    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
+    pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
         let count = self.choices.len();
-        record.index("active controller", &mut self.active, count)?;
-        record.index("next controller", &mut self.next, count)?;
+        codec.index("active controller", &mut self.active, count)?;
+        codec.index("next controller", &mut self.next, count)?;
         self.choices
             .iter_mut()
-            .try_for_each(|choice| record.bool("started", &mut choice.started))
+            .try_for_each(|choice| codec.bool("started", &mut choice.started))
     }
 
     /// Name of the active controller.

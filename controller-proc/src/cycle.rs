@@ -9,12 +9,12 @@ use ipc_types::{
 };
 use nalgebra::{Isometry3, Vector3};
 
+use crate::checkpoint::{CheckpointError, Codec, VERSION};
 use crate::controller::{CombinedController, Controller, SelectableController, Setpoint, Shared};
 use crate::convert::isometry;
 use crate::corridor::Corridor;
 use crate::goal::GoalLatch;
 use crate::gripper_controller::GripperController;
-use crate::record::{RECORD_VERSION, Record, RecordError};
 use crate::rmpflow_controller::{RmpFlowController, RmpFlowError};
 use crate::robot_state::RobotState;
 use crate::suction::SuctionController;
@@ -138,58 +138,63 @@ impl Cycle {
     /// this one does, bit for bit.
     ///
     /// # Errors
-    /// [`RecordError::Length`].
+    /// [`CheckpointError::Length`].
     pub fn save(
         &mut self,
         decision_limit_ticks: u64,
         out: &mut [u8],
-    ) -> Result<usize, RecordError> {
+    ) -> Result<usize, CheckpointError> {
         let mut limit = decision_limit_ticks;
-        let mut record = Record::write(out);
-        self.record(&mut record, &mut limit)?;
-        Ok(record.len())
+        let mut codec = Codec::write(out);
+        self.checkpoint(&mut codec, &mut limit)?;
+        Ok(codec.len())
     }
 
     /// Takes back what [`Cycle::save`] wrote; how old a decision may get.
     ///
     /// # Errors
-    /// [`RecordError`] for a record of another version, arm or robot, and for a
+    /// [`CheckpointError`] for a checkpoint of another version, arm or robot, and for a
     /// damaged one; this cycle must then not be used any more.
-    pub fn restore(&mut self, bytes: &[u8]) -> Result<u64, RecordError> {
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<u64, CheckpointError> {
         let mut limit = 0;
-        let mut record = Record::read(bytes);
-        self.record(&mut record, &mut limit)?;
-        record.end()?;
+        let mut codec = Codec::read(bytes);
+        self.checkpoint(&mut codec, &mut limit)?;
+        codec.end()?;
         Ok(limit)
     }
 
-    fn record(&mut self, record: &mut Record<'_>, limit: &mut u64) -> Result<(), RecordError> {
-        let mut version = RECORD_VERSION;
-        record.u32(&mut version)?;
-        if version != RECORD_VERSION {
-            return Err(RecordError::Version { found: version });
+    fn checkpoint(
+        &mut self,
+        codec: &mut Codec<'_>,
+        limit: &mut u64,
+    ) -> Result<(), CheckpointError> {
+        let mut version = VERSION;
+        codec.u32(&mut version)?;
+        if version != VERSION {
+            return Err(CheckpointError::Version { found: version });
         }
-        record.same("arm number", self.arm as u64)?;
-        record.same("joint count", self.joint_count as u64)?;
-        record.u64(limit)?;
-        record.option(
+        codec.same("arm number", self.arm as u64)?;
+        codec.same("joint count", self.joint_count as u64)?;
+        codec.u64(limit)?;
+        codec.option(
             "begun",
             &mut self.began_with,
-            |record, (generation, reset)| {
-                record.u32(generation)?;
-                record.u32(reset)
+            |codec, (generation, reset)| {
+                codec.u32(generation)?;
+                codec.u32(reset)
             },
         )?;
-        record.u64(&mut self.cycles)?;
-        record.u64(&mut self.clipped_cycles)?;
-        record.u64(&mut self.missed_cycles)?;
-        record.option("last tick", &mut self.last_tick, Record::u64)?;
-        self.latch.record(record)?;
-        self.last.record(record)?;
-        self.pairs.record(record)?;
-        self.suction.record(record)?;
-        self.kept_width.record(record, GripperController::record)?;
-        self.motion.record(record, RmpFlowController::record)
+        codec.u64(&mut self.cycles)?;
+        codec.u64(&mut self.clipped_cycles)?;
+        codec.u64(&mut self.missed_cycles)?;
+        codec.option("last tick", &mut self.last_tick, Codec::u64)?;
+        self.latch.checkpoint(codec)?;
+        self.last.checkpoint(codec)?;
+        self.pairs.checkpoint(codec)?;
+        self.suction.checkpoint(codec)?;
+        self.kept_width
+            .checkpoint(codec, GripperController::checkpoint)?;
+        self.motion.checkpoint(codec, RmpFlowController::checkpoint)
     }
 
     /// Generation and number of the decision that is latched.

@@ -3,7 +3,7 @@
 use ipc_types::decision::{GoalKind, GripperGoal};
 use ipc_types::{ArmGoal, Decision, Pose, Wire};
 
-use crate::record::{Record, RecordError, damaged};
+use crate::checkpoint::{CheckpointError, Codec, damaged};
 
 /// What an arm has been asked to do.
 #[derive(Clone, Copy, Debug)]
@@ -49,17 +49,17 @@ impl GoalLatch {
     }
 
     /// Writes or reads all of it.
-    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
+    pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
         let mut bytes = [0; size_of::<ArmGoal>()];
         bytes.copy_from_slice(self.goal.as_bytes());
-        record.bytes(&mut bytes)?;
+        codec.bytes(&mut bytes)?;
         // The length is that of the type.
         self.goal = ArmGoal::from_bytes(&bytes).unwrap_or(self.goal);
-        record.u32(&mut self.generation)?;
-        record.u64(&mut self.seq)?;
-        record.option("latch", &mut self.decision_tick, Record::u64)?;
+        codec.u32(&mut self.generation)?;
+        codec.u64(&mut self.seq)?;
+        codec.option("latch", &mut self.decision_tick, Codec::u64)?;
         let mut gripper = self.gripper.code();
-        record.u32(&mut gripper)?;
+        codec.u32(&mut gripper)?;
         self.gripper = GripperGoal::from_code(gripper)
             .ok_or(damaged("latched gripper goal", u64::from(gripper)))?;
         Ok(())

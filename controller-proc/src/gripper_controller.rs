@@ -1,7 +1,7 @@
 //! A gripper that goes to one width.
 
+use crate::checkpoint::{CheckpointError, Codec};
 use crate::controller::{Controller, Setpoint};
-use crate::record::{Record, RecordError};
 use crate::robot_state::RobotState;
 
 /// Commands the fingers of a parallel gripper to a fixed width.
@@ -23,8 +23,8 @@ impl GripperController {
     }
 
     /// Writes or reads what changes.
-    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
-        record.f64(&mut self.width)
+    pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
+        codec.f64(&mut self.width)
     }
 
     /// Another width (m).

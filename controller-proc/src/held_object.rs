@@ -6,8 +6,8 @@ use ipc_types::{ArmState, WorldState};
 use nalgebra::{Isometry3, Point3, Vector3};
 use rmp::{MAX_CARRIED, RmpFlow, TargetId};
 
+use crate::checkpoint::{CheckpointError, Codec};
 use crate::convert::isometry;
-use crate::record::{Record, RecordError};
 
 /// Radius of the spheres of what has room for them (m).
 const RADIUS_M: f64 = 0.03;
@@ -72,17 +72,17 @@ impl HeldObject {
     }
 
     /// Writes or reads what is held and where; `flow` follows.
-    pub(crate) fn record(
+    pub(crate) fn checkpoint(
         &mut self,
-        record: &mut Record<'_>,
+        codec: &mut Codec<'_>,
         flow: &mut RmpFlow,
         tool: TargetId,
-    ) -> Result<(), RecordError> {
-        record.option("held object", &mut self.object, |record, index| {
-            record.index("held object", index, ipc_types::MAX_OBJECTS)
+    ) -> Result<(), CheckpointError> {
+        codec.option("held object", &mut self.object, |codec, index| {
+            codec.index("held object", index, ipc_types::MAX_OBJECTS)
         })?;
-        record.pose(&mut self.pose)?;
-        if record.reads() {
+        codec.pose(&mut self.pose)?;
+        if codec.reads() {
             self.carry(flow, tool);
         }
         Ok(())

@@ -5,6 +5,7 @@
 //! bus.
 #![forbid(unsafe_code)]
 
+pub mod checkpoint;
 pub mod controller;
 mod convert;
 pub mod corridor;
@@ -16,7 +17,6 @@ pub mod held_object;
 pub mod obstacle_objects;
 pub mod other_arm;
 pub mod process;
-pub mod record;
 pub mod rmpflow_controller;
 pub mod robot_state;
 pub mod suction;

@@ -10,7 +10,7 @@ use ipc_types::ArmState;
 use nalgebra::{Isometry3, Point3, Vector3};
 use rmp::{Obstacle, ObstacleError, ObstacleId, ObstacleSet};
 
-use crate::record::{Record, RecordError};
+use crate::checkpoint::{CheckpointError, Codec};
 
 /// Another arm, seen from the base of one's own.
 #[derive(Debug)]
@@ -100,14 +100,14 @@ impl OtherArm {
     }
 
     /// Writes or reads where it was seen last; `set` follows.
-    pub(crate) fn record(
+    pub(crate) fn checkpoint(
         &mut self,
-        record: &mut Record<'_>,
+        codec: &mut Codec<'_>,
         set: &mut ObstacleSet,
-    ) -> Result<(), RecordError> {
-        record.same("joints of the other arm", self.positions.len() as u64)?;
-        record.f64s(&mut self.positions)?;
-        if record.reads() {
+    ) -> Result<(), CheckpointError> {
+        codec.same("joints of the other arm", self.positions.len() as u64)?;
+        codec.f64s(&mut self.positions)?;
+        if codec.reads() {
             self.move_parts(set);
         }
         Ok(())

@@ -25,7 +25,7 @@ const SPIN_LOCKSTEP_NS: u64 = 300_000;
 const NUDGE: Duration = Duration::from_millis(5);
 /// A state that does not come within this is given up for this cycle (ns).
 const PATIENCE_NS: u64 = 5_000_000;
-/// How often the record of the cycle is sent (ticks).
+/// How often the checkpoint of the cycle is sent (ticks).
 const KEYFRAME_TICKS: u64 = 1000;
 /// Longest wait of lockstep for a decision that was sent, but not yet to this
 /// reader: its writer may have been killed in between and has to come back (ns).
@@ -78,7 +78,7 @@ struct ControllerProcess {
     answered: Option<(u32, u64)>,
     lockstep: bool,
     expected_ns: u64,
-    /// Second of simulated time the record was sent in last.
+    /// Second of simulated time the checkpoint was sent in last.
     kept_in: Option<u64>,
 }
 
@@ -210,7 +210,7 @@ impl ControllerProcess {
         });
         if !fits || sent.is_err() {
             self.health
-                .note("the controller's record could not be kept: no replay verifies this run");
+                .note("the controller's checkpoint could not be kept: no replay verifies this run");
         }
     }
 

@@ -8,9 +8,9 @@ use rmp::{JointLimits, MotionState, RmpFlow, TargetId};
 
 pub use crate::error::RmpFlowError;
 
+use crate::checkpoint::{CheckpointError, Codec, damaged};
 use crate::controller::{Controller, Setpoint};
 use crate::held_object::HeldObject;
-use crate::record::{Record, RecordError, damaged};
 use crate::robot_state::{MAX_STATE_JOINTS, RobotState};
 use crate::surroundings::Surroundings;
 
@@ -205,47 +205,47 @@ impl RmpFlowController {
     }
 }
 
-/// The record.
+/// The checkpoint.
 impl RmpFlowController {
     /// Writes or reads all that is remembered from cycle to cycle.
-    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
-        record.f64s(&mut self.state.positions)?;
-        record.f64s(&mut self.state.velocities)?;
-        record.f64s(&mut self.state.accelerations)?;
-        record.f64s(&mut self.posture)?;
+    pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
+        codec.f64s(&mut self.state.positions)?;
+        codec.f64s(&mut self.state.velocities)?;
+        codec.f64s(&mut self.state.accelerations)?;
+        codec.f64s(&mut self.posture)?;
         let mut mode = self.mode as u32;
-        record.u32(&mut mode)?;
+        codec.u32(&mut mode)?;
         self.mode = match mode {
             0 => Mode::Follow,
             1 => Mode::Brake,
             2 => Mode::Stay,
             found => return Err(damaged("mode", u64::from(found))),
         };
-        record.pose(&mut self.tool_pose)?;
-        record.f64(&mut self.min_clearance)?;
-        record.u64(&mut self.clipped_joints)?;
+        codec.pose(&mut self.tool_pose)?;
+        codec.f64(&mut self.min_clearance)?;
+        codec.u64(&mut self.clipped_joints)?;
         self.surroundings
-            .record(record, self.flow.obstacles_mut())?;
-        self.held.record(record, &mut self.flow, self.tool)?;
-        self.record_flow(record)
+            .checkpoint(codec, self.flow.obstacles_mut())?;
+        self.held.checkpoint(codec, &mut self.flow, self.tool)?;
+        self.record_flow(codec)
     }
 
     /// What the policies themselves remember: posture, target, and the bounds
     /// that were active, from which the next resolve starts.
-    fn record_flow(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
+    fn record_flow(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
         let mut posture = [0.0; MAX_STATE_JOINTS];
         let joints = self.flow.joint_count().min(MAX_STATE_JOINTS);
         posture[..joints].copy_from_slice(&self.flow.posture()[..joints]);
-        record.f64s(&mut posture[..joints])?;
+        codec.f64s(&mut posture[..joints])?;
         let mut target = self.target;
-        record.option("target", &mut target.position, |record, position| {
-            record.f64s(position.iter_mut())
+        codec.option("target", &mut target.position, |codec, position| {
+            codec.f64s(position.iter_mut())
         })?;
-        record.option("target", &mut target.orientation, Record::rotation)?;
+        codec.option("target", &mut target.orientation, Codec::rotation)?;
         let (mut lower, mut upper) = self.flow.active_bounds();
-        record.u64(&mut lower)?;
-        record.u64(&mut upper)?;
-        if record.reads() {
+        codec.u64(&mut lower)?;
+        codec.u64(&mut upper)?;
+        if codec.reads() {
             self.flow.set_active_bounds(lower, upper);
             let told = self.flow.set_posture(&posture[..joints]);
             told.and_then(|()| self.lead(target))

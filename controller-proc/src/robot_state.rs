@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::record::{Record, RecordError};
+use crate::checkpoint::{CheckpointError, Codec};
 
 /// Joints a state can hold: those of an arm and its gripper.
 pub const MAX_STATE_JOINTS: usize = 24;
@@ -48,9 +48,9 @@ impl JointField {
         &self.values[..count.min(MAX_STATE_JOINTS)]
     }
 
-    fn record(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
-        record.u32(&mut self.set)?;
-        record.f64s(&mut self.values)
+    fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
+        codec.u32(&mut self.set)?;
+        codec.f64s(&mut self.values)
     }
 
     fn combine(&self, other: &Self, kind: &'static str) -> Result<Self, CombineError> {
@@ -101,10 +101,10 @@ impl RobotState {
     };
 
     /// Writes or reads all of it.
-    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
-        self.positions.record(record)?;
-        self.velocities.record(record)?;
-        self.accelerations.record(record)
+    pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
+        self.positions.checkpoint(codec)?;
+        self.velocities.checkpoint(codec)?;
+        self.accelerations.checkpoint(codec)
     }
 
     /// What both say together.

@@ -2,7 +2,7 @@
 
 use ipc_types::{GripperGoal, GripperState};
 
-use crate::record::{Record, RecordError};
+use crate::checkpoint::{CheckpointError, Codec};
 
 /// What a suction gripper is told; an arm without one is always told off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +37,7 @@ impl SuctionController {
     }
 
     /// Writes or reads what changes.
-    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), RecordError> {
-        record.bool("suction", &mut self.on)
+    pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
+        codec.bool("suction", &mut self.on)
     }
 }

@@ -5,11 +5,11 @@ use ipc_types::{ArmState, ObjectState};
 use nalgebra::Isometry3;
 use rmp::{ObstacleId, ObstacleSet};
 
+use crate::checkpoint::{CheckpointError, Codec};
 use crate::convert::around;
 use crate::error::RmpFlowError;
 use crate::obstacle_objects::ObstacleObjects;
 use crate::other_arm::OtherArm;
-use crate::record::{Record, RecordError};
 
 /// What stands, moves and lies around an arm.
 pub struct Surroundings {
@@ -103,18 +103,18 @@ impl Surroundings {
 
     /// Writes or reads what is remembered from cycle to cycle; objects are seen
     /// anew in every cycle.
-    pub(crate) fn record(
+    pub(crate) fn checkpoint(
         &mut self,
-        record: &mut Record<'_>,
+        codec: &mut Codec<'_>,
         set: &mut ObstacleSet,
-    ) -> Result<(), RecordError> {
-        record.u64(&mut self.fixture_mask)?;
-        record.same("other arms", self.others.len() as u64)?;
-        record.same("obstacle objects", self.objects.len() as u64)?;
+    ) -> Result<(), CheckpointError> {
+        codec.u64(&mut self.fixture_mask)?;
+        codec.same("other arms", self.others.len() as u64)?;
+        codec.same("obstacle objects", self.objects.len() as u64)?;
         for other in &mut self.others {
-            other.record(record, set)?;
+            other.checkpoint(codec, set)?;
         }
-        if record.reads() {
+        if codec.reads() {
             self.apply_mask(set);
         }
         Ok(())

@@ -14,7 +14,7 @@ use crate::misses::Misses;
 use crate::pace::Pace;
 use crate::scene;
 use crate::snapshot::{FLAG_RECORDING, Moment, encode};
-use crate::status::{Look, status};
+use crate::status::{StatusInput, status};
 
 /// 60 frames a second.
 const FRAME_NS: u64 = 16_666_667;
@@ -145,7 +145,7 @@ impl Feed {
         let time_s = world.map_or(0.0, |w| w.header.sim_time_ns as f64 * 1.0e-9);
         let missed = self.misses.look(&processes, time_s, now_ns);
         let decision = self.decision.get();
-        let mut message = status(&Look {
+        let mut message = status(&StatusInput {
             processes: &processes,
             missed: &missed,
             world,

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use crate::scrub::Past;
 use crate::snapshot::{FLAG_NOT_LIVE, Moment, encode};
-use crate::status::{self, Look};
+use crate::status::{self, StatusInput};
 use crate::story::Story;
 
 /// How the nodes of the task's pictures stand is in the trace once a second, and so
@@ -115,7 +115,7 @@ impl<F: Film> Past for Projector<F> {
     fn told(&mut self, time_s: f64) -> Value {
         let story = self.story(time_s);
         let still = self.film.still(time_s).ok();
-        let mut told = status::past(&Look {
+        let mut told = status::past(&StatusInput {
             processes: &[],
             missed: &[],
             world: still.as_ref().map(|still| still.world.as_ref()),

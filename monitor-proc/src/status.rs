@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 /// What a status is made of.
 #[derive(Clone, Copy)]
-pub struct Look<'a> {
+pub struct StatusInput<'a> {
     /// Every process with its health, unless it is silent.
     pub processes: &'a [(Process, Option<&'a Health>)],
     /// Why each of them missed cycles last, where that is known.
@@ -27,7 +27,7 @@ pub struct Look<'a> {
 }
 
 /// The message, without what the recorder knows.
-pub fn status(look: &Look<'_>) -> Value {
+pub fn status(look: &StatusInput<'_>) -> Value {
     let why = |at: usize| look.missed.get(at).map_or("", String::as_str);
     let processes = look.processes.iter().enumerate();
     let processes: Vec<Value> = processes
@@ -47,7 +47,7 @@ pub fn status(look: &Look<'_>) -> Value {
 }
 
 /// What of a status is of a moment of the past.
-pub fn past(look: &Look<'_>) -> Value {
+pub fn past(look: &StatusInput<'_>) -> Value {
     json!({
         "task": task(look),
         "equipment": look.world.map(|world| equipment(world, look.objects)),
@@ -85,7 +85,7 @@ fn scheduling(health: &Health) -> &'static str {
     }
 }
 
-fn scheduling_of_run(look: &Look<'_>) -> &'static str {
+fn scheduling_of_run(look: &StatusInput<'_>) -> &'static str {
     if look.world.is_some_and(|world| world.has(FLAG_LOCKSTEP)) {
         return "lockstep";
     }
@@ -95,7 +95,7 @@ fn scheduling_of_run(look: &Look<'_>) -> &'static str {
         .unwrap_or("other")
 }
 
-fn task(look: &Look<'_>) -> Value {
+fn task(look: &StatusInput<'_>) -> Value {
     let decision = look.decision;
     let count = |of: fn(&Decision) -> u32| decision.map_or(0, of);
     let policy = decision.map_or("", |d| d.policy.as_str());
@@ -220,7 +220,7 @@ mod tests {
         (health.pid, health.lateness_p99_ns) = (7, 2500.0);
         let processes = [(Process::Physics, Some(&health)), (Process::Task, None)];
         let objects = ["red".to_owned(), "</script>".to_owned()];
-        let message = status(&Look {
+        let message = status(&StatusInput {
             processes: &processes,
             missed: &["late".to_owned()],
             world: Some(&world),

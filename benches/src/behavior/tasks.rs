@@ -16,7 +16,7 @@ const TICKS: u32 = 300;
 
 /// A decision of each policy upon a state that stays the same, and its checkpoint.
 pub(crate) fn subjects() -> Result<Vec<Subject>, Box<dyn Error>> {
-    let scene = Scene::new()?;
+    let scene = Situation::new()?;
     Ok(vec![
         scene.decision("franka-stack bt: decision", "bt")?,
         scene.decision("franka-stack fsm: decision", "fsm")?,
@@ -25,7 +25,7 @@ pub(crate) fn subjects() -> Result<Vec<Subject>, Box<dyn Error>> {
     ])
 }
 
-struct Scene {
+struct Situation {
     cell: Cell,
     state: Box<WorldState>,
     status: ArmStatus,
@@ -49,7 +49,7 @@ impl Begun {
     }
 }
 
-impl Scene {
+impl Situation {
     fn new() -> Result<Self, Box<dyn Error>> {
         let spec = eval::template(DEMO, "fsm");
         let cell = spec.load_cell_from(&Data::checkout())?;

@@ -10,7 +10,7 @@ const KILLS: usize = 10;
 const SPACING_NS: u64 = 2_500_000_000;
 
 /// What is known of the task at one moment.
-pub(super) struct Look {
+pub(super) struct Sighting {
     /// Pid and generation of a task that runs.
     pub(super) task: Option<(u32, u32)>,
     /// Generation that took the newest decision, and when it was sent (ns).
@@ -32,7 +32,7 @@ impl Kills {
     pub(super) fn turn(
         &mut self,
         now_ns: u64,
-        look: &Look,
+        look: &Sighting,
         strike: impl FnOnce(u32) -> bool,
     ) -> bool {
         let (decides, sent_ns) = look.decision;
@@ -67,15 +67,15 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
-    fn look(task: Option<(u32, u32)>, decision: (u32, u64)) -> Look {
-        Look { task, decision }
+    fn look(task: Option<(u32, u32)>, decision: (u32, u64)) -> Sighting {
+        Sighting { task, decision }
     }
 
     #[test]
     fn a_wait_lasts_until_the_next_task_decides_and_kills_are_far_apart() {
         let mut kills = Kills::default();
         let mut struck = Vec::new();
-        let mut turn = |now_ns, look: Look| {
+        let mut turn = |now_ns, look: Sighting| {
             kills.turn(now_ns, &look, |pid| {
                 struck.push((pid, now_ns));
                 true

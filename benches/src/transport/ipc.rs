@@ -13,7 +13,7 @@ use ipc_types::probe::{Probe, Probe1K, Probe4K, Probe16K, Probe64};
 
 use super::links::names;
 use super::peer::{Links, PAYLOADS, READY, WAYS, Wires, schedule};
-use super::place::{Block, Control, Place, RUN};
+use super::site::{BenchRun, Block, Control, RUN};
 use super::{BenchError, bus, io};
 use crate::report::{Report, Samples};
 
@@ -54,7 +54,7 @@ const NOTES: [&str; 3] = [
 /// Measures and prints.
 pub(crate) fn run(json: bool) -> Result<(), BenchError> {
     let program = std::env::current_exe().map_err(io("find its own program"))?;
-    let command = |place: &Place| {
+    let command = |place: &BenchRun| {
         let mut command = Command::new(&program);
         command
             .arg(super::peer::WORD)
@@ -67,8 +67,8 @@ pub(crate) fn run(json: bool) -> Result<(), BenchError> {
         .map_err(io("print"))
 }
 
-fn measure(plan: Plan, command: impl Fn(&Place) -> Command) -> Result<Report, BenchError> {
-    let place = Place::create()?;
+fn measure(plan: Plan, command: impl Fn(&BenchRun) -> Command) -> Result<Report, BenchError> {
+    let place = BenchRun::create()?;
     let _keeper = keep(&place)?;
     let listener = UnixListener::bind(place.socket()).map_err(io("make a socket"))?;
     let mut peer = Peer::spawn(&mut command(&place))?;
@@ -101,7 +101,7 @@ fn measure(plan: Plan, command: impl Fn(&Place) -> Command) -> Result<Report, Be
     Ok(report)
 }
 
-fn keep(place: &Place) -> Result<Keeper, BenchError> {
+fn keep(place: &BenchRun) -> Result<Keeper, BenchError> {
     let mut keeper = Keeper::create(&place.site, RUN, 1).map_err(bus)?;
     add::<Probe64>(&mut keeper)?;
     add::<Probe1K>(&mut keeper)?;
@@ -230,7 +230,7 @@ impl Peer {
             from.try_clone().map_err(io("copy a descriptor"))?,
         ));
         listener.set_nonblocking(true).map_err(io("listen"))?;
-        let end_ns = monotonic_ns() + super::place::PATIENCE_NS;
+        let end_ns = monotonic_ns() + super::site::PATIENCE_NS;
         loop {
             match listener.accept() {
                 Ok((socket, _)) => {

@@ -11,11 +11,11 @@ use iceoryx2::port::subscriber::Subscriber as BareSubscriber;
 use iceoryx2::prelude::{Node, ServiceName, ipc};
 use ipc_types::probe::Probe;
 
-use super::place::{PATIENCE_NS, Place};
+use super::site::{BenchRun, PATIENCE_NS};
 use super::{BenchError, bus, io};
 
 /// One way, both directions.
-pub(crate) trait Link {
+pub(crate) trait Channel {
     /// Writes and sends message number `number`.
     fn send(&mut self, number: u64) -> Result<(), BenchError>;
     /// Waits for message number `number` and reads it.
@@ -97,7 +97,7 @@ impl<T: Probe> Topic<T> {
     }
 }
 
-impl<T: Probe> Link for Topic<T> {
+impl<T: Probe> Channel for Topic<T> {
     fn send(&mut self, number: u64) -> Result<(), BenchError> {
         let whole = self.whole;
         let sent = self.publisher.publish(|message| {
@@ -155,7 +155,7 @@ impl<T: Probe> Bare<T> {
     }
 }
 
-impl<T: Probe> Link for Bare<T> {
+impl<T: Probe> Channel for Bare<T> {
     fn send(&mut self, number: u64) -> Result<(), BenchError> {
         let mut sample = ipc_types::loan::loan(&self.publisher).map_err(bus)?;
         let message = sample.payload_mut();
@@ -188,7 +188,7 @@ pub(crate) struct Raw {
 }
 
 impl Raw {
-    pub(crate) fn open(place: &Place, payload: usize, first: bool) -> Result<Self, BenchError> {
+    pub(crate) fn open(place: &BenchRun, payload: usize, first: bool) -> Result<Self, BenchError> {
         let (to, from) = names("raw", payload, first);
         let open = |name: &str| {
             let path = place.dir.join(name.replace('/', "-"));
@@ -204,7 +204,7 @@ impl Raw {
     }
 }
 
-impl Link for Raw {
+impl Channel for Raw {
     fn send(&mut self, number: u64) -> Result<(), BenchError> {
         let first = first_value(number);
         self.to.write(number, |index| {
@@ -245,7 +245,7 @@ impl<R: Read, W: Write> Stream<R, W> {
     }
 }
 
-impl<R: Read, W: Write> Link for Stream<R, W> {
+impl<R: Read, W: Write> Channel for Stream<R, W> {
     fn send(&mut self, number: u64) -> Result<(), BenchError> {
         fill(&mut self.values, number);
         for (bytes, value) in self.bytes.chunks_exact_mut(8).zip(&self.values) {

@@ -7,7 +7,7 @@ pub(crate) mod ipc;
 mod links;
 pub(crate) mod loop_;
 pub(crate) mod peer;
-mod place;
+mod site;
 
 use thiserror::Error;
 

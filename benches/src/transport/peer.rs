@@ -11,8 +11,8 @@ use cell_rt::priority;
 use iceoryx2::prelude::{Node, NodeBuilder, SignalHandlingMode, ipc};
 use ipc_types::probe::{Probe, Probe1K, Probe4K, Probe16K, Probe64};
 
-use super::links::{Bare, Link, Raw, Stream, Topic};
-use super::place::{Control, Place, RUN};
+use super::links::{Bare, Channel, Raw, Stream, Topic};
+use super::site::{BenchRun, Control, RUN};
 use super::{BenchError, bus, io};
 
 /// SCHED_FIFO priority of both processes.
@@ -31,7 +31,7 @@ pub(crate) const READY: &[u8] = b"\nbench peer ready\n";
 
 /// All links of one process, by payload and way.
 pub(crate) struct Links {
-    pub(crate) all: Vec<Box<dyn Link>>,
+    pub(crate) all: Vec<Box<dyn Channel>>,
     // The ports live on these.
     _bus: Bus,
     _node: Node<ipc::Service>,
@@ -46,7 +46,7 @@ pub(crate) struct Wires {
 
 impl Links {
     /// Opens everything; `first` is the process that begins.
-    pub(crate) fn open(place: &Place, wires: &Wires, first: bool) -> Result<Self, BenchError> {
+    pub(crate) fn open(place: &BenchRun, wires: &Wires, first: bool) -> Result<Self, BenchError> {
         let bus_ = Bus::join(&place.site, RUN, 1, "bench").map_err(bus)?;
         let node = NodeBuilder::new()
             .config(&place.site.config().map_err(bus)?)
@@ -74,14 +74,14 @@ impl Links {
 }
 
 struct Ends<'a> {
-    place: &'a Place,
+    place: &'a BenchRun,
     wires: &'a Wires,
     bus: &'a Bus,
     node: &'a Node<ipc::Service>,
     first: bool,
 }
 
-fn links_of<T: Probe>(ends: &Ends) -> Result<[Box<dyn Link>; 6], BenchError> {
+fn links_of<T: Probe>(ends: &Ends) -> Result<[Box<dyn Channel>; 6], BenchError> {
     let copy = |end: &OwnedFd| {
         end.try_clone()
             .map(File::from)
@@ -139,7 +139,7 @@ pub(crate) fn run(dir: &Path, prefix: &str) -> Result<(), BenchError> {
     let parent = cell_rt::process::parent_pid();
     cell_rt::process::die_with_parent(cell_rt::process::SIGKILL, parent)
         .map_err(io("follow its parent"))?;
-    let place = Place::join(dir.to_owned(), prefix.to_owned());
+    let place = BenchRun::join(dir.to_owned(), prefix.to_owned());
     let control = Control::open(&place)?;
     let copied = |end: std::io::Result<OwnedFd>| end.map_err(io("copy a descriptor"));
     let wires = Wires {

@@ -1,5 +1,5 @@
 //! A cycle allocates nothing: not when it follows, not when it switches the
-//! gripper, not when it holds; and neither does writing its record.
+//! gripper, not when it holds; and neither does writing its checkpoint.
 
 use crate::support;
 
@@ -87,7 +87,9 @@ fn run(demo: &str) {
         }
         cycle.update(&state, Some(&decision), 30, &mut command, &mut status);
         state.arms[0].joint_positions = command.joint_positions;
-        let length = cycle.save(30, &mut record).expect("room for the record");
+        let length = cycle
+            .save(30, &mut record)
+            .expect("room for the checkpoint");
         assert!(length > 0);
     }
     assert_eq!(count() - before, 0, "allocations in 600 cycles");

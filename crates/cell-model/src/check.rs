@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use crate::error::{ModelError, Place};
+use crate::error::{Location, ModelError};
 use crate::toml_text;
 
 /// A cell is not larger (m).
@@ -25,7 +25,7 @@ impl<'a> Checker<'a> {
     /// The error that says that `key` is `value`, and what is `allowed`.
     pub fn refuse(&self, key: &str, value: impl Display, allowed: impl Into<String>) -> ModelError {
         ModelError::value(
-            Place::line(self.file, toml_text::line_of(self.text, key)),
+            Location::line(self.file, toml_text::line_of(self.text, key)),
             key,
             value,
             allowed,

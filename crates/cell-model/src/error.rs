@@ -6,14 +6,14 @@ use thiserror::Error;
 
 /// A place in a file: `cells/reach.toml:12`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct Location {
     /// The file as the person named it.
     pub file: String,
     /// Line from 1 up, where known.
     pub line: Option<usize>,
 }
 
-impl Place {
+impl Location {
     /// A whole file.
     pub fn file(file: &str) -> Self {
         Self {
@@ -31,7 +31,7 @@ impl Place {
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.line {
             Some(line) => write!(f, "{}:{line}", self.file),
@@ -58,7 +58,7 @@ pub enum ModelError {
     #[error("{place}: {message}")]
     Syntax {
         /// Where.
-        place: Place,
+        place: Location,
         /// What the parser says.
         message: String,
     },
@@ -66,7 +66,7 @@ pub enum ModelError {
     #[error("{place}: unknown key '{key}'; {advice}")]
     UnknownKey {
         /// Where.
-        place: Place,
+        place: Location,
         /// The key found.
         key: String,
         /// The nearest known key, or all of them.
@@ -76,7 +76,7 @@ pub enum ModelError {
     #[error("{place}: {key} is {value}; {allowed}")]
     Value {
         /// Where.
-        place: Place,
+        place: Location,
         /// Key or item, with the name of its owner.
         key: String,
         /// The value found.
@@ -98,7 +98,7 @@ pub enum ModelError {
     #[error("{place}: {source}")]
     Chain {
         /// Where.
-        place: Place,
+        place: Location,
         /// What the tree lacks.
         source: rmp::ChainError,
     },
@@ -107,7 +107,7 @@ pub enum ModelError {
 impl ModelError {
     /// A value outside what is allowed.
     pub(crate) fn value(
-        place: Place,
+        place: Location,
         key: impl Into<String>,
         value: impl fmt::Display,
         allowed: impl Into<String>,

@@ -3,7 +3,7 @@
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-use crate::error::{ModelError, Place};
+use crate::error::{Location, ModelError};
 use crate::suggest;
 
 /// Reads `text` as `T`. Unknown keys are refused (where `T` denies them), and so
@@ -25,7 +25,7 @@ pub(crate) fn parse_table<T: DeserializeOwned>(
     let parsed = DeTable::parse(text).map_err(|error| explain(file, text, &error))?;
     let Some(mut value) = parsed.into_inner().remove(key) else {
         return Err(ModelError::value(
-            Place::file(file),
+            Location::file(file),
             key,
             "missing",
             format!("a table [{key}] is needed"),
@@ -79,12 +79,12 @@ fn explain(file: &str, text: &str, error: &toml::de::Error) -> ModelError {
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     match (message.starts_with("unknown field"), quoted.split_first()) {
         (true, Some((key, known))) => ModelError::UnknownKey {
-            place: Place::line(file, line_of_key(text, key).or(line)),
+            place: Location::line(file, line_of_key(text, key).or(line)),
             key: (*key).to_owned(),
             advice: suggest::advice(key, known),
         },
         _ => ModelError::Syntax {
-            place: Place::line(file, line),
+            place: Location::line(file, line),
             message: message.trim().replace('\n', "; "),
         },
     }
@@ -139,7 +139,7 @@ fn check_value(
             if float.as_str().parse::<f64>().is_ok_and(f64::is_finite) {
                 return Ok(());
             }
-            let place = Place::line(file, Some(line_at(text, value.span().start)));
+            let place = Location::line(file, Some(line_at(text, value.span().start)));
             Err(ModelError::value(
                 place,
                 path,

@@ -21,7 +21,7 @@ pub struct Frame {
 
 /// Looks at entries from the newest to the oldest.
 #[derive(Default)]
-pub(crate) struct Look {
+pub(crate) struct Backwards {
     time_ns: u64,
     pieces: Vec<WorldPiece>,
     whole: bool,
@@ -29,7 +29,7 @@ pub(crate) struct Look {
     decision: Option<Box<Decision>>,
 }
 
-impl Look {
+impl Backwards {
     pub(crate) fn at(time_ns: u64) -> Self {
         Self {
             time_ns,

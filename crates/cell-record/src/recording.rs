@@ -14,7 +14,7 @@ use crate::chunk::{self, Chunk};
 use crate::entry::Entry;
 use crate::error::RecordError;
 use crate::flight;
-use crate::frame::{Frame, Look};
+use crate::frame::{Backwards, Frame};
 use crate::index::FileIndex;
 
 /// Unpacked chunks that are kept for the next look.
@@ -121,7 +121,7 @@ impl Recording {
     pub fn at(&mut self, time_s: f64) -> Result<Frame, RecordError> {
         let time_ns = nanoseconds(time_s);
         let arms = usize::from(self.run.arms);
-        let (mut look, mut back) = (Look::at(time_ns), 0);
+        let (mut look, mut back) = (Backwards::at(time_ns), 0);
         for place in (0..self.places.len()).rev() {
             if self.chunk(place).is_none_or(|c| c.start_ns > time_ns) {
                 continue;

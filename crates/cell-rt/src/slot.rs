@@ -142,16 +142,16 @@ mod tests {
     use super::*;
     use std::path::PathBuf;
 
-    struct Place(PathBuf);
+    struct TestFile(PathBuf);
 
-    impl Place {
+    impl TestFile {
         fn new(name: &str) -> Self {
             let file = format!("cell-rt-slot-{name}-{}", std::process::id());
             Self(std::env::temp_dir().join(file))
         }
     }
 
-    impl Drop for Place {
+    impl Drop for TestFile {
         fn drop(&mut self) {
             std::fs::remove_file(&self.0).unwrap();
         }
@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn the_newest_record_is_found_after_reopening() {
-        let place = Place::new("newest");
+        let place = TestFile::new("newest");
         let mut file = SlotFile::open(&place.0, 100).unwrap();
         assert_eq!(file.newest(), None);
         for seq in 1..=7 {
@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn a_record_that_was_being_written_gives_way_to_the_one_before() {
-        let place = Place::new("torn");
+        let place = TestFile::new("torn");
         let mut file = SlotFile::open(&place.0, 64).unwrap();
         file.write(1, &[1; 64]);
         file.write(2, &[2; 64]);
@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn foreign_content_is_not_taken_for_ours() {
-        let place = Place::new("foreign");
+        let place = TestFile::new("foreign");
         std::fs::write(&place.0, vec![0x5a; 5000]).unwrap();
         assert_eq!(SlotFile::open(&place.0, 64).unwrap().newest(), None);
         let mut file = SlotFile::open(&place.0, 64).unwrap();

@@ -1,4 +1,4 @@
-//! What every policy of a demo knows about its job: the part of the record that
+//! What every policy of a demo knows about its job: the part of the checkpoint that
 //! a policy of another kind can take over in the middle of it.
 
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use crate::time::PolicyTime;
 
 /// Where an object belongs: its centre in the world frame (m) and its yaw (rad).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Place {
+pub struct Placement {
     /// Centre, world frame (m).
     pub position: [f64; 3],
     /// Turn about the vertical axis (rad).
@@ -59,7 +59,7 @@ pub struct Job {
     /// Object in the gripper, by index in the cell file.
     pub held: Option<usize>,
     /// Where the held object goes.
-    pub destination: Option<Place>,
+    pub destination: Option<Placement>,
     /// The held object goes back instead of onto the stack.
     pub aborted: bool,
     /// Objects where they belong, by index in the cell file.

@@ -19,7 +19,7 @@ const SHM: &str = "/dev/shm";
 /// How a check went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-enum Verdict {
+enum Severity {
     Ok,
     /// Works, but worse.
     Warn,
@@ -30,7 +30,7 @@ enum Verdict {
 #[derive(Debug, Serialize)]
 struct Check {
     name: &'static str,
-    verdict: Verdict,
+    verdict: Severity,
     found: String,
     fix: Option<String>,
 }
@@ -39,11 +39,11 @@ impl Check {
     fn new(
         name: &'static str,
         fine: bool,
-        otherwise: Verdict,
+        otherwise: Severity,
         found: impl Into<String>,
         fix: &str,
     ) -> Self {
-        let verdict = if fine { Verdict::Ok } else { otherwise };
+        let verdict = if fine { Severity::Ok } else { otherwise };
         Self {
             name,
             verdict,
@@ -69,7 +69,7 @@ pub(crate) fn doctor(args: &ReportArgs) -> Result<(), Failure> {
     } else {
         checks.iter().for_each(print);
     }
-    if checks.iter().any(|check| check.verdict == Verdict::Fail) {
+    if checks.iter().any(|check| check.verdict == Severity::Fail) {
         return Err(Failure::silent(Code::Configuration));
     }
     Ok(())
@@ -77,9 +77,9 @@ pub(crate) fn doctor(args: &ReportArgs) -> Result<(), Failure> {
 
 fn print(check: &Check) {
     let mark = match check.verdict {
-        Verdict::Ok => "ok  ",
-        Verdict::Warn => "warn",
-        Verdict::Fail => "FAIL",
+        Severity::Ok => "ok  ",
+        Severity::Warn => "warn",
+        Severity::Fail => "FAIL",
     };
     say::line(format_args!("{mark}  {:<20} {}", check.name, check.found));
     if let Some(fix) = &check.fix {
@@ -106,7 +106,7 @@ fn programs() -> Check {
     Check::new(
         "programs",
         missing.is_empty(),
-        Verdict::Fail,
+        Severity::Fail,
         found,
         "cargo build --release --workspace --bins",
     )
@@ -121,7 +121,7 @@ fn real_time() -> Check {
     };
     let fix = "add `@YOUR_GROUP - rtprio 90` to /etc/security/limits.conf and log in again \
                (in a container: --cap-add SYS_NICE --ulimit rtprio=90)";
-    Check::new("real-time priority", granted, Verdict::Warn, found, fix)
+    Check::new("real-time priority", granted, Severity::Warn, found, fix)
 }
 
 /// The soft limit on locked memory in bytes; `None`: no limit.
@@ -142,13 +142,13 @@ fn locked_memory() -> Check {
     );
     let fix = "add `@YOUR_GROUP - memlock unlimited` to /etc/security/limits.conf and log in again \
                (in a container: --ulimit memlock=-1)";
-    Check::new("locked memory", fine, Verdict::Warn, found, fix)
+    Check::new("locked memory", fine, Severity::Warn, found, fix)
 }
 
 fn cores() -> Check {
     let count = cell_rt::priority::core_count();
     let fix = "physics and controller want a core each: give this machine or container two";
-    Check::new("cores", count >= 2, Verdict::Warn, format!("{count}"), fix)
+    Check::new("cores", count >= 2, Severity::Warn, format!("{count}"), fix)
 }
 
 fn shared_memory() -> Check {
@@ -162,7 +162,7 @@ fn shared_memory() -> Check {
     );
     let fix = "free some (`ls -l /dev/shm`) or make it larger: mount -o remount,size=256M /dev/shm \
                (in a container: --shm-size=256m)";
-    Check::new("shared memory", free >= needed, Verdict::Fail, found, fix)
+    Check::new("shared memory", free >= needed, Severity::Fail, found, fix)
 }
 
 fn run_directory() -> Check {
@@ -177,7 +177,7 @@ fn run_directory() -> Check {
     Check::new(
         "run directory",
         fast,
-        Verdict::Warn,
+        Severity::Warn,
         found,
         "processes start ten times slower on a disk: set ROBOCELL_RUN_DIR to a directory in /dev/shm",
     )
@@ -200,5 +200,5 @@ fn leftovers(args: &ReportArgs) -> Check {
     let cell = &args.cell.cell;
     let fix =
         format!("the next `robocell run DEMO --cell NAME` removes those of NAME (now `{cell}`)");
-    Check::new("leftovers", fine, Verdict::Warn, text, &fix)
+    Check::new("leftovers", fine, Severity::Warn, text, &fix)
 }

@@ -14,7 +14,7 @@ const PORTS: std::ops::Range<u16> = 8600..8700;
 
 /// An address that no other launcher takes while this value lives.
 #[derive(Clone, Debug)]
-pub(crate) struct Place {
+pub(crate) struct ListenAddress {
     /// Where to listen.
     pub(crate) address: SocketAddr,
     _reserved: Option<Rc<Lock>>,
@@ -22,7 +22,7 @@ pub(crate) struct Place {
 
 /// The address `listen` names (`ADDR` or `ADDR:PORT`), or loopback. A port that
 /// was asked for has to be free; otherwise the first free one is taken.
-pub(crate) fn place(listen: Option<&str>) -> Result<Place, Failure> {
+pub(crate) fn place(listen: Option<&str>) -> Result<ListenAddress, Failure> {
     let (ip, port) = match listen {
         None => (IpAddr::V4(Ipv4Addr::LOCALHOST), None),
         Some(text) => parse(text)?,
@@ -35,7 +35,7 @@ pub(crate) fn place(listen: Option<&str>) -> Result<Place, Failure> {
                 PORTS.start
             )));
         }
-        return Ok(Place {
+        return Ok(ListenAddress {
             address: SocketAddr::new(ip, port),
             _reserved: None,
         });
@@ -48,7 +48,7 @@ pub(crate) fn place(listen: Option<&str>) -> Result<Place, Failure> {
     }
     let found = PORTS.clone().find_map(|port| {
         let reserved = reserve(port)?;
-        is_free(ip, port).then(|| Place {
+        is_free(ip, port).then(|| ListenAddress {
             address: SocketAddr::new(ip, port),
             _reserved: Some(Rc::new(reserved)),
         })

@@ -11,14 +11,14 @@ use cell_model::runs::spec::{PageSecrets, PageSpec};
 use crate::failure::Failure;
 use crate::rundir::RunDir;
 
-use address::{Place, place};
+use address::{ListenAddress, place};
 use dist::built;
 
 /// The page of a run, from its choice of an address to its end, and of those
 /// that take its place.
 #[derive(Clone, Debug)]
 pub(crate) struct Page {
-    place: Place,
+    place: ListenAddress,
     secrets: PageSecrets,
 }
 

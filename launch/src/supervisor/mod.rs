@@ -12,7 +12,7 @@ mod tests;
 pub use event::{Action, Event, Exit, Rules};
 
 use ipc_types::topic::Process;
-use slot::{Slot, State};
+use slot::{Lifecycle, Slot};
 
 /// Nanoseconds in a millisecond.
 pub(crate) const MS: u64 = 1_000_000;
@@ -56,7 +56,7 @@ impl Supervisor {
 
     /// Whether no process is left.
     pub fn is_down(&self) -> bool {
-        self.slots.iter().all(|slot| slot.state == State::Down)
+        self.slots.iter().all(|slot| slot.state == Lifecycle::Down)
     }
 
     /// Which start of `process` is the newest; 0: none yet.
@@ -98,7 +98,7 @@ impl Supervisor {
             } => {
                 let keep = self.phase == Phase::Keeping;
                 if let Some(slot) = self.slot(process, generation) {
-                    slot.state = State::Down;
+                    slot.state = Lifecycle::Down;
                     if keep {
                         out.push(Action::GaveUp {
                             process,
@@ -135,7 +135,7 @@ impl Supervisor {
     }
 
     fn note_ready(&mut self, out: &mut Vec<Action>) {
-        if !self.was_ready && self.slots.iter().all(|s| s.state == State::Up) {
+        if !self.was_ready && self.slots.iter().all(|s| s.state == Lifecycle::Up) {
             self.was_ready = true;
             out.push(Action::Ready);
         }
@@ -156,7 +156,7 @@ impl Supervisor {
         if keeping {
             slot.exited(now, exit, out);
         } else {
-            slot.state = State::Down;
+            slot.state = Lifecycle::Down;
         }
     }
 
@@ -173,7 +173,7 @@ impl Supervisor {
         for slot in &mut self.slots {
             slot.forget_plans();
             if slot.runs() {
-                slot.state = State::Killed;
+                slot.state = Lifecycle::Killed;
                 out.push(Action::Kill {
                     process: slot.process,
                 });
@@ -186,7 +186,7 @@ impl Supervisor {
         let mut all_before_up = true;
         for slot in &mut self.slots {
             slot.keep(now, self.rules, all_before_up, out);
-            all_before_up &= slot.state == State::Up;
+            all_before_up &= slot.state == Lifecycle::Up;
         }
     }
 

@@ -33,7 +33,7 @@ const MAX_POLL_GAP: u64 = 20 * MS;
 const HANG_LOCKSTEP: u64 = 5_000 * MS;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum State {
+pub(super) enum Lifecycle {
     /// Never started.
     NotStarted,
     /// Started, no health message yet.
@@ -53,7 +53,7 @@ pub(super) enum State {
 #[derive(Debug)]
 pub(super) struct Slot {
     pub(super) process: Process,
-    pub(super) state: State,
+    pub(super) state: Lifecycle,
     pub(super) generation: u32,
     spawned_at: u64,
     crashes: VecDeque<u64>,
@@ -74,7 +74,7 @@ impl Slot {
     pub(super) fn new(process: Process) -> Self {
         Self {
             process,
-            state: State::NotStarted,
+            state: Lifecycle::NotStarted,
             generation: 0,
             spawned_at: 0,
             crashes: VecDeque::new(),
@@ -93,13 +93,13 @@ impl Slot {
     pub(super) fn runs(&self) -> bool {
         matches!(
             self.state,
-            State::Starting | State::Up | State::Leaving(_) | State::Killed
+            Lifecycle::Starting | Lifecycle::Up | Lifecycle::Leaving(_) | Lifecycle::Killed
         )
     }
 
     pub(super) fn alive(&mut self, cycles: u64, fifo: bool) {
-        if self.state == State::Starting {
-            self.state = State::Up;
+        if self.state == Lifecycle::Starting {
+            self.state = Lifecycle::Up;
             self.frozen_ns = 0;
             self.hung_starts = 0;
         }
@@ -115,35 +115,36 @@ impl Slot {
 
     pub(super) fn ask_restart(&mut self, now: u64, gently: bool) {
         match self.state {
-            State::Starting | State::Up => self.wanted = Some(gently),
-            State::Waiting(_) => self.state = State::Waiting(now),
-            State::NotStarted | State::Leaving(_) | State::Killed | State::Down => {}
+            Lifecycle::Starting | Lifecycle::Up => self.wanted = Some(gently),
+            Lifecycle::Waiting(_) => self.state = Lifecycle::Waiting(now),
+            Lifecycle::NotStarted | Lifecycle::Leaving(_) | Lifecycle::Killed | Lifecycle::Down => {
+            }
         }
     }
 
     /// A process that does not exist now will not exist later.
     pub(super) fn forget_plans(&mut self) {
         self.wanted = None;
-        if matches!(self.state, State::NotStarted | State::Waiting(_)) {
-            self.state = State::Down;
+        if matches!(self.state, Lifecycle::NotStarted | Lifecycle::Waiting(_)) {
+            self.state = Lifecycle::Down;
         }
     }
 
     pub(super) fn exited(&mut self, now: u64, exit: Exit, out: &mut Vec<Action>) {
         let process = self.process;
-        let hung = self.state == State::Killed;
+        let hung = self.state == Lifecycle::Killed;
         self.wanted = None;
         if self.commanded {
             self.commanded = false;
-            self.state = State::Waiting(now);
+            self.state = Lifecycle::Waiting(now);
             return;
         }
         if let Some(reason) = self.verdict(now, exit) {
-            self.state = State::Down;
+            self.state = Lifecycle::Down;
             out.push(Action::GaveUp { process, reason });
             return;
         }
-        self.state = State::Waiting(now.max(self.spawned_at + MIN_RUN) + self.backoff());
+        self.state = Lifecycle::Waiting(now.max(self.spawned_at + MIN_RUN) + self.backoff());
         if !hung {
             out.push(Action::Lost {
                 process,
@@ -193,10 +194,10 @@ impl Slot {
         let gap = now.saturating_sub(self.polled_at).min(MAX_POLL_GAP);
         self.polled_at = now;
         match self.state {
-            State::NotStarted if may_start => self.spawn(now, out),
-            State::Waiting(until) if now >= until => self.spawn(now, out),
-            State::Leaving(since) if now >= since + STOP_GRACE => self.kill(out),
-            State::Starting | State::Up => {
+            Lifecycle::NotStarted if may_start => self.spawn(now, out),
+            Lifecycle::Waiting(until) if now >= until => self.spawn(now, out),
+            Lifecycle::Leaving(since) if now >= since + STOP_GRACE => self.kill(out),
+            Lifecycle::Starting | Lifecycle::Up => {
                 self.frozen_ns += gap;
                 self.watch(now, rules, out);
             }
@@ -206,7 +207,7 @@ impl Slot {
 
     fn spawn(&mut self, now: u64, out: &mut Vec<Action>) {
         self.generation += 1;
-        self.state = State::Starting;
+        self.state = Lifecycle::Starting;
         self.spawned_at = now;
         self.cycles = 0;
         self.frozen_ns = 0;
@@ -224,7 +225,7 @@ impl Slot {
             self.wanted = None;
             self.commanded = true;
             if gently {
-                self.state = State::Leaving(now);
+                self.state = Lifecycle::Leaving(now);
                 out.push(Action::Terminate {
                     process: self.process,
                 });
@@ -237,11 +238,11 @@ impl Slot {
             return;
         }
         let what = match self.state {
-            State::Starting if self.frozen_ns >= READY_DEADLINE => {
+            Lifecycle::Starting if self.frozen_ns >= READY_DEADLINE => {
                 self.hung_starts += 1;
                 "gave no sign of life within 2 s of its start".to_owned()
             }
-            State::Up if self.frozen_ns >= self.hang_limit(rules) => {
+            Lifecycle::Up if self.frozen_ns >= self.hang_limit(rules) => {
                 format!("hangs: no new cycle for {} ms", self.frozen_ns / MS)
             }
             _ => return,
@@ -254,7 +255,7 @@ impl Slot {
     }
 
     fn kill(&mut self, out: &mut Vec<Action>) {
-        self.state = State::Killed;
+        self.state = Lifecycle::Killed;
         out.push(Action::Kill {
             process: self.process,
         });
@@ -274,13 +275,13 @@ impl Slot {
     /// One step of an orderly stop.
     pub(super) fn stop(&mut self, now: u64, out: &mut Vec<Action>) {
         match self.state {
-            State::Starting | State::Up if now >= self.spawned_at + MIN_RUN => {
-                self.state = State::Leaving(now);
+            Lifecycle::Starting | Lifecycle::Up if now >= self.spawned_at + MIN_RUN => {
+                self.state = Lifecycle::Leaving(now);
                 out.push(Action::Terminate {
                     process: self.process,
                 });
             }
-            State::Leaving(since) if now >= since + STOP_GRACE => self.kill(out),
+            Lifecycle::Leaving(since) if now >= since + STOP_GRACE => self.kill(out),
             _ => {}
         }
     }

@@ -6,7 +6,7 @@ use super::clock::Clock;
 use crate::film::Film;
 use crate::hub::Hub;
 use crate::page::command::PlayOrder;
-use crate::status::{Look, status};
+use crate::status::{StatusInput, status};
 use crate::story::{KEPT_LINES, Story};
 
 /// What was said this long before the moment leapt to is told (s): pictures are in
@@ -110,7 +110,7 @@ impl<F: Film> Player<F> {
         };
         self.hub.frame(still.frame(&self.fingers, factor, 0));
         if with_status {
-            let message = status(&Look {
+            let message = status(&StatusInput {
                 processes: &[],
                 missed: &[],
                 world: Some(&still.world),

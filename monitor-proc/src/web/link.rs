@@ -43,10 +43,10 @@ impl Door {
 }
 
 impl Listener for Door {
-    type Io = Link;
+    type Io = Connection;
     type Addr = SocketAddr;
 
-    async fn accept(&mut self) -> (Link, SocketAddr) {
+    async fn accept(&mut self) -> (Connection, SocketAddr) {
         loop {
             let Ok((stream, from)) = self.listener.accept().await else {
                 tokio::time::sleep(AFTER_FAILURE).await;
@@ -55,7 +55,7 @@ impl Listener for Door {
             if let Ok(place) = self.places.clone().try_acquire_owned() {
                 // Without it small messages wait for the other end's receipts.
                 let _small_messages_wait = stream.set_nodelay(true).is_err();
-                return (Link::new(stream, place), from);
+                return (Connection::new(stream, place), from);
             }
             // Who does not even read that may guess it.
             let _told = stream.try_write(BUSY).is_ok();
@@ -111,14 +111,14 @@ impl Patience {
 }
 
 /// One connection.
-pub(super) struct Link {
+pub(super) struct Connection {
     stream: TcpStream,
     patience: Patience,
     timer: Pin<Box<Sleep>>,
     _place: OwnedSemaphorePermit,
 }
 
-impl Link {
+impl Connection {
     fn new(stream: TcpStream, place: OwnedSemaphorePermit) -> Self {
         Self {
             stream,
@@ -143,7 +143,7 @@ impl Link {
     }
 }
 
-impl AsyncRead for Link {
+impl AsyncRead for Connection {
     fn poll_read(
         mut self: Pin<&mut Self>,
         cx: &mut Context<'_>,
@@ -156,7 +156,7 @@ impl AsyncRead for Link {
     }
 }
 
-impl AsyncWrite for Link {
+impl AsyncWrite for Connection {
     fn poll_write(
         mut self: Pin<&mut Self>,
         cx: &mut Context<'_>,

@@ -42,9 +42,9 @@ impl ArmDrive {
         (tick, command): (u64, Option<&ArmCommand>),
     ) {
         let robot = &arm.robot;
-        let verdict = memory.watchdog.update(tick, command, robot, &self.limits);
-        memory.stop_action = verdict.stop.action.code();
-        if let (true, Some(command)) = (verdict.accepted, command) {
+        let output = memory.watchdog.update(tick, command, robot, &self.limits);
+        memory.stop_action = output.stop.action.code();
+        if let (true, Some(command)) = (output.accepted, command) {
             memory.suction.command(&command.gripper);
             if let Some(gripper) = &robot.gripper {
                 memory.gripper.command(&command.gripper, gripper);
@@ -57,7 +57,7 @@ impl ArmDrive {
             .inverse_dynamics(&positions, &[], &[], &self.gravity)
             .to_vec();
         let setpoint: Vec<_> = memory.watchdog.setpoint().collect();
-        let efforts = if verdict.own {
+        let efforts = if output.own {
             let of =
                 |value: fn(&RampState) -> f64| setpoint.iter().map(value).collect::<Vec<f64>>();
             self.dynamics.inverse_dynamics(

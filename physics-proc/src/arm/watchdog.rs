@@ -87,7 +87,7 @@ pub(crate) struct Watchdog {
 }
 
 /// What a tick does with the arm.
-pub(crate) struct Verdict {
+pub(crate) struct WatchdogOutput {
     /// The stop policy's word.
     pub(crate) stop: Stop,
     /// The command is new and was accepted.
@@ -154,7 +154,7 @@ impl Watchdog {
         command: Option<&ArmCommand>,
         robot: &Robot,
         limits: &JointLimits,
-    ) -> Verdict {
+    ) -> WatchdogOutput {
         let accepted = command.is_some_and(|command| self.take(tick, command, robot));
         let age = self
             .accepted
@@ -175,7 +175,7 @@ impl Watchdog {
         } else if !accepted && self.source == Source::Commands {
             self.coast(robot);
         }
-        Verdict {
+        WatchdogOutput {
             stop,
             accepted,
             own: self.source == Source::Own,

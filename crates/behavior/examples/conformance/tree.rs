@@ -1,5 +1,5 @@
 //! A tree case: ticked and compared with what the reference did; then once
-//! more, with the tree thrown away after every tick and made from its record.
+//! more, with the tree thrown away after every tick and made from its checkpoint.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,14 +1,14 @@
 //! Records as plain bytes: little-endian, with a length in front, read without
 //! trusting a word of them.
 
-/// Why a record is refused. Nothing was changed then.
+/// Why a checkpoint is refused. Nothing was changed then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RecordError {
     /// It begins with other bytes.
-    #[error("these bytes are not the record of a {0}; give what its save wrote")]
+    #[error("these bytes are not the checkpoint of a {0}; give what its save wrote")]
     Kind(&'static str),
     /// It was written by a version with another format.
-    #[error("the record has format {found}, {known} is known; start without a record")]
+    #[error("the checkpoint has format {found}, {known} is known; start without a checkpoint")]
     Version {
         /// The format it has.
         found: u16,
@@ -16,25 +16,25 @@ pub enum RecordError {
         known: u16,
     },
     /// It ends too early, goes on too long, or contradicts itself.
-    #[error("the record is damaged at byte {0}; start without a record")]
+    #[error("the checkpoint is damaged at byte {0}; start without a checkpoint")]
     Damaged(usize),
 }
 
-/// What a record gave back.
+/// What a checkpoint gave back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Carried {
     /// Nodes, and modifiers of nodes, that took their state.
     pub nodes: usize,
     /// Blackboard keys that took their value.
     pub keys: usize,
-    /// Nodes, modifiers and keys of the record that are no more, are of another
+    /// Nodes, modifiers and keys of the checkpoint that are no more, are of another
     /// type now, or whose state has another form.
     pub lost: usize,
 }
 
 const HEADER_BYTES: usize = 10;
 
-/// Begins a record; gives where, for [`close`].
+/// Begins a checkpoint; gives where, for [`close`].
 pub(crate) fn open(record: &mut Vec<u8>, magic: [u8; 4], version: u16) -> usize {
     let start = record.len();
     record.extend_from_slice(&magic);
@@ -43,7 +43,7 @@ pub(crate) fn open(record: &mut Vec<u8>, magic: [u8; 4], version: u16) -> usize 
     start
 }
 
-/// Ends the record that began at `start`.
+/// Ends the checkpoint that began at `start`.
 pub(crate) fn close(record: &mut [u8], start: usize) {
     let length = u32::try_from(record.len() - start).unwrap_or(u32::MAX);
     if let Some(place) = record.get_mut(start + HEADER_BYTES - 4..start + HEADER_BYTES) {
@@ -62,7 +62,7 @@ pub(crate) fn with_length(record: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)
     }
 }
 
-/// Reads a record from its first byte to its last.
+/// Reads a checkpoint from its first byte to its last.
 #[derive(Clone)]
 pub(crate) struct Reader<'r> {
     all: &'r [u8],

@@ -1,4 +1,4 @@
-//! A board as a record: its values by the hash of the key's name.
+//! A board as a checkpoint: its values by the hash of the key's name.
 
 use super::bytes::{Carried, Reader, RecordError, close, open, with_length};
 use super::store::Board;
@@ -8,7 +8,7 @@ const MAGIC: [u8; 4] = *b"BBrd";
 const VERSION: u16 = 1;
 
 impl Board {
-    /// Appends all values as a record. Uses no heap once `record` has room.
+    /// Appends all values as a checkpoint. Uses no heap once `record` has room.
     pub fn save(&self, record: &mut Vec<u8>) {
         let start = open(record, MAGIC, VERSION);
         for (hash, value) in self.hashed() {
@@ -27,7 +27,7 @@ impl Board {
     /// record get their default.
     ///
     /// # Errors
-    /// [`RecordError`], and no change, for bytes that are not such a record.
+    /// [`RecordError`], and no change, for bytes that are not such a checkpoint.
     pub fn restore(&mut self, record: &[u8]) -> Result<Carried, RecordError> {
         let mut entries = Reader::open(record, MAGIC, VERSION, "blackboard")?;
         let mut checked = entries.clone();

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::advice;
 use super::declared::{Declared, SCOPES, Subtree};
 use super::error::Errors;
-use super::json::{Data, Place, Value as Json, shortened};
+use super::json::{Data, Location, Value as Json, shortened};
 use super::limits::{MAX_NAME, MAX_TEXT};
 use super::literal;
 use crate::board::{Access, Board, Scope, Slot};
@@ -37,7 +37,7 @@ pub(super) struct Builder<'a, H: Host> {
     pub open: Vec<&'a str>,
     /// Nodes made so far.
     pub nodes: usize,
-    pub ids: BTreeMap<String, (&'a str, Place)>,
+    pub ids: BTreeMap<String, (&'a str, Location)>,
     pub local: Board,
     pub shared: Board,
     pub errors: Errors,
@@ -79,7 +79,7 @@ impl<'a, H: Host> Builder<'a, H> {
     }
 
     /// The constant of that name; unknown ones are reported.
-    fn constant(&mut self, file: &str, place: Place, name: &str) -> Option<Value> {
+    fn constant(&mut self, file: &str, place: Location, name: &str) -> Option<Value> {
         if let Some(value) = self.constants.get(name) {
             self.used_constants.insert(name.to_owned());
             return Some(*value);
@@ -91,12 +91,12 @@ impl<'a, H: Host> Builder<'a, H> {
     }
 
     /// The constant that `text` consists of, `${name}`.
-    fn whole_constant(&mut self, file: &str, place: Place, text: &str) -> Option<Value> {
+    fn whole_constant(&mut self, file: &str, place: Location, text: &str) -> Option<Value> {
         self.constant(file, place, only_constant(text)?)
     }
 
     /// `text` with its constants replaced; mistakes are reported.
-    pub(super) fn text(&mut self, file: &str, place: Place, text: &str) -> Option<String> {
+    pub(super) fn text(&mut self, file: &str, place: Location, text: &str) -> Option<String> {
         if text.len() > MAX_TEXT {
             let message = format!(
                 "a text of {} bytes, at most {MAX_TEXT} are allowed",
@@ -175,7 +175,7 @@ impl<'a, H: Host> Builder<'a, H> {
     fn coerced(
         &mut self,
         file: &str,
-        place: Place,
+        place: Location,
         value: Value,
         wanted: ValueType,
     ) -> Option<Value> {
@@ -320,7 +320,7 @@ impl<'a, H: Host> Builder<'a, H> {
     /// Registers that `node` uses a key, and gives its slot and its type.
     pub(super) fn register(
         &mut self,
-        at: (&str, Place),
+        at: (&str, Location),
         node: &str,
         (scope, key): (Scope, &str),
         access: Access,

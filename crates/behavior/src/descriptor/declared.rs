@@ -1,6 +1,6 @@
 //! What the header of a tree in a file declares.
 
-use super::json::{Place, Value as Json};
+use super::json::{Location, Value as Json};
 use crate::value::ValueType;
 
 /// The two boards.
@@ -10,7 +10,7 @@ pub(super) const SCOPES: &[&str] = &["local", "shared"];
 pub(super) struct Declared<'a> {
     pub name: String,
     pub file: &'a str,
-    pub place: Place,
+    pub place: Location,
 }
 
 /// A port of a subtree.
@@ -23,7 +23,7 @@ pub(super) struct SubtreePort<'a> {
 /// A subtree before it is used.
 pub(super) struct Subtree<'a> {
     pub file: &'a str,
-    pub place: Place,
+    pub place: Location,
     pub ports: Vec<SubtreePort<'a>>,
     pub root: &'a Json,
 }

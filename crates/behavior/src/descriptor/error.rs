@@ -40,7 +40,7 @@ pub struct Errors {
 
 impl Errors {
     /// Notes a mistake.
-    pub fn push(&mut self, file: &str, place: super::json::Place, message: impl Into<String>) {
+    pub fn push(&mut self, file: &str, place: super::json::Location, message: impl Into<String>) {
         if self.list.len() >= MAX_REPORTED {
             self.omitted += 1;
             return;
@@ -60,7 +60,7 @@ impl Errors {
     /// Adds those of `other`.
     pub fn append(&mut self, other: Self) {
         for located in other.list {
-            let place = super::json::Place {
+            let place = super::json::Location {
                 line: located.line,
                 column: located.column,
             };

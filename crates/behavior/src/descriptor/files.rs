@@ -3,7 +3,7 @@
 use super::Source;
 use super::advice;
 use super::error::Errors;
-use super::json::{self, Entry, MAX_BYTES, Place, Value};
+use super::json::{self, Entry, Location, MAX_BYTES, Value};
 use super::limits::MAX_FILES;
 
 /// The version of the format this crate reads and writes.
@@ -149,7 +149,7 @@ pub(super) fn get<'v>(entries: &'v [Entry], key: &str) -> Option<&'v Value> {
 }
 
 /// Where `key` is, or else where its object begins.
-pub(super) fn place_of(entries: &[Entry], key: &str, otherwise: Place) -> Place {
+pub(super) fn place_of(entries: &[Entry], key: &str, otherwise: Location) -> Location {
     let entry = entries.iter().find(|e| e.key == key);
     entry.map_or(otherwise, |e| e.value.place)
 }

@@ -22,14 +22,14 @@ const MAX_COUNTED: usize = 4096;
 
 /// A place in a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Place {
+pub struct Location {
     /// Line, the first is 1.
     pub line: u32,
     /// Column in characters, the first is 1.
     pub column: u32,
 }
 
-impl Place {
+impl Location {
     /// The beginning of a text.
     pub const START: Self = Self { line: 1, column: 1 };
 }
@@ -38,7 +38,7 @@ impl Place {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Value {
     /// Where it begins.
-    pub place: Place,
+    pub place: Location,
     /// What it is.
     pub data: Data,
 }
@@ -68,7 +68,7 @@ pub struct Entry {
     /// Its name.
     pub key: String,
     /// Where the name begins.
-    pub place: Place,
+    pub place: Location,
     /// The value.
     pub value: Value,
 }
@@ -154,7 +154,7 @@ pub fn parse(file: &str, text: &str) -> Result<Value, Errors> {
             "the file has {} bytes, at most {MAX_BYTES} are allowed; split it",
             text.len()
         );
-        errors.push(file, Place::START, message);
+        errors.push(file, Location::START, message);
         return Err(errors);
     }
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -173,7 +173,7 @@ pub fn parse(file: &str, text: &str) -> Result<Value, Errors> {
     let Some(root) = parsed.value else {
         errors.push(
             file,
-            Place::START,
+            Location::START,
             "the file is empty, a JSON value is needed",
         );
         return Err(errors);
@@ -222,7 +222,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    fn place(&self, offset: usize) -> Place {
+    fn place(&self, offset: usize) -> Location {
         let line = self.starts.partition_point(|start| *start <= offset);
         let start = self.starts.get(line.saturating_sub(1)).copied();
         let before = offset - start.unwrap_or(0).min(offset);
@@ -230,7 +230,7 @@ impl<'a> Lines<'a> {
             .then(|| self.text.get(start.unwrap_or(0)..offset))
             .flatten();
         let column = counted.map_or(before, |text| text.chars().count()) + 1;
-        Place {
+        Location {
             line: u32::try_from(line).unwrap_or(u32::MAX),
             column: u32::try_from(column).unwrap_or(u32::MAX),
         }
@@ -268,7 +268,7 @@ impl Reader<'_> {
     }
 
     fn object(&mut self, object: ast::Object<'_>, depth: usize) -> Data {
-        let mut seen: BTreeMap<String, Place> = BTreeMap::new();
+        let mut seen: BTreeMap<String, Location> = BTreeMap::new();
         let mut entries = Vec::with_capacity(object.properties.len());
         for property in object.properties {
             let place = self.lines.place(property.range.start);
@@ -289,7 +289,7 @@ impl Reader<'_> {
         Data::Object(entries)
     }
 
-    fn number(&mut self, text: &str, place: Place) -> Data {
+    fn number(&mut self, text: &str, place: Location) -> Data {
         if let Ok(integer) = text.parse::<i64>() {
             return Data::Integer(integer);
         }
@@ -315,8 +315,8 @@ mod tests {
         assert_eq!(list[0].data, Data::Integer(1));
         assert_eq!(list[1].data, Data::Number(2.5));
         assert_eq!(list[2].as_text(), Some("ü"));
-        assert_eq!(list[2].place, Place { line: 3, column: 2 });
-        assert_eq!(list[3].place, Place { line: 3, column: 7 });
+        assert_eq!(list[2].place, Location { line: 3, column: 2 });
+        assert_eq!(list[3].place, Location { line: 3, column: 7 });
     }
 
     #[test]

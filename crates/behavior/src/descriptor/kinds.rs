@@ -3,7 +3,7 @@
 use super::build::{Builder, Site};
 use super::engine::{EngineType, PARALLEL, STATUSES};
 use super::files::place_of;
-use super::json::{Place, Value as Json};
+use super::json::{Location, Value as Json};
 use super::leaves::{CheckKey, From, SetKey};
 use super::literal;
 use super::ports::EnginePorts;
@@ -21,7 +21,7 @@ use crate::value::{Value, ValueType};
 pub(super) struct At<'n, 'a> {
     pub site: &'n Site<'a>,
     pub id: &'n str,
-    pub place: Place,
+    pub place: Location,
 }
 
 /// The answers a converter turns into one another.
@@ -217,7 +217,7 @@ impl<'a, H: Host> Builder<'a, H> {
     fn comparison(
         &mut self,
         at: At<'_, 'a>,
-        place: Place,
+        place: Location,
         name: &str,
         value: Value,
         value_type: ValueType,

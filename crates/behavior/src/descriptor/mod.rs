@@ -38,7 +38,7 @@ use crate::finding::Finding;
 use crate::tree::{self, Host, Library, Node, Tree};
 use crate::value::Value;
 use declared::Declared;
-use json::Place;
+use json::Location;
 
 /// A file and the way to those it includes.
 #[derive(Clone, Copy)]
@@ -86,7 +86,7 @@ pub fn read<H: Host>(
     for (key, value) in [("name", name), ("root", root)] {
         if value.is_none() {
             let message = format!("\"{key}\" is missing; a tree needs it");
-            builder.errors.push(&top.name, Place::START, message);
+            builder.errors.push(&top.name, Location::START, message);
         }
     }
     let name = name.and_then(|name| builder.name(&top.name, name));
@@ -123,7 +123,7 @@ pub fn load<H: Host>(
         Err(error) => {
             let mut errors = Errors::default();
             for problem in error.problems {
-                errors.push(source.file, Place::START, problem.to_string());
+                errors.push(source.file, Location::START, problem.to_string());
             }
             Err(errors)
         }
@@ -170,7 +170,7 @@ fn finish<H: Host>(
 
 /// Finds what was declared for nothing.
 fn unused<H: Host>(builder: &mut build::Builder<'_, H>) {
-    let mut found = |rule, what: &str, name: &str, file: &str, place: Place| {
+    let mut found = |rule, what: &str, name: &str, file: &str, place: Location| {
         builder.findings.push(Finding {
             rule,
             place: format!("{file}:{}:{}", place.line, place.column),

@@ -5,7 +5,7 @@ use super::build::{Builder, Site};
 use super::detail::detail;
 use super::engine::{self, Children, EngineType};
 use super::files::{get, object};
-use super::json::{Entry, Place, Value as Json, shortened};
+use super::json::{Entry, Location, Value as Json, shortened};
 use super::kinds::At;
 use super::limits::{MAX_DEPTH, MAX_NAME, MAX_NODES};
 use crate::finding::Finding;
@@ -106,7 +106,13 @@ impl<'a, H: Host> Builder<'a, H> {
     }
 
     /// Counts a node with its modifiers.
-    fn is_too_large(&mut self, site: &Site<'a>, place: Place, depth: usize, count: usize) -> bool {
+    fn is_too_large(
+        &mut self,
+        site: &Site<'a>,
+        place: Location,
+        depth: usize,
+        count: usize,
+    ) -> bool {
         if depth >= MAX_DEPTH {
             let message =
                 format!("nodes are nested deeper than {MAX_DEPTH} levels, modifiers included");
@@ -217,7 +223,7 @@ impl<'a, H: Host> Builder<'a, H> {
         self.unique(site, value.place, format!("{}{text}", site.prefix))
     }
 
-    fn missing_id(&mut self, site: &Site<'a>, place: Place, type_name: &str) {
+    fn missing_id(&mut self, site: &Site<'a>, place: Location, type_name: &str) {
         let finding = Finding {
             rule: "missing_id",
             place: format!("{}:{}:{}", site.file, place.line, place.column),
@@ -232,7 +238,7 @@ impl<'a, H: Host> Builder<'a, H> {
         }
     }
 
-    fn unique(&mut self, site: &Site<'a>, place: Place, id: String) -> String {
+    fn unique(&mut self, site: &Site<'a>, place: Location, id: String) -> String {
         if let Some((file, first)) = self.ids.get(&id) {
             let message = format!(
                 "id '{}' is used in {file}:{}:{}, too; ids are unique in a tree",
@@ -267,7 +273,7 @@ impl<'a, H: Host> Builder<'a, H> {
         entries: &'a [Entry],
         found: Option<&Found<'a, H>>,
         count: usize,
-        place: Place,
+        place: Location,
     ) {
         let Some(found) = found else { return };
         let name = found.name();
@@ -343,7 +349,7 @@ impl<'a, H: Host> Builder<'a, H> {
         }
     }
 
-    fn no_guard(&mut self, file: &str, place: Place, name: &str) -> Option<Kind<H>> {
+    fn no_guard(&mut self, file: &str, place: Location, name: &str) -> Option<Kind<H>> {
         let message =
             format!("{name} cannot be a guard; use CheckBlackboard or a registered condition");
         self.errors.push(file, place, message);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::advice;
 use super::build::{Builder, Site};
 use super::engine::{EnginePort, EngineType, Shape};
-use super::json::{self, Data, Entry, Place, Value as Json};
+use super::json::{self, Data, Entry, Location, Value as Json};
 use super::limits::MAX_PORTS;
 use super::literal;
 use crate::tree::{Binding, Direction, Host, NodeType, PortSpec};
@@ -13,7 +13,7 @@ use crate::value::{Value, ValueType};
 
 /// The ports of a node of the engine, checked against its table.
 pub(super) struct EnginePorts {
-    bound: BTreeMap<&'static str, (Binding, Place)>,
+    bound: BTreeMap<&'static str, (Binding, Location)>,
 }
 
 impl EnginePorts {
@@ -23,7 +23,7 @@ impl EnginePorts {
     }
 
     /// Where it is bound.
-    pub(super) fn place(&self, name: &str) -> Option<Place> {
+    pub(super) fn place(&self, name: &str) -> Option<Location> {
         self.bound.get(name).map(|(_, place)| *place)
     }
 
@@ -91,7 +91,7 @@ impl<'a, H: Host> Builder<'a, H> {
     pub(super) fn bindings(
         &mut self,
         site: &Site<'a>,
-        place: Place,
+        place: Location,
         ports: Option<&'a Json>,
         node_type: &NodeType<H>,
     ) -> Option<BTreeMap<String, Binding>> {
@@ -142,7 +142,7 @@ impl<'a, H: Host> Builder<'a, H> {
     pub(super) fn engine_ports(
         &mut self,
         site: &Site<'a>,
-        place: Place,
+        place: Location,
         ports: Option<&'a Json>,
         spec: &'static EngineType,
     ) -> Option<EnginePorts> {

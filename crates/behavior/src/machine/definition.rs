@@ -1,6 +1,6 @@
 //! A machine as it is written: in Rust with these types, or in a file.
 
-use super::problem::Place;
+use super::problem::Location;
 
 /// A name and where it stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -8,14 +8,14 @@ pub struct Name {
     /// The name.
     pub text: String,
     /// Where it stands; the default when written in Rust.
-    pub place: Place,
+    pub place: Location,
 }
 
 impl From<&str> for Name {
     fn from(text: &str) -> Self {
         Self {
             text: text.to_owned(),
-            place: Place::default(),
+            place: Location::default(),
         }
     }
 }
@@ -164,7 +164,7 @@ impl StateDef {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SourceDef {
     /// Every state of the outermost level (with them, what is inside them).
-    Any(Place),
+    Any(Location),
     /// These, by full name.
     These(Vec<Name>),
 }
@@ -183,8 +183,8 @@ pub enum DestDef {
 /// A row: on a trigger, from a source, if guards hold, to a destination.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RowDef {
-    /// Place of the row.
-    pub place: Place,
+    /// Location of the row.
+    pub place: Location,
     /// Trigger it answers.
     pub trigger: Name,
     /// States it leaves from.
@@ -208,10 +208,10 @@ impl RowDef {
     /// name, `=` for the source itself, or empty for an internal row.
     pub fn new(trigger: &str, source: &str, dest: &str) -> Self {
         Self {
-            place: Place::default(),
+            place: Location::default(),
             trigger: trigger.into(),
             source: match source {
-                "*" => SourceDef::Any(Place::default()),
+                "*" => SourceDef::Any(Location::default()),
                 _ => SourceDef::These(source.split_whitespace().map(Name::from).collect()),
             },
             dest: match dest {
@@ -261,8 +261,8 @@ impl RowDef {
 /// States that follow one another on one trigger.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OrderedDef {
-    /// Place of the chain.
-    pub place: Place,
+    /// Location of the chain.
+    pub place: Location,
     /// The trigger.
     pub trigger: Name,
     /// States in their order; empty means all of the outermost level. The
@@ -317,7 +317,7 @@ impl Definition {
     /// With a chain of states behind `trigger`; no states means all.
     pub fn ordered(mut self, trigger: &str, states: &[&str], cyclic: bool) -> Self {
         self.ordered.push(OrderedDef {
-            place: Place::default(),
+            place: Location::default(),
             trigger: trigger.into(),
             states: names(states),
             cyclic,

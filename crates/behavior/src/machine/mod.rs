@@ -60,7 +60,7 @@ pub use definition::{
     Definition, DestDef, DuringDef, Final, Name, OrderedDef, RowDef, SourceDef, StateDef, names,
 };
 pub use ids::{BehaviorId, CallbackId, GuardId, RowId, StateId, TriggerId, Vocabulary};
-pub use problem::{Place, Problem, Problems};
+pub use problem::{Location, Problem, Problems};
 pub use record::RestoreError;
 pub use runtime::{Fired, MAX_EVENTS, Machine, TriggerError};
 pub use schema::schema;

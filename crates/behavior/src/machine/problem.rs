@@ -3,17 +3,17 @@
 /// Problems of one file that are reported.
 const MAX_REPORTED: usize = 100;
 
-/// Place in a text. Line and column count from 1; 0 is "written in Rust".
+/// Location in a text. Line and column count from 1; 0 is "written in Rust".
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Place {
+pub struct Location {
     /// Line, from 1.
     pub line: u32,
     /// Column in characters, from 1.
     pub column: u32,
 }
 
-impl Place {
-    /// Place of the byte `offset` of `text`.
+impl Location {
+    /// Location of the byte `offset` of `text`.
     pub fn at(text: &str, offset: usize) -> Self {
         let before = text.get(..offset).unwrap_or(text);
         let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
@@ -30,7 +30,7 @@ impl Place {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// Where.
-    pub place: Place,
+    pub place: Location,
     /// What, what was expected, and what was probably meant.
     pub message: String,
 }
@@ -71,7 +71,7 @@ impl Problems {
         let mut all = [reading, compiling].concat();
         for problem in &mut all {
             if problem.place.line == 0 {
-                problem.place = Place { line: 1, column: 1 };
+                problem.place = Location { line: 1, column: 1 };
             }
         }
         Err(Self::new(file, all))
@@ -84,7 +84,7 @@ impl std::fmt::Display for Problems {
             if index > 0 {
                 writeln!(f)?;
             }
-            let Place { line, column } = problem.place;
+            let Location { line, column } = problem.place;
             match line {
                 0 => write!(f, "{}: {}", self.file, problem.message)?,
                 _ => write!(f, "{}:{line}:{column}: {}", self.file, problem.message)?,
@@ -100,7 +100,7 @@ pub(crate) struct Collector(pub(crate) Vec<Problem>);
 
 impl Collector {
     /// Notes a problem; of very many only the first are kept.
-    pub(crate) fn add(&mut self, place: Place, message: impl Into<String>) {
+    pub(crate) fn add(&mut self, place: Location, message: impl Into<String>) {
         if self.0.len() >= MAX_REPORTED {
             return;
         }

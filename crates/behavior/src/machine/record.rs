@@ -18,7 +18,7 @@ const HALTING: u8 = 8;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RestoreError {
     /// They are cut off, or too long.
-    #[error("the record has {found} bytes, {expected} were expected; start from the beginning")]
+    #[error("the checkpoint has {found} bytes, {expected} were expected; start from the beginning")]
     Length {
         /// Bytes there are.
         found: usize,
@@ -27,7 +27,7 @@ pub enum RestoreError {
     },
     /// They were written by another program.
     #[error(
-        "the record has version {found}, this program reads {VERSION}; start from the beginning"
+        "the checkpoint has version {found}, this program reads {VERSION}; start from the beginning"
     )]
     Version {
         /// Its version.
@@ -45,7 +45,7 @@ pub(crate) fn name_hash(name: &str) -> u64 {
     })
 }
 
-/// Splits a record into hashes and flags.
+/// Splits a checkpoint into hashes and flags.
 pub(crate) fn entries(bytes: &[u8]) -> Result<impl Iterator<Item = (u64, u8)>, RestoreError> {
     let word = |at: usize| Some(u16::from_le_bytes(bytes.get(at..at + 2)?.try_into().ok()?));
     let short = RestoreError::Length {
@@ -70,7 +70,7 @@ pub(crate) fn entries(bytes: &[u8]) -> Result<impl Iterator<Item = (u64, u8)>, R
     }))
 }
 
-/// Appends a record of `states`. Allocates only if `out` is too small.
+/// Appends a checkpoint of `states`. Allocates only if `out` is too small.
 pub(crate) fn write(states: impl Iterator<Item = (u64, u8)> + Clone, out: &mut Vec<u8>) {
     let count = u16::try_from(states.clone().count()).unwrap_or(u16::MAX);
     out.extend_from_slice(&VERSION.to_le_bytes());
@@ -110,7 +110,7 @@ impl Machine {
     /// is gone, the initial one of what it was in takes its place.
     ///
     /// # Errors
-    /// When the bytes are not a record, or no active state is known any more.
+    /// When the bytes are not a checkpoint, or no active state is known any more.
     /// The machine is unchanged then.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), RestoreError> {
         let mut sets = [SmallSet::default(); 4];

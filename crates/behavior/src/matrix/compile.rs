@@ -4,7 +4,7 @@ use super::definition::{CellDef, Definition};
 use super::ids::{EventId, HandlerId, MAX_EVENTS, Vocabulary};
 use super::table::{During, Filled, State, Table};
 use crate::descriptor::json::shortened;
-use crate::machine::problem::{Collector, Place};
+use crate::machine::problem::{Collector, Location};
 use crate::machine::record::name_hash;
 use crate::machine::{BehaviorId, Final, MAX_MEMBERS, Name, Problems, StateId};
 use crate::suggest;
@@ -206,7 +206,7 @@ impl Compiler<'_> {
         }
     }
 
-    fn twice(&mut self, place: Place, cell: &CellDef) {
+    fn twice(&mut self, place: Location, cell: &CellDef) {
         let state = cell.state.as_ref().map_or("every state", |name| &name.text);
         let message = format!(
             "the cell of '{}' in {state} is filled in twice",

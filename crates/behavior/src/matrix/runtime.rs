@@ -333,7 +333,7 @@ impl Matrix {
     /// file: states are found by name.
     ///
     /// # Errors
-    /// When the bytes are not a record, or the state is not known any more.
+    /// When the bytes are not a checkpoint, or the state is not known any more.
     /// The matrix is unchanged then.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), RestoreError> {
         let (mut active, mut halting) = (None, SmallSet::default());

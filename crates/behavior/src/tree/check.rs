@@ -27,7 +27,7 @@ pub fn check<H: Host>(
 ) -> Vec<Finding> {
     let conditions = library.types().iter();
     let conditions = conditions.filter(|t| t.keywords.contains(&CONDITION));
-    let mut look = Look {
+    let mut look = Ability {
         conditions: conditions.map(|t| t.name).collect(),
         findings: Vec::new(),
     };
@@ -44,12 +44,12 @@ struct Seen {
     ungated: Answers,
 }
 
-struct Look {
+struct Ability {
     conditions: BTreeSet<&'static str>,
     findings: Vec<Finding>,
 }
 
-impl Look {
+impl Ability {
     fn find(&mut self, rule: &'static str, place: &str, message: String) {
         self.findings.push(Finding {
             rule,

@@ -132,7 +132,7 @@ pub(super) struct Op {
     pub(super) last: Option<Status>,
     /// Index of the node in the graph.
     pub(super) node: u16,
-    /// Place in the table of its kind.
+    /// Location in the table of its kind.
     pub(super) side: u16,
     /// After its last descendant.
     pub(super) end: u32,

@@ -25,7 +25,7 @@ pub enum Halt {
 }
 
 /// An action or a condition. It does not change: all it remembers is in its
-/// `State`, so the record of a tree is whole.
+/// `State`, so the checkpoint of a tree is whole.
 pub trait Leaf<H: Host>: Send + 'static {
     /// What it remembers between ticks, also over re-entries: reset it in
     /// [`Leaf::start`] where that is meant.

@@ -12,12 +12,12 @@ use crate::status::{NodeStatus, ResetReason, Status};
 
 /// After the header: time of the last tick (a byte whether there was one, ns),
 /// count of entries; for each a hash and, with its length in front, the fields
-/// of [`Fields`] and the state of the leaf. Then the record of the board.
+/// of [`Fields`] and the state of the leaf. Then the checkpoint of the board.
 const MAGIC: [u8; 4] = *b"BTre";
 const VERSION: u16 = 1;
 
 impl<H: Host> Tree<H> {
-    /// Appends the whole state as a record. Uses no heap once `record` has
+    /// Appends the whole state as a checkpoint. Uses no heap once `record` has
     /// room.
     pub fn save(&self, record: &mut Vec<u8>) {
         let start = open(record, MAGIC, VERSION);
@@ -69,10 +69,10 @@ impl<H: Host> Tree<H> {
     }
 
     /// Takes the state of [`Tree::save`] back, node by node. Nodes that are not
-    /// in the record are as if they never ran.
+    /// in the checkpoint are as if they never ran.
     ///
     /// # Errors
-    /// [`RecordError`], and no change, for bytes that are not such a record.
+    /// [`RecordError`], and no change, for bytes that are not such a checkpoint.
     pub fn restore(&mut self, record: &[u8]) -> Result<Carried, RecordError> {
         let mut reader = Reader::open(record, MAGIC, VERSION, "tree")?;
         let last = (reader.u8()?, reader.u64()?);
@@ -204,7 +204,7 @@ impl<H: Host> Tree<H> {
     }
 }
 
-/// What every operation has in a record.
+/// What every operation has in a checkpoint.
 struct Fields {
     tag: u8,
     status: u8,

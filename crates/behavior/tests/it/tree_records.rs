@@ -1,4 +1,4 @@
-//! A tree that is thrown away at any tick and made from its record goes on as
+//! A tree that is thrown away at any tick and made from its checkpoint goes on as
 //! if nothing had happened; no bytes make it fall over.
 
 use crate::tree_support;

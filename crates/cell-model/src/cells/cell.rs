@@ -253,7 +253,7 @@ impl Cell {
             };
             let file = format!("cells/{}.toml", self.name);
             return Err(ModelError::value(
-                crate::error::Place::line(&file, None),
+                crate::error::Location::line(&file, None),
                 "--bins",
                 bins,
                 allowed,

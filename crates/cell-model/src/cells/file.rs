@@ -52,7 +52,7 @@ pub struct CellFile {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
-    /// Place of the eye (m).
+    /// Location of the eye (m).
     pub eye_m: [f64; 3],
     /// What it looks at (m).
     pub target_m: [f64; 3],

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::error::{ModelError, Place};
+use crate::error::{Location, ModelError};
 use crate::toml_text;
 
 /// The whole file.
@@ -124,7 +124,7 @@ struct Checker<'a> {
 impl Checker<'_> {
     fn refuse(&self, key: &str, value: impl std::fmt::Display, allowed: String) -> ModelError {
         ModelError::value(
-            Place::line(self.file, toml_text::line_of(self.text, key)),
+            Location::line(self.file, toml_text::line_of(self.text, key)),
             key,
             value,
             allowed,

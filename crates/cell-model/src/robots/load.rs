@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::data::Data;
-use crate::error::{ModelError, Place};
+use crate::error::{Location, ModelError};
 use crate::robots::file::{self, GripperTable, RobotFile, SuctionTable};
 use crate::robots::robot::{JointSpec, ParallelGripper, Robot, SuctionGripper};
 use crate::robots::urdf::{self, UrdfRobot};
@@ -77,8 +77,8 @@ impl Loader<'_> {
         })
     }
 
-    fn place(&self, key: &str) -> Place {
-        Place::line(self.file, toml_text::line_of(self.text, key))
+    fn place(&self, key: &str) -> Location {
+        Location::line(self.file, toml_text::line_of(self.text, key))
     }
 
     fn joint(&self, key: &str, name: &str) -> Result<usize, ModelError> {

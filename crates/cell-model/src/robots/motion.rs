@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use rmp::{RmpFlow, RmpFlowParameters, RmpFlowSetup, SetupError};
 
 use crate::data;
-use crate::error::{ModelError, Place};
+use crate::error::{Location, ModelError};
 use crate::robots::rmpflow;
 use crate::robots::robot::Robot;
 use crate::robots::xrdf::Xrdf;
@@ -79,7 +79,7 @@ impl Robot {
             let allowed = format!("one for each of the {joints} controlled joints is needed");
             let value = format!("{found} numbers");
             return Err(ModelError::value(
-                Place::file(file),
+                Location::file(file),
                 "joint_limit_buffers",
                 value,
                 allowed,
@@ -121,7 +121,7 @@ impl Robot {
                 "no such moving joint in the URDF; {}",
                 suggest::advice(name, &names)
             );
-            ModelError::value(Place::file(file), "joint", name, allowed)
+            ModelError::value(Location::file(file), "joint", name, allowed)
         })
     }
 
@@ -137,7 +137,7 @@ impl Robot {
                 "no such link in the URDF; {}",
                 suggest::advice(name, &names)
             );
-            ModelError::value(Place::file(file), "frame", name, allowed)
+            ModelError::value(Location::file(file), "frame", name, allowed)
         })
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use rmp::{Chain, Frame, Joint, JointKind};
 use urdf_rs::{Geometry, JointType};
 
-use crate::error::{ModelError, Place};
+use crate::error::{Location, ModelError};
 use crate::robots::urdf_check;
 use crate::robots::urdf_scan;
 use crate::shape::{Link, LinkShape, Shape};
@@ -54,13 +54,13 @@ pub struct UrdfRobot {
 pub fn parse(file: &str, text: &str) -> Result<UrdfRobot, ModelError> {
     urdf_scan::scan(file, text)?;
     let robot = urdf_rs::read_from_string(text).map_err(|error| ModelError::Syntax {
-        place: Place::file(file),
+        place: Location::file(file),
         message: format!("no URDF: {error}"),
     })?;
     urdf_check::check(file, &robot)?;
     let builder = Builder::run(&robot);
     let chain = Chain::new(builder.joints, builder.frames).map_err(|source| ModelError::Chain {
-        place: Place::file(file),
+        place: Location::file(file),
         source,
     })?;
     Ok(UrdfRobot {

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Matrix3, SymmetricEigen};
 use urdf_rs::{Geometry, Joint, JointType, Link, Robot};
 
-use crate::error::{ModelError, Place};
+use crate::error::{Location, ModelError};
 use crate::suggest;
 
 /// Coordinates beyond this belong to no robot (m, rad).
@@ -40,7 +40,7 @@ impl Checker<'_> {
         value: impl std::fmt::Display,
         allowed: impl Into<String>,
     ) -> ModelError {
-        ModelError::value(Place::file(self.file), key, value, allowed)
+        ModelError::value(Location::file(self.file), key, value, allowed)
     }
 
     fn names(&self, robot: &Robot) -> Result<(), ModelError> {

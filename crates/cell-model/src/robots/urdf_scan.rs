@@ -1,7 +1,7 @@
 //! A look at a URDF before it is parsed. The parser builds a recursive tree and
 //! overflows the stack on deep nesting; this scan keeps only a counter.
 
-use crate::error::{ModelError, Place};
+use crate::error::{Location, ModelError};
 
 /// Elements nested deeper than this are no robot.
 pub(crate) const MAX_DEPTH: usize = 64;
@@ -16,7 +16,7 @@ pub(crate) fn scan(file: &str, text: &str) -> Result<(), ModelError> {
     if text.len() > MAX_BYTES {
         let allowed = format!("at most {MAX_BYTES} bytes; remove what does not describe the robot");
         return Err(ModelError::value(
-            Place::file(file),
+            Location::file(file),
             "size",
             text.len(),
             allowed,
@@ -27,7 +27,7 @@ pub(crate) fn scan(file: &str, text: &str) -> Result<(), ModelError> {
     while let Some(start) = rest.find('<') {
         rest = &rest[start..];
         if rest.starts_with("<!DOCTYPE") || rest.starts_with("<!ENTITY") {
-            let place = Place::line(file, Some(line_of(text, rest)));
+            let place = Location::line(file, Some(line_of(text, rest)));
             return Err(ModelError::value(
                 place,
                 "document type",
@@ -43,7 +43,7 @@ pub(crate) fn scan(file: &str, text: &str) -> Result<(), ModelError> {
             Kind::Other => {}
         }
         if depth > MAX_DEPTH {
-            let place = Place::line(file, Some(line_of(text, rest)));
+            let place = Location::line(file, Some(line_of(text, rest)));
             let allowed =
                 format!("at most {MAX_DEPTH} elements inside each other; a URDF needs about 5");
             return Err(ModelError::value(place, "nesting", depth, allowed));

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::error::{ModelError, Place};
+use crate::error::{Location, ModelError};
 use crate::robots::motion::read;
 use crate::robots::robot::Robot;
 use crate::robots::xrdf::{self, Xrdf};
@@ -98,7 +98,7 @@ fn named_joints(
                 "no such moving joint in the URDF; {}",
                 suggest::advice(name, &known)
             );
-            ModelError::value(Place::file(file), "cspace.joint_names", name, allowed)
+            ModelError::value(Location::file(file), "cspace.joint_names", name, allowed)
         })
     };
     names.iter().map(index).collect()

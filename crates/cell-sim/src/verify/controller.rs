@@ -10,7 +10,7 @@ use ipc_types::{ArmCommand, ArmStatus, Decision, Wire, WorldState};
 
 use super::VerifyError;
 use super::difference::{Difference, first_byte};
-use super::inputs::{Inputs, StateRecords, input};
+use super::inputs::{Checkpoints, Inputs, input};
 use super::report::{Report, compare};
 use super::shelf::{Found, Key, PATIENCE, Step, key};
 use super::states::SeenState;
@@ -53,7 +53,7 @@ impl<'a> ArmCheck<'a> {
     pub(super) fn go_on(
         &mut self,
         inputs: &Inputs,
-        records: &StateRecords,
+        records: &Checkpoints,
         report: &mut Report,
     ) -> Result<(), VerifyError> {
         while let Some(command) = self.waiting.front() {
@@ -80,7 +80,7 @@ impl<'a> ArmCheck<'a> {
         Process::Controller(self.arm)
     }
 
-    fn begin(&self, at: Key, records: &StateRecords) -> Result<Option<Running>, VerifyError> {
+    fn begin(&self, at: Key, records: &Checkpoints) -> Result<Option<Running>, VerifyError> {
         let Some(record) = records.after(self.process(), at) else {
             return Ok(None);
         };
@@ -126,12 +126,12 @@ impl<'a> ArmCheck<'a> {
         Step::Done
     }
 
-    /// Compares what is remembered now with the record of it, if there is one,
+    /// Compares what is remembered now with the checkpoint of it, if there is one,
     /// and goes on from that where they differ.
     fn check_record(
         &mut self,
         at: Key,
-        records: &StateRecords,
+        records: &Checkpoints,
         report: &mut Report,
     ) -> Result<(), VerifyError> {
         let (Some(record), Some(running)) = (records.after(self.process(), at), &mut self.running)

@@ -74,7 +74,7 @@ pub(super) fn input(header: &Header, topic: TopicId) -> Option<Key> {
 }
 
 /// What a process remembered after a message.
-pub(super) struct StateRecord {
+pub(super) struct Checkpoint {
     pub(super) header: Header,
     pub(super) bytes: Vec<u8>,
 }
@@ -82,11 +82,11 @@ pub(super) struct StateRecord {
 /// The state records of a recording, by process, generation and the number of
 /// the message they stand after.
 #[derive(Default)]
-pub(super) struct StateRecords {
-    records: BTreeMap<(Process, u32, u64), StateRecord>,
+pub(super) struct Checkpoints {
+    records: BTreeMap<(Process, u32, u64), Checkpoint>,
 }
 
-impl StateRecords {
+impl Checkpoints {
     /// Collects them.
     pub(super) fn of(recorded: &(impl Recorded + ?Sized)) -> Self {
         let mut records = Self::default();
@@ -105,7 +105,7 @@ impl StateRecords {
         if keyframe.bytes().is_empty() {
             return;
         }
-        let record = StateRecord {
+        let record = Checkpoint {
             header,
             bytes: keyframe.bytes().to_vec(),
         };
@@ -113,8 +113,8 @@ impl StateRecords {
         self.records.insert(at, record);
     }
 
-    /// The record as of the message with `key`; number 0 for before the first.
-    pub(super) fn after(&self, process: Process, key: Key) -> Option<&StateRecord> {
+    /// The checkpoint as of the message with `key`; number 0 for before the first.
+    pub(super) fn after(&self, process: Process, key: Key) -> Option<&Checkpoint> {
         self.records.get(&(process, key.0, key.1))
     }
 }

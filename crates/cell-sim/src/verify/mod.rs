@@ -25,7 +25,7 @@ pub use recording::verify_file;
 pub use report::{Count, Gap, Report, Verdict};
 
 use controller::ArmCheck;
-use inputs::{Inputs, StateRecords};
+use inputs::{Checkpoints, Inputs};
 use task::TaskCheck;
 
 /// Why a recording cannot be verified.
@@ -39,13 +39,13 @@ pub enum VerifyError {
     Controller(#[from] controller_proc::rmpflow_controller::RmpFlowError),
     /// The state record of a controller.
     #[error(transparent)]
-    ControllerRecord(#[from] controller_proc::record::RecordError),
+    ControllerCheckpoint(#[from] controller_proc::checkpoint::CheckpointError),
     /// The policy.
     #[error(transparent)]
     Task(#[from] robocell_task::TaskError),
     /// The state record of the task.
     #[error(transparent)]
-    TaskRecord(#[from] robocell_task::CheckpointError),
+    TaskCheckpoint(#[from] robocell_task::CheckpointError),
 }
 
 /// Verifies what was recorded of a run of `cell` that began with `policy`.
@@ -59,7 +59,7 @@ pub fn verify(
     policy: &str,
     recorded: &(impl Recorded + ?Sized),
 ) -> Result<Report, VerifyError> {
-    let records = StateRecords::of(recorded);
+    let records = Checkpoints::of(recorded);
     let arms = 0..u8::try_from(cell.arms.len()).unwrap_or(u8::MAX);
     let mut run = Run {
         inputs: Inputs::default(),
@@ -83,7 +83,7 @@ struct Run<'a> {
     inputs: Inputs,
     arms: Vec<ArmCheck<'a>>,
     task: TaskCheck<'a>,
-    records: StateRecords,
+    records: Checkpoints,
     report: Report,
 }
 

@@ -10,7 +10,7 @@ use robocell_task::{Policies, Task, TaskError};
 
 use super::VerifyError;
 use super::difference::{Difference, first_byte};
-use super::inputs::{Inputs, StateRecord, StateRecords, input};
+use super::inputs::{Checkpoint, Checkpoints, Inputs, input};
 use super::report::{Report, compare};
 use super::shelf::{Key, PATIENCE, Step, key};
 
@@ -70,7 +70,7 @@ impl<'a> TaskCheck<'a> {
     pub(super) fn go_on(
         &mut self,
         inputs: &Inputs,
-        records: &StateRecords,
+        records: &Checkpoints,
         report: &mut Report,
     ) -> Result<(), VerifyError> {
         while let Some(decision) = self.waiting.front() {
@@ -102,7 +102,7 @@ impl<'a> TaskCheck<'a> {
         &self,
         at: Key,
         policy: &str,
-        records: &StateRecords,
+        records: &Checkpoints,
     ) -> Result<Option<Running>, VerifyError> {
         let Some(record) = records.after(Process::Task, at) else {
             return Ok(None);
@@ -172,12 +172,12 @@ impl<'a> TaskCheck<'a> {
         Step::Done
     }
 
-    /// Compares what is remembered now with the record of it, if there is one,
+    /// Compares what is remembered now with the checkpoint of it, if there is one,
     /// and goes on from that where they differ.
     fn check_record(
         &mut self,
         at: Key,
-        records: &StateRecords,
+        records: &Checkpoints,
         report: &mut Report,
     ) -> Result<(), VerifyError> {
         let Some(running) = &mut self.running else {
@@ -231,7 +231,7 @@ impl<'a> TaskCheck<'a> {
 }
 
 impl Running {
-    fn restore(&mut self, record: &StateRecord) -> Result<(), VerifyError> {
+    fn restore(&mut self, record: &Checkpoint) -> Result<(), VerifyError> {
         self.task.restore(&record.bytes)?;
         let state = input(&record.header, TopicId::WorldState);
         self.decided = state.map(|(generation, _)| (generation, record.header.tick));

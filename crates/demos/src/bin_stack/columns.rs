@@ -30,7 +30,7 @@ const DIAGONALS: [(usize, usize); 5] = [(0, 1), (1, 3), (3, 6), (6, 8), (8, 9)];
 /// A place for a bin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Slot {
-    /// Place of the column in [`ORDER`].
+    /// Placement of the column in [`ORDER`].
     pub(super) column: usize,
     /// From 0 up.
     pub(super) level: usize,

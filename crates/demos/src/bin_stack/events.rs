@@ -4,7 +4,7 @@ use behavior::matrix::EventSet;
 
 use super::memory::Memory;
 use super::names::{Event, State};
-use super::scene::{Bin, Scene};
+use super::scene::{Bin, View};
 use crate::ur10::{self, Found, Reached};
 use robocell_task::job::Job;
 use robocell_task::time::PolicyTime;
@@ -13,7 +13,7 @@ use robocell_task::time::PolicyTime;
 /// are what they are.
 pub(super) fn pending(
     state: State,
-    scene: &Scene<'_, '_>,
+    scene: &View<'_, '_>,
     memory: &Memory,
     job: &Job,
     found: Found,
@@ -39,7 +39,7 @@ pub(super) fn pending(
 }
 
 /// The start event was given, the arm is at rest, and there is a bin to take.
-fn may_start(state: State, scene: &Scene<'_, '_>, memory: &Memory, job: &Job) -> bool {
+fn may_start(state: State, scene: &View<'_, '_>, memory: &Memory, job: &Job) -> bool {
     state == State::Standby
         && job.started
         && !job.done
@@ -49,7 +49,7 @@ fn may_start(state: State, scene: &Scene<'_, '_>, memory: &Memory, job: &Job) ->
 
 /// The bin to take next: the one that waits on the belt, or one that was left
 /// where it does not belong.
-pub(super) fn candidate(scene: &Scene<'_, '_>) -> Option<Bin> {
+pub(super) fn candidate(scene: &View<'_, '_>) -> Option<Bin> {
     // Without a place for it there is nothing to take.
     scene.occupied().next(scene.setup.columns.levels())?;
     scene.stray().or_else(|| scene.waiting())
@@ -57,7 +57,7 @@ pub(super) fn candidate(scene: &Scene<'_, '_>) -> Option<Bin> {
 
 fn timeout(
     state: State,
-    scene: &Scene<'_, '_>,
+    scene: &View<'_, '_>,
     memory: &Memory,
     found: Found,
     now: PolicyTime,

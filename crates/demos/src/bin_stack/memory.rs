@@ -7,7 +7,7 @@ use crate::ur10::{GripMemory, KeptPose, Motion};
 use robocell_task::job::MOST_COUNTED;
 use robocell_task::time::PolicyTime;
 
-/// Plain data, for the record. The matrix's state stands beside it.
+/// Plain data, for the checkpoint. The matrix's state stands beside it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Memory {
     /// Where the arm goes.

@@ -11,7 +11,7 @@ use super::events;
 use super::memory::Memory;
 use super::names::State;
 use super::paths;
-use super::scene::Scene;
+use super::scene::View;
 use super::setup::BinStackSetup;
 use super::supply;
 use super::turn::Turn;
@@ -45,7 +45,7 @@ impl BinStack {
     /// Handles one event, and notes a new state.
     fn step(
         &mut self,
-        scene: Scene<'_, '_>,
+        scene: View<'_, '_>,
         observation: &Observation<'_>,
         job: &mut Job,
         out: &mut Output,
@@ -73,7 +73,7 @@ impl BinStack {
         }
     }
 
-    fn report(&self, scene: Scene<'_, '_>, job: &mut Job, out: &mut Output) {
+    fn report(&self, scene: View<'_, '_>, job: &mut Job, out: &mut Output) {
         job.placed.clear();
         for bin in scene.stacked() {
             if job.placed.len() < ipc_types::decision::MAX_PLACED {
@@ -102,7 +102,7 @@ impl BinStack {
     /// Goes on from what is seen: a bin in the hand, or none.
     fn begin_from(
         &mut self,
-        scene: Scene<'_, '_>,
+        scene: View<'_, '_>,
         observation: &Observation<'_>,
         job: &mut Job,
         out: &mut Output,
@@ -137,7 +137,7 @@ impl BinStack {
 
     /// Whether what is remembered can go on as it is: the arm is where it was
     /// sent, and the hand holds what it should.
-    fn goes_on(&self, scene: &Scene<'_, '_>, observation: &Observation<'_>) -> bool {
+    fn goes_on(&self, scene: &View<'_, '_>, observation: &Observation<'_>) -> bool {
         let target = self.memory.motion.target(observation.time());
         let target = target.unwrap_or_else(|| paths::rest(&self.setup));
         if !ur10::on_the_way(&target, &scene.tcp) {
@@ -161,7 +161,7 @@ impl AnyPolicy for BinStack {
 
     fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         let setup = Arc::clone(&self.setup);
-        let Some(scene) = Scene::read(&setup, observation) else {
+        let Some(scene) = View::read(&setup, observation) else {
             return;
         };
         self.step(scene, observation, job, out);
@@ -179,7 +179,7 @@ impl AnyPolicy for BinStack {
     }
 
     fn tend(&self, observation: &Observation<'_>, job: &mut Job) {
-        if let Some(scene) = Scene::read(&self.setup, observation) {
+        if let Some(scene) = View::read(&self.setup, observation) {
             supply::run_belt(&scene, job);
         }
     }
@@ -209,7 +209,7 @@ impl AnyPolicy for BinStack {
 
     fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         let setup = Arc::clone(&self.setup);
-        let Some(scene) = Scene::read(&setup, observation) else {
+        let Some(scene) = View::read(&setup, observation) else {
             return;
         };
         // Whatever was in the way, the state has its time again.

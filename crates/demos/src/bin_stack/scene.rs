@@ -44,14 +44,14 @@ impl Bin {
 
 /// One coherent look.
 #[derive(Clone, Copy)]
-pub(super) struct Scene<'a, 'o> {
+pub(super) struct View<'a, 'o> {
     pub(super) setup: &'a BinStackSetup,
     observation: &'a Observation<'o>,
     pub(super) tcp: Pose,
     pub(super) gripper: &'o GripperState,
 }
 
-impl<'a, 'o> Scene<'a, 'o> {
+impl<'a, 'o> View<'a, 'o> {
     /// `None` where there is no arm to be seen.
     pub(super) fn read(setup: &'a BinStackSetup, observation: &'a Observation<'o>) -> Option<Self> {
         let arm = observation.arm(ARM)?;

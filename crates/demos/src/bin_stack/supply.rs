@@ -4,7 +4,7 @@ use cell_model::random::Random;
 use robocell_task::TraceEvent;
 
 use super::memory::SupplyMemory;
-use super::scene::Scene;
+use super::scene::View;
 use super::setup::BinStackSetup;
 use crate::failure::Failure;
 use robocell_task::job::Job;
@@ -35,13 +35,13 @@ impl SupplyMemory {
 }
 
 /// Runs the belt until a bin is at its end.
-pub(super) fn run_belt(scene: &Scene<'_, '_>, job: &mut Job) {
+pub(super) fn run_belt(scene: &View<'_, '_>, job: &mut Job) {
     job.io.conveyor_running = job.started && !scene.belt_end_taken();
 }
 
 /// Outputs to the conveyor in this decision.
 pub(super) fn update(
-    scene: &Scene<'_, '_>,
+    scene: &View<'_, '_>,
     memory: &mut SupplyMemory,
     job: &mut Job,
     out: &mut Output,
@@ -76,7 +76,7 @@ pub(super) fn update(
 /// those names the reason.
 fn note_lost(
     idle: bool,
-    scene: &Scene<'_, '_>,
+    scene: &View<'_, '_>,
     memory: &mut SupplyMemory,
     job: &mut Job,
     out: &mut Output,

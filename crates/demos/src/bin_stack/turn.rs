@@ -9,7 +9,7 @@ use super::events;
 use super::memory::Memory;
 use super::names::{Handler, State};
 use super::paths::{self, Path};
-use super::scene::{Bin, Scene};
+use super::scene::{Bin, View};
 use crate::failure::Failure;
 use crate::ur10::{Found, Named as _, break_cause, break_limit, goto, pose};
 use robocell_task::job::{Attempts, Job};
@@ -25,7 +25,7 @@ const NEAR_HOLDER_M: f64 = 0.3;
 
 /// What a handler works with.
 pub(super) struct Turn<'t, 'a, 'o> {
-    pub(super) scene: Scene<'a, 'o>,
+    pub(super) scene: View<'a, 'o>,
     pub(super) memory: &'t mut Memory,
     pub(super) job: &'t mut Job,
     pub(super) out: &'t mut Output,

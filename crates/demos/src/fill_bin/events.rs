@@ -4,7 +4,7 @@ use behavior::matrix::EventSet;
 
 use super::memory::Memory;
 use super::names::{Event, State};
-use super::scene::Scene;
+use super::scene::View;
 use crate::ur10::{self, Found, Reached};
 use robocell_task::job::Job;
 use robocell_task::time::PolicyTime;
@@ -16,7 +16,7 @@ const TIMEOUT: PolicyTime = PolicyTime::from_ticks(500);
 /// The pending events, on top of what `memory` keeps.
 pub(super) fn pending(
     state: State,
-    scene: &Scene<'_, '_>,
+    scene: &View<'_, '_>,
     memory: &Memory,
     job: &Job,
     found: Found,

@@ -3,7 +3,7 @@
 use ipc_types::Pose;
 use nalgebra::{Point3, Vector3};
 
-use super::scene::Scene;
+use super::scene::View;
 use crate::ur10::pose;
 
 /// The cup needs this much room around its centre on a floor with parts (m): the
@@ -61,7 +61,7 @@ struct Face {
 }
 
 /// The spot to grip the bin at as it lies: on the side that looks up most.
-pub(super) fn find(scene: &Scene<'_, '_>) -> Result<Grasp, NoGrasp> {
+pub(super) fn find(scene: &View<'_, '_>) -> Result<Grasp, NoGrasp> {
     if !scene.bin_here {
         return Err(NoGrasp::Lost);
     }
@@ -93,13 +93,13 @@ pub(super) fn find(scene: &Scene<'_, '_>) -> Result<Grasp, NoGrasp> {
 }
 
 /// The cup's z axis at rest: gripping with as little turning as there can be.
-fn rest_z(scene: &Scene<'_, '_>) -> Vector3<f64> {
+fn rest_z(scene: &View<'_, '_>) -> Vector3<f64> {
     let z = pose::rotation(scene.setup.rest.orientation_wxyz) * Vector3::z();
     // Along the ground, as the cup will point down.
     Vector3::new(z.x, z.y, 0.0)
 }
 
-fn faces(scene: &Scene<'_, '_>) -> [Face; 6] {
+fn faces(scene: &View<'_, '_>) -> [Face; 6] {
     let half = scene.setup.size * 0.5;
     let face = |side, middle: [f64; 3], normal| Face {
         side,
@@ -120,7 +120,7 @@ fn faces(scene: &Scene<'_, '_>) -> [Face; 6] {
 
 /// A spot of the floor that no part covers, as near to its middle as there is
 /// one. Whatever lies in the way of the tube counts.
-fn free_spot(scene: &Scene<'_, '_>, floor: &Face) -> Option<Point3<f64>> {
+fn free_spot(scene: &View<'_, '_>, floor: &Face) -> Option<Point3<f64>> {
     let half = scene.setup.size * 0.5;
     let room = scene.setup.wall_m + ROOM_M;
     let inside =

@@ -4,7 +4,7 @@ use ipc_types::Pose;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::grasp::Side;
-use super::scene::Scene;
+use super::scene::View;
 use crate::ur10::pose;
 
 /// Cosine of the angle up to which a bin counts as opening upward or a cup as
@@ -12,7 +12,7 @@ use crate::ur10::pose;
 const ABOUT: f64 = 0.866;
 
 /// Which side of the bin the cup holds, as it is seen.
-pub(super) fn side(scene: &Scene<'_, '_>) -> Side {
+pub(super) fn side(scene: &View<'_, '_>) -> Side {
     let up = scene.up().dot(&pose::approach(&scene.tcp));
     if up < -0.7 {
         Side::Floor
@@ -24,13 +24,13 @@ pub(super) fn side(scene: &Scene<'_, '_>) -> Side {
 }
 
 /// Whether parts would fall into the bin as it is held.
-pub(super) fn opens_up(scene: &Scene<'_, '_>) -> bool {
+pub(super) fn opens_up(scene: &View<'_, '_>) -> bool {
     scene.up().z > ABOUT
 }
 
 /// The cup over the hold position, pointing down, with the bin's long edge turned
 /// as the dispenser wants it: how every bin hangs at first.
-pub(super) fn hanging(scene: &Scene<'_, '_>) -> Pose {
+pub(super) fn hanging(scene: &View<'_, '_>) -> Pose {
     let task = &scene.setup.task;
     let tcp = pose::isometry(&scene.tcp);
     let down = pose::rotation(scene.tcp.orientation_wxyz) * Vector3::x();
@@ -54,7 +54,7 @@ pub(super) fn hanging(scene: &Scene<'_, '_>) -> Pose {
 /// The cup beside a bin that it holds by a wall, pointing as in the source along
 /// -x, so that the bin opens upward under the dispenser. `None` where the cup
 /// holds it otherwise.
-pub(super) fn upright(scene: &Scene<'_, '_>) -> Option<Pose> {
+pub(super) fn upright(scene: &View<'_, '_>) -> Option<Pose> {
     let setup = scene.setup;
     if side(scene) != Side::Wall {
         return None;

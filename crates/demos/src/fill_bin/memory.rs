@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::ur10::{GripMemory, Motion};
 use robocell_task::time::PolicyTime;
 
-/// Part of the record.
+/// Part of the checkpoint.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[allow(
     clippy::struct_excessive_bools,

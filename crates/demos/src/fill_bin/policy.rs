@@ -10,7 +10,7 @@ use ipc_types::decision::Outcome;
 use super::events;
 use super::memory::Memory;
 use super::names::State;
-use super::scene::Scene;
+use super::scene::View;
 use super::setup::FillBinSetup;
 use super::turn::Turn;
 use crate::ur10::{self, ARM, Found, MatrixRun, Reached};
@@ -42,7 +42,7 @@ impl FillBin {
     }
 
     /// Handles one event.
-    fn step(&mut self, scene: Scene<'_, '_>, now: PolicyTime, job: &mut Job, out: &mut Output) {
+    fn step(&mut self, scene: View<'_, '_>, now: PolicyTime, job: &mut Job, out: &mut Output) {
         let state = self.state();
         let found = Found {
             grip: self.memory.grip.update(scene.gripper),
@@ -76,7 +76,7 @@ impl FillBin {
         }
     }
 
-    fn report(&self, scene: &Scene<'_, '_>, job: &mut Job, out: &mut Output) {
+    fn report(&self, scene: &View<'_, '_>, job: &mut Job, out: &mut Output) {
         job.placed.clear();
         out.phase = self.phase();
         out.outcome = match (job.done, job.started || scene.holds_bin()) {
@@ -96,7 +96,7 @@ impl AnyPolicy for FillBin {
 
     fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         let setup = Arc::clone(&self.setup);
-        let Some(scene) = Scene::read(&setup, observation) else {
+        let Some(scene) = View::read(&setup, observation) else {
             return;
         };
         let now = observation.time();
@@ -130,7 +130,7 @@ impl AnyPolicy for FillBin {
 
     fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         let setup = Arc::clone(&self.setup);
-        let Some(scene) = Scene::read(&setup, observation) else {
+        let Some(scene) = View::read(&setup, observation) else {
             return;
         };
         let now = observation.time();

@@ -14,7 +14,7 @@ const STILL_RAD_S: f64 = 0.2;
 
 /// The arm, its cup, and the bin.
 #[derive(Clone, Copy)]
-pub(super) struct Scene<'s, 'o> {
+pub(super) struct View<'s, 'o> {
     pub(super) setup: &'s FillBinSetup,
     pub(super) observation: &'s Observation<'o>,
     pub(super) tcp: Pose,
@@ -26,7 +26,7 @@ pub(super) struct Scene<'s, 'o> {
     pub(super) bin_still: bool,
 }
 
-impl<'s, 'o> Scene<'s, 'o> {
+impl<'s, 'o> View<'s, 'o> {
     /// `None` until the arm and the bin are observed.
     pub(super) fn read(setup: &'s FillBinSetup, observation: &'s Observation<'o>) -> Option<Self> {
         let arm = observation.arm(ARM)?;

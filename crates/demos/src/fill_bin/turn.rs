@@ -10,7 +10,7 @@ use super::grasp::{self, Grasp, NoGrasp};
 use super::hold;
 use super::memory::Memory;
 use super::names::{Handler, State};
-use super::scene::Scene;
+use super::scene::View;
 use crate::failure::Failure;
 use crate::ur10::{Named as _, Waypoint, break_cause, break_limit, goto, pose};
 use robocell_task::job::Job;
@@ -22,7 +22,7 @@ const GIVE_WAY_M: f64 = 0.001;
 
 /// What a handler works with.
 pub(super) struct Turn<'t, 's, 'o> {
-    pub(super) scene: Scene<'s, 'o>,
+    pub(super) scene: View<'s, 'o>,
     pub(super) memory: &'t mut Memory,
     pub(super) job: &'t mut Job,
     pub(super) out: &'t mut Output,

@@ -1,9 +1,9 @@
 //! What to do with a bin, and which substep comes next.
 
 use super::geometry::{Lie, lie};
+use super::memory::{Work, WorkKind};
 use super::policy::Palletizer;
 use super::progress::{Judge, Progress};
-use super::record::{Work, WorkKind};
 use super::steps::{Sequence, Step};
 use super::table::{State, Trigger};
 use super::tick::Tick;

@@ -3,8 +3,8 @@
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 use super::geometry;
-use super::record::{Motion, Work, WorkKind};
-use super::scene::Scene;
+use super::memory::{Motion, Work, WorkKind};
+use super::scene::View;
 use super::setup::PalletizeSetup;
 use super::steps::Step;
 use crate::ur10::{JOINTS, KeptPose};
@@ -32,7 +32,7 @@ pub(super) fn home_by_joints(setup: &PalletizeSetup) -> Motion {
 /// Where `step` sends the arm; `None` where it goes on with what it does.
 pub(super) fn motion(
     setup: &PalletizeSetup,
-    scene: &Scene<'_>,
+    scene: &View<'_>,
     work: &Work,
     step: Step,
 ) -> Option<Motion> {
@@ -63,7 +63,7 @@ fn is_by_joints(work: &Work) -> bool {
 }
 
 /// To the bin, wherever it is by now.
-fn pick(setup: &PalletizeSetup, scene: &Scene<'_>, work: &Work) -> Option<Motion> {
+fn pick(setup: &PalletizeSetup, scene: &View<'_>, work: &Work) -> Option<Motion> {
     let numbers = &setup.numbers.pick;
     let shape = &setup.bins.get(work.bin)?.shape;
     let bin = scene.bin(work.bin)?;
@@ -86,7 +86,7 @@ fn pick(setup: &PalletizeSetup, scene: &Scene<'_>, work: &Work) -> Option<Motion
 /// Height of the target of a lift (m). With a bin on the cup it stays a little
 /// ahead of the tool: near its target the tool keeps its orientation, far from
 /// it the bin would swing.
-fn height(setup: &PalletizeSetup, scene: &Scene<'_>, work: &Work) -> f64 {
+fn height(setup: &PalletizeSetup, scene: &View<'_>, work: &Work) -> f64 {
     let numbers = &setup.numbers.pick;
     let whole = match work.kind {
         WorkKind::Pick => numbers.lift_m,

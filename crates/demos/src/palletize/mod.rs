@@ -4,11 +4,11 @@
 mod advance;
 mod aim;
 mod geometry;
+mod memory;
 pub mod numbers;
 mod obstacles;
 mod policy;
 mod progress;
-mod record;
 mod scene;
 mod setup;
 mod steps;

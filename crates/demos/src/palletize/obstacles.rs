@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use super::record::{Work, WorkKind};
+use super::memory::{Work, WorkKind};
 use super::setup::PalletizeSetup;
 
 /// A tool this far above what is between the two sides has passed it (m).

@@ -9,8 +9,8 @@ use serde::de::Error as _;
 use serde_bytes::{ByteBuf, Bytes};
 
 use super::aim;
+use super::memory::{Memory, WorkKind};
 use super::obstacles;
-use super::record::{Memory, WorkKind};
 use super::setup::PalletizeSetup;
 use super::steps::Step;
 use super::table::{State, States};
@@ -190,7 +190,7 @@ impl AnyPolicy for Palletizer {
         Ok(())
     }
 
-    /// What is on the cup decides: a bin that the record does not know about is
+    /// What is on the cup decides: a bin that the checkpoint does not know about is
     /// carried on with, one that it believes there and is not was lost, which
     /// the next tick says.
     fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {

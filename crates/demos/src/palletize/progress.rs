@@ -4,8 +4,8 @@ use ipc_types::decision::GoalKind;
 use nalgebra::Isometry3;
 
 use super::geometry::{Lie, lie};
-use super::record::{Motion, Work, WorkKind};
-use super::scene::Scene;
+use super::memory::{Motion, Work, WorkKind};
+use super::scene::View;
 use super::setup::PalletizeSetup;
 use super::steps::Step;
 use crate::failure::Failure;
@@ -36,7 +36,7 @@ pub(super) struct Judge<'a> {
     /// The job's numbers.
     pub(super) setup: &'a PalletizeSetup,
     /// What is seen.
-    pub(super) scene: &'a Scene<'a>,
+    pub(super) scene: &'a View<'a>,
     /// The sample.
     pub(super) observation: &'a Observation<'a>,
     /// Where the arm was sent.

@@ -25,7 +25,7 @@ pub(super) struct Bin {
 
 /// One sample.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Scene<'a> {
+pub(super) struct View<'a> {
     setup: &'a PalletizeSetup,
     observation: &'a Observation<'a>,
     /// The tool as measured.
@@ -38,7 +38,7 @@ pub(super) struct Scene<'a> {
     pub(super) refusals: u32,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> View<'a> {
     /// The sample; `None` without an arm.
     pub(super) fn read(
         setup: &'a PalletizeSetup,

@@ -2,8 +2,8 @@
 
 use super::aim;
 use super::geometry;
-use super::record::{Work, WorkKind};
-use super::scene::{Bin, Scene};
+use super::memory::{Work, WorkKind};
+use super::scene::{Bin, View};
 use super::setup::PalletizeSetup;
 use super::table::Facts;
 use crate::failure::Failure;
@@ -16,7 +16,7 @@ use robocell_task::time::PolicyTime;
 /// What one tick works with.
 pub(super) struct Tick<'a> {
     pub(super) setup: &'a PalletizeSetup,
-    pub(super) scene: Scene<'a>,
+    pub(super) scene: View<'a>,
     pub(super) observation: &'a Observation<'a>,
     pub(super) now: PolicyTime,
 }
@@ -25,7 +25,7 @@ impl<'a> Tick<'a> {
     pub(super) fn new(setup: &'a PalletizeSetup, observation: &'a Observation<'a>) -> Option<Self> {
         Some(Self {
             setup,
-            scene: Scene::read(setup, observation)?,
+            scene: View::read(setup, observation)?,
             observation,
             now: observation.time(),
         })

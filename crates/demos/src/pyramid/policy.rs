@@ -1,6 +1,6 @@
 //! The policy of the pyramid: one tree for each arm, ticked one after the other.
 
-mod record;
+mod checkpoint;
 mod report;
 
 use robocell_task::TraceEvent;
@@ -21,7 +21,7 @@ use super::host::{self, PyramidHost, World};
 use super::library::library;
 use super::phases::{self, Phase};
 use super::setup::{PyramidError, PyramidSetup};
-use record::Memory;
+use checkpoint::Memory;
 use robocell_task::checkpoint::MAX_BYTES;
 use robocell_task::job::{Counters, Job};
 use robocell_task::observation::Observation;
@@ -51,9 +51,9 @@ pub struct Json {
     memory: Memory,
     /// For the trace, one for each board.
     shared_keys: Vec<KeyWatch>,
-    /// Nodes and keys of the record taken last that are no more in the file.
+    /// Nodes and keys of the checkpoint taken last that are no more in the file.
     lost: usize,
-    /// The record of a policy that never ran.
+    /// The checkpoint of a policy that never ran.
     initial: Vec<u8>,
 }
 
@@ -77,7 +77,7 @@ impl Json {
             policy.add_robot(arm, cell)?;
         }
         policy.initial = policy.save();
-        // A record that does not fit is written empty.
+        // A checkpoint that does not fit is written empty.
         let allowed = usize::try_from(MAX_BYTES / 2).unwrap_or(usize::MAX);
         let found = policy.initial.len();
         if found == 0 || found > allowed {
@@ -230,7 +230,7 @@ impl AnyPolicy for Json {
             out.lifecycle(
                 TraceEvent::None,
                 format_args!(
-                    "[task] {lost} nodes or keys of the record are not in the files any more"
+                    "[task] {lost} nodes or keys of the checkpoint are not in the files any more"
                 ),
             );
         }
@@ -261,11 +261,11 @@ impl AnyPolicy for Json {
     }
 
     fn save(&self) -> Vec<u8> {
-        self.to_record()
+        self.to_checkpoint()
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
-        self.take_record(bytes).inspect_err(|_| self.reset())
+        self.take_checkpoint(bytes).inspect_err(|_| self.reset())
     }
 
     fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {

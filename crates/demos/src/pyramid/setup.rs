@@ -45,7 +45,7 @@ pub enum PyramidError {
     TooLarge {
         /// What they need.
         found: usize,
-        /// What there is, half of the record.
+        /// What there is, half of the checkpoint.
         allowed: usize,
     },
     /// An arm nothing is said about.

@@ -6,9 +6,9 @@ use ipc_types::{GripperGoal, Text};
 use super::geometry;
 use super::phase::Phase;
 use super::recovery::at_goal;
-use super::scene::Scene;
+use super::scene::View;
 use super::setup::StackSetup;
-use robocell_task::job::{Job, Place};
+use robocell_task::job::{Job, Placement};
 use robocell_task::output::{ArmIntent, Output};
 
 /// Names of the decisions that belong to no phase.
@@ -21,7 +21,7 @@ pub mod idle {
 
 /// The goal of `phase` around `place`. `key` names the phase entry: live targets
 /// move under one key, a new phase or destination has a new one.
-pub fn intent(setup: &StackSetup, phase: Phase, place: Place, key: u64) -> ArmIntent {
+pub fn intent(setup: &StackSetup, phase: Phase, place: Placement, key: u64) -> ArmIntent {
     ArmIntent {
         kind: GoalKind::Pose,
         gripper: if phase.closed() {
@@ -51,7 +51,7 @@ pub fn hold(gripper: GripperGoal) -> ArmIntent {
 /// Says how the job stands: the phase, the outcome and the cubes in place.
 pub fn report(
     setup: &StackSetup,
-    scene: &Scene,
+    scene: &View,
     phase: Option<Phase>,
     job: &mut Job,
     out: &mut Output,

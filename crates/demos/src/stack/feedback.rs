@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::geometry;
 use super::phase::{Feedback, Phase};
-use super::scene::{ARM, Scene};
+use super::scene::{ARM, View};
 use super::setup::StackSetup;
 use robocell_task::goal_book::PreviousGoal;
 use robocell_task::observation::Observation;
@@ -23,7 +23,7 @@ pub fn grade(
     key: u64,
     previous: Option<PreviousGoal>,
     observation: &Observation<'_>,
-    scene: &Scene,
+    scene: &View,
 ) -> Feedback {
     let Some(previous) = previous.filter(|p| p.key == key && p.kind == GoalKind::Pose) else {
         return Feedback::default();

@@ -13,10 +13,8 @@ use crate::stack::phase::{DoneReason, PhaseClock, Progress};
 use crate::stack::resume::{InHand, in_hand};
 use crate::stack::scene::ARM;
 use crate::stack::selection::{self, Assignment};
-use crate::stack::{
-    Phase, Scene, StackSetup, command, feedback, geometry, grip, picture, recovery,
-};
-use robocell_task::job::{Job, Place};
+use crate::stack::{Phase, StackSetup, View, command, feedback, geometry, grip, picture, recovery};
+use robocell_task::job::{Job, Placement};
 use robocell_task::observation::Observation;
 use robocell_task::output::Output;
 use robocell_task::policy::Policy;
@@ -25,13 +23,13 @@ use robocell_task::time::PolicyTime;
 /// One cube in transfer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PickPlaceState {
-    /// Place of the cube in the order.
+    /// Placement of the cube in the order.
     cube: usize,
-    destination: Place,
+    destination: Placement,
     phase: Phase,
     clock: PhaseClock,
     /// Frozen on entering GRASP.
-    pickup: Option<Place>,
+    pickup: Option<Placement>,
     /// Where the cube was first seen by this transfer, in the plane (m).
     cube_reference_xy: [f64; 2],
     /// Turn of the tool around the cube (rad).
@@ -49,7 +47,7 @@ pub struct StackFsm {
 /// What one tick works with.
 struct Tick<'a, 'o> {
     setup: &'a StackSetup,
-    scene: Scene,
+    scene: View,
     observation: &'a Observation<'o>,
     now: PolicyTime,
 }
@@ -63,7 +61,7 @@ impl StackFsm {
     fn tick<'a, 'o>(&'a self, observation: &'a Observation<'o>) -> Option<Tick<'a, 'o>> {
         Some(Tick {
             setup: &self.setup,
-            scene: Scene::read(&self.setup, observation)?,
+            scene: View::read(&self.setup, observation)?,
             observation,
             now: observation.time(),
         })
@@ -205,7 +203,7 @@ impl PickPlaceState {
     fn enter(&mut self, phase: Phase, tick: &Tick<'_, '_>, job: &mut Job, out: &mut Output) {
         if phase == Phase::Grasp {
             let position = tick.scene.cube(self.cube).position.into();
-            self.pickup = Some(Place {
+            self.pickup = Some(Placement {
                 position,
                 yaw: self.grip_yaw,
             });
@@ -240,13 +238,13 @@ impl PickPlaceState {
 
     /// What the TCP goes around in this phase: the live cube, where it was
     /// picked up, or where it goes.
-    fn place(&mut self, scene: &Scene) -> Place {
+    fn place(&mut self, scene: &View) -> Placement {
         match (self.phase, self.pickup) {
             (Phase::Grasp, Some(pickup)) => pickup,
             (Phase::Lift, Some(pickup)) => geometry::lift_place(pickup, self.destination),
             (Phase::PreGrasp | Phase::Approach | Phase::Grasp | Phase::Lift, _) => {
                 self.grip_yaw = grip::follow(scene, self.cube, self.grip_yaw);
-                Place {
+                Placement {
                     yaw: self.grip_yaw,
                     ..scene.cube(self.cube).place()
                 }

@@ -7,7 +7,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::phase::Phase;
 use super::setup::StackSetup;
-use robocell_task::job::Place;
+use robocell_task::job::Placement;
 
 /// Turn of a cube about the vertical axis, within -45 and 45 degrees (rad): a
 /// quarter turn of a cube changes nothing. It is read from the body axis that
@@ -47,7 +47,7 @@ pub fn straight_down(yaw: f64) -> [f64; 4] {
 /// The pose of the TCP in `phase`: above `place` by the clearance while it
 /// travels, at it otherwise, always by the grasp offset of the cell file. The
 /// demos' offset of -0.03 m along the tool's y belongs to another tool frame.
-pub fn tcp_target(setup: &StackSetup, phase: Phase, place: Place) -> Pose {
+pub fn tcp_target(setup: &StackSetup, phase: Phase, place: Placement) -> Pose {
     let height = match phase {
         Phase::PreGrasp | Phase::Lift | Phase::Transport | Phase::Retract => setup.spec.clearance_m,
         Phase::Approach | Phase::Grasp | Phase::Lower | Phase::Release => 0.0,
@@ -65,7 +65,7 @@ const BESIDE_M: f64 = 0.2;
 /// What LIFT rises above: the pick-up, as in the demos, or the height of a
 /// higher destination right beside it, since a cube that lies at the foot of
 /// the stack would knock it over on a slanted way up.
-pub fn lift_place(pickup: Place, destination: Place) -> Place {
+pub fn lift_place(pickup: Placement, destination: Placement) -> Placement {
     let beside = plane_distance(pickup.position.into(), destination.position.into()) < BESIDE_M;
     let [x, y, z] = pickup.position;
     let height = if beside {
@@ -73,7 +73,7 @@ pub fn lift_place(pickup: Place, destination: Place) -> Place {
     } else {
         z
     };
-    Place {
+    Placement {
         position: [x, y, height],
         ..pickup
     }

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Vector2;
 
 use super::geometry::nearest_quarter;
-use super::scene::Scene;
+use super::scene::View;
 use super::setup::StackSetup;
 
 /// Half of the open width, a finger's thickness and half of a turned cube: a
@@ -25,7 +25,7 @@ const MAX_TURN_RAD: f64 = 1.8;
 /// Turn of the tool for a new pick-up (rad): the cube's own, unless a neighbour
 /// is in the way of the fingers and not of fingers turned by a quarter; every
 /// other attempt takes the other way.
-pub fn choose(setup: &StackSetup, scene: &Scene, cube: usize, failed_attempts: u32) -> f64 {
+pub fn choose(setup: &StackSetup, scene: &View, cube: usize, failed_attempts: u32) -> f64 {
     let along = scene.cube(cube).yaw;
     let across = if along > 0.0 {
         along - FRAC_PI_2
@@ -44,13 +44,13 @@ pub fn choose(setup: &StackSetup, scene: &Scene, cube: usize, failed_attempts: u
 }
 
 /// The turn of a cube that is being followed, without jumps of the wrist (rad).
-pub fn follow(scene: &Scene, cube: usize, last: f64) -> f64 {
+pub fn follow(scene: &View, cube: usize, last: f64) -> f64 {
     let reference = if last.abs() > MAX_TURN_RAD { 0.0 } else { last };
     nearest_quarter(scene.cube(cube).yaw, reference)
 }
 
 /// Cubes in the way of fingers that close along the tool's y axis.
-fn crowding(setup: &StackSetup, scene: &Scene, cube: usize, yaw: f64) -> usize {
+fn crowding(setup: &StackSetup, scene: &View, cube: usize, yaw: f64) -> usize {
     let centre = scene.cube(cube).position;
     let across = Vector2::new(libm::cos(yaw), libm::sin(yaw));
     let along = Vector2::new(-across.y, across.x);

@@ -14,9 +14,9 @@ use crate::stack::phase::{PhaseClock, Progress};
 use crate::stack::resume::in_hand;
 use crate::stack::scene::ARM;
 use crate::stack::{
-    Phase, Scene, StackSetup, command, feedback, geometry, grip, picture, recovery, selection,
+    Phase, StackSetup, View, command, feedback, geometry, grip, picture, recovery, selection,
 };
-use robocell_task::job::{Job, Place};
+use robocell_task::job::{Job, Placement};
 use robocell_task::observation::Observation;
 use robocell_task::output::Output;
 use robocell_task::policy::Policy;
@@ -31,11 +31,11 @@ pub struct StackIfElse {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     cube: Option<usize>,
-    destination: Option<Place>,
+    destination: Option<Placement>,
     /// 0 to 7.
     phase: u32,
     clock: PhaseClock,
-    pickup: Option<Place>,
+    pickup: Option<Placement>,
     cube_reference_xy: [f64; 2],
     grip_yaw: f64,
     aborted: bool,
@@ -58,7 +58,7 @@ impl Controller<'_> {
     /// One decision up to the target: select, or drop, or resync and advance.
     fn decide(
         &mut self,
-        scene: &Scene,
+        scene: &View,
         observation: &Observation<'_>,
         job: &mut Job,
         out: &mut Output,
@@ -119,7 +119,7 @@ impl Controller<'_> {
 
     fn select(
         &mut self,
-        scene: &Scene,
+        scene: &View,
         observation: &Observation<'_>,
         job: &mut Job,
         out: &mut Output,
@@ -134,7 +134,7 @@ impl Controller<'_> {
         }
     }
 
-    fn aim(&mut self, scene: &Scene, observation: &Observation<'_>, job: &mut Job) {
+    fn aim(&mut self, scene: &View, observation: &Observation<'_>, job: &mut Job) {
         let Some(cube) = self.memory.cube else { return };
         let failed = self
             .setup
@@ -151,7 +151,7 @@ impl Controller<'_> {
         &mut self,
         phase: Phase,
         cube: usize,
-        scene: &Scene,
+        scene: &View,
         observation: &Observation<'_>,
         job: &mut Job,
         out: &mut Output,
@@ -159,7 +159,7 @@ impl Controller<'_> {
         let setup = self.setup;
         if phase == Phase::Grasp {
             let position = scene.cube(cube).position.into();
-            self.memory.pickup = Some(Place {
+            self.memory.pickup = Some(Placement {
                 position,
                 yaw: self.memory.grip_yaw,
             });
@@ -182,11 +182,11 @@ impl Controller<'_> {
         }
     }
 
-    fn place(&mut self, scene: &Scene, cube: usize) -> Option<Place> {
+    fn place(&mut self, scene: &View, cube: usize) -> Option<Placement> {
         let phase = self.memory.phase;
         if phase < 2 {
             self.memory.grip_yaw = grip::follow(scene, cube, self.memory.grip_yaw);
-            Some(Place {
+            Some(Placement {
                 yaw: self.memory.grip_yaw,
                 ..scene.cube(cube).place()
             })
@@ -227,7 +227,7 @@ impl Policy for StackIfElse {
         job: &mut Job,
         out: &mut Output,
     ) {
-        let Some(scene) = Scene::read(&self.setup, observation) else {
+        let Some(scene) = View::read(&self.setup, observation) else {
             return;
         };
         let mut controller = Controller {
@@ -273,7 +273,7 @@ impl Policy for StackIfElse {
         out: &mut Output,
     ) {
         let setup = &*self.setup;
-        let Some(scene) = Scene::read(setup, observation) else {
+        let Some(scene) = View::read(setup, observation) else {
             return;
         };
         if memory.cube.is_some() && memory.pickup.is_some() {

@@ -22,11 +22,11 @@ use std::sync::Arc;
 
 use cell_model::Cell;
 use nalgebra::Vector2;
-use robocell_task::job::Place;
+use robocell_task::job::Placement;
 use robocell_task::{Kind, boxed};
 
 pub use phase::Phase;
-pub use scene::Scene;
+pub use scene::View;
 pub use setup::{SetupError, StackSetup};
 
 use bt::StackBt;
@@ -60,7 +60,7 @@ fn setup_of(task: &StackTask, cell: &Cell) -> Result<Arc<StackSetup>, robocell_t
         .map_err(|error| robocell_task::SetupError::new(cell, error.to_string()))
 }
 
-fn spawn_places(cell: &Cell) -> Vec<(&str, Place)> {
+fn spawn_places(cell: &Cell) -> Vec<(&str, Placement)> {
     let place = |pose: &nalgebra::Isometry3<f64>| {
         let q = pose.rotation.quaternion();
         let position = pose.translation.vector.into();
@@ -68,7 +68,7 @@ fn spawn_places(cell: &Cell) -> Vec<(&str, Place)> {
             position,
             orientation_wxyz: [q.w, q.i, q.j, q.k],
         };
-        Place {
+        Placement {
             position,
             yaw: geometry::yaw(&wire),
         }

@@ -53,7 +53,7 @@ impl Phase {
         }
     }
 
-    /// Place in the ring, 0 to 7; also the controller the phase selects.
+    /// Placement in the ring, 0 to 7; also the controller the phase selects.
     pub fn index(self) -> u32 {
         self as u32
     }

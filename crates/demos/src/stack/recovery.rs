@@ -2,12 +2,12 @@
 
 use super::geometry::plane_distance;
 use super::phase::Phase;
-use super::scene::Scene;
+use super::scene::View;
 use super::setup::StackSetup;
 use crate::failure::Failure;
 use nalgebra::{Vector2, Vector3};
 use robocell_task::TraceEvent;
-use robocell_task::job::{Job, Place};
+use robocell_task::job::{Job, Placement};
 use robocell_task::output::Output;
 
 /// A cube below this height is off the table (m); the table's top is at 0.
@@ -20,7 +20,7 @@ const SEAT_SHARE: f64 = 0.4;
 /// Whether a cube is at its goal: strictly nearer than the tolerance, and in its
 /// own layer. The demos look at the distance alone; their 0.06 m is more than a
 /// layer, so they take two cubes in the wrong order for right.
-pub fn at_goal(setup: &StackSetup, scene: &Scene, cube: usize) -> bool {
+pub fn at_goal(setup: &StackSetup, scene: &View, cube: usize) -> bool {
     let Some(spec) = setup.cube(cube) else {
         return true;
     };
@@ -29,7 +29,7 @@ pub fn at_goal(setup: &StackSetup, scene: &Scene, cube: usize) -> bool {
 }
 
 /// Whether a cube is at its goal well enough to carry the next one.
-pub fn seated(setup: &StackSetup, scene: &Scene, cube: usize) -> bool {
+pub fn seated(setup: &StackSetup, scene: &View, cube: usize) -> bool {
     let Some(spec) = setup.cube(cube) else {
         return true;
     };
@@ -38,29 +38,29 @@ pub fn seated(setup: &StackSetup, scene: &Scene, cube: usize) -> bool {
 }
 
 /// Whether a cube below `cube` in the order is not where it belongs.
-pub fn stack_below_broken(setup: &StackSetup, scene: &Scene, cube: usize) -> bool {
+pub fn stack_below_broken(setup: &StackSetup, scene: &View, cube: usize) -> bool {
     (0..cube).any(|lower| !at_goal(setup, scene, lower))
 }
 
 /// Whether a cube that ought to be in the hand is not: strictly further than
 /// the drop distance from the measured TCP. The demos measure to a finger link;
 /// the TCP lies between the fingers.
-pub fn dropped(setup: &StackSetup, scene: &Scene, cube: usize) -> bool {
+pub fn dropped(setup: &StackSetup, scene: &View, cube: usize) -> bool {
     scene.distance_to_tcp(cube) > setup.spec.drop_distance_m
 }
 
 /// Whether a cube left `reference` (m, in the plane) by more than the tolerance.
-pub fn moved(setup: &StackSetup, scene: &Scene, cube: usize, reference: Vector2<f64>) -> bool {
+pub fn moved(setup: &StackSetup, scene: &View, cube: usize, reference: Vector2<f64>) -> bool {
     (scene.cube(cube).position.xy() - reference).norm() > setup.spec.move_tolerance_m
 }
 
 /// Whether a cube is off the table.
-pub fn fallen(scene: &Scene, cube: usize) -> bool {
+pub fn fallen(scene: &View, cube: usize) -> bool {
     scene.cube(cube).position.z < FALLEN_BELOW_M
 }
 
 /// Whether the arm reaches a cube.
-pub fn reachable(setup: &StackSetup, scene: &Scene, cube: usize) -> bool {
+pub fn reachable(setup: &StackSetup, scene: &View, cube: usize) -> bool {
     (scene.cube(cube).position.xy() - setup.base).norm() <= setup.spec.reach_m
 }
 
@@ -83,7 +83,7 @@ pub fn note_drop(setup: &StackSetup, cube: usize, job: &mut Job, out: &mut Outpu
 /// pick-up; an operator who drags it may go on as he likes.
 pub fn note_resync(
     setup: &StackSetup,
-    scene: &Scene,
+    scene: &View,
     cube: usize,
     phase: Phase,
     job: &mut Job,
@@ -103,11 +103,11 @@ pub fn note_resync(
 /// free one where something stands on its own.
 pub fn note_abort(
     setup: &StackSetup,
-    scene: &Scene,
+    scene: &View,
     cube: usize,
     job: &mut Job,
     out: &mut Output,
-) -> Place {
+) -> Placement {
     job.counters.aborts += 1;
     out.event(
         TraceEvent::Abort,
@@ -121,7 +121,7 @@ pub fn note_abort(
 
 /// Notes how a set-down ended: a cube that does not stay where it was put is
 /// tried again, but not for ever.
-pub fn note_placed(setup: &StackSetup, scene: &Scene, cube: usize, job: &mut Job) {
+pub fn note_placed(setup: &StackSetup, scene: &View, cube: usize, job: &mut Job) {
     let seated = seated(setup, scene, cube);
     let at_goal = at_goal(setup, scene, cube);
     let Some(attempts) = setup.cube(cube).and_then(|c| job.attempts_mut(c.object)) else {
@@ -168,9 +168,9 @@ fn note_failed_pick(setup: &StackSetup, cube: usize, job: &mut Job) {
 
 /// The cube's own spawn, or the first one with room around it where something
 /// stands on its own; its own if there is none.
-pub fn free_spawn(setup: &StackSetup, scene: &Scene, cube: usize) -> Place {
+pub fn free_spawn(setup: &StackSetup, scene: &View, cube: usize) -> Placement {
     let own = setup.cube(cube).map_or(NOWHERE, |c| c.spawn);
-    let nearest = |place: &Place| {
+    let nearest = |place: &Placement| {
         let others = (0..setup.cubes.len()).filter(|other| *other != cube);
         let distance = |other| plane_distance(scene.cube(other).position, place.position.into());
         others.map(distance).fold(f64::INFINITY, f64::min)
@@ -185,7 +185,7 @@ pub fn free_spawn(setup: &StackSetup, scene: &Scene, cube: usize) -> Place {
 }
 
 /// For a cube that is not in the order, which nobody asks for.
-const NOWHERE: Place = Place {
+const NOWHERE: Placement = Placement {
     position: [0.0; 3],
     yaw: 0.0,
 };

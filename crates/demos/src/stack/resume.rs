@@ -3,10 +3,10 @@
 use super::geometry::nearest_quarter;
 use super::phase::Phase;
 use super::recovery::dropped;
-use super::scene::Scene;
+use super::scene::View;
 use super::setup::StackSetup;
 use nalgebra::Vector3;
-use robocell_task::job::{Job, Place};
+use robocell_task::job::{Job, Placement};
 
 /// A cube found in the hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,18 +14,18 @@ pub struct InHand {
     /// Its place in the order.
     pub cube: usize,
     /// Where it goes.
-    pub destination: Place,
+    pub destination: Placement,
     /// It goes back.
     pub aborted: bool,
     /// Where it would have been picked up to hang where it hangs.
-    pub pickup: Place,
+    pub pickup: Placement,
     /// What comes next: LIFT, or LOWER where it is at its goal already.
     pub phase: Phase,
 }
 
-/// The cube in the hand: what physics says about the fingers' contacts, else what the record says, if the cube is near
-/// the TCP. A record that agrees also says where the cube goes.
-pub fn in_hand(setup: &StackSetup, scene: &Scene, job: &Job) -> Option<InHand> {
+/// The cube in the hand: what physics says about the fingers' contacts, else what the checkpoint says, if the cube is near
+/// the TCP. A checkpoint that agrees also says where the cube goes.
+pub fn in_hand(setup: &StackSetup, scene: &View, job: &Job) -> Option<InHand> {
     let remembered = job.held.and_then(|object| setup.cube_of_object(object));
     let cube = scene.held.or(remembered)?;
     let spec = setup.cube(cube)?;
@@ -58,7 +58,7 @@ pub fn in_hand(setup: &StackSetup, scene: &Scene, job: &Job) -> Option<InHand> {
 
 /// Whether a cube is where it is being carried, so that there is nothing to
 /// lift it over any more.
-pub fn is_there(setup: &StackSetup, scene: &Scene, cube: usize, destination: Place) -> bool {
+pub fn is_there(setup: &StackSetup, scene: &View, cube: usize, destination: Placement) -> bool {
     let offset = scene.cube(cube).position - Vector3::from(destination.position);
     offset.norm() < setup.spec.goal_tolerance_m
 }

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::setup::{MAX_CUBES, StackSetup};
 use crate::stack::geometry;
-use robocell_task::job::Place;
+use robocell_task::job::Placement;
 use robocell_task::observation::Observation;
 
 /// The arm that stacks.
@@ -23,8 +23,8 @@ pub struct Cube {
 
 impl Cube {
     /// Where it is.
-    pub fn place(&self) -> Place {
-        Place {
+    pub fn place(&self) -> Placement {
+        Placement {
             position: self.position.into(),
             yaw: self.yaw,
         }
@@ -33,7 +33,7 @@ impl Cube {
 
 /// What the stacking policies need of an observation.
 #[derive(Clone, Copy, Debug)]
-pub struct Scene {
+pub struct View {
     cubes: [Cube; MAX_CUBES],
     count: usize,
     /// Measured TCP position, world frame (m).
@@ -46,7 +46,7 @@ pub struct Scene {
     pub held: Option<usize>,
 }
 
-impl Scene {
+impl View {
     /// `None` when the observation lacks the arm or a cube of the order; the
     /// policy then holds.
     pub fn read(setup: &StackSetup, observation: &Observation<'_>) -> Option<Self> {

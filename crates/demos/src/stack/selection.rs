@@ -4,11 +4,11 @@ use super::geometry::plane_distance;
 use super::recovery::{
     CROWD_LAYERS, at_goal, fallen, free_spawn, reachable, seated, stack_below_broken,
 };
-use super::scene::Scene;
+use super::scene::View;
 use super::setup::StackSetup;
 use crate::failure::Failure;
 use robocell_task::TraceEvent;
-use robocell_task::job::{Job, Place};
+use robocell_task::job::{Job, Placement};
 use robocell_task::output::Output;
 use robocell_task::time::PolicyTime;
 
@@ -34,7 +34,7 @@ pub struct Assignment {
     /// Its place in the order.
     pub cube: usize,
     /// Where it goes.
-    pub destination: Place,
+    pub destination: Placement,
     /// It is only moved out of the way.
     pub clears: bool,
 }
@@ -43,7 +43,7 @@ pub struct Assignment {
 /// a cube that lies on it, or where it belongs, is put away first, since
 /// neither picking nor placing could succeed; and a support that stands too far
 /// off to carry the next cube is set again.
-pub fn select(setup: &StackSetup, scene: &Scene, job: &Job) -> Selection {
+pub fn select(setup: &StackSetup, scene: &View, job: &Job) -> Selection {
     let count = setup.cubes.len();
     if let Some(cube) = (0..count).find(|c| fallen(scene, *c)) {
         return Selection::Fallen(cube);
@@ -61,7 +61,7 @@ pub fn select(setup: &StackSetup, scene: &Scene, job: &Job) -> Selection {
 
 /// Whether a held cube cannot go onto the stack any more: a lower cube is not
 /// where it belongs, or another one got to its own place.
-pub fn destination_lost(setup: &StackSetup, scene: &Scene, cube: usize) -> bool {
+pub fn destination_lost(setup: &StackSetup, scene: &View, cube: usize) -> bool {
     let taken = |goal| intruder(setup, scene, cube, goal).is_some();
     stack_below_broken(setup, scene, cube) || setup.cube(cube).is_some_and(|c| taken(c.goal))
 }
@@ -70,7 +70,7 @@ pub fn destination_lost(setup: &StackSetup, scene: &Scene, cube: usize) -> bool 
 /// reach, the end of the job. `None`: nothing to move now.
 pub fn decide(
     setup: &StackSetup,
-    scene: &Scene,
+    scene: &View,
     now: PolicyTime,
     verb: &str,
     job: &mut Job,
@@ -142,14 +142,14 @@ fn wait(setup: &StackSetup, cube: usize, now: PolicyTime, job: &mut Job, out: &m
 
 /// The cube below `first`, if it stands too far off to carry it and setting it
 /// again was not tried too often.
-fn unseated_support(setup: &StackSetup, scene: &Scene, job: &Job, first: usize) -> Option<usize> {
+fn unseated_support(setup: &StackSetup, scene: &View, job: &Job, first: usize) -> Option<usize> {
     let support = first.checked_sub(1)?;
     let attempts = setup.cube(support).map(|c| job.attempts(c.object).place)?;
     (!seated(setup, scene, support) && attempts < setup.spec.max_attempts).then_some(support)
 }
 
 /// `wanted` to its goal, or first whatever is in the way of that.
-fn clear_the_way(setup: &StackSetup, scene: &Scene, wanted: usize) -> Assignment {
+fn clear_the_way(setup: &StackSetup, scene: &View, wanted: usize) -> Assignment {
     let goal = setup.cube(wanted).map(|c| c.goal);
     let away = |cube| Assignment {
         cube,
@@ -180,7 +180,7 @@ fn clear_the_way(setup: &StackSetup, scene: &Scene, wanted: usize) -> Assignment
 }
 
 /// The cube that lies on `cube`.
-fn on_top_of(setup: &StackSetup, scene: &Scene, cube: usize) -> Option<usize> {
+fn on_top_of(setup: &StackSetup, scene: &View, cube: usize) -> Option<usize> {
     let layer = setup.spec.layer_height_m;
     let base = scene.cube(cube).position;
     (0..setup.cubes.len()).find(|other| {
@@ -196,7 +196,7 @@ fn on_top_of(setup: &StackSetup, scene: &Scene, cube: usize) -> Option<usize> {
 /// A cube that has to go before `cube` can be set down at `goal`: one in that
 /// layer or above it, too near for the open gripper, or one below it that is no
 /// part of the stack and would be built over.
-fn intruder(setup: &StackSetup, scene: &Scene, cube: usize, goal: Place) -> Option<usize> {
+fn intruder(setup: &StackSetup, scene: &View, cube: usize, goal: Placement) -> Option<usize> {
     let layer = setup.spec.layer_height_m;
     (0..setup.cubes.len()).find(|other| {
         let position = scene.cube(*other).position;

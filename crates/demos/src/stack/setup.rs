@@ -3,7 +3,7 @@
 use crate::stack::numbers::StackTask;
 use nalgebra::{Vector2, Vector3};
 
-use robocell_task::job::Place;
+use robocell_task::job::Placement;
 use robocell_task::time::PolicyTime;
 
 /// Cubes one task can stack.
@@ -17,9 +17,9 @@ pub struct CubeSpec {
     /// Its index in the cell file.
     pub object: usize,
     /// Where it belongs in the stack.
-    pub goal: Place,
+    pub goal: Placement,
     /// Where it stood at the start.
-    pub spawn: Place,
+    pub spawn: Placement,
 }
 
 /// Lengths of time of the phases.
@@ -89,7 +89,7 @@ impl StackSetup {
     /// When the order names an unknown object, one twice, none or too many.
     pub fn new(
         spec: &StackTask,
-        objects: &[(&str, Place)],
+        objects: &[(&str, Placement)],
         base: Vector2<f64>,
     ) -> Result<Self, SetupError> {
         let found = spec.order.len();
@@ -121,7 +121,7 @@ impl StackSetup {
         self.cube(index).map_or("?", |c| c.name.as_str())
     }
 
-    /// Place in the order of the object at `object` of the cell file.
+    /// Placement in the order of the object at `object` of the cell file.
     pub fn cube_of_object(&self, object: usize) -> Option<usize> {
         self.cubes.iter().position(|c| c.object == object)
     }
@@ -141,7 +141,7 @@ impl Timing {
 
 fn cube(
     spec: &StackTask,
-    objects: &[(&str, Place)],
+    objects: &[(&str, Placement)],
     level: usize,
     name: &str,
 ) -> Result<CubeSpec, SetupError> {
@@ -156,7 +156,7 @@ fn cube(
     let [x, y] = spec.stack_position_m;
     let z = spec.base_height_m + level as f64 * spec.layer_height_m;
     let spawn = objects.get(object).map_or(
-        Place {
+        Placement {
             position: [x, y, z],
             yaw: 0.0,
         },
@@ -165,7 +165,7 @@ fn cube(
     Ok(CubeSpec {
         name: name.to_owned(),
         object,
-        goal: Place {
+        goal: Placement {
             position: Vector3::new(x, y, z).into(),
             yaw: 0.0,
         },

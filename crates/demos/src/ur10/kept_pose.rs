@@ -1,4 +1,4 @@
-//! A pose as a record keeps it.
+//! A pose as a checkpoint keeps it.
 
 use ipc_types::Pose;
 use ipc_types::validate::MAX_POSITION_M;

@@ -150,10 +150,10 @@ impl MatrixRun {
         checkpoint::to_bytes(&(Bytes::new(&state), self.shown, memory))
     }
 
-    /// Takes the state of such a record, and answers the rest of it.
+    /// Takes the state of such a checkpoint, and answers the rest of it.
     ///
     /// # Errors
-    /// For a record that is damaged, of another matrix, or whose memory is not
+    /// For a checkpoint that is damaged, of another matrix, or whose memory is not
     /// `sound`; nothing has changed then.
     pub(crate) fn restore<M: DeserializeOwned>(
         &mut self,

@@ -8,7 +8,7 @@ pub(crate) trait Named: Copy + 'static {
     /// Their names, in the same order.
     const NAMES: &'static [&'static str];
 
-    /// Place of the value.
+    /// Placement of the value.
     fn index(self) -> u16;
 
     /// The value at a place; `None` behind the last.

@@ -13,7 +13,7 @@ pub(crate) const MAX_APPROACH_M: f64 = 2.0;
 /// Joints of the UR10.
 pub const JOINTS: usize = 6;
 
-/// Where the cup goes, and how. Plain data, for the record.
+/// Where the cup goes, and how. Plain data, for the checkpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Waypoint {
     /// World frame (m).

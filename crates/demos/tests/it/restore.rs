@@ -1,4 +1,4 @@
-//! A task that ends at any moment is continued by a new one from its record.
+//! A task that ends at any moment is continued by a new one from its checkpoint.
 
 use crate::common;
 

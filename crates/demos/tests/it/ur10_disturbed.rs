@@ -21,7 +21,7 @@ use crate::ur10_world;
 use cell_model::random::Random;
 use ipc_types::GripperGoal;
 use ipc_types::decision::Outcome;
-use ur10_world::{PLACES, Place, World};
+use ur10_world::{PLACES, Placement, World};
 
 /// Undisturbed, a job takes fewer decisions.
 const PATIENCE: usize = 40_000;
@@ -38,7 +38,7 @@ struct Disturbed {
 }
 
 impl Disturbed {
-    fn new(place: &'static Place, seed: u64) -> Self {
+    fn new(place: &'static Placement, seed: u64) -> Self {
         Self {
             world: World::new(place, 2),
             random: Random::new(seed),
@@ -160,7 +160,7 @@ impl Disturbed {
     }
 }
 
-fn disturb_all(place: &'static Place) {
+fn disturb_all(place: &'static Placement) {
     for seed in 0..8 {
         let mut job = Disturbed::new(place, seed);
         for _ in 0..4 {

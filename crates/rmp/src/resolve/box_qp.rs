@@ -9,7 +9,7 @@ use super::cholesky::Cholesky;
 
 /// Where a coordinate stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Place {
+enum Side {
     Free,
     Lower,
     Upper,
@@ -18,7 +18,7 @@ enum Place {
 /// Preallocated solver; remembers the active bounds as the next start.
 #[derive(Debug, Clone)]
 pub(crate) struct BoxQp {
-    places: Vec<Place>,
+    sides: Vec<Side>,
     free: Vec<usize>,
     solution: Vec<f64>,
     factor: Cholesky,
@@ -30,7 +30,7 @@ const PATIENCE: usize = 3;
 impl BoxQp {
     pub(crate) fn new(joints: usize) -> Self {
         Self {
-            places: vec![Place::Free; joints],
+            sides: vec![Side::Free; joints],
             free: Vec::with_capacity(joints),
             solution: vec![0.0; joints],
             factor: Cholesky::new(joints),
@@ -39,20 +39,20 @@ impl BoxQp {
 
     /// The coordinates at their lower and at their upper bound, bit by bit.
     pub(crate) fn active_bounds(&self) -> (u64, u64) {
-        let at = |bound: Place| {
-            let places = self.places.iter().enumerate();
-            places.fold(0, |bits, (i, place)| bits | u64::from(*place == bound) << i)
+        let at = |bound: Side| {
+            let sides = self.sides.iter().enumerate();
+            sides.fold(0, |bits, (i, place)| bits | u64::from(*place == bound) << i)
         };
-        (at(Place::Lower), at(Place::Upper))
+        (at(Side::Lower), at(Side::Upper))
     }
 
     /// Starts from these.
     pub(crate) fn set_active_bounds(&mut self, lower: u64, upper: u64) {
-        for (i, place) in self.places.iter_mut().enumerate() {
+        for (i, place) in self.sides.iter_mut().enumerate() {
             *place = match (lower >> i & 1, upper >> i & 1) {
-                (1, _) => Place::Lower,
-                (_, 1) => Place::Upper,
-                _ => Place::Free,
+                (1, _) => Side::Lower,
+                (_, 1) => Side::Upper,
+                _ => Side::Free,
             };
         }
     }
@@ -94,7 +94,7 @@ impl BoxQp {
                 self.exchange(metric, force, lower, upper, out, last);
             }
         }
-        self.places.fill(Place::Free);
+        self.sides.fill(Side::Free);
         for ((a, &low), &high) in out.iter_mut().zip(lower).zip(upper) {
             *a = 0.0_f64.max(low).min(high);
         }
@@ -111,11 +111,11 @@ impl BoxQp {
         out: &mut [f64],
     ) -> bool {
         self.free.clear();
-        for (i, place) in self.places.iter().enumerate() {
+        for (i, place) in self.sides.iter().enumerate() {
             match place {
-                Place::Free => self.free.push(i),
-                Place::Lower => out[i] = lower[i],
-                Place::Upper => out[i] = upper[i],
+                Side::Free => self.free.push(i),
+                Side::Lower => out[i] = lower[i],
+                Side::Upper => out[i] = upper[i],
             }
         }
         if !self.factor.factor_block(metric, &self.free) {
@@ -124,8 +124,8 @@ impl BoxQp {
         let x = &mut self.solution[..self.free.len()];
         for (value, &i) in x.iter_mut().zip(&self.free) {
             let mut rest = force[i];
-            for (j, place) in self.places.iter().enumerate() {
-                if *place != Place::Free {
+            for (j, place) in self.sides.iter().enumerate() {
+                if *place != Side::Free {
                     rest -= metric[(i, j)] * out[j];
                 }
             }
@@ -149,7 +149,7 @@ impl BoxQp {
     ) -> (usize, usize) {
         let mut wrong = (0, 0);
         for i in 0..a.len() {
-            if self.better(metric, force, lower, upper, a, i) != self.places[i] {
+            if self.better(metric, force, lower, upper, a, i) != self.sides[i] {
                 wrong = (wrong.0 + 1, i);
             }
         }
@@ -166,7 +166,7 @@ impl BoxQp {
         from: usize,
     ) {
         for i in from..a.len() {
-            self.places[i] = self.better(metric, force, lower, upper, a, i);
+            self.sides[i] = self.better(metric, force, lower, upper, a, i);
         }
     }
 
@@ -179,11 +179,11 @@ impl BoxQp {
         upper: &[f64],
         a: &[f64],
         i: usize,
-    ) -> Place {
-        match self.places[i] {
-            Place::Free if a[i] < lower[i] - margin(lower[i]) => Place::Lower,
-            Place::Free if a[i] > upper[i] + margin(upper[i]) => Place::Upper,
-            Place::Free => Place::Free,
+    ) -> Side {
+        match self.sides[i] {
+            Side::Free if a[i] < lower[i] - margin(lower[i]) => Side::Lower,
+            Side::Free if a[i] > upper[i] + margin(upper[i]) => Side::Upper,
+            Side::Free => Side::Free,
             bound => {
                 let column = metric.column(i);
                 let mut pull = force[i];
@@ -193,9 +193,9 @@ impl BoxQp {
                     scale += (m * x).abs();
                 }
                 // Rounding must not free a coordinate that belongs on its bound.
-                let inward = if bound == Place::Upper { -pull } else { pull };
+                let inward = if bound == Side::Upper { -pull } else { pull };
                 if inward > 1e-13 * scale {
-                    Place::Free
+                    Side::Free
                 } else {
                     bound
                 }

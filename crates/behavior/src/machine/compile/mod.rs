@@ -5,7 +5,7 @@ mod states;
 
 use super::definition::{Definition, Name};
 use super::ids::{CallbackId, GuardId, StateId, TriggerId, Vocabulary};
-use super::problem::{Collector, Place, Problems};
+use super::problem::{Collector, Location, Problems};
 use super::set::MAX_MEMBERS;
 use super::table::{Common, Condition, Row, Span, Table};
 use crate::descriptor::json::shortened;
@@ -88,11 +88,11 @@ impl<'a> Compiler<'a> {
         let guards = self.vocabulary.guards.len();
         if guards > MAX_MEMBERS {
             let message = format!("the host knows {guards} guards, at most {MAX_MEMBERS} can be");
-            self.problems.add(Place::default(), message);
+            self.problems.add(Location::default(), message);
         }
     }
 
-    /// Place of `name` among `known`; otherwise a problem.
+    /// Location of `name` among `known`; otherwise a problem.
     fn look_up<S: AsRef<str>>(&mut self, what: &str, name: &Name, known: &[S]) -> Option<usize> {
         let found = known.iter().position(|it| it.as_ref() == name.text);
         if found.is_none() {

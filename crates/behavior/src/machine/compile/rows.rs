@@ -3,7 +3,7 @@
 use super::{Compiler, MAX_ROWS, span};
 use crate::machine::definition::{DestDef, Name, OrderedDef, RowDef, SourceDef};
 use crate::machine::ids::{RowId, StateId, TriggerId};
-use crate::machine::problem::Place;
+use crate::machine::problem::Location;
 use crate::machine::table::{Common, Row, Span};
 
 impl Compiler<'_> {
@@ -29,7 +29,7 @@ impl Compiler<'_> {
         self.sort();
     }
 
-    fn declare(&mut self, place: Place) -> RowId {
+    fn declare(&mut self, place: Location) -> RowId {
         self.out.row_lines.push(place.line);
         RowId::of(self.out.row_lines.len() - 1)
     }
@@ -86,7 +86,7 @@ impl Compiler<'_> {
         }
     }
 
-    fn push(&mut self, place: Place, row: Row) {
+    fn push(&mut self, place: Location, row: Row) {
         match self.rows.len() {
             MAX_ROWS => {
                 let message =
@@ -130,7 +130,7 @@ impl Compiler<'_> {
     }
 
     fn add_automatic(&mut self) {
-        let outer = self.sources(&SourceDef::Any(Place::default()), &DestDef::Internal);
+        let outer = self.sources(&SourceDef::Any(Location::default()), &DestDef::Internal);
         for at in 0..self.states.len() {
             let Some(full) = self.states.get(at) else {
                 continue;
@@ -139,10 +139,10 @@ impl Compiler<'_> {
             let Some(trigger) = self.new_trigger(&name) else {
                 continue;
             };
-            let id = self.declare(Place::default());
+            let id = self.declare(Location::default());
             for source in &outer {
                 let row = plain(id, trigger, *source, StateId::of(at), Span::default());
-                self.push(Place::default(), row);
+                self.push(Location::default(), row);
             }
         }
     }

@@ -2,14 +2,14 @@
 
 use crate::descriptor::json::{Data, Entry, Value, shortened};
 use crate::machine::definition::Name;
-use crate::machine::problem::{Collector, Place};
+use crate::machine::problem::{Collector, Location};
 use crate::suggest;
 
 /// Bytes a name may have.
 const MAX_NAME: usize = 128;
 
-impl From<crate::descriptor::json::Place> for Place {
-    fn from(place: crate::descriptor::json::Place) -> Self {
+impl From<crate::descriptor::json::Location> for Location {
+    fn from(place: crate::descriptor::json::Location) -> Self {
         Self {
             line: place.line,
             column: place.column,
@@ -19,7 +19,7 @@ impl From<crate::descriptor::json::Place> for Place {
 
 /// The entries of an object whose keys are known.
 pub(crate) struct Fields<'v> {
-    pub(crate) place: Place,
+    pub(crate) place: Location,
     what: &'static str,
     entries: &'v [Entry],
 }

@@ -3,7 +3,7 @@
 use toml::de::{DeTable, DeValue};
 
 use crate::descriptor::json::{self, Data, Entry, MAX_BYTES, Value, shortened};
-use crate::machine::problem::{Collector, Place, Problem, Problems};
+use crate::machine::problem::{Collector, Location, Problem, Problems};
 
 /// Reads `text` as JSON if the name of the file ends so, otherwise as TOML.
 pub(crate) fn parse(file: &str, text: &str) -> Result<Value, Problems> {
@@ -14,7 +14,7 @@ pub(crate) fn parse(file: &str, text: &str) -> Result<Value, Problems> {
     if is_json {
         return json::parse(file, text).map_err(|errors| {
             let list = errors.list.into_iter().map(|it| Problem {
-                place: Place {
+                place: Location {
                     line: it.line,
                     column: it.column,
                 },
@@ -30,7 +30,7 @@ fn parse_toml(file: &str, text: &str) -> Result<Value, Problems> {
     let mut problems = Collector::default();
     if text.len() > MAX_BYTES {
         let message = format!("the file has more than {MAX_BYTES} bytes; split it");
-        problems.add(Place { line: 1, column: 1 }, message);
+        problems.add(Location { line: 1, column: 1 }, message);
         return problems.finish(file, null());
     }
     let (table, errors) = DeTable::parse_recoverable(text);
@@ -40,7 +40,7 @@ fn parse_toml(file: &str, text: &str) -> Result<Value, Problems> {
             "this is not TOML: {}",
             error.message().trim().replace('\n', "; ")
         );
-        problems.add(Place::at(text, offset), message);
+        problems.add(Location::at(text, offset), message);
     }
     if !errors.is_empty() {
         return problems.finish(file, null());
@@ -54,13 +54,13 @@ fn parse_toml(file: &str, text: &str) -> Result<Value, Problems> {
         problems,
     };
     let data = reader.table(table.get_ref());
-    let place = json::Place::START;
+    let place = json::Location::START;
     reader.problems.finish(file, Value { place, data })
 }
 
 fn null() -> Value {
     Value {
-        place: json::Place::START,
+        place: json::Location::START,
         data: Data::Null,
     }
 }
@@ -106,7 +106,7 @@ impl Reader<'_> {
         Data::Object(entries)
     }
 
-    fn no_number(&mut self, place: json::Place, text: &str) -> Data {
+    fn no_number(&mut self, place: json::Location, text: &str) -> Data {
         let message = format!("{} is not a number of 64 bits", shortened(text));
         self.problems.add(place.into(), message);
         Data::Null
@@ -122,7 +122,7 @@ struct Places<'a> {
 }
 
 impl Places<'_> {
-    fn at(&mut self, offset: usize) -> json::Place {
+    fn at(&mut self, offset: usize) -> json::Location {
         if offset < self.at {
             (self.at, self.line) = (0, 1);
         }
@@ -137,7 +137,7 @@ impl Places<'_> {
             }
         }
         let line = self.text.get(self.at..offset).unwrap_or_default();
-        json::Place {
+        json::Location {
             line: self.line,
             column: u32::try_from(line.chars().count() + 1).unwrap_or(u32::MAX),
         }

@@ -3,7 +3,7 @@
 use serde::de::DeserializeOwned;
 use serde_saphyr::Error;
 
-use crate::error::{ModelError, Place};
+use crate::error::{Location, ModelError};
 use crate::suggest;
 
 /// Reads `text` as `T`; keys unknown to `T` are refused where `T` denies them.
@@ -17,7 +17,7 @@ fn explain(file: &str, error: &Error) -> ModelError {
         .location()
         .map(|at| at.line())
         .and_then(|line| usize::try_from(line).ok());
-    let place = Place::line(file, line.filter(|line| *line > 0));
+    let place = Location::line(file, line.filter(|line| *line > 0));
     if let Error::SerdeUnknownField {
         field, expected, ..
     } = error
@@ -40,7 +40,12 @@ pub(crate) fn refuse(
     value: impl std::fmt::Display,
     allowed: impl Into<String>,
 ) -> ModelError {
-    ModelError::value(Place::line(file, line_of(text, key)), key, value, allowed)
+    ModelError::value(
+        Location::line(file, line_of(text, key)),
+        key,
+        value,
+        allowed,
+    )
 }
 
 /// Line of a dotted key path in block style: each part is looked for after the

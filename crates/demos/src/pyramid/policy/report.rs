@@ -1,4 +1,4 @@
-//! How the job stands, and what a record believes compared with what is seen.
+//! How the job stands, and what a checkpoint believes compared with what is seen.
 
 use behavior::Value;
 use behavior::board::Board;
@@ -148,7 +148,7 @@ mod tests {
     use crate::pyramid::numbers::PyramidTask;
     use robocell_task::time::PolicyTime;
 
-    /// Recoveries that are asked for when the record says that the left arm
+    /// Recoveries that are asked for when the checkpoint says that the left arm
     /// carries the first cube and the hand holds object `held`, from 1.
     fn recoveries(held: u32) -> u32 {
         let cell = Cell::load(&Data::checkout(), "franka-pyramid", 1, None).unwrap();

@@ -6,7 +6,7 @@ use behavior::{Str, board::Scope};
 
 use super::world::StackHost;
 use crate::stack::StackSetup;
-use robocell_task::job::Place;
+use robocell_task::job::Placement;
 
 /// Name of the cube that is being picked up, empty for none.
 pub const PICK_TARGET: &str = "pick_target";
@@ -89,7 +89,7 @@ pub fn board() -> Result<Board, BoardError> {
 }
 
 impl Reads<Str> {
-    /// Place in the order of the named cube.
+    /// Placement in the order of the named cube.
     ///
     /// # Errors
     /// [`Fault`] of the blackboard.
@@ -125,7 +125,7 @@ impl Reads<[f64; 4]> {
     ///
     /// # Errors
     /// [`Fault`] of the blackboard.
-    pub fn place(&self, cx: &Call<'_, '_>) -> Result<Option<Place>, Fault> {
+    pub fn place(&self, cx: &Call<'_, '_>) -> Result<Option<Placement>, Fault> {
         match cx.get(&self.0) {
             Ok(numbers) => Ok(Some(place(numbers))),
             Err(Fault::Unset(_)) => Ok(None),
@@ -139,7 +139,7 @@ impl Writes<[f64; 4]> {
     ///
     /// # Errors
     /// [`Fault`] of the blackboard.
-    pub fn place(&self, cx: &Call<'_, '_>) -> Result<Option<Place>, Fault> {
+    pub fn place(&self, cx: &Call<'_, '_>) -> Result<Option<Placement>, Fault> {
         match cx.read(&self.0) {
             Ok(numbers) => Ok(Some(place(numbers))),
             Err(Fault::Unset(_)) => Ok(None),
@@ -151,8 +151,8 @@ impl Writes<[f64; 4]> {
     ///
     /// # Errors
     /// [`Fault`] of the blackboard.
-    pub fn remember(&self, cx: &mut Call<'_, '_>, place: Option<Place>) -> Result<(), Fault> {
-        let Some(Place { position, yaw }) = place else {
+    pub fn remember(&self, cx: &mut Call<'_, '_>, place: Option<Placement>) -> Result<(), Fault> {
+        let Some(Placement { position, yaw }) = place else {
             cx.unset(&self.0);
             return Ok(());
         };
@@ -167,8 +167,8 @@ fn find(setup: &StackSetup, name: &Str) -> Option<usize> {
 }
 
 /// The place written in the key.
-pub fn place([x, y, z, yaw]: [f64; 4]) -> Place {
-    Place {
+pub fn place([x, y, z, yaw]: [f64; 4]) -> Placement {
+    Placement {
         position: [x, y, z],
         yaw,
     }

@@ -20,9 +20,9 @@ use serde::{Deserialize, Serialize};
 use self::world::{StackHost, StackWorld};
 use crate::stack::resume::{InHand, in_hand};
 use crate::stack::scene::ARM;
-use crate::stack::{Phase, Scene, SetupError, StackSetup, command, recovery};
+use crate::stack::{Phase, SetupError, StackSetup, View, command, recovery};
 use robocell_task::checkpoint;
-use robocell_task::job::{Job, Place};
+use robocell_task::job::{Job, Placement};
 use robocell_task::observation::Observation;
 use robocell_task::output::Output;
 use robocell_task::policy::AnyPolicy;
@@ -96,7 +96,7 @@ impl StackBt {
         self.replant();
         self.set(keys::PICK_TARGET, name);
         self.set(keys::HOLDING, name);
-        let Place { position, yaw } = found.pickup;
+        let Placement { position, yaw } = found.pickup;
         let [x, y, z] = position;
         let gripped = behavior::value::Numbers::new(&[x, y, z, yaw]).unwrap_or_default();
         self.set(keys::PICKUP_POSITION, Value::Numbers(gripped));
@@ -122,7 +122,7 @@ impl AnyPolicy for StackBt {
 
     fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         let setup = Arc::clone(&self.setup);
-        let Some(scene) = Scene::read(&setup, observation) else {
+        let Some(scene) = View::read(&setup, observation) else {
             return;
         };
         let now = observation.time();
@@ -183,7 +183,7 @@ impl AnyPolicy for StackBt {
 
     fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         let setup = Arc::clone(&self.setup);
-        let Some(scene) = Scene::read(&setup, observation) else {
+        let Some(scene) = View::read(&setup, observation) else {
             return;
         };
         if self.has_gripped() {

@@ -11,7 +11,7 @@ use super::world::StackHost;
 use crate::stack::phase::{DoneReason, PhaseClock, Progress};
 use crate::stack::scene::ARM;
 use crate::stack::{Phase, command, feedback, geometry, grip, recovery, resume};
-use robocell_task::job::Place;
+use robocell_task::job::Placement;
 
 /// What makes one phase leaf another than the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -110,7 +110,7 @@ impl PhaseLeaf {
         })
     }
 
-    fn pickup(&self, cx: &Call<'_, '_>) -> Result<Option<Place>, Fault> {
+    fn pickup(&self, cx: &Call<'_, '_>) -> Result<Option<Placement>, Fault> {
         match &self.pickup {
             PickupKey::Reads(key) => key.place(cx),
             PickupKey::Writes(key) => key.place(cx),
@@ -145,7 +145,7 @@ impl PhaseLeaf {
         cube: usize,
         state: &mut PhaseState,
         cx: &Call<'_, '_>,
-    ) -> Result<Place, Fault> {
+    ) -> Result<Placement, Fault> {
         let scene = cx.world.scene;
         let destination = cx
             .world
@@ -157,7 +157,7 @@ impl PhaseLeaf {
             (Phase::Lift, Some(pickup)) => geometry::lift_place(pickup, destination),
             (Phase::PreGrasp | Phase::Approach | Phase::Grasp | Phase::Lift, _) => {
                 state.grip_yaw = grip::follow(scene, cube, state.grip_yaw);
-                Place {
+                Placement {
                     yaw: state.grip_yaw,
                     ..scene.cube(cube).place()
                 }
@@ -276,7 +276,7 @@ impl Leaf<StackHost> for PhaseLeaf {
             recovery::note_carried(cx.world.setup, cube, cx.world.job);
         }
         if let PickupKey::Writes(key) = &self.pickup {
-            let gripped = Place {
+            let gripped = Placement {
                 yaw: state.grip_yaw,
                 ..cx.world.scene.cube(cube).place()
             };

@@ -3,7 +3,7 @@
 use behavior::tree::Host;
 use ipc_types::GripperGoal;
 
-use crate::stack::{Phase, Scene, StackSetup};
+use crate::stack::{Phase, StackSetup, View};
 use robocell_task::job::Job;
 use robocell_task::observation::Observation;
 use robocell_task::output::{ArmIntent, Output};
@@ -17,7 +17,7 @@ pub struct StackWorld<'w> {
     /// The numbers of the cell file.
     pub setup: &'w StackSetup,
     /// Cubes, tool and gripper.
-    pub scene: &'w Scene,
+    pub scene: &'w View,
     /// The whole sample.
     pub observation: &'w Observation<'w>,
     /// Policy time.

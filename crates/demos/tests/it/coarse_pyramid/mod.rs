@@ -34,7 +34,7 @@ pub(crate) struct Setting {
     pub(crate) required: usize,
 }
 
-/// The task, used again and again: all that matters is in the record.
+/// The task, used again and again: all that matters is in the checkpoint.
 struct Bench {
     task: RefCell<Task>,
     window: Arc<Mutex<Seen>>,

@@ -28,7 +28,7 @@ pub(crate) struct FakeCell {
     pub(crate) state: Box<WorldState>,
     pub(crate) decision: Box<Decision>,
     pub(crate) lines: Vec<String>,
-    /// Throw the task away before every decision and go on from its record.
+    /// Throw the task away before every decision and go on from its checkpoint.
     pub(crate) restart_always: bool,
     /// Fingers find no hold.
     pub(crate) slippery: bool,
@@ -108,7 +108,7 @@ impl FakeCell {
         );
     }
 
-    /// A new process takes the record over.
+    /// A new process takes the checkpoint over.
     pub(crate) fn restart(&mut self) {
         let policy = self.task.policy_name().to_owned();
         self.restart_as(&policy);
@@ -122,7 +122,7 @@ impl FakeCell {
             assert_eq!(
                 self.task.checkpoint(),
                 record,
-                "a record says all there is to say"
+                "a checkpoint says all there is to say"
             );
         }
     }

@@ -20,7 +20,7 @@ pub(crate) struct PalletCell {
     pub(crate) state: Box<WorldState>,
     pub(crate) decision: Box<Decision>,
     pub(crate) lines: Vec<String>,
-    /// Throw the task away before every decision and go on from its record.
+    /// Throw the task away before every decision and go on from its checkpoint.
     pub(crate) restarts: bool,
     /// Suction finds no hold.
     pub(crate) slippery: bool,
@@ -112,7 +112,7 @@ impl PalletCell {
         self.state.objects[bin].pose.orientation_wxyz = [q.w, q.i, q.j, q.k];
     }
 
-    /// A new task without a record.
+    /// A new task without a checkpoint.
     pub(crate) fn forget(&mut self) {
         self.task = demos::policies().task(&self.cell, "table").unwrap();
     }

@@ -19,7 +19,7 @@ const GRIP_M: f64 = 0.01;
 const BIN: [f64; 3] = [0.30, 0.20, 0.135];
 
 /// Where a job's bins come, and where they find support.
-pub(crate) struct Place {
+pub(crate) struct Placement {
     pub(crate) demo: &'static str,
     pub(crate) policy: &'static str,
     /// Where a bin comes (m).
@@ -29,22 +29,22 @@ pub(crate) struct Place {
     jig: bool,
 }
 
-pub(crate) const PLACES: [Place; 3] = [
-    Place {
+pub(crate) const PLACES: [Placement; 3] = [
+    Placement {
         demo: "ur10-palletize",
         policy: "table",
         supply: [0.05, 0.45, -0.151],
         station: [0.79, 0.74, -0.03],
         jig: true,
     },
-    Place {
+    Placement {
         demo: "ur10-bin-stack",
         policy: "matrix",
         supply: [0.01, 0.54, -0.3825],
         station: [0.695, 0.648, 0.3475],
         jig: false,
     },
-    Place {
+    Placement {
         demo: "ur10-fill-bin",
         policy: "matrix",
         supply: [-0.17, 0.81, -0.44],
@@ -60,7 +60,7 @@ struct Held {
 }
 
 pub(crate) struct World {
-    pub(crate) place: &'static Place,
+    pub(crate) place: &'static Placement,
     pub(crate) state: Box<WorldState>,
     pub(crate) decision: Box<Decision>,
     pub(crate) task: Task,
@@ -79,7 +79,7 @@ pub(crate) struct World {
 }
 
 impl World {
-    pub(crate) fn new(place: &'static Place, bins: u32) -> Self {
+    pub(crate) fn new(place: &'static Placement, bins: u32) -> Self {
         let mut cell = Cell::load(&Data::checkout(), place.demo, 1, None).unwrap();
         if place.demo != "ur10-fill-bin" {
             cell.limit_bins(bins).unwrap();
@@ -118,7 +118,7 @@ impl World {
         }
     }
 
-    /// A new process, with the record of the one before or with those bytes.
+    /// A new process, with the checkpoint of the one before or with those bytes.
     pub(crate) fn restart(&mut self, record: Option<&[u8]>) -> bool {
         let own = self.task.checkpoint();
         self.task = demos::policies()

@@ -1,8 +1,8 @@
-//! The record of a cycle is refused where it does not fit.
+//! The checkpoint of a cycle is refused where it does not fit.
 
 use cell_model::{Cell, Data};
+use controller_proc::checkpoint::{CheckpointError, VERSION};
 use controller_proc::cycle::Cycle;
-use controller_proc::record::{RECORD_VERSION, RecordError};
 use ipc_types::tap::KEYFRAME_BYTES;
 
 fn cycle(demo: &str, arm: usize) -> Cycle {
@@ -33,7 +33,7 @@ fn another_arm_another_cell_and_another_version_are_refused() {
     assert!(
         matches!(
             arm,
-            Err(RecordError::OtherArm {
+            Err(CheckpointError::OtherArm {
                 what: "arm number",
                 ..
             })
@@ -44,7 +44,7 @@ fn another_arm_another_cell_and_another_version_are_refused() {
     assert!(
         matches!(
             cell,
-            Err(RecordError::OtherArm {
+            Err(CheckpointError::OtherArm {
                 what: "other arms",
                 ..
             })
@@ -56,9 +56,7 @@ fn another_arm_another_cell_and_another_version_are_refused() {
     let version = cycle("franka-pyramid", 0).restore(&newer);
     assert_eq!(
         version,
-        Err(RecordError::Version {
-            found: RECORD_VERSION + 1
-        })
+        Err(CheckpointError::Version { found: VERSION + 1 })
     );
 }
 

@@ -52,7 +52,7 @@ impl Memory {
 
 impl Json {
     /// Trees, boards and memory as plain bytes.
-    pub(super) fn to_record(&self) -> Vec<u8> {
+    pub(super) fn to_checkpoint(&self) -> Vec<u8> {
         let mut record = Record {
             version: VERSION,
             shape: self.shape(),
@@ -73,9 +73,9 @@ impl Json {
         checkpoint::to_bytes(&record)
     }
 
-    /// Takes back what [`Self::to_record`] gave; half of it, perhaps, where that
+    /// Takes back what [`Self::to_checkpoint`] gave; half of it, perhaps, where that
     /// is an error.
-    pub(super) fn take_record(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
+    pub(super) fn take_checkpoint(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
         let record: Record = checkpoint::from_bytes(bytes)?;
         let fits = record.version == VERSION
             && record.trees.len() == self.robots.len()
@@ -115,6 +115,6 @@ impl Json {
     reason = "the error of bincode is a box"
 )]
 fn foreign(why: impl std::fmt::Display) -> bincode::Error {
-    let text = format!("not a record of these trees: {why}");
+    let text = format!("not a checkpoint of these trees: {why}");
     serde::de::Error::custom(text)
 }

@@ -19,13 +19,13 @@ pub(crate) const RUN: u64 = 1;
 /// A directory on tmpfs with the bus's root, the raw values, the socket and the
 /// control words in it. The process that made it wipes it.
 #[derive(Debug)]
-pub(crate) struct Place {
+pub(crate) struct BenchRun {
     pub(crate) dir: PathBuf,
     pub(crate) site: RunSite,
     owned: bool,
 }
 
-impl Place {
+impl BenchRun {
     /// Makes a new one, named by the own process id.
     pub(crate) fn create() -> Result<Self, BenchError> {
         let id = std::process::id();
@@ -63,7 +63,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for BenchRun {
     fn drop(&mut self) {
         if self.owned {
             // What cannot be deleted now is no result of the bench; the name
@@ -88,7 +88,7 @@ pub(crate) struct Block {
 }
 
 impl Control {
-    pub(crate) fn open(place: &Place) -> Result<Self, BenchError> {
+    pub(crate) fn open(place: &BenchRun) -> Result<Self, BenchError> {
         SharedWords::open(&place.dir.join("control"), 4)
             .map(Self)
             .map_err(io("share its control words"))

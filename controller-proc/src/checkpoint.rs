@@ -1,4 +1,4 @@
-//! The record of a cycle: all it remembers, as plain little-endian bytes.
+//! The checkpoint of a cycle: all it remembers, as plain little-endian bytes.
 //!
 //! One walk over the fields serves both ways, so what is written is what is
 //! read. Nothing allocates.
@@ -6,33 +6,33 @@
 use nalgebra::{Isometry3, UnitQuaternion};
 
 /// Version of the layout; another one is refused.
-pub const RECORD_VERSION: u32 = 2;
+pub const VERSION: u32 = 2;
 
-/// Why a record was not taken.
+/// Why a checkpoint was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum RecordError {
+pub enum CheckpointError {
     /// Written by another version.
     #[error(
-        "the controller's record has layout version {found}, this build reads {RECORD_VERSION}; use the build that wrote it"
+        "the controller's checkpoint has layout version {found}, this build reads {VERSION}; use the build that wrote it"
     )]
     Version {
-        /// Version in the record.
+        /// Version in the checkpoint.
         found: u32,
     },
     /// Written for another arm or another robot.
     #[error(
-        "the controller's record has {what} {found}, this arm has {expected}; it is of another cell"
+        "the controller's checkpoint has {what} {found}, this arm has {expected}; it is of another cell"
     )]
     OtherArm {
         /// What differs.
         what: &'static str,
-        /// In the record.
+        /// In the checkpoint.
         found: u64,
         /// Of this arm.
         expected: u64,
     },
     /// A value that means nothing.
-    #[error("the controller's record is damaged: {what} is {found}")]
+    #[error("the controller's checkpoint is damaged: {what} is {found}")]
     Damaged {
         /// The field.
         what: &'static str,
@@ -40,7 +40,7 @@ pub enum RecordError {
         found: u64,
     },
     /// Too few bytes, or too many; or no room to write.
-    #[error("the controller's record has {bytes} bytes, it needs {needed}")]
+    #[error("the controller's checkpoint has {bytes} bytes, it needs {needed}")]
     Length {
         /// There are.
         bytes: usize,
@@ -49,30 +49,30 @@ pub enum RecordError {
     },
 }
 
-/// A place in a record that is written or read.
-pub(crate) struct Record<'a> {
-    place: Place<'a>,
+/// A place in a checkpoint that is written or read.
+pub(crate) struct Codec<'a> {
+    direction: Direction<'a>,
     at: usize,
 }
 
-enum Place<'a> {
+enum Direction<'a> {
     Write(&'a mut [u8]),
     Read(&'a [u8]),
 }
 
-impl<'a> Record<'a> {
-    /// A record to write into `bytes`.
+impl<'a> Codec<'a> {
+    /// A checkpoint to write into `bytes`.
     pub(crate) fn write(bytes: &'a mut [u8]) -> Self {
         Self {
-            place: Place::Write(bytes),
+            direction: Direction::Write(bytes),
             at: 0,
         }
     }
 
-    /// A record to read from `bytes`.
+    /// A checkpoint to read from `bytes`.
     pub(crate) fn read(bytes: &'a [u8]) -> Self {
         Self {
-            place: Place::Read(bytes),
+            direction: Direction::Read(bytes),
             at: 0,
         }
     }
@@ -84,13 +84,13 @@ impl<'a> Record<'a> {
 
     /// Whether values are read, and not written.
     pub(crate) fn reads(&self) -> bool {
-        matches!(self.place, Place::Read(_))
+        matches!(self.direction, Direction::Read(_))
     }
 
     /// Everything was read.
-    pub(crate) fn end(&self) -> Result<(), RecordError> {
-        match &self.place {
-            Place::Read(bytes) if bytes.len() != self.at => Err(RecordError::Length {
+    pub(crate) fn end(&self) -> Result<(), CheckpointError> {
+        match &self.direction {
+            Direction::Read(bytes) if bytes.len() != self.at => Err(CheckpointError::Length {
                 bytes: bytes.len(),
                 needed: self.at,
             }),
@@ -98,16 +98,16 @@ impl<'a> Record<'a> {
         }
     }
 
-    pub(crate) fn bytes(&mut self, value: &mut [u8]) -> Result<(), RecordError> {
+    pub(crate) fn bytes(&mut self, value: &mut [u8]) -> Result<(), CheckpointError> {
         let (from, to) = (self.at, self.at + value.len());
-        let short = |bytes: usize| RecordError::Length { bytes, needed: to };
-        match &mut self.place {
-            Place::Write(bytes) => {
+        let short = |bytes: usize| CheckpointError::Length { bytes, needed: to };
+        match &mut self.direction {
+            Direction::Write(bytes) => {
                 let length = bytes.len();
                 let place = bytes.get_mut(from..to).ok_or(short(length))?;
                 place.copy_from_slice(value);
             }
-            Place::Read(bytes) => {
+            Direction::Read(bytes) => {
                 let place = bytes.get(from..to).ok_or(short(bytes.len()))?;
                 value.copy_from_slice(place);
             }
@@ -116,14 +116,14 @@ impl<'a> Record<'a> {
         Ok(())
     }
 
-    pub(crate) fn u64(&mut self, value: &mut u64) -> Result<(), RecordError> {
+    pub(crate) fn u64(&mut self, value: &mut u64) -> Result<(), CheckpointError> {
         let mut bytes = value.to_le_bytes();
         self.bytes(&mut bytes)?;
         *value = u64::from_le_bytes(bytes);
         Ok(())
     }
 
-    pub(crate) fn u32(&mut self, value: &mut u32) -> Result<(), RecordError> {
+    pub(crate) fn u32(&mut self, value: &mut u32) -> Result<(), CheckpointError> {
         let mut bytes = value.to_le_bytes();
         self.bytes(&mut bytes)?;
         *value = u32::from_le_bytes(bytes);
@@ -131,7 +131,7 @@ impl<'a> Record<'a> {
     }
 
     /// Bit by bit.
-    pub(crate) fn f64(&mut self, value: &mut f64) -> Result<(), RecordError> {
+    pub(crate) fn f64(&mut self, value: &mut f64) -> Result<(), CheckpointError> {
         let mut bits = value.to_bits();
         self.u64(&mut bits)?;
         *value = f64::from_bits(bits);
@@ -142,7 +142,7 @@ impl<'a> Record<'a> {
     pub(crate) fn f64s<'v>(
         &mut self,
         values: impl IntoIterator<Item = &'v mut f64>,
-    ) -> Result<(), RecordError> {
+    ) -> Result<(), CheckpointError> {
         values.into_iter().try_for_each(|value| self.f64(value))
     }
 
@@ -150,7 +150,7 @@ impl<'a> Record<'a> {
     pub(crate) fn rotation(
         &mut self,
         rotation: &mut UnitQuaternion<f64>,
-    ) -> Result<(), RecordError> {
+    ) -> Result<(), CheckpointError> {
         let mut coordinates = rotation.coords;
         self.f64s(coordinates.iter_mut())?;
         *rotation = UnitQuaternion::new_unchecked(coordinates.into());
@@ -158,12 +158,16 @@ impl<'a> Record<'a> {
     }
 
     /// Translation, then rotation.
-    pub(crate) fn pose(&mut self, pose: &mut Isometry3<f64>) -> Result<(), RecordError> {
+    pub(crate) fn pose(&mut self, pose: &mut Isometry3<f64>) -> Result<(), CheckpointError> {
         self.f64s(pose.translation.vector.iter_mut())?;
         self.rotation(&mut pose.rotation)
     }
 
-    pub(crate) fn bool(&mut self, what: &'static str, value: &mut bool) -> Result<(), RecordError> {
+    pub(crate) fn bool(
+        &mut self,
+        what: &'static str,
+        value: &mut bool,
+    ) -> Result<(), CheckpointError> {
         let mut code = u32::from(*value);
         self.u32(&mut code)?;
         *value = match code {
@@ -180,7 +184,7 @@ impl<'a> Record<'a> {
         what: &'static str,
         value: &mut usize,
         count: usize,
-    ) -> Result<(), RecordError> {
+    ) -> Result<(), CheckpointError> {
         let mut wide = *value as u64;
         self.u64(&mut wide)?;
         *value = usize::try_from(wide)
@@ -195,8 +199,8 @@ impl<'a> Record<'a> {
         &mut self,
         what: &'static str,
         value: &mut Option<T>,
-        mut inner: impl FnMut(&mut Self, &mut T) -> Result<(), RecordError>,
-    ) -> Result<(), RecordError> {
+        mut inner: impl FnMut(&mut Self, &mut T) -> Result<(), CheckpointError>,
+    ) -> Result<(), CheckpointError> {
         let mut present = value.is_some();
         self.bool(what, &mut present)?;
         if !present {
@@ -206,14 +210,18 @@ impl<'a> Record<'a> {
         inner(self, value.get_or_insert_default())
     }
 
-    /// Something that has to be the same where the record is read.
-    pub(crate) fn same(&mut self, what: &'static str, expected: u64) -> Result<(), RecordError> {
+    /// Something that has to be the same where the checkpoint is read.
+    pub(crate) fn same(
+        &mut self,
+        what: &'static str,
+        expected: u64,
+    ) -> Result<(), CheckpointError> {
         let mut found = expected;
         self.u64(&mut found)?;
         if found == expected {
             return Ok(());
         }
-        Err(RecordError::OtherArm {
+        Err(CheckpointError::OtherArm {
             what,
             found,
             expected,
@@ -221,6 +229,6 @@ impl<'a> Record<'a> {
     }
 }
 
-pub(crate) fn damaged(what: &'static str, found: u64) -> RecordError {
-    RecordError::Damaged { what, found }
+pub(crate) fn damaged(what: &'static str, found: u64) -> CheckpointError {
+    CheckpointError::Damaged { what, found }
 }
