@@ -14,7 +14,15 @@ const EXTENSIONS: [&str; 5] = ["toml", "json", "urdf", "xrdf", "yaml"];
 
 fn main() -> io::Result<()> {
     let variable = |name: &str| env::var_os(name).map(PathBuf::from).unwrap_or_default();
-    let root = variable("CARGO_MANIFEST_DIR").join("../..");
+    let own = variable("CARGO_MANIFEST_DIR");
+    // In a package both folders are part of it; here they are links, which
+    // cargo does not watch.
+    let checkout = own.join("../..");
+    let root = if checkout.join("cells").is_dir() {
+        checkout
+    } else {
+        own
+    };
     let target = variable("OUT_DIR").join("embedded.rs");
     println!("cargo::rerun-if-changed=build.rs");
     if env::var_os("CARGO_FEATURE_EMBED").is_none() {

@@ -1,7 +1,7 @@
 //! Kinds of behaviour inside one another: a state of a machine runs a tree, and
 //! a leaf of that tree runs another machine.
 //!
-//! `cargo run -p behavior --example nested`
+//! `cargo run -p robocell-behavior --example nested`
 #![allow(clippy::print_stdout, reason = "an example talks")]
 
 use std::error::Error;

@@ -1,6 +1,6 @@
 //! What a tick costs: the 27 nodes of a pick-and-place tree, ten ticks a phase,
 //! with leaves that do next to nothing.
-//! `cargo run --release -p behavior --example tree_cost`; with a number of
+//! `cargo run --release -p robocell-behavior --example tree_cost`; with a number of
 //! ticks behind it, that many are done once, for an instruction counter.
 #![allow(clippy::print_stdout, reason = "what it is for")]
 

@@ -9,12 +9,12 @@ use std::process::{Command, ExitCode};
 
 /// Packages whose programs a cell needs.
 const PACKAGES: [&str; 6] = [
-    "launch",
-    "physics-proc",
-    "controller-proc",
-    "task-proc",
-    "monitor-proc",
-    "cell-assets",
+    "robocell-launch",
+    "robocell-physics",
+    "robocell-controller",
+    "robocell-task-proc",
+    "robocell-monitor",
+    "robocell-cell-assets",
 ];
 
 /// Package of the benches.

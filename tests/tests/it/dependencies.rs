@@ -36,13 +36,19 @@ fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
 }
 
 const PROCESSES: [&str; 4] = [
-    "physics-proc",
-    "controller-proc",
-    "task-proc",
-    "monitor-proc",
+    "robocell-physics",
+    "robocell-controller",
+    "robocell-task-proc",
+    "robocell-monitor",
 ];
 const ENGINES: [&str; 2] = ["rapier3d-f64", "parry3d-f64"];
-const PURE: [&str; 5] = ["rmp", "behavior", "cell-model", "robocell-task", "demos"];
+const PURE: [&str; 5] = [
+    "robocell-rmp",
+    "robocell-behavior",
+    "robocell-cell-model",
+    "robocell-task",
+    "robocell-demos",
+];
 
 /// Names of all packages `package` is built from, built alone.
 fn closure(package: &str) -> BTreeSet<String> {
@@ -63,7 +69,7 @@ fn closure(package: &str) -> BTreeSet<String> {
 #[test]
 fn only_what_joins_the_cores_knows_a_process() {
     for (name, dependencies) in dependencies() {
-        if name != "cell-sim" && name != "robocell-benches" {
+        if name != "robocell-cell-sim" && name != "robocell-benches" {
             let known: Vec<_> = PROCESSES
                 .iter()
                 .filter(|p| dependencies.contains(**p))
@@ -79,13 +85,13 @@ fn what_is_pure_knows_neither_bus_nor_engine_however_far_down() {
         let all = closure(name);
         let impure: Vec<_> = all
             .iter()
-            .filter(|known| known.starts_with("iceoryx2") || *known == "cell-bus")
+            .filter(|known| known.starts_with("iceoryx2") || *known == "robocell-cell-bus")
             .chain(all.iter().filter(|known| ENGINES.contains(&known.as_str())))
             .collect();
         assert!(impure.is_empty(), "{name} is built from {impure:?}");
     }
     let all = dependencies();
-    for name in ["rmp", "behavior"] {
+    for name in ["robocell-rmp", "robocell-behavior"] {
         assert!(
             all[name].iter().all(|other| !all.contains_key(other)),
             "{name} is usable alone"
@@ -105,7 +111,7 @@ fn only_physics_knows_the_engine() {
     for (name, dependencies) in dependencies() {
         let known = ENGINES.iter().any(|engine| dependencies.contains(*engine));
         assert!(
-            !known || name == "physics-proc" || name == "robocell-tests",
+            !known || name == "robocell-physics" || name == "robocell-tests",
             "{name}"
         );
     }
@@ -113,9 +119,9 @@ fn only_physics_knows_the_engine() {
 
 #[test]
 fn the_built_in_cells_are_known_to_programs_only() {
-    let programs = ["launch", "robocell-task-program"];
+    let programs = ["robocell-launch", "robocell-task-program"];
     for (name, dependencies) in dependencies() {
-        let known = dependencies.contains("cell-files");
+        let known = dependencies.contains("robocell-cell-files");
         assert!(!known || programs.contains(&name.as_str()), "{name}");
     }
 }
@@ -123,8 +129,8 @@ fn the_built_in_cells_are_known_to_programs_only() {
 #[test]
 fn nothing_but_the_benches_depends_on_the_launcher_or_the_tests() {
     for (name, dependencies) in dependencies() {
-        for leaf in ["robocell-tests", "launch", "robocell-benches"] {
-            let measures = name == "robocell-benches" && leaf == "launch";
+        for leaf in ["robocell-tests", "robocell-launch", "robocell-benches"] {
+            let measures = name == "robocell-benches" && leaf == "robocell-launch";
             assert!(
                 measures || !dependencies.contains(leaf),
                 "{name} depends on {leaf}"

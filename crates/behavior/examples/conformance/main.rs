@@ -1,5 +1,5 @@
 //! Runs cases made from the two reference libraries, one a line:
-//! `cargo run --release -p behavior --example conformance -- CASES.jsonl`
+//! `cargo run --release -p robocell-behavior --example conformance -- CASES.jsonl`
 //!
 //! Prints the first failures and, as its closing line, `N passed, M failed`.
 #![allow(clippy::print_stdout, reason = "what it is for")]
