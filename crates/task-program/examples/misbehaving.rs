@@ -3,10 +3,15 @@
 
 use std::process::ExitCode;
 
-use robocell_task::{ArmIntent, Job, Observation, Output, Policies, Policy, Pose};
+use robocell_task::{ArmIntent, Job, Observation, Outcome, Output, Policies, Policy, Pose};
 
 /// Everything is well until then (s).
 const BEGINS_S: f64 = 1.0;
+
+const TARGET: Pose = Pose {
+    position: [0.4, 0.2, 0.4],
+    orientation_wxyz: [0.0, 1.0, 0.0, 0.0],
+};
 
 #[derive(Clone, Copy)]
 enum Defect {
@@ -30,10 +35,7 @@ impl Policy for Misbehaving {
         reason = "the defects of this program"
     )]
     fn decide(&self, (): &mut (), cell: &Observation<'_>, _: &mut Job, out: &mut Output) {
-        let mut target = Pose {
-            position: [0.4, 0.2, 0.4],
-            orientation_wxyz: [0.0, 1.0, 0.0, 0.0],
-        };
+        let mut target = TARGET;
         if cell.time().seconds() >= BEGINS_S {
             match self.0 {
                 Defect::Panics => panic!("the policy has a defect"),
@@ -52,6 +54,22 @@ impl Policy for Misbehaving {
     }
 }
 
+/// Has the name of the circle's policy, but remembers something else: a program
+/// that was changed and built again while its cell runs.
+struct Rebuilt;
+
+impl Policy for Rebuilt {
+    type Memory = u64;
+
+    fn decide(&self, count: &mut u64, _: &Observation<'_>, _: &mut Job, out: &mut Output) {
+        *count += 1;
+        out.arm(0, ArmIntent::pose(1, TARGET));
+        if *count > 100 {
+            out.outcome = Outcome::Done;
+        }
+    }
+}
+
 fn main() -> ExitCode {
     let policy = |policies: Policies, name: &str, defect| {
         policies.policy(name, move |_| Misbehaving(defect))
@@ -62,5 +80,6 @@ fn main() -> ExitCode {
     policies = policy(policies, "hangs", Defect::Hangs);
     policies = policy(policies, "not_a_number", Defect::NotANumber);
     policies = policy(policies, "out_of_this_world", Defect::OutOfThisWorld);
+    policies = policies.policy("circle", |_| Rebuilt);
     robocell_task_program::main(policies)
 }

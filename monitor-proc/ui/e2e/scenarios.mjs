@@ -88,7 +88,10 @@ async function gizmo({ page, look, until, press, near }) {
   await until("the task works", (r) => r.store.status.task.outcome === "running");
   await press("robocell task pause");
   await until("the task is paused", flag(TASK_PAUSED));
-  await until("the arm stands", (r) => r.store.snapshot.arms[0].accelerations.every((a) => a === 0));
+  await until("the arm is at rest", (r) => {
+    const { velocities, accelerations } = r.store.snapshot.arms[0];
+    return [...velocities, ...accelerations].every((rate) => Math.abs(rate) < 1e-3);
+  });
   const before = await look((r) => r.store.snapshot.arms[0].tcp.slice(0, 3));
   const [x, y] = await look((r) => r.view.screenOf("gizmo z"));
   await page.mouse.move(x, y);

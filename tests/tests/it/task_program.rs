@@ -5,6 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use robocell_tests::cell::{TestCell, base};
+use robocell_tests::fault::kill_and_wait;
 use robocell_tests::program::{Said, example, finish, robocell};
 use robocell_tests::recording::{same, verify};
 
@@ -158,6 +159,32 @@ fn that_hangs_is_killed_and_given_up_while_the_arm_holds() {
     let said = cell.wait_end();
     assert_eq!(said.code, 6, "{said:?}");
     assert!(said.stderr.contains("task"), "{said:?}");
+}
+
+#[test]
+fn that_was_built_anew_and_remembers_something_else_starts_without_a_checkpoint() {
+    let base = base();
+    let program = base.path().join("program");
+    std::fs::copy(example("circle"), &program).unwrap();
+    let (data, path) = (circle_data(), program.to_str().unwrap().to_owned());
+    let arguments = ["circle", "--data", data.to_str().unwrap(), "--task", &path];
+    let more = ["--headless", "--until-done"];
+    let mut cell = TestCell::start_in(base, &[&arguments[..], &more].concat());
+    cell.wait_up();
+    let rebuilt = program.with_extension("new");
+    std::fs::copy(example("misbehaving"), &rebuilt).unwrap();
+    std::fs::rename(&rebuilt, &program).unwrap();
+    kill_and_wait(&cell, "task");
+    let said = cell.wait_end();
+    assert_eq!(said.code, 0, "{said:?}");
+    let log = |name: &str| std::fs::read_to_string(cell.run_dir().join("logs").join(name));
+    let warnings = log("task.log").unwrap();
+    let warned = warnings
+        .matches("the task's checkpoint cannot be read")
+        .count();
+    assert_eq!(warned, 1, "{warnings}");
+    let trace = log("trace.log").unwrap();
+    assert!(trace.contains("started without a checkpoint"), "{trace}");
 }
 
 #[test]
