@@ -19,7 +19,7 @@ use crate::ring;
 /// resumes where the old one was killed.
 pub trait Policy: Send {
     /// All it remembers from one decision to the next. It is in the checkpoint
-    /// of every decision; [`Policy::Memory::default`] is the memory before the
+    /// of every decision; `Memory::default()` is the memory before the
     /// first one.
     type Memory: Default + Serialize + DeserializeOwned + Send;
 
