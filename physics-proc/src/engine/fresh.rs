@@ -1,4 +1,4 @@
-//! Which contacts are computed anew in every tick, and who may not sleep.
+//! Which contacts are recomputed in every tick, and which bodies may not sleep.
 
 use rapier3d_f64::prelude::*;
 
@@ -6,7 +6,7 @@ use crate::engine::contacts::Contacts;
 use crate::engine::objects::Objects;
 use crate::engine::settings::{FEW_OBJECTS, FRESH};
 
-/// Contacts of held objects are computed anew in every tick, as those of the
+/// Contacts of held objects are recomputed in every tick, as those of the
 /// hand; where there are few objects, those of all but bins and parts, which
 /// stand still without. What is touched stays awake. `attached` says which
 /// objects a cup has.

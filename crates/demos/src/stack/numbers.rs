@@ -35,7 +35,7 @@ pub struct StackTask {
     /// The gripper is open when within this of the open width (m).
     pub gripper_tolerance_m: f64,
     /// A cube that moved further than this in the plane while it is picked
-    /// makes the pick-up begin again (m).
+    /// restarts the pick-up (m).
     pub move_tolerance_m: f64,
     /// A held cube further than this from the TCP was lost (m).
     pub drop_distance_m: f64,

@@ -174,7 +174,7 @@ impl World {
             waits(self).map_or(0, |bin| u32::try_from(bin + 1).unwrap());
     }
 
-    /// The task is killed and another one goes on from its checkpoint.
+    /// The task is killed, and a new one resumes from its checkpoint.
     fn restart(&mut self) {
         let record = self.task.checkpoint();
         self.task = task(&self.cell);

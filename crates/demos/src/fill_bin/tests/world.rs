@@ -35,7 +35,7 @@ pub(super) struct World {
     pub(super) fallen: Isometry3<f64>,
     /// It falls when it is let go, too.
     pub(super) falls: bool,
-    /// The task is made anew from its checkpoint before every decision.
+    /// A new task is restored from the checkpoint before every decision.
     pub(super) restarts: bool,
 }
 

@@ -19,7 +19,7 @@ pub(crate) enum Choice {
     Taken(usize),
     /// The task is reset.
     Reset,
-    /// The task is killed, and another one goes on from its checkpoint.
+    /// The task is killed, and a new one resumes from its checkpoint.
     Killed,
     /// The same, and meanwhile what is in the hand falls out.
     KilledLost,

@@ -30,7 +30,7 @@ pub(crate) enum Choice {
     Heard(usize),
     /// The task is reset.
     Reset,
-    /// The task is killed, and another one goes on from its checkpoint.
+    /// The task is killed, and a new one resumes from its checkpoint.
     Killed,
     /// The same, and meanwhile a cube falls out of the hand.
     KilledLost(usize),
