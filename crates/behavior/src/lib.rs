@@ -15,6 +15,7 @@ pub mod board;
 pub mod descriptor;
 pub mod finding;
 pub mod graph;
+pub mod inline;
 pub mod machine;
 pub mod matrix;
 pub mod status;

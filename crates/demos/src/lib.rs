@@ -7,6 +7,7 @@
 
 pub mod bin_stack;
 pub mod check;
+pub mod cube;
 pub mod failure;
 pub mod fill_bin;
 pub mod palletize;
@@ -15,11 +16,13 @@ pub mod reach;
 pub mod stack;
 pub mod ur10;
 
+use robocell_skills::with_file_jobs;
 use robocell_task::Policies;
 
 /// All demos.
 pub fn policies() -> Policies {
-    Policies::new()
+    with_file_jobs(Policies::new())
+        .with(cube::kind())
         .with(stack::kind())
         .with(pyramid::kind())
         .with(reach::kind())

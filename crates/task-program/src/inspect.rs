@@ -76,7 +76,7 @@ pub fn check(program: &Program, kind: Kind, file: &Path) -> Result<Vec<Finding>,
         Kind::Tree => {
             let include = includes(file);
             let source = source(&name, &text, &include);
-            Ok(trees(program)?.check(&program.data, &source)?)
+            with_trees(program, |tools| tools.check(&program.data, &source))
         }
         Kind::Machine => match table(&name, &text)? {
             Table::Machine(table) => Ok(machine::check(&table)),
@@ -91,7 +91,10 @@ pub fn check(program: &Program, kind: Kind, file: &Path) -> Result<Vec<Finding>,
 /// When there is no such kind.
 pub fn schema(program: &Program, what: &str) -> Result<serde_json::Value, InspectError> {
     match what {
-        "tree" => Ok(trees(program)?.schema(&program.data)?),
+        "tree" => program
+            .policies
+            .tree_schema(&program.data)?
+            .ok_or_else(no_trees),
         "machine" => Ok(behavior::machine::schema()),
         "cell" => Ok(program.policies.cell_schema()),
         _ => Err(InspectError::Behaviour(format!(
@@ -111,7 +114,7 @@ fn graph_of_file(program: &Program, kind: Kind, file: &Path) -> Result<Graph, In
     if kind == Kind::Tree {
         let include = includes(file);
         let source = source(&name, &text, &include);
-        return Ok(trees(program)?.graph(&program.data, &source)?);
+        return with_trees(program, |tools| tools.graph(&program.data, &source));
     }
     Ok(match table(&name, &text)? {
         Table::Machine(table) => table.describe(),
@@ -149,11 +152,30 @@ fn has_precedence(file: &str, text: &str) -> bool {
     }
 }
 
-fn trees(program: &Program) -> Result<&TreeTools, InspectError> {
-    program.policies.trees().ok_or_else(|| {
-        let problem = "this task program has no node types for trees in files";
-        InspectError::Behaviour(problem.to_owned())
-    })
+/// What the first kind of trees answers that takes the file; where none does,
+/// the shortest list of errors: the others do not know its node types.
+fn with_trees<T>(
+    program: &Program,
+    ask: impl Fn(&TreeTools) -> Result<T, TreeError>,
+) -> Result<T, InspectError> {
+    let mut shortest: Option<TreeError> = None;
+    for tools in program.policies.trees() {
+        match ask(tools) {
+            Ok(answer) => return Ok(answer),
+            Err(error) => {
+                let lines = |error: &TreeError| error.to_string().lines().count();
+                if shortest.as_ref().is_none_or(|s| lines(&error) < lines(s)) {
+                    shortest = Some(error);
+                }
+            }
+        }
+    }
+    Err(shortest.map_or_else(no_trees, InspectError::Tree))
+}
+
+fn no_trees() -> InspectError {
+    let problem = "this task program has no node types for trees in files";
+    InspectError::Behaviour(problem.to_owned())
 }
 
 /// Text of a file that looks like one of that kind.

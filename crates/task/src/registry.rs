@@ -12,7 +12,7 @@ pub use crate::error::TaskError;
 use crate::policy::{AnyPolicy, Policy, boxed};
 use crate::settings::{NoSettings, Settings, SetupError};
 use crate::task::Task;
-use crate::trees::TreeTools;
+use crate::trees::{self, TreeError, TreeTools};
 
 type Make<S> = Box<dyn Fn(&S, &Cell) -> Result<Box<dyn AnyPolicy>, SetupError> + Send + Sync>;
 
@@ -159,9 +159,26 @@ impl Policies {
         .task(cell, policy)
     }
 
-    /// The trees of the first kind that has node types.
-    pub fn trees(&self) -> Option<&TreeTools> {
-        self.kinds.iter().find_map(|kind| kind.trees())
+    /// Those of the kinds whose trees can be written in files.
+    pub fn trees(&self) -> Vec<&TreeTools> {
+        self.kinds.iter().filter_map(|kind| kind.trees()).collect()
+    }
+
+    /// The JSON Schema of a tree in a file, with the node types of all kinds;
+    /// `None` where no kind has any.
+    ///
+    /// # Errors
+    /// When the node types cannot be had.
+    pub fn tree_schema(&self, data: &Data) -> Result<Option<Value>, TreeError> {
+        let mut all: Option<Value> = None;
+        for tools in self.trees() {
+            let schema = tools.schema(data)?;
+            match &mut all {
+                None => all = Some(schema),
+                Some(all) => trees::merge_schema(all, &schema),
+            }
+        }
+        Ok(all)
     }
 
     /// The JSON Schema of a cell file, with the `[task]` tables of all kinds.

@@ -79,3 +79,22 @@ impl TreeTools {
         (self.schema)(data)
     }
 }
+
+/// Adds the node types of one schema of trees to another.
+pub(crate) fn merge_schema(all: &mut Value, more: &Value) {
+    for definition in ["node", "guard"] {
+        for list in ["/allOf", "/properties/type/enum", "/properties/type/anyOf"] {
+            let path = format!("/$defs/{definition}{list}");
+            let added = more.pointer(&path).and_then(Value::as_array);
+            let known = all.pointer_mut(&path).and_then(Value::as_array_mut);
+            if let (Some(known), Some(added)) = (known, added) {
+                let new: Vec<Value> = added
+                    .iter()
+                    .filter(|item| !known.contains(item))
+                    .cloned()
+                    .collect();
+                known.extend(new);
+            }
+        }
+    }
+}

@@ -51,6 +51,9 @@ fn a_policy_is_shown_as_text_mermaid_and_dot() {
 fn the_files_of_the_demos_have_no_errors() {
     for (kind, file) in [
         ("bt", "cells/franka-pyramid.tree.json"),
+        ("bt", "cells/cube/cube.tree.json"),
+        ("fsm", "cells/cube/cube.machine.toml"),
+        ("fsm", "cells/cube/cube.matrix.toml"),
         ("fsm", "crates/behavior/examples/palletizing.toml"),
         ("fsm", "crates/behavior/examples/fill_bin.toml"),
         ("fsm", "crates/behavior/examples/bin_stacking.toml"),

@@ -115,6 +115,38 @@ pub fn load<H: Host>(
     shared: &mut Board,
 ) -> Result<Tree<H>, Errors> {
     let read = read(source, library, constants, shared)?;
+    grow(source.file, Location::START, read, shared)
+}
+
+/// Makes the tree of one node that is written in another kind of file.
+pub(crate) fn load_node<H: Host>(
+    file: &str,
+    name: &str,
+    root: &json::Value,
+    library: &Library<H>,
+    constants: &BTreeMap<String, Value>,
+    shared: &mut Board,
+) -> Result<Tree<H>, Errors> {
+    let errors = Errors::default();
+    let mut builder = build::Builder::new(library, constants.clone(), shared.clone(), errors);
+    let site = build::Site {
+        file,
+        prefix: String::new(),
+        ports: None,
+    };
+    let Some(node) = builder.node(&site, root, nodes::Seat::ROOT) else {
+        return Err(builder.errors.sorted());
+    };
+    let read = finish(builder, name.to_owned(), node)?;
+    grow(file, root.place, read, shared)
+}
+
+fn grow<H: Host>(
+    file: &str,
+    place: Location,
+    read: Read<H>,
+    shared: &mut Board,
+) -> Result<Tree<H>, Errors> {
     match Tree::new(&read.name, read.root, read.local) {
         Ok(tree) => {
             *shared = read.shared;
@@ -123,7 +155,7 @@ pub fn load<H: Host>(
         Err(error) => {
             let mut errors = Errors::default();
             for problem in error.problems {
-                errors.push(source.file, Location::START, problem.to_string());
+                errors.push(file, place, problem.to_string());
             }
             Err(errors)
         }

@@ -25,11 +25,32 @@ pub fn schema() -> Value {
             },
             "during": {
                 "description": "What runs while the state is active, and what its results fire.",
-                "oneOf": [{"type": "string"}, object(&["run"], json!({
-                    "run": {"type": "string"},
+                "oneOf": [{"type": "string"}, object(&[], json!({
+                    "run": {"type": "string", "description": "A behaviour by its name."},
+                    "steps": {"$ref": "#/$defs/steps"},
                     "success": {"type": "string"},
                     "failure": {"type": "string"}
                 }))]
+            },
+            "steps": {
+                "description": "Steps, one after the other.",
+                "type": "array",
+                "items": {"$ref": "#/$defs/step"}
+            },
+            "step": {
+                "description": "Node type and its ports, as in a tree of the same task program.",
+                "type": "object",
+                "required": ["do"],
+                "properties": {
+                    "do": {"type": "string"},
+                    "not": {"type": "boolean", "description": "Turns the answer round."},
+                    "children": {"$ref": "#/$defs/steps"}
+                }
+            },
+            "conditions": {
+                "description": "By name: what is asked.",
+                "type": "object",
+                "additionalProperties": {"$ref": "#/$defs/step"}
             },
             "state": state(),
             "row": row(),
@@ -78,7 +99,9 @@ fn machine() -> Value {
             "finalize_event": names("Run at the end of every trigger."),
             "on_final": names("Run when the machine has become final."),
             "auto_transitions": {"type": "boolean", "default": false},
-            "ignore_invalid_triggers": {"type": "boolean", "default": false}
+            "ignore_invalid_triggers": {"type": "boolean", "default": false},
+            "conditions": {"$ref": "#/$defs/conditions"},
+            "events": {"$ref": "#/$defs/conditions"}
         }),
     )
 }
@@ -164,7 +187,17 @@ fn matrix() -> Value {
                 "description": "By state: what is called for an event.",
                 "additionalProperties": cells
             },
-            "every": every
+            "every": every,
+            "events": {"$ref": "#/$defs/conditions"},
+            "handlers": {
+                "description": "By name: the steps a handler starts.",
+                "type": "object",
+                "additionalProperties": object(&["steps"], json!({
+                    "steps": {"$ref": "#/$defs/steps"},
+                    "success": {"type": "string", "description": "Event once all succeeded."},
+                    "failure": {"type": "string", "description": "Event once one failed."}
+                }))
+            }
         }),
     )
 }

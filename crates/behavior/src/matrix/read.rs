@@ -6,6 +6,7 @@ use super::table::Table;
 use crate::descriptor::json::{Data, Entry, Value};
 use crate::machine::problem::Collector;
 use crate::machine::read::fields::{Fields, name_of};
+use crate::machine::read::machine::run_name;
 use crate::machine::read::text;
 use crate::machine::{Final, Name, Problems};
 
@@ -19,9 +20,12 @@ const FILE: &[&str] = &[
     "initial",
     "cells",
     "every",
+    // The host's, see `crate::inline`.
+    "events",
+    "handlers",
 ];
 const STATE: &[&str] = &["name", "final", "during"];
-const DURING: &[&str] = &["run", "success", "failure"];
+const DURING: &[&str] = &["run", "steps", "success", "failure"];
 const CELL: &[&str] = &["handler", "goto"];
 
 impl Definition {
@@ -93,23 +97,25 @@ fn state(value: &Value, problems: &mut Collector) -> Option<StateDef> {
         });
     }
     let fields = Fields::open(value, "a state", STATE, problems)?;
+    let name = fields.required("name", problems)?;
+    let during = fields
+        .get("during")
+        .and_then(|value| during(value, &name.text, problems));
     Some(StateDef {
-        name: fields.required("name", problems)?,
         end: if fields.flag("final", false, problems) {
             Final::Success
         } else {
             Final::No
         },
-        during: fields
-            .get("during")
-            .and_then(|value| during(value, problems)),
+        during,
+        name,
     })
 }
 
-fn during(value: &Value, problems: &mut Collector) -> Option<DuringDef> {
+fn during(value: &Value, state: &str, problems: &mut Collector) -> Option<DuringDef> {
     let fields = Fields::open(value, "'during'", DURING, problems)?;
     Some(DuringDef {
-        run: fields.required("run", problems)?,
+        run: run_name(&fields, state, problems)?,
         success: fields.name("success", problems),
         failure: fields.name("failure", problems),
     })

@@ -8,6 +8,7 @@
 
 mod bin_stack;
 mod clearance;
+mod cube;
 mod fill_bin;
 mod palletize;
 mod pyramid;

@@ -4,7 +4,7 @@ use super::fields::{Fields, name_of};
 use super::text;
 use crate::descriptor::json::{Data, Value};
 use crate::machine::definition::{
-    Definition, DestDef, DuringDef, Final, OrderedDef, RowDef, SourceDef, StateDef,
+    Definition, DestDef, DuringDef, Final, Name, OrderedDef, RowDef, SourceDef, StateDef,
 };
 use crate::machine::ids::Vocabulary;
 use crate::machine::problem::{Collector, Problems};
@@ -28,6 +28,9 @@ const FILE: &[&str] = &[
     "on_final",
     "auto_transitions",
     "ignore_invalid_triggers",
+    // The host's, see `crate::inline`.
+    "conditions",
+    "events",
 ];
 const STATE: &[&str] = &[
     "name", "enter", "exit", "initial", "children", "parallel", "final", "during",
@@ -44,7 +47,7 @@ const ROW: &[&str] = &[
     "after",
 ];
 const ORDERED: &[&str] = &["trigger", "states", "loop", "conditions", "unless"];
-const DURING: &[&str] = &["run", "success", "failure"];
+const DURING: &[&str] = &["run", "steps", "success", "failure"];
 
 impl Definition {
     /// Reads a definition: JSON if the name of the file ends with `.json`, TOML
@@ -80,7 +83,7 @@ impl Definition {
 fn definition(file: &str, value: &Value, problems: &mut Collector) -> Option<Definition> {
     let fields = Fields::open(value, "a machine", FILE, problems)?;
     fields.check_version(problems);
-    let states = states(fields.list("states", problems), 0, problems);
+    let states = states(fields.list("states", problems), "", 0, problems);
     let rows = fields.list("rows", problems).iter();
     let rows = rows.filter_map(|value| row(value, problems)).collect();
     let chains = fields.list("ordered", problems).iter();
@@ -108,7 +111,7 @@ fn definition(file: &str, value: &Value, problems: &mut Collector) -> Option<Def
     })
 }
 
-fn states(values: &[Value], depth: usize, problems: &mut Collector) -> Vec<StateDef> {
+fn states(values: &[Value], parent: &str, depth: usize, problems: &mut Collector) -> Vec<StateDef> {
     let read = values.iter().filter_map(|value| match &value.data {
         Data::Text(_) => {
             let name = name_of(value, problems)?;
@@ -117,12 +120,12 @@ fn states(values: &[Value], depth: usize, problems: &mut Collector) -> Vec<State
                 ..StateDef::new("")
             })
         }
-        _ => state(value, depth, problems),
+        _ => state(value, parent, depth, problems),
     });
     read.collect()
 }
 
-fn state(value: &Value, depth: usize, problems: &mut Collector) -> Option<StateDef> {
+fn state(value: &Value, parent: &str, depth: usize, problems: &mut Collector) -> Option<StateDef> {
     let fields = Fields::open(value, "a state", STATE, problems)?;
     let name = fields.required("name", problems)?;
     let children = fields.list("children", problems);
@@ -130,14 +133,18 @@ fn state(value: &Value, depth: usize, problems: &mut Collector) -> Option<StateD
         problems.add(name.place, "states too deep in one another");
         return None;
     }
+    let full = match parent {
+        "" => name.text.clone(),
+        parent => format!("{parent}.{}", name.text),
+    };
     Some(StateDef {
         enter: fields.names("enter", problems),
         exit: fields.names("exit", problems),
         initial: fields.name("initial", problems),
-        children: states(children, depth + 1, problems),
+        children: states(children, &full, depth + 1, problems),
         parallel: fields.flag("parallel", false, problems),
         end: end(&fields, problems),
-        during: during(&fields, problems),
+        during: during(&fields, &full, problems),
         name,
     })
 }
@@ -162,7 +169,7 @@ fn end(fields: &Fields<'_>, problems: &mut Collector) -> Final {
     }
 }
 
-fn during(fields: &Fields<'_>, problems: &mut Collector) -> Option<DuringDef> {
+fn during(fields: &Fields<'_>, state: &str, problems: &mut Collector) -> Option<DuringDef> {
     let value = fields.get("during")?;
     if value.as_text().is_some() {
         return Some(DuringDef {
@@ -173,10 +180,27 @@ fn during(fields: &Fields<'_>, problems: &mut Collector) -> Option<DuringDef> {
     }
     let fields = Fields::open(value, "'during'", DURING, problems)?;
     Some(DuringDef {
-        run: fields.required("run", problems)?,
+        run: run_name(&fields, state, problems)?,
         success: fields.name("success", problems),
         failure: fields.name("failure", problems),
     })
+}
+
+/// What is run: a named behaviour, or the steps written here, which go by the
+/// name of their state.
+pub(crate) fn run_name(fields: &Fields<'_>, state: &str, problems: &mut Collector) -> Option<Name> {
+    match (fields.get("steps"), fields.get("run")) {
+        (Some(steps), None) => Some(Name {
+            text: state.to_owned(),
+            place: steps.place.into(),
+        }),
+        (Some(steps), Some(_)) => {
+            let message = "'during' has 'run' and 'steps'; keep one of them";
+            problems.add(steps.place.into(), message);
+            None
+        }
+        (None, _) => fields.required("run", problems),
+    }
 }
 
 fn row(value: &Value, problems: &mut Collector) -> Option<RowDef> {

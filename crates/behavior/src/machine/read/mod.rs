@@ -1,5 +1,5 @@
 //! Machines and matrices from files.
 
 pub(crate) mod fields;
-mod machine;
+pub(crate) mod machine;
 pub(crate) mod text;

@@ -1,0 +1,260 @@
+//! Behaviours written inside a machine or matrix file: steps of states and
+//! handlers, and conditions behind guards and events. Their node types are the
+//! host's, as in a tree.
+//!
+//! A step is a table: `do` names the node type, the other keys are its ports.
+//! `not = true` turns its answer round. `id`, `name`, `modifiers` and `children`
+//! mean what they mean in a tree.
+
+use std::collections::BTreeMap;
+
+use crate::board::Board;
+use crate::descriptor::json::{Data, Entry, Location, Value as Json};
+use crate::descriptor::{self, Errors};
+use crate::machine::read::text;
+use crate::machine::{Location as Place, Problem, Problems};
+use crate::suggest;
+use crate::tree::{Host, Library, Tree};
+
+/// Keys of a step that are no ports.
+const STEP_KEYS: &[&str] = &["do", "id", "name", "doc", "not", "modifiers", "children"];
+/// Keys of a handler.
+const HANDLER_KEYS: &[&str] = &["steps", "success", "failure"];
+
+/// A named list of steps, or a named condition.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Its name: that of the state, the handler, the guard or the event.
+    pub name: String,
+    /// A handler's event that is pending once its steps succeeded.
+    pub success: Option<String>,
+    /// And once one of them failed.
+    pub failure: Option<String>,
+    place: Location,
+    steps: Json,
+}
+
+/// What a machine or matrix file leaves to its host.
+#[derive(Clone, Debug, Default)]
+pub struct Inline {
+    /// Steps that states run, by the name of the state.
+    pub states: Vec<Part>,
+    /// What guards ask, by the name of the guard.
+    pub conditions: Vec<Part>,
+    /// What makes an event pending or fires a trigger, by its name.
+    pub events: Vec<Part>,
+    /// Steps that handlers of a matrix start, by the name of the handler.
+    pub handlers: Vec<Part>,
+}
+
+impl Inline {
+    /// Reads these parts of a file.
+    ///
+    /// # Errors
+    /// Every mistake in their shape, with its place.
+    pub fn read(file: &str, text: &str) -> Result<Self, Problems> {
+        let root = text::parse(file, text)?;
+        let mut reader = Reader {
+            problems: Vec::new(),
+        };
+        let mut inline = Self::default();
+        for state in list(root.get("states")) {
+            reader.state(state, "", &mut inline.states);
+        }
+        inline.conditions = reader.conditions(root.get("conditions"));
+        inline.events = reader.conditions(root.get("events"));
+        for entry in entries(root.get("handlers")) {
+            inline.handlers.extend(reader.handler(entry));
+        }
+        if reader.problems.is_empty() {
+            return Ok(inline);
+        }
+        Err(Problems::new(file, reader.problems))
+    }
+}
+
+impl Part {
+    /// The tree of its steps: one after the other, each until it succeeded.
+    ///
+    /// # Errors
+    /// Everything that is wrong in them, with line and column.
+    pub fn tree<H: Host>(
+        &self,
+        file: &str,
+        library: &Library<H>,
+        shared: &mut Board,
+    ) -> Result<Tree<H>, Errors> {
+        let children = list(Some(&self.steps)).iter().enumerate();
+        let children = children.map(|(index, step)| node(step, &format!("{}.{index}", self.name)));
+        let root = object(
+            self.place,
+            [
+                ("id", text_value(self.place, &self.name)),
+                ("type", text_value(self.place, "Sequence")),
+                (
+                    "ports",
+                    object(
+                        self.place,
+                        [("memory", value(self.place, Data::Bool(true)))],
+                    ),
+                ),
+                (
+                    "children",
+                    value(self.place, Data::List(children.collect())),
+                ),
+            ],
+        );
+        descriptor::load_node(file, &self.name, &root, library, &BTreeMap::new(), shared)
+    }
+}
+
+struct Reader {
+    problems: Vec<Problem>,
+}
+
+impl Reader {
+    fn add(&mut self, place: Location, message: String) {
+        self.problems.push(Problem {
+            place: Place::from(place),
+            message,
+        });
+    }
+
+    fn state(&mut self, state: &Json, parent: &str, out: &mut Vec<Part>) {
+        let Some(name) = state.get("name").and_then(Json::as_text) else {
+            return;
+        };
+        let full = match parent {
+            "" => name.to_owned(),
+            parent => format!("{parent}.{name}"),
+        };
+        if let Some(steps) = state.get("during").and_then(|during| during.get("steps")) {
+            out.extend(self.part(&full, state.place, steps));
+        }
+        for child in list(state.get("children")) {
+            self.state(child, &full, out);
+        }
+    }
+
+    fn conditions(&mut self, table: Option<&Json>) -> Vec<Part> {
+        let entries = entries(table).iter();
+        let part = |entry: &Entry| {
+            let steps = value(entry.value.place, Data::List(vec![entry.value.clone()]));
+            self.part(&entry.key, entry.place, &steps)
+        };
+        entries.filter_map(part).collect()
+    }
+
+    fn handler(&mut self, entry: &Entry) -> Option<Part> {
+        let steps = entry.value.get("steps");
+        for key in entries(Some(&entry.value)) {
+            if !HANDLER_KEYS.contains(&key.key.as_str()) {
+                let advice = suggest::advice(&key.key, HANDLER_KEYS);
+                let message = format!("a handler has no key '{}'; {advice}", key.key);
+                self.add(key.place, message);
+            }
+        }
+        let Some(steps) = steps else {
+            let message = format!("handler '{}' has no steps; add steps = [..]", entry.key);
+            self.add(entry.place, message);
+            return None;
+        };
+        let word = |key: &str| entry.value.get(key).and_then(Json::as_text);
+        let part = self.part(&entry.key, entry.place, steps)?;
+        Some(Part {
+            success: word("success").map(str::to_owned),
+            failure: word("failure").map(str::to_owned),
+            ..part
+        })
+    }
+
+    fn part(&mut self, name: &str, place: Location, steps: &Json) -> Option<Part> {
+        if steps.as_list().is_none() {
+            let message = format!("a list of steps is needed here, not {}", steps.describe());
+            self.add(steps.place, message);
+            return None;
+        }
+        for step in list(Some(steps)) {
+            self.check_step(step);
+        }
+        Some(Part {
+            name: name.to_owned(),
+            success: None,
+            failure: None,
+            place,
+            steps: steps.clone(),
+        })
+    }
+
+    fn check_step(&mut self, step: &Json) {
+        if step.get("do").and_then(Json::as_text).is_none() {
+            let message = "a step is a table with do = \"NODE TYPE\" and its ports".to_owned();
+            self.add(step.place, message);
+        }
+        for child in list(step.get("children")) {
+            self.check_step(child);
+        }
+    }
+}
+
+/// A step in the form of a node of a tree.
+fn node(step: &Json, id: &str) -> Json {
+    let place = step.place;
+    let given = |key: &str| step.get(key).cloned();
+    let ports: Vec<Entry> = entries(Some(step))
+        .iter()
+        .filter(|entry| !STEP_KEYS.contains(&entry.key.as_str()))
+        .cloned()
+        .collect();
+    let mut parts = vec![
+        ("id", given("id").unwrap_or_else(|| text_value(place, id))),
+        ("type", given("do").unwrap_or_else(|| text_value(place, ""))),
+        ("ports", value(place, Data::Object(ports))),
+    ];
+    parts.extend(given("name").map(|name| ("name", name)));
+    let mut modifiers: Vec<Json> = list(step.get("modifiers")).to_vec();
+    if step
+        .get("not")
+        .is_some_and(|not| not.data == Data::Bool(true))
+    {
+        let invert = [("type", text_value(place, "InvertStatus"))];
+        modifiers.insert(0, object(place, invert));
+    }
+    if !modifiers.is_empty() {
+        parts.push(("modifiers", value(place, Data::List(modifiers))));
+    }
+    if let Some(children) = step.get("children") {
+        let inner = list(Some(children)).iter().enumerate();
+        let inner = inner.map(|(index, child)| node(child, &format!("{id}.{index}")));
+        parts.push((
+            "children",
+            value(children.place, Data::List(inner.collect())),
+        ));
+    }
+    object(place, parts)
+}
+
+fn list(value: Option<&Json>) -> &[Json] {
+    value.and_then(Json::as_list).unwrap_or_default()
+}
+
+fn entries(value: Option<&Json>) -> &[Entry] {
+    value.and_then(Json::as_object).unwrap_or_default()
+}
+
+fn value(place: Location, data: Data) -> Json {
+    Json { place, data }
+}
+
+fn text_value(place: Location, text: &str) -> Json {
+    value(place, Data::Text(text.to_owned()))
+}
+
+fn object<'k>(place: Location, parts: impl IntoIterator<Item = (&'k str, Json)>) -> Json {
+    let entry = |(key, value): (&str, Json)| Entry {
+        key: key.to_owned(),
+        place: value.place,
+        value,
+    };
+    value(place, Data::Object(parts.into_iter().map(entry).collect()))
+}

@@ -1,0 +1,105 @@
+//! One small job in six ways: all of them end alike, undisturbed, disturbed, and
+//! killed at every decision.
+
+use cell_model::runs::spec::RunSpec;
+use cell_sim::{OneProcess, eval};
+use ipc_types::DECISION_TICKS;
+use ipc_types::decision::Outcome;
+
+const POLICIES: [&str; 6] = ["ifelse", "fsm", "tree", "json", "table", "matrix"];
+/// Where the cube ends (m).
+const MARK: [f64; 3] = [0.50, 0.25, 0.025];
+/// Where the tool ends: above it (m).
+const TOOL: [f64; 3] = [0.50, 0.25, 0.125];
+
+/// The cube is pulled out of the gripper, and later off the mark.
+const PULLS: &str = r#"
+{"at_s": 3.6, "do": "drag", "object": "cube", "to": [0.45, -0.10, 0.025]}
+{"at_s": 15.0, "do": "drag", "object": "cube", "to": [0.55, 0.05, 0.025]}
+"#;
+
+struct Run {
+    sim: OneProcess,
+    restarts: bool,
+    trace: Vec<String>,
+}
+
+impl Run {
+    fn new(policy: &str, script: &str) -> Self {
+        let mut spec: RunSpec = eval::template("cube", policy);
+        spec.seed = 3;
+        spec.until_done = false;
+        spec.script = cell_model::cells::script::parse(script, "script").unwrap();
+        let cell = spec.load_cell_from(&cell_model::Data::checkout()).unwrap();
+        Self {
+            sim: OneProcess::new(&demos::policies(), &spec, cell).unwrap(),
+            restarts: false,
+            trace: Vec::new(),
+        }
+    }
+
+    fn until(&mut self, seconds: f64) {
+        while (self.sim.state().header.tick as f64) < seconds * 1.0e3 {
+            assert!(self.sim.tick().unwrap(), "the run ended");
+            let lines = self.sim.take_trace();
+            self.trace.extend(lines.into_iter().map(|(_, line)| line));
+            if self.restarts && self.sim.state().header.tick.is_multiple_of(DECISION_TICKS) {
+                self.sim.restart_task().unwrap();
+            }
+        }
+    }
+
+    /// The job is done, with cube and tool where they belong.
+    fn assert_done(&self, what: &str) {
+        let outcome = Outcome::from_code(self.sim.decision().outcome);
+        assert_eq!(outcome, Some(Outcome::Done), "{what}: {:#?}", self.trace);
+        let state = self.sim.state();
+        let near = |is: [f64; 3], wanted: [f64; 3], tolerance: f64| {
+            let off = is.iter().zip(wanted).map(|(a, b)| (a - b).powi(2));
+            assert!(off.sum::<f64>().sqrt() < tolerance, "{what}: {is:?}");
+        };
+        near(state.objects()[0].pose.position, MARK, 0.006);
+        near(state.arms()[0].tcp.position, TOOL, 0.025);
+        assert_eq!(self.sim.decision().placed_count, 1, "{what}");
+    }
+}
+
+#[test]
+fn every_way_puts_the_cube_on_the_mark() {
+    for policy in POLICIES {
+        let mut run = Run::new(policy, "");
+        run.until(10.0);
+        run.assert_done(policy);
+    }
+}
+
+#[test]
+fn every_way_recovers_when_the_cube_is_taken() {
+    for policy in POLICIES {
+        let mut run = Run::new(policy, PULLS);
+        run.until(14.9);
+        run.assert_done(&format!("{policy}, out of the gripper"));
+        assert!(run.sim.decision().drops > 0, "{policy}: it was held");
+        run.until(17.5);
+        let outcome = Outcome::from_code(run.sim.decision().outcome);
+        assert_eq!(outcome, Some(Outcome::Running), "{policy}: taken");
+        run.until(28.0);
+        run.assert_done(&format!("{policy}, off the mark"));
+    }
+}
+
+#[test]
+fn no_way_notices_that_its_task_is_killed_at_every_decision() {
+    for policy in POLICIES {
+        for script in ["", PULLS] {
+            let end = if script.is_empty() { 8.0 } else { 26.0 };
+            let mut hashes = [false, true].into_iter().map(|restarts| {
+                let mut run = Run::new(policy, script);
+                run.restarts = restarts;
+                run.until(end);
+                run.sim.state().state_hash
+            });
+            assert_eq!(hashes.next(), hashes.next(), "{policy} {script}");
+        }
+    }
+}

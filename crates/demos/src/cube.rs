@@ -1,0 +1,74 @@
+//! One small job in six ways: three in Rust and three in files, side by side in
+//! `cells/cube/`.
+
+#[path = "../../../cells/cube/fsm.rs"]
+mod fsm;
+#[path = "../../../cells/cube/ifelse.rs"]
+mod ifelse;
+#[path = "../../../cells/cube/tree.rs"]
+mod tree;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use cell_model::{Cell, Checker, ModelError};
+use robocell_skills::files::{self, TreeSource};
+use robocell_skills::settings::check_places;
+use robocell_skills::{PlaceTable, Setup};
+use robocell_task::{Kind, Settings, SetupError, boxed};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// Put the cube on the mark.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CubeTask {
+    /// Places; the job needs `mark`.
+    place: BTreeMap<String, PlaceTable>,
+}
+
+impl Settings for CubeTask {
+    fn check(&self, _cell: &Cell, at: &Checker<'_>) -> Result<(), ModelError> {
+        check_places(&self.place, at)
+    }
+}
+
+/// `kind = "cube"` and its policies.
+pub fn kind() -> Kind<CubeTask> {
+    Kind::<CubeTask>::new("cube")
+        .policy("ifelse", |task, cell| {
+            let (setup, cube, mark) = parts(task, cell)?;
+            Ok(boxed(ifelse::IfElse { setup, cube, mark }))
+        })
+        .policy("fsm", |task, cell| {
+            let (setup, cube, mark) = parts(task, cell)?;
+            Ok(boxed(fsm::Fsm { setup, cube, mark }))
+        })
+        .policy("tree", |task, cell| {
+            let (setup, cube, mark) = parts(task, cell)?;
+            let tree = tree::tree(cube, mark);
+            let tree = tree.map_err(|error| SetupError::new(cell, error.to_string()))?;
+            Ok(files::tree_in_code(&setup, tree))
+        })
+        .policy("json", |task, cell| {
+            let source = TreeSource {
+                file: "cube/cube.tree.json".to_owned(),
+                board: "shared".to_owned(),
+            };
+            files::tree(cell, &task.place, &[source])
+        })
+        .policy("table", |task, cell| {
+            files::machine(cell, &task.place, "cube/cube.machine.toml")
+        })
+        .policy("matrix", |task, cell| {
+            files::matrix(cell, &task.place, "cube/cube.matrix.toml")
+        })
+}
+
+/// What the policies in Rust work with.
+fn parts(task: &CubeTask, cell: &Cell) -> Result<(Arc<Setup>, usize, usize), SetupError> {
+    let setup = Setup::new(cell, &task.place);
+    let cube = setup.need_object(cell, "cube")?;
+    let mark = setup.need_place(cell, "mark")?;
+    Ok((Arc::new(setup), cube, mark))
+}

@@ -1,0 +1,95 @@
+//! What can be asked about the cell. A condition remembers nothing.
+
+use nalgebra::Vector3;
+
+use crate::geometry;
+use crate::world::World;
+
+/// An object nearer to its place than this is in it (m).
+pub const PLACE_TOLERANCE_M: f64 = 0.02;
+/// An object is upright when its z axis is nearer to the vertical (rad).
+const UPRIGHT_RAD: f64 = 0.2;
+
+/// A condition. Objects, places and sensors are indices of the
+/// [`Setup`](crate::Setup).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Condition {
+    /// The gripper holds this object, or with `None` any.
+    Holding(Option<usize>),
+    /// The object is in a slot of the place and in no gripper, nearer than the
+    /// tolerance in the plane (m).
+    At {
+        /// The object.
+        object: usize,
+        /// The place.
+        place: usize,
+        /// See above.
+        tolerance_m: f64,
+    },
+    /// No slot of the place is free.
+    Full {
+        /// The place.
+        place: usize,
+        /// As above.
+        tolerance_m: f64,
+    },
+    /// The object's centre is below this height (m).
+    Fallen {
+        /// The object.
+        object: usize,
+        /// The height, world frame.
+        below_m: f64,
+    },
+    /// The arm reaches the object.
+    Reachable(usize),
+    /// The object does not move.
+    AtRest(usize),
+    /// The object's z axis points up.
+    Upright(usize),
+    /// The sensor sees something.
+    Sensor(usize),
+    /// The gripper is open, or the suction off.
+    GripperOpen,
+    /// The operator has started the task.
+    Started,
+}
+
+impl Condition {
+    /// Whether it holds now. One about an object that is not in the cell does
+    /// not.
+    pub fn holds(&self, world: &World<'_>) -> bool {
+        match *self {
+            Self::Holding(object) => match object {
+                Some(object) => world.held() == Some(object),
+                None => world.held().is_some(),
+            },
+            Self::At {
+                object,
+                place,
+                tolerance_m,
+            } => world.slot_of(object, place, tolerance_m).is_some(),
+            Self::Full { place, tolerance_m } => {
+                world.free_slot(usize::MAX, place, tolerance_m).is_none()
+            }
+            Self::Fallen { object, below_m } => {
+                let position = world.position(object);
+                position.is_some_and(|position| position.z < below_m)
+            }
+            Self::Reachable(object) => {
+                let position = world.position(object);
+                position.is_some_and(|position| world.reaches(position))
+            }
+            Self::AtRest(object) => world.object(object).is_some() && world.is_at_rest(object),
+            Self::Upright(object) => world.object(object).is_some_and(|pose| {
+                let up = geometry::rotation(pose.orientation_wxyz) * Vector3::z();
+                up.z > libm::cos(UPRIGHT_RAD)
+            }),
+            Self::Sensor(sensor) => {
+                let sensors = &world.observation.equipment().sensors;
+                sensors.get(sensor).is_some_and(|object| *object > 0)
+            }
+            Self::GripperOpen => world.is_open(),
+            Self::Started => world.job.started,
+        }
+    }
+}

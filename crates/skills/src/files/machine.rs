@@ -1,0 +1,317 @@
+//! A machine in a file: states run steps or trees, events fire triggers.
+
+use std::sync::Arc;
+
+use behavior::board::Board;
+use behavior::inline::{Inline, Part};
+use behavior::machine::{
+    Actions, BehaviorId, CallbackId, Definition, Event, Fault, Final, GuardId, Happening, Machine,
+    StateDef, Table, TriggerId, Vocabulary,
+};
+use behavior::tree::Tree;
+use behavior::{Graph, NodeStatus, ResetReason, Status};
+use cell_model::Cell;
+use ipc_types::Text;
+use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, TraceEvent, checkpoint};
+use serde::de::Error as _;
+use serde::{Deserialize, Serialize};
+use serde_bytes::ByteBuf;
+
+use super::parts::{self, Loader};
+use crate::setup::Setup;
+use crate::skill::Station;
+use crate::world::World;
+
+/// The arm that a machine moves.
+const ARM: usize = 0;
+
+/// See the module.
+pub(super) struct MachinePolicy {
+    setup: Arc<Setup>,
+    machine: Machine,
+    parts: Parts,
+    /// Condition and trigger, in the order of the file.
+    events: Vec<(Tree<Station>, TriggerId)>,
+    /// The checkpoint of a policy that never ran.
+    initial: Vec<u8>,
+    resumed: bool,
+}
+
+/// What the machine asks for and runs.
+struct Parts {
+    sequences: Vec<Tree<Station>>,
+    /// By sequence: steps that fail start again, as no trigger is named.
+    repeats: Vec<bool>,
+    conditions: Vec<Tree<Station>>,
+    shared: Board,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Record {
+    machine: ByteBuf,
+    sequences: Vec<ByteBuf>,
+    board: ByteBuf,
+}
+
+impl MachinePolicy {
+    pub(super) fn new(cell: &Cell, setup: &Arc<Setup>, file: &str) -> Result<Self, SetupError> {
+        let (mut loader, text) = Loader::new(cell, setup, file)?;
+        let definition =
+            Definition::read(loader.file(), &text).map_err(|wrong| loader.wrong(wrong))?;
+        let inline = Inline::read(loader.file(), &text).map_err(|wrong| loader.wrong(wrong))?;
+        let mut runs = Vec::new();
+        all_states(&definition.states, &mut |state| {
+            runs.extend(state.during.clone());
+        });
+        let run_names: Vec<&str> = runs.iter().map(|run| run.run.text.as_str()).collect();
+        let condition_names = names(&inline.conditions);
+        let event_names = names(&inline.events);
+        let mut triggers = event_names.clone();
+        for run in &runs {
+            for fired in run.success.iter().chain(&run.failure) {
+                if !triggers.contains(&fired.text.as_str()) {
+                    triggers.push(&fired.text);
+                }
+            }
+        }
+        let vocabulary = Vocabulary {
+            triggers: &triggers,
+            guards: &condition_names,
+            callbacks: &[],
+            behaviors: &run_names,
+        };
+        let table = definition
+            .compile(&vocabulary)
+            .map_err(|wrong| loader.wrong(wrong))?;
+        refuse_dead_ends(&definition, &table, &event_names).map_err(|wrong| loader.wrong(wrong))?;
+        let sequences = runs
+            .iter()
+            .map(|run| loader.named(&run.run.text, &inline.states))
+            .collect::<Result<_, _>>()?;
+        let conditions = loader.trees(&inline.conditions)?;
+        let mut events = Vec::new();
+        for event in &inline.events {
+            if let Some(trigger) = table.trigger(&event.name) {
+                events.push((loader.tree(event)?, trigger));
+            }
+        }
+        let mut policy = Self {
+            setup: Arc::clone(setup),
+            machine: Machine::new(Arc::new(table)),
+            parts: Parts {
+                sequences,
+                repeats: runs.iter().map(|run| run.failure.is_none()).collect(),
+                conditions,
+                shared: loader.into_board(),
+            },
+            events,
+            initial: Vec::new(),
+            resumed: false,
+        };
+        policy.initial = policy.save();
+        Ok(policy)
+    }
+
+    /// Fires the trigger of the first event that has a row now.
+    fn fire_events(&mut self, world: &mut World<'_>) {
+        let Self {
+            machine,
+            parts,
+            events,
+            ..
+        } = self;
+        for (condition, trigger) in events {
+            let mut host = Running { parts, world };
+            if !machine.may(*trigger, &mut host)
+                || !parts::holds(condition, &mut host.parts.shared, host.world)
+            {
+                continue;
+            }
+            if let Err(error) = machine.trigger(*trigger, &mut host) {
+                let out = &mut *host.world.out;
+                out.event(TraceEvent::Fault, format_args!("[fault] {error}"));
+            }
+            return;
+        }
+    }
+
+    /// Says which state was left for which, and why.
+    fn tell(&self, out: &mut Output) {
+        let table = self.machine.table();
+        for happening in self.machine.trace() {
+            let Happening::Transition {
+                trigger,
+                source,
+                dest: Some(dest),
+                ..
+            } = *happening
+            else {
+                continue;
+            };
+            let why = table.trigger_name(trigger);
+            let node = |state: behavior::machine::StateId| (0, state.index());
+            out.status(node(source), NodeStatus::Running, NodeStatus::Invalid, why);
+            out.status(node(dest), NodeStatus::Invalid, NodeStatus::Running, why);
+            let (from, to) = (table.state_name(source), table.state_name(dest));
+            out.transition(format_args!("{from} -> {to} ({why})"));
+        }
+    }
+}
+
+/// What the machine asks, during one decision.
+struct Running<'p, 'w, 'x> {
+    parts: &'p mut Parts,
+    world: &'x mut World<'w>,
+}
+
+impl Actions for Running<'_, '_, '_> {
+    fn guard(&mut self, guard: GuardId) -> bool {
+        let Parts {
+            conditions, shared, ..
+        } = self.parts;
+        let condition = conditions.get_mut(guard.index());
+        condition.is_some_and(|tree| parts::holds(tree, shared, self.world))
+    }
+
+    fn call(&mut self, _callback: CallbackId, _event: &mut Event<'_>) -> Result<(), Fault> {
+        Ok(())
+    }
+
+    fn run(&mut self, behavior: BehaviorId) -> Status {
+        let Parts {
+            sequences,
+            repeats,
+            shared,
+            ..
+        } = self.parts;
+        let Some(tree) = sequences.get_mut(behavior.index()) else {
+            return Status::Running;
+        };
+        let status = parts::tick(tree, shared, self.world);
+        let repeats = repeats.get(behavior.index()) == Some(&true);
+        if status == Status::Failure && repeats {
+            return Status::Running;
+        }
+        status
+    }
+
+    fn halt(&mut self, behavior: BehaviorId, _reason: ResetReason) -> bool {
+        if let Some(tree) = self.parts.sequences.get_mut(behavior.index()) {
+            parts::stop(tree, &mut self.parts.shared, self.world);
+        }
+        true
+    }
+}
+
+impl AnyPolicy for MachinePolicy {
+    fn reset(&mut self) {
+        let initial = std::mem::take(&mut self.initial);
+        // It was written by this very policy.
+        let _taken = self.restore(&initial).is_ok();
+        self.initial = initial;
+    }
+
+    fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        let setup = Arc::clone(&self.setup);
+        let mut world = World::new(&setup, observation, job, out, ARM);
+        world.resumed = std::mem::take(&mut self.resumed);
+        self.machine.clear_trace();
+        self.fire_events(&mut world);
+        let mut host = Running {
+            parts: &mut self.parts,
+            world: &mut world,
+        };
+        if let Err(error) = self.machine.tick(&mut host) {
+            let out = &mut *world.out;
+            out.event(TraceEvent::Fault, format_args!("[fault] {error}"));
+        }
+        world.finish();
+        world.report(self.machine.status() == Status::Success);
+        if self.machine.status() == Status::Failure && world.job.failure.is_none() {
+            let state = self.machine.state_name();
+            world.fail(state, format_args!("state '{state}' is a failure"));
+        }
+        self.tell(world.out);
+        world.out.phase = self.phase();
+    }
+
+    fn phase(&self) -> Text<32> {
+        Text::new(self.machine.state_name())
+    }
+
+    fn describe(&self, _name: &str) -> Vec<Graph> {
+        vec![self.machine.describe()]
+    }
+
+    fn statuses(&self, _graph: usize, out: &mut Vec<NodeStatus>) {
+        out.extend(self.machine.statuses());
+    }
+
+    fn save(&self) -> Vec<u8> {
+        let mut machine = Vec::new();
+        self.machine.save(&mut machine);
+        let mut board = Vec::new();
+        self.parts.shared.save(&mut board);
+        checkpoint::to_bytes(&Record {
+            machine: ByteBuf::from(machine),
+            sequences: parts::save(&self.parts.sequences),
+            board: ByteBuf::from(board),
+        })
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
+        let record: Record = checkpoint::from_bytes(bytes)?;
+        self.machine
+            .restore(&record.machine)
+            .map_err(bincode::Error::custom)?;
+        self.parts
+            .shared
+            .restore(&record.board)
+            .map_err(bincode::Error::custom)?;
+        parts::restore(&mut self.parts.sequences, &record.sequences)
+    }
+
+    /// Conditions and skills look at the cell themselves.
+    fn reconcile(&mut self, _observation: &Observation<'_>, _job: &mut Job, _out: &mut Output) {
+        self.resumed = true;
+    }
+}
+
+fn names(parts: &[Part]) -> Vec<&str> {
+    parts.iter().map(|part| part.name.as_str()).collect()
+}
+
+fn all_states(states: &[StateDef], visit: &mut impl FnMut(&StateDef)) {
+    for state in states {
+        visit(state);
+        all_states(&state.children, visit);
+    }
+}
+
+/// Refuses a state in which a run would stand still until its time limit.
+fn refuse_dead_ends(definition: &Definition, table: &Table, events: &[&str]) -> Result<(), String> {
+    for state in &definition.states {
+        if state.end != Final::No || !state.children.is_empty() {
+            continue;
+        }
+        let results = state.during.iter().flat_map(|during| {
+            let both = during.success.iter().chain(&during.failure);
+            both.map(|name| name.text.as_str())
+        });
+        let fired: Vec<&str> = results.chain(events.iter().copied()).collect();
+        let id = table.state(&state.name.text);
+        let leaves = id.is_some_and(|id| {
+            let mut triggers = table.triggers_of(id);
+            triggers.any(|trigger| fired.contains(&table.trigger_name(trigger)))
+        });
+        if !leaves {
+            let (file, name, place) = (&definition.file, &state.name.text, state.name.place);
+            return Err(format!(
+                "{file}:{}:{}: nothing leaves state '{name}'; give it during.steps with a \
+                 success that has a row, a row for one of [events], or final = true",
+                place.line, place.column
+            ));
+        }
+    }
+    Ok(())
+}

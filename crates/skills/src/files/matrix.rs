@@ -1,0 +1,349 @@
+//! A matrix in a file: handlers start steps, conditions and results are events.
+
+use std::sync::Arc;
+
+use behavior::board::Board;
+use behavior::inline::Inline;
+use behavior::machine::{BehaviorId, Fault};
+use behavior::matrix::{
+    Cell as MatrixCell, Definition, EventId, EventSet, HandlerId, Handlers, Happening, Matrix,
+    Next, Table, Vocabulary,
+};
+use behavior::tree::Tree;
+use behavior::{Graph, NodeStatus, ResetReason, Status, suggest};
+use cell_model::Cell;
+use ipc_types::Text;
+use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, TraceEvent, checkpoint};
+use serde::de::Error as _;
+use serde::{Deserialize, Serialize};
+use serde_bytes::ByteBuf;
+
+use super::parts::{self, Loader};
+use crate::setup::Setup;
+use crate::skill::Station;
+use crate::world::World;
+
+/// The arm that a matrix moves.
+const ARM: usize = 0;
+
+/// See the module.
+pub(super) struct MatrixPolicy {
+    setup: Arc<Setup>,
+    matrix: Matrix,
+    parts: Parts,
+    /// Condition and event, in the order of the file.
+    events: Vec<(Tree<Station>, EventId)>,
+    /// The event that is pending when no other is.
+    idle: Option<EventId>,
+    initial: Vec<u8>,
+    resumed: bool,
+}
+
+struct Parts {
+    /// Steps of the handlers.
+    handlers: Vec<Tree<Station>>,
+    /// Events of their success and failure.
+    results: Vec<[Option<EventId>; 2]>,
+    /// Steps that states run.
+    sequences: Vec<Tree<Station>>,
+    shared: Board,
+    /// The handler whose steps run.
+    current: Option<u16>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Record {
+    matrix: ByteBuf,
+    handlers: Vec<ByteBuf>,
+    sequences: Vec<ByteBuf>,
+    board: ByteBuf,
+    current: Option<u16>,
+}
+
+impl MatrixPolicy {
+    pub(super) fn new(cell: &Cell, setup: &Arc<Setup>, file: &str) -> Result<Self, SetupError> {
+        let (mut loader, text) = Loader::new(cell, setup, file)?;
+        let definition =
+            Definition::read(loader.file(), &text).map_err(|wrong| loader.wrong(wrong))?;
+        let inline = Inline::read(loader.file(), &text).map_err(|wrong| loader.wrong(wrong))?;
+        let runs: Vec<&str> = definition
+            .states
+            .iter()
+            .filter_map(|state| Some(state.during.as_ref()?.run.text.as_str()))
+            .collect();
+        let handlers: Vec<&str> = inline.handlers.iter().map(|h| h.name.as_str()).collect();
+        let vocabulary = Vocabulary {
+            events: &[],
+            states: &[],
+            handlers: &handlers,
+            behaviors: &runs,
+        };
+        let table = definition
+            .compile(&vocabulary)
+            .map_err(|wrong| loader.wrong(wrong))?;
+        refuse_silent_events(&definition, &inline).map_err(|wrong| loader.wrong(wrong))?;
+        let event = |name: &str| event_named(&definition, &table, name);
+        let mut results = Vec::new();
+        for handler in &inline.handlers {
+            let id = |name: &Option<String>| name.as_deref().map(event).transpose();
+            let both = [id(&handler.success), id(&handler.failure)];
+            let [success, failure] = both.map(|id| id.map_err(|wrong| loader.wrong(wrong)));
+            results.push([success?, failure?]);
+        }
+        let mut events = Vec::new();
+        for part in &inline.events {
+            let id = event(&part.name).map_err(|wrong| loader.wrong(wrong))?;
+            events.push((loader.tree(part)?, id));
+        }
+        let sequences = runs
+            .iter()
+            .map(|run| loader.named(run, &inline.states))
+            .collect::<Result<_, _>>()?;
+        let mut policy = Self {
+            setup: Arc::clone(setup),
+            idle: definition
+                .idle
+                .as_ref()
+                .and_then(|name| table.event(&name.text)),
+            matrix: Matrix::new(Arc::new(table)),
+            parts: Parts {
+                handlers: loader.trees(&inline.handlers)?,
+                results,
+                sequences,
+                shared: loader.into_board(),
+                current: None,
+            },
+            events,
+            initial: Vec::new(),
+            resumed: false,
+        };
+        policy.initial = policy.save();
+        Ok(policy)
+    }
+
+    fn pending(&mut self, world: &mut World<'_>) -> EventSet {
+        let mut pending = EventSet::EMPTY;
+        for (condition, event) in &mut self.events {
+            if parts::holds(condition, &mut self.parts.shared, world) {
+                pending = pending.with(*event);
+            }
+        }
+        pending
+    }
+
+    fn tell(&self, out: &mut Output) {
+        let table = self.matrix.table();
+        for happening in self.matrix.trace() {
+            match *happening {
+                Happening::Changed { from, to, event } => {
+                    let why = table.event_name(event);
+                    let node = |state: behavior::machine::StateId| (0, state.index());
+                    out.status(node(from), NodeStatus::Running, NodeStatus::Invalid, why);
+                    out.status(node(to), NodeStatus::Invalid, NodeStatus::Running, why);
+                    let (from, to) = (table.state_name(from), table.state_name(to));
+                    out.transition(format_args!("{from} -> {to} ({why})"));
+                }
+                Happening::Handled {
+                    state,
+                    event,
+                    handler: Some(_),
+                } if Some(event) != self.idle => {
+                    out.guard((0, state.index()), table.event_name(event), true);
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+impl Parts {
+    /// The steps of the current handler, and the event of their result.
+    fn work(&mut self, world: &mut World<'_>) -> Option<EventId> {
+        let current = usize::from(self.current?);
+        let tree = self.handlers.get_mut(current)?;
+        let status = parts::tick(tree, &mut self.shared, world);
+        let [success, failure] = *self.results.get(current)?;
+        // Steps that fail start again, unless the file names an event for it.
+        let over = match status {
+            Status::Running => false,
+            Status::Success => true,
+            Status::Failure => failure.is_some(),
+        };
+        if !over {
+            return None;
+        }
+        self.current = None;
+        if status == Status::Success {
+            success
+        } else {
+            failure
+        }
+    }
+}
+
+struct Running<'p, 'w, 'x> {
+    parts: &'p mut Parts,
+    world: &'x mut World<'w>,
+}
+
+impl Handlers for Running<'_, '_, '_> {
+    /// Starts the steps of the handler, unless they run already.
+    fn handle(&mut self, handler: HandlerId, cell: MatrixCell<'_>) -> Result<Next, Fault> {
+        let Parts {
+            handlers,
+            shared,
+            current,
+            ..
+        } = self.parts;
+        if *current != Some(handler.0) {
+            let running = current.replace(handler.0).map(usize::from);
+            if let Some(tree) = running.and_then(|running| handlers.get_mut(running)) {
+                parts::stop(tree, shared, self.world);
+            }
+        }
+        let next = cell.goto.first();
+        Ok(next.map_or(Next::Stay, |state| Next::Goto(*state)))
+    }
+
+    fn run(&mut self, behavior: BehaviorId) -> Status {
+        match self.parts.sequences.get_mut(behavior.index()) {
+            Some(tree) => parts::tick(tree, &mut self.parts.shared, self.world),
+            None => Status::Running,
+        }
+    }
+
+    fn halt(&mut self, behavior: BehaviorId, _reason: ResetReason) -> bool {
+        if let Some(tree) = self.parts.sequences.get_mut(behavior.index()) {
+            parts::stop(tree, &mut self.parts.shared, self.world);
+        }
+        true
+    }
+}
+
+impl AnyPolicy for MatrixPolicy {
+    fn reset(&mut self) {
+        let initial = std::mem::take(&mut self.initial);
+        // It was written by this very policy.
+        let _taken = self.restore(&initial).is_ok();
+        self.initial = initial;
+    }
+
+    fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        let setup = Arc::clone(&self.setup);
+        let mut world = World::new(&setup, observation, job, out, ARM);
+        world.resumed = std::mem::take(&mut self.resumed);
+        self.matrix.clear_trace();
+        let mut pending = self.pending(&mut world);
+        let before = self.parts.current;
+        if let Some(event) = self.parts.work(&mut world) {
+            pending = pending.with(event);
+        }
+        let mut host = Running {
+            parts: &mut self.parts,
+            world: &mut world,
+        };
+        if let Err(error) = self.matrix.tick(pending, &mut host) {
+            let out = &mut *world.out;
+            out.event(TraceEvent::Fault, format_args!("[fault] {error}"));
+        }
+        // Steps that were started now begin now: the arm does not wait for them.
+        if self.parts.current != before {
+            self.parts.work(&mut world);
+        }
+        world.finish();
+        world.report(self.matrix.status() == Status::Success);
+        self.tell(world.out);
+        world.out.phase = self.phase();
+    }
+
+    fn phase(&self) -> Text<32> {
+        Text::new(self.matrix.state_name())
+    }
+
+    fn describe(&self, _name: &str) -> Vec<Graph> {
+        vec![self.matrix.describe()]
+    }
+
+    fn statuses(&self, _graph: usize, out: &mut Vec<NodeStatus>) {
+        out.extend(self.matrix.statuses());
+    }
+
+    fn save(&self) -> Vec<u8> {
+        let (mut matrix, mut board) = (Vec::new(), Vec::new());
+        self.matrix.save(&mut matrix);
+        self.parts.shared.save(&mut board);
+        checkpoint::to_bytes(&Record {
+            matrix: ByteBuf::from(matrix),
+            handlers: parts::save(&self.parts.handlers),
+            sequences: parts::save(&self.parts.sequences),
+            board: ByteBuf::from(board),
+            current: self.parts.current,
+        })
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
+        let record: Record = checkpoint::from_bytes(bytes)?;
+        self.matrix
+            .restore(&record.matrix)
+            .map_err(bincode::Error::custom)?;
+        self.parts
+            .shared
+            .restore(&record.board)
+            .map_err(bincode::Error::custom)?;
+        parts::restore(&mut self.parts.handlers, &record.handlers)?;
+        parts::restore(&mut self.parts.sequences, &record.sequences)?;
+        self.parts.current = record.current;
+        Ok(())
+    }
+
+    fn reconcile(&mut self, _observation: &Observation<'_>, _job: &mut Job, _out: &mut Output) {
+        self.resumed = true;
+    }
+}
+
+/// The event of that name.
+fn event_named(definition: &Definition, table: &Table, name: &str) -> Result<EventId, String> {
+    table.event(name).ok_or_else(|| {
+        let known: Vec<&str> = definition
+            .precedence
+            .iter()
+            .map(|event| event.text.as_str())
+            .collect();
+        let (file, advice) = (&definition.file, suggest::advice(name, &known));
+        format!("{file}: event '{name}' is not in the precedence list; {advice}")
+    })
+}
+
+/// Refuses an event that nothing raises: its cells would never be used.
+fn refuse_silent_events(definition: &Definition, inline: &Inline) -> Result<(), String> {
+    let mut raised: Vec<&str> = inline
+        .events
+        .iter()
+        .map(|part| part.name.as_str())
+        .collect();
+    for handler in &inline.handlers {
+        raised.extend(
+            handler
+                .success
+                .iter()
+                .chain(&handler.failure)
+                .map(String::as_str),
+        );
+    }
+    for during in definition.states.iter().filter_map(|s| s.during.as_ref()) {
+        let results = during.success.iter().chain(&during.failure);
+        raised.extend(results.map(|name| name.text.as_str()));
+    }
+    raised.extend(definition.idle.iter().map(|name| name.text.as_str()));
+    for event in &definition.precedence {
+        if !raised.contains(&event.text.as_str()) {
+            let (file, place) = (&definition.file, event.place);
+            return Err(format!(
+                "{file}:{}:{}: nothing raises event '{}'; give it a condition in [events], or \
+                 name it as the success or failure of a handler",
+                place.line, place.column, event.text
+            ));
+        }
+    }
+    Ok(())
+}

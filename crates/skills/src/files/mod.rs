@@ -1,0 +1,117 @@
+//! Jobs in behaviour files, without Rust: `[task] kind = "tree"`, `"machine"` or
+//! `"matrix"`.
+
+mod machine;
+mod matrix;
+mod parts;
+mod tree;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use behavior::tree::Tree;
+use cell_model::{Cell, Data};
+use robocell_task::{AnyPolicy, Kind, Policies, SetupError};
+
+use crate::nodes;
+use crate::settings::{FileTask, PlaceTable};
+use crate::setup::Setup;
+use crate::skill::Station;
+
+pub use tree::TreeSource;
+
+/// Name of the kind and of the policy for trees.
+pub const TREE: &str = "tree";
+/// Name of the kind and of the policy for machines.
+pub const MACHINE: &str = "machine";
+/// Name of the kind and of the policy for matrices.
+pub const MATRIX: &str = "matrix";
+
+/// Adds the kinds that need no Rust.
+#[must_use]
+pub fn with_file_jobs(policies: Policies) -> Policies {
+    policies
+        .with(tree_kind())
+        .with(machine_kind())
+        .with(matrix_kind())
+}
+
+fn tree_kind() -> Kind<FileTask> {
+    Kind::<FileTask>::new(TREE)
+        .policy(TREE, |task, cell| {
+            let sources = cell.arms.iter().map(|arm| {
+                let (file, board) = task.of_arm(&arm.name);
+                TreeSource {
+                    file: file.to_owned(),
+                    board: board.to_owned(),
+                }
+            });
+            tree(cell, &task.place, &sources.collect::<Vec<_>>())
+        })
+        .trees(|_: &Data| {
+            let empty = Setup {
+                arms: Vec::new(),
+                objects: Vec::new(),
+                places: Vec::new(),
+                sensors: Vec::new(),
+                solid_obstacles: u64::MAX,
+            };
+            Ok(nodes::library(&Arc::new(empty)))
+        })
+}
+
+fn machine_kind() -> Kind<FileTask> {
+    Kind::<FileTask>::new(MACHINE).policy(MACHINE, |task, cell| {
+        machine(cell, &task.place, &task.behaviour)
+    })
+}
+
+fn matrix_kind() -> Kind<FileTask> {
+    Kind::<FileTask>::new(MATRIX).policy(MATRIX, |task, cell| {
+        matrix(cell, &task.place, &task.behaviour)
+    })
+}
+
+/// The policy of a tree in code, for the first arm of the cell.
+pub fn tree_in_code(setup: &Arc<Setup>, tree: Tree<Station>) -> Box<dyn AnyPolicy> {
+    Box::new(tree::TreePolicy::of_tree(setup, tree))
+}
+
+/// The policy of trees in files, one for each arm of the cell.
+///
+/// # Errors
+/// [`SetupError`] with everything that is wrong in a file.
+pub fn tree(
+    cell: &Cell,
+    places: &BTreeMap<String, PlaceTable>,
+    sources: &[TreeSource],
+) -> Result<Box<dyn AnyPolicy>, SetupError> {
+    let setup = Arc::new(Setup::new(cell, places));
+    Ok(Box::new(tree::TreePolicy::new(cell, &setup, sources)?))
+}
+
+/// The policy of the machine in `file`, beside the cell file.
+///
+/// # Errors
+/// [`SetupError`] with everything that is wrong in it.
+pub fn machine(
+    cell: &Cell,
+    places: &BTreeMap<String, PlaceTable>,
+    file: &str,
+) -> Result<Box<dyn AnyPolicy>, SetupError> {
+    let setup = Arc::new(Setup::new(cell, places));
+    Ok(Box::new(machine::MachinePolicy::new(cell, &setup, file)?))
+}
+
+/// The policy of the matrix in `file`, beside the cell file.
+///
+/// # Errors
+/// [`SetupError`] with everything that is wrong in it.
+pub fn matrix(
+    cell: &Cell,
+    places: &BTreeMap<String, PlaceTable>,
+    file: &str,
+) -> Result<Box<dyn AnyPolicy>, SetupError> {
+    let setup = Arc::new(Setup::new(cell, places));
+    Ok(Box::new(matrix::MatrixPolicy::new(cell, &setup, file)?))
+}

@@ -1,0 +1,153 @@
+//! The behaviours inside a machine or matrix file, ready to run.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+use std::time::Duration;
+
+use behavior::board::Board;
+use behavior::descriptor::{self, Source};
+use behavior::inline::Part;
+use behavior::tree::{Library, Tree};
+use behavior::{NodeStatus, ResetReason, Status};
+use cell_model::Cell;
+use robocell_task::SetupError;
+use robocell_task::settings::behaviour_text;
+use serde::de::Error as _;
+use serde_bytes::ByteBuf;
+
+use crate::nodes;
+use crate::setup::Setup;
+use crate::skill::Station;
+use crate::world::World;
+
+/// Ending of a tree that a state names as what it runs.
+const TREE_FILE: &str = ".json";
+
+/// Reads the parts of one file.
+pub(super) struct Loader<'c> {
+    cell: &'c Cell,
+    file: String,
+    library: Library<Station>,
+    shared: Board,
+}
+
+impl<'c> Loader<'c> {
+    /// Of `file`, beside the cell file; with its text.
+    pub(super) fn new(
+        cell: &'c Cell,
+        setup: &Arc<Setup>,
+        file: &str,
+    ) -> Result<(Self, Cow<'static, str>), SetupError> {
+        let text = behaviour_text(cell, file)?;
+        let loader = Self {
+            cell,
+            file: format!("cells/{file}"),
+            library: nodes::library(setup),
+            shared: Board::new(),
+        };
+        Ok((loader, text))
+    }
+
+    /// Name of the file in messages.
+    pub(super) fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// Says that something is wrong with the file.
+    pub(super) fn wrong(&self, problem: impl std::fmt::Display) -> SetupError {
+        SetupError::new(self.cell, problem.to_string())
+    }
+
+    /// The tree of a part.
+    pub(super) fn tree(&mut self, part: &Part) -> Result<Tree<Station>, SetupError> {
+        part.tree(&self.file, &self.library, &mut self.shared)
+            .map_err(|errors| SetupError::new(self.cell, errors.to_string()))
+    }
+
+    /// The trees of parts, in their order.
+    pub(super) fn trees<'p>(
+        &mut self,
+        parts: impl IntoIterator<Item = &'p Part>,
+    ) -> Result<Vec<Tree<Station>>, SetupError> {
+        parts.into_iter().map(|part| self.tree(part)).collect()
+    }
+
+    /// What a state runs by the name `name`: steps written in it, or a tree in
+    /// a file beside it.
+    pub(super) fn named(
+        &mut self,
+        name: &str,
+        parts: &[Part],
+    ) -> Result<Tree<Station>, SetupError> {
+        if let Some(part) = parts.iter().find(|part| part.name == name) {
+            return self.tree(part);
+        }
+        if !name.ends_with(TREE_FILE) {
+            let file = &self.file;
+            return Err(self.wrong(format!(
+                "{file}: a state runs '{name}', which is not here; write its 'steps', or name a \
+                 tree in a file NAME.tree.json"
+            )));
+        }
+        let text = behaviour_text(self.cell, name)?;
+        let include = |name: &str| self.cell.read(name).ok().map(Cow::into_owned);
+        let file = format!("cells/{name}");
+        let source = Source {
+            file: &file,
+            text: &text,
+            include: &include,
+        };
+        let constants = std::collections::BTreeMap::new();
+        descriptor::load(&source, &self.library, &constants, &mut self.shared)
+            .map_err(|errors| SetupError::new(self.cell, errors.to_string()))
+    }
+
+    /// The blackboard that all these trees share.
+    pub(super) fn into_board(self) -> Board {
+        self.shared
+    }
+}
+
+/// Ticks a tree.
+pub(super) fn tick(tree: &mut Tree<Station>, shared: &mut Board, world: &mut World<'_>) -> Status {
+    let now = Duration::from_millis(world.now().ticks());
+    tree.tick(now, shared, world)
+}
+
+/// Stops a tree; skills stop at once.
+pub(super) fn stop(tree: &mut Tree<Station>, shared: &mut Board, world: &mut World<'_>) {
+    if tree.status() == NodeStatus::Running {
+        let now = Duration::from_millis(world.now().ticks());
+        tree.reset(ResetReason::Aborted, now, shared, world);
+    }
+}
+
+/// Whether the condition of a tree holds.
+pub(super) fn holds(tree: &mut Tree<Station>, shared: &mut Board, world: &mut World<'_>) -> bool {
+    tick(tree, shared, world) == Status::Success
+}
+
+/// Trees as plain bytes.
+pub(super) fn save(trees: &[Tree<Station>]) -> Vec<ByteBuf> {
+    let bytes = |tree: &Tree<Station>| {
+        let mut bytes = Vec::new();
+        tree.save(&mut bytes);
+        ByteBuf::from(bytes)
+    };
+    trees.iter().map(bytes).collect()
+}
+
+/// Takes back what [`save`] gave. A tree that was edited keeps what its nodes of
+/// the same name remember.
+pub(super) fn restore(
+    trees: &mut [Tree<Station>],
+    saved: &[ByteBuf],
+) -> Result<(), bincode::Error> {
+    if trees.len() != saved.len() {
+        return Err(bincode::Error::custom("another number of sequences"));
+    }
+    for (tree, bytes) in trees.iter_mut().zip(saved) {
+        tree.restore(bytes).map_err(bincode::Error::custom)?;
+    }
+    Ok(())
+}

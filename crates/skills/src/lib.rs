@@ -1,0 +1,41 @@
+//! Building blocks of tasks, independent of any job: motions, grips, picking,
+//! placing, waiting, equipment, and conditions about what is seen.
+//!
+//! They are used in four ways: from Rust, where a [`World`] is the view of one
+//! arm and every skill is a value with a [`Skill::step`]; as node types of a
+//! JSON tree; as steps of a state in a machine file; and as steps of a handler
+//! in a matrix file. [`with_file_jobs`] adds the three kinds of `[task]` that
+//! need no Rust: `tree`, `machine` and `matrix`.
+//!
+//! What may be changed here: what a skill does and how it recovers. Nothing here
+//! knows a cube, a bin or a demo.
+#![forbid(unsafe_code)]
+
+pub mod condition;
+pub mod equipment;
+pub mod files;
+pub mod geometry;
+pub mod grip;
+pub mod motion;
+pub mod nodes;
+pub mod pick;
+pub mod place;
+pub mod progress;
+pub mod settings;
+pub mod setup;
+pub mod skill;
+pub mod world;
+
+pub use behavior::Status;
+pub use condition::Condition;
+pub use equipment::{AddBin, Conveyor, DropParts, Wait};
+pub use files::with_file_jobs;
+pub use grip::{Close, Open};
+pub use motion::{FollowOperator, Home, MoveTo, Target};
+pub use pick::Pick;
+pub use place::Place;
+pub use progress::{Progress, Step};
+pub use settings::{FileTask, PlaceTable};
+pub use setup::{ArmSetup, ObjectSetup, PlaceSetup, Setup, Tool};
+pub use skill::{Skill, SkillLeaf, Station};
+pub use world::World;

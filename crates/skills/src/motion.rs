@@ -1,0 +1,291 @@
+//! Motions of the arm.
+
+use behavior::Status;
+use ipc_types::{GripperGoal, Pose};
+use nalgebra::Vector3;
+use robocell_task::job::Placement;
+use robocell_task::operator::{operator_target, requested_gripper};
+use robocell_task::{ArmIntent, GoalKind, PolicyTime};
+
+use crate::condition::PLACE_TOLERANCE_M;
+use crate::geometry;
+use crate::progress::Progress;
+use crate::skill::Skill;
+use crate::world::{Drive, World};
+
+/// Joints nearer than this to their positions are there (rad or m).
+const JOINT_TOLERANCE: f64 = 0.03;
+/// A motion of all joints takes no longer (s).
+const HOME_TIMEOUT_S: f64 = 10.0;
+
+/// Where a motion ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target {
+    /// The TCP at this pose, world frame.
+    Pose(Pose),
+    /// The TCP where it grips an object from above, or above that; it follows
+    /// the object.
+    Object {
+        /// The object.
+        object: usize,
+        /// Height above the grip (m).
+        above_m: f64,
+    },
+    /// The TCP where the object in the gripper is in the next free slot of a
+    /// place, or above that.
+    Place {
+        /// The object.
+        object: usize,
+        /// The place.
+        place: usize,
+        /// Height above (m).
+        above_m: f64,
+    },
+    /// Straight up from where the motion began.
+    Up {
+        /// How far (m).
+        by_m: f64,
+    },
+}
+
+/// Brings the TCP to a target. It succeeds at once where the arm is at rest there
+/// already, unless the target is straight up from where it is. It fails when that takes too long, when an
+/// object that shall be in the gripper is lost, and when an object that shall
+/// stay where it is moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MoveTo {
+    /// Where to.
+    pub target: Target,
+    /// Exactly and in a straight line.
+    pub precise: bool,
+    /// What the gripper does meanwhile.
+    pub gripper: GripperGoal,
+    /// Object that has to stay in the gripper.
+    pub holding: Option<usize>,
+    /// How far the target's object may move in the plane (m).
+    pub move_tolerance_m: f64,
+    /// It fails after this.
+    pub timeout: PolicyTime,
+}
+
+impl MoveTo {
+    /// To `target`, not very exactly, within 10 s.
+    pub fn new(target: Target) -> Self {
+        Self {
+            target,
+            precise: false,
+            gripper: GripperGoal::Keep,
+            holding: None,
+            move_tolerance_m: 0.05,
+            timeout: PolicyTime::from_ticks(10_000),
+        }
+    }
+
+    /// To the grip of an object and `above_m` above it (m), gripper open.
+    pub fn object(object: usize, above_m: f64) -> Self {
+        Self {
+            precise: above_m <= 0.0,
+            gripper: GripperGoal::Open,
+            ..Self::new(Target::Object { object, above_m })
+        }
+    }
+
+    /// With the object in the gripper to the next free slot of a place and
+    /// `above_m` above it (m).
+    pub fn place(object: usize, place: usize, above_m: f64) -> Self {
+        Self {
+            precise: above_m <= 0.0,
+            ..Self::new(Target::Place {
+                object,
+                place,
+                above_m,
+            })
+            .holding(object)
+        }
+    }
+
+    /// Straight up by `by_m` (m).
+    pub fn up(by_m: f64) -> Self {
+        Self {
+            precise: true,
+            ..Self::new(Target::Up { by_m })
+        }
+    }
+
+    /// With an object that has to stay in the gripper.
+    #[must_use]
+    pub fn holding(mut self, object: usize) -> Self {
+        self.holding = Some(object);
+        self.gripper = GripperGoal::Close;
+        self
+    }
+
+    /// The TCP now wanted; `None` where the target cannot be told. The part that
+    /// does not follow is kept in `progress`.
+    fn pose(&self, progress: &mut Progress, world: &World<'_>) -> Option<Pose> {
+        match self.target {
+            Target::Pose(pose) => Some(pose),
+            Target::Object { object, above_m } => {
+                let seen = world.placement(object)?;
+                let reference = progress.anchor.map_or(world.tool_yaw(), |a| a.yaw);
+                let at = Placement {
+                    yaw: geometry::nearest_quarter(seen.yaw, reference),
+                    ..seen
+                };
+                progress.anchor.get_or_insert(at);
+                Some(world.grip_pose(object, at, above_m))
+            }
+            Target::Place {
+                object,
+                place,
+                above_m,
+            } => {
+                let at = match progress.anchor {
+                    Some(at) => at,
+                    None => *progress.anchor.insert(destination(object, place, world)?),
+                };
+                let [x, y, z] = at.position;
+                Some(Pose {
+                    position: [x, y, z + above_m],
+                    orientation_wxyz: world.tool().down(at.yaw),
+                })
+            }
+            Target::Up { by_m } => {
+                let at = match progress.anchor {
+                    Some(at) => at,
+                    None => *progress.anchor.insert(Placement {
+                        position: world.tcp()?.position,
+                        yaw: world.tool_yaw(),
+                    }),
+                };
+                let [x, y, z] = at.position;
+                Some(Pose {
+                    position: [x, y, z + by_m],
+                    orientation_wxyz: world.tool().down(at.yaw),
+                })
+            }
+        }
+    }
+
+    /// Whether the target's object has moved away from where it was.
+    fn has_moved(&self, progress: &Progress, world: &World<'_>) -> bool {
+        let (Target::Object { object, .. }, Some(anchor)) = (self.target, progress.anchor) else {
+            return false;
+        };
+        let seen = world.position(object);
+        seen.is_none_or(|seen| {
+            geometry::plane_distance(seen, anchor.position.into()) > self.move_tolerance_m
+        })
+    }
+}
+
+/// The TCP at which the object in the gripper is in the next free slot: its
+/// position (m) and its turn (rad).
+pub(crate) fn destination(object: usize, place: usize, world: &World<'_>) -> Option<Placement> {
+    let slot = world.free_slot(object, place, PLACE_TOLERANCE_M)?;
+    let goal = world.setup.goal(object, place, slot)?;
+    let pose = world.place_pose(object, goal)?;
+    Some(Placement {
+        position: pose.position,
+        yaw: world.tool().yaw(pose.orientation_wxyz),
+    })
+}
+
+impl Skill for MoveTo {
+    fn step(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
+        if let Some(object) = self.holding
+            && world.is_lost(object, &mut progress.missed)
+        {
+            return Status::Failure;
+        }
+        let Some(target) = self.pose(progress, world) else {
+            return Status::Failure;
+        };
+        if self.has_moved(progress, world) {
+            world.job.counters.resyncs += 1;
+            return Status::Failure;
+        }
+        let drive = if self.precise {
+            Drive::precise(target, self.gripper)
+        } else {
+            Drive::travel(target, self.gripper)
+        };
+        let object = match self.target {
+            Target::Object { object, .. } | Target::Place { object, .. } => Some(object),
+            Target::Pose(_) | Target::Up { .. } => self.holding,
+        };
+        if !progress.step.has_begun() && world.is_there(&drive) {
+            return Status::Success;
+        }
+        let there = world.drive(&mut progress.step, &drive.near(object));
+        let late = world.now().since(progress.step.began) >= self.timeout;
+        match (there, late) {
+            (true, _) => Status::Success,
+            (false, true) => Status::Failure,
+            (false, false) => Status::Running,
+        }
+    }
+}
+
+/// Brings the joints to where they were at the start of the run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Home;
+
+impl Skill for Home {
+    fn step(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
+        let lasted = world.begin(&mut progress.step);
+        let (Some(arm), Some(seen)) = (world.arm_setup(), world.observation.arm(world.arm)) else {
+            return Status::Failure;
+        };
+        let count = seen.joint_count as usize;
+        let joints = seen.joint_positions.iter().zip(arm.home).take(count);
+        let near = joints
+            .map(|(is, wanted)| (is - wanted).abs())
+            .all(|off| off < JOINT_TOLERANCE);
+        let followed = world.is_followed(progress.step.key);
+        world.act(ArmIntent {
+            kind: GoalKind::Joints,
+            key: progress.step.key,
+            posture: Some(arm.home),
+            target: world.tcp().unwrap_or(Pose::IDENTITY),
+            ..ArmIntent::default()
+        });
+        let settle = PolicyTime::from_ticks(100);
+        if world.settles(&mut progress.step, near && followed, settle) {
+            Status::Success
+        } else if lasted >= PolicyTime::from_seconds(HOME_TIMEOUT_S) {
+            Status::Failure
+        } else {
+            Status::Running
+        }
+    }
+}
+
+/// Follows the operator's target and gripper requests; never ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FollowOperator;
+
+impl Skill for FollowOperator {
+    fn step(&self, _progress: &mut Progress, world: &mut World<'_>) -> Status {
+        let panel = world.observation.panel();
+        let gripper = if panel.gripper_seq > 0 {
+            requested_gripper(panel)
+        } else {
+            GripperGoal::Keep
+        };
+        if panel.target_seq > 0 && panel.target_arm as usize == world.arm {
+            world.act(ArmIntent {
+                gripper,
+                ..operator_target(panel)
+            });
+        } else {
+            world.stay(gripper);
+        }
+        Status::Running
+    }
+}
+
+/// Height of a point above another (m).
+pub(crate) fn rise(from: Vector3<f64>, to: f64) -> f64 {
+    (to - from.z).max(0.0)
+}

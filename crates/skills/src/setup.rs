@@ -1,0 +1,266 @@
+//! What skills know of a cell, resolved once from its files.
+
+use cell_model::{ArmSpec, Cell, Robot, Shape, suggest};
+use ipc_types::MAX_JOINTS;
+use nalgebra::{Vector2, Vector3};
+use robocell_task::SetupError;
+use robocell_task::job::Placement;
+
+use crate::geometry;
+use crate::settings::PlaceTable;
+
+/// Share of the length of the stretched arm that it reaches with the tool
+/// straight down.
+const REACH_SHARE: f64 = 0.9;
+
+/// What is mounted on an arm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tool {
+    /// Two fingers; the TCP's z axis points out of the hand.
+    Fingers {
+        /// Width of the open hand (m).
+        open_width_m: f64,
+        /// Force per finger (N).
+        force_n: f64,
+    },
+    /// A suction cup; the TCP's x axis points out of it.
+    Suction,
+    /// Nothing that grips; the TCP's z axis is taken for its direction.
+    None,
+}
+
+/// An arm of the cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArmSetup {
+    /// Its name in the cell file.
+    pub name: String,
+    /// Its base, world frame (m).
+    pub base: Vector3<f64>,
+    /// Its joints at the start (rad or m).
+    pub home: [f64; MAX_JOINTS],
+    /// What it grips with.
+    pub tool: Tool,
+    /// An object further from the base in the plane is out of reach (m).
+    pub reach_m: f64,
+}
+
+/// A movable object of the cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectSetup {
+    /// Its name in the cell file.
+    pub name: String,
+    /// Half of its height when it is upright (m).
+    pub half_height_m: f64,
+    /// Bit of [`ipc_types::ArmGoal::object_mask`], for one that is an obstacle.
+    pub obstacle_bit: Option<u32>,
+}
+
+/// A named place: one slot, or a pattern of them in their order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaceSetup {
+    /// Its name in the cell file.
+    pub name: String,
+    /// By slot: the point of the surface below the object's centre (m), and the
+    /// object's turn (rad). World frame.
+    pub slots: Vec<Placement>,
+}
+
+/// A cell as skills see it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setup {
+    /// By arm of the cell.
+    pub arms: Vec<ArmSetup>,
+    /// By object of the cell.
+    pub objects: Vec<ObjectSetup>,
+    /// The places of `[task]`.
+    pub places: Vec<PlaceSetup>,
+    /// Names of the cell's sensors, in their order.
+    pub sensors: Vec<String>,
+    /// Obstacles that exist in physics; the others only guide a motion.
+    pub solid_obstacles: u64,
+}
+
+impl Setup {
+    /// Of `cell` with the places of its task.
+    pub fn new<'p>(
+        cell: &Cell,
+        places: impl IntoIterator<Item = (&'p String, &'p PlaceTable)>,
+    ) -> Self {
+        let mut objects: Vec<ObjectSetup> = cell.objects.iter().map(object).collect();
+        for (bit, (index, _)) in (0_u32..64).zip(cell.obstacle_objects()) {
+            if let Some(object) = objects.get_mut(index) {
+                object.obstacle_bit = Some(bit);
+            }
+        }
+        let guides = cell.obstacles().enumerate().filter(|(_, o)| !o.solid);
+        Self {
+            arms: cell.arms.iter().map(arm).collect(),
+            objects,
+            places: places.into_iter().map(|(n, p)| place(n, p)).collect(),
+            sensors: cell.sensors.iter().map(|s| s.name.clone()).collect(),
+            solid_obstacles: guides.fold(u64::MAX, |mask, (bit, _)| mask & !(1 << bit.min(63))),
+        }
+    }
+
+    /// Index of an object by name.
+    pub fn object(&self, name: &str) -> Option<usize> {
+        self.objects.iter().position(|object| object.name == name)
+    }
+
+    /// Index of a place by name.
+    pub fn place(&self, name: &str) -> Option<usize> {
+        self.places.iter().position(|place| place.name == name)
+    }
+
+    /// Index of an arm by name.
+    pub fn arm(&self, name: &str) -> Option<usize> {
+        self.arms.iter().position(|arm| arm.name == name)
+    }
+
+    /// Index of a sensor by name.
+    pub fn sensor(&self, name: &str) -> Option<usize> {
+        self.sensors.iter().position(|sensor| sensor == name)
+    }
+
+    /// As [`Setup::object`], for a policy that cannot do without it.
+    ///
+    /// # Errors
+    /// [`SetupError`] with the nearest name.
+    pub fn need_object(&self, cell: &Cell, name: &str) -> Result<usize, SetupError> {
+        let known: Vec<&str> = self.objects.iter().map(|o| o.name.as_str()).collect();
+        need(cell, "object", name, self.object(name), &known)
+    }
+
+    /// As [`Setup::place`], for a policy that cannot do without it.
+    ///
+    /// # Errors
+    /// [`SetupError`] with the nearest name.
+    pub fn need_place(&self, cell: &Cell, name: &str) -> Result<usize, SetupError> {
+        let known: Vec<&str> = self.places.iter().map(|p| p.name.as_str()).collect();
+        need(cell, "place", name, self.place(name), &known)
+    }
+
+    /// Name of an object, for logs.
+    pub fn object_name(&self, object: usize) -> &str {
+        self.objects.get(object).map_or("?", |o| o.name.as_str())
+    }
+
+    /// Where an object's centre belongs when it is in a slot: `None` for a slot
+    /// or an object that does not exist.
+    pub fn goal(&self, object: usize, place: usize, slot: usize) -> Option<Placement> {
+        let slot = self.places.get(place)?.slots.get(slot)?;
+        let [x, y, z] = slot.position;
+        let position = [x, y, z + self.objects.get(object)?.half_height_m];
+        Some(Placement { position, ..*slot })
+    }
+}
+
+impl Tool {
+    /// Of a robot.
+    pub fn of(robot: &Robot) -> Self {
+        match (&robot.gripper, &robot.suction) {
+            (Some(gripper), _) => Self::Fingers {
+                open_width_m: gripper.max_width,
+                force_n: gripper.default_force,
+            },
+            (None, Some(_)) => Self::Suction,
+            (None, None) => Self::None,
+        }
+    }
+
+    /// Orientation of the TCP with the tool straight down, turned by `yaw`
+    /// about the vertical axis (rad); w x y z.
+    pub fn down(self, yaw: f64) -> [f64; 4] {
+        match self {
+            Self::Suction => geometry::straight_down_by_x(yaw),
+            Self::Fingers { .. } | Self::None => geometry::straight_down(yaw),
+        }
+    }
+
+    /// The inverse of [`Tool::down`] (rad).
+    pub fn yaw(self, orientation_wxyz: [f64; 4]) -> f64 {
+        let rotation = geometry::rotation(orientation_wxyz);
+        let axis = match self {
+            Self::Suction => rotation * Vector3::z(),
+            Self::Fingers { .. } | Self::None => rotation * Vector3::x(),
+        };
+        libm::atan2(axis.y, axis.x)
+    }
+
+    /// Height of the TCP above the centre of an object that is gripped from
+    /// above (m).
+    pub fn grasp_height(self, object: &ObjectSetup) -> f64 {
+        match self {
+            Self::Suction => object.half_height_m,
+            Self::Fingers { .. } | Self::None => 0.0,
+        }
+    }
+}
+
+fn need(
+    cell: &Cell,
+    what: &str,
+    name: &str,
+    found: Option<usize>,
+    known: &[&str],
+) -> Result<usize, SetupError> {
+    found.ok_or_else(|| {
+        let advice = suggest::advice(name, known);
+        SetupError::new(cell, format!("there is no {what} '{name}'; {advice}"))
+    })
+}
+
+fn arm(spec: &ArmSpec) -> ArmSetup {
+    let mut home = [0.0; MAX_JOINTS];
+    for (slot, position) in home.iter_mut().zip(&spec.home) {
+        *slot = *position;
+    }
+    ArmSetup {
+        name: spec.name.clone(),
+        base: spec.base.translation.vector,
+        home,
+        tool: Tool::of(&spec.robot),
+        reach_m: reach(&spec.robot),
+    }
+}
+
+/// The links between the second joint and the last, stretched: the tool points
+/// down and adds nothing.
+fn reach(robot: &Robot) -> f64 {
+    let joints = robot.chain.joints();
+    let controlled = robot.arm_joints.iter().filter_map(|i| joints.get(*i));
+    let stretched: f64 = controlled
+        .skip(2)
+        .map(|joint| joint.origin.translation.vector.norm())
+        .sum();
+    REACH_SHARE * stretched
+}
+
+fn object(spec: &cell_model::ObjectSpec) -> ObjectSetup {
+    let half_height_m = match spec.shape {
+        Shape::Box { size_m } | Shape::Bin { size_m, .. } => 0.5 * size_m[2],
+        Shape::Sphere { radius_m } => radius_m,
+        Shape::Cylinder { height_m, .. } => 0.5 * height_m,
+        Shape::Capsule { radius_m, height_m } => radius_m + 0.5 * height_m,
+    };
+    ObjectSetup {
+        name: spec.name.clone(),
+        half_height_m,
+        obstacle_bit: None,
+    }
+}
+
+fn place(name: &str, table: &PlaceTable) -> PlaceSetup {
+    let along = |offset: [f64; 3]| {
+        let plane = geometry::turned(Vector2::new(offset[0], offset[1]), table.yaw_rad);
+        let [x, y, z] = table.position_m;
+        Placement {
+            position: [x + plane.x, y + plane.y, z + offset[2]],
+            yaw: table.yaw_rad,
+        }
+    };
+    PlaceSetup {
+        name: name.to_owned(),
+        slots: table.offsets().into_iter().map(along).collect(),
+    }
+}

@@ -1,0 +1,525 @@
+//! One arm of a cell in one decision: what it sees, and what it is told.
+
+use ipc_types::decision::{GoalKind, MAX_PLACED, Outcome};
+use ipc_types::world::{OBJECT_DRAGGED, OBJECT_ENABLED};
+use ipc_types::{GripperGoal, Pose};
+use nalgebra::Vector3;
+use robocell_task::job::{Job, Placement};
+use robocell_task::{ArmIntent, Observation, Output, PolicyTime, TraceEvent};
+
+use crate::condition::PLACE_TOLERANCE_M;
+use crate::geometry;
+use crate::progress::Step;
+use crate::setup::{ArmSetup, ObjectSetup, Setup, Tool};
+
+/// A gripped object is nearer to the TCP than this many of its heights: half of
+/// its diagonal and what a pull may shift it by.
+const IN_GRIPPER_HEIGHTS: f64 = 1.0;
+/// An object further from the TCP than this many of its heights has left the
+/// gripper.
+const LEFT_HEIGHTS: f64 = 1.5;
+/// Fingers nearer than this many heights of an object are closed around it.
+const CLOSED_HEIGHTS: f64 = 1.2;
+/// Fingers within this of the open width are open (m).
+const OPEN_TOLERANCE_M: f64 = 0.008;
+/// Decisions in a row in which a grip has to be missed to count as lost:
+/// contacts flicker while an object settles between the pads.
+const LOST_DECISIONS: u32 = 5;
+/// An object moves slower than this when it is at rest (m/s).
+const REST_SPEED_M_S: f64 = 0.01;
+/// Joints of an arm at rest are slower than this (rad/s or m/s).
+const REST_JOINT_SPEED: f64 = 0.02;
+
+/// The view of one arm in one decision.
+pub struct World<'w> {
+    /// The cell.
+    pub setup: &'w Setup,
+    /// What is seen.
+    pub observation: &'w Observation<'w>,
+    /// What happened so far.
+    pub job: &'w mut Job,
+    /// Where goals and the log go.
+    pub out: &'w mut Output,
+    /// Index of the arm.
+    pub arm: usize,
+    /// Whether this is the first decision after others were missed, or after the
+    /// operator led the arm: what skills timed before it counts no more.
+    pub resumed: bool,
+    acted: bool,
+    /// What the gripper was told in this decision.
+    gripper: GripperGoal,
+}
+
+/// A motion to one pose, as [`World::drive`] works it off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    /// TCP, world frame.
+    pub target: Pose,
+    /// Reached when nearer than this (m).
+    pub tolerance_m: f64,
+    /// And turned by less than this (rad).
+    pub angle_rad: f64,
+    /// And both for this long.
+    pub settle: PolicyTime,
+    /// What the gripper does meanwhile.
+    pub gripper: GripperGoal,
+    /// With more than 0 in a straight line: the arm follows a point that is this
+    /// far ahead of it on the line (m).
+    pub lead_m: f64,
+    /// An object that is no obstacle for this motion.
+    pub object: Option<usize>,
+}
+
+impl Drive {
+    /// To `target`, not very exactly.
+    pub fn travel(target: Pose, gripper: GripperGoal) -> Self {
+        Self {
+            target,
+            tolerance_m: 0.02,
+            angle_rad: 0.05,
+            settle: PolicyTime::from_ticks(100),
+            gripper,
+            lead_m: 0.0,
+            object: None,
+        }
+    }
+
+    /// To `target`, exactly and in a straight line.
+    pub fn precise(target: Pose, gripper: GripperGoal) -> Self {
+        Self {
+            tolerance_m: 0.004,
+            settle: PolicyTime::from_ticks(150),
+            lead_m: 0.08,
+            ..Self::travel(target, gripper)
+        }
+    }
+
+    /// Past an object that shall not count as an obstacle.
+    #[must_use]
+    pub fn near(mut self, object: Option<usize>) -> Self {
+        self.object = object;
+        self
+    }
+}
+
+impl<'w> World<'w> {
+    /// The view of `arm`.
+    pub fn new(
+        setup: &'w Setup,
+        observation: &'w Observation<'w>,
+        job: &'w mut Job,
+        out: &'w mut Output,
+        arm: usize,
+    ) -> Self {
+        Self {
+            setup,
+            observation,
+            job,
+            out,
+            arm,
+            resumed: false,
+            acted: false,
+            gripper: GripperGoal::Keep,
+        }
+    }
+
+    /// Policy time.
+    pub fn now(&self) -> PolicyTime {
+        self.observation.time()
+    }
+
+    /// The arm's part of the setup; `None` for an arm the cell does not have.
+    pub fn arm_setup(&self) -> Option<&'w ArmSetup> {
+        self.setup.arms.get(self.arm)
+    }
+
+    /// What the arm grips with.
+    pub fn tool(&self) -> Tool {
+        self.arm_setup().map_or(Tool::None, |arm| arm.tool)
+    }
+
+    /// Measured TCP, world frame.
+    pub fn tcp(&self) -> Option<Pose> {
+        self.observation.tcp(self.arm)
+    }
+
+    /// Measured position of the TCP (m); the origin for an arm that is not seen.
+    pub fn tcp_position(&self) -> Vector3<f64> {
+        self.tcp()
+            .map_or_else(Vector3::zeros, |tcp| tcp.position.into())
+    }
+
+    /// Turn of the measured tool about the vertical axis (rad).
+    pub fn tool_yaw(&self) -> f64 {
+        let tcp = self.tcp();
+        tcp.map_or(0.0, |tcp| self.tool().yaw(tcp.orientation_wxyz))
+    }
+
+    /// Pose of an object; `None` where it is not in the cell.
+    pub fn object(&self, object: usize) -> Option<Pose> {
+        let seen = self.observation.object(object)?;
+        (seen.flags & OBJECT_ENABLED != 0).then_some(seen.pose)
+    }
+
+    /// Centre of an object (m).
+    pub fn position(&self, object: usize) -> Option<Vector3<f64>> {
+        self.object(object).map(|pose| pose.position.into())
+    }
+
+    /// Centre and turn of an object.
+    pub fn placement(&self, object: usize) -> Option<Placement> {
+        self.object(object).map(|pose| Placement {
+            position: pose.position,
+            yaw: geometry::yaw(&pose),
+        })
+    }
+
+    /// Whether the operator drags an object.
+    pub fn is_dragged(&self, object: usize) -> bool {
+        let seen = self.observation.object(object);
+        seen.is_some_and(|seen| seen.flags & OBJECT_DRAGGED != 0)
+    }
+
+    /// Whether an object is at rest.
+    pub fn is_at_rest(&self, object: usize) -> bool {
+        let seen = self.observation.object(object);
+        seen.is_some_and(|seen| Vector3::from(seen.twist.linear).norm() < REST_SPEED_M_S)
+    }
+
+    /// The object in the gripper: attached, or touched by both fingers, or in
+    /// the light barrier between fingers that were closed; and at the TCP.
+    pub fn held(&self) -> Option<usize> {
+        self.held_by(self.arm)
+    }
+
+    /// The object in the gripper of an arm.
+    pub fn held_by(&self, arm: usize) -> Option<usize> {
+        let gripper = self.observation.arm(arm)?.gripper;
+        if gripper.held_object > 0 {
+            return Some(gripper.held_object as usize - 1);
+        }
+        let object = (gripper.beam_object as usize).checked_sub(1)?;
+        let height = 2.0 * self.object_setup(object)?.half_height_m;
+        let tcp = Vector3::from(self.observation.tcp(arm)?.position);
+        let told = self.out.previous(arm);
+        let closed = gripper.width < CLOSED_HEIGHTS * height
+            && told.is_some_and(|told| told.gripper != GripperGoal::Open);
+        let near = (self.position(object)? - tcp).norm() < IN_GRIPPER_HEIGHTS * height;
+        (closed && near).then_some(object)
+    }
+
+    /// Whether any arm holds an object.
+    pub fn is_held(&self, object: usize) -> bool {
+        (0..self.setup.arms.len()).any(|arm| self.held_by(arm) == Some(object))
+    }
+
+    /// Counts in `missed` for how many decisions in a row the arm has not held
+    /// `object`; whether it is lost.
+    pub fn is_lost(&self, object: usize, missed: &mut u32) -> bool {
+        *missed = if self.held() == Some(object) {
+            0
+        } else {
+            missed.saturating_add(1)
+        };
+        *missed >= LOST_DECISIONS
+    }
+
+    /// Whether the gripper is open, or the suction off.
+    pub fn is_open(&self) -> bool {
+        let Some(arm) = self.observation.arm(self.arm) else {
+            return false;
+        };
+        match self.tool() {
+            Tool::Fingers { open_width_m, .. } => {
+                arm.gripper.width >= open_width_m - OPEN_TOLERANCE_M
+            }
+            Tool::Suction => arm.gripper.attached == 0 && arm.gripper.suction == 0,
+            Tool::None => true,
+        }
+    }
+
+    /// Whether the arm reaches a point with the tool straight down (m).
+    pub fn reaches(&self, point: Vector3<f64>) -> bool {
+        let arm = self.arm_setup();
+        arm.is_some_and(|arm| geometry::plane_distance(point, arm.base) <= arm.reach_m)
+    }
+
+    /// The slot of a place in which an object is, in no gripper; nearer than
+    /// `tolerance_m` in the plane, and in that layer.
+    pub fn slot_of(&self, object: usize, place: usize, tolerance_m: f64) -> Option<usize> {
+        let position = self.position(object)?;
+        let half = self.object_setup(object)?.half_height_m;
+        let slots = self.setup.places.get(place)?.slots.len();
+        let found = (0..slots).find(|slot| {
+            let goal = self.setup.goal(object, place, *slot);
+            goal.is_some_and(|goal| {
+                let off = position - Vector3::from(goal.position);
+                off.xy().norm() < tolerance_m && off.z.abs() < half
+            })
+        })?;
+        (!self.is_held(object)).then_some(found)
+    }
+
+    /// The first slot of a place in which no other object is.
+    pub fn free_slot(&self, object: usize, place: usize, tolerance_m: f64) -> Option<usize> {
+        let slots = self.setup.places.get(place)?.slots.len();
+        let others = (0..self.setup.objects.len()).filter(|other| *other != object);
+        let taken: Vec<usize> = others
+            .filter_map(|other| self.slot_of(other, place, tolerance_m))
+            .collect();
+        (0..slots).find(|slot| !taken.contains(slot))
+    }
+
+    /// A key for a new goal; it is also a new entry into a phase.
+    pub fn new_key(&mut self) -> u64 {
+        self.job.counters.phase_entry += 1;
+        u64::from(self.job.counters.phase_entry)
+    }
+
+    /// The TCP that grips an object with its centre at `at`, the tool straight
+    /// down and `above_m` above the grip.
+    pub fn grip_pose(&self, object: usize, at: Placement, above_m: f64) -> Pose {
+        let height = self
+            .object_setup(object)
+            .map_or(0.0, |object| self.tool().grasp_height(object));
+        let [x, y, z] = at.position;
+        Pose {
+            position: [x, y, z + height + above_m],
+            orientation_wxyz: self.tool().down(at.yaw),
+        }
+    }
+
+    /// The TCP that brings the object in the gripper to `goal`, as the object is
+    /// in the gripper now.
+    pub fn place_pose(&self, object: usize, goal: Placement) -> Option<Pose> {
+        let (tcp, pose) = (self.tcp()?, self.object(object)?);
+        let in_gripper = Vector3::from(pose.position) - Vector3::from(tcp.position);
+        let turned = self.tool_yaw();
+        let wanted = goal.yaw - (geometry::yaw(&pose) - turned);
+        let yaw = geometry::nearest_quarter(wanted, turned);
+        let shift = geometry::turned(in_gripper.xy(), yaw - turned);
+        let [x, y, z] = goal.position;
+        Some(Pose {
+            position: [x - shift.x, y - shift.y, z - in_gripper.z],
+            orientation_wxyz: self.tool().down(yaw),
+        })
+    }
+
+    /// Says what the arm shall do. What is said later in a decision replaces what
+    /// was said before, but for the gripper, which keeps its last command.
+    pub fn act(&mut self, intent: ArmIntent) {
+        self.acted = true;
+        if intent.gripper != GripperGoal::Keep {
+            self.gripper = intent.gripper;
+        }
+        let obstacle_mask = intent.obstacle_mask & self.setup.solid_obstacles;
+        let intent = ArmIntent {
+            obstacle_mask,
+            gripper: self.gripper,
+            grip_force: self.grip_force(),
+            ..intent
+        };
+        self.out.arm(self.arm, intent);
+    }
+
+    /// The arm stays with the target it has, and the gripper does `gripper`.
+    pub fn stay(&mut self, gripper: GripperGoal) {
+        let mut intent = ArmIntent {
+            gripper,
+            ..ArmIntent::default()
+        };
+        if let Some(previous) = self.out.previous(self.arm)
+            && previous.kind == GoalKind::Pose
+        {
+            intent.kind = GoalKind::Pose;
+            intent.key = previous.key;
+            intent.target = previous.target;
+        }
+        self.act(intent);
+    }
+
+    /// To be called at the end of a decision: an arm that no skill spoke for
+    /// stays where it was sent, and a drop of the first arm is counted.
+    pub fn finish(&mut self) {
+        if !self.acted {
+            self.stay(GripperGoal::Keep);
+        }
+        if self.arm == 0 {
+            self.job.held = self.kept();
+        }
+    }
+
+    /// Says how the job stands: whether it is done, and which objects are in a slot
+    /// of a place.
+    pub fn report(&mut self, done: bool) {
+        self.job.done = done;
+        self.out.outcome = if done {
+            Outcome::Done
+        } else {
+            Outcome::Running
+        };
+        let setup = self.setup;
+        let is_placed = |object: &usize| {
+            let mut places = 0..setup.places.len();
+            places.any(|place| self.slot_of(*object, place, PLACE_TOLERANCE_M).is_some())
+        };
+        let placed: Vec<u32> = (0..setup.objects.len())
+            .filter(is_placed)
+            .filter_map(|object| u32::try_from(object).ok())
+            .take(MAX_PLACED)
+            .collect();
+        self.job.placed.clear();
+        self.job.placed.extend(placed);
+    }
+
+    /// Begins `step` unless it has begun, and after a resume counts its times
+    /// again. Answers how long it has lasted.
+    pub fn begin(&mut self, step: &mut Step) -> PolicyTime {
+        let now = self.now();
+        if !step.has_begun() || self.resumed {
+            let key = match step.key {
+                0 => self.new_key(),
+                key => key,
+            };
+            *step = Step {
+                key,
+                began: now,
+                settled: None,
+                from: self.tcp_position().into(),
+            };
+        }
+        now.since(step.began)
+    }
+
+    /// Sends the arm; whether it has settled at the target. A goal of another
+    /// step says nothing about this one, and neither does a controller that has
+    /// not answered this goal yet.
+    pub fn drive(&mut self, step: &mut Step, drive: &Drive) -> bool {
+        self.begin(step);
+        let object_mask = drive
+            .object
+            .and_then(|o| self.object_setup(o)?.obstacle_bit);
+        let there = self.has_reached(step.key, drive);
+        self.act(ArmIntent {
+            gripper: drive.gripper,
+            object_mask: object_mask.map_or(u64::MAX, |bit| !(1 << bit)),
+            ..ArmIntent::pose(step.key, self.led(step, drive))
+        });
+        self.settles(step, there, drive.settle)
+    }
+
+    /// Whether `holds` has been true in `step` for `settle`.
+    pub fn settles(&self, step: &mut Step, holds: bool, settle: PolicyTime) -> bool {
+        step.settled = match (holds, step.settled) {
+            (false, _) => None,
+            (true, since) => since.or(Some(self.now())),
+        };
+        step.settled
+            .is_some_and(|since| self.now().since(since) >= settle)
+    }
+
+    /// Whether the controller follows the goal sent under `key`.
+    pub fn is_followed(&self, key: u64) -> bool {
+        let sent = self.out.previous(self.arm).filter(|p| p.key == key);
+        let echo = self.observation.echo(self.arm);
+        sent.zip(echo)
+            .is_some_and(|(sent, echo)| echo.goal_active && echo.goal_id == sent.goal_id)
+    }
+
+    /// Whether the arm is at rest at the target already, whoever sent it.
+    pub fn is_there(&self, drive: &Drive) -> bool {
+        let at_rest = self.observation.arm(self.arm).is_some_and(|arm| {
+            let joints = arm.joint_velocities.iter().take(arm.joint_count as usize);
+            joints
+                .clone()
+                .all(|velocity| velocity.abs() < REST_JOINT_SPEED)
+        });
+        at_rest && self.is_near(drive)
+    }
+
+    fn has_reached(&self, key: u64, drive: &Drive) -> bool {
+        self.is_near(drive) && self.is_followed(key)
+    }
+
+    fn is_near(&self, drive: &Drive) -> bool {
+        self.tcp().is_some_and(|tcp| {
+            let off = Vector3::from(tcp.position) - Vector3::from(drive.target.position);
+            let angle =
+                geometry::angle_between(tcp.orientation_wxyz, drive.target.orientation_wxyz);
+            off.norm() < drive.tolerance_m && angle < drive.angle_rad
+        })
+    }
+
+    /// Where the arm is sent now on its way to the target.
+    fn led(&self, step: &Step, drive: &Drive) -> Pose {
+        let from = Vector3::from(step.from);
+        let way = Vector3::from(drive.target.position) - from;
+        let length = way.norm();
+        if drive.lead_m <= 0.0 || length <= drive.lead_m {
+            return drive.target;
+        }
+        let done = (self.tcp_position() - from).dot(&way) / length;
+        let ahead = (done.max(0.0) + drive.lead_m).min(length);
+        Pose {
+            position: (from + way * (ahead / length)).into(),
+            ..drive.target
+        }
+    }
+
+    /// The object in the gripper. One that was there and is not seen for a moment
+    /// stays, one that left a gripper that was not opened is counted as a drop.
+    fn kept(&mut self) -> Option<usize> {
+        let held = self.held();
+        let Some(before) = self.job.held.filter(|before| held != Some(*before)) else {
+            return held;
+        };
+        let told = self.out.previous(self.arm).map(|told| told.gripper);
+        if told == Some(GripperGoal::Open) {
+            return held;
+        }
+        let height = self
+            .object_setup(before)
+            .map_or(0.0, |object| 2.0 * object.half_height_m);
+        let off = self.position(before).map(|p| p - self.tcp_position());
+        let near = off.is_some_and(|off| off.norm() < LEFT_HEIGHTS * height);
+        // A policy that opens now has noticed it, too.
+        if held.is_none() && near && self.gripper != GripperGoal::Open {
+            return Some(before);
+        }
+        self.job.counters.drops += 1;
+        let setup = self.setup;
+        let name = setup.object_name(before);
+        self.out.event(
+            TraceEvent::Drop,
+            format_args!("[drop] {name} left the gripper"),
+        );
+        held
+    }
+
+    /// Notes that something has to be done again.
+    pub fn note_retry(&mut self, object: usize, why: &str) {
+        self.job.counters.recoveries += 1;
+        let setup = self.setup;
+        let name = setup.object_name(object);
+        self.out
+            .event(TraceEvent::Recover, format_args!("[retry] {name} {why}"));
+    }
+
+    /// Gives the job up; the log says why.
+    pub fn fail(&mut self, reason: &str, why: std::fmt::Arguments<'_>) {
+        self.out
+            .event(TraceEvent::Fault, format_args!("[failed] {why}"));
+        self.job.fail(reason);
+    }
+
+    pub(crate) fn object_setup(&self, object: usize) -> Option<&'w ObjectSetup> {
+        self.setup.objects.get(object)
+    }
+
+    fn grip_force(&self) -> f64 {
+        match self.tool() {
+            Tool::Fingers { force_n, .. } => force_n,
+            Tool::Suction | Tool::None => 0.0,
+        }
+    }
+}
