@@ -9,11 +9,8 @@ use serde::{Deserialize, Serialize};
 
 /// The machine.
 pub(crate) struct Fsm {
-    /// The cell.
     pub(crate) setup: Arc<Setup>,
-    /// The cube.
     pub(crate) cube: usize,
-    /// Where it belongs.
     pub(crate) mark: usize,
 }
 

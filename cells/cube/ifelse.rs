@@ -8,11 +8,8 @@ use serde::{Deserialize, Serialize};
 
 /// The controller.
 pub(crate) struct IfElse {
-    /// The cell.
     pub(crate) setup: Arc<Setup>,
-    /// The cube.
     pub(crate) cube: usize,
-    /// Where it belongs.
     pub(crate) mark: usize,
 }
 

@@ -5,7 +5,7 @@ use ipc_types::operator::OperatorAction;
 
 use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, EvalArgs};
 use crate::failure::{Context, Failure};
-use crate::{client, record, replay, run, say, shot, task_program};
+use crate::{client, new, record, replay, run, say, shot, task_program};
 
 /// Does what the command line says.
 pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
@@ -38,6 +38,7 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Schema(args) => client::schema(args),
         Command::Bench(args) => run_bench(args),
         Command::Eval(args) => eval(args),
+        Command::New(args) => new::new(args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "robocell", &mut script);

@@ -90,6 +90,8 @@ pub enum Command {
     Bench(BenchArgs),
     /// Run many seeds in one process and count what became of them
     Eval(EvalArgs),
+    /// Make a project of your own: a cell, a policy and a test
+    New(NewArgs),
     /// Print completions for a shell
     Completions {
         /// The shell.
@@ -165,6 +167,37 @@ pub struct RunArgs {
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub data: DataArgs,
+}
+
+/// How the task of a project is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Way {
+    /// One if/else, in Rust
+    Ifelse,
+    /// A state machine without a library, in Rust
+    Fsm,
+    /// A behaviour tree in Rust
+    Tree,
+    /// A behaviour tree in a JSON file
+    Json,
+    /// A table of states and transitions, in a TOML file
+    Table,
+    /// An event x state matrix, in a TOML file
+    Matrix,
+}
+
+/// `robocell new`.
+#[derive(Clone, Debug, Args)]
+pub struct NewArgs {
+    /// Name of the project, its folder and its cell
+    pub name: String,
+    /// How its task is written; docs/choosing.md compares the six ways
+    #[arg(long = "as", value_enum, value_name = "WAY")]
+    pub way: Way,
+    /// Checkout whose packages a project in Rust is built with; the one this program
+    /// was built from otherwise
+    #[arg(long, value_name = "DIR")]
+    pub crates: Option<PathBuf>,
 }
 
 /// `robocell list`.

@@ -14,6 +14,7 @@ pub mod failure;
 mod flight;
 mod leftovers;
 pub mod lock;
+mod new;
 mod page;
 mod programs;
 mod record;

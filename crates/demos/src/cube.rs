@@ -8,34 +8,16 @@ mod ifelse;
 #[path = "../../../cells/cube/tree.rs"]
 mod tree;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use cell_model::{Cell, Checker, ModelError};
+use cell_model::Cell;
 use robocell_skills::files::{self, TreeSource};
-use robocell_skills::settings::check_places;
-use robocell_skills::{PlaceTable, Setup};
-use robocell_task::{Kind, Settings, SetupError, boxed};
-use schemars::JsonSchema;
-use serde::Deserialize;
-
-/// Put the cube on the mark.
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CubeTask {
-    /// Places; the job needs `mark`.
-    place: BTreeMap<String, PlaceTable>,
-}
-
-impl Settings for CubeTask {
-    fn check(&self, _cell: &Cell, at: &Checker<'_>) -> Result<(), ModelError> {
-        check_places(&self.place, at)
-    }
-}
+use robocell_skills::{Places, Setup};
+use robocell_task::{Kind, SetupError, boxed};
 
 /// `kind = "cube"` and its policies.
-pub fn kind() -> Kind<CubeTask> {
-    Kind::<CubeTask>::new("cube")
+pub fn kind() -> Kind<Places> {
+    Kind::<Places>::new("cube")
         .policy("ifelse", |task, cell| {
             let (setup, cube, mark) = parts(task, cell)?;
             Ok(boxed(ifelse::IfElse { setup, cube, mark }))
@@ -66,7 +48,7 @@ pub fn kind() -> Kind<CubeTask> {
 }
 
 /// What the policies in Rust work with.
-fn parts(task: &CubeTask, cell: &Cell) -> Result<(Arc<Setup>, usize, usize), SetupError> {
+fn parts(task: &Places, cell: &Cell) -> Result<(Arc<Setup>, usize, usize), SetupError> {
     let setup = Setup::new(cell, &task.place);
     let cube = setup.need_object(cell, "cube")?;
     let mark = setup.need_place(cell, "mark")?;

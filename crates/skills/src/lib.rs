@@ -35,7 +35,7 @@ pub use motion::{FollowOperator, Home, MoveTo, Target};
 pub use pick::Pick;
 pub use place::Place;
 pub use progress::{Progress, Step};
-pub use settings::{FileTask, PlaceTable};
+pub use settings::{FileTask, PlaceTable, Places};
 pub use setup::{ArmSetup, ObjectSetup, PlaceSetup, Setup, Tool};
 pub use skill::{Skill, SkillLeaf, Station};
 pub use world::World;

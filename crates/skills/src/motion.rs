@@ -49,7 +49,7 @@ pub enum Target {
 }
 
 /// Brings the TCP to a target. It succeeds at once where the arm is at rest there
-/// already, unless the target is straight up from where it is. It fails when that takes too long, when an
+/// already. It fails when the target is out of reach or not reached in time, when an
 /// object that shall be in the gripper is lost, and when an object that shall
 /// stay where it is moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,9 +120,14 @@ impl MoveTo {
         self
     }
 
-    /// The TCP now wanted; `None` where the target cannot be told. The part that
-    /// does not follow is kept in `progress`.
+    /// The TCP now wanted; `None` where the target cannot be told, or is out of
+    /// reach. The part that does not follow is kept in `progress`.
     fn pose(&self, progress: &mut Progress, world: &World<'_>) -> Option<Pose> {
+        let pose = self.wanted(progress, world)?;
+        world.reaches(pose.position.into()).then_some(pose)
+    }
+
+    fn wanted(&self, progress: &mut Progress, world: &World<'_>) -> Option<Pose> {
         match self.target {
             Target::Pose(pose) => Some(pose),
             Target::Object { object, above_m } => {

@@ -229,6 +229,21 @@ impl Settings for FileTask {
     }
 }
 
+/// A job in Rust that needs nothing but places.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Places {
+    /// Places where objects belong, by name.
+    #[serde(default)]
+    pub place: BTreeMap<String, PlaceTable>,
+}
+
+impl Settings for Places {
+    fn check(&self, _cell: &Cell, at: &Checker<'_>) -> Result<(), ModelError> {
+        check_places(&self.place, at)
+    }
+}
+
 /// Refuses places that cannot be meant.
 ///
 /// # Errors

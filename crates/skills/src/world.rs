@@ -240,8 +240,10 @@ impl<'w> World<'w> {
 
     /// Whether the arm reaches a point with the tool straight down (m).
     pub fn reaches(&self, point: Vector3<f64>) -> bool {
-        let arm = self.arm_setup();
-        arm.is_some_and(|arm| geometry::plane_distance(point, arm.base) <= arm.reach_m)
+        self.arm_setup().is_some_and(|arm| {
+            let off = point - arm.base;
+            off.xy().norm() <= arm.reach_m && off.z.abs() <= arm.reach_m
+        })
     }
 
     /// The slot of a place in which an object is, in no gripper; nearer than

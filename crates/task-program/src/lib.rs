@@ -13,10 +13,14 @@ pub mod inspect;
 pub mod process;
 pub mod slots;
 
+use std::path::Path;
 use std::process::ExitCode;
 
-use cell_sim::Program;
+use cell_model::Data;
+use cell_sim::{Program, SimError, eval, run};
 use robocell_task::Policies;
+
+pub use cell_model::runs::summary::{RunOutcome, RunSummary};
 
 /// `main` of a task program with these jobs.
 pub fn main(policies: Policies) -> ExitCode {
@@ -25,4 +29,26 @@ pub fn main(policies: Policies) -> ExitCode {
     }
     let data = cell_files::data();
     cli::main(&Program { policies, data })
+}
+
+/// Runs a cell of the folder `data` to its end, in this process and as fast as it
+/// gets, with its default policy: for the tests of a job.
+///
+/// # Errors
+/// [`SimError`] for a cell or a behaviour that cannot be started.
+pub fn run_cell(
+    policies: &Policies,
+    data: &Path,
+    demo: &str,
+    seed: u64,
+) -> Result<RunSummary, SimError> {
+    let program = Program {
+        policies: policies.clone(),
+        data: Data::dir(data).with_robots_of(&cell_files::data()),
+    };
+    let mut spec = eval::template(demo, "");
+    spec.seed = seed;
+    let cell = spec.load_cell_from(&program.data)?;
+    spec.policy = cell.default_policy;
+    run::to_the_end(&program, &spec, |_, _| {})
 }

@@ -103,3 +103,95 @@ fn no_way_notices_that_its_task_is_killed_at_every_decision() {
         }
     }
 }
+
+/// The cube is pulled off the table before the arm is at it.
+const FALL: &str = r#"
+{"at_s": 1.0, "do": "drag", "object": "cube", "to": [0.5, -1.3, 0.15], "for_s": 3}
+"#;
+
+fn checkout(path: &str) -> String {
+    std::fs::read_to_string(cell_model::Data::checkout_dir().join(path)).unwrap()
+}
+
+/// The code blocks of docs/choosing.md in that language.
+fn blocks<'d>(guide: &'d str, language: &str) -> Vec<&'d str> {
+    let start = format!("```{language}\n");
+    let parts = guide.split(start.as_str()).skip(1);
+    parts
+        .map(|part| part.split("```").next().unwrap())
+        .collect()
+}
+
+/// A file of the checkout, and its text with the changes of a diff.
+fn changed(diff: &str) -> (String, String) {
+    let (head, hunks) = diff.split_once("\n@@\n").unwrap();
+    let file = head.strip_prefix("--- ").unwrap();
+    let mut text = checkout(file);
+    for hunk in hunks.split("\n@@\n") {
+        let side = |other: char| {
+            let lines = hunk.lines().filter(|line| !line.starts_with(other));
+            lines.fold(String::new(), |all, line| {
+                all + line.get(1..).unwrap_or_default() + "\n"
+            })
+        };
+        let (before, after) = (side('+'), side('-'));
+        assert_eq!(text.matches(&before).count(), 1, "{file}: {before}");
+        text = text.replacen(&before, &after, 1);
+    }
+    (file.to_owned(), text)
+}
+
+#[test]
+fn the_guide_quotes_the_six_files() {
+    let guide = checkout("docs/choosing.md");
+    let files = ["ifelse.rs", "fsm.rs", "tree.rs"].map(|name| format!("cells/cube/{name}"));
+    let named = ["tree.json", "machine.toml", "matrix.toml"];
+    let named = named.map(|name| format!("cells/cube/cube.{name}"));
+    let texts: Vec<String> = files
+        .iter()
+        .chain(&named)
+        .map(|file| checkout(file))
+        .collect();
+    let mut quoted = 0;
+    for language in ["rust", "json", "toml"] {
+        for block in blocks(&guide, language) {
+            // Rows that are apart in the file are quoted below each other.
+            for part in block.trim_end().split("\n\n[[rows]]") {
+                assert!(texts.iter().any(|text| text.contains(part)), "{part}");
+            }
+            quoted += 1;
+        }
+    }
+    assert_eq!(quoted, 6);
+    for text in &texts {
+        assert!((40..=120).contains(&text.lines().count()), "{text}");
+    }
+}
+
+#[test]
+fn the_new_rule_of_the_guide_fits_all_files_and_is_obeyed_by_those_without_a_compiler() {
+    let guide = checkout("docs/choosing.md");
+    let diffs = blocks(&guide, "diff");
+    assert_eq!(diffs.len(), 6);
+    let dir = std::env::temp_dir().join(format!("robocell-choosing-{}", std::process::id()));
+    std::fs::create_dir_all(dir.join("cells/cube")).unwrap();
+    std::fs::write(dir.join("cells/cube.toml"), checkout("cells/cube.toml")).unwrap();
+    for diff in diffs {
+        let (file, text) = changed(diff.trim_end());
+        std::fs::write(dir.join(file), text).unwrap();
+    }
+    for policy in ["json", "table", "matrix"] {
+        let mut spec: RunSpec = eval::template("cube", policy);
+        spec.script = cell_model::cells::script::parse(FALL, "script").unwrap();
+        spec.data_dir = Some(dir.clone());
+        let program = crate::program();
+        let summary = cell_sim::run::to_the_end(&program, &spec, |_, _| {}).unwrap();
+        assert_eq!(
+            format!("{:?}", summary.outcome),
+            "Done",
+            "{policy}: {summary:?}"
+        );
+        assert!(summary.placed.is_empty(), "{policy}");
+    }
+    std::fs::remove_dir_all(&dir).ok();
+}
