@@ -20,14 +20,18 @@ pub(crate) fn tree(cube: usize, mark: usize) -> Result<Tree<Station>, TreeError>
         place: mark,
         tolerance_m: 0.02,
     };
-    let finish = Node::sequence(
-        "finish",
-        Memory::No,
+    let leave = Node::sequence(
+        "leave",
+        Memory::Yes,
         vec![
-            condition("on_mark", on_mark),
             skill("let_go", Open),
             skill("retract", MoveTo::object(cube, 0.1)),
         ],
+    );
+    let finish = Node::sequence(
+        "finish",
+        Memory::No,
+        vec![condition("on_mark", on_mark), leave],
     );
     let bring = Node::sequence(
         "bring",

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use behavior::board::{Fault, In};
 use behavior::suggest;
+use behavior::tree::check::CONDITION;
 use behavior::tree::{BindError, Binder, Binding, Cx, Leaf, Library, NodeType};
 use behavior::value::Numbers;
 use behavior::{Status, Str};
@@ -533,6 +534,7 @@ fn asked(name: &'static str, doc: &'static str, condition: Condition) -> NodeTyp
     NodeType::new(name, doc, move |_| {
         Ok(Asked(move |_: &Context<'_, '_>| Ok(Some(condition))))
     })
+    .keywords(&[CONDITION])
 }
 
 fn about(
@@ -548,6 +550,7 @@ fn about(
             Ok(object.get(cx)?.map(make))
         }))
     })
+    .keywords(&[CONDITION])
     .input::<Str>("object", "the object")
 }
 
@@ -570,7 +573,7 @@ fn holding(setup: &Arc<Setup>) -> NodeType<Station> {
             }))
         },
     )
-    .keywords(&["gripped", "attached", "held"])
+    .keywords(&[CONDITION, "gripped", "attached", "held"])
     .input_or("object", Str::EMPTY, "the object")
 }
 
@@ -594,7 +597,7 @@ fn is_at(setup: &Arc<Setup>) -> NodeType<Station> {
             }))
         },
     )
-    .keywords(&["placed", "in place"])
+    .keywords(&[CONDITION, "placed", "in place"])
     .input::<Str>("object", "the object")
     .input::<Str>("place", "a place of [task]")
     .input_or(
@@ -616,7 +619,7 @@ fn is_full(setup: &Arc<Setup>) -> NodeType<Station> {
             Ok(place.map(|place| Condition::Full { place, tolerance_m }))
         }))
     })
-    .keywords(&["complete"])
+    .keywords(&[CONDITION, "complete"])
     .input::<Str>("place", "a place of [task]")
     .input_or(
         "tolerance_m",
@@ -642,7 +645,7 @@ fn fallen(setup: &Arc<Setup>) -> NodeType<Station> {
             }))
         },
     )
-    .keywords(&["lost", "floor"])
+    .keywords(&[CONDITION, "lost", "floor"])
     .input::<Str>("object", "the object")
     .input_or("below_m", 0.0, "the height, world frame (m)")
     .within(-20.0, 20.0)
@@ -660,6 +663,6 @@ fn sensed(setup: &Arc<Setup>) -> NodeType<Station> {
             }))
         },
     )
-    .keywords(&["light barrier"])
+    .keywords(&[CONDITION, "light barrier"])
     .input::<Str>("sensor", "the sensor")
 }

@@ -266,10 +266,11 @@ impl<'w> World<'w> {
     pub fn free_slot(&self, object: usize, place: usize, tolerance_m: f64) -> Option<usize> {
         let slots = self.setup.places.get(place)?.slots.len();
         let others = (0..self.setup.objects.len()).filter(|other| *other != object);
-        let taken: Vec<usize> = others
+        // A place has at most 64 slots.
+        let taken = others
             .filter_map(|other| self.slot_of(other, place, tolerance_m))
-            .collect();
-        (0..slots).find(|slot| !taken.contains(slot))
+            .fold(0_u64, |taken, slot| taken | 1 << slot.min(63));
+        (0..slots).find(|slot| taken >> slot.min(&63) & 1 == 0)
     }
 
     /// A key for a new goal; it is also a new entry into a phase.
@@ -360,18 +361,14 @@ impl<'w> World<'w> {
         } else {
             Outcome::Running
         };
-        let setup = self.setup;
-        let is_placed = |object: &usize| {
-            let mut places = 0..setup.places.len();
-            places.any(|place| self.slot_of(*object, place, PLACE_TOLERANCE_M).is_some())
-        };
-        let placed: Vec<u32> = (0..setup.objects.len())
-            .filter(is_placed)
-            .filter_map(|object| u32::try_from(object).ok())
-            .take(MAX_PLACED)
-            .collect();
         self.job.placed.clear();
-        self.job.placed.extend(placed);
+        for (number, object) in (0_u32..).zip(0..self.setup.objects.len()) {
+            let mut places = 0..self.setup.places.len();
+            let placed = places.any(|p| self.slot_of(object, p, PLACE_TOLERANCE_M).is_some());
+            if placed && self.job.placed.len() < MAX_PLACED {
+                self.job.placed.push(number);
+            }
+        }
     }
 
     /// Begins `step` unless it has begun, and after a resume counts its times

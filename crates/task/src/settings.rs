@@ -36,19 +36,18 @@ impl Settings for NoSettings {}
 
 /// Why a job cannot be made of a cell and its files.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("cells/{demo}.toml: {problem}")]
-pub struct SetupError {
-    demo: String,
-    problem: String,
-}
+#[error("{0}")]
+pub struct SetupError(String);
 
 impl SetupError {
     /// Of `cell`; `problem` says what is wrong and what to do.
     pub fn new(cell: &Cell, problem: impl Into<String>) -> Self {
-        Self {
-            demo: cell.name.clone(),
-            problem: problem.into(),
-        }
+        Self(format!("cells/{}.toml: {}", cell.name, problem.into()))
+    }
+
+    /// Of a file that the cell names; `problem` begins with its name.
+    pub fn in_file(problem: impl Into<String>) -> Self {
+        Self(problem.into())
     }
 }
 

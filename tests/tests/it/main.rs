@@ -20,6 +20,7 @@ mod equipment;
 mod kill_sweep;
 mod licences;
 mod lockstep;
+mod new_project;
 mod page;
 mod page_serving;
 mod random_kills;

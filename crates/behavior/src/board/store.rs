@@ -38,6 +38,9 @@ pub struct KeyInfo {
     pub value_type: ValueType,
     /// Value after a reset.
     pub default: Option<Value>,
+    /// It is there for people and other programs to look at, so no node has to
+    /// read it.
+    pub observed: bool,
 }
 
 /// Why a board refuses a declaration or a registration.
@@ -162,6 +165,7 @@ impl Board {
                 name: name.to_owned(),
                 value_type,
                 default,
+                observed: false,
             },
             hash: name_hash(name),
             value: default,
@@ -243,6 +247,13 @@ impl Board {
     /// As [`Board::client`]; `x` means `/NAMESPACE/x`.
     pub fn client_in(&mut self, name: &str, namespace: &str) -> Client {
         Client::new(self.client_number(name), namespace)
+    }
+
+    /// Says that a key is there to be looked at, see [`KeyInfo::observed`].
+    pub fn observe(&mut self, index: usize) {
+        if let Some(key) = self.keys.get_mut(index) {
+            key.info.observed = true;
+        }
     }
 
     /// Index of a key.

@@ -7,7 +7,7 @@ use super::build::Builder;
 use super::declared::{Declared, SCOPES, Subtree, SubtreePort};
 use super::error::Errors;
 use super::files::{File, get, object};
-use super::json::{Entry, Value as Json, shortened};
+use super::json::{Data, Entry, Value as Json, shortened};
 use super::limits::{MAX_ENTRIES, MAX_NAME, MAX_PORTS};
 use super::literal;
 use crate::board::{Board, Scope};
@@ -27,7 +27,7 @@ pub(super) const FILE_KEYS: &[&str] = &[
     "root",
 ];
 /// Keys of the declaration of a blackboard key, and of a subtree's port.
-pub(super) const KEY_KEYS: &[&str] = &["type", "default", "doc"];
+pub(super) const KEY_KEYS: &[&str] = &["type", "default", "doc", "observed"];
 /// Keys of a subtree.
 pub(super) const SUBTREE_KEYS: &[&str] = &["doc", "ports", "root"];
 
@@ -212,6 +212,13 @@ fn key<'a, H: Host>(builder: &mut Builder<'a, H>, file: &'a str, scope: Scope, e
     match board.declare(&name, value_type, default) {
         Err(error) => builder.errors.push(file, entry.place, error.to_string()),
         Ok(index) => {
+            if entry
+                .value
+                .get("observed")
+                .is_some_and(|o| o.data == Data::Bool(true))
+            {
+                board.observe(index);
+            }
             let first = board.keys().nth(index).and_then(|k| k.default);
             if first != default {
                 let message = format!(

@@ -95,11 +95,18 @@ impl<'a, H: Host> Builder<'a, H> {
         ports: Option<&'a Json>,
         node_type: &NodeType<H>,
     ) -> Option<BTreeMap<String, Binding>> {
-        let known: Vec<&str> = node_type.ports.iter().map(|p| p.name).collect();
+        let names = node_type.ports.iter().map(|p| p.name);
+        let aliases = node_type.ports.iter().flat_map(|p| p.aliases);
+        let known: Vec<&str> = names.chain(aliases.copied()).collect();
         let entries = self.port_entries(site, ports, &known);
         let mut bindings = Some(BTreeMap::new());
         for port in &node_type.ports {
-            let entry = entries.iter().find(|e| e.key == port.name);
+            let mut given = entries.iter().filter(|e| port.is_called(&e.key));
+            let entry = given.next();
+            if let Some(twice) = given.next() {
+                let message = format!("port '{}' is given twice; keep one", port.name);
+                self.errors.push(site.file, twice.place, message);
+            }
             let binding = match (entry, port.default) {
                 (Some(entry), _) => self.port(site, &entry.value, port),
                 (None, Some(default)) => Some(Binding::Literal(default)),

@@ -34,6 +34,16 @@ pub struct PortSpec {
     pub range: Option<(f64, f64)>,
     /// The texts allowed in a literal; empty for any.
     pub choices: &'static [&'static str],
+    /// Names in files of others that mean this port, in the same unit; not offered
+    /// in new ones.
+    pub aliases: &'static [&'static str],
+}
+
+impl PortSpec {
+    /// Whether a file may call it so.
+    pub fn is_called(&self, name: &str) -> bool {
+        self.name == name || self.aliases.contains(&name)
+    }
 }
 
 type Build<H> =
@@ -116,6 +126,14 @@ impl<H: Host> NodeType<H> {
         self
     }
 
+    /// The last port has other names in files of others.
+    pub fn also(mut self, aliases: &'static [&'static str]) -> Self {
+        if let Some(port) = self.ports.last_mut() {
+            port.aliases = aliases;
+        }
+        self
+    }
+
     fn port(
         mut self,
         name: &'static str,
@@ -132,6 +150,7 @@ impl<H: Host> NodeType<H> {
             default,
             range: None,
             choices: &[],
+            aliases: &[],
         });
         self
     }

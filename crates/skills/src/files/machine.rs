@@ -56,9 +56,8 @@ struct Record {
 impl MachinePolicy {
     pub(super) fn new(cell: &Cell, setup: &Arc<Setup>, file: &str) -> Result<Self, SetupError> {
         let (mut loader, text) = Loader::new(cell, setup, file)?;
-        let definition =
-            Definition::read(loader.file(), &text).map_err(|wrong| loader.wrong(wrong))?;
-        let inline = Inline::read(loader.file(), &text).map_err(|wrong| loader.wrong(wrong))?;
+        let definition = Definition::read(loader.file(), &text).map_err(Loader::wrong)?;
+        let inline = Inline::read(loader.file(), &text).map_err(Loader::wrong)?;
         let mut runs = Vec::new();
         all_states(&definition.states, &mut |state| {
             runs.extend(state.during.clone());
@@ -80,10 +79,8 @@ impl MachinePolicy {
             callbacks: &[],
             behaviors: &run_names,
         };
-        let table = definition
-            .compile(&vocabulary)
-            .map_err(|wrong| loader.wrong(wrong))?;
-        refuse_dead_ends(&definition, &table, &event_names).map_err(|wrong| loader.wrong(wrong))?;
+        let table = definition.compile(&vocabulary).map_err(Loader::wrong)?;
+        refuse_dead_ends(&definition, &table, &event_names).map_err(Loader::wrong)?;
         let sequences = runs
             .iter()
             .map(|run| loader.named(&run.run.text, &inline.states))

@@ -63,9 +63,8 @@ struct Record {
 impl MatrixPolicy {
     pub(super) fn new(cell: &Cell, setup: &Arc<Setup>, file: &str) -> Result<Self, SetupError> {
         let (mut loader, text) = Loader::new(cell, setup, file)?;
-        let definition =
-            Definition::read(loader.file(), &text).map_err(|wrong| loader.wrong(wrong))?;
-        let inline = Inline::read(loader.file(), &text).map_err(|wrong| loader.wrong(wrong))?;
+        let definition = Definition::read(loader.file(), &text).map_err(Loader::wrong)?;
+        let inline = Inline::read(loader.file(), &text).map_err(Loader::wrong)?;
         let runs: Vec<&str> = definition
             .states
             .iter()
@@ -78,27 +77,25 @@ impl MatrixPolicy {
             handlers: &handlers,
             behaviors: &runs,
         };
-        let table = definition
-            .compile(&vocabulary)
-            .map_err(|wrong| loader.wrong(wrong))?;
-        refuse_silent_events(&definition, &inline).map_err(|wrong| loader.wrong(wrong))?;
+        let table = definition.compile(&vocabulary).map_err(Loader::wrong)?;
         let event = |name: &str| event_named(&definition, &table, name);
         let mut results = Vec::new();
         for handler in &inline.handlers {
             let id = |name: &Option<String>| name.as_deref().map(event).transpose();
             let both = [id(&handler.success), id(&handler.failure)];
-            let [success, failure] = both.map(|id| id.map_err(|wrong| loader.wrong(wrong)));
+            let [success, failure] = both.map(|id| id.map_err(Loader::wrong));
             results.push([success?, failure?]);
         }
         let mut events = Vec::new();
         for part in &inline.events {
-            let id = event(&part.name).map_err(|wrong| loader.wrong(wrong))?;
+            let id = event(&part.name).map_err(Loader::wrong)?;
             events.push((loader.tree(part)?, id));
         }
         let sequences = runs
             .iter()
             .map(|run| loader.named(run, &inline.states))
             .collect::<Result<_, _>>()?;
+        refuse_silent_events(&definition, &inline).map_err(Loader::wrong)?;
         let mut policy = Self {
             setup: Arc::clone(setup),
             idle: definition

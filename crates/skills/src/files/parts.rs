@@ -54,14 +54,14 @@ impl<'c> Loader<'c> {
     }
 
     /// Says that something is wrong with the file.
-    pub(super) fn wrong(&self, problem: impl std::fmt::Display) -> SetupError {
-        SetupError::new(self.cell, problem.to_string())
+    pub(super) fn wrong(problem: impl std::fmt::Display) -> SetupError {
+        SetupError::in_file(problem.to_string())
     }
 
     /// The tree of a part.
     pub(super) fn tree(&mut self, part: &Part) -> Result<Tree<Station>, SetupError> {
         part.tree(&self.file, &self.library, &mut self.shared)
-            .map_err(|errors| SetupError::new(self.cell, errors.to_string()))
+            .map_err(|errors| SetupError::in_file(errors.to_string()))
     }
 
     /// The trees of parts, in their order.
@@ -84,7 +84,7 @@ impl<'c> Loader<'c> {
         }
         if !name.ends_with(TREE_FILE) {
             let file = &self.file;
-            return Err(self.wrong(format!(
+            return Err(Self::wrong(format!(
                 "{file}: a state runs '{name}', which is not here; write its 'steps', or name a \
                  tree in a file NAME.tree.json"
             )));
@@ -99,7 +99,7 @@ impl<'c> Loader<'c> {
         };
         let constants = std::collections::BTreeMap::new();
         descriptor::load(&source, &self.library, &constants, &mut self.shared)
-            .map_err(|errors| SetupError::new(self.cell, errors.to_string()))
+            .map_err(|errors| SetupError::in_file(errors.to_string()))
     }
 
     /// The blackboard that all these trees share.

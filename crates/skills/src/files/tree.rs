@@ -116,7 +116,7 @@ impl TreePolicy {
                 continue;
             };
             let tree = descriptor::load(&read, &library, &constants, shared)
-                .map_err(|errors| SetupError::new(cell, errors.to_string()))?;
+                .map_err(|errors| SetupError::in_file(errors.to_string()))?;
             let mut graph = tree.graph();
             if names.len() > 1 {
                 (*name).clone_into(&mut graph.name);

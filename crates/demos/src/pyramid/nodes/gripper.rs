@@ -59,6 +59,7 @@ pub(in crate::pyramid) fn node_type() -> NodeType<PyramidHost> {
     .within(0.0, 60.0)
     .input_or("movement", 0.008, "a cube that moved further has moved (m)")
     .within(1.0e-4, 1.0)
+    .also(&["movement_tolerance"])
     .input_or(
         "skip_when_held",
         false,

@@ -52,6 +52,7 @@ pub(in crate::pyramid) fn node_type() -> NodeType<PyramidHost> {
     .aliases(&["FrankaMoveToTarget"])
     .keywords(&["motion", "reach", "pose", "go"])
     .input::<Numbers>("target", "pose of the TCP: x y z (m) and w x y z, world")
+    .also(&["target_prim"])
     .input_or(
         "position_tolerance",
         0.01,
@@ -74,7 +75,8 @@ pub(in crate::pyramid) fn node_type() -> NodeType<PyramidHost> {
         0.0,
         "turn of the hand about the vertical axis (degrees)",
     )
-    .within(-360.0, 360.0);
+    .within(-360.0, 360.0)
+    .also(&["end_effector_yaw_degrees"]);
     watching(node_type)
 }
 
@@ -93,6 +95,7 @@ fn watching(node_type: NodeType<PyramidHost>) -> NodeType<PyramidHost> {
         )
         .input_or("movement", 0.008, "a cube that moved further has moved (m)")
         .within(1.0e-4, 1.0)
+        .also(&["movement_tolerance"])
         .input_or(
             "max_grasp_distance",
             0.05,

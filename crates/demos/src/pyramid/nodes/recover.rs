@@ -49,6 +49,9 @@ struct State {
     alarm: Alarm,
 }
 
+/// No turn that a file may name: that of the arm.
+const OWN_YAW: f64 = 1.0e6;
+
 /// The node type.
 pub(in crate::pyramid) fn node_type(setup: &Arc<PyramidSetup>) -> NodeType<PyramidHost> {
     let setup = Arc::clone(setup);
@@ -68,6 +71,7 @@ pub(in crate::pyramid) fn node_type(setup: &Arc<PyramidSetup>) -> NodeType<Pyram
         "a cube that moved by more than half of this is not still (m)",
     )
     .within(1.0e-4, 1.0)
+    .also(&["movement_tolerance"])
     .input_or("staging_height", 0.20, "TCP above the cube's centre (m)")
     .within(0.0, 1.0)
     .input_or(
@@ -78,6 +82,7 @@ pub(in crate::pyramid) fn node_type(setup: &Arc<PyramidSetup>) -> NodeType<Pyram
     .within(1.0e-4, 1.0)
     .input_or("stable_time", 0.20, "time the cube has to lie still (s)")
     .within(0.0, 60.0)
+    .also(&["stable_duration"])
     .input_or(
         "warning_interval",
         5.0,
@@ -85,10 +90,11 @@ pub(in crate::pyramid) fn node_type(setup: &Arc<PyramidSetup>) -> NodeType<Pyram
     )
     .input_or(
         "yaw",
-        0.0,
-        "turn of the hand beside the arm's own (degrees)",
+        OWN_YAW,
+        "turn of the hand about the vertical axis (degrees); the arm's own without",
     )
     .within(-360.0, 360.0)
+    .also(&["end_effector_yaw_degrees"])
 }
 
 impl RecoverCube {
@@ -140,7 +146,10 @@ impl RecoverCube {
             let low = cx.world.setup.numbers.base_height_m;
             staging = Vector3::new(near.x, near.y, position.z.max(low) + height);
         }
-        let yaw = arm.yaw + cx.get(&self.yaw)?.to_radians();
+        let yaw = match cx.get(&self.yaw)? {
+            OWN_YAW => arm.yaw,
+            degrees => degrees.to_radians(),
+        };
         cx.world
             .go(state.key, targets::down(staging, yaw), GripperGoal::Open);
         let tolerance = cx.get(&self.position_tolerance)?;

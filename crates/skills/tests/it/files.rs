@@ -1,0 +1,208 @@
+//! Jobs in files: what is wrong is refused when the file is loaded, with line and
+//! column, instead of standing still in a run.
+
+use std::path::PathBuf;
+
+use cell_model::{Cell, Data};
+use robocell_skills::with_file_jobs;
+use robocell_task::Policies;
+
+/// A folder that is removed with it.
+struct Folder(PathBuf);
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        std::fs::remove_dir_all(&self.0).ok();
+    }
+}
+
+/// What is said about a cell with that `[task]` and that behaviour file.
+fn said(test: &str, kind: &str, file: &str, text: &str) -> Result<(), String> {
+    let dir = std::env::temp_dir().join(format!("robocell-skills-{test}-{}", std::process::id()));
+    let folder = Folder(dir);
+    std::fs::create_dir_all(folder.0.join("cells")).unwrap();
+    let cell = Data::checkout()
+        .read("cells/cube.toml")
+        .unwrap()
+        .into_owned();
+    let head = format!("kind = \"{kind}\"\nbehaviour = \"{file}\"");
+    let cell = cell
+        .replace("kind = \"cube\"", &head)
+        .replace("\"matrix\"]", "\"matrix\", \"machine\"]");
+    std::fs::write(folder.0.join("cells/mine.toml"), cell).unwrap();
+    std::fs::write(folder.0.join("cells").join(file), text).unwrap();
+    let data = Data::dir(folder.0.clone()).with_robots_of(&Data::checkout());
+    let cell = Cell::load(&data, "mine", 0, None).unwrap();
+    let policies = with_file_jobs(Policies::new());
+    let task = policies.task(&cell, kind);
+    task.map(|_| ()).map_err(|error| error.to_string())
+}
+
+fn example(name: &str) -> String {
+    let text = Data::checkout().read(&format!("cells/cube/cube.{name}"));
+    text.unwrap().into_owned()
+}
+
+/// `text` with one change is refused, and the error names `expected`.
+fn refused(
+    test: &str,
+    kind: &str,
+    file: &str,
+    text: &str,
+    change: (&str, &str),
+    expected: &[&str],
+) {
+    assert!(text.contains(change.0), "{}", change.0);
+    let text = text.replacen(change.0, change.1, 1);
+    let error = said(test, kind, file, &text).expect_err(change.1);
+    for words in expected {
+        assert!(error.contains(words), "{words}: {error}");
+    }
+}
+
+#[test]
+fn the_examples_are_taken() {
+    for (kind, name) in [
+        ("tree", "tree.json"),
+        ("machine", "machine.toml"),
+        ("matrix", "matrix.toml"),
+    ] {
+        let taken = said("taken", kind, &format!("a.{name}"), &example(name));
+        assert_eq!(taken, Ok(()), "{kind}");
+    }
+}
+
+#[test]
+fn a_state_that_nothing_leaves_is_refused() {
+    let text = example("machine.toml");
+    let machine = |change, expected: &[&str]| {
+        refused("machine", "machine", "a.toml", &text, change, expected);
+    };
+    machine(
+        (
+            "name = \"done\"\nfinal = true",
+            "name = \"done\"\n\n[[states]]\nname = \"forgotten\"",
+        ),
+        &[
+            "cells/a.toml:39:",
+            "nothing leaves state 'forgotten'",
+            "during.steps",
+        ],
+    );
+    // Its steps never end, and no event has a row.
+    machine(("during.success = \"retracted\"\n", ""), &["'retracted'"]);
+}
+
+#[test]
+fn a_misspelt_step_is_refused_with_the_name_that_was_meant() {
+    let text = example("machine.toml");
+    let machine = |change, expected: &[&str]| {
+        refused("steps", "machine", "a.toml", &text, change, expected);
+    };
+    machine(
+        (
+            "{ do = \"Close\", object = \"cube\" }",
+            "{ do = \"Clos\", object = \"cube\" }",
+        ),
+        &["cells/a.toml:14:", "'Clos'", "did you mean 'Close'?"],
+    );
+    machine(
+        (
+            "{ do = \"Close\", object = \"cube\" }",
+            "{ do = \"Close\", object = \"cub\" }",
+        ),
+        &[
+            "cells/a.toml:14:",
+            "there is no object 'cub'",
+            "did you mean 'cube'?",
+        ],
+    );
+    machine(
+        (
+            "place = \"mark\", above_m = 0.1",
+            "place = \"mark\", abov_m = 0.1",
+        ),
+        &["a.toml:", "did you mean 'above_m'?"],
+    );
+    machine(
+        ("by_m = 0.1", "by_m = 9.0"),
+        &["port 'by_m' is 9", "allowed is 0 to 2"],
+    );
+    machine(
+        ("unless = \"on_mark\"", "unless = \"onmark\""),
+        &["onmark", "did you mean 'on_mark'?"],
+    );
+    machine(
+        ("trigger = \"released\"", "trigger = \"relesed\""),
+        &["relesed", "did you mean 'released'?"],
+    );
+    machine(
+        ("{ do = \"Open\" },", "{ open = true },"),
+        &["a step is a table with do"],
+    );
+    machine(
+        (
+            "during.success = \"gripped\"",
+            "during.run = \"grip\"\nduring.success = \"gripped\"",
+        ),
+        &["'run' and 'steps'"],
+    );
+}
+
+#[test]
+fn a_handler_without_steps_and_an_event_that_nothing_raises_are_refused() {
+    let text = example("matrix.toml");
+    let matrix = |change, expected: &[&str]| {
+        refused("matrix", "matrix", "a.toml", &text, change, expected);
+    };
+    matrix(
+        ("\"LOST\"]", "\"LOST\", \"TIMEOUT\"]"),
+        &["a.toml:9:", "nothing raises event 'TIMEOUT'"],
+    );
+    matrix(("LOST = \"fetch\"", "LOST = \"search\""), &["'search'"]);
+    matrix(
+        ("success = \"RETRACTED\"", "success = \"RETRACTD\""),
+        &["'RETRACTD'", "did you mean 'RETRACTED'?"],
+    );
+    matrix(
+        ("[handlers.stay]\nsteps", "[handlers.stay]\nstep"),
+        &["no key 'step'", "'stay' has no steps"],
+    );
+}
+
+#[test]
+fn a_tree_names_its_objects_and_places() {
+    let text = example("tree.json");
+    let tree = |change, expected: &[&str]| {
+        refused("tree", "tree", "a.json", &text, change, expected);
+    };
+    tree(
+        ("\"place\": \"mark\"", "\"place\": \"marc\""),
+        &[
+            "cells/a.json:10:",
+            "there is no place 'marc'",
+            "did you mean 'mark'?",
+        ],
+    );
+    tree(
+        ("\"object\": \"cube\", \"above_m\": 0.1", "\"above_m\": 0.1"),
+        &["needs an 'object'"],
+    );
+}
+
+#[test]
+fn a_state_runs_a_tree_in_a_file_beside_it() {
+    let text = example("machine.toml");
+    let start = text.find("during.success = \"gripped\"").unwrap();
+    let end = text.find("[[states]]\nname = \"carrying\"").unwrap();
+    let nested = format!(
+        "{}during.success = \"gripped\"\nduring.run = \"fetch.tree.json\"\n\n{}",
+        &text[..start],
+        &text[end..]
+    );
+    let error = said("nested", "machine", "a.toml", &nested).unwrap_err();
+    assert!(error.contains("fetch.tree.json"), "{error}");
+    let other = nested.replace("fetch.tree.json", "fetch");
+    let error = said("nested", "machine", "a.toml", &other).unwrap_err();
+    assert!(error.contains("runs 'fetch', which is not here"), "{error}");
+}
