@@ -42,6 +42,26 @@ pub trait Controller {
 
     /// The command of this cycle (1 ms), `None` where there is none.
     fn forward(&mut self, estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState>;
+
+    /// All that it remembers from cycle to cycle, always as many numbers: they are
+    /// in the checkpoint, from which a recorded run is computed again.
+    fn memory(&mut self) -> &mut [f64] {
+        &mut []
+    }
+}
+
+impl Controller for Box<dyn Controller> {
+    fn reset(&mut self, estimated: &RobotState) -> bool {
+        (**self).reset(estimated)
+    }
+
+    fn forward(&mut self, estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
+        (**self).forward(estimated, setpoint)
+    }
+
+    fn memory(&mut self) -> &mut [f64] {
+        (**self).memory()
+    }
 }
 
 /// A controller that is part of several others and keeps its integrated state
@@ -147,6 +167,16 @@ impl<A: Controller, B: Controller> SequentialController<A, B> {
     /// `first` feeding `second`.
     pub fn new(first: A, second: B) -> Self {
         Self { first, second }
+    }
+
+    /// The one behind.
+    pub fn second(&self) -> &B {
+        &self.second
+    }
+
+    /// Both.
+    pub(crate) fn parts_mut(&mut self) -> (&mut A, &mut B) {
+        (&mut self.first, &mut self.second)
     }
 }
 

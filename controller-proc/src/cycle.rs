@@ -9,13 +9,15 @@ use ipc_types::{
 };
 use nalgebra::{Isometry3, Vector3};
 
+use crate::arm_motion::ArmMotion;
 use crate::checkpoint::{CheckpointError, Codec, VERSION};
 use crate::controller::{CombinedController, Controller, SelectableController, Setpoint, Shared};
+use crate::controllers::Controllers;
 use crate::convert::isometry;
 use crate::corridor::Corridor;
+use crate::error::RmpFlowError;
 use crate::goal::GoalLatch;
 use crate::gripper_controller::GripperController;
-use crate::rmpflow_controller::{RmpFlowController, RmpFlowError};
 use crate::robot_state::RobotState;
 use crate::suction::SuctionController;
 
@@ -30,7 +32,7 @@ pub struct Cycle {
     joint_count: usize,
     base: Isometry3<f64>,
     gripper: Option<cell_model::ParallelGripper>,
-    motion: Shared<RmpFlowController>,
+    motion: Shared<ArmMotion>,
     kept_width: Shared<GripperController>,
     pairs: SelectableController<GripperGoal>,
     suction: SuctionController,
@@ -47,14 +49,23 @@ pub struct Cycle {
 }
 
 impl Cycle {
-    /// The controller of arm `arm` of `cell`.
+    /// The controller of arm `arm` of `cell`, with the built-in controllers.
     ///
     /// # Errors
     ///
     /// Where the robot's tuning does not fit the robot.
     pub fn new(cell: &Cell, arm: usize) -> Result<Self, RmpFlowError> {
+        Self::with(cell, arm, &Controllers::default())
+    }
+
+    /// As [`Cycle::new`], with these controllers beside RMPflow.
+    ///
+    /// # Errors
+    ///
+    /// Where the robot's tuning does not fit the robot.
+    pub fn with(cell: &Cell, arm: usize, controllers: &Controllers) -> Result<Self, RmpFlowError> {
         let spec = cell.arms.get(arm).ok_or(RmpFlowError::NoSuchArm(arm))?;
-        let motion = Shared::new(RmpFlowController::new(cell, arm)?);
+        let motion = Shared::new(ArmMotion::new(cell, arm, controllers)?);
         let joint_count = spec.robot.arm_joints.len();
         let fingers = if spec.robot.gripper.is_some() { 2 } else { 0 };
         let open = spec.robot.gripper.as_ref().map_or(0.0, |g| g.max_width);
@@ -114,9 +125,11 @@ impl Cycle {
             self.latch.take(decision, self.arm);
         }
         let stop = self.stop(state.header.tick, arm, decision_limit_ticks);
-        let object_mask = self.latch.goal().object_mask;
-        self.motion
-            .with(|motion| motion.see(state, self.arm, object_mask));
+        let (object_mask, selector) = (self.latch.goal().object_mask, self.latch.goal().selector);
+        self.motion.with(|motion| {
+            motion.see(state, self.arm, object_mask);
+            motion.select(selector)
+        });
         let setpoint = self.setpoint(stop);
         self.suction.follow(self.latch.gripper());
         // A key that is not there cannot be selected: the latch knows three.
@@ -194,7 +207,7 @@ impl Cycle {
         self.suction.checkpoint(codec)?;
         self.kept_width
             .checkpoint(codec, GripperController::checkpoint)?;
-        self.motion.checkpoint(codec, RmpFlowController::checkpoint)
+        self.motion.checkpoint(codec, ArmMotion::checkpoint)
     }
 
     /// Generation and number of the decision that is latched.

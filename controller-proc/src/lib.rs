@@ -5,12 +5,15 @@
 //! bus.
 #![forbid(unsafe_code)]
 
+pub mod arm_motion;
 pub mod checkpoint;
 pub mod controller;
+pub mod controllers;
 mod convert;
 pub mod corridor;
 pub mod cycle;
 pub mod error;
+pub mod follower;
 pub mod goal;
 pub mod gripper_controller;
 pub mod held_object;
@@ -21,3 +24,12 @@ pub mod rmpflow_controller;
 pub mod robot_state;
 pub mod suction;
 pub mod surroundings;
+
+use std::process::ExitCode;
+
+pub use controllers::Controllers;
+
+/// `main` of a controller program with these controllers.
+pub fn main(controllers: &Controllers) -> ExitCode {
+    cell_worker::main("controller-proc", |start| process::run(start, controllers))
+}

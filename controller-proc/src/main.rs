@@ -3,6 +3,8 @@
 
 use std::process::ExitCode;
 
+use controller_proc::Controllers;
+
 fn main() -> ExitCode {
-    cell_worker::main("controller-proc", controller_proc::process::run)
+    controller_proc::main(&Controllers::default())
 }

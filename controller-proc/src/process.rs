@@ -15,6 +15,7 @@ use ipc_types::{
     ArmCommand, ArmStatus, DECISION_TICKS, Decision, Header, Keyframe, TICK_NS, Wire, WorldState,
 };
 
+use crate::controllers::Controllers;
 use crate::cycle::Cycle;
 use crate::rmpflow_controller::RmpFlowError;
 
@@ -47,8 +48,8 @@ pub enum ProcessError {
 /// # Errors
 ///
 /// When the tuning does not fit the robot or the bus cannot be joined.
-pub fn run(start: &Start) -> Result<(), ProcessError> {
-    let cycle = Cycle::new(&start.cell, usize::from(start.arm))?;
+pub fn run(start: &Start, controllers: &Controllers) -> Result<(), ProcessError> {
+    let cycle = Cycle::with(&start.cell, usize::from(start.arm), controllers)?;
     let fifo = start.real_time(CONTROLLER_PRIORITY, 1 + usize::from(start.arm));
     let bus = start.join(Process::Controller(start.arm))?;
     let mut process = ControllerProcess::new(&bus, cycle, start.arm, fifo)?;

@@ -119,6 +119,13 @@ impl RmpFlowController {
         self.tool_pose
     }
 
+    /// TCP in the base frame at the positions of `joints`.
+    pub(crate) fn tool_pose_at(&mut self, joints: &RobotState) -> Isometry3<f64> {
+        let positions = joints.positions.first(self.state.positions.len());
+        let pose = self.flow.target_frame_pose_at(self.tool, positions);
+        pose.ok().flatten().unwrap_or(self.tool_pose)
+    }
+
     /// Smallest distance of a sphere from an obstacle in the last cycle (m).
     pub fn min_clearance(&self) -> f64 {
         self.min_clearance

@@ -124,7 +124,7 @@ impl RobotState {
 }
 
 /// Names of the joints by index: those of the arm, then those of the gripper.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct JointSpace {
     names: Vec<String>,
 }

@@ -59,7 +59,9 @@ wire! {
         pub kind: u32,
         /// [`GripperGoal`].
         pub gripper: u32,
-        /// Which controller of the selectable one: the demos key it by phase.
+        /// Which controller moves the arm: 0 for RMPflow, 1 for joint-space PD, 2 for
+        /// a Cartesian line, others as the controller program numbers them. An
+        /// unknown one holds the arm.
         pub selector: u32,
         /// 1 when `posture` is given.
         pub has_posture: u32,

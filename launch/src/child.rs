@@ -14,7 +14,7 @@ use cell_rt::process::{SIGCONT, SIGKILL, SIGTERM, kill};
 use ipc_types::topic::Process;
 
 use crate::leftovers::ChildId;
-use crate::programs::program;
+use crate::programs::Programs;
 use crate::rundir::RunDir;
 use crate::supervisor::Exit;
 
@@ -59,23 +59,23 @@ struct Running {
 #[derive(Debug)]
 pub(crate) struct Children {
     dir: RunDir,
-    task_program: Option<PathBuf>,
+    programs: Programs,
     running: Vec<Running>,
 }
 
 impl Children {
-    pub(crate) fn new(dir: RunDir, task_program: Option<PathBuf>) -> Self {
+    pub(crate) fn new(dir: RunDir, programs: Programs) -> Self {
         Self {
             dir,
-            task_program,
+            programs,
             running: Vec::new(),
         }
     }
 
     /// Starts `process` as its start number `generation`.
     pub(crate) fn spawn(&mut self, process: Process, generation: u32) -> Result<(), String> {
-        let task = self.task_program.as_deref();
-        let path = program(process, task).map_err(|failure| failure.to_string())?;
+        let path = self.programs.path(process);
+        let path = path.map_err(|failure| failure.to_string())?;
         let log =
             append(&self.dir.log(&process.name())).map_err(|error| format!("its log: {error}"))?;
         let log_too = log
@@ -88,7 +88,7 @@ impl Children {
             command.args(["--arm", &arm.to_string()]);
         }
         // A program of the user gets all of the user's environment.
-        if process != Process::Task || task.is_none() {
+        if self.programs.own(process).is_none() {
             clean(&mut command);
         }
         // Its own process group: Ctrl-C in a terminal is for the launcher.

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use cell_model::runs::spec::RunSpec;
 use ipc_types::topic::Process;
 
 use crate::failure::Failure;
@@ -9,14 +10,43 @@ use crate::failure::Failure;
 /// The built-in task program.
 const TASK: &str = "task-proc";
 
-/// The program of a process; `task` is that of the task where it is not the
-/// built-in one.
-pub(crate) fn program(process: Process, task: Option<&Path>) -> Result<PathBuf, Failure> {
-    match process {
-        Process::Physics => beside("physics-proc"),
-        Process::Controller(_) => beside("controller-proc"),
-        Process::Task => task_program(task),
-        Process::Monitor => beside("monitor-proc"),
+/// The programs of a cell that are not the built-in ones.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Programs {
+    task: Option<PathBuf>,
+    /// By arm.
+    controllers: Vec<Option<PathBuf>>,
+}
+
+impl Programs {
+    /// Those of a run.
+    pub(crate) fn of(spec: &RunSpec) -> Self {
+        Self {
+            task: spec.task_program.clone(),
+            controllers: spec.controller_programs.clone(),
+        }
+    }
+
+    /// The program of the user that `process` is started with.
+    pub(crate) fn own(&self, process: Process) -> Option<&Path> {
+        match process {
+            Process::Task => self.task.as_deref(),
+            Process::Controller(arm) => self.controllers.get(usize::from(arm))?.as_deref(),
+            Process::Physics | Process::Monitor => None,
+        }
+    }
+
+    /// The program of a process.
+    pub(crate) fn path(&self, process: Process) -> Result<PathBuf, Failure> {
+        if let Some(own) = self.own(process) {
+            return Ok(own.to_owned());
+        }
+        match process {
+            Process::Physics => beside("physics-proc"),
+            Process::Controller(_) => beside("controller-proc"),
+            Process::Task => beside(TASK),
+            Process::Monitor => beside("monitor-proc"),
+        }
     }
 }
 

@@ -37,6 +37,16 @@ pub(crate) fn of_cell(
     find(name, data_dir).map(Some)
 }
 
+/// By arm: the program with its controllers, where its cell file names one.
+pub(crate) fn of_arms(
+    cell: &Cell,
+    data_dir: Option<&Path>,
+) -> Result<Vec<Option<PathBuf>>, Failure> {
+    let named = cell.arms.iter().map(|arm| arm.controller.as_deref());
+    let found = named.map(|name| name.map(|name| find(name, data_dir)).transpose());
+    found.collect()
+}
+
 /// The program `asked` for, a path or a name.
 pub(crate) fn find(asked: &str, data_dir: Option<&Path>) -> Result<PathBuf, Failure> {
     if asked.contains('/') {

@@ -41,7 +41,14 @@ fn build_programs() -> PathBuf {
     let target = folder.parent().expect("a profile lies in a target folder");
     let status = Command::new(cargo)
         .args(["build", "--quiet", "--workspace", "--bins"])
-        .args(["--example", "circle", "--example", "misbehaving"])
+        .args([
+            "--example",
+            "circle",
+            "--example",
+            "misbehaving",
+            "--example",
+            "sway",
+        ])
         .args([
             "--profile",
             if profile == "debug" { "dev" } else { profile },

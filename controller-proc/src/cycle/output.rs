@@ -116,7 +116,13 @@ impl Cycle {
         status.missed_cycles = self.missed_cycles;
         status.rejected = 0;
         status.gripper = gripper;
-        status.controller = Text::new(self.pairs.active_name());
+        status.controller = Text::new(self.controller_name());
+    }
+
+    /// The selected controller, or what RMPflow and the gripper do together.
+    fn controller_name(&self) -> &'static str {
+        let selected = self.motion.with(|motion| motion.active_name()).flatten();
+        selected.unwrap_or(self.pairs.active_name())
     }
 }
 

@@ -78,6 +78,9 @@ fn run(demo: &str) {
         if tick < 400 {
             decision.header.tick = tick;
             let closed = tick >= 200;
+            // Every controller has its turn.
+            decision.goals[0].selector = u32::try_from(tick / 100).unwrap_or(0) % 3;
+            decision.goals[0].has_posture = 1;
             let gripper = if closed {
                 GripperGoal::Close
             } else {

@@ -8,6 +8,7 @@
 
 mod allocation;
 mod checkpoint;
+mod controllers;
 mod cycle;
 mod support;
 mod ur10_motion;

@@ -32,6 +32,7 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
         speed: Speed::Max,
         data_dir: None,
         task_program: None,
+        controller_programs: Vec::new(),
         built_in_dir: std::path::PathBuf::new(),
         run_dir: std::path::PathBuf::new(),
         root: std::path::PathBuf::new(),

@@ -10,6 +10,9 @@ pub mod verify;
 pub use one_process::OneProcess;
 
 use cell_model::Data;
+pub use controller_proc;
+
+use controller_proc::Controllers;
 use robocell_task::Policies;
 
 /// What a task program brings: the jobs it can do, and the cells and robots that
@@ -18,6 +21,8 @@ use robocell_task::Policies;
 pub struct Program {
     /// Its jobs.
     pub policies: Policies,
+    /// The controllers its arms can be moved by.
+    pub controllers: Controllers,
     /// Where a cell is looked for that the user gave no folder for.
     pub data: Data,
 }

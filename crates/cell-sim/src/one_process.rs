@@ -4,6 +4,7 @@ use cell_model::Cell;
 use cell_model::cells::script::ScriptAction;
 use cell_model::runs::spec::RunSpec;
 use cell_model::stop::DECISION_AGE_FIFO_TICKS;
+use controller_proc::Controllers;
 use controller_proc::cycle::Cycle;
 use ipc_types::{
     ArmCommand, ArmStatus, DECISION_TICKS, Decision, MAX_ARMS, OperatorReply, OperatorRequest,
@@ -20,6 +21,7 @@ use crate::SimError;
 pub struct OneProcess {
     cell: Cell,
     policies: Policies,
+    controllers: Controllers,
     policy: String,
     plant: Plant,
     cycles: Vec<Cycle>,
@@ -37,13 +39,25 @@ pub struct OneProcess {
 }
 
 impl OneProcess {
-    /// Sets the cell of `spec` up and lets everybody answer its first state.
+    /// Sets the cell of `spec` up, with the built-in controllers, and lets every core
+    /// answer its first state.
     pub fn new(policies: &Policies, spec: &RunSpec, cell: Cell) -> Result<Self, SimError> {
+        Self::with(policies, &Controllers::default(), spec, cell)
+    }
+
+    /// As [`OneProcess::new`], with these controllers.
+    pub fn with(
+        policies: &Policies,
+        controllers: &Controllers,
+        spec: &RunSpec,
+        cell: Cell,
+    ) -> Result<Self, SimError> {
         let plant = Plant::new(&cell, spec)?;
-        let cycles = cycles(&cell)?;
+        let cycles = cycles(&cell, controllers)?;
         let task = policies.task(&cell, &spec.policy)?;
         let mut sim = Self {
             policies: policies.clone(),
+            controllers: controllers.clone(),
             policy: spec.policy.clone(),
             plant,
             commands: vec![ArmCommand::zeroed(); cycles.len()],
@@ -189,7 +203,7 @@ impl OneProcess {
         match process.as_str() {
             "task" => self.restart_task(),
             "controller" => {
-                self.cycles = cycles(&self.cell)?;
+                self.cycles = cycles(&self.cell, &self.controllers)?;
                 Ok(())
             }
             word if word.starts_with("controller-") => self.restart_controller(word),
@@ -202,7 +216,7 @@ impl OneProcess {
     fn restart_controller(&mut self, process: &str) -> Result<(), SimError> {
         let arms = self.cycles.iter_mut().enumerate();
         for (arm, cycle) in arms.filter(|(arm, _)| process == format!("controller-{arm}")) {
-            *cycle = Cycle::new(&self.cell, arm)?;
+            *cycle = Cycle::with(&self.cell, arm, &self.controllers)?;
         }
         Ok(())
     }
@@ -217,8 +231,8 @@ impl OneProcess {
     }
 }
 
-fn cycles(cell: &Cell) -> Result<Vec<Cycle>, SimError> {
+fn cycles(cell: &Cell, controllers: &Controllers) -> Result<Vec<Cycle>, SimError> {
     (0..cell.arms.len())
-        .map(|arm| Cycle::new(cell, arm).map_err(SimError::from))
+        .map(|arm| Cycle::with(cell, arm, controllers).map_err(SimError::from))
         .collect()
 }

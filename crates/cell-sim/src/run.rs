@@ -25,7 +25,7 @@ pub fn to_the_end(
         time_limit_s: Some(limit_s),
         ..spec.clone()
     };
-    let mut sim = OneProcess::new(&program.policies, &spec, cell)?;
+    let mut sim = OneProcess::with(&program.policies, &program.controllers, &spec, cell)?;
     // A cell that stands still before its end was paused by its script, and
     // nobody is here to resume it.
     while sim.tick()? {

@@ -44,6 +44,6 @@ pub use parameters::{
     JointVelocityCapParameters, RmpFlowParameters, TargetParameters,
 };
 pub use pullback::Root;
-pub use resolve::cell::{ClipFlags, brake};
+pub use resolve::cell::{ClipFlags, brake, follow};
 pub use resolve::exact::Outcome;
 pub use state::MotionState;

@@ -20,15 +20,35 @@ use cell_model::Data;
 use cell_sim::{Program, SimError, eval, run};
 use robocell_task::Policies;
 
+/// What a controller is: for programs that bring their own.
+pub use cell_sim::controller_proc as control;
+
+use control::Controllers;
+
 pub use cell_model::runs::summary::{RunOutcome, RunSummary};
 
 /// `main` of a task program with these jobs.
 pub fn main(policies: Policies) -> ExitCode {
-    if std::env::args().nth(1).is_some_and(|word| word == "--spec") {
+    main_with(policies, Controllers::default())
+}
+
+/// `main` of a program with these jobs that also brings controllers for the arms:
+/// it is started as the task of a cell, and as the controller of each arm that
+/// names it.
+pub fn main_with(policies: Policies, controllers: Controllers) -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    if words.iter().any(|word| word == "--arm") {
+        return control::main(&controllers);
+    }
+    if words.first().is_some_and(|word| word == "--spec") {
         return cell_worker::main("task", |start| process::run(start, &policies));
     }
     let data = cell_files::data();
-    cli::main(&Program { policies, data })
+    cli::main(&Program {
+        policies,
+        controllers,
+        data,
+    })
 }
 
 /// Runs a cell of the folder `data` to its end, in this process and as fast as it
@@ -44,6 +64,7 @@ pub fn run_cell(
 ) -> Result<RunSummary, SimError> {
     let program = Program {
         policies: policies.clone(),
+        controllers: Controllers::default(),
         data: Data::dir(data).with_robots_of(&cell_files::data()),
     };
     let mut spec = eval::template(demo, "");

@@ -43,7 +43,8 @@ pub struct ArmIntent {
     /// A new key is a new goal with a new number; the same key moves the target
     /// of the goal under way.
     pub key: u64,
-    /// Which controller of the selectable one; the phase's number in a ring.
+    /// Which controller moves the arm: 0 for RMPflow, others as the controller
+    /// program numbers them.
     pub selector: u32,
     /// TCP in the world frame, for [`GoalKind::Pose`].
     pub target: Pose,

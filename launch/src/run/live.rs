@@ -21,7 +21,7 @@ use crate::child::{Children, last_words};
 use crate::control::{Reply, Request, Server};
 use crate::failure::{Context, Failure};
 use crate::lock::Lock;
-use crate::programs::program;
+use crate::programs::Programs;
 use crate::supervisor::{Action, Event, Rules, Supervisor};
 use crate::{leftovers, page, say};
 
@@ -90,8 +90,9 @@ impl LiveCell {
     /// [`LiveCell::stay`].
     pub fn start(mut plan: Plan) -> Result<Self, Failure> {
         let processes = Process::all(plan.spec.arms);
+        let programs = Programs::of(&plan.spec);
         for process in &processes {
-            program(*process, plan.spec.task_program.as_deref())?;
+            programs.path(*process)?;
         }
         install_stop_handler().cannot("listen to signals")?;
         private_umask();
@@ -125,7 +126,7 @@ impl LiveCell {
             lockstep: plan.spec.speed.is_lockstep(),
         };
         Ok(Self {
-            children: Children::new(plan.dir.clone(), plan.spec.task_program.clone()),
+            children: Children::new(plan.dir.clone(), programs),
             watch,
             operator,
             bus,

@@ -50,6 +50,10 @@ impl Plan {
         let cell = cell_of(args, data_dir.as_deref(), robot.as_ref())?;
         check_control(&cell)?;
         let program = task_program::of_cell(args.data.task.as_deref(), &cell, data_dir.as_deref())?;
+        let controllers = task_program::of_arms(&cell, data_dir.as_deref())?;
+        if args.one_process {
+            check_one_process(&cell, program.as_deref(), &controllers)?;
+        }
         let policy = policy_of(args, &cell, data_dir.as_deref(), program.as_deref())?;
         let dir = RunDir::of(&args.cell.cell);
         let limit = args
@@ -65,6 +69,7 @@ impl Plan {
             speed: args.speed,
             data_dir,
             task_program: program,
+            controller_programs: controllers,
             built_in_dir: PathBuf::new(),
             run_dir: dir.path().to_owned(),
             root,
@@ -149,6 +154,25 @@ fn policy_of(
     )?;
     task_program::check_policy(program, &args.demo, &policy, data_dir)?;
     Ok(policy)
+}
+
+/// In one process the arms are moved by the controllers of the task program.
+fn check_one_process(
+    cell: &Cell,
+    task: Option<&Path>,
+    controllers: &[Option<PathBuf>],
+) -> Result<(), Failure> {
+    let others = cell.arms.iter().zip(controllers);
+    for (arm, program) in others.filter(|(_, program)| program.is_some()) {
+        if program.as_deref() != task {
+            return Err(Failure::configuration(format!(
+                "arm '{}' is moved by a program of its own; --one-process needs a task program \
+                 that brings the same controllers",
+                arm.name
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// What the controllers will need, found out before anything starts.

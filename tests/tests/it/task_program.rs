@@ -56,6 +56,36 @@ fn is_recorded_and_computed_again_by_itself() {
 }
 
 #[test]
+fn brings_a_controller_that_moves_the_arm_in_one_process_and_in_four() {
+    let base = base();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/task-program/examples/sway");
+    let program = example("sway");
+    let folder = program.parent().unwrap().display().to_string();
+    let path = format!("{folder}:{}", std::env::var("PATH").unwrap_or_default());
+    let file = base.path().join("sway.mcap");
+    let run = |more: &[&str]| {
+        let mut arguments = vec!["run", "sway", "--data", data.to_str().unwrap()];
+        arguments.extend(["--task", program.to_str().unwrap(), "--headless"]);
+        arguments.extend(["--speed", "max", "--until-done", "--json"]);
+        arguments.extend(more);
+        let mut command = robocell(base.path(), &arguments);
+        // The cell file names the program of the arm, which is looked up.
+        command.env("PATH", &path);
+        finish(command)
+    };
+    let one = run(&["--one-process"]).json();
+    assert_eq!(one["outcome"], "done", "{one}");
+    let four = run(&["--record", file.to_str().unwrap()]).json();
+    assert_eq!(four["state_hash"], one["state_hash"], "{four}");
+    assert_eq!(four["limit_violations"], 0, "{four}");
+    let report = same(&verify(base.path(), &file, &["--json"]));
+    assert!(
+        report["commands"]["compared"].as_u64() > Some(5000),
+        "{report}"
+    );
+}
+
+#[test]
 fn answers_for_its_own_jobs() {
     let base = base();
     let program = example("circle");

@@ -72,6 +72,8 @@ pub struct ArmSpec {
     pub base: Isometry3<f64>,
     /// Controlled joints at the start (rad or m).
     pub home: Vec<f64>,
+    /// Program with its controllers, where it is not the built-in one.
+    pub controller: Option<String>,
 }
 
 /// A movable object.
@@ -180,6 +182,7 @@ impl Cell {
                 base: pose(arm.base_position_m, arm.base_yaw_rad),
                 robot: loaded,
                 home,
+                controller: arm.controller.clone(),
             });
         }
         let mut random = Random::new(seed);

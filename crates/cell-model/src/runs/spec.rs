@@ -69,6 +69,9 @@ pub struct RunSpec {
     /// The program of the task, where it is not the built-in one.
     #[serde(default)]
     pub task_program: Option<PathBuf>,
+    /// By arm: the program with its controllers, where it is not the built-in one.
+    #[serde(default)]
+    pub controller_programs: Vec<Option<PathBuf>>,
     /// Where the launcher put the built-in files for the processes of this run.
     #[serde(default)]
     pub built_in_dir: PathBuf,

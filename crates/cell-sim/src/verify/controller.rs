@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use cell_model::Cell;
+use controller_proc::Controllers;
 use controller_proc::cycle::Cycle;
 use ipc_types::tap::KEYFRAME_BYTES;
 use ipc_types::topic::{Process, TopicId};
@@ -18,6 +19,7 @@ use super::states::SeenState;
 /// Compares the commands of one arm with what its controller computes.
 pub(super) struct ArmCheck<'a> {
     cell: &'a Cell,
+    controllers: &'a Controllers,
     arm: u8,
     waiting: VecDeque<Box<ArmCommand>>,
     running: Option<Running>,
@@ -33,9 +35,10 @@ struct Running {
 }
 
 impl<'a> ArmCheck<'a> {
-    pub(super) fn new(cell: &'a Cell, arm: u8) -> Self {
+    pub(super) fn new(cell: &'a Cell, arm: u8, controllers: &'a Controllers) -> Self {
         Self {
             cell,
+            controllers,
             arm,
             waiting: VecDeque::new(),
             running: None,
@@ -84,7 +87,7 @@ impl<'a> ArmCheck<'a> {
         let Some(record) = records.after(self.process(), at) else {
             return Ok(None);
         };
-        let mut cycle = Cycle::new(self.cell, usize::from(self.arm))?;
+        let mut cycle = Cycle::with(self.cell, usize::from(self.arm), self.controllers)?;
         let decision_limit_ticks = cycle.restore(&record.bytes)?;
         Ok(Some(Running {
             cycle,

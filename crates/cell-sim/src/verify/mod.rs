@@ -17,7 +17,8 @@ mod states;
 mod task;
 
 use cell_model::Cell;
-use robocell_task::Policies;
+
+use crate::Program;
 
 pub use difference::Difference;
 pub use message::{Message, Messages, Recorded};
@@ -54,7 +55,7 @@ pub enum VerifyError {
 /// [`VerifyError`] where the recording is of another cell or another version;
 /// what differs is no error, and what cannot be read is said in the report.
 pub fn verify(
-    policies: &Policies,
+    program: &Program,
     cell: &Cell,
     policy: &str,
     recorded: &(impl Recorded + ?Sized),
@@ -63,8 +64,10 @@ pub fn verify(
     let arms = 0..u8::try_from(cell.arms.len()).unwrap_or(u8::MAX);
     let mut run = Run {
         inputs: Inputs::default(),
-        arms: arms.map(|arm| ArmCheck::new(cell, arm)).collect(),
-        task: TaskCheck::new(policies, cell, policy),
+        arms: arms
+            .map(|arm| ArmCheck::new(cell, arm, &program.controllers))
+            .collect(),
+        task: TaskCheck::new(&program.policies, cell, policy),
         records,
         report: Report::default(),
     };

@@ -26,7 +26,7 @@ pub fn verify_file(
     let mut spec = recording.run().clone();
     spec.data_dir = data.or(spec.data_dir);
     let cell = spec.load_cell_from(&program.data)?;
-    Ok(verify(&program.policies, &cell, &spec.policy, &recording)?)
+    Ok(verify(program, &cell, &spec.policy, &recording)?)
 }
 
 impl Recorded for Recording {

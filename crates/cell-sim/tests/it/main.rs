@@ -24,6 +24,7 @@ mod verify_support;
 fn program() -> cell_sim::Program {
     cell_sim::Program {
         policies: demos::policies(),
+        controllers: controller_proc::Controllers::default(),
         data: cell_model::Data::checkout(),
     }
 }

@@ -9,7 +9,7 @@ use verify_support::{Bench, Timing, tick_of};
 
 fn report(bench: &Bench) -> Report {
     verify(
-        &demos::policies(),
+        &crate::program(),
         &bench.cell,
         &bench.spec.policy,
         bench.recorded.as_slice(),

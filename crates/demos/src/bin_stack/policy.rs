@@ -173,7 +173,7 @@ impl AnyPolicy for BinStack {
             observation.time(),
         );
         let (motion, gripper) = (&self.memory.motion, self.memory.gripper());
-        let intent = motion.intent(gripper, self.run.selector(), observation.time());
+        let intent = motion.intent(gripper, observation.time());
         out.arm(ARM, intent);
         self.report(scene, job, out);
     }

@@ -102,7 +102,7 @@ impl AnyPolicy for FillBin {
         let now = observation.time();
         self.step(scene, now, job, out);
         let (motion, gripper) = (&self.memory.motion, self.memory.gripper());
-        out.arm(ARM, motion.intent(gripper, self.run.selector(), now));
+        out.arm(ARM, motion.intent(gripper, now));
         self.report(&scene, job, out);
     }
 

@@ -59,7 +59,6 @@ impl Palletizer {
         let held = ArmIntent {
             gripper,
             key: u64::from(job.counters.phase_entry),
-            selector: self.states.state() as u32,
             ..ArmIntent::default()
         };
         let Some(motion) = self.memory.motion else {

@@ -30,7 +30,6 @@ pub fn intent(setup: &StackSetup, phase: Phase, place: Placement, key: u64) -> A
             GripperGoal::Open
         },
         key,
-        selector: phase.index(),
         target: geometry::tcp_target(setup, phase, place),
         grip_force: setup.spec.grip_force_n,
         ..ArmIntent::default()
@@ -40,10 +39,8 @@ pub fn intent(setup: &StackSetup, phase: Phase, place: Placement, key: u64) -> A
 /// The decision without a phase: hold. Only after a drop the gripper is opened,
 /// otherwise it keeps what it has.
 pub fn hold(gripper: GripperGoal) -> ArmIntent {
-    // The demos pair it with the controllers of RELEASE.
     ArmIntent {
         gripper,
-        selector: Phase::Release.index(),
         ..ArmIntent::default()
     }
 }

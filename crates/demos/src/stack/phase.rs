@@ -53,7 +53,7 @@ impl Phase {
         }
     }
 
-    /// Placement in the ring, 0 to 7; also the controller the phase selects.
+    /// Place in the ring, 0 to 7.
     pub fn index(self) -> u32 {
         self as u32
     }

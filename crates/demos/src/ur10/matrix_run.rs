@@ -70,11 +70,6 @@ impl MatrixRun {
         next != Next::Stay
     }
 
-    /// Number of the state, for the controller's selector.
-    pub(crate) fn selector(&self) -> u32 {
-        u32::from(self.matrix.state().0)
-    }
-
     /// Name of the state.
     pub(crate) fn phase(&self) -> Text<32> {
         Text::new(self.matrix.state_name())

@@ -138,10 +138,9 @@ impl Motion {
     }
 
     /// The goal of the arm: to the target, or to hold.
-    pub fn intent(&self, gripper: GripperGoal, selector: u32, now: PolicyTime) -> ArmIntent {
+    pub fn intent(&self, gripper: GripperGoal, now: PolicyTime) -> ArmIntent {
         let held = ArmIntent {
             gripper,
-            selector,
             key: self.key,
             ..ArmIntent::default()
         };
@@ -252,14 +251,14 @@ mod tests {
     #[test]
     fn aiming_again_is_no_new_goal_and_a_move_is() {
         let mut motion = Motion::new();
-        let key = |motion: &Motion| motion.intent(GripperGoal::Open, 1, ms(0)).key;
+        let key = |motion: &Motion| motion.intent(GripperGoal::Open, ms(0)).key;
         motion.aim(Waypoint::new(at(9.0)));
-        let hold = motion.intent(GripperGoal::Open, 1, ms(0));
+        let hold = motion.intent(GripperGoal::Open, ms(0));
         assert_eq!(hold.kind, GoalKind::Hold, "nowhere to go");
         motion.go(Waypoint::new(at(1.0)), &at(0.0), ms(0));
         let first = key(&motion);
         motion.aim(Waypoint::new(at(2.0)).leaning([0.5; 6]));
-        let intent = motion.intent(GripperGoal::Close, 2, ms(0));
+        let intent = motion.intent(GripperGoal::Close, ms(0));
         assert_eq!((intent.key, intent.target), (first, at(2.0)));
         assert_eq!(
             intent.posture.unwrap()[..7],

@@ -131,6 +131,34 @@ pub fn brake(
     Ok(found)
 }
 
+/// Accelerates every joint as `wanted` (rad/s² or m/s²) as far as `limits` allow, and
+/// integrates `state` by `dt` seconds. Returns what held it back.
+///
+/// # Errors
+/// As [`brake`].
+pub fn follow(
+    state: &mut MotionState,
+    limits: &JointLimits,
+    wanted: &[f64],
+    dt: f64,
+) -> Result<ClipFlags, crate::FlowError> {
+    let joints = state.positions.len();
+    state.check(joints)?;
+    crate::state::check_values("wanted accelerations", wanted, joints)?;
+    limits.validate(joints)?;
+    crate::state::check_dt(dt)?;
+    let mut found = ClipFlags::default();
+    for (i, wanted) in wanted.iter().enumerate() {
+        let interval = allowed(&limit_of(limits, i), &last_of(state, i), dt);
+        let a = wanted.max(interval.low.value).min(interval.high.value);
+        mark_joint(&mut found, &interval, a, i);
+        state.positions[i] += state.velocities[i] * dt;
+        state.velocities[i] += a * dt;
+        state.accelerations[i] = a;
+    }
+    Ok(found)
+}
+
 /// Acceleration that takes the velocity to zero without crossing it.
 fn braking(limit: &Limit, last: &Last, interval: &Interval, dt: f64) -> f64 {
     let step = limit.jerk * dt;

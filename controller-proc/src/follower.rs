@@ -1,0 +1,88 @@
+//! Joint positions that somebody wants, followed within the limits of the robot.
+
+use cell_model::Robot;
+use rmp::{JointLimits, MotionState};
+
+use crate::checkpoint::{CheckpointError, Codec};
+use crate::controller::{Controller, Setpoint};
+use crate::robot_state::{MAX_STATE_JOINTS, RobotState};
+
+/// Length of a cycle (s).
+const CYCLE_S: f64 = 1.0e-3;
+/// Gain of the follower (1/s): critically damped, 90 % of a step after 0.2 s.
+const GAIN: f64 = 20.0;
+
+/// Follows `setpoint.joints` by a joint-space PD law, `acceleration = k² (wanted -
+/// position) - 2 k velocity`, within the robot's velocity, acceleration and jerk
+/// limits: its command is one that physics accepts, whatever is wanted. Joints
+/// that nobody speaks for brake.
+pub struct Follower {
+    state: MotionState,
+    limits: JointLimits,
+    wanted: [f64; MAX_STATE_JOINTS],
+    clipped: u64,
+}
+
+impl Follower {
+    /// For the controlled joints of `robot`, at rest at its home.
+    pub fn new(robot: &Robot) -> Self {
+        Self {
+            state: MotionState::at_rest(&robot.home()),
+            limits: robot.limits(),
+            wanted: [0.0; MAX_STATE_JOINTS],
+            clipped: 0,
+        }
+    }
+
+    /// Joints held back by a limit in the last cycle, bit per joint.
+    pub fn clipped_joints(&self) -> u64 {
+        self.clipped
+    }
+
+    /// Writes or reads all that is remembered.
+    pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
+        codec.f64s(&mut self.state.positions)?;
+        codec.f64s(&mut self.state.velocities)?;
+        codec.f64s(&mut self.state.accelerations)?;
+        codec.u64(&mut self.clipped)
+    }
+}
+
+impl Controller for Follower {
+    fn reset(&mut self, estimated: &RobotState) -> bool {
+        let n = self.state.positions.len();
+        let state = &mut self.state;
+        state
+            .positions
+            .copy_from_slice(estimated.positions.first(n));
+        state
+            .velocities
+            .copy_from_slice(estimated.velocities.first(n));
+        state
+            .accelerations
+            .copy_from_slice(estimated.accelerations.first(n));
+        true
+    }
+
+    fn forward(&mut self, _estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
+        let n = self.state.positions.len();
+        let joints = self.state.positions.iter().zip(&self.state.velocities);
+        for (joint, (slot, (position, velocity))) in self.wanted.iter_mut().zip(joints).enumerate()
+        {
+            let goal = setpoint.joints.positions.get(joint);
+            let off = goal
+                .filter(|goal| goal.is_finite())
+                .map_or(0.0, |goal| goal - position);
+            *slot = GAIN * GAIN * off - 2.0 * GAIN * velocity;
+        }
+        let wanted = self.wanted.get(..n)?;
+        let clips = rmp::follow(&mut self.state, &self.limits, wanted, CYCLE_S).ok()?;
+        self.clipped =
+            clips.position | clips.velocity | clips.acceleration | clips.jerk | clips.conflict;
+        let mut command = RobotState::EMPTY;
+        command.positions.set_from(0, &self.state.positions);
+        command.velocities.set_from(0, &self.state.velocities);
+        command.accelerations.set_from(0, &self.state.accelerations);
+        Some(command)
+    }
+}
