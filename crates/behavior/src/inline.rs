@@ -74,6 +74,18 @@ impl Inline {
 }
 
 impl Part {
+    /// The node types in it, with line and column.
+    pub fn types(&self) -> Vec<(&str, u32, u32)> {
+        let mut all = Vec::new();
+        let mut open: Vec<&Json> = list(Some(&self.steps)).iter().collect();
+        while let Some(step) = open.pop() {
+            let named = step.get("do").and_then(Json::as_text);
+            all.extend(named.map(|name| (name, step.place.line, step.place.column)));
+            open.extend(list(step.get("children")));
+        }
+        all
+    }
+
     /// The tree of its steps: one after the other, each until it succeeded.
     ///
     /// # Errors
@@ -169,6 +181,10 @@ impl Reader {
     }
 
     fn part(&mut self, name: &str, place: Location, steps: &Json) -> Option<Part> {
+        if list(Some(steps)).is_empty() && steps.as_list().is_some() {
+            let message = format!("'{name}' has no steps; give it at least one");
+            self.add(steps.place, message);
+        }
         if steps.as_list().is_none() {
             let message = format!("a list of steps is needed here, not {}", steps.describe());
             self.add(steps.place, message);

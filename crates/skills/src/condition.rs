@@ -33,7 +33,8 @@ pub enum Condition {
         /// As above.
         tolerance_m: f64,
     },
-    /// The object's centre is below this height (m).
+    /// The object's centre is below this height (m), or it is not in the cell any
+    /// more.
     Fallen {
         /// The object.
         object: usize,
@@ -73,7 +74,8 @@ impl Condition {
             }
             Self::Fallen { object, below_m } => {
                 let position = world.position(object);
-                position.is_some_and(|position| position.z < below_m)
+                let known = world.observation.object(object).is_some();
+                known && position.is_none_or(|position| position.z < below_m)
             }
             Self::Reachable(object) => {
                 let position = world.position(object);

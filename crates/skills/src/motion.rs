@@ -9,7 +9,7 @@ use robocell_task::{ArmIntent, GoalKind, PolicyTime};
 
 use crate::condition::PLACE_TOLERANCE_M;
 use crate::geometry;
-use crate::progress::Progress;
+use crate::progress::{Progress, Step};
 use crate::skill::Skill;
 use crate::world::{Drive, World};
 
@@ -219,8 +219,16 @@ impl Skill for MoveTo {
             Target::Object { object, .. } | Target::Place { object, .. } => Some(object),
             Target::Pose(_) | Target::Up { .. } => self.holding,
         };
-        if !progress.step.has_begun() && world.is_there(&drive) {
+        let begins = progress.stage == 0 && !progress.step.has_begun();
+        if begins && world.is_there(&drive) {
             return Status::Success;
+        }
+        let leaves = progress.stage == 0 && !self.precise;
+        if leaves && !is_clear(&mut progress.step, object, world) {
+            return Status::Running;
+        }
+        if leaves {
+            progress.next();
         }
         let there = world.drive(&mut progress.step, &drive.near(object));
         let late = world.now().since(progress.step.began) >= self.timeout;
@@ -232,12 +240,50 @@ impl Skill for MoveTo {
     }
 }
 
+/// A tool that leaves an object rises by this (m).
+const CLEAR_M: f64 = 0.1;
+/// It takes no longer (s).
+const CLEAR_TIMEOUT_S: f64 = 3.0;
+
+/// Whether the tool is clear of objects other than `object` and what is held. Where
+/// it is not, as after a place that was interrupted, it rises: the way of another
+/// motion would drag them along. `step` is the motion's own until it is clear.
+pub(crate) fn is_clear(step: &mut Step, object: Option<usize>, world: &mut World<'_>) -> bool {
+    let beside = world.beside_tool(object);
+    if !step.has_begun() && beside.is_none() {
+        return true;
+    }
+    let lasted = world.begin(step);
+    let [x, y, z] = step.from;
+    let target = Pose {
+        position: [x, y, z + CLEAR_M],
+        orientation_wxyz: world.tool().down(world.tool_yaw()),
+    };
+    // Empty fingers that were told to open go on opening.
+    let gripper = match world.held() {
+        Some(_) => GripperGoal::Keep,
+        None => GripperGoal::Open,
+    };
+    let drive = Drive {
+        tolerance_m: 0.02,
+        ..Drive::precise(target, gripper)
+    };
+    let risen = world.drive(step, &drive.near(beside));
+    risen || lasted >= PolicyTime::from_seconds(CLEAR_TIMEOUT_S)
+}
+
 /// Brings the joints to where they were at the start of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Home;
 
 impl Skill for Home {
     fn step(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
+        if progress.stage == 0 {
+            if !is_clear(&mut progress.step, None, world) {
+                return Status::Running;
+            }
+            progress.next();
+        }
         let lasted = world.begin(&mut progress.step);
         let (Some(arm), Some(seen)) = (world.arm_setup(), world.observation.arm(world.arm)) else {
             return Status::Failure;

@@ -8,14 +8,16 @@ use robocell_task::{PolicyTime, TraceEvent};
 
 use crate::geometry;
 use crate::grip;
+use crate::motion;
 use crate::progress::Progress;
 use crate::skill::Skill;
 use crate::world::{Drive, World};
 
-const ABOVE: u8 = 0;
-const DOWN: u8 = 1;
-const CLOSE: u8 = 2;
-const LIFT: u8 = 3;
+const CLEAR: u8 = 0;
+const ABOVE: u8 = 1;
+const DOWN: u8 = 2;
+const CLOSE: u8 = 3;
+const LIFT: u8 = 4;
 
 /// An object that moved further in the plane while it is approached is
 /// approached again (m).
@@ -37,13 +39,16 @@ const FINGER_BREADTH_M: f64 = 0.045;
 pub mod reason {
     /// The object stayed too far from the arm.
     pub const OUT_OF_REACH: &str = "object_out_of_reach";
+    /// The gripper holds another object, which has to be placed first.
+    pub const HOLDS_ANOTHER: &str = "gripper_holds_another_object";
     /// The object was lost again and again.
     pub const CANNOT_BE_GRIPPED: &str = "object_cannot_be_gripped";
 }
 
-/// Picks an object up: above it, down, close, lift. It succeeds at once with an
-/// object that is in the gripper already, starts again when the object moves
-/// before it is gripped, and fails when the object is not caught or is lost.
+/// Picks an object up: above it, down, close, lift. A tool that is at another
+/// object opens and rises first. It succeeds at once with an object that is in the
+/// gripper already, starts again when the object moves before it is gripped, and
+/// fails when the object is not caught or is lost, or another one is held.
 /// After too many failures in a row the job fails.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pick {
@@ -89,7 +94,7 @@ impl Pick {
         let drive = if above {
             Drive::travel(target, GripperGoal::Open)
         } else {
-            Drive::precise(target, GripperGoal::Open)
+            Drive::grasp(target, GripperGoal::Open)
         };
         let there = world.drive(&mut progress.step, &drive.near(Some(self.object)));
         if there && world.is_open() {
@@ -97,6 +102,23 @@ impl Pick {
             progress.next();
         } else if is_late(progress, world) {
             return self.failed("is not reached", world);
+        }
+        Status::Running
+    }
+
+    /// Leaves other objects first.
+    fn clear(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
+        if let Some(held) = world.held() {
+            let setup = world.setup;
+            let name = setup.object_name(held);
+            world.fail(
+                reason::HOLDS_ANOTHER,
+                format_args!("{name} is in the gripper and has to be placed first"),
+            );
+            return Status::Failure;
+        }
+        if motion::is_clear(&mut progress.step, Some(self.object), world) {
+            progress.next();
         }
         Status::Running
     }
@@ -194,6 +216,7 @@ impl Skill for Pick {
             world.job.unreachable_since = None;
         }
         match progress.stage {
+            CLEAR => self.clear(progress, world),
             ABOVE | DOWN => self.approach(seen, progress, world),
             CLOSE => match grip::close(&mut progress.step, Some(self.object), world) {
                 Status::Running => Status::Running,

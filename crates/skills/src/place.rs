@@ -19,6 +19,8 @@ const OPEN: u8 = 3;
 
 /// A motion takes no longer (s).
 const MOTION_TIMEOUT_S: f64 = 8.0;
+/// A slot that another object is in the way of is waited for this long (s).
+const BLOCKED_PATIENCE_S: f64 = 10.0;
 /// A tool this near to its travel height does not rise first (m).
 const RISEN_M: f64 = 0.03;
 
@@ -26,6 +28,10 @@ const RISEN_M: f64 = 0.03;
 pub mod reason {
     /// The object did not stay where it was set down, again and again.
     pub const CANNOT_BE_PLACED: &str = "object_cannot_be_placed";
+    /// The place is too far from the arm.
+    pub const OUT_OF_REACH: &str = "place_out_of_reach";
+    /// An object is in the way of the next slot and stays there.
+    pub const BLOCKED: &str = "place_is_blocked";
     /// Every slot of the place is taken.
     pub const PLACE_IS_FULL: &str = "place_is_full";
 }
@@ -61,6 +67,14 @@ impl Place {
 
     /// With the object in the gripper.
     fn carry(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
+        if progress.stage == RISE && !progress.step.has_begun() {
+            if world.held() != Some(self.object) {
+                return self.failed("is not in the gripper; it has to be picked first", world);
+            }
+            if let Some(refused) = self.refuse(world) {
+                return refused;
+            }
+        }
         if world.is_lost(self.object, &mut progress.missed) {
             return Status::Failure;
         }
@@ -138,6 +152,45 @@ impl Place {
         let name = setup.object_name(self.object);
         world.out.log(format_args!("[placed] {name}"));
         Status::Success
+    }
+
+    /// Where the object cannot go now.
+    fn refuse(&self, world: &mut World<'_>) -> Option<Status> {
+        let setup = world.setup;
+        let slot = world.free_slot(self.object, self.place, self.tolerance_m);
+        let Some(goal) = slot.and_then(|slot| setup.goal(self.object, self.place, slot)) else {
+            return Some(self.no_slot(world));
+        };
+        let place = setup
+            .places
+            .get(self.place)
+            .map_or("?", |p| p.name.as_str());
+        if !world.reaches(goal.position.into()) {
+            world.fail(
+                reason::OUT_OF_REACH,
+                format_args!("place '{place}' is out of reach"),
+            );
+            return Some(Status::Failure);
+        }
+        let Some(other) = world.blocks(goal, self.object) else {
+            world.job.unreachable_since = None;
+            return None;
+        };
+        let (now, name) = (world.now(), setup.object_name(other));
+        let since = *world.job.unreachable_since.get_or_insert(now);
+        if since == now {
+            world.out.log(format_args!(
+                "[wait] {name} is in the way at place '{place}'"
+            ));
+        }
+        if now.since(since) < PolicyTime::from_seconds(BLOCKED_PATIENCE_S) {
+            return Some(Status::Running);
+        }
+        world.fail(
+            reason::BLOCKED,
+            format_args!("{name} stays in the way at place '{place}'"),
+        );
+        Some(Status::Failure)
     }
 
     fn no_slot(&self, world: &mut World<'_>) -> Status {

@@ -18,8 +18,12 @@ const IN_GRIPPER_HEIGHTS: f64 = 1.0;
 /// An object further from the TCP than this many of its heights has left the
 /// gripper.
 const LEFT_HEIGHTS: f64 = 1.5;
+/// An object nearer to a slot than this many of its heights is in the way.
+const BLOCKED_HEIGHTS: f64 = 0.9;
 /// Fingers nearer than this many heights of an object are closed around it.
 const CLOSED_HEIGHTS: f64 = 1.2;
+/// Fingers that are faster than this open (m/s).
+const OPENING_M_S: f64 = 0.005;
 /// Fingers within this of the open width are open (m).
 const OPEN_TOLERANCE_M: f64 = 0.008;
 /// Decisions in a row in which a grip has to be missed to count as lost:
@@ -81,6 +85,15 @@ impl Drive {
             gripper,
             lead_m: 0.0,
             object: None,
+        }
+    }
+
+    /// To `target` at an object: exactly, in a straight line, and at rest before
+    /// the gripper closes. A cup that still moves down would push itself off.
+    pub fn grasp(target: Pose, gripper: GripperGoal) -> Self {
+        Self {
+            settle: PolicyTime::from_ticks(500),
+            ..Self::precise(target, gripper)
         }
     }
 
@@ -203,6 +216,7 @@ impl<'w> World<'w> {
         let tcp = Vector3::from(self.observation.tcp(arm)?.position);
         let told = self.out.previous(arm);
         let closed = gripper.width < CLOSED_HEIGHTS * height
+            && gripper.width_velocity < OPENING_M_S
             && told.is_some_and(|told| told.gripper != GripperGoal::Open);
         let near = (self.position(object)? - tcp).norm() < IN_GRIPPER_HEIGHTS * height;
         (closed && near).then_some(object)
@@ -271,6 +285,37 @@ impl<'w> World<'w> {
             .filter_map(|other| self.slot_of(other, place, tolerance_m))
             .fold(0_u64, |taken, slot| taken | 1 << slot.min(63));
         (0..slots).find(|slot| taken >> slot.min(&63) & 1 == 0)
+    }
+
+    /// An object other than `object` and what is held that is so near that the tool
+    /// would drag it along on its way.
+    pub fn beside_tool(&self, object: Option<usize>) -> Option<usize> {
+        let (tcp, held) = (self.tcp_position(), self.held());
+        let others = (0..self.setup.objects.len()).filter(|other| Some(*other) != object);
+        others.filter(|other| Some(*other) != held).find(|other| {
+            let height = self
+                .object_setup(*other)
+                .map_or(0.0, |other| 2.0 * other.half_height_m);
+            let position = self.position(*other);
+            position.is_some_and(|position| (position - tcp).norm() < LEFT_HEIGHTS * height)
+        })
+    }
+
+    /// An object, but for `object` and what is held, that is where a slot's object
+    /// has to be, though it is in no slot.
+    pub fn blocks(&self, goal: Placement, object: usize) -> Option<usize> {
+        let goal = Vector3::from(goal.position);
+        let others = 0..self.setup.objects.len();
+        others.filter(|other| *other != object).find(|other| {
+            let height = self
+                .object_setup(*other)
+                .map_or(0.0, |other| 2.0 * other.half_height_m);
+            let off = self.position(*other).map(|position| position - goal);
+            !self.is_held(*other)
+                && off.is_some_and(|off| {
+                    off.xy().norm() < BLOCKED_HEIGHTS * height && off.z.abs() < 0.7 * height
+                })
+        })
     }
 
     /// A key for a new goal; it is also a new entry into a phase.

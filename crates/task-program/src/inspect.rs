@@ -78,10 +78,17 @@ pub fn check(program: &Program, kind: Kind, file: &Path) -> Result<Vec<Finding>,
             let source = source(&name, &text, &include);
             with_trees(program, |tools| tools.check(&program.data, &source))
         }
-        Kind::Machine => match table(&name, &text)? {
-            Table::Machine(table) => Ok(machine::check(&table)),
-            Table::Matrix(table) => Ok(matrix::check(&table)),
-        },
+        Kind::Machine => {
+            let include = includes(file);
+            let source = source(&name, &text, &include);
+            if let Some(checked) = program.policies.check_machine(&source) {
+                checked.map_err(|wrong| InspectError::Behaviour(wrong.to_string()))?;
+            }
+            match table(&name, &text)? {
+                Table::Machine(table) => Ok(machine::check(&table)),
+                Table::Matrix(table) => Ok(matrix::check(&table)),
+            }
+        }
     }
 }
 

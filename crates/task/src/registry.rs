@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use behavior::descriptor::Source;
 use behavior::suggest;
 use behavior::tree::{Host, Library};
 use cell_model::{Cell, Data};
@@ -21,6 +22,7 @@ pub struct Kind<S> {
     name: String,
     policies: Vec<(String, Make<S>)>,
     trees: Option<TreeTools>,
+    machines: Option<CheckMachine>,
 }
 
 impl<S: Settings> Kind<S> {
@@ -30,6 +32,7 @@ impl<S: Settings> Kind<S> {
             name: name.to_owned(),
             policies: Vec::new(),
             trees: None,
+            machines: None,
         }
     }
 
@@ -41,6 +44,13 @@ impl<S: Settings> Kind<S> {
         make: impl Fn(&S, &Cell) -> Result<Box<dyn AnyPolicy>, SetupError> + Send + Sync + 'static,
     ) -> Self {
         self.policies.push((name.to_owned(), Box::new(make)));
+        self
+    }
+
+    /// How a machine or matrix in a file of this kind is checked without its cell.
+    #[must_use]
+    pub fn machines(mut self, check: CheckMachine) -> Self {
+        self.machines = Some(check);
         self
     }
 
@@ -56,6 +66,10 @@ impl<S: Settings> Kind<S> {
     }
 }
 
+/// What is wrong with a machine or matrix in a file; `None` for a file that is none
+/// of this kind.
+pub type CheckMachine = fn(&Source<'_>) -> Option<Result<(), SetupError>>;
+
 /// A kind, whatever its settings.
 trait AnyKind: Send + Sync {
     fn name(&self) -> &str;
@@ -63,6 +77,7 @@ trait AnyKind: Send + Sync {
     fn task(&self, cell: &Cell, policy: &str) -> Result<Task, TaskError>;
     fn schema(&self) -> Value;
     fn trees(&self) -> Option<&TreeTools>;
+    fn machines(&self) -> Option<CheckMachine>;
 }
 
 impl<S: Settings> AnyKind for Kind<S> {
@@ -98,6 +113,10 @@ impl<S: Settings> AnyKind for Kind<S> {
 
     fn trees(&self) -> Option<&TreeTools> {
         self.trees.as_ref()
+    }
+
+    fn machines(&self) -> Option<CheckMachine> {
+        self.machines
     }
 }
 
@@ -157,6 +176,13 @@ impl Policies {
             advice: suggest::advice(wanted, &self.kinds()),
         })?
         .task(cell, policy)
+    }
+
+    /// What is wrong with a machine or matrix in a file, as far as a kind knows what
+    /// its states and handlers do; `None` where no kind does.
+    pub fn check_machine(&self, source: &Source<'_>) -> Option<Result<(), SetupError>> {
+        let mut checks = self.kinds.iter().filter_map(|kind| kind.machines());
+        checks.find_map(|check| check(source))
     }
 
     /// Those of the kinds whose trees can be written in files.

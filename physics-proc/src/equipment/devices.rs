@@ -73,6 +73,10 @@ impl Io {
     }
 }
 
+/// An object below this height has left the cell: it is put away, since it would
+/// fall until no message can carry its position (m).
+const OUT_OF_THE_CELL_M: f64 = -100.0;
+
 impl Equipment {
     /// Of a cell whose fixtures are in the engine.
     pub(crate) fn new(cell: &Cell, fixtures: &Fixtures) -> Self {
@@ -88,7 +92,7 @@ impl Equipment {
                 .as_ref()
                 .map(|table| Dispenser::new(table, cell)),
             sensors: cell.sensors.iter().map(Sensor::new).collect(),
-            clear_below: cell.clear_below_m,
+            clear_below: cell.clear_below_m.or(Some(OUT_OF_THE_CELL_M)),
             stream: Stream { seed: cell.seed },
         }
     }

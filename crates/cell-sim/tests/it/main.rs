@@ -9,6 +9,7 @@
 mod bin_stack;
 mod clearance;
 mod cube;
+mod file_jobs;
 mod fill_bin;
 mod palletize;
 mod pyramid;

@@ -2,16 +2,13 @@
 //! sources write quaternions x y z w, everything here is w x y z.
 
 use ipc_types::Pose;
-use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+
+pub use robocell_skills::geometry::{rotation, straight_down_by_x as straight_down};
 
 /// A quaternion of the sources, x y z w, as w x y z.
 pub const fn from_xyzw([x, y, z, w]: [f64; 4]) -> [f64; 4] {
     [w, x, y, z]
-}
-
-/// The rotation of a quaternion w x y z, made a unit one.
-pub fn rotation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
-    UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
 }
 
 /// A rotation as a quaternion w x y z.
@@ -87,18 +84,6 @@ pub fn pointing(approach: Vector3<f64>, up: Vector3<f64>) -> [f64; 4] {
         .unwrap_or_else(Vector3::z);
     let axes = nalgebra::Matrix3::from_columns(&[x, z.cross(&x), z]);
     wxyz(&UnitQuaternion::from_matrix(&axes))
-}
-
-/// Orientation of a cup that points straight down, turned by `yaw` about the
-/// vertical axis (rad); w x y z. With no turn the frame's z axis lies along the
-/// world's x.
-pub fn straight_down(yaw: f64) -> [f64; 4] {
-    let half = 0.5 * yaw;
-    let turn = Quaternion::new(libm::cos(half), 0.0, 0.0, libm::sin(half));
-    // A quarter turn about y: x goes to -z, z to x.
-    let h = std::f64::consts::FRAC_1_SQRT_2;
-    let down = Quaternion::new(h, 0.0, h, 0.0);
-    wxyz(&Unit::new_normalize(turn * down))
 }
 
 /// The pose a `part` of the way from `from` to `to`, from 0 to 1; turned the

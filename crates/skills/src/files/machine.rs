@@ -55,9 +55,18 @@ struct Record {
 
 impl MachinePolicy {
     pub(super) fn new(cell: &Cell, setup: &Arc<Setup>, file: &str) -> Result<Self, SetupError> {
-        let (mut loader, text) = Loader::new(cell, setup, file)?;
-        let definition = Definition::read(loader.file(), &text).map_err(Loader::wrong)?;
-        let inline = Inline::read(loader.file(), &text).map_err(Loader::wrong)?;
+        let (loader, text) = Loader::new(cell, setup, file)?;
+        Self::load(loader, setup, &text)
+    }
+
+    /// Of the text of a file.
+    pub(super) fn load(
+        mut loader: Loader<'_>,
+        setup: &Arc<Setup>,
+        text: &str,
+    ) -> Result<Self, SetupError> {
+        let definition = Definition::read(loader.file(), text).map_err(Loader::wrong)?;
+        let inline = Inline::read(loader.file(), text).map_err(Loader::wrong)?;
         let mut runs = Vec::new();
         all_states(&definition.states, &mut |state| {
             runs.extend(state.during.clone());
@@ -85,11 +94,14 @@ impl MachinePolicy {
             .iter()
             .map(|run| loader.named(&run.run.text, &inline.states))
             .collect::<Result<_, _>>()?;
-        let conditions = loader.trees(&inline.conditions)?;
+        let conditions = inline.conditions.iter();
+        let conditions = conditions
+            .map(|part| loader.condition(part))
+            .collect::<Result<_, _>>()?;
         let mut events = Vec::new();
         for event in &inline.events {
             if let Some(trigger) = table.trigger(&event.name) {
-                events.push((loader.tree(event)?, trigger));
+                events.push((loader.condition(event)?, trigger));
             }
         }
         let mut policy = Self {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use behavior::board::Board;
 use behavior::inline::Inline;
-use behavior::machine::{BehaviorId, Fault};
+use behavior::machine::{BehaviorId, Fault, Final};
 use behavior::matrix::{
     Cell as MatrixCell, Definition, EventId, EventSet, HandlerId, Handlers, Happening, Matrix,
     Next, Table, Vocabulary,
@@ -62,9 +62,18 @@ struct Record {
 
 impl MatrixPolicy {
     pub(super) fn new(cell: &Cell, setup: &Arc<Setup>, file: &str) -> Result<Self, SetupError> {
-        let (mut loader, text) = Loader::new(cell, setup, file)?;
-        let definition = Definition::read(loader.file(), &text).map_err(Loader::wrong)?;
-        let inline = Inline::read(loader.file(), &text).map_err(Loader::wrong)?;
+        let (loader, text) = Loader::new(cell, setup, file)?;
+        Self::load(loader, setup, &text)
+    }
+
+    /// Of the text of a file.
+    pub(super) fn load(
+        mut loader: Loader<'_>,
+        setup: &Arc<Setup>,
+        text: &str,
+    ) -> Result<Self, SetupError> {
+        let definition = Definition::read(loader.file(), text).map_err(Loader::wrong)?;
+        let inline = Inline::read(loader.file(), text).map_err(Loader::wrong)?;
         let runs: Vec<&str> = definition
             .states
             .iter()
@@ -89,13 +98,14 @@ impl MatrixPolicy {
         let mut events = Vec::new();
         for part in &inline.events {
             let id = event(&part.name).map_err(Loader::wrong)?;
-            events.push((loader.tree(part)?, id));
+            events.push((loader.condition(part)?, id));
         }
         let sequences = runs
             .iter()
             .map(|run| loader.named(run, &inline.states))
             .collect::<Result<_, _>>()?;
         refuse_silent_events(&definition, &inline).map_err(Loader::wrong)?;
+        refuse_dead_ends(&definition, &table).map_err(Loader::wrong)?;
         let mut policy = Self {
             setup: Arc::clone(setup),
             idle: definition
@@ -126,6 +136,16 @@ impl MatrixPolicy {
             }
         }
         pending
+    }
+
+    /// Those of the pending events that the state has a cell for: one without does
+    /// not keep those behind it from being handled.
+    fn answered(&self, pending: EventSet) -> EventSet {
+        let (table, state) = (self.matrix.table(), self.matrix.state());
+        let known = (0..u16::try_from(behavior::matrix::MAX_EVENTS).unwrap_or(0)).map(EventId);
+        known
+            .filter(|event| pending.contains(*event) && table.handler(state, *event).is_some())
+            .fold(EventSet::EMPTY, EventSet::with)
     }
 
     fn tell(&self, out: &mut Output) {
@@ -235,6 +255,7 @@ impl AnyPolicy for MatrixPolicy {
         if let Some(event) = self.parts.work(&mut world) {
             pending = pending.with(event);
         }
+        let pending = self.answered(pending);
         let mut host = Running {
             parts: &mut self.parts,
             world: &mut world,
@@ -309,6 +330,27 @@ fn event_named(definition: &Definition, table: &Table, name: &str) -> Result<Eve
         let (file, advice) = (&definition.file, suggest::advice(name, &known));
         format!("{file}: event '{name}' is not in the precedence list; {advice}")
     })
+}
+
+/// Refuses a state in which a run would stand still until its time limit.
+fn refuse_dead_ends(definition: &Definition, table: &Table) -> Result<(), String> {
+    for state in &definition.states {
+        let id = table.state(&state.name.text);
+        let mut events = definition.precedence.iter();
+        let answers = events.any(|event| {
+            let event = table.event(&event.text);
+            id.zip(event)
+                .is_some_and(|(id, event)| table.handler(id, event).is_some())
+        });
+        if state.end == Final::No && !answers {
+            let (file, place) = (&definition.file, state.name.place);
+            return Err(format!(
+                "{file}:{}:{}: state '{}' answers no event; give it a cell, or final = true",
+                place.line, place.column, state.name.text
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses an event that nothing raises: its cells would never be used.

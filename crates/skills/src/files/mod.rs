@@ -9,6 +9,8 @@ mod tree;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use behavior::descriptor::Source;
+use behavior::inline::Inline;
 use behavior::tree::Tree;
 use cell_model::{Cell, Data};
 use robocell_task::{AnyPolicy, Kind, Policies, SetupError};
@@ -48,28 +50,41 @@ fn tree_kind() -> Kind<FileTask> {
             });
             tree(cell, &task.place, &sources.collect::<Vec<_>>())
         })
-        .trees(|_: &Data| {
-            let empty = Setup {
-                arms: Vec::new(),
-                objects: Vec::new(),
-                places: Vec::new(),
-                sensors: Vec::new(),
-                solid_obstacles: u64::MAX,
-            };
-            Ok(nodes::library(&Arc::new(empty)))
-        })
+        .trees(|_: &Data| Ok(nodes::library(&Arc::new(Setup::unknown()))))
 }
 
 fn machine_kind() -> Kind<FileTask> {
-    Kind::<FileTask>::new(MACHINE).policy(MACHINE, |task, cell| {
-        machine(cell, &task.place, &task.behaviour)
-    })
+    Kind::<FileTask>::new(MACHINE)
+        .policy(MACHINE, |task, cell| {
+            machine(cell, &task.place, &task.behaviour)
+        })
+        .machines(check)
 }
 
 fn matrix_kind() -> Kind<FileTask> {
     Kind::<FileTask>::new(MATRIX).policy(MATRIX, |task, cell| {
         matrix(cell, &task.place, &task.behaviour)
     })
+}
+
+/// What is wrong with a machine or matrix that is looked at without its cell;
+/// `None` for one whose states and handlers have no steps: they are a program's.
+fn check(source: &Source<'_>) -> Option<Result<(), SetupError>> {
+    let inline = match Inline::read(source.file, source.text) {
+        Ok(inline) => inline,
+        Err(wrong) => return Some(Err(SetupError::in_file(wrong.to_string()))),
+    };
+    let setup = Arc::new(Setup::unknown());
+    let loader = parts::Loader::alone(source);
+    if !inline.handlers.is_empty() {
+        let loaded = matrix::MatrixPolicy::load(loader, &setup, source.text);
+        return Some(loaded.map(|_| ()));
+    }
+    if !inline.states.is_empty() {
+        let loaded = machine::MachinePolicy::load(loader, &setup, source.text);
+        return Some(loaded.map(|_| ()));
+    }
+    None
 }
 
 /// The policy of a tree in code, for the first arm of the cell.

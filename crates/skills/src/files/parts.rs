@@ -7,6 +7,7 @@ use std::time::Duration;
 use behavior::board::Board;
 use behavior::descriptor::{self, Source};
 use behavior::inline::Part;
+use behavior::tree::check::CONDITION;
 use behavior::tree::{Library, Tree};
 use behavior::{NodeStatus, ResetReason, Status};
 use cell_model::Cell;
@@ -23,9 +24,13 @@ use crate::world::World;
 /// Ending of a tree that a state names as what it runs.
 const TREE_FILE: &str = ".json";
 
+/// Reads a file by its name.
+type ReadFile<'c> = dyn Fn(&str) -> Result<String, SetupError> + 'c;
+
 /// Reads the parts of one file.
 pub(super) struct Loader<'c> {
-    cell: &'c Cell,
+    /// Reads a file beside it.
+    read: Box<ReadFile<'c>>,
     file: String,
     library: Library<Station>,
     shared: Board,
@@ -40,12 +45,27 @@ impl<'c> Loader<'c> {
     ) -> Result<(Self, Cow<'static, str>), SetupError> {
         let text = behaviour_text(cell, file)?;
         let loader = Self {
-            cell,
+            read: Box::new(|name| behaviour_text(cell, name).map(Cow::into_owned)),
             file: format!("cells/{file}"),
             library: nodes::library(setup),
             shared: Board::new(),
         };
         Ok((loader, text))
+    }
+
+    /// Of a file that is looked at without its cell: names of objects and places
+    /// are taken for known.
+    pub(super) fn alone(source: &Source<'c>) -> Self {
+        let (file, include) = (source.file.to_owned(), source.include);
+        let missing = format!("{file}: a state runs a tree in a file that cannot be read");
+        Self {
+            read: Box::new(move |name| {
+                include(name).ok_or_else(|| Self::wrong(format!("{missing}: {name}")))
+            }),
+            file,
+            library: nodes::library(&Arc::new(Setup::unknown())),
+            shared: Board::new(),
+        }
     }
 
     /// Name of the file in messages.
@@ -62,6 +82,28 @@ impl<'c> Loader<'c> {
     pub(super) fn tree(&mut self, part: &Part) -> Result<Tree<Station>, SetupError> {
         part.tree(&self.file, &self.library, &mut self.shared)
             .map_err(|errors| SetupError::in_file(errors.to_string()))
+    }
+
+    /// The tree of a condition: it may not move anything.
+    pub(super) fn condition(&mut self, part: &Part) -> Result<Tree<Station>, SetupError> {
+        for (name, line, column) in part.types() {
+            let known = self.library.find(name);
+            if known.is_some_and(|known| !known.keywords.contains(&CONDITION)) {
+                let conditions = self.library.types().iter();
+                let conditions: Vec<&str> = conditions
+                    .filter(|known| known.keywords.contains(&CONDITION))
+                    .map(|known| known.name)
+                    .collect();
+                return Err(Self::wrong(format!(
+                    "{}:{line}:{column}: '{}' asks '{name}', which is no condition; conditions \
+                     are {}",
+                    self.file,
+                    part.name,
+                    conditions.join(", ")
+                )));
+            }
+        }
+        self.tree(part)
     }
 
     /// The trees of parts, in their order.
@@ -89,8 +131,8 @@ impl<'c> Loader<'c> {
                  tree in a file NAME.tree.json"
             )));
         }
-        let text = behaviour_text(self.cell, name)?;
-        let include = |name: &str| self.cell.read(name).ok().map(Cow::into_owned);
+        let text = (self.read)(name)?;
+        let include = |name: &str| (self.read)(name).ok();
         let file = format!("cells/{name}");
         let source = Source {
             file: &file,

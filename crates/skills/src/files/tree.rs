@@ -49,6 +49,8 @@ struct ArmTree {
     trace: TreeTrace,
     /// Its answer in the decision before.
     status: Status,
+    /// The node that failed last, which was reported.
+    failed: Option<usize>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -83,6 +85,7 @@ impl TreePolicy {
             graph,
             board,
             status: Status::Running,
+            failed: None,
         });
     }
 
@@ -146,14 +149,21 @@ impl TreePolicy {
         let now = Duration::from_millis(world.now().ticks());
         let status = it.tree.tick(now, shared, world);
         it.trace.tick(&it.tree, arm, world.out);
-        if status != it.status {
-            let name = &it.graph.name;
-            let out = &mut *world.out;
-            match status {
-                Status::Success => out.event(TraceEvent::Done, format_args!("[done] {name}")),
-                Status::Failure => out.log(format_args!("[retry] {name} failed; it starts again")),
-                Status::Running => {}
-            }
+        let name = &it.graph.name;
+        let out = &mut *world.out;
+        if status == Status::Success && it.status != Status::Success {
+            out.event(TraceEvent::Done, format_args!("[done] {name}"));
+            it.failed = None;
+        }
+        // One that fails again and again at the same node is reported once.
+        let tip = it.tree.tip();
+        if status == Status::Failure && it.failed != tip {
+            let node = tip.and_then(|tip| it.graph.nodes.get(tip));
+            let node = node.map_or("?", |node| node.name.as_str());
+            out.log(format_args!(
+                "[retry] {name}: '{node}' failed; the tree starts again"
+            ));
+            it.failed = tip;
         }
         it.status = status;
     }

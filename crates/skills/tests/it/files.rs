@@ -91,6 +91,16 @@ fn a_state_that_nothing_leaves_is_refused() {
     );
     // Its steps never end, and no event has a row.
     machine(("during.success = \"retracted\"\n", ""), &["'retracted'"]);
+    machine(
+        ("held = { do = \"Holding\"", "held = { do = \"Pick\""),
+        &["'held' asks 'Pick', which is no condition"],
+    );
+    let steps = text.split("name = \"retracting\"").nth(1).unwrap();
+    let steps = steps.split("during.steps = ").nth(1).unwrap();
+    let steps = steps.split("\n]").next().unwrap();
+    let retracting = format!("during.steps = {steps}\n]\n\n[[states]]\nname = \"done\"");
+    let empty = "during.steps = []\n\n[[states]]\nname = \"done\"";
+    machine((&retracting, empty), &["'retracting' has no steps"]);
 }
 
 #[test]
@@ -158,6 +168,10 @@ fn a_handler_without_steps_and_an_event_that_nothing_raises_are_refused() {
     matrix(
         ("\"LOST\"]", "\"LOST\", \"TIMEOUT\"]"),
         &["a.toml:9:", "nothing raises event 'TIMEOUT'"],
+    );
+    matrix(
+        ("\"RETRACTING\", {", "\"RETRACTING\", \"FORGOTTEN\", {"),
+        &["state 'FORGOTTEN' answers no event"],
     );
     matrix(("LOST = \"fetch\"", "LOST = \"search\""), &["'search'"]);
     matrix(

@@ -1,0 +1,175 @@
+//! Jobs that are files: several objects, patterns, both grippers, and what ends
+//! them with a reason.
+
+use cell_model::Data;
+use cell_model::runs::summary::RunSummary;
+use cell_sim::eval;
+
+/// A folder with a cell and its behaviour; removed with it.
+struct Job(std::path::PathBuf);
+
+impl Drop for Job {
+    fn drop(&mut self) {
+        std::fs::remove_dir_all(&self.0).ok();
+    }
+}
+
+impl Job {
+    /// `cells/cube.toml` with these objects, with `[task]` and a behaviour file.
+    fn new(name: &str, kind: &str, objects: &[(&str, [f64; 2])], place: &str, text: &str) -> Self {
+        let dir = std::env::temp_dir().join(format!("robocell-jobs-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(dir.join("cells")).unwrap();
+        let cell = Data::checkout().read("cells/cube.toml").unwrap();
+        let (head, rest) = cell.split_once("[[object]]").unwrap();
+        let (object, rest) = rest.split_once("\n# Not an obstacle").unwrap();
+        let (fixtures, _) = rest.split_once("[task]").unwrap();
+        let objects = objects.iter().map(|(name, [x, y])| {
+            let object = object.replace("\"cube\"", &format!("\"{name}\""));
+            format!(
+                "[[object]]{}",
+                object.replace("0.50, -0.25", &format!("{x:.2}, {y:.2}"))
+            )
+        });
+        let objects: String = objects.collect();
+        let head = head.split("policies").next().unwrap().to_owned()
+            + &format!("policies = [\"{kind}\"]\ndefault_policy = \"{kind}\"\n")
+            + head.split("default_policy = \"ifelse\"\n").nth(1).unwrap();
+        let task = format!("[task]\nkind = \"{kind}\"\nbehaviour = \"job.{kind}\"\n{place}\n");
+        let cell = format!("{head}{objects}\n# Not an obstacle{fixtures}{task}")
+            .replace("x_m = 0.03, y_m = 0.05", "x_m = 0.01, y_m = 0.01");
+        std::fs::write(dir.join(format!("cells/{name}.toml")), cell).unwrap();
+        let file = format!("cells/job.{kind}");
+        std::fs::write(dir.join(file), text).unwrap();
+        Self(dir)
+    }
+
+    fn run(&self, name: &str, kind: &str, script: &str) -> RunSummary {
+        let mut spec = eval::template(name, kind);
+        spec.data_dir = Some(self.0.clone());
+        spec.seed = 2;
+        spec.script = cell_model::cells::script::parse(script, "script").unwrap();
+        cell_sim::run::to_the_end(&crate::program(), &spec, |_, _| {}).unwrap()
+    }
+
+    /// The same cell with a UR10 in place of the Panda.
+    fn with_suction(self, name: &str) -> Self {
+        let path = self.0.join(format!("cells/{name}.toml"));
+        let text = std::fs::read_to_string(&path).unwrap();
+        let text = text.replace("robot = \"panda\"", "robot = \"ur10\"");
+        let text = text.replace(
+            "[0.012, -0.5686, 0.0, -2.8102, 0.0, 3.0366, 0.741]",
+            "[-1.57, -1.57, -1.57, -1.57, 1.57, 0.0]",
+        );
+        std::fs::write(path, text).unwrap();
+        self
+    }
+}
+
+const TOWER: &str = r#"
+[task.place.tower]
+position_m = [0.50, 0.25, 0.0]
+pattern = { kind = "stack", layers = 3, layer_height_m = 0.05 }
+"#;
+const CUBES: [(&str, [f64; 2]); 3] = [
+    ("red", [0.55, -0.35]),
+    ("green", [0.55, -0.2]),
+    ("blue", [0.42, -0.28]),
+];
+
+/// One cube after the other: it is on the tower, or it is brought there. Then the
+/// tower is full, or all starts again. It is the recipe of docs/your-own-cell.md.
+fn tower() -> String {
+    let one = |name: &str| {
+        format!(
+            r#"{{"id": "{name}", "type": "Selector", "children": [
+                {{"id": "{name}_at", "type": "At", "ports": {{"object": "{name}", "place": "tower"}}}},
+                {{"id": "{name}_bring", "type": "Sequence", "children": [
+                    {{"id": "{name}_pick", "type": "Pick", "ports": {{"object": "{name}"}}}},
+                    {{"id": "{name}_place", "type": "Place",
+                      "ports": {{"object": "{name}", "place": "tower"}}}}]}}]}}"#
+        )
+    };
+    let all: Vec<String> = CUBES.iter().map(|(name, _)| one(name)).collect();
+    format!(
+        r#"{{"format": "behavior-tree/1", "name": "tower", "root":
+            {{"id": "job", "type": "Sequence",
+              "children": [{},
+                {{"id": "full", "type": "Full", "ports": {{"place": "tower"}}}},
+                {{"id": "home", "type": "Home"}}]}}}}"#,
+        all.join(",")
+    )
+}
+
+#[test]
+fn a_tower_is_built_with_fingers_and_with_suction_and_again_when_it_is_disturbed() {
+    let pull = r#"{"at_s": 10.5, "do": "drag", "object": "red", "to": [0.35, -0.05, 0.025]}"#;
+    let panda = Job::new("tower", "tree", &CUBES, TOWER, &tower());
+    let disturbed = panda.run("tower", "tree", pull);
+    assert_eq!(disturbed.placed.len(), 3, "{disturbed:?}");
+    let ur10 = Job::new("suction", "tree", &CUBES, TOWER, &tower()).with_suction("suction");
+    let calm = ur10.run("suction", "tree", "");
+    assert_eq!(calm.placed.len(), 3, "{calm:?}");
+    assert_eq!((calm.drops, calm.limit_violations), (0, 0), "{calm:?}");
+}
+
+/// One state with these steps.
+fn reason(name: &str, steps: &str, place: &str) -> Option<String> {
+    let text = format!(
+        "version = 1\nname = \"job\"\ninitial = \"work\"\n\
+         [[states]]\nname = \"work\"\nduring.success = \"over\"\nduring.steps = [{steps}]\n\
+         [[states]]\nname = \"done\"\nfinal = true\n\
+         [[rows]]\ntrigger = \"over\"\nsource = \"work\"\ndest = \"done\"\n"
+    );
+    let job = Job::new(name, "machine", &CUBES, place, &text);
+    job.run(name, "machine", "").reason
+}
+
+#[test]
+fn what_cannot_be_done_ends_with_its_reason() {
+    let place = "{ do = \"Place\", object = \"red\", place = \"tower\" }";
+    let both = format!("{{ do = \"Pick\", object = \"red\" }}, {place}");
+    // It was not picked.
+    let reason_of = |name, steps: &str, place: &str| reason(name, steps, place);
+    assert_eq!(
+        reason_of("unpicked", place, TOWER).as_deref(),
+        Some("object_cannot_be_placed")
+    );
+    let far = TOWER.replace("0.50, 0.25", "2.50, 0.25");
+    assert_eq!(
+        reason_of("far", &both, &far).as_deref(),
+        Some("place_out_of_reach")
+    );
+    let taken = TOWER.replace("0.50, 0.25", "0.55, -0.17");
+    assert_eq!(
+        reason_of("taken", &both, &taken).as_deref(),
+        Some("place_is_blocked")
+    );
+    let two = "{ do = \"Pick\", object = \"red\" }, { do = \"Pick\", object = \"blue\" }";
+    assert_eq!(
+        reason_of("two", two, TOWER).as_deref(),
+        Some("gripper_holds_another_object")
+    );
+}
+
+#[test]
+fn an_event_without_a_cell_does_not_keep_the_one_behind_it_from_being_handled() {
+    let text = r#"
+version = 1
+name = "job"
+states = ["WORK", { name = "DONE", final = true }]
+initial = "WORK"
+precedence = ["FIRST", "SECOND"]
+[events]
+FIRST = { do = "GripperOpen" }
+SECOND = { do = "Reachable", object = "red" }
+[cells.WORK]
+SECOND = { handler = "end", goto = "DONE" }
+[cells.DONE]
+FIRST = "end"
+[handlers.end]
+steps = [{ do = "Stay", for_s = 0.1 }]
+"#;
+    let job = Job::new("events", "matrix", &CUBES, TOWER, text);
+    let summary = job.run("events", "matrix", "");
+    assert!(summary.sim_time_s < 1.0, "{summary:?}");
+}
