@@ -47,6 +47,7 @@ fn help_lists_what_works_and_nothing_else() {
         "schema",
         "bench",
         "eval",
+        "new",
         "completions",
         "man",
         "help",

@@ -144,6 +144,7 @@ fn of_the_state_machine() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn of_the_tree_in_code() {
     sweep("franka-stack", "bt", "RETRACT done", 3);
 }
@@ -164,6 +165,7 @@ fn of_the_matrix_that_has_a_bin_filled_until_it_falls() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn of_the_matrix_that_flips_and_stacks_a_bin() {
     sweep_of_bins("ur10-bin-stack", &["--bins", "1", "--seed", "1"], 17);
 }

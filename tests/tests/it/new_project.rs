@@ -85,16 +85,25 @@ fn assert_runs(project: &Path, prepare: impl Fn(&mut Command)) {
     );
 }
 
+fn assert_file_project_runs(way: &str) {
+    let base = base();
+    let project = project(base.path(), "mine", way);
+    assert_runs(&project, |_| {});
+    let test = commands(&project).get(1).unwrap().clone();
+    let said = say(&project, &test, &[], |_| {});
+    assert!(said.stdout.contains("5 of 5 done"), "{said:?}");
+}
+
 #[test]
 fn without_a_compiler_runs_is_killed_and_is_recorded() {
-    for way in ["json", "table", "matrix"] {
-        let base = base();
-        let project = project(base.path(), "mine", way);
-        assert_runs(&project, |_| {});
-        let test = commands(&project).get(1).unwrap().clone();
-        let said = say(&project, &test, &[], |_| {});
-        assert!(said.stdout.contains("5 of 5 done"), "{said:?}");
-    }
+    assert_file_project_runs("table");
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn in_the_other_kinds_of_file_does_so_too() {
+    assert_file_project_runs("json");
+    assert_file_project_runs("matrix");
 }
 
 #[test]

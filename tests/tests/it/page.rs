@@ -108,12 +108,14 @@ fn frame_rates() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn a_bin_set_down_by_hand_is_counted() {
     // By its seed the first bin opens downward.
     browse("manual", &["ur10-bin-stack", "--paused", "--seed", "0"]);
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn a_bin_palletized_by_hand_is_counted() {
     // By its seed the first bin opens upward.
     browse("pallet", &["ur10-palletize", "--paused", "--seed", "1"]);
@@ -141,6 +143,7 @@ fn a_cube_pulled_by_the_mouse_moves_in_physics_and_the_task_recovers() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn the_gizmo_leads_the_arm_while_the_task_is_paused() {
     browse("gizmo", &["franka-stack", "--paused"]);
 }

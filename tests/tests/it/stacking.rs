@@ -76,6 +76,7 @@ fn one_process_four_processes_and_a_killed_task_end_in_the_same_state() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn every_disturbance_is_recovered_from_and_said() {
     let dir = base();
     for policy in ["fsm", "ifelse", "bt"] {
@@ -137,6 +138,7 @@ fn in_real_time_with_the_task_killed_in_every_carrying_phase_the_same_is_recover
 /// The same disturbances by the clock find each policy at something else, and
 /// the stack is the same in the end.
 #[test]
+#[ignore = "slow: .ci/long"]
 fn one_script_of_disturbances_ends_in_one_stack_whatever_the_policy() {
     let script = r#"
 {"at_s": 4.5, "do": "drag", "object": "red_cube", "to": [0.40, 0.0, 0.025]}

@@ -88,19 +88,29 @@ fn every_way_recovers_when_the_cube_is_taken() {
     }
 }
 
+/// The task is killed at every decision until `end` (s), or never: the same hash.
+fn assert_unnoticed(policy: &str, script: &str, end: f64) {
+    let mut hashes = [false, true].into_iter().map(|restarts| {
+        let mut run = Run::new(policy, script);
+        run.restarts = restarts;
+        run.until(end);
+        run.sim.state().state_hash
+    });
+    assert_eq!(hashes.next(), hashes.next(), "{policy} {script}");
+}
+
 #[test]
 fn no_way_notices_that_its_task_is_killed_at_every_decision() {
     for policy in POLICIES {
-        for script in ["", PULLS] {
-            let end = if script.is_empty() { 8.0 } else { 26.0 };
-            let mut hashes = [false, true].into_iter().map(|restarts| {
-                let mut run = Run::new(policy, script);
-                run.restarts = restarts;
-                run.until(end);
-                run.sim.state().state_hash
-            });
-            assert_eq!(hashes.next(), hashes.next(), "{policy} {script}");
-        }
+        assert_unnoticed(policy, "", 8.0);
+    }
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn nor_while_the_cube_is_taken_away() {
+    for policy in POLICIES {
+        assert_unnoticed(policy, PULLS, 26.0);
     }
 }
 

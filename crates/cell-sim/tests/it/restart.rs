@@ -46,6 +46,7 @@ fn of_every_stacking_policy_disturbed_and_not() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn of_the_two_trees_of_the_pyramid_disturbed_and_not() {
     for script in ["", PULLS] {
         assert_unnoticed("franka-pyramid", "json", script);
