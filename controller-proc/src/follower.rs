@@ -1,4 +1,4 @@
-//! Joint positions that somebody wants, followed within the limits of the robot.
+//! Follows wanted joint positions within the limits of the robot.
 
 use cell_model::Robot;
 use rmp::{JointLimits, MotionState};
@@ -15,7 +15,7 @@ const GAIN: f64 = 20.0;
 /// Follows `setpoint.joints` by a joint-space PD law, `acceleration = k² (wanted -
 /// position) - 2 k velocity`, within the robot's velocity, acceleration and jerk
 /// limits: its command is one that physics accepts, whatever is wanted. Joints
-/// that nobody speaks for brake.
+/// without a wanted position brake.
 pub struct Follower {
     state: MotionState,
     limits: JointLimits,

@@ -470,7 +470,7 @@ impl<'w> World<'w> {
             .is_some_and(|(sent, echo)| echo.goal_active && echo.goal_id == sent.goal_id)
     }
 
-    /// Whether the arm is at rest at the target already, whoever sent it.
+    /// Whether the arm is at rest at the target already, under whatever goal.
     pub fn is_there(&self, drive: &Drive) -> bool {
         let at_rest = self.observation.arm(self.arm).is_some_and(|arm| {
             let joints = arm.joint_velocities.iter().take(arm.joint_count as usize);

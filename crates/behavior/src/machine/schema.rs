@@ -48,7 +48,7 @@ pub fn schema() -> Value {
                 }
             },
             "conditions": {
-                "description": "By name: what is asked.",
+                "description": "By name: the condition.",
                 "type": "object",
                 "additionalProperties": {"$ref": "#/$defs/step"}
             },

@@ -1,4 +1,4 @@
-//! A tree that is thrown away at any tick and made from its checkpoint goes on as
+//! A tree that is dropped at any tick and restored from its checkpoint continues as
 //! if nothing had happened; no bytes make it fall over.
 
 use crate::tree_support;

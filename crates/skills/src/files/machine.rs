@@ -212,11 +212,26 @@ impl Actions for Running<'_, '_, '_> {
     }
 }
 
+impl MachinePolicy {
+    /// Takes a checkpoint; a part of it, perhaps, where that is an error.
+    fn take(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
+        let record: Record = checkpoint::from_bytes(bytes)?;
+        self.machine
+            .restore(&record.machine)
+            .map_err(bincode::Error::custom)?;
+        self.parts
+            .shared
+            .restore(&record.board)
+            .map_err(bincode::Error::custom)?;
+        parts::restore(&mut self.parts.sequences, &record.sequences)
+    }
+}
+
 impl AnyPolicy for MachinePolicy {
     fn reset(&mut self) {
         let initial = std::mem::take(&mut self.initial);
         // It was written by this very policy.
-        let _taken = self.restore(&initial).is_ok();
+        let _taken = self.take(&initial).is_ok();
         self.initial = initial;
     }
 
@@ -269,15 +284,7 @@ impl AnyPolicy for MachinePolicy {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
-        let record: Record = checkpoint::from_bytes(bytes)?;
-        self.machine
-            .restore(&record.machine)
-            .map_err(bincode::Error::custom)?;
-        self.parts
-            .shared
-            .restore(&record.board)
-            .map_err(bincode::Error::custom)?;
-        parts::restore(&mut self.parts.sequences, &record.sequences)
+        self.take(bytes).inspect_err(|_| self.reset())
     }
 
     /// Conditions and skills look at the cell themselves.
@@ -297,7 +304,7 @@ fn all_states(states: &[StateDef], visit: &mut impl FnMut(&StateDef)) {
     }
 }
 
-/// Refuses a state in which a run would stand still until its time limit.
+/// Refuses a state that a run would never leave.
 fn refuse_dead_ends(definition: &Definition, table: &Table, events: &[&str]) -> Result<(), String> {
     for state in &definition.states {
         if state.end != Final::No || !state.children.is_empty() {

@@ -237,11 +237,29 @@ impl Handlers for Running<'_, '_, '_> {
     }
 }
 
+impl MatrixPolicy {
+    /// Takes a checkpoint; a part of it, perhaps, where that is an error.
+    fn take(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
+        let record: Record = checkpoint::from_bytes(bytes)?;
+        self.matrix
+            .restore(&record.matrix)
+            .map_err(bincode::Error::custom)?;
+        self.parts
+            .shared
+            .restore(&record.board)
+            .map_err(bincode::Error::custom)?;
+        parts::restore(&mut self.parts.handlers, &record.handlers)?;
+        parts::restore(&mut self.parts.sequences, &record.sequences)?;
+        self.parts.current = record.current;
+        Ok(())
+    }
+}
+
 impl AnyPolicy for MatrixPolicy {
     fn reset(&mut self) {
         let initial = std::mem::take(&mut self.initial);
         // It was written by this very policy.
-        let _taken = self.restore(&initial).is_ok();
+        let _taken = self.take(&initial).is_ok();
         self.initial = initial;
     }
 
@@ -300,18 +318,7 @@ impl AnyPolicy for MatrixPolicy {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
-        let record: Record = checkpoint::from_bytes(bytes)?;
-        self.matrix
-            .restore(&record.matrix)
-            .map_err(bincode::Error::custom)?;
-        self.parts
-            .shared
-            .restore(&record.board)
-            .map_err(bincode::Error::custom)?;
-        parts::restore(&mut self.parts.handlers, &record.handlers)?;
-        parts::restore(&mut self.parts.sequences, &record.sequences)?;
-        self.parts.current = record.current;
-        Ok(())
+        self.take(bytes).inspect_err(|_| self.reset())
     }
 
     fn reconcile(&mut self, _observation: &Observation<'_>, _job: &mut Job, _out: &mut Output) {
@@ -332,7 +339,7 @@ fn event_named(definition: &Definition, table: &Table, name: &str) -> Result<Eve
     })
 }
 
-/// Refuses a state in which a run would stand still until its time limit.
+/// Refuses a state that a run would never leave.
 fn refuse_dead_ends(definition: &Definition, table: &Table) -> Result<(), String> {
     for state in &definition.states {
         let id = table.state(&state.name.text);

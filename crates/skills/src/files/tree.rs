@@ -173,11 +173,35 @@ impl TreePolicy {
     }
 }
 
+impl TreePolicy {
+    /// Takes a checkpoint; a part of it, perhaps, where that is an error.
+    fn take(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
+        let record: Record = checkpoint::from_bytes(bytes)?;
+        if record.trees.len() != self.arms.len() || record.boards.len() != self.boards.len() {
+            return Err(bincode::Error::custom("not a checkpoint of these trees"));
+        }
+        for ((_, board, _), bytes) in self.boards.iter_mut().zip(&record.boards) {
+            board.restore(bytes).map_err(bincode::Error::custom)?;
+        }
+        for (arm, bytes) in self.arms.iter_mut().zip(&record.trees) {
+            arm.tree.restore(bytes).map_err(bincode::Error::custom)?;
+        }
+        for (arm, done) in self.arms.iter_mut().zip(record.done) {
+            arm.status = if done {
+                Status::Success
+            } else {
+                Status::Running
+            };
+        }
+        Ok(())
+    }
+}
+
 impl AnyPolicy for TreePolicy {
     fn reset(&mut self) {
         let initial = std::mem::take(&mut self.initial);
         // It was written by this very policy.
-        let _taken = self.restore(&initial).is_ok();
+        let _taken = self.take(&initial).is_ok();
         self.initial = initial;
     }
 
@@ -235,24 +259,7 @@ impl AnyPolicy for TreePolicy {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
-        let record: Record = checkpoint::from_bytes(bytes)?;
-        if record.trees.len() != self.arms.len() || record.boards.len() != self.boards.len() {
-            return Err(bincode::Error::custom("not a checkpoint of these trees"));
-        }
-        for ((_, board, _), bytes) in self.boards.iter_mut().zip(&record.boards) {
-            board.restore(bytes).map_err(bincode::Error::custom)?;
-        }
-        for (arm, bytes) in self.arms.iter_mut().zip(&record.trees) {
-            arm.tree.restore(bytes).map_err(bincode::Error::custom)?;
-        }
-        for (arm, done) in self.arms.iter_mut().zip(record.done) {
-            arm.status = if done {
-                Status::Success
-            } else {
-                Status::Running
-            };
-        }
-        Ok(())
+        self.take(bytes).inspect_err(|_| self.reset())
     }
 
     fn reconcile(&mut self, _observation: &Observation<'_>, _job: &mut Job, _out: &mut Output) {

@@ -12,7 +12,7 @@ use crate::condition::{Condition, PLACE_TOLERANCE_M};
 use crate::setup::Setup;
 use crate::skill::Station;
 
-/// A condition made anew from its ports at every tick.
+/// A condition that is made from its ports at every tick.
 struct Asked<F>(F);
 
 impl<F> Leaf<Station> for Asked<F>

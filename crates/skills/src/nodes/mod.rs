@@ -131,7 +131,7 @@ fn is_given(binder: &Binder<'_>, port: &str) -> bool {
     }
 }
 
-/// A leaf whose skill is made anew from its ports at every tick; `None` where an
+/// A leaf whose skill is made from its ports at every tick; `None` where an
 /// object or a place does not exist, which fails.
 struct Made<F>(F);
 
