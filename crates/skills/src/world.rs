@@ -1,7 +1,7 @@
 //! One arm of a cell in one decision: what it sees, and what it is told.
 
 use ipc_types::decision::{GoalKind, MAX_PLACED, Outcome};
-use ipc_types::world::{OBJECT_DRAGGED, OBJECT_ENABLED};
+use ipc_types::world::OBJECT_ENABLED;
 use ipc_types::{GripperGoal, Pose};
 use nalgebra::Vector3;
 use robocell_task::job::{Job, Placement};
@@ -185,12 +185,6 @@ impl<'w> World<'w> {
             position: pose.position,
             yaw: geometry::yaw(&pose),
         })
-    }
-
-    /// Whether the operator drags an object.
-    pub fn is_dragged(&self, object: usize) -> bool {
-        let seen = self.observation.object(object);
-        seen.is_some_and(|seen| seen.flags & OBJECT_DRAGGED != 0)
     }
 
     /// Whether an object is at rest.
