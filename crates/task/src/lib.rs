@@ -16,6 +16,7 @@ pub mod observation;
 pub mod operator;
 pub mod output;
 pub mod policy;
+mod ranges;
 pub mod reason;
 pub mod registry;
 pub mod ring;

@@ -11,6 +11,7 @@ use serde_json::{Map, Value, json};
 pub use crate::error::TaskError;
 
 use crate::policy::{AnyPolicy, Policy, boxed};
+use crate::ranges;
 use crate::settings::{NoSettings, Settings, SetupError};
 use crate::task::Task;
 use crate::trees::{self, TreeError, TreeTools};
@@ -94,6 +95,7 @@ impl<S: Settings> AnyKind for Kind<S> {
 
     fn task(&self, cell: &Cell, policy: &str) -> Result<Task, TaskError> {
         let settings: S = cell.task.read()?;
+        ranges::check(&self.schema(), &cell.task.read()?, &cell.task.checker())?;
         settings.check(cell, &cell.task.checker())?;
         let mut known = self.policies.iter();
         let Some((name, make)) = known.find(|(name, _)| name == policy) else {

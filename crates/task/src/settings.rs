@@ -9,9 +9,12 @@ use serde::de::DeserializeOwned;
 
 /// The table of a kind of `[task]`. Derive `Deserialize` with
 /// `deny_unknown_fields`, so that a typing error is answered with the right key,
-/// and `JsonSchema` for editors.
+/// and `JsonSchema` for editors. `#[schemars(range(min = .., max = ..))]` on a
+/// number, or `#[schemars(inner(range(..)))]` on an array of them, is in the schema
+/// and is checked before [`Settings::check`].
 pub trait Settings: DeserializeOwned + JsonSchema + Send + Sync + 'static {
-    /// Refuses numbers and names that cannot be meant; `at` makes the error.
+    /// Refuses names that cannot be meant, and numbers that do not fit others; `at`
+    /// makes the error.
     ///
     /// # Errors
     /// [`ModelError`] with file, line, key, value and what is allowed.

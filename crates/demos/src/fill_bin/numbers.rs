@@ -1,11 +1,15 @@
 //! `[task]` with `kind = "fill_bin"`.
 
+use cell_model::check::MAX_COORDINATE_M;
 use cell_model::{Cell, Checker, ModelError, Shape};
 use robocell_task::Settings;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::check;
+
+/// No arm reaches further (m).
+const MAX_REACH_M: f64 = 10.0;
 
 /// Hold a bin under the dispenser until the grip breaks, and find it again.
 ///
@@ -23,44 +27,62 @@ pub struct FillBinTask {
     #[serde(default)]
     pub stand: Option<String>,
     /// Where the cup rests between two picks (m).
+    #[schemars(inner(range(min = -MAX_COORDINATE_M, max = MAX_COORDINATE_M)))]
     pub default_position_m: [f64; 3],
     /// Its orientation there, w x y z.
+    #[schemars(inner(range(min = -1.0, max = 1.0)))]
     pub default_orientation_wxyz: [f64; 4],
     /// Where the cup holds a bin that hangs on the inside of its floor (m).
+    #[schemars(inner(range(min = -MAX_COORDINATE_M, max = MAX_COORDINATE_M)))]
     pub hold_position_m: [f64; 3],
     /// Turn of a held bin's long edge about the vertical axis (rad).
+    #[schemars(range(min = -7.0, max = 7.0))]
     pub hold_yaw_rad: f64,
     /// The way to the bin goes over a point this far above the surface that is
     /// gripped (m).
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub above_m: f64,
     /// Gap between cup and surface when suction is switched on (m).
+    #[schemars(range(min = 0.0, max = 0.1))]
     pub gap_m: f64,
     /// A bin that hangs upside down is let fall this far beside the hold
     /// position, x, y and z, to lie otherwise afterwards (m).
+    #[schemars(inner(range(min = -0.5, max = 0.5)))]
     pub tip_over_m: [f64; 3],
     /// A bin is raised by this before it is carried (m),
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub lift_m: f64,
     /// in this time (s),
+    #[schemars(range(min = 0.0, max = 60.0))]
     pub lift_s: f64,
     /// and carried in this (s).
+    #[schemars(range(min = 0.0, max = 60.0))]
     pub carry_s: f64,
     /// Time between two requests for parts (s).
+    #[schemars(range(min = 0.01, max = 60.0))]
     pub drop_interval_s: f64,
     /// Suction that holds nothing after this is switched off again (s).
+    #[schemars(range(min = 0.01, max = 60.0))]
     pub attach_s: f64,
     /// How far the cup backs off after two refusals in place (m).
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub back_off_m: f64,
     /// A pick-up that takes longer in one state is given up (s).
+    #[schemars(range(min = 0.1, max = 600.0))]
     pub state_timeout_s: f64,
     /// Pick-ups of the same bin that fail in a row before the job is given up.
+    #[schemars(range(min = 1.0, max = 100.0))]
     pub max_attempts: u32,
     /// A surface that faces away from straight up by more than this cannot be
     /// gripped (rad).
+    #[schemars(range(min = 0.0, max = 1.6))]
     pub max_tilt_rad: f64,
     /// Distances from the arm's base, in the plane, between which a surface can
     /// be gripped (m).
+    #[schemars(inner(range(min = 0.0, max = MAX_REACH_M)))]
     pub reach_m: [f64; 2],
     /// A bin that cannot be picked up for this long is given up (s).
+    #[schemars(range(min = 0.0, max = 600.0))]
     pub patience_s: f64,
 }
 
@@ -82,33 +104,9 @@ impl Settings for FillBinTask {
                 &names,
             )?;
         }
-        at.position("task.default_position_m", &self.default_position_m)?;
-        at.position("task.hold_position_m", &self.hold_position_m)?;
-        at.numbers("task.tip_over_m", &self.tip_over_m, -0.5, 0.5)?;
         let orientation = &self.default_orientation_wxyz;
-        at.numbers("task.default_orientation_wxyz", orientation, -1.0, 1.0)?;
         check::unit_quaternion(at, "task.default_orientation_wxyz", orientation, 1.0e-3)?;
-        fill_bin_numbers(at, self)
+        let [near, far] = self.reach_m;
+        at.number("task.reach_m.1", far, near, MAX_REACH_M)
     }
-}
-
-fn fill_bin_numbers(at: &Checker<'_>, task: &FillBinTask) -> Result<(), ModelError> {
-    let ranges = [
-        ("hold_yaw_rad", task.hold_yaw_rad, -7.0, 7.0),
-        ("above_m", task.above_m, 0.0, 1.0),
-        ("gap_m", task.gap_m, 0.0, 0.1),
-        ("lift_m", task.lift_m, 0.0, 1.0),
-        ("lift_s", task.lift_s, 0.0, 60.0),
-        ("carry_s", task.carry_s, 0.0, 60.0),
-        ("drop_interval_s", task.drop_interval_s, 0.01, 60.0),
-        ("attach_s", task.attach_s, 0.01, 60.0),
-        ("back_off_m", task.back_off_m, 0.0, 1.0),
-        ("state_timeout_s", task.state_timeout_s, 0.1, 600.0),
-        ("max_attempts", f64::from(task.max_attempts), 1.0, 100.0),
-        ("max_tilt_rad", task.max_tilt_rad, 0.0, 1.6),
-        ("reach_m.0", task.reach_m[0], 0.0, 10.0),
-        ("reach_m.1", task.reach_m[1], task.reach_m[0], 10.0),
-        ("patience_s", task.patience_s, 0.0, 600.0),
-    ];
-    at.ranges("task", &ranges)
 }

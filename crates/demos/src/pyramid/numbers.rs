@@ -8,7 +8,7 @@ use robocell_task::Settings;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::check::{MAX_STACK, object_names, order};
+use crate::check::{MAX_STACK, closed_width, object_names, order};
 
 /// Take a pyramid of cubes apart; every arm builds a stack of its own.
 ///
@@ -17,36 +17,51 @@ use crate::check::{MAX_STACK, object_names, order};
 #[serde(deny_unknown_fields)]
 pub struct PyramidTask {
     /// Height of the centre of the lowest cube of a stack, world frame (m).
+    #[schemars(range(min = -MAX_COORDINATE_M, max = MAX_COORDINATE_M))]
     pub base_height_m: f64,
     /// Height of one layer (m).
+    #[schemars(range(min = 1.0e-3, max = 1.0))]
     pub layer_height_m: f64,
     /// Cubes in a finished stack of one arm.
+    #[schemars(range(min = 1.0, max = MAX_STACK as f64))]
     pub required_count: u32,
     /// TCP above the centre of the cube before it is grasped (m).
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub approach_m: f64,
     /// TCP above the centre of the cube when it is grasped (m).
+    #[schemars(range(min = -0.5, max = 0.5))]
     pub grasp_m: f64,
     /// TCP height after the lift, world frame (m).
+    #[schemars(range(min = -MAX_COORDINATE_M, max = MAX_COORDINATE_M))]
     pub lift_z_m: f64,
     /// TCP above the cube's goal before it is lowered (m).
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub place_approach_m: f64,
     /// TCP above the cube's goal when it is let go, before the place is
     /// corrected by how the cube lies in the hand (m).
+    #[schemars(range(min = -0.5, max = 0.5))]
     pub place_m: f64,
     /// TCP above the cube's goal after it was let go (m).
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub retract_m: f64,
     /// An object nearer than this to its goal, in the plane, is in place (m).
+    #[schemars(range(min = 1.0e-4, max = 1.0))]
     pub goal_tolerance_m: f64,
     /// Finger distance of an open gripper (m).
+    #[schemars(range(min = 1.0e-3, max = 1.0))]
     pub open_width_m: f64,
     /// Finger distance commanded to close; force stops it earlier (m).
+    #[schemars(range(min = 0.0))]
     pub closed_width_m: f64,
     /// The gripper is open when within this of the open width (m).
+    #[schemars(range(min = 1.0e-5, max = 0.5))]
     pub gripper_tolerance_m: f64,
     /// Force per finger (N).
+    #[schemars(range(min = 0.1, max = 1.0e4))]
     pub grip_force_n: f64,
     /// A cube further than this from the arm's base, in the plane, is out of
     /// reach (m).
+    #[schemars(range(min = 1.0e-2, max = MAX_COORDINATE_M))]
     pub reach_m: f64,
     /// What belongs to one arm, by the arm's name: one entry for every arm.
     pub robot: BTreeMap<String, PyramidArm>,
@@ -61,9 +76,11 @@ pub struct PyramidArm {
     /// Blackboard it shares with all arms that name the same one.
     pub board: String,
     /// Centre of the arm's stack on the table, x and y in the world frame (m).
+    #[schemars(inner(range(min = -MAX_COORDINATE_M, max = MAX_COORDINATE_M)))]
     pub goal_m: [f64; 2],
     /// Turn of the hand about the world's z where it points straight down and
     /// its fingers close along y at zero (rad).
+    #[schemars(range(min = -7.0, max = 7.0))]
     pub yaw_rad: f64,
     /// Cubes in the order in which this arm tries them.
     pub order: Vec<String>,
@@ -71,7 +88,7 @@ pub struct PyramidArm {
 
 impl Settings for PyramidTask {
     fn check(&self, cell: &Cell, at: &Checker<'_>) -> Result<(), ModelError> {
-        pyramid_numbers(at, self)?;
+        closed_width(at, self.closed_width_m, self.open_width_m)?;
         let arms: Vec<&str> = cell.arms.iter().map(|arm| arm.name.as_str()).collect();
         for (name, arm) in &self.robot {
             if !arms.contains(&name.as_str()) {
@@ -108,9 +125,6 @@ fn pyramid_arm(
     arm: &PyramidArm,
     cell: &Cell,
 ) -> Result<(), ModelError> {
-    let far = MAX_COORDINATE_M;
-    at.numbers(&format!("{key}.goal_m"), &arm.goal_m, -far, far)?;
-    at.number(&format!("{key}.yaw_rad"), arm.yaw_rad, -7.0, 7.0)?;
     order(at, &format!("{key}.order"), &arm.order, &object_names(cell))?;
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
     let file = &arm.behaviour;
@@ -133,32 +147,4 @@ fn pyramid_arm(
         ));
     }
     Ok(())
-}
-
-fn pyramid_numbers(at: &Checker<'_>, task: &PyramidTask) -> Result<(), ModelError> {
-    let far = MAX_COORDINATE_M;
-    let count = f64::from(task.required_count);
-    let ranges = [
-        ("base_height_m", task.base_height_m, -far, far),
-        ("layer_height_m", task.layer_height_m, 1.0e-3, 1.0),
-        ("required_count", count, 1.0, MAX_STACK as f64),
-        ("approach_m", task.approach_m, 0.0, 1.0),
-        ("grasp_m", task.grasp_m, -0.5, 0.5),
-        ("lift_z_m", task.lift_z_m, -far, far),
-        ("place_approach_m", task.place_approach_m, 0.0, 1.0),
-        ("place_m", task.place_m, -0.5, 0.5),
-        ("retract_m", task.retract_m, 0.0, 1.0),
-        ("goal_tolerance_m", task.goal_tolerance_m, 1.0e-4, 1.0),
-        ("open_width_m", task.open_width_m, 1.0e-3, 1.0),
-        (
-            "closed_width_m",
-            task.closed_width_m,
-            0.0,
-            task.open_width_m,
-        ),
-        ("gripper_tolerance_m", task.gripper_tolerance_m, 1.0e-5, 0.5),
-        ("grip_force_n", task.grip_force_n, 0.1, 1.0e4),
-        ("reach_m", task.reach_m, 1.0e-2, far),
-    ];
-    at.ranges("task", &ranges)
 }
