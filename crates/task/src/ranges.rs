@@ -70,17 +70,20 @@ impl Ranges<'_> {
     }
 }
 
-/// Whether `value` is meant by this one of several schemas: its constant keys, such as
-/// the `kind` of a tagged table, are those of the value.
+/// Whether `value` is meant by this one of several schemas: it has the keys that are
+/// required, and constant keys, such as the `kind` of a tagged table, are equal.
 fn fits(schema: &Value, value: &Value) -> bool {
     let is_null = schema.get("type").and_then(Value::as_str) == Some("null");
+    let required = schema.get("required").and_then(Value::as_array);
+    let mut required = required.into_iter().flatten().filter_map(Value::as_str);
     let keys = schema.get("properties").and_then(Value::as_object);
-    let constants = keys.into_iter().flatten().filter_map(|(key, schema)| {
-        let constant = schema.get("const")?;
-        Some((key, constant))
-    });
-    let mut constants = constants;
-    is_null == value.is_null() && constants.all(|(key, constant)| value.get(key) == Some(constant))
+    let mut keys = keys.into_iter().flatten();
+    is_null == value.is_null()
+        && required.all(|key| value.get(key).is_some())
+        && keys.all(|(key, schema)| {
+            let constant = schema.get("const");
+            constant.is_none_or(|constant| value.get(key) == Some(constant))
+        })
 }
 
 #[cfg(test)]

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use behavior::board::Board;
 use behavior::inline::{Inline, Part};
 use behavior::machine::{
-    Actions, BehaviorId, CallbackId, Definition, Event, Fault, Final, GuardId, Happening, Machine,
-    StateDef, Table, TriggerId, Vocabulary,
+    Actions, BehaviorId, CallbackId, Definition, Event, Fault, Final, GuardId, StateDef, Table,
+    TriggerId, Vocabulary,
 };
 use behavior::tree::Tree;
 use behavior::{Graph, NodeStatus, ResetReason, Status};
@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
 
 use super::parts::{self, Loader};
+use crate::machine_run::MachineRun;
 use crate::setup::Setup;
 use crate::skill::Station;
 use crate::world::World;
@@ -28,7 +29,7 @@ const ARM: usize = 0;
 /// See the module.
 pub(super) struct MachinePolicy {
     setup: Arc<Setup>,
-    machine: Machine,
+    run: MachineRun,
     parts: Parts,
     /// Condition and trigger, in the order of the file.
     events: Vec<(Tree<Station>, TriggerId)>,
@@ -106,7 +107,7 @@ impl MachinePolicy {
         }
         let mut policy = Self {
             setup: Arc::clone(setup),
-            machine: Machine::new(Arc::new(table)),
+            run: MachineRun::new(Arc::new(table)),
             parts: Parts {
                 sequences,
                 repeats: runs.iter().map(|run| run.failure.is_none()).collect(),
@@ -124,11 +125,9 @@ impl MachinePolicy {
     /// Fires the trigger of the first event that has a row now.
     fn fire_events(&mut self, world: &mut World<'_>) {
         let Self {
-            machine,
-            parts,
-            events,
-            ..
+            run, parts, events, ..
         } = self;
+        let machine = &mut run.machine;
         for (condition, trigger) in events {
             let mut host = Running { parts, world };
             if !machine.may(*trigger, &mut host)
@@ -141,28 +140,6 @@ impl MachinePolicy {
                 out.event(TraceEvent::Fault, format_args!("[fault] {error}"));
             }
             return;
-        }
-    }
-
-    /// Says which state was left for which, and why.
-    fn tell(&self, out: &mut Output) {
-        let table = self.machine.table();
-        for happening in self.machine.trace() {
-            let Happening::Transition {
-                trigger,
-                source,
-                dest: Some(dest),
-                ..
-            } = *happening
-            else {
-                continue;
-            };
-            let why = table.trigger_name(trigger);
-            let node = |state: behavior::machine::StateId| (0, state.index());
-            out.status(node(source), NodeStatus::Running, NodeStatus::Invalid, why);
-            out.status(node(dest), NodeStatus::Invalid, NodeStatus::Running, why);
-            let (from, to) = (table.state_name(source), table.state_name(dest));
-            out.transition(format_args!("{from} -> {to} ({why})"));
         }
     }
 }
@@ -216,9 +193,7 @@ impl MachinePolicy {
     /// Takes a checkpoint; a part of it, perhaps, where that is an error.
     fn take(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
         let record: Record = checkpoint::from_bytes(bytes)?;
-        self.machine
-            .restore(&record.machine)
-            .map_err(bincode::Error::custom)?;
+        self.run.restore(&record.machine)?;
         self.parts
             .shared
             .restore(&record.board)
@@ -239,45 +214,43 @@ impl AnyPolicy for MachinePolicy {
         let setup = Arc::clone(&self.setup);
         let mut world = World::new(&setup, observation, job, out, ARM);
         world.resumed = std::mem::take(&mut self.resumed);
-        self.machine.clear_trace();
+        self.run.machine.clear_trace();
         self.fire_events(&mut world);
         let mut host = Running {
             parts: &mut self.parts,
             world: &mut world,
         };
-        if let Err(error) = self.machine.tick(&mut host) {
+        if let Err(error) = self.run.machine.tick(&mut host) {
             let out = &mut *world.out;
             out.event(TraceEvent::Fault, format_args!("[fault] {error}"));
         }
         world.finish();
-        world.report(self.machine.status() == Status::Success);
-        if self.machine.status() == Status::Failure && world.job.failure.is_none() {
-            let state = self.machine.state_name();
+        world.report(self.run.machine.status() == Status::Success);
+        if self.run.machine.status() == Status::Failure && world.job.failure.is_none() {
+            let state = self.run.state();
             world.fail(state, format_args!("state '{state}' is a failure"));
         }
-        self.tell(world.out);
+        self.run.tell(world.out);
         world.out.phase = self.phase();
     }
 
     fn phase(&self) -> Text<32> {
-        Text::new(self.machine.state_name())
+        Text::new(self.run.state())
     }
 
     fn describe(&self, _name: &str) -> Vec<Graph> {
-        vec![self.machine.describe()]
+        vec![self.run.describe()]
     }
 
     fn statuses(&self, _graph: usize, out: &mut Vec<NodeStatus>) {
-        out.extend(self.machine.statuses());
+        self.run.statuses(out);
     }
 
     fn save(&self) -> Vec<u8> {
-        let mut machine = Vec::new();
-        self.machine.save(&mut machine);
         let mut board = Vec::new();
         self.parts.shared.save(&mut board);
         checkpoint::to_bytes(&Record {
-            machine: ByteBuf::from(machine),
+            machine: ByteBuf::from(self.run.save()),
             sequences: parts::save(&self.parts.sequences),
             board: ByteBuf::from(board),
         })

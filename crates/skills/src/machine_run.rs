@@ -1,0 +1,116 @@
+//! A machine at work in a policy: what happens in it goes to the trace.
+
+use std::sync::Arc;
+
+use behavior::machine::{Actions, Happening, Machine, StateId, Table};
+use behavior::{Graph, NodeStatus};
+use robocell_task::{Output, TraceEvent};
+
+/// A machine, with the table that it starts from after a reset.
+#[derive(Clone, Debug)]
+pub struct MachineRun {
+    table: Arc<Table>,
+    pub(crate) machine: Machine,
+}
+
+impl MachineRun {
+    /// In its first state.
+    pub fn new(table: Arc<Table>) -> Self {
+        Self {
+            machine: Machine::new(Arc::clone(&table)),
+            table,
+        }
+    }
+
+    /// Back in its first state.
+    pub fn reset(&mut self) {
+        *self = Self::new(Arc::clone(&self.table));
+    }
+
+    /// Name of its state.
+    pub fn state(&self) -> &str {
+        self.machine.state_name()
+    }
+
+    /// Fires a trigger by its name; whether a row was taken.
+    pub fn fire(&mut self, trigger: &str, actions: &mut impl Actions, out: &mut Output) -> bool {
+        let Some(id) = self.table.trigger(trigger) else {
+            return false;
+        };
+        self.machine.clear_trace();
+        let fired = self.machine.trigger(id, actions);
+        self.tell(out);
+        match fired {
+            Ok(fired) => fired.taken,
+            Err(error) => {
+                out.event(TraceEvent::Fault, format_args!("[fault] {error}"));
+                false
+            }
+        }
+    }
+
+    /// Puts the machine into a state without a row: what is seen allows no other.
+    pub fn set(&mut self, state: &str, why: &str, out: &mut Output) {
+        let before = self.machine.state();
+        if let Some(id) = self.table.state(state).filter(|id| *id != before) {
+            self.machine.set_state(id);
+            self.tell_change(before, id, why, out);
+        }
+    }
+
+    /// Says which guards were asked, and which state was left for which, and why.
+    pub(crate) fn tell(&self, out: &mut Output) {
+        for happening in self.machine.trace() {
+            match *happening {
+                Happening::Guard { guard, value } => {
+                    let node = (0, self.machine.state().index());
+                    out.guard(node, self.table.guard_name(guard), value);
+                }
+                Happening::Transition {
+                    trigger,
+                    source,
+                    dest: Some(dest),
+                    ..
+                } => self.tell_change(source, dest, self.table.trigger_name(trigger), out),
+                _ => {}
+            }
+        }
+    }
+
+    fn tell_change(&self, from: StateId, to: StateId, why: &str, out: &mut Output) {
+        let node = |state: StateId| (0, state.index());
+        out.status(node(from), NodeStatus::Running, NodeStatus::Invalid, why);
+        let mut statuses = self.machine.statuses();
+        let entered = statuses.nth(to.index()).unwrap_or(NodeStatus::Running);
+        out.status(node(to), NodeStatus::Invalid, entered, why);
+        let (from, to) = (self.table.state_name(from), self.table.state_name(to));
+        out.transition(format_args!("{from} -> {to} ({why})"));
+    }
+
+    /// Its graph.
+    pub fn describe(&self) -> Graph {
+        self.machine.describe()
+    }
+
+    /// Appends the statuses of its states.
+    pub fn statuses(&self, out: &mut Vec<NodeStatus>) {
+        out.extend(self.machine.statuses());
+    }
+
+    /// Its state, for the checkpoint.
+    pub fn save(&self) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(self.machine.record_bytes());
+        self.machine.save(&mut bytes);
+        bytes
+    }
+
+    /// Takes back what [`Self::save`] gave.
+    ///
+    /// # Errors
+    /// For a checkpoint that is damaged or of another machine; nothing has changed
+    /// then.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
+        let restored = self.machine.restore(bytes);
+        restored.map_err(serde::de::Error::custom)
+    }
+}
