@@ -14,7 +14,6 @@ pub mod palletize;
 pub mod pyramid;
 pub mod reach;
 pub mod stack;
-pub mod ur10;
 
 use robocell_skills::with_file_jobs;
 use robocell_task::Policies;

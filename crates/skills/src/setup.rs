@@ -13,6 +13,9 @@ use crate::settings::PlaceTable;
 /// straight down.
 const REACH_SHARE: f64 = 0.9;
 
+/// The arm of a job that moves one.
+pub const ARM: usize = 0;
+
 /// What is mounted on an arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tool {
@@ -206,6 +209,30 @@ impl Tool {
             Self::Fingers { .. } | Self::None => 0.0,
         }
     }
+}
+
+/// The cell's first arm, with a suction gripper.
+///
+/// # Errors
+/// [`SetupError`] for a cell without one.
+pub fn suction_arm(cell: &Cell) -> Result<&ArmSpec, SetupError> {
+    let arm = cell.arms.get(ARM);
+    let arm =
+        arm.ok_or_else(|| SetupError::new(cell, "there is no [[arm]]; this job needs one"))?;
+    if arm.robot.suction.is_none() {
+        let name = &arm.robot.name;
+        let problem = format!("robot '{name}' has no suction gripper; this job needs one");
+        return Err(SetupError::new(cell, problem));
+    }
+    Ok(arm)
+}
+
+/// Bits of [`ipc_types::ArmGoal::obstacle_mask`] of the obstacles with such a name.
+pub fn obstacle_bits(cell: &Cell, named: impl Fn(&str) -> bool) -> u64 {
+    let obstacles = cell.obstacles().take(64).enumerate();
+    obstacles
+        .filter(|(_, obstacle)| named(&obstacle.name))
+        .fold(0, |mask, (bit, _)| mask | 1 << bit)
 }
 
 fn need(

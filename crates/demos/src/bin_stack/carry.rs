@@ -5,10 +5,11 @@ use ipc_types::Pose;
 
 use super::columns::{ORDER, Slot};
 use super::names::State;
-use super::paths::{self, Path};
+use super::paths::{self, Route};
 use super::scene::Bin;
 use super::turn::Turn;
-use crate::ur10::{KeptPose, goto, pose};
+use robocell_skills::matrix::goto;
+use robocell_skills::{KeptPose, pose};
 
 /// Carrying.
 impl Turn<'_, '_, '_> {
@@ -139,7 +140,7 @@ impl Turn<'_, '_, '_> {
     }
 
     /// The cup down out of the bin, back to the arm, and turned down.
-    pub(super) fn out_of_holder(&mut self) -> Path<'_> {
+    pub(super) fn out_of_holder(&mut self) -> Route<'_> {
         let setup = self.scene.setup;
         let tcp = self.scene.tcp;
         let down = paths::pushed_down(setup, &tcp);

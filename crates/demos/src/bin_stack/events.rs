@@ -4,8 +4,10 @@ use behavior::matrix::EventSet;
 
 use super::memory::Memory;
 use super::names::{Event, State};
+use super::policy::Found;
 use super::scene::{Bin, View};
-use crate::ur10::{self, Found, Reached};
+use robocell_skills::Reached;
+use robocell_skills::matrix;
 use robocell_task::job::Job;
 use robocell_task::time::PolicyTime;
 
@@ -24,7 +26,7 @@ pub(super) fn pending(
     let reached = |kind| found.reached == kind;
     let lost = memory.closed && (!attached || found.grip.broken);
     let gripped = memory.closed && scene.held().is_some();
-    ur10::pending(&[
+    matrix::pending(&[
         (Event::BrokenGrip, carrying && lost),
         (Event::GoalReached, reached(Reached::Goal)),
         (Event::WaypointReached, reached(Reached::Waypoint)),

@@ -3,7 +3,8 @@
 use ipc_types::GripperGoal;
 use serde::{Deserialize, Serialize};
 
-use crate::ur10::{GripMemory, KeptPose, Motion};
+use robocell_skills::suction::GripMemory;
+use robocell_skills::{KeptPose, Path};
 use robocell_task::job::MOST_COUNTED;
 use robocell_task::time::PolicyTime;
 
@@ -11,7 +12,7 @@ use robocell_task::time::PolicyTime;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Memory {
     /// Where the arm goes.
-    pub(super) motion: Motion,
+    pub(super) motion: Path,
     /// The gripper as last seen.
     pub(super) grip: GripMemory,
     /// Suction is to be on.
@@ -51,7 +52,7 @@ pub(super) struct SupplyMemory {
 impl Memory {
     pub(super) fn new() -> Self {
         Self {
-            motion: Motion::new(),
+            motion: Path::new(),
             grip: GripMemory::default(),
             closed: false,
             acting: None,

@@ -1,6 +1,7 @@
 //! The names of the behaviour file, and what they stand for here.
 
-use crate::ur10::named;
+use robocell_skills::Precision;
+use robocell_skills::named;
 
 named! {
     /// The nine events of the source.
@@ -30,16 +31,17 @@ named! {
 }
 
 impl State {
-    /// Row of the precision table for its last waypoint. One that waits for the
-    /// gripper to open is no longer precise.
-    pub(super) fn row(self, opening: bool) -> usize {
-        match self {
-            Self::Standby => 3,
-            Self::Picking => 1,
-            Self::Flipping => 2,
-            Self::Detach if opening => 3,
-            Self::Attach | Self::Placing | Self::Detach => 0,
-        }
+    /// When a waypoint that is passed counts as reached, and when the last one does.
+    /// One that waits for the gripper to open is no longer precise.
+    pub(super) fn precision(self, opening: bool) -> [Precision; 2] {
+        let goal = match self {
+            Self::Standby => Precision::new(0.08, 0.4),
+            Self::Picking => Precision::new(0.0005, 0.005),
+            Self::Flipping => Precision::new(0.05, 0.2),
+            Self::Detach if opening => Precision::new(0.08, 0.4),
+            Self::Attach | Self::Placing | Self::Detach => Precision::new(0.0005, 0.0025),
+        };
+        [Precision::new(0.18, 0.6), goal]
     }
 }
 

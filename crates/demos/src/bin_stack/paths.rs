@@ -6,8 +6,10 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use super::columns::{Slot, half_turn_quaternion};
 use super::scene::Bin;
 use super::setup::BinStackSetup;
-use crate::ur10::pose::{self, approach, straight_down};
-use crate::ur10::{JOINTS, Motion, Waypoint};
+use robocell_skills::geometry::{self, straight_down_by_x as straight_down};
+use robocell_skills::path::padded;
+use robocell_skills::pose::{self, approach};
+use robocell_skills::{Path, Waypoint};
 use robocell_task::time::PolicyTime;
 
 /// Where a precise stop is needed on the way, the target waits this long: the
@@ -20,21 +22,21 @@ const LEAST_LIFT_M: f64 = 0.12;
 const AROUND_RAD: f64 = 1.1;
 
 /// A way under construction: it remembers where its last waypoint is.
-pub(super) struct Path<'a> {
+pub(super) struct Route<'a> {
     setup: &'a BinStackSetup,
-    motion: &'a mut Motion,
+    motion: &'a mut Path,
     now: PolicyTime,
     at: Pose,
     begun: bool,
     obstacles: u64,
-    lean: Option<[f64; JOINTS]>,
+    lean: Option<[f64; ipc_types::MAX_JOINTS]>,
 }
 
-impl<'a> Path<'a> {
+impl<'a> Route<'a> {
     /// From where the cup is.
     pub(super) fn from(
         setup: &'a BinStackSetup,
-        motion: &'a mut Motion,
+        motion: &'a mut Path,
         tcp: Pose,
         now: PolicyTime,
     ) -> Self {
@@ -50,16 +52,16 @@ impl<'a> Path<'a> {
     }
 
     /// Leaning to a joint configuration from here on (rad).
-    pub(super) fn leaning(mut self, joints: [f64; JOINTS]) -> Self {
-        self.lean = Some(joints);
+    pub(super) fn leaning(mut self, joints: [f64; 6]) -> Self {
+        self.lean = Some(padded(&joints));
         self
     }
 
     /// Turns over with the joints alone, to a configuration whose cup pose is
     /// `pose`: sideways the wrist is singular, and a path of poses would turn
     /// two joints instead of one there.
-    pub(super) fn by_joints(mut self, pose: Pose, joints: [f64; JOINTS]) -> Self {
-        let waypoint = Waypoint::new(pose).by_joints(joints);
+    pub(super) fn by_joints(mut self, pose: Pose, joints: [f64; 6]) -> Self {
+        let waypoint = Waypoint::new(pose).by_joints(padded(&joints));
         self.lean = None;
         self.put(waypoint)
     }
@@ -164,8 +166,8 @@ impl<'a> Path<'a> {
 fn ticks_between(from: &Pose, to: &Pose, speed: f64, turn: f64) -> u64 {
     let (a, b) = (Vector3::from(from.position), Vector3::from(to.position));
     let (p, q) = (
-        pose::rotation(from.orientation_wxyz),
-        pose::rotation(to.orientation_wxyz),
+        geometry::rotation(from.orientation_wxyz),
+        geometry::rotation(to.orientation_wxyz),
     );
     let cosine = p.coords.dot(&q.coords).abs().min(1.0);
     let angle = 2.0 * libm::acos(cosine);

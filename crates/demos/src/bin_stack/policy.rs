@@ -15,11 +15,25 @@ use super::scene::View;
 use super::setup::BinStackSetup;
 use super::supply;
 use super::turn::Turn;
-use crate::ur10::{self, ARM, Found, GripChange, MatrixRun, Reached};
+use robocell_skills::Reached;
+use robocell_skills::matrix::MatrixRun;
+use robocell_skills::pose;
+use robocell_skills::setup::ARM;
+use robocell_skills::suction::GripChange;
 use robocell_task::job::Job;
 use robocell_task::observation::Observation;
 use robocell_task::output::Output;
 use robocell_task::policy::AnyPolicy;
+
+/// An arm nearer than this to its target is on its way, whatever happened (m).
+const ON_THE_WAY_M: f64 = 0.25;
+
+/// What a decision found out before it asks the matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Found {
+    pub(super) grip: GripChange,
+    pub(super) reached: Reached,
+}
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -52,7 +66,7 @@ impl BinStack {
     ) {
         let now = observation.time();
         let state = self.state();
-        let row = state.row(self.memory.opening());
+        let row = state.precision(self.memory.opening());
         let found = Found {
             grip: self.memory.grip.update(scene.gripper),
             reached: self.memory.motion.step(&scene.tcp, row, now),
@@ -138,9 +152,10 @@ impl BinStack {
     /// Whether what is remembered can go on as it is: the arm is where it was
     /// sent, and the hand holds what it should.
     fn goes_on(&self, scene: &View<'_, '_>, observation: &Observation<'_>) -> bool {
-        let target = self.memory.motion.target(observation.time());
-        let target = target.unwrap_or_else(|| paths::rest(&self.setup));
-        if !ur10::on_the_way(&target, &scene.tcp) {
+        let now = observation.time();
+        let near = self.memory.motion.is_near(&scene.tcp, ON_THE_WAY_M, now);
+        let at_rest = || pose::distance(&paths::rest(&self.setup), &scene.tcp) <= ON_THE_WAY_M;
+        if !near.unwrap_or_else(at_rest) {
             return false;
         }
         let attached = scene.gripper.attached == 1;

@@ -6,7 +6,8 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::columns::{Occupied, Slot, UPSIDE_DOWN};
 use super::setup::BinStackSetup;
-use crate::ur10::{ARM, pose};
+use robocell_skills::pose;
+use robocell_skills::setup::ARM;
 use robocell_task::observation::Observation;
 
 /// A bin slower than this is at rest (m/s, and rad/s).

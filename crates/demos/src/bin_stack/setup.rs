@@ -8,7 +8,8 @@ use cell_model::{Cell, Shape};
 
 use super::columns::Columns;
 use super::names::{Event, Handler, State};
-use crate::ur10::{matrix, obstacle_bits, suction_arm};
+use robocell_skills::matrix;
+use robocell_skills::setup::{obstacle_bits, suction_arm};
 use robocell_task::SetupError;
 
 /// Fixtures of the flipping station have names that begin so.
@@ -42,7 +43,7 @@ pub(super) struct BinStackSetup {
 impl BinStackSetup {
     pub(super) fn new(task: &BinStackTask, cell: &Cell) -> Result<Self, SetupError> {
         let arm = suction_arm(cell)?;
-        let table = matrix::<Event, State, Handler>(cell, &task.behaviour)?;
+        let table = matrix::table::<Event, State, Handler>(cell, &task.behaviour)?;
         let bins: Vec<usize> = (0..cell.objects.len())
             .filter(|index| {
                 let object = cell.objects.get(*index);

@@ -8,10 +8,13 @@ use robocell_task::TraceEvent;
 use super::events;
 use super::memory::Memory;
 use super::names::{Handler, State};
-use super::paths::{self, Path};
+use super::paths::{self, Route};
+use super::policy::Found;
 use super::scene::{Bin, View};
 use crate::failure::Failure;
-use crate::ur10::{Found, Named as _, break_cause, break_limit, goto, pose};
+use robocell_skills::matrix::goto;
+use robocell_skills::suction::{break_cause, break_limit};
+use robocell_skills::{Named as _, Waypoint, pose};
 use robocell_task::job::{Attempts, Job};
 use robocell_task::output::Output;
 use robocell_task::time::PolicyTime;
@@ -82,7 +85,7 @@ impl Turn<'_, '_, '_> {
         };
         let above = self.above(&bin, self.scene.setup.task.hover_m);
         if let Some(end) = self.memory.motion.end().copied() {
-            let aimed = crate::ur10::Waypoint {
+            let aimed = Waypoint {
                 position: above.position,
                 orientation_wxyz: above.orientation_wxyz,
                 ..end
@@ -272,15 +275,15 @@ impl<'a> Turn<'_, 'a, '_> {
     }
 
     /// A way that begins or ends at `bin`, which may be in the holder.
-    pub(super) fn path_from(&mut self, bin: &Bin) -> Path<'_> {
+    pub(super) fn path_from(&mut self, bin: &Bin) -> Route<'_> {
         let holder = nalgebra::Vector3::from(self.scene.setup.task.station.position_m);
         let in_holder = (bin.pose.translation.vector - holder).norm() < NEAR_HOLDER_M;
         let path = self.path();
         if in_holder { path.into_holder() } else { path }
     }
 
-    pub(super) fn path(&mut self) -> Path<'_> {
-        Path::from(
+    pub(super) fn path(&mut self) -> Route<'_> {
+        Route::from(
             self.scene.setup,
             &mut self.memory.motion,
             self.scene.tcp,

@@ -4,8 +4,10 @@ use behavior::matrix::EventSet;
 
 use super::memory::Memory;
 use super::names::{Event, State};
+use super::policy::Found;
 use super::scene::View;
-use crate::ur10::{self, Found, Reached};
+use robocell_skills::Reached;
+use robocell_skills::matrix;
 use robocell_task::job::Job;
 use robocell_task::time::PolicyTime;
 
@@ -26,7 +28,7 @@ pub(super) fn pending(
     let late = in_state > scene.setup.times.state;
     let picks = matches!(state, State::Picking | State::Attach);
     let reached = |kind| found.reached == kind;
-    ur10::pending(&[
+    matrix::pending(&[
         (Event::Detached, found.grip.detached),
         (Event::GoalReached, reached(Reached::Goal)),
         (Event::WaypointReached, reached(Reached::Waypoint)),

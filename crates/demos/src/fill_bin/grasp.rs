@@ -4,7 +4,7 @@ use ipc_types::Pose;
 use nalgebra::{Point3, Vector3};
 
 use super::scene::View;
-use crate::ur10::pose;
+use robocell_skills::{geometry, pose};
 
 /// The cup needs this much room around its centre on a floor with parts (m): the
 /// radius of the tube and a little.
@@ -94,7 +94,7 @@ pub(super) fn find(scene: &View<'_, '_>) -> Result<Grasp, NoGrasp> {
 
 /// The cup's z axis at rest: gripping with as little turning as there can be.
 fn rest_z(scene: &View<'_, '_>) -> Vector3<f64> {
-    let z = pose::rotation(scene.setup.rest.orientation_wxyz) * Vector3::z();
+    let z = geometry::rotation(scene.setup.rest.orientation_wxyz) * Vector3::z();
     // Along the ground, as the cup will point down.
     Vector3::new(z.x, z.y, 0.0)
 }

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::grasp::Side;
 use super::scene::View;
-use crate::ur10::pose;
+use robocell_skills::{geometry, pose};
 
 /// Cosine of the angle up to which a bin counts as opening upward or a cup as
 /// pointing along a side of it: 30 degrees.
@@ -33,7 +33,7 @@ pub(super) fn opens_up(scene: &View<'_, '_>) -> bool {
 pub(super) fn hanging(scene: &View<'_, '_>) -> Pose {
     let task = &scene.setup.task;
     let tcp = pose::isometry(&scene.tcp);
-    let down = pose::rotation(scene.tcp.orientation_wxyz) * Vector3::x();
+    let down = geometry::rotation(scene.tcp.orientation_wxyz) * Vector3::x();
     let upright = UnitQuaternion::rotation_between(&down, &-Vector3::z())
         .unwrap_or_else(UnitQuaternion::identity);
     let bin = upright * scene.bin.rotation;

@@ -3,7 +3,8 @@
 use ipc_types::GripperGoal;
 use serde::{Deserialize, Serialize};
 
-use crate::ur10::{GripMemory, Motion};
+use robocell_skills::Path;
+use robocell_skills::suction::GripMemory;
 use robocell_task::time::PolicyTime;
 
 /// Part of the checkpoint.
@@ -13,7 +14,7 @@ use robocell_task::time::PolicyTime;
     reason = "independent facts, each true or not"
 )]
 pub(super) struct Memory {
-    pub(super) motion: Motion,
+    pub(super) motion: Path,
     pub(super) grip: GripMemory,
     /// What the gripper is told.
     suction: Suction,
@@ -48,7 +49,7 @@ enum Suction {
 impl Memory {
     pub(super) fn new() -> Self {
         Self {
-            motion: Motion::new(),
+            motion: Path::new(),
             ..Self::default()
         }
     }

@@ -1,6 +1,7 @@
 //! The names of the behaviour file, and what they stand for here.
 
-use crate::ur10::named;
+use robocell_skills::Precision;
+use robocell_skills::named;
 
 named! {
     /// The eight events of the source.
@@ -27,13 +28,14 @@ named! {
 }
 
 impl State {
-    /// Row of the precision table for its last waypoint.
-    pub(super) fn row(self) -> usize {
-        match self {
-            Self::Standby | Self::Holding => 3,
-            Self::Picking => 1,
-            Self::Attach => 0,
-        }
+    /// When a waypoint that is passed counts as reached, and when the last one does.
+    pub(super) fn precision(self) -> [Precision; 2] {
+        let goal = match self {
+            Self::Standby | Self::Holding => Precision::new(0.08, 0.4),
+            Self::Picking => Precision::new(0.0005, 0.005),
+            Self::Attach => Precision::new(0.0005, 0.0025),
+        };
+        [Precision::new(0.18, 0.6), goal]
     }
 }
 
@@ -54,7 +56,7 @@ named! {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ur10::Named as _;
+    use robocell_skills::Named as _;
 
     #[test]
     fn a_name_without_a_meaning_is_refused_with_its_line_and_the_nearest() {

@@ -13,12 +13,25 @@ use super::names::State;
 use super::scene::View;
 use super::setup::FillBinSetup;
 use super::turn::Turn;
-use crate::ur10::{self, ARM, Found, MatrixRun, Reached};
+use robocell_skills::Reached;
+use robocell_skills::matrix::{self, MatrixRun};
+use robocell_skills::setup::ARM;
+use robocell_skills::suction::GripChange;
 use robocell_task::job::Job;
 use robocell_task::observation::Observation;
 use robocell_task::output::Output;
 use robocell_task::policy::AnyPolicy;
 use robocell_task::time::PolicyTime;
+
+/// An arm nearer than this to its target is on its way, whatever happened (m).
+const ON_THE_WAY_M: f64 = 0.25;
+
+/// What a decision found out before it asks the matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Found {
+    pub(super) grip: GripChange,
+    pub(super) reached: Reached,
+}
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -49,7 +62,7 @@ impl FillBin {
             reached: if now < self.memory.wait_until {
                 Reached::Nothing
             } else {
-                self.memory.motion.step(&scene.tcp, state.row(), now)
+                self.memory.motion.step(&scene.tcp, state.precision(), now)
             },
         };
         // Kept until it is handled; what is gone again is no news.
@@ -134,8 +147,8 @@ impl AnyPolicy for FillBin {
             return;
         };
         let now = observation.time();
-        let target = self.memory.motion.target(now);
-        let near = target.is_some_and(|target| ur10::on_the_way(&target, &scene.tcp));
+        let near = self.memory.motion.is_near(&scene.tcp, ON_THE_WAY_M, now);
+        let near = near.unwrap_or(false);
         let attached = scene.gripper.attached == 1;
         let let_go = std::mem::take(&mut self.memory.let_go);
         if !let_go && (near || attached != self.memory.grip.attached()) {
@@ -157,7 +170,7 @@ impl AnyPolicy for FillBin {
         self.memory.since = now;
         job.held = None;
         job.done = false;
-        self.run.set(ur10::goto(State::Standby));
+        self.run.set(matrix::goto(State::Standby));
         let mut turn = Turn {
             scene,
             memory: &mut self.memory,

@@ -9,7 +9,8 @@ use ipc_types::Pose;
 use nalgebra::{Isometry3, Vector3};
 
 use super::names::{Event, Handler, State};
-use crate::ur10::{matrix, obstacle_bits, pose, suction_arm};
+use robocell_skills::setup::{obstacle_bits, suction_arm};
+use robocell_skills::{geometry, matrix, pose};
 use robocell_task::SetupError;
 use robocell_task::time::PolicyTime;
 
@@ -56,7 +57,7 @@ impl FillBinSetup {
     pub(super) fn new(task: &FillBinTask, cell: &Cell) -> Result<Self, SetupError> {
         let broken = |problem: String| SetupError::new(cell, problem);
         let arm = suction_arm(cell)?;
-        let table = matrix::<Event, State, Handler>(cell, &task.behaviour)?;
+        let table = matrix::table::<Event, State, Handler>(cell, &task.behaviour)?;
         let bin = cell
             .object_index(&task.bin)
             .map_err(|error| broken(format!("task.bin: {error}")))?;
@@ -75,7 +76,7 @@ impl FillBinSetup {
             rest: Pose {
                 position: task.default_position_m,
                 // Four decimals are no unit quaternion yet.
-                orientation_wxyz: pose::wxyz(&pose::rotation(task.default_orientation_wxyz)),
+                orientation_wxyz: pose::wxyz(&geometry::rotation(task.default_orientation_wxyz)),
             },
             times: Times {
                 lift: seconds(task.lift_s),

@@ -12,7 +12,7 @@ use ipc_types::decision::{GoalKind, Outcome};
 use ipc_types::world::OBJECT_ENABLED;
 use nalgebra::Vector3;
 
-use crate::ur10::{Named as _, pose};
+use robocell_skills::{Named as _, pose};
 use robocell_task::CheckpointError;
 use world::{BIN, World, at, on_its_end};
 

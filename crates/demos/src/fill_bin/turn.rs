@@ -2,7 +2,6 @@
 
 use behavior::machine::Fault;
 use behavior::matrix::{Cell, HandlerId, Handlers, Next};
-use ipc_types::equipment::SuctionRefusal;
 use ipc_types::{GripperGoal, Pose};
 use robocell_task::TraceEvent;
 
@@ -12,7 +11,9 @@ use super::memory::Memory;
 use super::names::{Handler, State};
 use super::scene::View;
 use crate::failure::Failure;
-use crate::ur10::{Named as _, Waypoint, break_cause, break_limit, goto, pose};
+use robocell_skills::matrix::goto;
+use robocell_skills::suction::{break_cause, break_limit, refusal};
+use robocell_skills::{Named as _, Waypoint, pose};
 use robocell_task::job::Job;
 use robocell_task::output::Output;
 use robocell_task::time::PolicyTime;
@@ -156,7 +157,7 @@ impl Turn<'_, '_, '_> {
     }
 
     fn not_gripped(&mut self) -> Next {
-        let why = refusal(self.scene.gripper.refusal);
+        let why = refusal(self.scene.gripper);
         self.out.log(format_args!("[missed] suction: {why}"));
         self.memory.switch(false);
         if !self.memory.tried {
@@ -340,14 +341,5 @@ impl Turn<'_, '_, '_> {
     fn surface(&self, grasp: &Grasp) -> Waypoint {
         let gap = -self.scene.setup.task.gap_m;
         self.beside_stand(pose::along_approach(&grasp.at, gap))
-    }
-}
-
-fn refusal(code: u32) -> &'static str {
-    match SuctionRefusal::from_code(code) {
-        Some(SuctionRefusal::NothingThere) => "nothing there",
-        Some(SuctionRefusal::NotMovable) => "that stands still",
-        Some(SuctionRefusal::TooOblique) => "too oblique",
-        _ => "nothing attached",
     }
 }

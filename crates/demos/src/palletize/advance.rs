@@ -8,7 +8,7 @@ use super::steps::{Sequence, Step};
 use super::table::{State, Trigger};
 use super::tick::Tick;
 use crate::failure::Failure;
-use crate::ur10::KeptPose;
+use robocell_skills::KeptPose;
 use robocell_task::TraceEvent;
 use robocell_task::job::Job;
 use robocell_task::output::Output;

@@ -2,12 +2,13 @@
 
 use nalgebra::{Isometry3, Translation3, Vector3};
 
+use super::JOINTS;
 use super::geometry;
 use super::memory::{Motion, Work, WorkKind};
 use super::scene::View;
 use super::setup::PalletizeSetup;
 use super::steps::Step;
-use crate::ur10::{JOINTS, KeptPose};
+use robocell_skills::KeptPose;
 
 /// Over the rest pose.
 pub(super) fn home(setup: &PalletizeSetup) -> Motion {

@@ -3,9 +3,12 @@
 use ipc_types::validate::MAX_JOINT_POSITION;
 use serde::{Deserialize, Serialize};
 
+use super::JOINTS;
 use super::setup::PalletizeSetup;
 use super::steps::{Sequence, Way};
-use crate::ur10::{JOINTS, KeptPose, MAX_APPROACH_M, within};
+use robocell_skills::KeptPose;
+use robocell_skills::path::MAX_APPROACH_M;
+use robocell_skills::pose::within;
 use robocell_task::time::PolicyTime;
 
 /// Where the arm is sent.

@@ -23,6 +23,9 @@ use numbers::PalletizeTask;
 use policy::Palletizer;
 use setup::PalletizeSetup;
 
+/// Joints of the UR10.
+const JOINTS: usize = 6;
+
 /// `kind = "palletize"` and its policy.
 pub fn kind() -> Kind<PalletizeTask> {
     Kind::<PalletizeTask>::new("palletize").policy("table", |task, cell| {

@@ -15,7 +15,8 @@ use super::setup::PalletizeSetup;
 use super::steps::Step;
 use super::table::{State, States};
 use super::tick::Tick;
-use crate::ur10::{ARM, padded};
+use robocell_skills::path::padded;
+use robocell_skills::setup::ARM;
 use robocell_task::checkpoint;
 use robocell_task::job::Job;
 use robocell_task::observation::Observation;
@@ -73,7 +74,7 @@ impl Palletizer {
                 GoalKind::Pose
             },
             target: motion.target.into(),
-            posture: Some(padded(motion.posture)),
+            posture: Some(padded(&motion.posture)),
             approach: motion.approach,
             approach_std_dev: motion.std_dev,
             obstacle_mask: obstacles::mask(tick.setup, self.memory.work.as_ref(), &tool, &target),

@@ -9,7 +9,7 @@ use super::scene::View;
 use super::setup::PalletizeSetup;
 use super::steps::Step;
 use crate::failure::Failure;
-use crate::ur10::ARM;
+use robocell_skills::setup::ARM;
 use robocell_task::job::Job;
 use robocell_task::observation::Observation;
 use robocell_task::output::Output;

@@ -5,7 +5,8 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::geometry::{Lie, lie};
 use super::setup::PalletizeSetup;
-use crate::ur10::{ARM, pose};
+use robocell_skills::pose;
+use robocell_skills::setup::ARM;
 use robocell_task::observation::Observation;
 
 /// A bin slower than this lies still (m/s).

@@ -9,7 +9,8 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::geometry::BinShape;
 use super::table;
-use crate::ur10::{Named as _, obstacle_bits, pose, suction_arm};
+use robocell_skills::setup::{obstacle_bits, suction_arm};
+use robocell_skills::{Named as _, geometry};
 use robocell_task::SetupError;
 use robocell_task::settings::behaviour_text;
 
@@ -98,7 +99,7 @@ impl PalletizeSetup {
             home_joints: arm.home.clone(),
             flip: Isometry3::from_parts(
                 Translation3::from(task.flip.position_m),
-                pose::rotation(task.flip.orientation_wxyz),
+                geometry::rotation(task.flip.orientation_wxyz),
             ),
             obstacles: guides(cell)?,
             table: Arc::new(behaviour(task, cell)?),

@@ -8,7 +8,7 @@ use behavior::machine::{
 };
 use behavior::{Graph, NodeStatus};
 
-use crate::ur10::{Named, named};
+use robocell_skills::{Named, named};
 use robocell_task::output::Output;
 
 named! {

@@ -1,5 +1,6 @@
 //! What one decision works with.
 
+use super::JOINTS;
 use super::aim;
 use super::geometry;
 use super::memory::{Work, WorkKind};
@@ -7,7 +8,8 @@ use super::scene::{Bin, View};
 use super::setup::PalletizeSetup;
 use super::table::Facts;
 use crate::failure::Failure;
-use crate::ur10::{ARM, JOINTS, KeptPose};
+use robocell_skills::KeptPose;
+use robocell_skills::setup::ARM;
 use robocell_task::job::{Attempts, Job};
 use robocell_task::observation::Observation;
 use robocell_task::output::Output;

@@ -9,11 +9,11 @@
 )]
 
 use cell_model::{Cell, Data};
-use demos::ur10::pose;
 use ipc_types::decision::{GoalKind, Outcome};
 use ipc_types::world::OBJECT_ENABLED;
 use ipc_types::{DECISION_TICKS, Decision, GripperGoal, Pose, Wire, WorldState};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use robocell_skills::{geometry, pose};
 use robocell_task::Task;
 
 const BINS: usize = 36;
@@ -46,7 +46,7 @@ impl World {
         state.arms[0].joint_count = 6;
         state.arms[0].tcp = Pose {
             position: [-0.0645, 0.7214, 0.495],
-            orientation_wxyz: pose::wxyz(&pose::rotation([0.6234, -0.3342, 0.3339, 0.6231])),
+            orientation_wxyz: pose::wxyz(&geometry::rotation([0.6234, -0.3342, 0.3339, 0.6231])),
         };
         for object in &mut state.objects {
             object.pose = Pose::IDENTITY;

@@ -19,12 +19,9 @@ use serde_bytes::ByteBuf;
 
 use super::parts::{self, Loader};
 use crate::machine_run::MachineRun;
-use crate::setup::Setup;
+use crate::setup::{ARM, Setup};
 use crate::skill::Station;
 use crate::world::World;
-
-/// The arm that a machine moves.
-const ARM: usize = 0;
 
 /// See the module.
 pub(super) struct MachinePolicy {

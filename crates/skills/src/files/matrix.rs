@@ -6,35 +6,30 @@ use behavior::board::Board;
 use behavior::inline::Inline;
 use behavior::machine::{BehaviorId, Fault, Final};
 use behavior::matrix::{
-    Cell as MatrixCell, Definition, EventId, EventSet, HandlerId, Handlers, Happening, Matrix,
-    Next, Table, Vocabulary,
+    Cell as MatrixCell, Definition, EventId, EventSet, HandlerId, Handlers, Next, Table, Vocabulary,
 };
 use behavior::tree::Tree;
 use behavior::{Graph, NodeStatus, ResetReason, Status, suggest};
 use cell_model::Cell;
 use ipc_types::Text;
-use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, TraceEvent, checkpoint};
+use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError};
 use serde::de::Error as _;
 use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
 
 use super::parts::{self, Loader};
-use crate::setup::Setup;
+use crate::matrix::MatrixRun;
+use crate::setup::{ARM, Setup};
 use crate::skill::Station;
 use crate::world::World;
-
-/// The arm that a matrix moves.
-const ARM: usize = 0;
 
 /// See the module.
 pub(super) struct MatrixPolicy {
     setup: Arc<Setup>,
-    matrix: Matrix,
+    run: MatrixRun,
     parts: Parts,
     /// Condition and event, in the order of the file.
     events: Vec<(Tree<Station>, EventId)>,
-    /// The event that is pending when no other is.
-    idle: Option<EventId>,
     initial: Vec<u8>,
     resumed: bool,
 }
@@ -51,9 +46,9 @@ struct Parts {
     current: Option<u16>,
 }
 
+/// What is remembered beside the state of the matrix.
 #[derive(Serialize, Deserialize)]
 struct Record {
-    matrix: ByteBuf,
     handlers: Vec<ByteBuf>,
     sequences: Vec<ByteBuf>,
     board: ByteBuf,
@@ -108,11 +103,7 @@ impl MatrixPolicy {
         refuse_dead_ends(&definition, &table).map_err(Loader::wrong)?;
         let mut policy = Self {
             setup: Arc::clone(setup),
-            idle: definition
-                .idle
-                .as_ref()
-                .and_then(|name| table.event(&name.text)),
-            matrix: Matrix::new(Arc::new(table)),
+            run: MatrixRun::new(Arc::new(table)),
             parts: Parts {
                 handlers: loader.trees(&inline.handlers)?,
                 results,
@@ -141,35 +132,11 @@ impl MatrixPolicy {
     /// Those of the pending events that the state has a cell for: one without does
     /// not keep those behind it from being handled.
     fn answered(&self, pending: EventSet) -> EventSet {
-        let (table, state) = (self.matrix.table(), self.matrix.state());
+        let (table, state) = (self.run.table(), self.run.state_id());
         let known = (0..u16::try_from(behavior::matrix::MAX_EVENTS).unwrap_or(0)).map(EventId);
         known
             .filter(|event| pending.contains(*event) && table.handler(state, *event).is_some())
             .fold(EventSet::EMPTY, EventSet::with)
-    }
-
-    fn tell(&self, out: &mut Output) {
-        let table = self.matrix.table();
-        for happening in self.matrix.trace() {
-            match *happening {
-                Happening::Changed { from, to, event } => {
-                    let why = table.event_name(event);
-                    let node = |state: behavior::machine::StateId| (0, state.index());
-                    out.status(node(from), NodeStatus::Running, NodeStatus::Invalid, why);
-                    out.status(node(to), NodeStatus::Invalid, NodeStatus::Running, why);
-                    let (from, to) = (table.state_name(from), table.state_name(to));
-                    out.transition(format_args!("{from} -> {to} ({why})"));
-                }
-                Happening::Handled {
-                    state,
-                    event,
-                    handler: Some(_),
-                } if Some(event) != self.idle => {
-                    out.guard((0, state.index()), table.event_name(event), true);
-                }
-                _ => {}
-            }
-        }
     }
 }
 
@@ -240,10 +207,7 @@ impl Handlers for Running<'_, '_, '_> {
 impl MatrixPolicy {
     /// Takes a checkpoint; a part of it, perhaps, where that is an error.
     fn take(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
-        let record: Record = checkpoint::from_bytes(bytes)?;
-        self.matrix
-            .restore(&record.matrix)
-            .map_err(bincode::Error::custom)?;
+        let record: Record = self.run.restore(bytes, |_| true)?;
         self.parts
             .shared
             .restore(&record.board)
@@ -267,7 +231,6 @@ impl AnyPolicy for MatrixPolicy {
         let setup = Arc::clone(&self.setup);
         let mut world = World::new(&setup, observation, job, out, ARM);
         world.resumed = std::mem::take(&mut self.resumed);
-        self.matrix.clear_trace();
         let mut pending = self.pending(&mut world);
         let before = self.parts.current;
         if let Some(event) = self.parts.work(&mut world) {
@@ -278,38 +241,33 @@ impl AnyPolicy for MatrixPolicy {
             parts: &mut self.parts,
             world: &mut world,
         };
-        if let Err(error) = self.matrix.tick(pending, &mut host) {
-            let out = &mut *world.out;
-            out.event(TraceEvent::Fault, format_args!("[fault] {error}"));
-        }
+        let handled = self.run.handle(pending, &mut host);
         // Steps that were started now begin now: the arm does not wait for them.
         if self.parts.current != before {
             self.parts.work(&mut world);
         }
         world.finish();
-        world.report(self.matrix.status() == Status::Success);
-        self.tell(world.out);
+        world.report(self.run.status() == Status::Success);
+        self.run.tell(handled, world.out);
         world.out.phase = self.phase();
     }
 
     fn phase(&self) -> Text<32> {
-        Text::new(self.matrix.state_name())
+        self.run.phase()
     }
 
     fn describe(&self, _name: &str) -> Vec<Graph> {
-        vec![self.matrix.describe()]
+        self.run.describe()
     }
 
     fn statuses(&self, _graph: usize, out: &mut Vec<NodeStatus>) {
-        out.extend(self.matrix.statuses());
+        self.run.statuses(out);
     }
 
     fn save(&self) -> Vec<u8> {
-        let (mut matrix, mut board) = (Vec::new(), Vec::new());
-        self.matrix.save(&mut matrix);
+        let mut board = Vec::new();
         self.parts.shared.save(&mut board);
-        checkpoint::to_bytes(&Record {
-            matrix: ByteBuf::from(matrix),
+        self.run.save(&Record {
             handlers: parts::save(&self.parts.handlers),
             sequences: parts::save(&self.parts.sequences),
             board: ByteBuf::from(board),

@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use robocell_task::Task;
 const NAME: &str = "matrix";
-use crate::ur10::pose;
+use robocell_skills::{geometry, pose};
 use robocell_task::output::TraceLineText;
 
 pub(super) const BIN: usize = 0;
@@ -65,7 +65,7 @@ impl World {
         }
         state.arms[0].tcp = Pose {
             position: [0.0, 0.6, 0.5],
-            orientation_wxyz: pose::straight_down(0.0),
+            orientation_wxyz: geometry::straight_down_by_x(0.0),
         };
         (state.panel.task_start, state.panel.task_started) = (1, 1);
         Self {
@@ -182,7 +182,7 @@ impl World {
     pub(super) fn rest() -> Pose {
         Pose {
             position: [0.0, 0.75, 0.42],
-            orientation_wxyz: pose::wxyz(&pose::rotation([0.6234, -0.3342, 0.3339, 0.6231])),
+            orientation_wxyz: pose::wxyz(&geometry::rotation([0.6234, -0.3342, 0.3339, 0.6231])),
         }
     }
 

@@ -3,12 +3,12 @@
 //! what is let go stays where it has support and falls elsewhere.
 
 use cell_model::{Cell, Data, Shape};
-use demos::ur10::pose;
 use ipc_types::decision::{GoalKind, Outcome};
 use ipc_types::equipment::{BreakCause, BreakLimit};
 use ipc_types::world::OBJECT_ENABLED;
 use ipc_types::{ArmStatus, DECISION_TICKS, Decision, GripperGoal, Pose, Wire, WorldState};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use robocell_skills::{geometry, pose};
 use robocell_task::Task;
 
 /// How far the cup goes between two decisions (m).
@@ -131,7 +131,7 @@ impl World {
     pub(crate) fn bins(&self) -> String {
         let bin = |bin: &usize| {
             let object = &self.state.objects[*bin];
-            let up = pose::rotation(object.pose.orientation_wxyz) * Vector3::z();
+            let up = geometry::rotation(object.pose.orientation_wxyz) * Vector3::z();
             format!(
                 "{} {:.3?} up {:.2}",
                 object.flags, object.pose.position, up.z

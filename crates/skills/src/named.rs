@@ -1,17 +1,17 @@
 //! Enumerations whose values have names in a behaviour file.
 
-/// Values and their names, both in one order: the place in it is the id the
+/// Values and their names, both in one order: the index in it is the id the
 /// engines of `behavior` use, so it is what their vocabulary lists.
-pub(crate) trait Named: Copy + 'static {
+pub trait Named: Copy + 'static {
     /// All values.
     const ALL: &'static [Self];
     /// Their names, in the same order.
     const NAMES: &'static [&'static str];
 
-    /// Placement of the value.
+    /// Index of the value.
     fn index(self) -> u16;
 
-    /// The value at a place; `None` behind the last.
+    /// The value of an index; `None` behind the last.
     fn at(index: u16) -> Option<Self> {
         Self::ALL.get(usize::from(index)).copied()
     }
@@ -24,6 +24,7 @@ pub(crate) trait Named: Copy + 'static {
 }
 
 /// Declares an enumeration with the name of each value and makes it [`Named`].
+#[macro_export]
 macro_rules! named {
     ($(#[$about:meta])* $vis:vis enum $type:ident {
         $($(#[$of:meta])* $value:ident = $name:literal,)+
@@ -34,7 +35,7 @@ macro_rules! named {
             $($(#[$of])* $value,)+
         }
 
-        impl crate::ur10::Named for $type {
+        impl $crate::Named for $type {
             const ALL: &'static [Self] = &[$(Self::$value),+];
             const NAMES: &'static [&'static str] = &[$($name),+];
 
@@ -45,13 +46,11 @@ macro_rules! named {
     };
 }
 
-pub(crate) use named;
-
 #[cfg(test)]
 mod tests {
     use super::Named as _;
 
-    named! {
+    crate::named! {
         enum Colour {
             Red = "RED",
             Green = "GREEN",
@@ -59,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn places_values_and_names_belong_together() {
+    fn values_names_and_indices_belong_together() {
         assert_eq!(Colour::NAMES, ["RED", "GREEN"]);
         assert_eq!((Colour::Red.index(), Colour::Green.index()), (0, 1));
         assert_eq!(Colour::at(1), Some(Colour::Green));

@@ -1,19 +1,17 @@
-//! A place on the way of the cup.
+//! A pose on the way of the TCP, and how it is approached.
 
-use ipc_types::Pose;
 use ipc_types::validate::MAX_JOINT_POSITION;
+use ipc_types::{MAX_JOINTS, Pose};
 use serde::{Deserialize, Serialize};
 
-use super::kept_pose::{KeptPose, within};
+use crate::pose::{KeptPose, within};
 
 /// Most waypoints of a path.
 pub const MAX_WAYPOINTS: usize = 16;
 /// No corridor is longer or wider (m), as the message's own check.
-pub(crate) const MAX_APPROACH_M: f64 = 2.0;
-/// Joints of the UR10.
-pub const JOINTS: usize = 6;
+pub const MAX_APPROACH_M: f64 = 2.0;
 
-/// Where the cup goes, and how. Plain data, for the checkpoint.
+/// Where the TCP goes, and how. Plain data, for the checkpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Waypoint {
     /// World frame (m).
@@ -21,7 +19,7 @@ pub struct Waypoint {
     /// World frame, w x y z.
     pub orientation_wxyz: [f64; 4],
     /// Joint configuration to lean to (rad).
-    pub posture: Option<[f64; JOINTS]>,
+    pub posture: Option<[f64; MAX_JOINTS]>,
     /// See [`robocell_task::output::ArmIntent::approach`].
     pub approach: [f64; 3],
     /// See [`robocell_task::output::ArmIntent::approach_std_dev`].
@@ -31,10 +29,10 @@ pub struct Waypoint {
     /// Objects that do.
     pub object_mask: u64,
     /// The target moves here from the waypoint before at an even pace in this
-    /// time (ticks); 0: at once. The sources make a list of close waypoints of it.
+    /// time (ticks); 0: at once.
     pub glide_ticks: u64,
-    /// Brings the joints to the posture, whose cup pose this is, instead of the
-    /// cup to the pose: the way of the cup follows from that.
+    /// Brings the joints to the posture, whose TCP pose this is, instead of the
+    /// TCP to the pose: the way of the TCP follows from that.
     pub by_joints: bool,
 }
 
@@ -56,7 +54,7 @@ impl Waypoint {
 
     /// With a joint configuration to lean to.
     #[must_use]
-    pub const fn leaning(self, posture: [f64; JOINTS]) -> Self {
+    pub const fn leaning(self, posture: [f64; MAX_JOINTS]) -> Self {
         Self {
             posture: Some(posture),
             ..self
@@ -65,7 +63,7 @@ impl Waypoint {
 
     /// With the joints going to that configuration, which has this pose.
     #[must_use]
-    pub const fn by_joints(self, posture: [f64; JOINTS]) -> Self {
+    pub const fn by_joints(self, posture: [f64; MAX_JOINTS]) -> Self {
         Self {
             by_joints: true,
             ..self.leaning(posture)

@@ -1,14 +1,65 @@
-//! Poses of the suction cup. Its frame's x axis points out of the cup; the demos'
-//! sources write quaternions x y z w, everything here is w x y z.
+//! Calculating with poses, and a pose in a checkpoint. The approach axis of a
+//! suction cup is its frame's x axis. Quaternions are w x y z.
 
 use ipc_types::Pose;
+use ipc_types::validate::MAX_POSITION_M;
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
-pub use robocell_skills::geometry::{rotation, straight_down_by_x as straight_down};
+use crate::geometry::rotation;
 
-/// A quaternion of the sources, x y z w, as w x y z.
-pub const fn from_xyzw([x, y, z, w]: [f64; 4]) -> [f64; 4] {
-    [w, x, y, z]
+/// The quaternion of a cell file has four decimals: its norm is one within this.
+const UNIT: f64 = 1.0e-4;
+
+/// A pose as plain data, for a checkpoint; its field says in which frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct KeptPose {
+    /// Position (m).
+    pub position: [f64; 3],
+    /// Unit quaternion, w x y z.
+    pub orientation_wxyz: [f64; 4],
+}
+
+impl KeptPose {
+    /// To calculate with.
+    pub fn isometry(&self) -> Isometry3<f64> {
+        isometry(&(*self).into())
+    }
+
+    /// Whether a restored pose is valid: a position in a cell, a unit quaternion.
+    pub fn is_sound(&self) -> bool {
+        let norm = nalgebra::Vector4::from(self.orientation_wxyz).norm();
+        within(&self.position, MAX_POSITION_M) && (norm - 1.0).abs() <= UNIT
+    }
+}
+
+impl From<Pose> for KeptPose {
+    fn from(pose: Pose) -> Self {
+        Self {
+            position: pose.position,
+            orientation_wxyz: pose.orientation_wxyz,
+        }
+    }
+}
+
+impl From<&Isometry3<f64>> for KeptPose {
+    fn from(at: &Isometry3<f64>) -> Self {
+        wire(at).into()
+    }
+}
+
+impl From<KeptPose> for Pose {
+    fn from(kept: KeptPose) -> Self {
+        with_unit_quaternion(&Self {
+            position: kept.position,
+            orientation_wxyz: kept.orientation_wxyz,
+        })
+    }
+}
+
+/// Whether restored numbers are finite and not beyond `limit`.
+pub fn within(values: &[f64], limit: f64) -> bool {
+    values.iter().all(|value| value.abs() <= limit)
 }
 
 /// A rotation as a quaternion w x y z.
@@ -35,12 +86,17 @@ pub fn isometry(pose: &Pose) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(x, y, z), rotation(pose.orientation_wxyz))
 }
 
-/// A pose as it travels.
+/// A pose as messages have it.
 pub fn wire(pose: &Isometry3<f64>) -> Pose {
     Pose {
         position: pose.translation.vector.into(),
         orientation_wxyz: wxyz(&pose.rotation),
     }
+}
+
+/// Distance of two positions (m).
+pub fn distance(a: &Pose, b: &Pose) -> f64 {
+    (Vector3::from(a.position) - Vector3::from(b.position)).norm()
 }
 
 /// Where the cup points: the x axis of its frame.
@@ -121,6 +177,7 @@ fn slerp(from: &UnitQuaternion<f64>, to: &UnitQuaternion<f64>, part: f64) -> Uni
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::straight_down_by_x as straight_down;
 
     fn near(a: Vector3<f64>, b: [f64; 3]) {
         assert!((a - Vector3::from(b)).norm() < 1.0e-12, "{a} {b:?}");
@@ -158,8 +215,8 @@ mod tests {
     }
 
     #[test]
-    fn the_default_orientation_of_the_source_points_forward_and_down() {
-        let pose = at(from_xyzw([-0.3342, 0.3339, 0.6231, 0.6234]));
+    fn an_orientation_of_a_cell_file_points_forward_and_down() {
+        let pose = at([0.6234, -0.3342, 0.3339, 0.6231]);
         let along = approach(&pose);
         assert!((along - Vector3::new(0.001, 0.554, -0.833)).norm() < 2.0e-3);
     }
@@ -174,5 +231,20 @@ mod tests {
             assert!(rotation(middle.orientation_wxyz).angle_to(&wanted) < 1.0e-9);
         }
         assert_eq!(isometry(&wire(&isometry(&from))), isometry(&from));
+    }
+
+    #[test]
+    fn what_is_no_pose_is_not_sound() {
+        let kept = KeptPose::from(Pose::IDENTITY);
+        assert!(kept.is_sound());
+        let at = |position| KeptPose { position, ..kept };
+        assert!(!at([0.0, f64::NAN, 0.0]).is_sound());
+        assert!(!at([0.0, 0.0, -1.0e4]).is_sound());
+        let turned = |orientation_wxyz| KeptPose {
+            orientation_wxyz,
+            ..kept
+        };
+        assert!(!turned([0.0; 4]).is_sound());
+        assert!(!turned([f64::INFINITY, 0.0, 0.0, 0.0]).is_sound());
     }
 }

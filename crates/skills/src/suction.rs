@@ -1,14 +1,14 @@
-//! What became of the suction grip since the last decision.
+//! What changed about a suction grip since the last decision, and why.
 
 use ipc_types::GripperState;
-use ipc_types::equipment::{BreakCause, BreakLimit};
+use ipc_types::equipment::{BreakCause, BreakLimit, SuctionRefusal};
 use serde::{Deserialize, Serialize};
 
 /// The gripper as it was at the last decision; part of a policy's record, so
-/// that what happened while nobody decided is still a change.
+/// that what happened while there was no decision is still a change.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GripMemory {
-    /// Something was attached: the source calls it latched closed.
+    /// Something was attached.
     attached: bool,
     breaks: u32,
     refusals: u32,
@@ -62,7 +62,7 @@ impl GripMemory {
 }
 
 /// Which limit broke the grip last, for the log.
-pub(crate) fn break_limit(gripper: &GripperState) -> &'static str {
+pub fn break_limit(gripper: &GripperState) -> &'static str {
     match BreakLimit::from_code(gripper.break_limit) {
         Some(BreakLimit::Force) => "force",
         Some(BreakLimit::Torque) => "torque",
@@ -71,11 +71,21 @@ pub(crate) fn break_limit(gripper: &GripperState) -> &'static str {
 }
 
 /// What exceeded it, for the log.
-pub(crate) fn break_cause(gripper: &GripperState) -> &'static str {
+pub fn break_cause(gripper: &GripperState) -> &'static str {
     match BreakCause::from_code(gripper.break_cause) {
         Some(BreakCause::Weight) => "weight",
         Some(BreakCause::Impulse) => "impulse",
         _ => "nothing known",
+    }
+}
+
+/// Why suction attached nothing last, for the log.
+pub fn refusal(gripper: &GripperState) -> &'static str {
+    match SuctionRefusal::from_code(gripper.refusal) {
+        Some(SuctionRefusal::NothingThere) => "nothing there",
+        Some(SuctionRefusal::NotMovable) => "that stands still",
+        Some(SuctionRefusal::TooOblique) => "too oblique",
+        _ => "nothing attached",
     }
 }
 
@@ -125,7 +135,7 @@ mod tests {
         assert_eq!(see(0, 1), "DB", "attached and broken off");
         assert_eq!(see(1, 1), "A");
         assert_eq!(see(1, 2), "ADB", "broken off and attached again");
-        assert_eq!(see(1, 0), "", "physics began anew");
+        assert_eq!(see(1, 0), "", "a new generation of physics");
         assert_eq!(events(GripMemory::default().update(&gripper(1, 3, 3))), "A");
     }
 }

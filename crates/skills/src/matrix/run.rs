@@ -1,26 +1,21 @@
-//! A matrix of events and states at work: what happens in it is told, and its
-//! state goes into the policy's record.
+//! A running matrix of events and states: its changes are traced, and its state
+//! is part of the policy's checkpoint.
 
-use robocell_task::TraceEvent;
 use std::sync::Arc;
 
 use behavior::machine::StateId;
 use behavior::matrix::{EventId, EventSet, Handlers, Happening, Matrix, Next, StepError, Table};
-use behavior::{Graph, NodeStatus};
+use behavior::{Graph, NodeStatus, Status};
 use ipc_types::Text;
+use robocell_task::{Output, TraceEvent, checkpoint};
 use serde::Serialize;
 use serde::de::{DeserializeOwned, Error as _};
 use serde_bytes::{ByteBuf, Bytes};
 
-use super::Named;
-use robocell_task::checkpoint;
-use robocell_task::output::Output;
-
-/// Event of the source that is pending when no other is.
-const IDLE: &str = "NONE";
+use crate::named::Named;
 
 /// The set of those events that are pending.
-pub(crate) fn pending<E: Named>(events: &[(E, bool)]) -> EventSet {
+pub fn pending<E: Named>(events: &[(E, bool)]) -> EventSet {
     let pending = events.iter().filter(|(_, is_pending)| *is_pending);
     pending.fold(EventSet::EMPTY, |set, (event, _)| {
         set.with(EventId(event.index()))
@@ -28,23 +23,23 @@ pub(crate) fn pending<E: Named>(events: &[(E, bool)]) -> EventSet {
 }
 
 /// A handler's answer: to `state`.
-pub(crate) fn goto(state: impl Named) -> Next {
+pub fn goto(state: impl Named) -> Next {
     Next::Goto(StateId(state.index()))
 }
 
-/// One matrix, with the table it begins anew from.
+/// One matrix, with its table for a reset.
 #[derive(Clone, Debug)]
-pub(crate) struct MatrixRun {
+pub struct MatrixRun {
     table: Arc<Table>,
     matrix: Matrix,
-    /// State and event of the cell that was shown last: one at work again and
-    /// again is worth one line.
+    /// State and event of the cell that was traced last: one that is handled in
+    /// every decision is traced once.
     shown: Option<(u16, u16)>,
 }
 
 impl MatrixRun {
     /// In its first state.
-    pub(crate) fn new(table: Arc<Table>) -> Self {
+    pub fn new(table: Arc<Table>) -> Self {
         Self {
             matrix: Matrix::new(Arc::clone(&table)),
             table,
@@ -53,17 +48,33 @@ impl MatrixRun {
     }
 
     /// Back in its first state.
-    pub(crate) fn reset(&mut self) {
+    pub fn reset(&mut self) {
         *self = Self::new(Arc::clone(&self.table));
     }
 
+    /// Its table.
+    pub fn table(&self) -> &Table {
+        &self.table
+    }
+
+    /// Its state by number.
+    pub fn state_id(&self) -> StateId {
+        self.matrix.state()
+    }
+
+    /// Whether an end was reached.
+    pub fn status(&self) -> Status {
+        self.matrix.status()
+    }
+
     /// Its state: a file has no others than those of the job's vocabulary.
-    pub(crate) fn state<S: Named>(&self) -> Option<S> {
+    pub fn state<S: Named>(&self) -> Option<S> {
         S::at(self.matrix.state().0)
     }
 
-    /// Puts it into a state without a handler: what is seen leaves no other.
-    pub(crate) fn set(&mut self, next: Next) -> bool {
+    /// Changes its state without a handler. Answers whether there was one to change
+    /// to.
+    pub fn set(&mut self, next: Next) -> bool {
         if let Next::Goto(state) = next {
             self.matrix.set_state(state);
         }
@@ -71,7 +82,7 @@ impl MatrixRun {
     }
 
     /// Name of the state.
-    pub(crate) fn phase(&self) -> Text<32> {
+    pub fn phase(&self) -> Text<32> {
         Text::new(self.matrix.state_name())
     }
 
@@ -79,7 +90,7 @@ impl MatrixRun {
     ///
     /// # Errors
     /// Where a handler goes where its cell does not lead: the state is what it was.
-    pub(crate) fn handle(
+    pub fn handle(
         &mut self,
         pending: EventSet,
         handlers: &mut impl Handlers,
@@ -88,13 +99,14 @@ impl MatrixRun {
         self.matrix.tick(pending, handlers).map(|_| ())
     }
 
-    /// Tells which event was `handled` and which state was left for which. Answers
+    /// Traces which event was `handled` and which state was left for which. Answers
     /// whether one was.
-    pub(crate) fn tell(&mut self, handled: Result<(), StepError>, out: &mut Output) -> bool {
+    pub fn tell(&mut self, handled: Result<(), StepError>, out: &mut Output) -> bool {
         if let Err(wrong) = handled {
             out.event(TraceEvent::Fault, format_args!("[fault] {wrong}"));
         }
         let mut changed = false;
+        let idle = self.table.pick(EventSet::EMPTY);
         for happening in self.matrix.trace() {
             match *happening {
                 Happening::Changed { from, to, event } => {
@@ -105,7 +117,7 @@ impl MatrixRun {
                     state,
                     event,
                     handler: Some(_),
-                } if self.table.event_name(event) != IDLE => {
+                } if Some(event) != idle => {
                     let shown = Some((state.0, event.0));
                     if self.shown != shown {
                         self.shown = shown;
@@ -129,17 +141,17 @@ impl MatrixRun {
     }
 
     /// Its picture.
-    pub(crate) fn describe(&self) -> Vec<Graph> {
+    pub fn describe(&self) -> Vec<Graph> {
         vec![self.matrix.describe()]
     }
 
     /// Appends how the states stand.
-    pub(crate) fn statuses(&self, out: &mut Vec<NodeStatus>) {
+    pub fn statuses(&self, out: &mut Vec<NodeStatus>) {
         out.extend(self.matrix.statuses());
     }
 
     /// A policy's record: the state, and what it remembers besides.
-    pub(crate) fn save(&self, memory: &impl Serialize) -> Vec<u8> {
+    pub fn save(&self, memory: &impl Serialize) -> Vec<u8> {
         let mut state = Vec::with_capacity(self.matrix.record_bytes());
         self.matrix.save(&mut state);
         checkpoint::to_bytes(&(Bytes::new(&state), self.shown, memory))
@@ -150,7 +162,7 @@ impl MatrixRun {
     /// # Errors
     /// For a checkpoint that is damaged, of another matrix, or whose memory is not
     /// `sound`; nothing has changed then.
-    pub(crate) fn restore<M: DeserializeOwned>(
+    pub fn restore<M: DeserializeOwned>(
         &mut self,
         bytes: &[u8],
         sound: impl FnOnce(&M) -> bool,

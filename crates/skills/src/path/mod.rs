@@ -1,15 +1,17 @@
-//! A path of waypoints under way.
+//! A path of waypoints: glides, postures, corridors, obstacles by waypoint, and
+//! motions of the joints.
+
+mod precision;
+mod waypoint;
 
 use ipc_types::decision::GoalKind;
 use ipc_types::{GripperGoal, MAX_JOINTS, Pose};
+use robocell_task::{ArmIntent, PolicyTime};
 use serde::{Deserialize, Serialize};
 
-use super::kept_pose::KeptPose;
-use super::pose;
-use super::precision::{PASSING, Precision};
-use super::waypoint::{JOINTS, MAX_WAYPOINTS, Waypoint};
-use robocell_task::output::ArmIntent;
-use robocell_task::time::PolicyTime;
+use crate::pose::{self, KeptPose};
+pub use precision::Precision;
+pub use waypoint::{MAX_APPROACH_M, MAX_WAYPOINTS, Waypoint};
 
 /// No run has so many moves.
 const MOST_MOVES: u64 = 1 << 62;
@@ -28,9 +30,9 @@ pub enum Reached {
 /// Waypoints of one arm, first in, first out, and where its target is. Part of
 /// a policy's record.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Motion {
+pub struct Path {
     /// The first is the one under way; it stays when it was the last.
-    path: Vec<Waypoint>,
+    waypoints: Vec<Waypoint>,
     /// Where and when the glide to the first began.
     glide: Option<Glide>,
     /// The last waypoint has not been reached yet.
@@ -45,18 +47,18 @@ struct Glide {
     since: PolicyTime,
 }
 
-impl Motion {
+impl Path {
     /// Nowhere to go, with room for a whole path.
     pub fn new() -> Self {
         Self {
-            path: Vec::with_capacity(MAX_WAYPOINTS),
+            waypoints: Vec::with_capacity(MAX_WAYPOINTS),
             ..Self::default()
         }
     }
 
     /// Forgets the path: the arm holds. Numbers of moves go on counting.
     pub fn stop(&mut self) {
-        self.path.clear();
+        self.waypoints.clear();
         self.glide = None;
         self.moving = false;
     }
@@ -65,15 +67,15 @@ impl Motion {
     /// the target so far, or the measured cup.
     pub fn go(&mut self, waypoint: Waypoint, start: &Pose, now: PolicyTime) {
         self.stop();
-        self.path.push(waypoint);
+        self.waypoints.push(waypoint);
         self.begin(start, now);
     }
 
     /// Goes to `waypoint` after those there are. Answers whether there was room.
     pub fn then(&mut self, waypoint: Waypoint) -> bool {
-        let fits = self.moving && self.path.len() < MAX_WAYPOINTS;
+        let fits = self.moving && self.waypoints.len() < MAX_WAYPOINTS;
         if fits {
-            self.path.push(waypoint);
+            self.waypoints.push(waypoint);
         }
         fits
     }
@@ -81,7 +83,7 @@ impl Motion {
     /// Moves the last waypoint under way without beginning a new move; nothing
     /// where none is under way.
     pub fn aim(&mut self, waypoint: Waypoint) {
-        if let Some(last) = self.path.last_mut().filter(|_| self.moving) {
+        if let Some(last) = self.waypoints.last_mut().filter(|_| self.moving) {
             *last = waypoint;
         }
     }
@@ -89,7 +91,7 @@ impl Motion {
     /// Wants the last waypoint reached once more, without a new move: what is
     /// reached already is reported at the next step.
     pub fn again(&mut self) {
-        self.moving = !self.path.is_empty();
+        self.moving = !self.waypoints.is_empty();
     }
 
     /// Whether the last waypoint is still to be reached.
@@ -99,22 +101,27 @@ impl Motion {
 
     /// Whether the waypoint under way is the last one.
     pub fn is_last(&self) -> bool {
-        self.path.len() <= 1
+        self.waypoints.len() <= 1
     }
 
     /// The waypoint the path ends at.
     pub fn end(&self) -> Option<&Waypoint> {
-        self.path.last()
+        self.waypoints.last()
     }
 
-    /// Compares the cup with the waypoint under way and goes on to the next one:
-    /// [`PASSING`] for one that is not the last, else `row`.
-    pub fn step(&mut self, measured: &Pose, row: usize, now: PolicyTime) -> Reached {
-        let Some(first) = self.path.first().filter(|_| self.moving) else {
+    /// Compares the TCP with the waypoint under way, and takes the next one as soon
+    /// as that is reached: within `passing` where it is not the last, else `goal`.
+    pub fn step(
+        &mut self,
+        measured: &Pose,
+        [passing, goal]: [Precision; 2],
+        now: PolicyTime,
+    ) -> Reached {
+        let Some(first) = self.waypoints.first().filter(|_| self.moving) else {
             return Reached::Nothing;
         };
         let last = self.is_last();
-        let precision = Precision::of_row(if last { row } else { PASSING });
+        let precision = if last { goal } else { passing };
         if self.part(now) < 1.0 || !precision.reached(&first.pose(), measured) {
             return Reached::Nothing;
         }
@@ -123,14 +130,14 @@ impl Motion {
             return Reached::Goal;
         }
         let start = first.pose();
-        self.path.remove(0);
+        self.waypoints.remove(0);
         self.begin(&start, now);
         Reached::Waypoint
     }
 
     /// Where the target is now; `None` with nowhere to go.
     pub fn target(&self, now: PolicyTime) -> Option<Pose> {
-        let pose = self.path.first()?.pose();
+        let pose = self.waypoints.first()?.pose();
         let Some(glide) = self.glide else {
             return Some(pose::with_unit_quaternion(&pose));
         };
@@ -144,7 +151,7 @@ impl Motion {
             key: self.key,
             ..ArmIntent::default()
         };
-        let (Some(first), Some(target)) = (self.path.first(), self.target(now)) else {
+        let (Some(first), Some(target)) = (self.waypoints.first(), self.target(now)) else {
             return held;
         };
         ArmIntent {
@@ -154,7 +161,7 @@ impl Motion {
                 GoalKind::Pose
             },
             target,
-            posture: first.posture.map(padded),
+            posture: first.posture,
             approach: first.approach,
             approach_std_dev: first.approach_std_dev,
             obstacle_mask: first.obstacle_mask,
@@ -166,16 +173,26 @@ impl Motion {
     /// Whether a restored path can be gone: not longer than it may be, through
     /// places there can be.
     pub fn is_sound(&self) -> bool {
-        self.path.len() <= MAX_WAYPOINTS
+        self.waypoints.len() <= MAX_WAYPOINTS
             && self.key < MOST_MOVES
-            && self.path.iter().all(Waypoint::is_sound)
+            && self.waypoints.iter().all(Waypoint::is_sound)
             && self.glide.is_none_or(|glide| glide.from.is_sound())
+    }
+
+    /// Whether a TCP measured there is nearer to the target than `within_m`; `None`
+    /// with nowhere to go.
+    pub fn is_near(&self, measured: &Pose, within_m: f64, now: PolicyTime) -> Option<bool> {
+        self.target(now)
+            .map(|target| pose::distance(&target, measured) <= within_m)
     }
 
     fn begin(&mut self, start: &Pose, now: PolicyTime) {
         self.moving = true;
         self.key += 1;
-        let glides = self.path.first().is_some_and(|first| first.glide_ticks > 0);
+        let glides = self
+            .waypoints
+            .first()
+            .is_some_and(|first| first.glide_ticks > 0);
         self.glide = glides.then_some(Glide {
             from: (*start).into(),
             since: now,
@@ -184,7 +201,7 @@ impl Motion {
 
     /// How far the target has glided, from 0 to 1.
     fn part(&self, now: PolicyTime) -> f64 {
-        let (Some(glide), Some(first)) = (self.glide, self.path.first()) else {
+        let (Some(glide), Some(first)) = (self.glide, self.waypoints.first()) else {
             return 1.0;
         };
         let gone = now.since(glide.since).ticks().min(first.glide_ticks);
@@ -192,11 +209,11 @@ impl Motion {
     }
 }
 
-/// As a message carries it.
-pub(crate) fn padded(posture: [f64; JOINTS]) -> [f64; MAX_JOINTS] {
+/// Positions of the first joints as a message has them: those of the others are 0.
+pub fn padded(posture: &[f64]) -> [f64; MAX_JOINTS] {
     let mut joints = [0.0; MAX_JOINTS];
     for (slot, position) in joints.iter_mut().zip(posture) {
-        *slot = position;
+        *slot = *position;
     }
     joints
 }
@@ -204,7 +221,7 @@ pub(crate) fn padded(posture: [f64; JOINTS]) -> [f64; MAX_JOINTS] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ur10::pose::straight_down;
+    use crate::geometry::straight_down_by_x as straight_down;
 
     fn at(x: f64) -> Pose {
         Pose {
@@ -213,51 +230,57 @@ mod tests {
         }
     }
 
+    const FINE: [Precision; 2] = [Precision::new(0.18, 0.6), Precision::new(0.0005, 0.0025)];
+
     fn ms(ticks: u64) -> PolicyTime {
         PolicyTime::from_ticks(ticks)
     }
 
     #[test]
     fn waypoints_on_the_way_are_passed_and_the_last_is_reached_once() {
-        let mut motion = Motion::new();
-        assert_eq!(motion.step(&at(0.0), 0, ms(0)), Reached::Nothing);
+        let mut motion = Path::new();
+        assert_eq!(motion.step(&at(0.0), FINE, ms(0)), Reached::Nothing);
         motion.go(Waypoint::new(at(0.5)), &at(0.0), ms(0));
         assert!(motion.then(Waypoint::new(at(1.0))));
-        assert_eq!(motion.step(&at(0.3), 0, ms(10)), Reached::Nothing);
-        assert_eq!(motion.step(&at(0.35), 0, ms(20)), Reached::Waypoint);
+        assert_eq!(motion.step(&at(0.3), FINE, ms(10)), Reached::Nothing);
+        assert_eq!(motion.step(&at(0.35), FINE, ms(20)), Reached::Waypoint);
         assert_eq!(motion.target(ms(20)), Some(at(1.0)));
-        assert_eq!(motion.step(&at(0.999), 0, ms(30)), Reached::Nothing);
-        assert_eq!(motion.step(&at(0.9996), 0, ms(40)), Reached::Goal);
-        assert_eq!(motion.step(&at(0.9996), 0, ms(50)), Reached::Nothing, "M07");
+        assert_eq!(motion.step(&at(0.999), FINE, ms(30)), Reached::Nothing);
+        assert_eq!(motion.step(&at(0.9996), FINE, ms(40)), Reached::Goal);
+        assert_eq!(
+            motion.step(&at(0.9996), FINE, ms(50)),
+            Reached::Nothing,
+            "once"
+        );
         assert_eq!(motion.target(ms(50)), Some(at(1.0)), "and is held");
         motion.again();
-        assert_eq!(motion.step(&at(1.0), 0, ms(60)), Reached::Goal);
+        assert_eq!(motion.step(&at(1.0), FINE, ms(60)), Reached::Goal);
         assert!(!motion.then(Waypoint::new(at(2.0))));
     }
 
     #[test]
     fn a_glide_takes_its_time_and_survives_a_record() {
-        let mut motion = Motion::new();
+        let mut motion = Path::new();
         motion.go(Waypoint::new(at(1.0)).gliding(1000), &at(0.0), ms(500));
-        let x = |motion: &Motion, now| motion.target(ms(now)).unwrap().position[0];
+        let x = |motion: &Path, now| motion.target(ms(now)).unwrap().position[0];
         assert!((x(&motion, 750) - 0.25).abs() < 1.0e-12);
         let bytes = robocell_task::checkpoint::to_bytes(&motion);
-        let mut motion: Motion = robocell_task::checkpoint::from_bytes(&bytes).unwrap();
+        let mut motion: Path = robocell_task::checkpoint::from_bytes(&bytes).unwrap();
         assert!((x(&motion, 1250) - 0.75).abs() < 1.0e-12);
-        assert_eq!(motion.step(&at(1.0), 3, ms(1490)), Reached::Nothing);
-        assert_eq!(motion.step(&at(1.0), 3, ms(1500)), Reached::Goal);
+        assert_eq!(motion.step(&at(1.0), FINE, ms(1490)), Reached::Nothing);
+        assert_eq!(motion.step(&at(1.0), FINE, ms(1500)), Reached::Goal);
     }
 
     #[test]
     fn aiming_again_is_no_new_goal_and_a_move_is() {
-        let mut motion = Motion::new();
-        let key = |motion: &Motion| motion.intent(GripperGoal::Open, ms(0)).key;
+        let mut motion = Path::new();
+        let key = |motion: &Path| motion.intent(GripperGoal::Open, ms(0)).key;
         motion.aim(Waypoint::new(at(9.0)));
         let hold = motion.intent(GripperGoal::Open, ms(0));
         assert_eq!(hold.kind, GoalKind::Hold, "nowhere to go");
         motion.go(Waypoint::new(at(1.0)), &at(0.0), ms(0));
         let first = key(&motion);
-        motion.aim(Waypoint::new(at(2.0)).leaning([0.5; 6]));
+        motion.aim(Waypoint::new(at(2.0)).leaning(padded(&[0.5; 6])));
         let intent = motion.intent(GripperGoal::Close, ms(0));
         assert_eq!((intent.key, intent.target), (first, at(2.0)));
         assert_eq!(
@@ -271,7 +294,7 @@ mod tests {
 
     #[test]
     fn a_path_has_an_end() {
-        let mut motion = Motion::new();
+        let mut motion = Path::new();
         motion.go(Waypoint::new(at(1.0)), &at(0.0), ms(0));
         let taken = (0..40).filter(|_| motion.then(Waypoint::new(at(1.0))));
         assert_eq!(taken.count(), MAX_WAYPOINTS - 1);
