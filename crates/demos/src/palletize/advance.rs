@@ -1,94 +1,95 @@
-//! What to do with a bin, and which substep comes next.
+//! What to do with a bin, and which step comes next.
 
-use super::geometry::{Lie, lie};
+use nalgebra::UnitQuaternion;
+use robocell_skills::{KeptPose, Named as _};
+use robocell_task::job::Attempts;
+use robocell_task::{Job, Output, TraceEvent};
+
+use super::geometry::{self, Lie, lie};
 use super::memory::{Work, WorkKind};
+use super::motion::{self, Judge, Progress};
+use super::numbers::{Suction, Target};
 use super::policy::Palletizer;
-use super::progress::{Judge, Progress};
-use super::steps::{Sequence, Step};
-use super::table::{State, Trigger};
-use super::tick::Tick;
+use super::scene::View;
+use super::table::{Facts, State, Trigger};
 use crate::failure::Failure;
-use robocell_skills::KeptPose;
-use robocell_task::TraceEvent;
-use robocell_task::job::Job;
-use robocell_task::output::Output;
 
 impl Palletizer {
-    pub(super) fn advance(&mut self, tick: &Tick<'_>, job: &mut Job, out: &mut Output) {
-        if self.states.state() == State::Done {
-            return;
+    pub(super) fn advance(&mut self, view: &View<'_>, job: &mut Job, out: &mut Output) {
+        match (self.state(), self.memory.work) {
+            (State::Done, _) => {}
+            (State::Idle, _) | (_, None) => self.choose(view, job, out),
+            (_, Some(work)) => self.work_on(work, view, job, out),
         }
-        match self.memory.work {
-            Some(work) if self.states.state() != State::Idle => self.go_on(work, tick, job, out),
-            _ => self.choose(tick, job, out),
-        }
+    }
+
+    fn fire(&mut self, trigger: Trigger, mut facts: Facts, out: &mut Output) -> bool {
+        self.run.fire(trigger.name(), &mut facts, out)
+    }
+
+    fn set(&mut self, state: State, why: &str, out: &mut Output) {
+        self.run.set(state.name(), why, out);
     }
 
     /// Nothing at hand: is there anything to do?
-    pub(super) fn choose(&mut self, tick: &Tick<'_>, job: &mut Job, out: &mut Output) {
+    fn choose(&mut self, view: &View<'_>, job: &mut Job, out: &mut Output) {
         self.memory.work = None;
-        self.states.set(State::Idle, "nothing at hand", out);
+        self.set(State::Idle, "nothing at hand", out);
         job.held = None;
-        let facts = tick.facts(None);
+        let facts = view.facts(None);
         if facts.complete {
-            if self.states.fire(Trigger::AllPlaced, facts, out) {
+            if self.fire(Trigger::AllPlaced, facts, out) {
                 finished(out);
             }
-        } else if let Some(bin) = tick.scene.attached {
-            self.adopt(bin, tick, job, out);
-        } else if !tick.scene.cup_taken
-            && let Some(bin) = tick.scene.next_bin()
-            && self.states.fire(Trigger::GoPick, facts, out)
+        } else if let Some(bin) = view.attached {
+            self.adopt(bin, view, job, out);
+        } else if !view.cup_taken
+            && let Some(bin) = view.next_bin()
+            && self.fire(Trigger::GoPick, facts, out)
         {
-            let kind = match tick.scene.bin(bin).map(|seen| lie(&seen.pose)) {
+            let kind = match view.bin(bin).map(|seen| lie(&seen.pose)) {
                 Some(Lie::UpsideDown) => WorkKind::PickFlipped,
                 _ => WorkKind::Pick,
             };
-            self.begin(bin, kind, tick, job);
+            self.begin(bin, kind, view, job);
         }
     }
 
-    pub(super) fn go_on(
-        &mut self,
-        mut work: Work,
-        tick: &Tick<'_>,
-        job: &mut Job,
-        out: &mut Output,
-    ) {
-        let sequence = work.kind.sequence();
-        let gone = tick.scene.bin(work.bin).is_none();
-        if gone || (sequence.holds(work.step) && tick.scene.attached != Some(work.bin)) {
-            self.lost(&work, tick, job, out);
+    fn work_on(&mut self, mut work: Work, view: &View<'_>, job: &mut Job, out: &mut Output) {
+        let sequence = view.setup.sequence(work.kind);
+        let gone = view.bin(work.bin).is_none();
+        if gone || (sequence.holds(work.step) && view.attached != Some(work.bin)) {
+            self.lost(&work, view, job, out);
             return;
         }
         let Some(step) = sequence.step(work.step) else {
             return;
         };
-        if step == Step::ReachToPlace {
-            creep(&mut work, tick);
+        let to = step.table.go.as_ref().map(|go| go.to);
+        if matches!(to, Some(Target::Slot { .. })) {
+            motion::creep(&mut work, view);
             self.memory.work = Some(work);
         }
+        let memory = &self.memory;
         let judge = Judge {
-            setup: tick.setup,
-            scene: &tick.scene,
-            observation: tick.observation,
-            motion: self.memory.motion.as_ref(),
+            view,
+            memory,
+            job,
+            out,
         };
-        match judge.progress(&work, step, job, out) {
+        match judge.progress(&work, step) {
             Progress::Running => {}
-            Progress::Missed(failure) => self.missed(&work, failure, tick, job, out),
+            Progress::Missed(failure) => self.missed(&work, failure, view, job, out),
             Progress::Done if sequence.step(work.step + 1).is_some() => {
-                self.enter(work, work.step + 1, tick, job, out);
+                self.enter(work, view, job, out);
             }
-            Progress::Done => self.finish(&work, tick, job, out),
+            Progress::Done => self.finish(&work, view, job, out),
         }
     }
 
-    /// Begins the first substep of `kind`.
-    pub(super) fn begin(&mut self, bin: usize, kind: WorkKind, tick: &Tick<'_>, job: &mut Job) {
-        let seen = tick.scene.bin(bin);
-        let from_belt = seen.is_some_and(|seen| tick.scene.on_belt(&seen));
-        let tool = KeptPose::from(&tick.scene.tool);
+    /// Begins the first step of `kind`.
+    fn begin(&mut self, bin: usize, kind: WorkKind, view: &View<'_>, job: &mut Job) {
+        let from_belt = view.bin(bin).is_some_and(|seen| view.on_belt(&seen));
         let kind = match kind {
             WorkKind::Place if from_belt => WorkKind::PlaceFromBelt,
             kind => kind,
@@ -98,15 +99,15 @@ impl Palletizer {
             kind,
             from_belt,
             step: 0,
-            began: tick.now,
-            refusals: tick.scene.refusals,
-            base: tool,
-            joints: tick.joints(),
+            began: view.now,
+            refusals: view.refusals,
+            base: KeptPose::from(&view.tool),
+            joints: view.joints,
             slot: None,
             creep: [0.0; 2],
         };
-        if matches!(work.kind.sequence(), Sequence::Place { .. }) {
-            tick.choose_place(&mut work);
+        if !kind.picks() && kind != WorkKind::Flip {
+            choose_place(&mut work, view);
             if work.slot.is_none() {
                 job.fail(Failure::BinCannotBePlaced.reason());
             }
@@ -115,118 +116,114 @@ impl Palletizer {
         self.memory.work = Some(work);
     }
 
-    pub(super) fn enter(
-        &mut self,
-        work: Work,
-        step: usize,
-        tick: &Tick<'_>,
-        job: &mut Job,
-        out: &mut Output,
-    ) {
-        let next = work.kind.sequence().step(step);
-        let lifts = matches!(next, Some(Step::TimedLift | Step::LiftToClearance));
-        let target = self.memory.motion.map(|motion| motion.target);
+    /// Begins the next step.
+    fn enter(&mut self, work: Work, view: &View<'_>, job: &mut Job, out: &mut Output) {
+        let step = work.step + 1;
+        let next = view.setup.sequence(work.kind).step(step);
+        let to = next.and_then(|next| Some(next.table.go.as_ref()?.to));
+        let relative = matches!(to, Some(Target::Up { .. } | Target::Back { .. }));
+        let target = self.memory.path.end().filter(|_| relative);
         self.memory.work = Some(Work {
             step,
-            began: tick.now,
-            refusals: tick.scene.refusals,
-            base: target.filter(|_| lifts).unwrap_or(work.base),
-            joints: tick.joints(),
+            began: view.now,
+            refusals: view.refusals,
+            base: target.map_or(work.base, |target| target.pose().into()),
+            joints: view.joints,
             ..work
         });
         job.counters.phase_entry += 1;
-        match next {
-            Some(Step::CloseSuctionGripper) => out.log(format_args!("<close gripper>")),
-            Some(Step::OpenSuctionGripper) => out.log(format_args!("<open gripper>")),
-            _ => {}
+        match next.and_then(|next| next.table.suction) {
+            Some(Suction::On) => out.log(format_args!("<close gripper>")),
+            Some(Suction::Off) => out.log(format_args!("<open gripper>")),
+            None => {}
         }
     }
 
-    /// The last substep of a state is over.
-    pub(super) fn finish(&mut self, work: &Work, tick: &Tick<'_>, job: &mut Job, out: &mut Output) {
-        let facts = tick.facts(Some(work.bin));
-        let name = tick.setup.name(work.bin);
-        let trigger = match work.kind {
-            WorkKind::Pick | WorkKind::PickFlipped => {
-                let word = if facts.needs_flip { "flip" } else { "no flip" };
-                out.log(format_args!("<{word}> {name}"));
-                tick.forgive_picks(work.bin, job);
-                Trigger::PickDone
+    /// The last step of a state is over.
+    fn finish(&mut self, work: &Work, view: &View<'_>, job: &mut Job, out: &mut Output) {
+        let facts = view.facts(Some(work.bin));
+        let name = view.setup.name(work.bin);
+        let trigger = if work.kind.picks() {
+            let word = if facts.needs_flip { "flip" } else { "no flip" };
+            out.log(format_args!("<{word}> {name}"));
+            if let Some(attempts) = attempts(work, view, job) {
+                attempts.pick = 0;
             }
-            WorkKind::Flip => Trigger::FlipDone,
-            WorkKind::Place | WorkKind::PlaceFromBelt | WorkKind::PlaceFromHome => {
-                tick.judge_place(work, job, out);
-                Trigger::PlaceDone
-            }
+            Trigger::PickDone
+        } else if work.kind == WorkKind::Flip {
+            Trigger::FlipDone
+        } else {
+            judge_place(work, view, job, out);
+            Trigger::PlaceDone
         };
-        if !self.states.fire(trigger, facts, out) {
-            self.states.set(State::Idle, "no row", out);
+        if !self.fire(trigger, facts, out) {
+            self.set(State::Idle, "no row", out);
         }
         self.memory.work = None;
-        match self.states.state() {
-            State::Picking => self.begin(work.bin, WorkKind::Pick, tick, job),
-            State::Flipping => self.begin(work.bin, WorkKind::Flip, tick, job),
-            State::Placing => self.begin(work.bin, WorkKind::Place, tick, job),
+        match self.state() {
+            State::Picking => self.begin(work.bin, WorkKind::Pick, view, job),
+            State::Flipping => self.begin(work.bin, WorkKind::Flip, view, job),
+            State::Placing => self.begin(work.bin, WorkKind::Place, view, job),
             State::Done => finished(out),
             State::Idle => {}
         }
     }
 
-    pub(super) fn lost(&mut self, work: &Work, tick: &Tick<'_>, job: &mut Job, out: &mut Output) {
-        let name = tick.setup.name(work.bin);
-        let sequence = work.kind.sequence();
-        out.log(format_args!("[lost] {name} while {}", self.states.name()));
-        if sequence.holds(work.step) {
+    fn lost(&mut self, work: &Work, view: &View<'_>, job: &mut Job, out: &mut Output) {
+        let name = view.setup.name(work.bin);
+        out.log(format_args!("[lost] {name} while {}", self.run.state()));
+        if view.setup.sequence(work.kind).holds(work.step) {
             job.counters.drops += 1;
-            if tick.count_failure(work, job) >= tick.setup.numbers.max_attempts {
+            if count_failure(work, view, job) >= view.setup.task.max_attempts {
                 job.fail(Failure::BinCannotBeGripped.reason());
             }
         } else {
             job.counters.recoveries += 1;
         }
-        self.back_to_idle(tick, job, out);
+        self.back_to_idle(view, job, out);
     }
 
-    pub(super) fn missed(
+    fn missed(
         &mut self,
         work: &Work,
         failure: Failure,
-        tick: &Tick<'_>,
+        view: &View<'_>,
         job: &mut Job,
         out: &mut Output,
     ) {
-        let step = work.kind.sequence().step(work.step).map_or("", Step::name);
-        let name = tick.setup.name(work.bin);
+        let sequence = view.setup.sequence(work.kind);
+        let step = sequence.step(work.step).map_or("", |step| &step.phase);
+        let name = view.setup.name(work.bin);
         out.log(format_args!("[missed] {name}: {step}"));
         job.counters.recoveries += 1;
-        let holding = work.kind.sequence().holds(work.step);
-        let again = tick.count_failure(work, job) < tick.setup.numbers.max_attempts;
+        let again = count_failure(work, view, job) < view.setup.task.max_attempts;
         if !again || failure == Failure::GripperBlocked {
             job.fail(failure.reason());
-        } else if holding {
-            self.bring(work.bin, WorkKind::PlaceFromHome, tick, job, out);
+        } else if sequence.holds(work.step) {
+            self.bring(work.bin, WorkKind::PlaceFromHome, view, job, out);
         } else {
-            self.back_to_idle(tick, job, out);
+            self.back_to_idle(view, job, out);
         }
     }
 
-    pub(super) fn back_to_idle(&mut self, tick: &Tick<'_>, job: &mut Job, out: &mut Output) {
+    fn back_to_idle(&mut self, view: &View<'_>, job: &mut Job, out: &mut Output) {
         job.held = None;
         self.memory.work = None;
         job.counters.phase_entry += 1;
-        if !self.states.fire(Trigger::Lost, tick.facts(None), out) {
-            self.states.set(State::Idle, "lost", out);
+        if !self.fire(Trigger::Lost, view.facts(None), out) {
+            self.set(State::Idle, "lost", out);
         }
     }
 
-    /// Goes on with a bin that is on the cup already.
-    pub(super) fn adopt(&mut self, bin: usize, tick: &Tick<'_>, job: &mut Job, out: &mut Output) {
+    /// Continues with a bin that is on the cup already.
+    pub(super) fn adopt(&mut self, bin: usize, view: &View<'_>, job: &mut Job, out: &mut Output) {
+        let name = view.setup.name(bin);
         out.event(
             TraceEvent::Recover,
-            format_args!("[resume] {} is on the cup", tick.setup.name(bin)),
+            format_args!("[resume] {name} is on the cup"),
         );
         job.counters.recoveries += 1;
-        self.bring(bin, WorkKind::Place, tick, job, out);
+        self.bring(bin, WorkKind::Place, view, job, out);
     }
 
     /// The bin on the cup to the jig, or to its place by `way`.
@@ -234,38 +231,68 @@ impl Palletizer {
         &mut self,
         bin: usize,
         way: WorkKind,
-        tick: &Tick<'_>,
+        view: &View<'_>,
         job: &mut Job,
         out: &mut Output,
     ) {
-        let turned = tick.facts(Some(bin)).needs_flip;
-        let (state, kind) = if turned {
+        let (state, kind) = if view.facts(Some(bin)).needs_flip {
             (State::Flipping, WorkKind::Flip)
         } else {
             (State::Placing, way)
         };
-        self.states.set(state, "on the cup", out);
-        self.begin(bin, kind, tick, job);
+        self.set(state, "on the cup", out);
+        self.begin(bin, kind, view, job);
     }
 }
 
-/// A bin near its place moves the target by part of what is missing, in every
-/// decision.
-fn creep(work: &mut Work, tick: &Tick<'_>) {
-    let numbers = &tick.setup.numbers.place;
-    let (Some(slot), Some(bin)) = (
-        work.slot.and_then(|slot| tick.setup.slots.get(slot)),
-        tick.scene.bin(work.bin),
-    ) else {
+/// Where the bin on the cup goes, and the tool with it.
+fn choose_place(work: &mut Work, view: &View<'_>) {
+    work.slot = view.free_slot();
+    let slot = work.slot.and_then(|slot| view.setup.slots.get(slot));
+    let (Some(slot), Some(bin)) = (slot, view.bin(work.bin)) else {
         return;
     };
-    let off = slot.translation.vector - bin.pose.translation.vector;
-    let low = off.z.abs() < numbers.creep_m;
-    if off.xy().norm() >= numbers.creep_m || !low {
+    let grip = view.tool.inverse() * bin.pose;
+    let from: &UnitQuaternion<f64> = match work.kind {
+        WorkKind::PlaceFromHome => &view.setup.home.rotation,
+        _ => &view.tool.rotation,
+    };
+    work.base = KeptPose::from(&geometry::place(slot, &grip, from));
+}
+
+fn attempts<'j>(work: &Work, view: &View<'_>, job: &'j mut Job) -> Option<&'j mut Attempts> {
+    job.attempts_mut(view.setup.bins.get(work.bin)?.object)
+}
+
+/// Counts a failure with a bin; how many of its kind in a row it is.
+fn count_failure(work: &Work, view: &View<'_>, job: &mut Job) -> u32 {
+    let Some(attempts) = attempts(work, view, job) else {
+        return u32::MAX;
+    };
+    let count = if work.kind.picks() {
+        &mut attempts.pick
+    } else {
+        &mut attempts.place
+    };
+    *count += 1;
+    *count
+}
+
+/// Whether the bin that was let go is in its place.
+fn judge_place(work: &Work, view: &View<'_>, job: &mut Job, out: &mut Output) {
+    let name = view.setup.name(work.bin);
+    let slot = view.bin(work.bin).and_then(|seen| view.slot_of(&seen));
+    if let Some(slot) = slot {
+        if let Some(attempts) = attempts(work, view, job) {
+            *attempts = Attempts::default();
+        }
+        out.log(format_args!("[placed] {name} in place {}", slot + 1));
         return;
     }
-    for (crept, missing) in work.creep.iter_mut().zip([off.x, off.y]) {
-        *crept = (*crept + numbers.creep_gain * missing).clamp(-numbers.creep_m, numbers.creep_m);
+    out.log(format_args!("[missed] {name} is not in its place"));
+    job.counters.recoveries += 1;
+    if count_failure(work, view, job) >= view.setup.task.max_attempts {
+        job.fail(Failure::BinCannotBePlaced.reason());
     }
 }
 

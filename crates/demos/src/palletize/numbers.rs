@@ -1,11 +1,14 @@
 //! `[task]` with `kind = "palletize"`.
 
+use std::collections::BTreeMap;
+
 use cell_model::check::MAX_COORDINATE_M;
 use cell_model::{Cell, Checker, ModelError};
 use robocell_task::Settings;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::steps;
 use crate::check;
 
 /// Most places a pallet may have: what a decision can name.
@@ -18,7 +21,7 @@ const MAX_SLOTS: usize = 48;
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PalletizeTask {
-    /// File in `cells/` that describes the behaviour.
+    /// File in `cells/` with the rows of the machine.
     pub behaviour: String,
     /// Centres of the places on the pallet, along x, in the order in which they
     /// are filled (m); for each of them all of `slot_y_m`.
@@ -49,182 +52,183 @@ pub struct PalletizeTask {
     #[schemars(inner(range(min = -MAX_COORDINATE_M, max = MAX_COORDINATE_M)))]
     pub side_m: [f64; 2],
     /// Failures of one bin in a row before the job is given up.
-    #[schemars(range(min = 1.0, max = 1000.0))]
+    #[schemars(range(min = 1, max = 1000))]
     pub max_attempts: u32,
     /// A target that is not reached within this counts as such a failure (s).
     #[schemars(range(min = 0.1, max = 600.0))]
     pub reach_timeout_s: f64,
-    /// Time between two requests for a bin at least (s).
-    #[schemars(range(min = 0.0, max = 600.0))]
-    pub supply_interval_s: f64,
-    /// Taking a bin.
-    pub pick: PickNumbers,
-    /// Turning one over.
-    pub flip: FlipNumbers,
-    /// Setting one down.
-    pub place: PlaceNumbers,
-    /// The way over the arm's rest pose.
-    pub home: HomeNumbers,
-}
-
-/// `[task.pick]`
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PickNumbers {
-    /// The belt runs on for this long before the arm moves (s).
-    #[schemars(range(min = 0.0, max = 60.0))]
-    pub wait_s: f64,
-    /// The arm waits this long at the bin before suction is switched on (s).
-    #[schemars(range(min = 0.0, max = 60.0))]
-    pub settle_s: f64,
-    /// Gap between cup and bin (m).
-    #[schemars(range(min = 0.0, max = 0.1))]
-    pub gap_m: f64,
-    /// Length of the approach to a bin that opens upwards (m).
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub approach_m: f64,
-    /// Length of the approach to a bin that lies upside down (m).
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub flip_approach_m: f64,
-    /// Width of the approach corridor (standard deviation, m).
-    #[schemars(range(min = 1.0e-4, max = 1.0))]
-    pub std_dev_m: f64,
-    /// The cup is there when nearer than this (m).
-    #[schemars(range(min = 1.0e-4, max = 0.5))]
-    pub tolerance_m: f64,
-    /// And its axes within this (rad).
-    #[schemars(range(min = 1.0e-3, max = 3.2))]
-    pub angle_tolerance_rad: f64,
     /// Suction that holds nothing within this is switched off again (s).
     #[schemars(range(min = 0.02, max = 60.0))]
     pub attach_timeout_s: f64,
-    /// How high a bin that opens upwards is lifted before it is carried (m).
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub lift_m: f64,
-    /// The target stays this far ahead of the tool meanwhile (m).
-    #[schemars(range(min = 1.0e-3, max = 1.0))]
-    pub lift_lead_m: f64,
-    /// It is lifted when this near (m).
-    #[schemars(range(min = 1.0e-3, max = 1.0))]
-    pub lift_tolerance_m: f64,
-    /// How far up the arm is sent with one that lies upside down (m),
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub flip_lift_m: f64,
-    /// and for how long (s).
-    #[schemars(range(min = 0.0, max = 60.0))]
-    pub flip_lift_s: f64,
-    /// Joint positions to lean to (rad).
-    #[schemars(inner(range(min = -7.0, max = 7.0)))]
-    pub posture: [f64; 6],
-}
-
-/// `[task.flip]`
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct FlipNumbers {
-    /// Where the cup lets go of the bin (m).
-    #[schemars(inner(range(min = -MAX_COORDINATE_M, max = MAX_COORDINATE_M)))]
-    pub position_m: [f64; 3],
-    /// Orientation of the tool there, w x y z.
-    pub orientation_wxyz: [f64; 4],
-    /// Joint positions to lean to (rad).
-    #[schemars(inner(range(min = -7.0, max = 7.0)))]
-    pub posture: [f64; 6],
-    /// Direction of the approach times its length (m).
-    #[schemars(inner(range(min = -1.0, max = 1.0)))]
-    pub approach_m: [f64; 3],
-    /// Width of the approach corridor (standard deviation, m).
-    #[schemars(range(min = 1.0e-4, max = 1.0))]
-    pub std_dev_m: f64,
-    /// The cup is there when nearer than this (m).
-    #[schemars(range(min = 1.0e-4, max = 0.5))]
-    pub tolerance_m: f64,
-    /// After suction was switched off the arm waits this long (s).
-    #[schemars(range(min = 0.0, max = 60.0))]
-    pub wait_s: f64,
-    /// The tool backs off along its axis by this (m),
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub retreat_m: f64,
-    /// and by this besides (m).
-    #[schemars(inner(range(min = -1.0, max = 1.0)))]
-    pub retreat_aside_m: [f64; 3],
-    /// Width of that corridor (standard deviation, m).
-    #[schemars(range(min = 1.0e-4, max = 1.0))]
-    pub retreat_std_dev_m: f64,
-    /// It has backed off when this near (m).
-    #[schemars(range(min = 1.0e-3, max = 1.0))]
-    pub retreat_tolerance_m: f64,
-    /// Then it goes here, beside the jig and above it (m),
-    #[schemars(inner(range(min = -MAX_COORDINATE_M, max = MAX_COORDINATE_M)))]
-    pub leave_m: [f64; 3],
-    /// this near (m), before it is turned.
-    #[schemars(range(min = 1.0e-3, max = 1.0))]
-    pub leave_tolerance_m: f64,
-    /// A bin whose centre is this near to `jig_m`, in the plane, lies in the jig
-    /// (m).
-    #[schemars(range(min = 1.0e-2, max = 1.0))]
-    pub jig_radius_m: f64,
-    /// Middle of the jig, x and y (m).
-    #[schemars(inner(range(min = -MAX_COORDINATE_M, max = MAX_COORDINATE_M)))]
-    pub jig_m: [f64; 2],
-}
-
-/// `[task.place]`
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PlaceNumbers {
-    /// Length of the approach, from above (m).
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub approach_m: f64,
-    /// Width of the approach corridor (standard deviation, m).
-    #[schemars(range(min = 1.0e-4, max = 1.0))]
-    pub std_dev_m: f64,
-    /// A bin from the belt is first carried here, out of the way of the arm's own
-    /// base (m),
-    #[schemars(inner(range(min = -MAX_COORDINATE_M, max = MAX_COORDINATE_M)))]
-    pub swing_m: [f64; 3],
-    /// this near (m).
-    #[schemars(range(min = 1.0e-3, max = 1.0))]
-    pub swing_tolerance_m: f64,
-    /// The bin is there when nearer than this (m).
-    #[schemars(range(min = 1.0e-4, max = 0.5))]
-    pub tolerance_m: f64,
-    /// Gap between bin and pallet when it is let go (m).
-    #[schemars(range(min = 0.0, max = 0.1))]
-    pub gap_m: f64,
-    /// The arm waits this long before it lets go (s).
-    #[schemars(range(min = 0.0, max = 60.0))]
-    pub settle_s: f64,
-    /// Within this of its place, in the plane, the bin creeps towards it (m),
+    /// Time between two requests for a bin at least (s).
+    #[schemars(range(min = 0.0, max = 600.0))]
+    pub supply_interval_s: f64,
+    /// Within this of its place, in the plane, a bin creeps towards it (m),
     #[schemars(range(min = 0.0, max = 0.5))]
     pub creep_m: f64,
     /// by this part of the error in each decision.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub creep_gain: f64,
-    /// How far up the arm is sent afterwards (m),
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub lift_m: f64,
-    /// and for how long (s).
-    #[schemars(range(min = 0.0, max = 60.0))]
-    pub lift_s: f64,
+    /// Where bins are turned over.
+    pub jig: JigTable,
+    /// What is done with a bin: names of `steps`.
+    pub sequences: SequenceTable,
+    /// The steps by name.
+    pub steps: BTreeMap<String, StepTable>,
 }
 
-/// `[task.home]`
+/// `[task.jig]`
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct HomeNumbers {
-    /// Direction of the approach times its length (m).
+pub struct JigTable {
+    /// Where the cup lets go of the bin (m).
+    #[schemars(inner(range(min = -MAX_COORDINATE_M, max = MAX_COORDINATE_M)))]
+    pub position_m: [f64; 3],
+    /// Orientation of the tool there, w x y z.
+    pub orientation_wxyz: [f64; 4],
+    /// Middle of the jig, x and y (m).
+    #[schemars(inner(range(min = -MAX_COORDINATE_M, max = MAX_COORDINATE_M)))]
+    pub middle_m: [f64; 2],
+    /// A bin whose centre is this near to the middle, in the plane, is in the jig
+    /// (m).
+    #[schemars(range(min = 1.0e-2, max = 1.0))]
+    pub radius_m: f64,
+    /// A tool that near is at work at the jig below this height (m).
+    #[schemars(range(min = -5.0, max = 5.0))]
+    pub below_z_m: f64,
+}
+
+/// `[task.sequences]`: steps from the first to the last.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SequenceTable {
+    /// Take a bin that opens upwards.
+    pub pick: Vec<String>,
+    /// Take a bin that is upside down.
+    pub pick_flipped: Vec<String>,
+    /// Bring a bin to the jig and let it go.
+    pub flip: Vec<String>,
+    /// Set a bin down from where it is.
+    pub place: Vec<String>,
+    /// Set a bin down that comes from the belt.
+    pub place_from_belt: Vec<String>,
+    /// Set a bin down that was not brought to its place before.
+    pub place_from_home: Vec<String>,
+}
+
+/// `[task.steps.NAME]`: it ends with its time, its motion, or the suction.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StepTable {
+    /// Shown as the phase; the name of the step where it is missing.
+    #[serde(default)]
+    pub phase: Option<String>,
+    /// Where the arm goes; without, it stays with the target it has.
+    #[serde(default)]
+    pub go: Option<GoTable>,
+    /// The step lasts this long, reached or not (s).
+    #[serde(default)]
+    #[schemars(range(min = 0.0, max = 60.0))]
+    pub wait_s: Option<f64>,
+    /// The belt stops at the end of this step; it is stopped in all others.
+    #[serde(default)]
+    pub stops_belt: bool,
+    /// Suction is switched, and the step lasts until a bin is attached, or free.
+    #[serde(default)]
+    pub suction: Option<Suction>,
+}
+
+/// A motion.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GoTable {
+    /// Where to.
+    pub to: Target,
+    /// The TCP is there when nearer than this; near its height for `up` (m).
+    #[schemars(range(min = 1.0e-4, max = 1.0))]
+    pub tolerance_m: f64,
+    /// And its axes within this; any without (rad).
+    #[serde(default)]
+    #[schemars(range(min = 1.0e-3, max = 3.2))]
+    pub angle_tolerance_rad: Option<f64>,
+    /// Joint positions to lean to; those of the rest pose without (rad).
+    #[serde(default)]
+    #[schemars(inner(range(min = -7.0, max = 7.0)))]
+    pub posture: Option<[f64; 6]>,
+    /// It leans to the joint positions that it has at the start.
+    #[serde(default)]
+    pub keeps_posture: bool,
+    /// Direction of the approach corridor times its length, world frame (m).
+    #[serde(default)]
     #[schemars(inner(range(min = -1.0, max = 1.0)))]
     pub approach_m: [f64; 3],
     /// Width of the approach corridor (standard deviation, m).
-    #[schemars(range(min = 1.0e-4, max = 1.0))]
+    #[serde(default)]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub std_dev_m: f64,
-    /// The tool is there when nearer than this (m).
-    #[schemars(range(min = 1.0e-4, max = 0.5))]
-    pub tolerance_m: f64,
-    /// And its axes within this (rad).
-    #[schemars(range(min = 1.0e-3, max = 3.2))]
-    pub angle_tolerance_rad: f64,
+}
+
+/// Where the TCP goes.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Target {
+    /// To the floor of the bin, from the inside or the outside.
+    Bin {
+        /// Gap between cup and floor (m).
+        #[schemars(range(min = 0.0, max = 0.1))]
+        gap_m: f64,
+        /// Length of the approach corridor along the tool (m).
+        #[schemars(range(min = 0.0, max = 1.0))]
+        approach_m: f64,
+    },
+    /// Straight up from the target before.
+    Up {
+        /// How far (m).
+        #[schemars(range(min = 0.0, max = 1.0))]
+        by_m: f64,
+        /// The target stays this far ahead of the TCP: near its target the tool keeps
+        /// its orientation, far from it a bin would swing (m).
+        #[schemars(range(min = 1.0e-3, max = 1.0))]
+        lead_m: f64,
+    },
+    /// The arm's rest pose.
+    Home {
+        /// Joint by joint: with the tool pointing up, or where the arm may be wound up.
+        by_joints: bool,
+    },
+    /// Where the cup lets go of a bin in the jig.
+    Jig {},
+    /// Back along the tool from the target before, in a corridor.
+    Back {
+        /// How far (m).
+        #[schemars(range(min = 0.0, max = 1.0))]
+        by_m: f64,
+        /// And by this besides, world frame (m).
+        #[schemars(inner(range(min = -1.0, max = 1.0)))]
+        aside_m: [f64; 3],
+    },
+    /// A point on the way, with the orientation of the target before, or of the place.
+    Via {
+        /// Where (m).
+        #[schemars(inner(range(min = -MAX_COORDINATE_M, max = MAX_COORDINATE_M)))]
+        position_m: [f64; 3],
+    },
+    /// The bin's place on the pallet.
+    Slot {
+        /// Gap between bin and pallet (m).
+        #[schemars(range(min = 0.0, max = 0.1))]
+        gap_m: f64,
+    },
+}
+
+/// What suction is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Suction {
+    /// To attach the bin.
+    On,
+    /// To let it go.
+    Off,
 }
 
 impl Settings for PalletizeTask {
@@ -239,7 +243,8 @@ impl Settings for PalletizeTask {
             let allowed = format!("1 to {MAX_SLOTS} places are allowed");
             return Err(at.refuse("task.slot_x_m", format!("{slots} places"), allowed));
         }
-        let key = "task.flip.orientation_wxyz";
-        check::unit_quaternion(at, key, &self.flip.orientation_wxyz, 1.0e-4)
+        let key = "task.jig.orientation_wxyz";
+        check::unit_quaternion(at, key, &self.jig.orientation_wxyz, 1.0e-4)?;
+        steps::check(self, at)
     }
 }

@@ -1,16 +1,13 @@
-//! Which obstacles count: some keep the arm away from a place only until it is
+//! Which obstacles count: some keep the arm away from places only until it is
 //! to go there.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use super::memory::{Work, WorkKind};
 use super::setup::PalletizeSetup;
 
-/// A tool this far above what is between the two sides has passed it (m).
-const ABOVE_M: f64 = 0.05;
-
 /// The mask of [`ipc_types::ArmGoal::obstacle_mask`] with the tool at `tool` on
-/// its way to `target`.
+/// its way to `target` (m).
 pub(super) fn mask(
     setup: &PalletizeSetup,
     work: Option<&Work>,
@@ -18,39 +15,22 @@ pub(super) fn mask(
     target: &Vector3<f64>,
 ) -> u64 {
     let bits = setup.obstacles;
+    let jig = &setup.task.jig;
+    let near = |p: &Vector3<f64>| {
+        let off = p.xy() - Vector2::from(jig.middle_m);
+        off.norm() < jig.radius_m && p.z < jig.below_z_m
+    };
+    // The arm brings a bin to the jig or leaves it, or takes one there.
+    let at_jig = work.is_some_and(|work| work.kind == WorkKind::Flip) || near(tool) || near(target);
+    // The two sides are parted by the line from the arm's base through a point.
+    let [x, y] = setup.task.side_m;
+    let side = |p: &Vector3<f64>| x * p.y - y * p.x > 0.0;
     let mut off = 0;
-    if at_jig(setup, work, tool, target) {
+    if at_jig {
         off |= bits.flip_sphere | bits.flip_barrier;
     }
-    if !crosses(setup, tool, target) {
+    if side(tool) == side(target) {
         off |= bits.between | bits.flip_barrier;
     }
     !off
-}
-
-/// The two sides are parted by the line from the arm's base through a point of
-/// reference: whether tool and target stand on different ones.
-fn crosses(setup: &PalletizeSetup, tool: &Vector3<f64>, target: &Vector3<f64>) -> bool {
-    let [x, y] = setup.numbers.side_m;
-    let side = |p: &Vector3<f64>| x * p.y - y * p.x > 0.0;
-    side(tool) != side(target)
-}
-
-/// The arm works at the jig: it brings a bin or leaves it, or takes one there.
-fn at_jig(
-    setup: &PalletizeSetup,
-    work: Option<&Work>,
-    tool: &Vector3<f64>,
-    target: &Vector3<f64>,
-) -> bool {
-    if work.is_some_and(|work| work.kind == WorkKind::Flip) {
-        return true;
-    }
-    let flip = &setup.numbers.flip;
-    let near = |p: &Vector3<f64>| {
-        let off = p.xy() - nalgebra::Vector2::from(flip.jig_m);
-        let low = p.z < flip.position_m[2] + setup.numbers.pick.lift_m + ABOVE_M;
-        off.norm() < flip.jig_radius_m && low
-    };
-    near(tool) || near(target)
 }

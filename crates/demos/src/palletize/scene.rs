@@ -1,18 +1,21 @@
-//! What the policy sees of the cell.
+//! What the policy sees of the cell in one decision.
 
+use ipc_types::MAX_JOINTS;
 use ipc_types::world::OBJECT_ENABLED;
-use nalgebra::{Isometry3, Vector3};
-
-use super::geometry::{Lie, lie};
-use super::setup::PalletizeSetup;
+use nalgebra::{Isometry3, Vector2, Vector3};
 use robocell_skills::pose;
 use robocell_skills::setup::ARM;
-use robocell_task::observation::Observation;
+use robocell_task::{Observation, PolicyTime};
 
-/// A bin slower than this lies still (m/s).
-const STILL_M_S: f64 = 0.05;
-/// A place on the pallet is taken by what stands this near to it, be it in it
-/// or beside it: nearer than to the next place (m).
+use super::geometry::{self, Lie, lie};
+use super::memory::Work;
+use super::setup::PalletizeSetup;
+use super::table::Facts;
+
+/// A bin slower than this is at rest (m/s).
+const AT_REST_M_S: f64 = 0.05;
+/// A place on the pallet is taken by what is this near to it, in it or beside it:
+/// nearer than to the next place (m).
 const BESIDE_M: f64 = 0.15;
 
 /// A bin as seen.
@@ -21,21 +24,24 @@ pub(super) struct Bin {
     /// Where it is.
     pub(super) pose: Isometry3<f64>,
     /// How fast (m/s).
-    pub(super) speed: f64,
+    speed: f64,
 }
 
 /// One sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View<'a> {
-    setup: &'a PalletizeSetup,
-    observation: &'a Observation<'a>,
+    pub(super) setup: &'a PalletizeSetup,
+    pub(super) observation: &'a Observation<'a>,
+    pub(super) now: PolicyTime,
     /// The tool as measured.
     pub(super) tool: Isometry3<f64>,
-    /// The bin on the cup, by its place in the setup.
+    /// Joint positions as measured (rad).
+    pub(super) joints: [f64; MAX_JOINTS],
+    /// The bin on the cup, by its index in the setup.
     pub(super) attached: Option<usize>,
     /// Anything is on the cup.
     pub(super) cup_taken: bool,
-    /// Counts switchings-on of suction that attached nothing.
+    /// Counts how often suction attached nothing.
     pub(super) refusals: u32,
 }
 
@@ -46,15 +52,15 @@ impl<'a> View<'a> {
         observation: &'a Observation<'a>,
     ) -> Option<Self> {
         let arm = observation.arm(ARM)?;
-        let held = observation.held_object(ARM);
         let cup_taken = arm.gripper.attached == 1;
+        let held = observation.held_object(ARM).filter(|_| cup_taken);
         Some(Self {
             setup,
             observation,
+            now: observation.time(),
             tool: pose::isometry(&arm.tcp),
-            attached: held
-                .filter(|_| cup_taken)
-                .and_then(|object| setup.bins.iter().position(|bin| bin.object == object)),
+            joints: arm.joint_positions,
+            attached: held.and_then(|held| setup.bins.iter().position(|bin| bin.object == held)),
             cup_taken,
             refusals: arm.gripper.refusals,
         })
@@ -71,23 +77,27 @@ impl<'a> View<'a> {
     }
 
     /// Bins that are in the cell.
-    pub(super) fn present(&self) -> impl Iterator<Item = (usize, Bin)> + '_ {
+    fn present(&self) -> impl Iterator<Item = (usize, Bin)> + '_ {
         let all = 0..self.setup.bins.len();
         all.filter_map(|bin| Some((bin, self.bin(bin)?)))
     }
 
-    /// Bins that stand where they belong, with their places.
-    pub(super) fn placed(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let seen = self
-            .present()
-            .filter(|(bin, _)| Some(*bin) != self.attached);
-        seen.filter_map(|(bin, seen)| Some((bin, self.slot_of(&seen)?)))
+    /// Those of them that are not on the cup.
+    fn free(&self) -> impl Iterator<Item = (usize, Bin)> + '_ {
+        self.present()
+            .filter(|(bin, _)| Some(*bin) != self.attached)
     }
 
-    /// The place a bin stands in.
+    /// Bins that are where they belong, with their places.
+    pub(super) fn placed(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.free()
+            .filter_map(|(bin, seen)| Some((bin, self.slot_of(&seen)?)))
+    }
+
+    /// The place a bin is in.
     pub(super) fn slot_of(&self, bin: &Bin) -> Option<usize> {
-        let tolerance = self.setup.numbers.slot_tolerance_m;
-        if bin.speed > STILL_M_S || lie(&bin.pose) != Lie::Upright {
+        let tolerance = self.setup.task.slot_tolerance_m;
+        if bin.speed > AT_REST_M_S || lie(&bin.pose) != Lie::Upright {
             return None;
         }
         let mut slots = self.setup.slots.iter();
@@ -97,53 +107,52 @@ impl<'a> View<'a> {
         })
     }
 
-    /// The place the bin on the cup goes to: the first that is free, of as many
-    /// as the job needs.
+    /// The place the bin on the cup goes to: the first that is free.
     pub(super) fn free_slot(&self) -> Option<usize> {
-        let slots = self.setup.slots.iter().enumerate();
-        let mut free = slots.filter(|(_, slot)| {
-            let mut others = self
-                .present()
-                .filter(|(bin, _)| Some(*bin) != self.attached);
-            !others.any(|(_, bin)| {
+        let mut slots = self.setup.slots.iter();
+        slots.position(|slot| {
+            !self.free().any(|(_, bin)| {
                 let off = bin.pose.translation.vector - slot.translation.vector;
                 off.x.abs() < 0.5 * BESIDE_M
                     && off.y.abs() < BESIDE_M
                     && off.z.abs() < 2.0 * BESIDE_M
             })
-        });
-        free.next().map(|(slot, _)| slot)
+        })
     }
 
-    /// As many bins stand on the pallet as shall.
-    pub(super) fn complete(&self) -> bool {
-        self.placed().count() >= self.setup.wanted
+    /// From the bin of `work` to its place (m).
+    pub(super) fn off_place(&self, work: &Work) -> Option<Vector3<f64>> {
+        let slot = self.setup.slots.get(work.slot?)?;
+        let bin = self.bin(work.bin)?;
+        Some(slot.translation.vector - bin.pose.translation.vector)
     }
 
-    /// Whether a bin lies in the jig.
-    pub(super) fn in_jig(&self, bin: &Bin) -> bool {
-        let flip = &self.setup.numbers.flip;
-        let off = bin.pose.translation.vector.xy() - nalgebra::Vector2::from(flip.jig_m);
-        off.norm() < flip.jig_radius_m
+    /// What rows may ask, about `bin`.
+    pub(super) fn facts(&self, bin: Option<usize>) -> Facts {
+        let seen = bin.and_then(|bin| self.bin(bin));
+        Facts {
+            needs_flip: seen.is_some_and(|seen| geometry::opens_down(&seen.pose)),
+            complete: self.placed().count() >= self.setup.wanted,
+        }
     }
 
-    /// Whether a bin lies where bins are taken off the belt.
-    pub(super) fn at_belt_end(&self, bin: &Bin) -> bool {
-        let numbers = &self.setup.numbers;
-        within(bin.pose.translation.x, numbers.belt_x_m)
-            && within(bin.pose.translation.y, numbers.belt_y_m)
+    /// Whether a bin is in the jig.
+    fn in_jig(&self, bin: &Bin) -> bool {
+        let jig = &self.setup.task.jig;
+        let off = bin.pose.translation.vector.xy() - Vector2::from(jig.middle_m);
+        off.norm() < jig.radius_m
     }
 
     /// Whether a bin is on the belt, or on its way on it.
     pub(super) fn on_belt(&self, bin: &Bin) -> bool {
-        let numbers = &self.setup.numbers;
-        within(bin.pose.translation.x, numbers.belt_x_m)
-            && bin.pose.translation.y > numbers.belt_y_m[0]
+        let task = &self.setup.task;
+        within(bin.pose.translation.x, task.belt_x_m)
+            && bin.pose.translation.y > task.belt_y_m[0]
             && !self.in_jig(bin)
     }
 
-    /// The bin to take next: one in the jig, then one that stands on the pallet
-    /// but not in its place, then the first at the end of the belt.
+    /// The bin to take next: one in the jig, then one that is on the pallet but not in
+    /// its place, then the first at the end of the belt.
     pub(super) fn next_bin(&self) -> Option<usize> {
         let loose = || {
             self.present()
@@ -152,14 +161,30 @@ impl<'a> View<'a> {
         let jig = loose().find(|(_, bin)| self.in_jig(bin));
         let stray = || {
             loose()
-                .find(|(_, bin)| bin.speed < STILL_M_S && !self.on_belt(bin) && !self.in_jig(bin))
+                .find(|(_, bin)| bin.speed < AT_REST_M_S && !self.on_belt(bin) && !self.in_jig(bin))
         };
         let belt = || {
-            let waiting = loose().filter(|(_, bin)| self.at_belt_end(bin) && !self.in_jig(bin));
+            let [_, end] = self.setup.task.belt_y_m;
+            let waiting =
+                loose().filter(|(_, bin)| self.on_belt(bin) && bin.pose.translation.y < end);
             waiting.min_by(|(_, a), (_, b)| a.pose.translation.y.total_cmp(&b.pose.translation.y))
         };
-        let found = jig.or_else(stray).or_else(belt);
-        found.map(|(bin, _)| bin)
+        jig.or_else(stray).or_else(belt).map(|(bin, _)| bin)
+    }
+
+    /// A bin waits at the end of the belt; pushed further against the stop it would
+    /// jam, and be too near to the arm.
+    pub(super) fn bin_waits(&self) -> bool {
+        let end = self.setup.task.belt_stop_y_m;
+        let mut free = self.free();
+        free.any(|(_, bin)| self.on_belt(&bin) && bin.pose.translation.y < end)
+    }
+
+    /// The next bin is asked for when the last one has left the belt.
+    pub(super) fn wants_bin(&self) -> bool {
+        let mut free = self.free();
+        let waits = free.any(|(_, bin)| self.slot_of(&bin).is_none() && self.on_belt(&bin));
+        self.present().count() < self.setup.wanted && !waits
     }
 }
 

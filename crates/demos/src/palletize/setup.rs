@@ -2,39 +2,30 @@
 
 use std::sync::Arc;
 
-use crate::palletize::numbers::PalletizeTask;
 use behavior::machine::{Definition, Table};
 use cell_model::{Cell, Shape};
+use ipc_types::MAX_JOINTS;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-
-use super::geometry::BinShape;
-use super::table;
 use robocell_skills::setup::{obstacle_bits, suction_arm};
-use robocell_skills::{Named as _, geometry};
+use robocell_skills::{Named as _, geometry::rotation};
 use robocell_task::SetupError;
 use robocell_task::settings::behaviour_text;
 
-/// Names of the fixtures that keep the arm away from places only part of the
-/// time.
-mod obstacle {
-    /// Around the jig.
-    pub(crate) const FLIP_SPHERE: &str = "flip_sphere";
-    /// Keeps the tool up between the two sides.
-    pub(crate) const DOME: &str = "navigation_dome";
-    /// Stands between the two sides.
-    pub(crate) const BARRIER: &str = "navigation_barrier";
-    /// Around the jig's stand.
-    pub(crate) const FLIP_BARRIER: &str = "flip_barrier";
-}
+use super::geometry::BinShape;
+use super::memory::WorkKind;
+use super::numbers::PalletizeTask;
+use super::steps::Sequence;
+use super::table;
 
-/// Bits of [`ipc_types::ArmGoal::obstacle_mask`].
+/// Bits of [`ipc_types::ArmGoal::obstacle_mask`] of fixtures that keep the arm away
+/// from places only part of the time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ObstacleBits {
-    /// The jig's surroundings.
+    /// Around the jig.
     pub(super) flip_sphere: u64,
-    /// What is between the two sides: dome and barrier.
+    /// Between the two sides: a dome that keeps the tool up, and a barrier.
     pub(super) between: u64,
-    /// The jig's stand.
+    /// Around the jig's stand.
     pub(super) flip_barrier: u64,
 }
 
@@ -52,25 +43,26 @@ pub(super) struct BinSpec {
 /// The job.
 #[derive(Debug)]
 pub(super) struct PalletizeSetup {
-    /// Numbers of the cell file.
-    pub(super) numbers: PalletizeTask,
+    /// The settings.
+    pub(super) task: PalletizeTask,
     /// All bins, in the order of the cell file.
     pub(super) bins: Vec<BinSpec>,
-    /// Bins that shall stand on the pallet at the end.
+    /// Bins that are to be on the pallet at the end.
     pub(super) wanted: usize,
     /// Centres of the places in the order in which they are filled, with the
-    /// bin's long side along y.
+    /// bin's long side along y, world frame.
     pub(super) slots: Vec<Isometry3<f64>>,
-    /// Rest pose of the tool.
+    /// Rest pose of the tool, world frame.
     pub(super) home: Isometry3<f64>,
-    /// The tool where it lets go of a bin to be turned.
-    pub(super) flip: Isometry3<f64>,
-    /// Joints in the cell's posture.
-    pub(super) home_joints: Vec<f64>,
-    /// Obstacles that come and go.
+    /// Joint positions there (rad).
+    pub(super) home_joints: [f64; MAX_JOINTS],
+    /// The tool where it lets go of a bin to be turned, world frame.
+    pub(super) jig: Isometry3<f64>,
+    /// Obstacles that do not always count.
     pub(super) obstacles: ObstacleBits,
     /// The rows.
     pub(super) table: Arc<Table>,
+    sequences: [Sequence; 6],
 }
 
 impl PalletizeSetup {
@@ -79,7 +71,6 @@ impl PalletizeSetup {
     /// # Errors
     /// [`SetupError`] with what is missing or too much.
     pub(super) fn new(task: &PalletizeTask, cell: &Cell) -> Result<Self, SetupError> {
-        let refuse = |problem: String| SetupError::new(cell, problem);
         let arm = suction_arm(cell)?;
         let supply = cell.conveyor.as_ref().and_then(|c| c.supply.as_ref());
         let kind = supply.map(|s| s.objects.as_str()).unwrap_or_default();
@@ -87,33 +78,60 @@ impl PalletizeSetup {
         let slots = slots(task);
         let wanted = cell.bins.min(bins.len());
         if wanted == 0 || wanted > slots.len() {
-            return Err(refuse(format!(
-                "{wanted} bins for {} places of the pallet; give the pallet more, or use --bins",
-                slots.len()
-            )));
+            let places = slots.len();
+            return Err(SetupError::new(
+                cell,
+                format!(
+                    "{wanted} bins for {places} places of the pallet; give the pallet more, or \
+                     use --bins"
+                ),
+            ));
         }
-        let joints = arm.robot.with_arm_positions(&arm.home);
-        let tool = arm.robot.frame_pose(arm.robot.tcp_frame, &joints);
+        let positions = arm.robot.with_arm_positions(&arm.home);
+        let tool = arm.robot.frame_pose(arm.robot.tcp_frame, &positions);
         Ok(Self {
             home: arm.base * tool.unwrap_or_else(Isometry3::identity),
-            home_joints: arm.home.clone(),
-            flip: Isometry3::from_parts(
-                Translation3::from(task.flip.position_m),
-                geometry::rotation(task.flip.orientation_wxyz),
+            home_joints: joints(&arm.home),
+            jig: Isometry3::from_parts(
+                Translation3::from(task.jig.position_m),
+                rotation(task.jig.orientation_wxyz),
             ),
-            obstacles: guides(cell)?,
+            obstacles: obstacles(cell)?,
             table: Arc::new(behaviour(task, cell)?),
-            numbers: task.clone(),
+            sequences: WorkKind::ALL.map(|kind| Sequence::new(task, kind)),
+            task: task.clone(),
             bins,
             wanted,
             slots,
         })
     }
 
-    /// Name of a bin, by its place in `bins`.
+    /// Name of a bin, by its index in `bins`.
     pub(super) fn name(&self, bin: usize) -> &str {
         self.bins.get(bin).map_or("?", |b| b.name.as_str())
     }
+
+    /// The steps of `kind`.
+    pub(super) fn sequence(&self, kind: WorkKind) -> &Sequence {
+        let [pick, pick_flipped, flip, place, from_belt, from_home] = &self.sequences;
+        match kind {
+            WorkKind::Pick => pick,
+            WorkKind::PickFlipped => pick_flipped,
+            WorkKind::Flip => flip,
+            WorkKind::Place => place,
+            WorkKind::PlaceFromBelt => from_belt,
+            WorkKind::PlaceFromHome => from_home,
+        }
+    }
+}
+
+/// As a message has them: with zeros for the joints that the arm does not have (rad).
+pub(super) fn joints(positions: &[f64]) -> [f64; MAX_JOINTS] {
+    let mut all = [0.0; MAX_JOINTS];
+    for (joint, position) in all.iter_mut().zip(positions) {
+        *joint = *position;
+    }
+    all
 }
 
 fn bins(cell: &Cell, kind: &str) -> Vec<BinSpec> {
@@ -135,7 +153,7 @@ fn bins(cell: &Cell, kind: &str) -> Vec<BinSpec> {
 }
 
 fn slots(task: &PalletizeTask) -> Vec<Isometry3<f64>> {
-    // Long sides lie along y.
+    // Long sides are along y.
     let h = std::f64::consts::FRAC_1_SQRT_2;
     let turn = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(h, 0.0, 0.0, h));
     let row = |x: f64| {
@@ -146,7 +164,7 @@ fn slots(task: &PalletizeTask) -> Vec<Isometry3<f64>> {
     task.slot_x_m.iter().copied().flat_map(row).collect()
 }
 
-fn guides(cell: &Cell) -> Result<ObstacleBits, SetupError> {
+fn obstacles(cell: &Cell) -> Result<ObstacleBits, SetupError> {
     let bit = |name: &str| match obstacle_bits(cell, |known| known == name) {
         0 => Err(SetupError::new(
             cell,
@@ -155,24 +173,23 @@ fn guides(cell: &Cell) -> Result<ObstacleBits, SetupError> {
         bit => Ok(bit),
     };
     Ok(ObstacleBits {
-        flip_sphere: bit(obstacle::FLIP_SPHERE)?,
-        between: bit(obstacle::DOME)? | bit(obstacle::BARRIER)?,
-        flip_barrier: bit(obstacle::FLIP_BARRIER)?,
+        flip_sphere: bit("flip_sphere")?,
+        between: bit("navigation_dome")? | bit("navigation_barrier")?,
+        flip_barrier: bit("flip_barrier")?,
     })
 }
 
 fn behaviour(task: &PalletizeTask, cell: &Cell) -> Result<Table, SetupError> {
-    let refuse = |problem: String| SetupError::new(cell, problem);
     let file = &task.behaviour;
     let text = behaviour_text(cell, file)?;
     let table = Definition::load(&format!("cells/{file}"), &text, &table::vocabulary())
-        .map_err(|problems| refuse(problems.to_string()))?;
-    for name in table::State::NAMES {
-        if table.state(name).is_none() {
-            return Err(refuse(format!(
-                "{file} has no state '{name}'; this job needs it"
-            )));
-        }
+        .map_err(|problems| SetupError::new(cell, problems.to_string()))?;
+    let mut needed = table::State::NAMES.iter();
+    match needed.find(|name| table.state(name).is_none()) {
+        Some(name) => Err(SetupError::new(
+            cell,
+            format!("{file} has no state '{name}'; this job needs it"),
+        )),
+        None => Ok(table),
     }
-    Ok(table)
 }

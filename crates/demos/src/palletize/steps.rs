@@ -1,191 +1,117 @@
-//! The substeps of each state, in their order.
+//! What is done with a bin, step by step, as the cell file lists it.
 
+use cell_model::{Checker, ModelError, suggest};
 use ipc_types::GripperGoal;
 
-/// One substep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Step {
-    /// The arm stays where it is while the bin comes to the end of the belt; then
-    /// the belt stops.
-    WaitForBin,
-    /// The cup to the bin.
-    ReachToPick,
-    /// The arm settles at the bin.
-    WaitAtBin,
-    /// Suction on, until something is attached.
-    CloseSuctionGripper,
-    /// Up, for a fixed time, reached or not.
-    TimedLift,
-    /// Up, until it is reached.
-    LiftToClearance,
-    /// Over the rest pose.
-    OrientToHome,
-    /// The bin into the jig.
-    MoveToFlipStation,
-    /// Suction off.
-    OpenSuctionGripper,
-    /// The bin settles on jig and cup.
-    WaitAfterRelease,
-    /// Away from under the bin.
-    ReleaseFlipStationBin,
-    /// Out of the jig's surroundings, the tool still pointing up.
-    LeaveFlipStation,
-    /// The bin around the arm's own base, which the straight way from the belt to
-    /// the pallet passes.
-    SwingOut,
-    /// The bin to its place.
-    ReachToPlace,
-    /// The arm settles at the place.
-    WaitAtPlace,
+use super::memory::WorkKind;
+use super::numbers::{PalletizeTask, SequenceTable, StepTable, Suction};
+
+/// One step of a sequence.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Step {
+    /// Its name for people.
+    pub(super) phase: String,
+    pub(super) table: StepTable,
 }
 
-use Step::{
-    CloseSuctionGripper, LeaveFlipStation, LiftToClearance, MoveToFlipStation, OpenSuctionGripper,
-    OrientToHome, ReachToPick, ReachToPlace, ReleaseFlipStationBin, SwingOut, TimedLift,
-    WaitAfterRelease, WaitAtBin, WaitAtPlace, WaitForBin,
-};
-
-/// A bin that opens upwards.
-const PICK: &[Step] = &[
-    WaitForBin,
-    ReachToPick,
-    WaitAtBin,
-    CloseSuctionGripper,
-    LiftToClearance,
-];
-
-/// A bin that lies upside down.
-const PICK_FLIPPED: &[Step] = &[
-    WaitForBin,
-    ReachToPick,
-    WaitAtBin,
-    CloseSuctionGripper,
-    TimedLift,
-];
-
-const FLIP: &[Step] = &[
-    OrientToHome,
-    MoveToFlipStation,
-    OpenSuctionGripper,
-    WaitAfterRelease,
-    ReleaseFlipStationBin,
-    LeaveFlipStation,
-    OrientToHome,
-];
-
-const PLACE: &[Step] = &[
-    ReachToPlace,
-    WaitAtPlace,
-    OpenSuctionGripper,
-    TimedLift,
-    OrientToHome,
-];
-
-const SWING_AND_PLACE: &[Step] = &[
-    SwingOut,
-    ReachToPlace,
-    WaitAtPlace,
-    OpenSuctionGripper,
-    TimedLift,
-    OrientToHome,
-];
-
-const HOME_AND_PLACE: &[Step] = &[
-    OrientToHome,
-    ReachToPlace,
-    WaitAtPlace,
-    OpenSuctionGripper,
-    TimedLift,
-    OrientToHome,
-];
-
-/// How a bin comes to its place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Way {
-    /// From where it is.
-    Straight,
-    /// Around the base.
-    Around,
-    /// Over the rest pose.
-    Home,
-}
-
-/// What a state does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Sequence {
-    /// Take a bin that opens upwards, or one that lies upside down.
-    Pick {
-        /// It lies upside down.
-        flipped: bool,
-    },
-    /// Bring one to the jig.
-    Flip,
-    /// Set one down.
-    Place {
-        /// On which way.
-        way: Way,
-    },
+/// Steps from the first to the last.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Sequence {
+    steps: Vec<Step>,
+    /// The bin is on the cup at the start.
+    carries: bool,
 }
 
 impl Sequence {
-    /// Its substeps.
-    pub(super) fn steps(self) -> &'static [Step] {
-        match self {
-            Self::Pick { flipped: false } => PICK,
-            Self::Pick { flipped: true } => PICK_FLIPPED,
-            Self::Flip => FLIP,
-            Self::Place { way: Way::Straight } => PLACE,
-            Self::Place { way: Way::Around } => SWING_AND_PLACE,
-            Self::Place { way: Way::Home } => HOME_AND_PLACE,
+    /// Those of `kind`; steps that `task` does not have are left out.
+    pub(super) fn new(task: &PalletizeTask, kind: WorkKind) -> Self {
+        let (_, names) = listed(&task.sequences, kind);
+        let step = |name: &String| {
+            let table = task.steps.get(name)?.clone();
+            let phase = table.phase.clone().unwrap_or_else(|| name.clone());
+            Some(Step { phase, table })
+        };
+        Self {
+            steps: names.iter().filter_map(step).collect(),
+            carries: !kind.picks(),
         }
     }
 
-    /// The substep at `at`; `None` behind the last.
-    pub(super) fn step(self, at: usize) -> Option<Step> {
-        self.steps().get(at).copied()
+    /// The step at `at`; `None` behind the last.
+    pub(super) fn step(&self, at: usize) -> Option<&Step> {
+        self.steps.get(at)
     }
 
-    /// Whether the bin has to be on the cup at substep `at`.
-    pub(super) fn holds(self, at: usize) -> bool {
-        let steps = self.steps();
-        let first = |step: Step| steps.iter().position(|it| *it == step);
-        match self {
-            Self::Pick { .. } => first(CloseSuctionGripper).is_some_and(|close| at > close),
-            Self::Flip | Self::Place { .. } => {
-                first(OpenSuctionGripper).is_some_and(|open| at < open)
-            }
-        }
+    /// Whether the bin has to be on the cup at the step `at`: suction was switched on
+    /// before, and not off up to it.
+    pub(super) fn holds(&self, at: usize) -> bool {
+        let releases = self.suction(at) == Some(Suction::Off);
+        let before = (0..at).rev().find_map(|step| self.suction(step));
+        !releases && before.map_or(self.carries, |suction| suction == Suction::On)
     }
 
-    /// What the gripper is told at substep `at`.
-    pub(super) fn gripper(self, at: usize) -> GripperGoal {
-        if self.holds(at) || self.step(at) == Some(CloseSuctionGripper) {
+    /// What the gripper is told at the step `at`.
+    pub(super) fn gripper(&self, at: usize) -> GripperGoal {
+        if self.holds(at) || self.suction(at) == Some(Suction::On) {
             GripperGoal::Close
         } else {
             GripperGoal::Open
         }
     }
+
+    fn suction(&self, at: usize) -> Option<Suction> {
+        self.step(at)?.table.suction
+    }
 }
 
-impl Step {
-    /// Its name for people.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            WaitForBin => "WaitForBin",
-            ReachToPick => "ReachToPick",
-            WaitAtBin => "WaitAtBin",
-            CloseSuctionGripper => "CloseSuctionGripper",
-            TimedLift => "TimedLift",
-            LiftToClearance => "LiftToClearance",
-            OrientToHome => "OrientToHome",
-            MoveToFlipStation => "MoveToFlipStation",
-            OpenSuctionGripper => "OpenSuctionGripper",
-            WaitAfterRelease => "WaitAfterRelease",
-            ReleaseFlipStationBin => "ReleaseFlipStationBin",
-            LeaveFlipStation => "LeaveFlipStation",
-            SwingOut => "SwingOut",
-            ReachToPlace => "ReachToPlace",
-            WaitAtPlace => "WaitAtPlace",
+/// Key and names of the steps of `kind`.
+fn listed(table: &SequenceTable, kind: WorkKind) -> (&'static str, &[String]) {
+    match kind {
+        WorkKind::Pick => ("pick", &table.pick),
+        WorkKind::PickFlipped => ("pick_flipped", &table.pick_flipped),
+        WorkKind::Flip => ("flip", &table.flip),
+        WorkKind::Place => ("place", &table.place),
+        WorkKind::PlaceFromBelt => ("place_from_belt", &table.place_from_belt),
+        WorkKind::PlaceFromHome => ("place_from_home", &table.place_from_home),
+    }
+}
+
+/// Refuses steps that never end or that are not there, and sequences that do not
+/// take the bin, or do not let it go.
+pub(super) fn check(task: &PalletizeTask, at: &Checker<'_>) -> Result<(), ModelError> {
+    for (name, step) in &task.steps {
+        if step.go.is_none() && step.wait_s.is_none() && step.suction.is_none() {
+            let key = format!("task.steps.{name}");
+            let allowed = "a step needs 'go', 'wait_s' or 'suction' to end";
+            return Err(at.refuse(&key, "without an end", allowed));
         }
     }
+    let known: Vec<&str> = task.steps.keys().map(String::as_str).collect();
+    for kind in WorkKind::ALL {
+        let (key, names) = listed(&task.sequences, kind);
+        let key = format!("task.sequences.{key}");
+        for (index, name) in names.iter().enumerate() {
+            if !task.steps.contains_key(name) {
+                let advice = suggest::advice(name, &known);
+                let allowed = format!("no such step in [task.steps]; {advice}");
+                return Err(at.refuse(&format!("{key}.{index}"), format!("'{name}'"), allowed));
+            }
+        }
+        let carries = Sequence::new(task, kind).holds(names.len());
+        if carries != kind.picks() {
+            let (is, allowed) = if carries {
+                (
+                    "a sequence that keeps the bin",
+                    "a step with suction = \"off\"",
+                )
+            } else {
+                (
+                    "a sequence that takes no bin",
+                    "a step with suction = \"on\"",
+                )
+            };
+            return Err(at.refuse(&key, is, format!("{allowed} is needed")));
+        }
+    }
+    Ok(())
 }

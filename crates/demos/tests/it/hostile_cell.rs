@@ -211,3 +211,47 @@ fn an_unknown_kind_of_task_is_answered_with_the_right_one() {
     let error = refused("kind = \"stack\"", "kind = \"stak\"");
     assert!(error.contains("did you mean 'stack'?"), "{error}");
 }
+
+#[test]
+fn steps_of_palletizing_that_cannot_be_meant_are_refused_with_their_line() {
+    let data = Data::checkout();
+    let text = data.read("cells/ur10-palletize.toml").unwrap();
+    let cases = [
+        (
+            "pick = [\"WaitForBin\"",
+            "pick = [\"WaitForBn\"",
+            "task.sequences.pick.0 is 'WaitForBn'; no such step in [task.steps]; did you mean \
+             'WaitForBin'?",
+        ),
+        (
+            "[task.steps.WaitAtBin]\nwait_s = 1.0",
+            "[task.steps.WaitAtBin]",
+            "task.steps.WaitAtBin is without an end; a step needs 'go', 'wait_s' or 'suction'",
+        ),
+        (
+            "\"OpenSuctionGripper\", \"WaitAfterRelease\"",
+            "\"WaitAfterRelease\"",
+            "task.sequences.flip is a sequence that keeps the bin; a step with suction = \"off\"",
+        ),
+        (
+            "\"CloseSuctionGripper\", \"LiftFromBelt\"",
+            "\"LiftFromBelt\"",
+            "task.sequences.pick_flipped is a sequence that takes no bin; a step with suction",
+        ),
+        (
+            "by_m = 0.5, lead_m = 0.08",
+            "by_m = 5.0, lead_m = 0.08",
+            "task.steps.LiftToClearance.go.to.up.by_m is 5; 0 to 1 is allowed",
+        ),
+        (
+            "to = { jig = {} }",
+            "to = { jag = {} }",
+            "unknown variant `jag`",
+        ),
+    ];
+    for (from, to, expected) in cases {
+        let error = refused_in(&text, from, to);
+        assert!(error.starts_with("cells/x.toml:"), "{error}");
+        assert!(error.contains(expected), "{error}");
+    }
+}

@@ -84,9 +84,8 @@ impl PalletCell {
     /// States entered so far.
     pub(crate) fn states(&self) -> Vec<&str> {
         let lines = self.lines.iter();
-        lines
-            .filter_map(|line| line.strip_prefix("  -> "))
-            .collect()
+        let entered = lines.filter_map(|line| line.split_once(" -> ")?.1.split_once(" ("));
+        entered.map(|(state, _)| state).collect()
     }
 
     pub(crate) fn obstacle_bit(&self, name: &str) -> u64 {
