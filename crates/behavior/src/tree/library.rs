@@ -72,13 +72,25 @@ impl<H: Host> NodeType<H> {
         doc: &'static str,
         build: impl Fn(&mut Binder<'_>) -> Result<L, BindError> + Send + Sync + 'static,
     ) -> Self {
+        Self::any(name, doc, move |binder| Ok(any(build(binder)?)))
+    }
+
+    /// A type whose nodes keep their state themselves.
+    pub fn any(
+        name: &'static str,
+        doc: &'static str,
+        build: impl Fn(&mut Binder<'_>) -> Result<Box<dyn AnyLeaf<H>>, BindError>
+        + Send
+        + Sync
+        + 'static,
+    ) -> Self {
         Self {
             name,
             aliases: &[],
             doc,
             keywords: &[],
             ports: Vec::new(),
-            build: Box::new(move |binder| Ok(any(build(binder)?))),
+            build: Box::new(build),
         }
     }
 

@@ -173,3 +173,97 @@ steps = [{ do = "Stay", for_s = 0.1 }]
     let summary = job.run("events", "matrix", "");
     assert!(summary.sim_time_s < 1.0, "{summary:?}");
 }
+
+const BRING: &str = r#"
+version = 1
+name = "bring"
+initial = "fetch"
+[[states]]
+name = "fetch"
+during.success = "over"
+during.steps = [{ do = "Pick", object = "red" }]
+[[states]]
+name = "put"
+during.success = "over"
+during.steps = [{ do = "Place", object = "red", place = "tower" }]
+[[states]]
+name = "there"
+final = true
+[[rows]]
+trigger = "over"
+source = "fetch"
+dest = "put"
+[[rows]]
+trigger = "over"
+source = "put"
+dest = "there"
+"#;
+
+/// A tree that runs the machine `file`, and then moves the arm home.
+fn tree_with(file: &str) -> String {
+    format!(
+        r#"{{"format": "behavior-tree/1", "name": "tower", "root":
+            {{"id": "job", "type": "Sequence", "ports": {{"memory": true}}, "children": [
+                {{"id": "bring", "type": "RunMachine", "ports": {{"file": "{file}"}}}},
+                {{"id": "home", "type": "Home"}}]}}}}"#
+    )
+}
+
+#[test]
+fn a_leaf_of_a_tree_runs_a_machine_killed_or_not() {
+    let job = Job::new(
+        "nested",
+        "tree",
+        &CUBES,
+        TOWER,
+        &tree_with("bring.machine.toml"),
+    );
+    std::fs::write(job.0.join("cells/bring.machine.toml"), BRING).unwrap();
+    let run = |restarts: bool| {
+        let mut spec = eval::template("nested", "tree");
+        spec.data_dir = Some(job.0.clone());
+        let cell = spec.load_cell_from(&Data::checkout()).unwrap();
+        let mut sim = cell_sim::OneProcess::new(&demos::policies(), &spec, cell).unwrap();
+        let mut lines = Vec::new();
+        while sim.tick().unwrap() {
+            lines.extend(sim.take_trace().into_iter().map(|(_, line)| line));
+            // No whole number of decisions, so that every step meets it.
+            if restarts && sim.state().header.tick.is_multiple_of(197) {
+                sim.restart_task().unwrap();
+            }
+        }
+        assert_eq!(sim.decision().placed_count, 1, "{lines:#?}");
+        let entered = lines
+            .iter()
+            .filter(|line| line.starts_with("  -> "))
+            .count();
+        assert_eq!(entered, 2, "put, there: {lines:#?}");
+        sim.state().state_hash
+    };
+    assert_eq!(run(false), run(true));
+}
+
+#[test]
+fn machines_that_run_each_other_are_refused() {
+    let job = Job::new(
+        "circle",
+        "tree",
+        &CUBES,
+        TOWER,
+        &tree_with("a.machine.toml"),
+    );
+    let to = |file: &str| {
+        BRING.replace(
+            "do = \"Pick\", object = \"red\"",
+            &format!("do = \"RunMachine\", file = \"{file}\""),
+        )
+    };
+    std::fs::write(job.0.join("cells/a.machine.toml"), to("b.machine.toml")).unwrap();
+    std::fs::write(job.0.join("cells/b.machine.toml"), to("a.machine.toml")).unwrap();
+    let mut spec = eval::template("circle", "tree");
+    spec.data_dir = Some(job.0.clone());
+    let refused = cell_sim::run::to_the_end(&crate::program(), &spec, |_, _| {});
+    let error = refused.unwrap_err().to_string();
+    let circle = "a.machine.toml -> b.machine.toml -> a.machine.toml";
+    assert!(error.contains(circle), "{error}");
+}

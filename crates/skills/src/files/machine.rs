@@ -26,13 +26,18 @@ use crate::world::World;
 /// See the module.
 pub(super) struct MachinePolicy {
     setup: Arc<Setup>,
+    job: MachineJob,
+    resumed: bool,
+}
+
+/// A machine with all that its states run.
+pub(super) struct MachineJob {
     run: MachineRun,
     parts: Parts,
     /// Condition and trigger, in the order of the file.
     events: Vec<(Tree<Station>, TriggerId)>,
-    /// The checkpoint of a policy that never ran.
+    /// The checkpoint of a machine that never ran.
     initial: Vec<u8>,
-    resumed: bool,
 }
 
 /// What the machine asks for and runs.
@@ -54,15 +59,17 @@ struct Record {
 impl MachinePolicy {
     pub(super) fn new(cell: &Cell, setup: &Arc<Setup>, file: &str) -> Result<Self, SetupError> {
         let (loader, text) = Loader::new(cell, setup, file)?;
-        Self::load(loader, setup, &text)
+        Ok(Self {
+            setup: Arc::clone(setup),
+            job: MachineJob::load(loader, &text)?,
+            resumed: false,
+        })
     }
+}
 
+impl MachineJob {
     /// Of the text of a file.
-    pub(super) fn load(
-        mut loader: Loader<'_>,
-        setup: &Arc<Setup>,
-        text: &str,
-    ) -> Result<Self, SetupError> {
+    pub(super) fn load(mut loader: Loader<'_>, text: &str) -> Result<Self, SetupError> {
         let definition = Definition::read(loader.file(), text).map_err(Loader::wrong)?;
         let inline = Inline::read(loader.file(), text).map_err(Loader::wrong)?;
         let mut runs = Vec::new();
@@ -102,8 +109,7 @@ impl MachinePolicy {
                 events.push((loader.condition(event)?, trigger));
             }
         }
-        let mut policy = Self {
-            setup: Arc::clone(setup),
+        let mut job = Self {
             run: MachineRun::new(Arc::new(table)),
             parts: Parts {
                 sequences,
@@ -113,10 +119,61 @@ impl MachinePolicy {
             },
             events,
             initial: Vec::new(),
-            resumed: false,
         };
-        policy.initial = policy.save();
-        Ok(policy)
+        job.initial = job.save();
+        Ok(job)
+    }
+
+    /// Back in its first state.
+    pub(super) fn reset(&mut self) {
+        let initial = std::mem::take(&mut self.initial);
+        // It was written by this very machine.
+        let _taken = self.take(&initial).is_ok();
+        self.initial = initial;
+    }
+
+    /// One decision of work; a final state ends it.
+    pub(super) fn tick(&mut self, world: &mut World<'_>) -> Status {
+        self.run.machine.clear_trace();
+        self.fire_events(world);
+        let mut host = Running {
+            parts: &mut self.parts,
+            world,
+        };
+        if let Err(error) = self.run.machine.tick(&mut host) {
+            let out = &mut *host.world.out;
+            out.event(TraceEvent::Fault, format_args!("[fault] {error}"));
+        }
+        self.run.machine.status()
+    }
+
+    /// Stops what its states run.
+    pub(super) fn stop(&mut self, world: &mut World<'_>) {
+        for tree in &mut self.parts.sequences {
+            parts::stop(tree, &mut self.parts.shared, world);
+        }
+    }
+
+    /// Its state and that of what it runs, as plain bytes.
+    pub(super) fn save(&self) -> Vec<u8> {
+        let mut board = Vec::new();
+        self.parts.shared.save(&mut board);
+        checkpoint::to_bytes(&Record {
+            machine: ByteBuf::from(self.run.save()),
+            sequences: parts::save(&self.parts.sequences),
+            board: ByteBuf::from(board),
+        })
+    }
+
+    /// Takes back what [`Self::save`] gave; where that is an error it is as after a
+    /// reset.
+    pub(super) fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
+        self.take(bytes).inspect_err(|_| self.reset())
+    }
+
+    /// The machine.
+    pub(super) fn run(&self) -> &MachineRun {
+        &self.run
     }
 
     /// Fires the trigger of the first event that has a row now.
@@ -186,7 +243,7 @@ impl Actions for Running<'_, '_, '_> {
     }
 }
 
-impl MachinePolicy {
+impl MachineJob {
     /// Takes a checkpoint; a part of it, perhaps, where that is an error.
     fn take(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
         let record: Record = checkpoint::from_bytes(bytes)?;
@@ -201,60 +258,42 @@ impl MachinePolicy {
 
 impl AnyPolicy for MachinePolicy {
     fn reset(&mut self) {
-        let initial = std::mem::take(&mut self.initial);
-        // It was written by this very policy.
-        let _taken = self.take(&initial).is_ok();
-        self.initial = initial;
+        self.job.reset();
     }
 
     fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         let setup = Arc::clone(&self.setup);
         let mut world = World::new(&setup, observation, job, out, ARM);
         world.resumed = std::mem::take(&mut self.resumed);
-        self.run.machine.clear_trace();
-        self.fire_events(&mut world);
-        let mut host = Running {
-            parts: &mut self.parts,
-            world: &mut world,
-        };
-        if let Err(error) = self.run.machine.tick(&mut host) {
-            let out = &mut *world.out;
-            out.event(TraceEvent::Fault, format_args!("[fault] {error}"));
-        }
+        let status = self.job.tick(&mut world);
         world.finish();
-        world.report(self.run.machine.status() == Status::Success);
-        if self.run.machine.status() == Status::Failure && world.job.failure.is_none() {
-            let state = self.run.state();
+        world.report(status == Status::Success);
+        if status == Status::Failure && world.job.failure.is_none() {
+            let state = self.job.run.state();
             world.fail(state, format_args!("state '{state}' is a failure"));
         }
-        self.run.tell(world.out);
+        self.job.run.tell(world.out);
         world.out.phase = self.phase();
     }
 
     fn phase(&self) -> Text<32> {
-        Text::new(self.run.state())
+        Text::new(self.job.run.state())
     }
 
     fn describe(&self, _name: &str) -> Vec<Graph> {
-        vec![self.run.describe()]
+        vec![self.job.run.describe()]
     }
 
     fn statuses(&self, _graph: usize, out: &mut Vec<NodeStatus>) {
-        self.run.statuses(out);
+        self.job.run.statuses(out);
     }
 
     fn save(&self) -> Vec<u8> {
-        let mut board = Vec::new();
-        self.parts.shared.save(&mut board);
-        checkpoint::to_bytes(&Record {
-            machine: ByteBuf::from(self.run.save()),
-            sequences: parts::save(&self.parts.sequences),
-            board: ByteBuf::from(board),
-        })
+        self.job.save()
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
-        self.take(bytes).inspect_err(|_| self.reset())
+        self.job.restore(bytes)
     }
 
     /// Conditions and skills look at the cell themselves.

@@ -3,6 +3,7 @@
 
 mod machine;
 mod matrix;
+mod nested;
 mod parts;
 mod tree;
 
@@ -15,7 +16,6 @@ use behavior::tree::Tree;
 use cell_model::{Cell, Data};
 use robocell_task::{AnyPolicy, Kind, Policies, SetupError};
 
-use crate::nodes;
 use crate::settings::{FileTask, PlaceTable};
 use crate::setup::Setup;
 use crate::skill::Station;
@@ -50,7 +50,7 @@ fn tree_kind() -> Kind<FileTask> {
             });
             tree(cell, &task.place, &sources.collect::<Vec<_>>())
         })
-        .trees(|_: &Data| Ok(nodes::library(&Arc::new(Setup::unknown()))))
+        .trees(|_: &Data| Ok(parts::unknown()))
 }
 
 fn machine_kind() -> Kind<FileTask> {
@@ -81,7 +81,7 @@ fn check(source: &Source<'_>) -> Option<Result<(), SetupError>> {
         return Some(loaded.map(|_| ()));
     }
     if !inline.states.is_empty() {
-        let loaded = machine::MachinePolicy::load(loader, &setup, source.text);
+        let loaded = machine::MachineJob::load(loader, source.text);
         return Some(loaded.map(|_| ()));
     }
     None

@@ -10,12 +10,13 @@ use behavior::inline::Part;
 use behavior::tree::check::CONDITION;
 use behavior::tree::{Library, Tree};
 use behavior::{NodeStatus, ResetReason, Status};
-use cell_model::Cell;
+use cell_model::{Cell, Data};
 use robocell_task::SetupError;
 use robocell_task::settings::behaviour_text;
 use serde::de::Error as _;
 use serde_bytes::ByteBuf;
 
+use super::nested;
 use crate::nodes;
 use crate::setup::Setup;
 use crate::skill::Station;
@@ -23,6 +24,18 @@ use crate::world::World;
 
 /// Ending of a tree that a state names as what it runs.
 const TREE_FILE: &str = ".json";
+
+/// The node types of trees and steps in files: the skills, and machines in files of
+/// their own. `open` are the files that are being read.
+pub(super) fn library(setup: &Arc<Setup>, data: &Data, open: &[String]) -> Library<Station> {
+    nodes::library(setup).with(nested::node_type(setup, Some(data), open))
+}
+
+/// The node types for a file that is looked at without its cell.
+pub(super) fn unknown() -> Library<Station> {
+    let setup = Arc::new(Setup::unknown());
+    nodes::library(&setup).with(nested::node_type(&setup, None, &[]))
+}
 
 /// Reads a file by its name.
 type ReadFile<'c> = dyn Fn(&str) -> Result<String, SetupError> + 'c;
@@ -47,7 +60,29 @@ impl<'c> Loader<'c> {
         let loader = Self {
             read: Box::new(|name| behaviour_text(cell, name).map(Cow::into_owned)),
             file: format!("cells/{file}"),
-            library: nodes::library(setup),
+            library: library(setup, &cell.data, &[file.to_owned()]),
+            shared: Board::new(),
+        };
+        Ok((loader, text))
+    }
+
+    /// Of `file`, which a node of the last of the files `open` runs.
+    pub(super) fn nested(
+        data: &'c Data,
+        setup: &Arc<Setup>,
+        file: &str,
+        open: &[String],
+    ) -> Result<(Self, String), SetupError> {
+        let read = |name: &str| {
+            let text = data.read(&format!("cells/{name}"));
+            let text = text.map(Cow::into_owned);
+            text.map_err(|error| SetupError::in_file(error.to_string()))
+        };
+        let text = read(file)?;
+        let loader = Self {
+            read: Box::new(read),
+            file: format!("cells/{file}"),
+            library: library(setup, data, open),
             shared: Board::new(),
         };
         Ok((loader, text))
@@ -63,7 +98,7 @@ impl<'c> Loader<'c> {
                 include(name).ok_or_else(|| Self::wrong(format!("{missing}: {name}")))
             }),
             file,
-            library: nodes::library(&Arc::new(Setup::unknown())),
+            library: unknown(),
             shared: Board::new(),
         }
     }

@@ -19,7 +19,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
 
-use crate::nodes;
+use super::parts;
 use crate::setup::Setup;
 use crate::skill::Station;
 use crate::world::World;
@@ -94,7 +94,7 @@ impl TreePolicy {
         setup: &Arc<Setup>,
         sources: &[TreeSource],
     ) -> Result<Self, SetupError> {
-        let library = nodes::library(setup);
+        let library = parts::library(setup, &cell.data, &[]);
         let mut policy = Self {
             setup: Arc::clone(setup),
             arms: Vec::new(),

@@ -1,0 +1,108 @@
+//! A machine in a file as a leaf of a tree, or as a step.
+
+use std::sync::Arc;
+
+use behavior::board::{Fault, In};
+use behavior::machine::Happening;
+use behavior::tree::leaf::{AnyLeaf, Halt};
+use behavior::tree::{BindError, Cx, NodeType};
+use behavior::{ResetReason, Status, Str};
+use cell_model::Data;
+
+use super::machine::MachineJob;
+use super::parts::Loader;
+use crate::setup::Setup;
+use crate::skill::Station;
+
+/// `RunMachine`, in the last of the files `open`. Without `data` its file is not read:
+/// for a tree that is looked at without its cell, and never ticked.
+pub(super) fn node_type(
+    setup: &Arc<Setup>,
+    data: Option<&Data>,
+    open: &[String],
+) -> NodeType<Station> {
+    let (setup, data, open) = (Arc::clone(setup), data.cloned(), open.to_vec());
+    NodeType::any(
+        "RunMachine",
+        "Runs the machine of another file from its first state to a final one, and \
+         succeeds or fails as that does. Its keys of a blackboard are its own.",
+        move |binder| {
+            let file = match binder.input::<Str>("file")? {
+                In::Literal(file) => file.to_string(),
+                In::Key(_) => return Err(BindError::Host("'file' has to be a name".to_owned())),
+            };
+            let mut all = open.clone();
+            all.push(file.clone());
+            if open.contains(&file) {
+                let circle = all.join(" -> ");
+                let problem = format!("files run each other: {circle}; break the circle");
+                return Err(BindError::Host(problem));
+            }
+            let Some(data) = &data else {
+                return Ok(Box::new(Nested(None)) as Box<dyn AnyLeaf<Station>>);
+            };
+            let job = Loader::nested(data, &setup, &file, &all)
+                .and_then(|(loader, text)| MachineJob::load(loader, &text))
+                .map_err(|error| BindError::Host(error.to_string()))?;
+            Ok(Box::new(Nested(Some(job))) as Box<dyn AnyLeaf<Station>>)
+        },
+    )
+    .keywords(&["machine", "states", "table", "fsm"])
+    .input::<Str>("file", "machine file beside the cell file")
+}
+
+/// The machine; `None` where its file was not read.
+struct Nested(Option<MachineJob>);
+
+impl AnyLeaf<Station> for Nested {
+    fn tick(&mut self, begins: bool, cx: &mut Cx<'_, '_, Station>) -> Result<Status, Fault> {
+        let Some(job) = &mut self.0 else {
+            return Ok(Status::Failure);
+        };
+        if begins {
+            job.reset();
+        }
+        let status = job.tick(cx.world);
+        // Its states are no nodes of the graph that is shown.
+        let machine = &job.run().machine;
+        for happening in machine.trace() {
+            if let Happening::Entered(state) = happening {
+                let name = machine.table().state_name(*state);
+                cx.world.out.log(format_args!("  -> {name}"));
+            }
+        }
+        Ok(status)
+    }
+
+    fn halt(&mut self, cx: &mut Cx<'_, '_, Station>, _reason: ResetReason) -> Halt {
+        if let Some(job) = &mut self.0 {
+            job.stop(cx.world);
+        }
+        Halt::Done
+    }
+
+    fn invalidated(&mut self) {}
+
+    fn save(&self, record: &mut Vec<u8>) {
+        record.extend(self.0.iter().flat_map(MachineJob::save));
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> bool {
+        let Some(job) = &mut self.0 else {
+            return false;
+        };
+        let before = job.save();
+        let restored = job.restore(bytes).is_ok();
+        if !restored {
+            // It was written by this very machine.
+            let _taken = job.restore(&before).is_ok();
+        }
+        restored
+    }
+
+    fn forget(&mut self) {
+        if let Some(job) = &mut self.0 {
+            job.reset();
+        }
+    }
+}
