@@ -11,9 +11,11 @@
 //! knows a cube, a bin or a demo.
 #![forbid(unsafe_code)]
 
+pub mod attempts;
 pub mod condition;
 pub mod equipment;
 pub mod files;
+pub mod fingers;
 pub mod geometry;
 pub mod grip;
 pub mod machine_run;

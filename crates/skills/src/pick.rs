@@ -2,10 +2,11 @@
 
 use behavior::Status;
 use ipc_types::GripperGoal;
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
+use robocell_task::PolicyTime;
 use robocell_task::job::Placement;
-use robocell_task::{PolicyTime, TraceEvent};
 
+use crate::fingers::Ways;
 use crate::geometry;
 use crate::grip;
 use crate::motion;
@@ -24,16 +25,6 @@ const LIFT: u8 = 4;
 const MOVE_TOLERANCE_M: f64 = 0.03;
 /// A motion takes no longer (s).
 const MOTION_TIMEOUT_S: f64 = 6.0;
-/// An object out of reach is waited for this long; the operator may bring it
-/// back (s).
-const REACH_PATIENCE_S: f64 = 10.0;
-
-/// Half of the open width, a finger's thickness and half of a turned cube: an
-/// object with its centre nearer than this along the fingers' axis is in their
-/// way (m).
-const FINGER_REACH_M: f64 = 0.09;
-/// Half a finger's breadth and half of a turned cube (m).
-const FINGER_BREADTH_M: f64 = 0.045;
 
 /// Stable names of what goes wrong for good.
 pub mod reason {
@@ -74,15 +65,19 @@ impl Pick {
     fn approach(&self, seen: Placement, progress: &mut Progress, world: &mut World<'_>) -> Status {
         let centre = Vector3::from(seen.position);
         if !world.reaches(centre) {
-            return self.wait_for_reach(progress, world);
+            progress.reset();
+            return world.wait_for_reach(self.object, reason::OUT_OF_REACH);
         }
         let failures = world.job.attempts(self.object).pick;
         let anchor = *progress.anchor.get_or_insert_with(|| Placement {
-            yaw: choose_yaw(self.object, seen, failures, world),
+            // Every other attempt takes the other way.
+            yaw: Ways::around(self.object, seen, 0.0, world).choose(failures % 2 == 1),
             ..seen
         });
         if geometry::plane_distance(centre, anchor.position.into()) > MOVE_TOLERANCE_M {
-            return self.again(progress, world);
+            world.note_resync(self.object);
+            progress.reset();
+            return Status::Running;
         }
         let at = Placement {
             yaw: geometry::nearest_quarter(seen.yaw, anchor.yaw),
@@ -147,51 +142,9 @@ impl Pick {
         Status::Running
     }
 
-    /// The object moved before it was gripped.
-    fn again(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
-        let setup = world.setup;
-        let name = setup.object_name(self.object);
-        world.job.counters.resyncs += 1;
-        world
-            .out
-            .event(TraceEvent::Resync, format_args!("[resync] {name} moved"));
-        progress.reset();
-        Status::Running
-    }
-
-    fn wait_for_reach(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
-        let now = world.now();
-        let since = *world.job.unreachable_since.get_or_insert(now);
-        let setup = world.setup;
-        let name = setup.object_name(self.object);
-        if since == now {
-            world.out.log(format_args!("[wait] {name} is out of reach"));
-        }
-        progress.reset();
-        if now.since(since) < PolicyTime::from_seconds(REACH_PATIENCE_S) {
-            return Status::Running;
-        }
-        world.fail(
-            reason::OUT_OF_REACH,
-            format_args!("{name} stayed out of reach"),
-        );
-        Status::Failure
-    }
-
     fn failed(&self, why: &str, world: &mut World<'_>) -> Status {
         world.note_retry(self.object, why);
-        let Some(attempts) = world.job.attempts_mut(self.object) else {
-            return Status::Failure;
-        };
-        attempts.pick += 1;
-        if attempts.pick >= self.max_attempts {
-            let setup = world.setup;
-            let name = setup.object_name(self.object);
-            world.fail(
-                reason::CANNOT_BE_GRIPPED,
-                format_args!("{name} cannot be gripped"),
-            );
-        }
+        world.count_failed_pick(self.object, self.max_attempts, reason::CANNOT_BE_GRIPPED);
         Status::Failure
     }
 }
@@ -229,45 +182,4 @@ impl Skill for Pick {
             _ => self.lift(progress, world),
         }
     }
-}
-
-/// Turn of the tool for a new pick-up (rad): the object's own, unless a
-/// neighbour is in the way of the fingers and not of fingers turned by a
-/// quarter; every other attempt takes the other way.
-fn choose_yaw(object: usize, seen: Placement, failures: u32, world: &World<'_>) -> f64 {
-    let along = geometry::nearest_quarter(seen.yaw, 0.0);
-    let across = if along > 0.0 {
-        along - std::f64::consts::FRAC_PI_2
-    } else {
-        along + std::f64::consts::FRAC_PI_2
-    };
-    let (a, b) = (
-        crowding(object, seen, along, world),
-        crowding(object, seen, across, world),
-    );
-    if b < a || (a == b && failures % 2 == 1) {
-        across
-    } else {
-        along
-    }
-}
-
-/// Objects in the way of fingers that close along the tool's y axis.
-fn crowding(object: usize, seen: Placement, yaw: f64, world: &World<'_>) -> usize {
-    let across = Vector2::new(libm::cos(yaw), libm::sin(yaw));
-    let along = Vector2::new(-across.y, across.x);
-    let half = world
-        .object_setup(object)
-        .map_or(0.0, |setup| setup.half_height_m);
-    let in_the_way = |other: &usize| {
-        let Some(position) = world.position(*other) else {
-            return false;
-        };
-        let off = position - Vector3::from(seen.position);
-        *other != object
-            && off.z > -1.4 * half
-            && off.xy().dot(&along).abs() < FINGER_REACH_M
-            && off.xy().dot(&across).abs() < FINGER_BREADTH_M
-    };
-    (0..world.setup.objects.len()).filter(in_the_way).count()
 }

@@ -208,18 +208,7 @@ impl Place {
 
     fn failed(&self, why: &str, world: &mut World<'_>) -> Status {
         world.note_retry(self.object, why);
-        let Some(attempts) = world.job.attempts_mut(self.object) else {
-            return Status::Failure;
-        };
-        attempts.place += 1;
-        if attempts.place >= self.max_attempts {
-            let setup = world.setup;
-            let name = setup.object_name(self.object);
-            world.fail(
-                reason::CANNOT_BE_PLACED,
-                format_args!("{name} does not stay in its place"),
-            );
-        }
+        world.count_failed_place(self.object, self.max_attempts, reason::CANNOT_BE_PLACED);
         Status::Failure
     }
 }

@@ -22,6 +22,15 @@ impl Step {
     pub fn has_begun(&self) -> bool {
         self.key != 0
     }
+
+    /// Whether `holds` has been true without a break for `settle`, now included.
+    pub fn settles(&mut self, holds: bool, settle: PolicyTime, now: PolicyTime) -> bool {
+        self.settled = match (holds, self.settled) {
+            (false, _) => None,
+            (true, since) => since.or(Some(now)),
+        };
+        self.settled.is_some_and(|since| now.since(since) >= settle)
+    }
 }
 
 /// The memory of one skill: plain data, part of the checkpoint. The default is
@@ -56,5 +65,22 @@ impl Progress {
     /// Forgets everything.
     pub fn reset(&mut self) {
         *self = Self::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_decision_off_the_target_restarts_the_settle_timer() {
+        let settle = PolicyTime::from_ticks(250);
+        let mut step = Step::default();
+        let mut settles = |tick: u64| {
+            let there = tick >= 500 && tick != 700;
+            step.settles(there, settle, PolicyTime::from_ticks(tick))
+        };
+        let settled = (0..2000).step_by(10).find(|tick| settles(*tick));
+        assert_eq!(settled, Some(960));
     }
 }

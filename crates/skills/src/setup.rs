@@ -12,6 +12,8 @@ use crate::settings::PlaceTable;
 /// Share of the length of the stretched arm that it reaches with the tool
 /// straight down.
 const REACH_SHARE: f64 = 0.9;
+/// Fingers within this of the open width are open (m).
+const OPEN_TOLERANCE_M: f64 = 0.008;
 
 /// The arm of a job that moves one.
 pub const ARM: usize = 0;
@@ -23,6 +25,8 @@ pub enum Tool {
     Fingers {
         /// Width of the open hand (m).
         open_width_m: f64,
+        /// Fingers within this of the open width are open (m).
+        open_tolerance_m: f64,
         /// Force per finger (N).
         force_n: f64,
     },
@@ -105,6 +109,11 @@ impl Setup {
         }
     }
 
+    /// Adds a place that `[task]` does not name.
+    pub fn add_place(&mut self, name: &str, table: &PlaceTable) {
+        self.places.push(place(name, table));
+    }
+
     /// Of no cell: names are taken for known when a file is looked at alone.
     pub(crate) fn unknown() -> Self {
         Self {
@@ -175,6 +184,7 @@ impl Tool {
         match (&robot.gripper, &robot.suction) {
             (Some(gripper), _) => Self::Fingers {
                 open_width_m: gripper.max_width,
+                open_tolerance_m: OPEN_TOLERANCE_M,
                 force_n: gripper.default_force,
             },
             (None, Some(_)) => Self::Suction,

@@ -24,8 +24,6 @@ const BLOCKED_HEIGHTS: f64 = 0.9;
 const CLOSED_HEIGHTS: f64 = 1.2;
 /// Fingers that are faster than this open (m/s).
 const OPENING_M_S: f64 = 0.005;
-/// Fingers within this of the open width are open (m).
-const OPEN_TOLERANCE_M: f64 = 0.008;
 /// Decisions in a row in which a grip has to be missed to count as lost:
 /// contacts flicker while an object settles between the pads.
 const LOST_DECISIONS: u32 = 5;
@@ -232,15 +230,24 @@ impl<'w> World<'w> {
         *missed >= LOST_DECISIONS
     }
 
+    /// Whether an object that was in the gripper is further from the TCP than
+    /// `distance_m`, or not in the cell any more.
+    pub fn has_left(&self, object: usize, distance_m: f64) -> bool {
+        self.position(object)
+            .is_none_or(|position| (position - self.tcp_position()).norm() > distance_m)
+    }
+
     /// Whether the gripper is open, or the suction off.
     pub fn is_open(&self) -> bool {
         let Some(arm) = self.observation.arm(self.arm) else {
             return false;
         };
         match self.tool() {
-            Tool::Fingers { open_width_m, .. } => {
-                arm.gripper.width >= open_width_m - OPEN_TOLERANCE_M
-            }
+            Tool::Fingers {
+                open_width_m,
+                open_tolerance_m,
+                ..
+            } => arm.gripper.width >= open_width_m - open_tolerance_m,
             Tool::Suction => arm.gripper.attached == 0 && arm.gripper.suction == 0,
             Tool::None => true,
         }
@@ -448,12 +455,7 @@ impl<'w> World<'w> {
 
     /// Whether `holds` has been true in `step` for `settle`.
     pub fn settles(&self, step: &mut Step, holds: bool, settle: PolicyTime) -> bool {
-        step.settled = match (holds, step.settled) {
-            (false, _) => None,
-            (true, since) => since.or(Some(self.now())),
-        };
-        step.settled
-            .is_some_and(|since| self.now().since(since) >= settle)
+        step.settles(holds, settle, self.now())
     }
 
     /// Whether the controller follows the goal sent under `key`.
@@ -518,19 +520,12 @@ impl<'w> World<'w> {
         let height = self
             .object_setup(before)
             .map_or(0.0, |object| 2.0 * object.half_height_m);
-        let off = self.position(before).map(|p| p - self.tcp_position());
-        let near = off.is_some_and(|off| off.norm() < LEFT_HEIGHTS * height);
+        let left = self.has_left(before, LEFT_HEIGHTS * height);
         // A policy that opens now has noticed it, too.
-        if held.is_none() && near && self.gripper != GripperGoal::Open {
+        if held.is_none() && !left && self.gripper != GripperGoal::Open {
             return Some(before);
         }
-        self.job.counters.drops += 1;
-        let setup = self.setup;
-        let name = setup.object_name(before);
-        self.out.event(
-            TraceEvent::Drop,
-            format_args!("[drop] {name} left the gripper"),
-        );
+        self.note_drop(before);
         held
     }
 

@@ -3,78 +3,45 @@
 //! numbers come from `[task]` of the cell file.
 
 pub mod bt;
-pub mod command;
-pub mod feedback;
+pub mod code;
 pub mod fsm;
-pub mod geometry;
-pub mod grip;
 pub mod ifelse;
 pub mod numbers;
 pub mod phase;
-pub mod picture;
-pub mod recovery;
-pub mod resume;
-pub mod scene;
 pub mod selection;
 pub mod setup;
+pub mod transfer;
+pub mod turn;
 
 use std::sync::Arc;
 
-use cell_model::Cell;
-use nalgebra::Vector2;
-use robocell_task::job::Placement;
-use robocell_task::{Kind, boxed};
+use robocell_task::{Kind, SetupError, boxed};
 
 pub use phase::Phase;
-pub use scene::View;
-pub use setup::{SetupError, StackSetup};
+pub use robocell_skills::geometry;
+pub use setup::StackSetup;
 
 use bt::StackBt;
-use fsm::StackFsm;
-use ifelse::StackIfElse;
+use code::InCode;
 use numbers::StackTask;
 
 /// `kind = "stack"` and its policies.
 pub fn kind() -> Kind<StackTask> {
     Kind::<StackTask>::new("stack")
         .policy("fsm", |task, cell| {
-            Ok(boxed(StackFsm::new(setup_of(task, cell)?)))
+            let setup = StackSetup::new(task, cell)?;
+            let decide = fsm::decide;
+            Ok(boxed(InCode { setup, decide }))
         })
         .policy("ifelse", |task, cell| {
-            Ok(boxed(StackIfElse::new(setup_of(task, cell)?)))
+            let setup = StackSetup::new(task, cell)?;
+            let decide = ifelse::decide;
+            Ok(boxed(InCode { setup, decide }))
         })
         .policy("bt", |task, cell| {
-            let tree = StackBt::new(setup_of(task, cell)?);
-            let tree =
-                tree.map_err(|error| robocell_task::SetupError::new(cell, error.to_string()))?;
-            Ok(Box::new(tree))
+            let setup = Arc::new(StackSetup::new(task, cell)?);
+            let tree = bt::shape::tree();
+            let tree = tree.map_err(|error| SetupError::new(cell, error.to_string()))?;
+            Ok(Box::new(StackBt::new(setup, tree)))
         })
-}
-
-fn setup_of(task: &StackTask, cell: &Cell) -> Result<Arc<StackSetup>, robocell_task::SetupError> {
-    let base = cell.arms.first().map(|arm| arm.base.translation.vector);
-    let base = base.unwrap_or_default();
-    let setup = StackSetup::new(task, &spawn_places(cell), Vector2::new(base.x, base.y));
-    setup
-        .map(Arc::new)
-        .map_err(|error| robocell_task::SetupError::new(cell, error.to_string()))
-}
-
-fn spawn_places(cell: &Cell) -> Vec<(&str, Placement)> {
-    let place = |pose: &nalgebra::Isometry3<f64>| {
-        let q = pose.rotation.quaternion();
-        let position = pose.translation.vector.into();
-        let wire = ipc_types::Pose {
-            position,
-            orientation_wxyz: [q.w, q.i, q.j, q.k],
-        };
-        Placement {
-            position,
-            yaw: geometry::yaw(&wire),
-        }
-    };
-    cell.objects
-        .iter()
-        .map(|o| (o.name.as_str(), place(&o.pose)))
-        .collect()
 }

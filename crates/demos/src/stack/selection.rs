@@ -1,19 +1,18 @@
 //! Which cube is moved next, and where to.
 
-use super::geometry::plane_distance;
-use super::recovery::{
-    CROWD_LAYERS, at_goal, fallen, free_spawn, reachable, seated, stack_below_broken,
-};
-use super::scene::View;
-use super::setup::StackSetup;
-use crate::failure::Failure;
+use nalgebra::Vector3;
+use robocell_skills::geometry::plane_distance;
 use robocell_task::TraceEvent;
-use robocell_task::job::{Job, Placement};
-use robocell_task::output::Output;
-use robocell_task::time::PolicyTime;
+use robocell_task::job::Placement;
 
-/// A cube out of reach is waited for this long; somebody may bring it back.
-const REACH_PATIENCE: PolicyTime = PolicyTime::from_ticks(10_000);
+use super::turn::Turn;
+use crate::failure::Failure;
+
+/// Two cubes of one layer with centres nearer than this many cube sizes leave
+/// no room for the open gripper between them.
+const CROWD_LAYERS: f64 = 1.6;
+/// Nearer than this one is where the other has to be.
+const OVERLAP_LAYERS: f64 = 1.1;
 
 /// What to do next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,139 +38,104 @@ pub struct Assignment {
     pub clears: bool,
 }
 
-/// The first cube in the order that is not at its goal. Finer than the demos:
-/// a cube that lies on it, or where it belongs, is put away first, since
-/// neither picking nor placing could succeed; and a support that stands too far
-/// off to carry the next cube is set again.
-pub fn select(setup: &StackSetup, scene: &View, job: &Job) -> Selection {
-    let count = setup.cubes.len();
-    if let Some(cube) = (0..count).find(|c| fallen(scene, *c)) {
+/// The first cube in the order that is not at its goal. A cube that is on it, or
+/// where it belongs, is put away first, since neither picking nor placing could
+/// succeed; and a support that is too far off to carry the next cube is set again.
+pub fn select(turn: &Turn<'_>) -> Selection {
+    let count = turn.stack.cubes.len();
+    if let Some(cube) = (0..count).find(|cube| turn.fallen(*cube)) {
         return Selection::Fallen(cube);
     }
-    let Some(first) = (0..count).find(|c| !at_goal(setup, scene, *c)) else {
+    let Some(first) = (0..count).find(|cube| !turn.at_goal(*cube)) else {
         return Selection::AllPlaced;
     };
-    let wanted = unseated_support(setup, scene, job, first).unwrap_or(first);
-    let assignment = clear_the_way(setup, scene, wanted);
-    match assignment.cube {
-        cube if reachable(setup, scene, cube) => Selection::Move(assignment),
-        cube => Selection::OutOfReach(cube),
+    let wanted = unseated_support(turn, first).unwrap_or(first);
+    let assignment = clear_the_way(turn, wanted);
+    if turn.reachable(assignment.cube) {
+        Selection::Move(assignment)
+    } else {
+        Selection::OutOfReach(assignment.cube)
     }
 }
 
 /// Whether a held cube cannot go onto the stack any more: a lower cube is not
 /// where it belongs, or another one got to its own place.
-pub fn destination_lost(setup: &StackSetup, scene: &View, cube: usize) -> bool {
-    let taken = |goal| intruder(setup, scene, cube, goal).is_some();
-    stack_below_broken(setup, scene, cube) || setup.cube(cube).is_some_and(|c| taken(c.goal))
+pub fn destination_lost(turn: &Turn<'_>, cube: usize) -> bool {
+    let broken = (0..cube).any(|lower| !turn.at_goal(lower));
+    broken || intruder(turn, cube).is_some()
 }
 
-/// Selects, and notes what came of it: the log line, which begins with `verb`, the wait for a cube out of
-/// reach, the end of the job. `None`: nothing to move now.
-pub fn decide(
-    setup: &StackSetup,
-    scene: &View,
-    now: PolicyTime,
-    verb: &str,
-    job: &mut Job,
-    out: &mut Output,
-) -> Option<Assignment> {
-    let selection = select(setup, scene, job);
+/// Selects, and notes what came of it: the log line, which begins with `verb`, the
+/// wait for a cube out of reach, the end of the job. `None`: nothing to move now.
+pub fn decide(verb: &str, turn: &mut Turn<'_>) -> Option<Assignment> {
+    let selection = select(turn);
     if !matches!(selection, Selection::OutOfReach(_)) {
-        job.unreachable_since = None;
+        turn.world.job.unreachable_since = None;
     }
-    note_all_placed(selection == Selection::AllPlaced, job, out);
+    note_all_placed(selection == Selection::AllPlaced, turn);
     match selection {
-        Selection::AllPlaced => {}
-        Selection::Move(assignment) => return Some(announce(setup, assignment, verb, job, out)),
-        Selection::OutOfReach(cube) => wait(setup, cube, now, job, out),
+        Selection::AllPlaced => None,
+        Selection::Move(assignment) => {
+            let name = turn.name(assignment.cube);
+            let what = if assignment.clears { "clear" } else { "stack" };
+            turn.world.job.counters.recoveries += u32::from(assignment.clears);
+            turn.world
+                .out
+                .log(format_args!("[{verb}] -> {what} {name}"));
+            Some(assignment)
+        }
+        Selection::OutOfReach(cube) => {
+            let (object, reason) = (turn.object(cube), Failure::CubeOutOfReach.reason());
+            turn.world.wait_for_reach(object, reason);
+            None
+        }
         Selection::Fallen(cube) => {
-            out.event(
-                TraceEvent::Fault,
-                format_args!("[failed] {} fell off the table", setup.name(cube)),
-            );
-            job.fail(Failure::CubeLost.reason());
+            let (name, reason) = (turn.name(cube), Failure::CubeLost.reason());
+            turn.world
+                .fail(reason, format_args!("{name} fell off the table"));
+            None
         }
     }
-    None
 }
 
 /// Notes whether every cube is at its goal, and says so when it has just become
 /// true.
-pub fn note_all_placed(all: bool, job: &mut Job, out: &mut Output) {
-    if all && !job.done {
-        out.event(TraceEvent::Done, format_args!("[decide] -> all stacked"));
+pub fn note_all_placed(all: bool, turn: &mut Turn<'_>) {
+    if all && !turn.world.job.done {
+        let line = format_args!("[decide] -> all stacked");
+        turn.world.out.event(TraceEvent::Done, line);
     }
-    job.done = all;
+    turn.world.job.done = all;
 }
 
-fn announce(
-    setup: &StackSetup,
-    assignment: Assignment,
-    verb: &str,
-    job: &mut Job,
-    out: &mut Output,
-) -> Assignment {
-    let name = setup.name(assignment.cube);
-    if assignment.clears {
-        job.counters.recoveries += 1;
-        out.log(format_args!("[{verb}] -> clear {name}"));
-    } else {
-        out.log(format_args!("[{verb}] -> stack {name}"));
-    }
-    assignment
-}
-
-fn wait(setup: &StackSetup, cube: usize, now: PolicyTime, job: &mut Job, out: &mut Output) {
-    let name = setup.name(cube);
-    match job.unreachable_since {
-        None => {
-            out.log(format_args!("[wait] {name} is out of reach"));
-            job.unreachable_since = Some(now);
-        }
-        Some(since) if now.since(since) >= REACH_PATIENCE => {
-            out.event(
-                TraceEvent::Fault,
-                format_args!("[failed] {name} stayed out of reach"),
-            );
-            job.fail(Failure::CubeOutOfReach.reason());
-        }
-        Some(_) => {}
-    }
-}
-
-/// The cube below `first`, if it stands too far off to carry it and setting it
-/// again was not tried too often.
-fn unseated_support(setup: &StackSetup, scene: &View, job: &Job, first: usize) -> Option<usize> {
+/// The cube below `first`, if it is too far off to carry it and setting it again
+/// was not tried too often.
+fn unseated_support(turn: &Turn<'_>, first: usize) -> Option<usize> {
     let support = first.checked_sub(1)?;
-    let attempts = setup.cube(support).map(|c| job.attempts(c.object).place)?;
-    (!seated(setup, scene, support) && attempts < setup.spec.max_attempts).then_some(support)
+    let attempts = turn.world.job.attempts(turn.object(support)).place;
+    (!turn.seated(support) && attempts < turn.stack.spec.max_attempts).then_some(support)
 }
 
 /// `wanted` to its goal, or first whatever is in the way of that.
-fn clear_the_way(setup: &StackSetup, scene: &View, wanted: usize) -> Assignment {
-    let goal = setup.cube(wanted).map(|c| c.goal);
+fn clear_the_way(turn: &Turn<'_>, wanted: usize) -> Assignment {
     let away = |cube| Assignment {
         cube,
-        destination: free_spawn(setup, scene, cube),
+        destination: free_spawn(turn, cube),
         clears: true,
     };
-    let mut next = match goal {
-        Some(destination) => Assignment {
-            cube: wanted,
-            destination,
-            clears: false,
-        },
-        None => away(wanted),
+    let mut next = Assignment {
+        cube: wanted,
+        destination: turn.goal(wanted),
+        clears: false,
     };
-    if let Some(cube) = on_top_of(setup, scene, wanted) {
-        next = away(cube);
-    } else if let Some(cube) = goal.and_then(|goal| intruder(setup, scene, wanted, goal)) {
+    if on_top_of(turn, wanted).is_none()
+        && let Some(cube) = intruder(turn, wanted)
+    {
         next = away(cube);
     }
     // A pile is taken down from the top; a pile has no more cubes than there are.
-    for _ in 0..setup.cubes.len() {
-        match on_top_of(setup, scene, next.cube) {
+    for _ in 0..turn.stack.cubes.len() {
+        match on_top_of(turn, next.cube) {
             Some(cube) => next = away(cube),
             None => break,
         }
@@ -179,34 +143,49 @@ fn clear_the_way(setup: &StackSetup, scene: &View, wanted: usize) -> Assignment 
     next
 }
 
-/// The cube that lies on `cube`.
-fn on_top_of(setup: &StackSetup, scene: &View, cube: usize) -> Option<usize> {
-    let layer = setup.spec.layer_height_m;
-    let base = scene.cube(cube).position;
-    (0..setup.cubes.len()).find(|other| {
-        let position = scene.cube(*other).position;
+/// The cube that is on `cube`.
+fn on_top_of(turn: &Turn<'_>, cube: usize) -> Option<usize> {
+    let layer = turn.stack.spec.layer_height_m;
+    let base = turn.position(cube);
+    turn.others(cube).find(|other| {
+        let position = turn.position(*other);
         let rise = position.z - base.z;
-        *other != cube
-            && rise > 0.5 * layer
-            && rise < 1.5 * layer
-            && plane_distance(position, base) < 0.9 * layer
+        rise > 0.5 * layer && rise < 1.5 * layer && plane_distance(position, base) < 0.9 * layer
     })
 }
 
-/// A cube that has to go before `cube` can be set down at `goal`: one in that
+/// A cube that has to go before `cube` can be set down at its goal: one in that
 /// layer or above it, too near for the open gripper, or one below it that is no
 /// part of the stack and would be built over.
-fn intruder(setup: &StackSetup, scene: &View, cube: usize, goal: Placement) -> Option<usize> {
-    let layer = setup.spec.layer_height_m;
-    (0..setup.cubes.len()).find(|other| {
-        let position = scene.cube(*other).position;
-        let distance = plane_distance(position, goal.position.into());
-        let beside = position.z > goal.position[2] - 0.6 * layer;
-        let in_the_way = if beside {
+fn intruder(turn: &Turn<'_>, cube: usize) -> Option<usize> {
+    let layer = turn.stack.spec.layer_height_m;
+    let goal = Vector3::from(turn.goal(cube).position);
+    turn.others(cube).find(|other| {
+        let position = turn.position(*other);
+        let distance = plane_distance(position, goal);
+        if position.z > goal.z - 0.6 * layer {
             distance < CROWD_LAYERS * layer
         } else {
-            distance < layer && !at_goal(setup, scene, *other)
-        };
-        *other != cube && in_the_way
+            distance < layer && !turn.at_goal(*other)
+        }
     })
+}
+
+/// The cube's own spawn, or the first one with room around it where something
+/// is on its own; its own if there is none.
+pub fn free_spawn(turn: &Turn<'_>, cube: usize) -> Placement {
+    let mut spawns = turn.stack.cubes.iter().map(|c| c.spawn);
+    let own = spawns.clone().nth(cube).unwrap_or(turn.goal(cube));
+    let nearest = |place: &Placement| {
+        let others = turn.others(cube);
+        let distance = |other| plane_distance(turn.position(other), place.position.into());
+        others.map(distance).fold(f64::INFINITY, f64::min)
+    };
+    let layer = turn.stack.spec.layer_height_m;
+    // At the start all cubes were at their spawns, however close.
+    if nearest(&own) > OVERLAP_LAYERS * layer {
+        return own;
+    }
+    let free = spawns.find(|spawn| nearest(spawn) > CROWD_LAYERS * layer);
+    free.unwrap_or(own)
 }

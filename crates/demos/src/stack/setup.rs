@@ -1,24 +1,26 @@
 //! The numbers of a stacking task, resolved once.
 
-use crate::stack::numbers::StackTask;
-use nalgebra::{Vector2, Vector3};
-
+use cell_model::Cell;
+use robocell_skills::settings::Pattern;
+use robocell_skills::{PlaceTable, Setup, Tool, geometry};
 use robocell_task::job::Placement;
-use robocell_task::time::PolicyTime;
+use robocell_task::{PolicyTime, SetupError};
 
-/// Cubes one task can stack.
-pub const MAX_CUBES: usize = crate::check::MAX_STACK;
+use super::numbers::StackTask;
+
+/// The arm that stacks.
+pub const ARM: usize = 0;
+/// The place of the skills in which the stack is; its slots are the layers.
+pub const STACK: usize = 0;
 
 /// One cube of the order.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CubeSpec {
-    /// Its name in the cell file.
-    pub name: String,
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cube {
     /// Its index in the cell file.
     pub object: usize,
     /// Where it belongs in the stack.
     pub goal: Placement,
-    /// Where it stood at the start.
+    /// Where it was at the start.
     pub spawn: Placement,
 }
 
@@ -43,85 +45,63 @@ pub struct StackSetup {
     /// The numbers of the cell file.
     pub spec: StackTask,
     /// Cubes from bottom to top.
-    pub cubes: Vec<CubeSpec>,
-    /// Base of the arm in the plane, world frame (m).
-    pub base: Vector2<f64>,
-    /// The same numbers in ticks.
+    pub cubes: Vec<Cube>,
+    /// The cell as skills see it, with the stack as its only place.
+    pub skills: Setup,
+    /// The times of `spec` in ticks.
     pub timing: Timing,
 }
 
-/// Why a stacking task cannot be set up.
-#[derive(Debug, thiserror::Error, PartialEq, Eq)]
-pub enum SetupError {
-    /// A name in the order is no object.
-    #[error("[task] order: there is no object '{name}' in the cell file; {advice}")]
-    UnknownObject {
-        /// The name.
-        name: String,
-        /// What to do.
-        advice: String,
-    },
-    /// Too many, or none.
-    #[error("[task] order has {found} objects, allowed are 1 to {MAX_CUBES}; shorten the list")]
-    Count {
-        /// Objects in the order.
-        found: usize,
-    },
-    /// The tree of the policy cannot be built.
-    #[error("the behaviour tree cannot be built: {problem}; this is a mistake in the program")]
-    Tree {
-        /// What the engine said.
-        problem: String,
-    },
-    /// A name stands twice.
-    #[error("[task] order names '{name}' twice; an object has one place in a stack")]
-    Twice {
-        /// The name.
-        name: String,
-    },
-}
-
 impl StackSetup {
-    /// `objects` are the names and spawn places of the cell's objects by index,
-    /// `base` is the arm's base in the world frame (m).
+    /// For `cell`.
     ///
     /// # Errors
-    /// When the order names an unknown object, one twice, none or too many.
-    pub fn new(
-        spec: &StackTask,
-        objects: &[(&str, Placement)],
-        base: Vector2<f64>,
-    ) -> Result<Self, SetupError> {
-        let found = spec.order.len();
-        if found == 0 || found > MAX_CUBES {
-            return Err(SetupError::Count { found });
+    /// When the order names an object that the cell does not have.
+    pub fn new(spec: &StackTask, cell: &Cell) -> Result<Self, SetupError> {
+        let mut skills = Setup::new(cell, []);
+        let objects = spec.order.iter();
+        let objects = objects
+            .map(|name| skills.need_object(cell, name))
+            .collect::<Result<Vec<_>, _>>()?;
+        let lowest = objects.first().and_then(|o| skills.objects.get(*o));
+        let [x, y] = spec.stack_position_m;
+        let table = PlaceTable {
+            position_m: [
+                x,
+                y,
+                spec.base_height_m - lowest.map_or(0.0, |cube| cube.half_height_m),
+            ],
+            yaw_rad: 0.0,
+            pattern: Some(Pattern::Stack {
+                layers: u32::try_from(objects.len()).unwrap_or(u32::MAX),
+                layer_height_m: spec.layer_height_m,
+            }),
+        };
+        skills.add_place("stack", &table);
+        if let Some(arm) = skills.arms.get_mut(ARM) {
+            arm.reach_m = spec.reach_m;
+            arm.tool = Tool::Fingers {
+                open_width_m: spec.open_width_m,
+                open_tolerance_m: spec.gripper_tolerance_m,
+                force_n: spec.grip_force_n,
+            };
         }
-        let mut cubes: Vec<CubeSpec> = Vec::with_capacity(found);
-        for (level, name) in spec.order.iter().enumerate() {
-            if cubes.iter().any(|c| c.name == *name) {
-                return Err(SetupError::Twice { name: name.clone() });
-            }
-            cubes.push(cube(spec, objects, level, name)?);
-        }
+        let cube = |(layer, object): (usize, &usize)| {
+            Some(Cube {
+                object: *object,
+                goal: skills.goal(*object, STACK, layer)?,
+                spawn: spawn(&cell.objects.get(*object)?.pose),
+            })
+        };
         Ok(Self {
             spec: spec.clone(),
-            cubes,
-            base,
+            cubes: objects.iter().enumerate().filter_map(cube).collect(),
             timing: Timing::new(spec),
+            skills,
         })
     }
 
-    /// The cube at `index` of the order.
-    pub fn cube(&self, index: usize) -> Option<&CubeSpec> {
-        self.cubes.get(index)
-    }
-
-    /// Name of the cube at `index` of the order.
-    pub fn name(&self, index: usize) -> &str {
-        self.cube(index).map_or("?", |c| c.name.as_str())
-    }
-
-    /// Placement in the order of the object at `object` of the cell file.
+    /// Place in the order of the object at `object` of the cell file.
     pub fn cube_of_object(&self, object: usize) -> Option<usize> {
         self.cubes.iter().position(|c| c.object == object)
     }
@@ -139,36 +119,14 @@ impl Timing {
     }
 }
 
-fn cube(
-    spec: &StackTask,
-    objects: &[(&str, Placement)],
-    level: usize,
-    name: &str,
-) -> Result<CubeSpec, SetupError> {
-    let Some(object) = objects.iter().position(|(n, _)| *n == name) else {
-        let known: Vec<&str> = objects.iter().map(|(n, _)| *n).collect();
-        let advice = cell_model::suggest::advice(name, &known);
-        return Err(SetupError::UnknownObject {
-            name: name.to_owned(),
-            advice,
-        });
-    };
-    let [x, y] = spec.stack_position_m;
-    let z = spec.base_height_m + level as f64 * spec.layer_height_m;
-    let spawn = objects.get(object).map_or(
-        Placement {
-            position: [x, y, z],
-            yaw: 0.0,
-        },
-        |(_, p)| *p,
-    );
-    Ok(CubeSpec {
-        name: name.to_owned(),
-        object,
-        goal: Placement {
-            position: Vector3::new(x, y, z).into(),
-            yaw: 0.0,
-        },
-        spawn,
-    })
+fn spawn(pose: &nalgebra::Isometry3<f64>) -> Placement {
+    let q = pose.rotation.quaternion();
+    let position = pose.translation.vector.into();
+    Placement {
+        position,
+        yaw: geometry::yaw(&ipc_types::Pose {
+            position,
+            orientation_wxyz: [q.w, q.i, q.j, q.k],
+        }),
+    }
 }

@@ -2,16 +2,27 @@
 
 use behavior::Status;
 use behavior::board::Fault;
-use behavior::tree::{BindError, Cx, Leaf};
+use behavior::tree::{Cx, Leaf};
 use ipc_types::GripperGoal;
 
-use super::keys::{HOLDING, Keys, PICK_TARGET, Reads, Writes};
-use super::world::StackHost;
-use crate::stack::recovery;
+use super::{StackHost, StackWorld};
+use crate::stack::phase::{Leg, Phase};
 use crate::stack::selection::{self, Selection};
+use crate::stack::transfer::Transfer;
+use crate::stack::turn::forget_held;
 
 type Call<'a, 'w> = Cx<'a, 'w, StackHost>;
-type Name = behavior::Str;
+
+/// A leaf that remembers nothing.
+pub struct Once(pub fn(&mut StackWorld<'_>) -> Status);
+
+impl Leaf<StackHost> for Once {
+    type State = ();
+
+    fn tick(&self, (): &mut (), cx: &mut Call<'_, '_>) -> Result<Status, Fault> {
+        Ok(self.0(cx.world))
+    }
+}
 
 fn answer(holds: bool) -> Status {
     if holds {
@@ -22,204 +33,156 @@ fn answer(holds: bool) -> Status {
 }
 
 /// Nothing is under way and every cube is at its goal.
-pub struct AllStacked {
-    pick_target: Reads<Name>,
-    holding: Reads<Name>,
+pub fn all_stacked(world: &mut StackWorld<'_>) -> Status {
+    if world.transfer.is_some() {
+        return Status::Failure;
+    }
+    let all = selection::select(&world.turn) == Selection::AllPlaced;
+    selection::note_all_placed(all, &mut world.turn);
+    if all {
+        world.turn.hold(GripperGoal::Keep);
+    }
+    answer(all)
 }
 
-impl AllStacked {
-    /// # Errors
-    /// [`BindError`] where a key was not declared.
-    pub fn new(mut keys: Keys<'_>) -> Result<Self, BindError> {
-        Ok(Self {
-            pick_target: keys.cube(PICK_TARGET)?,
-            holding: keys.cube(HOLDING)?,
-        })
-    }
+/// The cube that has to be in the gripper is not.
+pub fn cube_dropped(world: &mut StackWorld<'_>) -> Status {
+    let transfer = world.transfer.as_ref();
+    answer(transfer.is_some_and(|transfer| transfer.dropped(&world.turn)))
 }
 
-impl Leaf<StackHost> for AllStacked {
-    type State = ();
-
-    fn tick(&self, _state: &mut (), cx: &mut Call<'_, '_>) -> Result<Status, Fault> {
-        if self.pick_target.cube(cx)?.is_some() || self.holding.cube(cx)?.is_some() {
-            return Ok(Status::Failure);
-        }
-        let world = &mut *cx.world;
-        let all = selection::select(world.setup, world.scene, world.job) == Selection::AllPlaced;
-        selection::note_all_placed(all, world.job, world.out);
-        Ok(answer(all))
+/// The transfer is over after a drop: the arm stops and the gripper opens.
+pub fn clear_dropped(world: &mut StackWorld<'_>) -> Status {
+    if let Some(transfer) = world.transfer.take() {
+        world.turn.note_drop(transfer.cube);
+        world.turn.hold(GripperGoal::Open);
     }
-}
-
-/// The cube that ought to be in the gripper is not.
-pub struct CubeDropped(Reads<Name>);
-
-impl CubeDropped {
-    /// # Errors
-    /// [`BindError`] where a key was not declared.
-    pub fn new(mut keys: Keys<'_>) -> Result<Self, BindError> {
-        Ok(Self(keys.cube(HOLDING)?))
-    }
-}
-
-impl Leaf<StackHost> for CubeDropped {
-    type State = ();
-
-    fn tick(&self, _state: &mut (), cx: &mut Call<'_, '_>) -> Result<Status, Fault> {
-        let (setup, scene) = (cx.world.setup, cx.world.scene);
-        let held = self.0.cube(cx)?;
-        Ok(answer(
-            held.is_some_and(|cube| recovery::dropped(setup, scene, cube)),
-        ))
-    }
+    Status::Success
 }
 
 /// The held cube cannot go where it was going: a lower one is not in place, or
-/// another one stands there. A cube that is only moved out of the way has no
-/// place in the stack at all.
-pub struct StackBelowBroken(Reads<Name>);
-
-impl StackBelowBroken {
-    /// # Errors
-    /// [`BindError`] where a key was not declared.
-    pub fn new(mut keys: Keys<'_>) -> Result<Self, BindError> {
-        Ok(Self(keys.cube(HOLDING)?))
-    }
-}
-
-impl Leaf<StackHost> for StackBelowBroken {
-    type State = ();
-
-    fn tick(&self, _state: &mut (), cx: &mut Call<'_, '_>) -> Result<Status, Fault> {
-        let (setup, scene) = (cx.world.setup, cx.world.scene);
-        let held = self.0.cube(cx)?;
-        let aborted = cx.world.job.aborted;
-        Ok(answer(held.is_some_and(|cube| {
-            aborted || selection::destination_lost(setup, scene, cube)
-        })))
-    }
+/// another one is there. A cube that is only moved out of the way has no place in
+/// the stack at all.
+pub fn stack_below_broken(world: &mut StackWorld<'_>) -> Status {
+    let held = world.transfer.as_ref().filter(|t| t.phase.holding());
+    answer(held.is_some_and(|t| t.aborted || t.destination_lost(&world.turn)))
 }
 
 /// Chooses the next cube; runs while there is none within reach.
-pub struct SelectNextCube {
-    pick_target: Writes<Name>,
-    holding: Reads<Name>,
-    pickup: Writes<[f64; 4]>,
+pub fn select_next_cube(world: &mut StackWorld<'_>) -> Status {
+    if world.transfer.is_some_and(|t| t.phase.holding()) {
+        return Status::Success;
+    }
+    let next = selection::decide("select", &mut world.turn);
+    *world.transfer = next.map(|next| Transfer::new(next, &world.turn));
+    if world.transfer.is_some() {
+        return Status::Success;
+    }
+    world.turn.hold(GripperGoal::Keep);
+    Status::Running
 }
 
-impl SelectNextCube {
-    /// # Errors
-    /// [`BindError`] where a key was not declared.
-    pub fn new(mut keys: Keys<'_>) -> Result<Self, BindError> {
-        Ok(Self {
-            pick_target: keys.cube_to_write(PICK_TARGET)?,
-            holding: keys.cube(HOLDING)?,
-            pickup: keys.place_to_write()?,
+/// The transfer is over.
+pub fn clear_transfer(world: &mut StackWorld<'_>) -> Status {
+    *world.transfer = None;
+    forget_held(world.turn.world.job);
+    Status::Success
+}
+
+/// The leaf that most of the tree is made of: one phase of a transfer.
+pub struct PhaseLeaf {
+    /// Its name in the tree.
+    pub name: &'static str,
+    /// The phase.
+    pub phase: Phase,
+    /// The held cube goes back; the first such phase decides to where.
+    pub back: bool,
+}
+
+impl PhaseLeaf {
+    /// Picking up is over before it begins when the cube is in the gripper, and
+    /// carrying it when it is there.
+    fn is_superfluous(&self, world: &StackWorld<'_>) -> bool {
+        let held = world.transfer.as_ref().filter(|t| t.phase.holding());
+        held.is_some_and(|transfer| match self.phase {
+            Phase::PreGrasp | Phase::Approach | Phase::Grasp => true,
+            Phase::Lift | Phase::Transport => transfer.is_there(&world.turn),
+            Phase::Lower | Phase::Release | Phase::Retract => false,
         })
+    }
+
+    /// Whether a cube that went away while it was picked up ends the attempt. Above
+    /// one that only moved the fingers are turned again: it may have other neighbours
+    /// now.
+    fn lost_sight(&self, transfer: &mut Transfer, world: &mut StackWorld<'_>) -> bool {
+        let turn = &mut world.turn;
+        if transfer.cube_moved(turn) && self.phase == Phase::Approach {
+            let name = self.name;
+            let line = format_args!("[{name}] target drifted, restarting pickup");
+            turn.world.out.log(line);
+            turn.note_resync(transfer.cube, self.phase);
+            return true;
+        }
+        transfer.cube_gone(turn)
+    }
+
+    fn work(&self, transfer: &mut Transfer, world: &mut StackWorld<'_>) -> Status {
+        if self.phase == Phase::PreGrasp && transfer.cube_moved(&world.turn) {
+            transfer.look(&world.turn);
+        }
+        // Said before the check, so also in the decision in which it fails.
+        let leg = transfer.drive(&mut world.turn);
+        if self.lost_sight(transfer, world) {
+            return Status::Failure;
+        }
+        match leg {
+            Leg::Running => return Status::Running,
+            Leg::Blocked => {
+                world.turn.note_blocked(transfer.cube);
+                return Status::Failure;
+            }
+            Leg::Timeout => {
+                let line = format_args!("[{}] timeout, advancing", self.name);
+                world.turn.world.out.log(line);
+            }
+            Leg::Ok | Leg::Settled => {}
+        }
+        transfer.note_end(self.phase.name(), leg, &mut world.turn);
+        Status::Success
     }
 }
 
-impl Leaf<StackHost> for SelectNextCube {
-    type State = ();
+impl Leaf<StackHost> for PhaseLeaf {
+    /// There was nothing to do when it began.
+    type State = bool;
 
-    fn tick(&self, _state: &mut (), cx: &mut Call<'_, '_>) -> Result<Status, Fault> {
-        if self.holding.cube(cx)?.is_some() {
+    fn start(&self, superfluous: &mut bool, cx: &mut Call<'_, '_>) -> Result<(), Fault> {
+        let world = &mut *cx.world;
+        *superfluous = self.is_superfluous(world);
+        if let Some(transfer) = world.transfer.as_mut().filter(|_| !*superfluous) {
+            let turn = &mut world.turn;
+            if self.back && !transfer.aborted {
+                transfer.abort(turn);
+            }
+            if self.phase == Phase::PreGrasp {
+                transfer.look(turn);
+            }
+            transfer.enter(self.phase, turn);
+        }
+        Ok(())
+    }
+
+    fn tick(&self, superfluous: &mut bool, cx: &mut Call<'_, '_>) -> Result<Status, Fault> {
+        if *superfluous {
             return Ok(Status::Success);
         }
-        self.pickup.remember(cx, None)?;
-        let world = &mut *cx.world;
-        let (setup, scene, now) = (world.setup, world.scene, world.now);
-        let next = selection::decide(setup, scene, now, "select", world.job, world.out);
-        let Some(next) = next else {
-            self.pick_target.name(cx, None)?;
-            return Ok(Status::Running);
+        let Some(mut transfer) = *cx.world.transfer else {
+            return Err(Fault::Node("a phase began without a cube"));
         };
-        world.job.destination = Some(next.destination);
-        world.job.aborted = next.clears;
-        self.pick_target.name(cx, Some(next.cube))?;
-        Ok(Status::Success)
-    }
-}
-
-/// The cube that was picked up is in the gripper from here on.
-pub struct MarkHolding {
-    pick_target: Reads<Name>,
-    holding: Writes<Name>,
-}
-
-impl MarkHolding {
-    /// # Errors
-    /// [`BindError`] where a key was not declared.
-    pub fn new(mut keys: Keys<'_>) -> Result<Self, BindError> {
-        Ok(Self {
-            pick_target: keys.cube(PICK_TARGET)?,
-            holding: keys.cube_to_write(HOLDING)?,
-        })
-    }
-}
-
-impl Leaf<StackHost> for MarkHolding {
-    type State = ();
-
-    fn tick(&self, _state: &mut (), cx: &mut Call<'_, '_>) -> Result<Status, Fault> {
-        let cube = self.pick_target.cube(cx)?;
-        self.holding.name(cx, cube)?;
-        let object = cube.and_then(|c| cx.world.setup.cube(c)).map(|c| c.object);
-        cx.world.job.held = object;
-        Ok(answer(cube.is_some()))
-    }
-}
-
-/// The transfer is over: nothing is held and nothing is being picked up. After
-/// a drop the decision is emptied besides, and the gripper opens.
-pub struct ClearHolding {
-    pick_target: Writes<Name>,
-    holding: Writes<Name>,
-    pickup: Writes<[f64; 4]>,
-    dropped: bool,
-}
-
-impl ClearHolding {
-    /// After a place.
-    ///
-    /// # Errors
-    /// [`BindError`] where a key was not declared.
-    pub fn new(mut keys: Keys<'_>) -> Result<Self, BindError> {
-        Ok(Self {
-            pick_target: keys.cube_to_write(PICK_TARGET)?,
-            holding: keys.cube_to_write(HOLDING)?,
-            pickup: keys.place_to_write()?,
-            dropped: false,
-        })
-    }
-
-    /// After a drop.
-    ///
-    /// # Errors
-    /// [`BindError`] where a key was not declared.
-    pub fn dropped(keys: Keys<'_>) -> Result<Self, BindError> {
-        Ok(Self {
-            dropped: true,
-            ..Self::new(keys)?
-        })
-    }
-}
-
-impl Leaf<StackHost> for ClearHolding {
-    type State = ();
-
-    fn tick(&self, _state: &mut (), cx: &mut Call<'_, '_>) -> Result<Status, Fault> {
-        if let Some(cube) = self.holding.cube(cx)?.filter(|_| self.dropped) {
-            let world = &mut *cx.world;
-            recovery::note_drop(world.setup, cube, world.job, world.out);
-            world.intent = None;
-            world.gripper = GripperGoal::Open;
-        }
-        self.holding.name(cx, None)?;
-        self.pick_target.name(cx, None)?;
-        self.pickup.remember(cx, None)?;
-        recovery::forget_held(cx.world.job);
-        Ok(Status::Success)
+        let status = self.work(&mut transfer, cx.world);
+        // A job that failed and is started again looks what is in the gripper.
+        let failed = cx.world.turn.world.job.failure.is_some();
+        *cx.world.transfer = (!failed).then_some(transfer);
+        Ok(status)
     }
 }

@@ -1,0 +1,295 @@
+//! One cube in transfer: what all three policies remember, and what the arm does
+//! in each phase.
+
+use ipc_types::{GripperGoal, Pose};
+use nalgebra::Vector3;
+use robocell_skills::Step;
+use robocell_skills::fingers::Ways;
+use robocell_skills::geometry::{nearest_quarter, plane_distance};
+use robocell_skills::world::Drive;
+use robocell_task::TraceEvent;
+use robocell_task::job::Placement;
+use serde::{Deserialize, Serialize};
+
+use super::phase::{Leg, Phase};
+use super::selection::{self, Assignment};
+use super::turn::{Turn, forget_held, note_resume};
+
+/// A destination nearer than this in the plane is beside the pick-up (m).
+const BESIDE_M: f64 = 0.2;
+/// A wrist turned further than this (rad) starts again from the nearest quarter.
+const MAX_TURN_RAD: f64 = 1.8;
+
+/// One cube in transfer, between two decisions.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Transfer {
+    /// Place of the cube in the order.
+    pub cube: usize,
+    /// The phase under way.
+    pub phase: Phase,
+    /// Where the cube goes.
+    pub destination: Placement,
+    /// The destination is final: the cube goes back, or out of the way.
+    pub aborted: bool,
+    /// The motion or grip of the phase.
+    step: Step,
+    /// Where the cube was when the phase began, and from GRASP on where it was
+    /// gripped; with the turn of the tool around it.
+    anchor: Placement,
+}
+
+/// What a policy finds when decisions were missed, or the operator led the arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Found {
+    /// The transfer under way is resumed; or there is none.
+    Same,
+    /// Another cube, or one that was not gripped yet, is in the gripper.
+    InGripper,
+}
+
+impl Transfer {
+    /// The next transfer, with its first command; `None` when there is nothing to
+    /// move now. `verb` begins the log line.
+    pub fn select(verb: &str, turn: &mut Turn<'_>) -> Option<Self> {
+        let next = (turn.world.job.failure.is_none())
+            .then(|| selection::decide(verb, turn))
+            .flatten();
+        let Some(next) = next else {
+            turn.hold(GripperGoal::Keep);
+            return None;
+        };
+        let mut transfer = Self::new(next, turn);
+        transfer.aim(turn);
+        transfer.drive(turn);
+        Some(transfer)
+    }
+
+    /// A transfer that has not begun.
+    pub fn new(next: Assignment, turn: &Turn<'_>) -> Self {
+        Self {
+            cube: next.cube,
+            phase: Phase::PreGrasp,
+            destination: next.destination,
+            aborted: next.clears,
+            step: Step::default(),
+            anchor: turn.placement(next.cube),
+        }
+    }
+
+    /// (Re)starts the pick-up at the cube as it is seen now.
+    pub fn aim(&mut self, turn: &mut Turn<'_>) {
+        self.look(turn);
+        self.enter(Phase::PreGrasp, turn);
+    }
+
+    /// Chooses the turn of the tool around the cube as it is seen now. Every other
+    /// attempt takes the other way around it.
+    pub fn look(&mut self, turn: &Turn<'_>) {
+        let object = turn.object(self.cube);
+        let seen = turn.placement(self.cube);
+        let failures = turn.world.job.attempts(object).pick;
+        let ways = Ways::around(object, seen, 0.0, &turn.world);
+        let yaw = ways.choose(failures % 2 == 1);
+        self.anchor = Placement { yaw, ..seen };
+    }
+
+    /// Begins `phase`.
+    pub fn enter(&mut self, phase: Phase, turn: &mut Turn<'_>) {
+        if phase <= Phase::Grasp {
+            self.anchor.position = turn.placement(self.cube).position;
+        }
+        self.phase = phase;
+        self.step = Step::default();
+        turn.world.begin(&mut self.step);
+        // The part of the job that a policy of another kind could resume.
+        let object = turn.object(self.cube);
+        forget_held(turn.world.job);
+        if phase.holding() {
+            turn.world.job.held = Some(object);
+            turn.world.job.destination = Some(self.destination);
+            turn.world.job.aborted = self.aborted;
+        } else if phase == Phase::Release
+            && let Some(attempts) = turn.world.job.attempts_mut(object)
+        {
+            attempts.pick = 0;
+        }
+    }
+
+    /// Sends the arm where it has to be in this phase; how the phase stands.
+    pub fn drive(&mut self, turn: &mut Turn<'_>) -> Leg {
+        turn.phase = Some(self.phase);
+        let spec = &turn.stack.spec;
+        let (gripper, tolerance_m) = (
+            if self.phase.closed() {
+                GripperGoal::Close
+            } else {
+                GripperGoal::Open
+            },
+            // Finer where the fingers meet a cube.
+            if self.phase.low() {
+                spec.precise_tolerance_m
+            } else {
+                spec.travel_tolerance_m
+            },
+        );
+        let drive = Drive {
+            tolerance_m,
+            angle_rad: spec.orientation_tolerance_rad,
+            settle: turn.stack.timing.settle,
+            ..Drive::travel(self.target(turn), gripper)
+        };
+        let drive = drive.near(Some(turn.object(self.cube)));
+        let lasted = turn.world.begin(&mut self.step);
+        let settled = turn.world.drive(&mut self.step, &drive);
+        let open = turn.world.is_open();
+        let timing = &turn.stack.timing;
+        self.phase.stands(timing, lasted, settled, open)
+    }
+
+    /// The TCP in this phase: above the live cube, where it was gripped, or where it
+    /// goes, and at it in the low phases.
+    fn target(&mut self, turn: &Turn<'_>) -> Pose {
+        let spec = &turn.stack.spec;
+        let at = match self.phase {
+            Phase::PreGrasp | Phase::Approach => {
+                let seen = turn.placement(self.cube);
+                let wound = self.anchor.yaw.abs() > MAX_TURN_RAD;
+                let reference = if wound { 0.0 } else { self.anchor.yaw };
+                self.anchor.yaw = nearest_quarter(seen.yaw, reference);
+                Placement {
+                    yaw: self.anchor.yaw,
+                    ..seen
+                }
+            }
+            Phase::Grasp => self.anchor,
+            Phase::Lift => self.lift_from(),
+            _ => self.destination,
+        };
+        let above_m = if self.phase.low() {
+            0.0
+        } else {
+            spec.clearance_m
+        };
+        let pose = turn.world.grip_pose(turn.object(self.cube), at, above_m);
+        let position = Vector3::from(pose.position) + Vector3::from(spec.grasp_offset_m);
+        Pose {
+            position: position.into(),
+            ..pose
+        }
+    }
+
+    /// What LIFT rises above: where the cube was gripped, or the height of a higher
+    /// destination right beside it, since a cube at the foot of the stack would knock
+    /// it over on a slanted way up.
+    fn lift_from(&self) -> Placement {
+        let (from, to) = (self.anchor.position, self.destination.position);
+        let beside = plane_distance(from.into(), to.into()) < BESIDE_M;
+        let [x, y, z] = from;
+        let z = if beside { z.max(to[2]) } else { z };
+        Placement {
+            position: [x, y, z],
+            ..self.anchor
+        }
+    }
+
+    /// Whether the cube moved away before it was gripped.
+    pub fn cube_moved(&self, turn: &Turn<'_>) -> bool {
+        self.phase < Phase::Grasp && turn.moved(self.cube, self.anchor)
+    }
+
+    /// Whether the cube cannot be picked up any more.
+    pub fn cube_gone(&self, turn: &Turn<'_>) -> bool {
+        self.phase < Phase::Grasp && turn.gone(self.cube)
+    }
+
+    /// Whether the cube has to be in the gripper and is not.
+    pub fn dropped(&self, turn: &Turn<'_>) -> bool {
+        self.phase.holding() && turn.dropped(self.cube)
+    }
+
+    /// Whether the cube is at its destination, so that there is nothing to lift it
+    /// over any more.
+    pub fn is_there(&self, turn: &Turn<'_>) -> bool {
+        let goal = Vector3::from(self.destination.position);
+        let offset = turn.position(self.cube) - goal;
+        offset.norm() < turn.stack.spec.goal_tolerance_m
+    }
+
+    /// Whether the cube cannot go onto the stack any more.
+    pub fn destination_lost(&self, turn: &Turn<'_>) -> bool {
+        !self.aborted && selection::destination_lost(turn, self.cube)
+    }
+
+    /// Turns the transfer back: the cube goes to its own spawn, or to another free
+    /// one where something is on its own.
+    pub fn abort(&mut self, turn: &mut Turn<'_>) {
+        let name = turn.name(self.cube);
+        turn.world.job.counters.aborts += 1;
+        turn.world.out.event(
+            TraceEvent::Abort,
+            format_args!("[abort] the stack is broken, {name} goes back to its spawn"),
+        );
+        self.destination = selection::free_spawn(turn, self.cube);
+        self.aborted = true;
+    }
+
+    /// Notes that the phase is over; `phase` is what the log calls it.
+    pub fn note_end(&self, phase: impl std::fmt::Display, leg: Leg, turn: &mut Turn<'_>) {
+        let (name, why) = (turn.name(self.cube), leg.reason().unwrap_or("?"));
+        let line = format_args!("[{name}] {phase} done ({why})");
+        turn.world.out.transition(line);
+        if self.phase == Phase::Retract && !self.aborted {
+            turn.note_placed(self.cube);
+        }
+    }
+
+    /// Compares what is remembered with what is seen.
+    pub fn reconcile(memory: &mut Option<Self>, turn: &mut Turn<'_>) -> Found {
+        if let Some(transfer) = memory.as_mut().filter(|t| t.phase >= Phase::Grasp) {
+            transfer.step.settled = None;
+            return Found::Same;
+        }
+        let Some((mut transfer, phase)) = Self::in_gripper(turn) else {
+            forget_held(turn.world.job);
+            return Found::Same;
+        };
+        note_resume(turn, transfer.cube);
+        transfer.enter(phase, turn);
+        *memory = Some(transfer);
+        Found::InGripper
+    }
+
+    /// The transfer of the cube in the gripper, and its phase: what physics says
+    /// about the fingers' contacts, else what the checkpoint says, if the cube is near
+    /// the TCP. A checkpoint that agrees also says where the cube goes.
+    fn in_gripper(turn: &Turn<'_>) -> Option<(Self, Phase)> {
+        let of_object = |object| turn.stack.cube_of_object(object);
+        let job = &*turn.world.job;
+        let remembered = job.held.and_then(of_object);
+        let cube = turn.world.held().and_then(of_object).or(remembered)?;
+        if turn.dropped(cube) {
+            return None;
+        }
+        let known = job.destination.filter(|_| remembered == Some(cube));
+        let next = Assignment {
+            cube,
+            destination: known.unwrap_or(turn.goal(cube)),
+            clears: known.is_some() && job.aborted,
+        };
+        let mut transfer = Self::new(next, turn);
+        // The fingers are around the cube already, whichever way they came.
+        let turned = turn.world.tool_yaw();
+        transfer.anchor.yaw = nearest_quarter(transfer.anchor.yaw, turned);
+        // LIFT aims above the grip by the clearance, so a cube that is up already is
+        // held at its height.
+        let spec = &turn.stack.spec;
+        let height = &mut transfer.anchor.position[2];
+        *height = (*height - spec.clearance_m).max(spec.base_height_m);
+        let phase = if transfer.is_there(turn) {
+            Phase::Lower
+        } else {
+            Phase::Lift
+        };
+        Some((transfer, phase))
+    }
+}

@@ -1,0 +1,246 @@
+//! One decision of a stacking policy: what it asks about the cubes, and what it
+//! notes of what went wrong with them.
+
+use ipc_types::decision::Outcome;
+use ipc_types::world::OBJECT_DRAGGED;
+use ipc_types::{GripperGoal, Text};
+use nalgebra::Vector3;
+use robocell_skills::geometry::plane_distance;
+use robocell_skills::{Condition, World};
+use robocell_task::job::Placement;
+use robocell_task::{ArmIntent, Job, Observation, Output, TraceEvent};
+
+use super::phase::Phase;
+use super::setup::{ARM, STACK, StackSetup};
+use crate::failure::Failure;
+
+/// A cube below this height is off the table (m); the table's top is at 0.
+const FALLEN_BELOW_M: f64 = -0.05;
+/// Share of a layer by which a cube may stand off and still carry the next: at
+/// half a cube the next one topples.
+const SEAT_SHARE: f64 = 0.4;
+
+/// The phase of a decision without a transfer: nothing to do, or not able to.
+pub const HOLD: &str = "HOLD";
+/// The same, with every cube in its place.
+const DONE: &str = "DONE";
+
+/// The view of the arm in one decision, with the numbers of the task. Cubes are
+/// their places in the order.
+pub struct Turn<'w> {
+    /// The numbers.
+    pub stack: &'w StackSetup,
+    /// The cell.
+    pub world: World<'w>,
+    /// The phase for which the arm was told something in this decision.
+    pub phase: Option<Phase>,
+}
+
+impl<'w> Turn<'w> {
+    /// `None` when the observation lacks the arm or a cube of the order; the
+    /// policy then holds.
+    pub fn new(
+        stack: &'w StackSetup,
+        observation: &'w Observation<'w>,
+        job: &'w mut Job,
+        out: &'w mut Output,
+    ) -> Option<Self> {
+        observation.arm(ARM)?;
+        let mut cubes = stack.cubes.iter();
+        let all = cubes.all(|cube| observation.object(cube.object).is_some());
+        all.then(|| Self {
+            stack,
+            world: World::new(&stack.skills, observation, job, out, ARM),
+            phase: None,
+        })
+    }
+
+    /// Index of a cube in the cell file; a cube that the order does not have is
+    /// no object.
+    pub fn object(&self, cube: usize) -> usize {
+        self.stack.cubes.get(cube).map_or(usize::MAX, |c| c.object)
+    }
+
+    /// Name of a cube.
+    pub fn name(&self, cube: usize) -> &'w str {
+        self.stack.skills.object_name(self.object(cube))
+    }
+
+    /// Where a cube belongs.
+    pub fn goal(&self, cube: usize) -> Placement {
+        self.stack.cubes.get(cube).map_or(NOWHERE, |c| c.goal)
+    }
+
+    /// Where a cube is, and its turn. One that the cell does not have any more
+    /// is [`Turn::gone`].
+    pub fn placement(&self, cube: usize) -> Placement {
+        let seen = self.world.placement(self.object(cube));
+        seen.unwrap_or(NOWHERE)
+    }
+
+    /// Centre of a cube (m).
+    pub fn position(&self, cube: usize) -> Vector3<f64> {
+        self.placement(cube).position.into()
+    }
+
+    /// The cubes other than `cube`.
+    pub fn others(&self, cube: usize) -> impl Iterator<Item = usize> + use<> {
+        (0..self.stack.cubes.len()).filter(move |other| *other != cube)
+    }
+
+    /// Whether a cube is at its goal: in its own layer and strictly nearer than the
+    /// tolerance.
+    pub fn at_goal(&self, cube: usize) -> bool {
+        let tolerance = self.stack.spec.goal_tolerance_m;
+        let slot = self.world.slot_of(self.object(cube), STACK, tolerance);
+        slot == Some(cube)
+    }
+
+    /// Whether a cube is at its goal well enough to carry the next one.
+    pub fn seated(&self, cube: usize) -> bool {
+        let offset = plane_distance(self.position(cube), self.goal(cube).position.into());
+        self.at_goal(cube) && offset < SEAT_SHARE * self.stack.spec.layer_height_m
+    }
+
+    /// Whether a cube that has to be in the gripper is not.
+    pub fn dropped(&self, cube: usize) -> bool {
+        let distance = self.stack.spec.drop_distance_m;
+        self.world.has_left(self.object(cube), distance)
+    }
+
+    /// Whether a cube left `reference` in the plane by more than the tolerance.
+    pub fn moved(&self, cube: usize, reference: Placement) -> bool {
+        let distance = plane_distance(self.position(cube), reference.position.into());
+        distance > self.stack.spec.move_tolerance_m
+    }
+
+    /// Whether a cube is off the table.
+    pub fn fallen(&self, cube: usize) -> bool {
+        let (object, below_m) = (self.object(cube), FALLEN_BELOW_M);
+        Condition::Fallen { object, below_m }.holds(&self.world)
+    }
+
+    /// Whether the arm reaches a cube.
+    pub fn reachable(&self, cube: usize) -> bool {
+        Condition::Reachable(self.object(cube)).holds(&self.world)
+    }
+
+    /// Whether a cube cannot be picked up: it is off the table or out of reach.
+    pub fn gone(&self, cube: usize) -> bool {
+        self.fallen(cube) || !self.reachable(cube)
+    }
+
+    /// The arm stops. After a drop the gripper opens, otherwise it keeps what it
+    /// has.
+    pub fn hold(&mut self, gripper: GripperGoal) {
+        self.phase = None;
+        let intent = ArmIntent {
+            gripper,
+            ..ArmIntent::default()
+        };
+        self.world.out.arm(ARM, intent);
+    }
+
+    /// Notes that the held cube was lost.
+    pub fn note_drop(&mut self, cube: usize) {
+        forget_held(self.world.job);
+        self.world.note_drop(self.object(cube));
+        self.count_failed_pick(cube);
+    }
+
+    /// Notes that a cube moved while it was picked up. A gripper that pushes a cube
+    /// away on the way down would do so for ever, so that counts as a failed
+    /// pick-up; the operator may drag it as often as he likes.
+    pub fn note_resync(&mut self, cube: usize, phase: Phase) {
+        let object = self.object(cube);
+        self.world.note_resync(object);
+        let seen = self.world.observation.object(object);
+        let dragged = seen.is_some_and(|seen| seen.flags & OBJECT_DRAGGED != 0);
+        if phase == Phase::Approach && !dragged {
+            self.count_failed_pick(cube);
+        }
+    }
+
+    /// Notes how a set-down ended: a cube that does not stay where it was put is
+    /// tried again, but not for ever.
+    pub fn note_placed(&mut self, cube: usize) {
+        let object = self.object(cube);
+        if self.seated(cube) {
+            if let Some(attempts) = self.world.job.attempts_mut(object) {
+                attempts.place = 0;
+            }
+            return;
+        }
+        // One that is at its goal, but cannot carry the next, is no failure.
+        let most = if self.at_goal(cube) {
+            u32::MAX
+        } else {
+            self.stack.spec.max_attempts
+        };
+        let reason = Failure::CubeCannotBePlaced.reason();
+        self.world.count_failed_place(object, most, reason);
+    }
+
+    /// Notes that the gripper does not open.
+    pub fn note_blocked(&mut self, cube: usize) {
+        let name = self.name(cube);
+        self.world.fail(
+            Failure::GripperBlocked.reason(),
+            format_args!("the gripper does not open at {name}"),
+        );
+    }
+
+    fn count_failed_pick(&mut self, cube: usize) {
+        let reason = Failure::CubeCannotBeGripped.reason();
+        let most = self.stack.spec.max_attempts;
+        let object = self.object(cube);
+        self.world.count_failed_pick(object, most, reason);
+    }
+
+    /// Says how the job stands: the phase, the outcome and the cubes in place.
+    pub fn report(&mut self) {
+        let done = self.world.job.done;
+        self.world.out.phase = Text::new(match self.phase {
+            Some(phase) => phase.name(),
+            None if done => DONE,
+            None => HOLD,
+        });
+        self.world.out.outcome = if done {
+            Outcome::Done
+        } else {
+            Outcome::Running
+        };
+        self.world.job.placed.clear();
+        for cube in 0..self.stack.cubes.len() {
+            let object = self.object(cube);
+            if self.world.job.held != Some(object) && self.at_goal(cube) {
+                let object = u32::try_from(object).unwrap_or(u32::MAX);
+                self.world.job.placed.push(object);
+            }
+        }
+    }
+}
+
+/// For a cube that is not in the order, which no caller asks for.
+const NOWHERE: Placement = Placement {
+    position: [0.0; 3],
+    yaw: 0.0,
+};
+
+/// Nothing is in the gripper any more.
+pub fn forget_held(job: &mut Job) {
+    job.held = None;
+    job.destination = None;
+    job.aborted = false;
+}
+
+/// Notes that a cube was found in the gripper.
+pub fn note_resume(turn: &mut Turn<'_>, cube: usize) {
+    let name = turn.name(cube);
+    turn.world.job.counters.recoveries += 1;
+    turn.world.job.done = false;
+    turn.world.out.event(
+        TraceEvent::Recover,
+        format_args!("[resume] {name} is in the gripper"),
+    );
+}
