@@ -19,14 +19,11 @@ pub(crate) fn order(
     names: &[&str],
 ) -> Result<(), ModelError> {
     for (index, name) in order.iter().enumerate() {
-        let refuse =
-            |allowed: String| at.refuse(&format!("{key}.{index}"), format!("'{name}'"), allowed);
-        if !names.contains(&name.as_str()) {
-            let advice = suggest::advice(name, names);
-            return Err(refuse(format!("no such object; {advice}")));
-        }
+        let key = format!("{key}.{index}");
+        known(at, &key, name, "object", names)?;
         if order.iter().take(index).any(|other| other == name) {
-            return Err(refuse("an object stands in a stack once".to_owned()));
+            let allowed = "an object is in a stack once";
+            return Err(at.refuse(&key, format!("'{name}'"), allowed));
         }
     }
     if order.is_empty() || order.len() > MAX_STACK {

@@ -1,33 +1,22 @@
 //! Following the operator: the arm goes where the panel's target is.
 
 use cell_model::{Cell, Checker, ModelError};
-use ipc_types::decision::GoalKind;
-use ipc_types::{GripperGoal, MAX_ARMS, Pose};
-use robocell_task::job::Job;
-use robocell_task::observation::Observation;
-use robocell_task::operator::{operator_target, requested_gripper};
-use robocell_task::output::{ArmIntent, Output};
-use robocell_task::{Kind, Policy, Settings, boxed};
+use ipc_types::Text;
+use robocell_skills::{FollowOperator, Progress, Setup, Skill, World};
+use robocell_task::{ArmIntent, Job, Kind, Observation, Output, Policy, Pose, Settings, boxed};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::check;
 
-/// Closing force where the robot names none (N).
-const DEFAULT_GRIP_FORCE_N: f64 = 20.0;
-/// The one phase.
-const FOLLOW: &str = "FOLLOW";
-
 /// Follow the operator's target.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReachTask {
-    /// First target: TCP position in the world frame (m); the home pose of the
-    /// robot where it is missing.
-    #[serde(default)]
+    /// First target of the first arm: TCP position in the world frame (m); it
+    /// holds where it is missing.
     pub position_m: Option<[f64; 3]>,
     /// Its orientation, w x y z; position only where it is missing.
-    #[serde(default)]
     pub orientation_wxyz: Option<[f64; 4]>,
 }
 
@@ -41,109 +30,56 @@ impl Settings for ReachTask {
             check::unit_quaternion(at, "task.orientation_wxyz", orientation, 1.0e-6)
         })
     }
-
-    fn grip_force_n(&self, cell: &Cell) -> f64 {
-        let gripper = cell.arms.first().and_then(|arm| arm.robot.gripper.as_ref());
-        gripper.map_or(DEFAULT_GRIP_FORCE_N, |gripper| gripper.default_force)
-    }
 }
 
 /// `kind = "reach"` and its policy.
 pub fn kind() -> Kind<ReachTask> {
     Kind::<ReachTask>::new("reach").policy("follow", |task, cell| {
-        Ok(boxed(Follow::new(task.clone(), task.grip_force_n(cell))))
+        let (task, setup) = (task.clone(), Setup::new(cell, []));
+        Ok(boxed(Follow { task, setup }))
     })
 }
 
 /// Follows panel targets and gripper requests always, paused or not. Until the
-/// first one it goes to the target of the cell file, or holds without one.
-#[derive(Clone, Debug)]
-pub struct Follow {
+/// first one the first arm goes to the target of the cell file.
+struct Follow {
     task: ReachTask,
-    grip_force: f64,
-}
-
-/// TCP orientation at the first decision, for a first target without one.
-type FirstOrientation = Option<[f64; 4]>;
-
-impl Follow {
-    /// `grip_force` is used when the operator closes the gripper (N).
-    pub fn new(task: ReachTask, grip_force: f64) -> Self {
-        Self { task, grip_force }
-    }
-
-    fn first_target(
-        &self,
-        first: &mut FirstOrientation,
-        observation: &Observation<'_>,
-    ) -> Option<ArmIntent> {
-        let position = self.task.position_m?;
-        let measured = observation.tcp(0)?.orientation_wxyz;
-        let kept = *first.get_or_insert(measured);
-        let orientation_wxyz = self.task.orientation_wxyz.unwrap_or(kept);
-        let target = Pose {
-            position,
-            orientation_wxyz,
-        };
-        Some(ArmIntent {
-            kind: GoalKind::Pose,
-            target,
-            ..ArmIntent::default()
-        })
-    }
+    setup: Setup,
 }
 
 impl Policy for Follow {
-    type Memory = FirstOrientation;
+    /// TCP orientation at the first decision, for a first target without one.
+    type Memory = Option<[f64; 4]>;
 
     fn decide(
         &self,
-        first: &mut FirstOrientation,
+        first: &mut Option<[f64; 4]>,
         observation: &Observation<'_>,
-        _job: &mut Job,
+        job: &mut Job,
         out: &mut Output,
     ) {
-        let panel = observation.panel();
-        let given = panel.target_seq > 0;
-        // The panel names one arm; the other ones hold.
-        let arm = if given {
-            (panel.target_arm as usize).min(MAX_ARMS - 1)
-        } else {
-            0
-        };
-        let mut intent = if given {
-            Some(operator_target(panel))
-        } else {
-            self.first_target(first, observation)
-        }
-        .unwrap_or_default();
-        if panel.gripper_seq > 0 {
-            intent.gripper = requested_gripper(panel);
-            if intent.gripper == GripperGoal::Close {
-                intent.grip_force = self.grip_force;
+        out.phase = Text::new("FOLLOW");
+        for arm in 0..self.setup.arms.len() {
+            let mut world = World::new(&self.setup, observation, job, out, arm);
+            FollowOperator.step(&mut Progress::default(), &mut world);
+            let waits = arm == 0 && observation.panel().target_seq == 0;
+            let position = self.task.position_m.filter(|_| waits);
+            if let Some((position, tcp)) = position.zip(world.tcp()) {
+                let found = *first.get_or_insert(tcp.orientation_wxyz);
+                let orientation_wxyz = self.task.orientation_wxyz.unwrap_or(found);
+                let target = Pose {
+                    position,
+                    orientation_wxyz,
+                };
+                world.act(ArmIntent::pose(0, target));
             }
         }
-        out.arm(arm, intent);
-    }
-
-    fn phase(&self, _first: &FirstOrientation) -> &str {
-        FOLLOW
-    }
-
-    fn phases(&self) -> &[&str] {
-        &[FOLLOW]
     }
 
     fn follows_operator(&self) -> bool {
         true
     }
 
-    fn reconcile(
-        &self,
-        _first: &mut FirstOrientation,
-        _observation: &Observation<'_>,
-        _job: &mut Job,
-        _out: &mut Output,
-    ) {
-    }
+    /// The panel says it all.
+    fn reconcile(&self, _: &mut Self::Memory, _: &Observation<'_>, _: &mut Job, _: &mut Output) {}
 }

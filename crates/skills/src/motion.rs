@@ -312,19 +312,21 @@ impl Skill for Home {
     }
 }
 
-/// Follows the operator's target and gripper requests; never ends.
+/// Follows the operator's target and gripper requests, if they are for this arm;
+/// never ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FollowOperator;
 
 impl Skill for FollowOperator {
     fn step(&self, _progress: &mut Progress, world: &mut World<'_>) -> Status {
         let panel = world.observation.panel();
-        let gripper = if panel.gripper_seq > 0 {
+        let mine = panel.target_arm as usize == world.arm;
+        let gripper = if mine && panel.gripper_seq > 0 {
             requested_gripper(panel)
         } else {
             GripperGoal::Keep
         };
-        if panel.target_seq > 0 && panel.target_arm as usize == world.arm {
+        if mine && panel.target_seq > 0 {
             world.act(ArmIntent {
                 gripper,
                 ..operator_target(panel)

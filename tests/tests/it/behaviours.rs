@@ -33,7 +33,7 @@ fn a_policy_is_shown_as_text_mermaid_and_dot() {
         said.stdout
     };
     let text = show("text");
-    assert_eq!(text.lines().count(), 27, "{text}");
+    assert_eq!(text.lines().count(), 26, "{text}");
     assert!(text.contains("StackBelowBroken"), "{text}");
     assert!(show("mermaid").contains("StackBelowBroken"));
     assert!(show("dot").starts_with("digraph"));
@@ -109,7 +109,7 @@ fn a_running_tree_is_printed_with_its_statuses() {
         let said = cell.ask(&["bt", "show", "--live", "--once"]);
         (said.code == 0 && said.stdout.contains("Normal")).then_some(said.stdout)
     });
-    assert!(frame.lines().count() >= 27, "{frame}");
+    assert!(frame.lines().count() >= 26, "{frame}");
     let top = wait_for("the active node", || {
         let said = cell.ask(&["top", "--once"]);
         said.stdout.contains("active: ").then_some(said.stdout)

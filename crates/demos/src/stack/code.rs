@@ -1,15 +1,13 @@
 //! What the stacking policies in plain code have in common: their memory is one
 //! transfer, and their picture is the ring of phases with the edges that leave it.
 
-use behavior::NodeStatus;
-use behavior::graph::{Graph, GraphKind};
-use robocell_task::ring::{edge, node, running_if};
-use robocell_task::{Job, Observation, Output, Policy};
+use behavior::Graph;
+use robocell_task::{Job, Observation, Output, Policy, ring};
 
-use super::phase::Phase;
+use super::phase::{HOLD, NAMES, Phase};
 use super::setup::StackSetup;
 use super::transfer::Transfer;
-use super::turn::{HOLD, Turn};
+use super::turn::Turn;
 
 /// One decision: brings the transfer to where it is after it, `None` between two,
 /// and tells the arm what to do.
@@ -44,17 +42,35 @@ impl Policy for InCode {
     }
 
     fn phase(&self, memory: &Option<Transfer>) -> &str {
-        memory.map_or("", |transfer| transfer.phase.name())
+        memory.map_or(HOLD, |transfer| transfer.phase.name())
     }
 
+    fn phases(&self) -> &[&str] {
+        &NAMES
+    }
+
+    /// The ring with what leads from one phase to the next, and the edges that leave
+    /// it.
     fn describe(&self, name: &str) -> Graph {
-        ring(name)
-    }
-
-    fn statuses(&self, memory: &Option<Transfer>, out: &mut Vec<NodeStatus>) {
-        let active = memory.map(|transfer| transfer.phase);
-        out.extend(Phase::RING.map(|phase| running_if(active == Some(phase))));
-        out.push(running_if(active.is_none()));
+        let idle = Phase::RING.len();
+        let mut graph = ring::graph(name, &NAMES);
+        for (edge, phase) in graph.edges.iter_mut().zip(Phase::RING) {
+            let done = match phase {
+                Phase::Grasp => "time",
+                Phase::Release => "time and gripper open",
+                _ => "settled or timeout",
+            };
+            done.clone_into(&mut edge.label);
+        }
+        if let Some(chosen) = graph.edges.last_mut() {
+            "cube not at its goal".clone_into(&mut chosen.label);
+        }
+        let drops = Phase::RING.into_iter().filter(|phase| phase.holding());
+        let drops = drops.map(|phase| ring::edge(phase as usize, idle, "drop"));
+        graph.edges.extend(drops);
+        let resync = ring::edge(Phase::Approach as usize, 0, "resync");
+        graph.edges.push(resync);
+        graph
     }
 
     fn reconcile(
@@ -67,31 +83,5 @@ impl Policy for InCode {
         if let Some(mut turn) = Turn::new(&self.setup, observation, job, out) {
             Transfer::reconcile(memory, &mut turn);
         }
-    }
-}
-
-/// The eight phases, and the state in which the next cube is chosen.
-fn ring(policy: &str) -> Graph {
-    let idle = Phase::RING.len();
-    let mut nodes: Vec<_> = Phase::RING.iter().map(|p| node(p.name(), "")).collect();
-    nodes.push(node(HOLD, "chooses the next cube"));
-    let mut edges = vec![edge(idle, 0, "cube not at its goal")];
-    for (from, phase) in Phase::RING.iter().enumerate() {
-        let done = match phase {
-            Phase::Grasp => "time",
-            Phase::Release => "time and gripper open",
-            _ => "settled or timeout",
-        };
-        edges.push(edge(from, phase.next().map_or(idle, |p| p as usize), done));
-        if phase.holding() {
-            edges.push(edge(from, idle, "drop"));
-        }
-    }
-    edges.push(edge(Phase::Approach as usize, 0, "resync"));
-    Graph {
-        kind: GraphKind::Code,
-        name: policy.to_owned(),
-        nodes,
-        edges,
     }
 }

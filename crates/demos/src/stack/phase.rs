@@ -3,7 +3,22 @@
 use robocell_task::PolicyTime;
 use serde::{Deserialize, Serialize};
 
-use super::setup::Timing;
+use super::numbers::StackTask;
+
+/// Between two transfers: nothing to do, or not able to.
+pub const HOLD: &str = "HOLD";
+/// Names of the phases in their order; the last one is between two transfers.
+pub const NAMES: [&str; 9] = [
+    "PRE_GRASP",
+    "APPROACH",
+    "GRASP",
+    "LIFT",
+    "TRANSPORT",
+    "LOWER",
+    "RELEASE",
+    "RETRACT",
+    HOLD,
+];
 
 /// A phase of picking one cube up and setting it down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -68,16 +83,7 @@ impl Phase {
 
     /// Name in logs, scripts and decisions.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::PreGrasp => "PRE_GRASP",
-            Self::Approach => "APPROACH",
-            Self::Grasp => "GRASP",
-            Self::Lift => "LIFT",
-            Self::Transport => "TRANSPORT",
-            Self::Lower => "LOWER",
-            Self::Release => "RELEASE",
-            Self::Retract => "RETRACT",
-        }
+        NAMES.get(self as usize).unwrap_or(&HOLD)
     }
 
     /// The phase after this one; `None` after the last.
@@ -107,19 +113,20 @@ impl Phase {
     /// enough (`settled`) and the gripper `open` or not. GRASP takes its time
     /// whatever it sees, RELEASE needs the open gripper besides and is blocked
     /// without it, the others settle or time out. None is shorter than the minimum.
-    pub fn stands(self, timing: &Timing, lasted: PolicyTime, settled: bool, open: bool) -> Leg {
-        let ready = lasted >= timing.min_phase;
+    pub fn stands(self, spec: &StackTask, lasted: PolicyTime, settled: bool, open: bool) -> Leg {
+        let past = |seconds| lasted >= PolicyTime::from_seconds(seconds);
+        let ready = past(spec.min_phase_s);
         let limit = match self {
-            Self::PreGrasp | Self::Retract => timing.timeout,
-            _ => timing.short_timeout,
+            Self::PreGrasp | Self::Retract => spec.timeout_s,
+            _ => spec.short_timeout_s,
         };
         match self {
             Self::Grasp if ready => Leg::Ok,
             Self::Release if ready && open => Leg::Ok,
-            Self::Release if lasted >= timing.release_timeout => Leg::Blocked,
+            Self::Release if past(spec.release_timeout_s) => Leg::Blocked,
             Self::Grasp | Self::Release => Leg::Running,
             _ if ready && settled => Leg::Settled,
-            _ if lasted >= limit => Leg::Timeout,
+            _ if past(limit) => Leg::Timeout,
             _ => Leg::Running,
         }
     }
@@ -128,23 +135,19 @@ impl Phase {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cell_model::{Cell, Data};
     use robocell_skills::Step;
-
-    const TIMING: Timing = Timing {
-        min_phase: PolicyTime::from_ticks(500),
-        settle: PolicyTime::from_ticks(250),
-        timeout: PolicyTime::from_ticks(5000),
-        short_timeout: PolicyTime::from_ticks(2500),
-        release_timeout: PolicyTime::from_ticks(3000),
-    };
 
     /// Tick at which `phase` ends and how, asked every 10 ms.
     fn end(phase: Phase, there: impl Fn(u64) -> bool, open: bool) -> (u64, Leg) {
+        let cell = Cell::load(&Data::checkout(), "franka-stack", 1, None).unwrap();
+        let spec: StackTask = cell.task.read().unwrap();
+        let settle = PolicyTime::from_seconds(spec.settle_s);
         let mut step = Step::default();
         for tick in (0..20_000).step_by(10) {
             let now = PolicyTime::from_ticks(tick);
-            let settled = step.settles(there(tick), TIMING.settle, now);
-            match phase.stands(&TIMING, now, settled, open) {
+            let settled = step.settles(there(tick), settle, now);
+            match phase.stands(&spec, now, settled, open) {
                 Leg::Running => {}
                 over => return (tick, over),
             }
@@ -171,8 +174,7 @@ mod tests {
             assert_eq!(end(phase, |_| true, true).0, 500, "{phase:?}");
             let limit = match phase {
                 Phase::Grasp => 500,
-                Phase::PreGrasp | Phase::Retract => 5000,
-                Phase::Release => 3000,
+                Phase::PreGrasp | Phase::Retract | Phase::Release => 5000,
                 _ => 2500,
             };
             assert_eq!(end(phase, |_| false, false).0, limit, "{phase:?}");

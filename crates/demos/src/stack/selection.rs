@@ -5,6 +5,7 @@ use robocell_skills::geometry::plane_distance;
 use robocell_task::TraceEvent;
 use robocell_task::job::Placement;
 
+use super::transfer::Transfer;
 use super::turn::Turn;
 use crate::failure::Failure;
 
@@ -14,48 +15,51 @@ const CROWD_LAYERS: f64 = 1.6;
 /// Nearer than this one is where the other has to be.
 const OVERLAP_LAYERS: f64 = 1.1;
 
-/// What to do next.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Selection {
-    /// Every cube is at its goal.
-    AllPlaced,
-    /// Move this cube.
-    Move(Assignment),
-    /// The next cube is out of reach.
-    OutOfReach(usize),
-    /// This cube is off the table.
-    Fallen(usize),
+/// Whether all cubes are at their goals. It is noted, and logged when it has just
+/// become true.
+pub fn all_stacked(turn: &mut Turn<'_>) -> bool {
+    let all = turn.cubes().all(|cube| turn.at_goal(cube));
+    if all && !turn.world.job.done {
+        let line = format_args!("[decide] -> all stacked");
+        turn.world.out.event(TraceEvent::Done, line);
+    }
+    turn.world.job.done = all;
+    all
 }
 
-/// A cube to move.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Assignment {
-    /// Its place in the order.
-    pub cube: usize,
-    /// Where it goes.
-    pub destination: Placement,
-    /// It is only moved out of the way.
-    pub clears: bool,
-}
-
-/// The first cube in the order that is not at its goal. A cube that is on it, or
-/// where it belongs, is put away first, since neither picking nor placing could
-/// succeed; and a support that is too far off to carry the next cube is set again.
-pub fn select(turn: &Turn<'_>) -> Selection {
-    let count = turn.stack.cubes.len();
-    if let Some(cube) = (0..count).find(|cube| turn.fallen(*cube)) {
-        return Selection::Fallen(cube);
+/// The transfer of the first cube in the order that is not at its goal. A cube that
+/// is on it, or where it belongs, is put away first, since neither picking nor
+/// placing could succeed; and a support that is too far off to carry the next cube
+/// is set again. `None`, with the wait or the end of the job noted: there is
+/// nothing to move now. `verb` begins the log line.
+pub fn select(verb: &str, turn: &mut Turn<'_>) -> Option<Transfer> {
+    all_stacked(turn);
+    if let Some(cube) = turn.cubes().find(|cube| turn.fallen(*cube)) {
+        let name = turn.name(cube);
+        let reason = Failure::CubeLost.reason();
+        turn.world
+            .fail(reason, format_args!("{name} fell off the table"));
+        return None;
     }
-    let Some(first) = (0..count).find(|cube| !turn.at_goal(*cube)) else {
-        return Selection::AllPlaced;
-    };
-    let wanted = unseated_support(turn, first).unwrap_or(first);
-    let assignment = clear_the_way(turn, wanted);
-    if turn.reachable(assignment.cube) {
-        Selection::Move(assignment)
-    } else {
-        Selection::OutOfReach(assignment.cube)
+    let first = turn.cubes().find(|cube| !turn.at_goal(*cube));
+    let next = first.map(|first| {
+        let wanted = unseated_support(turn, first).unwrap_or(first);
+        clear_the_way(turn, wanted)
+    });
+    if let Some(next) = next.filter(|next| !turn.reachable(next.cube)) {
+        let (object, reason) = (turn.object(next.cube), Failure::CubeOutOfReach.reason());
+        turn.world.wait_for_reach(object, reason);
+        return None;
     }
+    turn.world.job.unreachable_since = None;
+    if let Some(next) = next {
+        let name = turn.name(next.cube);
+        let what = if next.aborted { "clear" } else { "stack" };
+        turn.world.job.counters.recoveries += u32::from(next.aborted);
+        let line = format_args!("[{verb}] -> {what} {name}");
+        turn.world.out.log(line);
+    }
+    next
 }
 
 /// Whether a held cube cannot go onto the stack any more: a lower cube is not
@@ -63,49 +67,6 @@ pub fn select(turn: &Turn<'_>) -> Selection {
 pub fn destination_lost(turn: &Turn<'_>, cube: usize) -> bool {
     let broken = (0..cube).any(|lower| !turn.at_goal(lower));
     broken || intruder(turn, cube).is_some()
-}
-
-/// Selects, and notes what came of it: the log line, which begins with `verb`, the
-/// wait for a cube out of reach, the end of the job. `None`: nothing to move now.
-pub fn decide(verb: &str, turn: &mut Turn<'_>) -> Option<Assignment> {
-    let selection = select(turn);
-    if !matches!(selection, Selection::OutOfReach(_)) {
-        turn.world.job.unreachable_since = None;
-    }
-    note_all_placed(selection == Selection::AllPlaced, turn);
-    match selection {
-        Selection::AllPlaced => None,
-        Selection::Move(assignment) => {
-            let name = turn.name(assignment.cube);
-            let what = if assignment.clears { "clear" } else { "stack" };
-            turn.world.job.counters.recoveries += u32::from(assignment.clears);
-            turn.world
-                .out
-                .log(format_args!("[{verb}] -> {what} {name}"));
-            Some(assignment)
-        }
-        Selection::OutOfReach(cube) => {
-            let (object, reason) = (turn.object(cube), Failure::CubeOutOfReach.reason());
-            turn.world.wait_for_reach(object, reason);
-            None
-        }
-        Selection::Fallen(cube) => {
-            let (name, reason) = (turn.name(cube), Failure::CubeLost.reason());
-            turn.world
-                .fail(reason, format_args!("{name} fell off the table"));
-            None
-        }
-    }
-}
-
-/// Notes whether every cube is at its goal, and says so when it has just become
-/// true.
-pub fn note_all_placed(all: bool, turn: &mut Turn<'_>) {
-    if all && !turn.world.job.done {
-        let line = format_args!("[decide] -> all stacked");
-        turn.world.out.event(TraceEvent::Done, line);
-    }
-    turn.world.job.done = all;
 }
 
 /// The cube below `first`, if it is too far off to carry it and setting it again
@@ -117,24 +78,14 @@ fn unseated_support(turn: &Turn<'_>, first: usize) -> Option<usize> {
 }
 
 /// `wanted` to its goal, or first whatever is in the way of that.
-fn clear_the_way(turn: &Turn<'_>, wanted: usize) -> Assignment {
-    let away = |cube| Assignment {
-        cube,
-        destination: free_spawn(turn, cube),
-        clears: true,
+fn clear_the_way(turn: &Turn<'_>, wanted: usize) -> Transfer {
+    let away = |cube| Transfer::new(turn, cube, free_spawn(turn, cube), true);
+    let mut next = match intruder(turn, wanted) {
+        Some(cube) if on_top_of(turn, wanted).is_none() => away(cube),
+        _ => Transfer::new(turn, wanted, turn.goal(wanted), false),
     };
-    let mut next = Assignment {
-        cube: wanted,
-        destination: turn.goal(wanted),
-        clears: false,
-    };
-    if on_top_of(turn, wanted).is_none()
-        && let Some(cube) = intruder(turn, wanted)
-    {
-        next = away(cube);
-    }
     // A pile is taken down from the top; a pile has no more cubes than there are.
-    for _ in 0..turn.stack.cubes.len() {
+    for _ in turn.cubes() {
         match on_top_of(turn, next.cube) {
             Some(cube) => next = away(cube),
             None => break,
@@ -174,7 +125,7 @@ fn intruder(turn: &Turn<'_>, cube: usize) -> Option<usize> {
 /// The cube's own spawn, or the first one with room around it where something
 /// is on its own; its own if there is none.
 pub fn free_spawn(turn: &Turn<'_>, cube: usize) -> Placement {
-    let mut spawns = turn.stack.cubes.iter().map(|c| c.spawn);
+    let mut spawns = turn.stack.spawns.iter().copied();
     let own = spawns.clone().nth(cube).unwrap_or(turn.goal(cube));
     let nearest = |place: &Placement| {
         let others = turn.others(cube);

@@ -7,13 +7,13 @@ use robocell_skills::Step;
 use robocell_skills::fingers::Ways;
 use robocell_skills::geometry::{nearest_quarter, plane_distance};
 use robocell_skills::world::Drive;
-use robocell_task::TraceEvent;
 use robocell_task::job::Placement;
+use robocell_task::{PolicyTime, TraceEvent};
 use serde::{Deserialize, Serialize};
 
 use super::phase::{Leg, Phase};
-use super::selection::{self, Assignment};
-use super::turn::{Turn, forget_held, note_resume};
+use super::selection;
+use super::turn::{Turn, forget_held};
 
 /// A destination nearer than this in the plane is beside the pick-up (m).
 const BESIDE_M: f64 = 0.2;
@@ -38,41 +38,30 @@ pub struct Transfer {
     anchor: Placement,
 }
 
-/// What a policy finds when decisions were missed, or the operator led the arm.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Found {
-    /// The transfer under way is resumed; or there is none.
-    Same,
-    /// Another cube, or one that was not gripped yet, is in the gripper.
-    InGripper,
-}
-
 impl Transfer {
     /// The next transfer, with its first command; `None` when there is nothing to
     /// move now. `verb` begins the log line.
     pub fn select(verb: &str, turn: &mut Turn<'_>) -> Option<Self> {
-        let next = (turn.world.job.failure.is_none())
-            .then(|| selection::decide(verb, turn))
-            .flatten();
-        let Some(next) = next else {
+        let job_failed = turn.world.job.failure.is_some();
+        let next = (!job_failed).then(|| selection::select(verb, turn));
+        let Some(mut transfer) = next.flatten() else {
             turn.hold(GripperGoal::Keep);
             return None;
         };
-        let mut transfer = Self::new(next, turn);
         transfer.aim(turn);
         transfer.drive(turn);
         Some(transfer)
     }
 
     /// A transfer that has not begun.
-    pub fn new(next: Assignment, turn: &Turn<'_>) -> Self {
+    pub fn new(turn: &Turn<'_>, cube: usize, destination: Placement, aborted: bool) -> Self {
         Self {
-            cube: next.cube,
+            cube,
             phase: Phase::PreGrasp,
-            destination: next.destination,
-            aborted: next.clears,
+            destination,
+            aborted,
             step: Step::default(),
-            anchor: turn.placement(next.cube),
+            anchor: turn.placement(cube),
         }
     }
 
@@ -135,15 +124,14 @@ impl Transfer {
         let drive = Drive {
             tolerance_m,
             angle_rad: spec.orientation_tolerance_rad,
-            settle: turn.stack.timing.settle,
+            settle: PolicyTime::from_seconds(spec.settle_s),
             ..Drive::travel(self.target(turn), gripper)
         };
         let drive = drive.near(Some(turn.object(self.cube)));
         let lasted = turn.world.begin(&mut self.step);
         let settled = turn.world.drive(&mut self.step, &drive);
         let open = turn.world.is_open();
-        let timing = &turn.stack.timing;
-        self.phase.stands(timing, lasted, settled, open)
+        self.phase.stands(spec, lasted, settled, open)
     }
 
     /// The TCP in this phase: above the live cube, where it was gripped, or where it
@@ -243,27 +231,34 @@ impl Transfer {
         }
     }
 
-    /// Compares what is remembered with what is seen.
-    pub fn reconcile(memory: &mut Option<Self>, turn: &mut Turn<'_>) -> Found {
+    /// After missed decisions, or after the operator led the arm: whether a cube is in
+    /// the gripper of which `memory` does not know. It is made the transfer.
+    pub fn reconcile(memory: &mut Option<Self>, turn: &mut Turn<'_>) -> bool {
         if let Some(transfer) = memory.as_mut().filter(|t| t.phase >= Phase::Grasp) {
             transfer.step.settled = None;
-            return Found::Same;
+            return false;
         }
         let Some((mut transfer, phase)) = Self::in_gripper(turn) else {
             forget_held(turn.world.job);
-            return Found::Same;
+            return false;
         };
-        note_resume(turn, transfer.cube);
+        let name = turn.name(transfer.cube);
+        turn.world.job.counters.recoveries += 1;
+        turn.world.job.done = false;
+        turn.world.out.event(
+            TraceEvent::Recover,
+            format_args!("[resume] {name} is in the gripper"),
+        );
         transfer.enter(phase, turn);
         *memory = Some(transfer);
-        Found::InGripper
+        true
     }
 
     /// The transfer of the cube in the gripper, and its phase: what physics says
     /// about the fingers' contacts, else what the checkpoint says, if the cube is near
     /// the TCP. A checkpoint that agrees also says where the cube goes.
     fn in_gripper(turn: &Turn<'_>) -> Option<(Self, Phase)> {
-        let of_object = |object| turn.stack.cube_of_object(object);
+        let of_object = |object| turn.cubes().find(|cube| turn.object(*cube) == object);
         let job = &*turn.world.job;
         let remembered = job.held.and_then(of_object);
         let cube = turn.world.held().and_then(of_object).or(remembered)?;
@@ -271,12 +266,8 @@ impl Transfer {
             return None;
         }
         let known = job.destination.filter(|_| remembered == Some(cube));
-        let next = Assignment {
-            cube,
-            destination: known.unwrap_or(turn.goal(cube)),
-            clears: known.is_some() && job.aborted,
-        };
-        let mut transfer = Self::new(next, turn);
+        let destination = known.unwrap_or(turn.goal(cube));
+        let mut transfer = Self::new(turn, cube, destination, known.is_some() && job.aborted);
         // The fingers are around the cube already, whichever way they came.
         let turned = turn.world.tool_yaw();
         transfer.anchor.yaw = nearest_quarter(transfer.anchor.yaw, turned);

@@ -1,6 +1,8 @@
 //! One decision of a stacking policy: what it asks about the cubes, and what it
 //! notes of what went wrong with them.
 
+use std::ops::Range;
+
 use ipc_types::decision::Outcome;
 use ipc_types::world::OBJECT_DRAGGED;
 use ipc_types::{GripperGoal, Text};
@@ -8,9 +10,9 @@ use nalgebra::Vector3;
 use robocell_skills::geometry::plane_distance;
 use robocell_skills::{Condition, World};
 use robocell_task::job::Placement;
-use robocell_task::{ArmIntent, Job, Observation, Output, TraceEvent};
+use robocell_task::{ArmIntent, Job, Observation, Output};
 
-use super::phase::Phase;
+use super::phase::{HOLD, Phase};
 use super::setup::{ARM, STACK, StackSetup};
 use crate::failure::Failure;
 
@@ -20,9 +22,7 @@ const FALLEN_BELOW_M: f64 = -0.05;
 /// half a cube the next one topples.
 const SEAT_SHARE: f64 = 0.4;
 
-/// The phase of a decision without a transfer: nothing to do, or not able to.
-pub const HOLD: &str = "HOLD";
-/// The same, with every cube in its place.
+/// The phase of a decision without a transfer when every cube is in its place.
 const DONE: &str = "DONE";
 
 /// The view of the arm in one decision, with the numbers of the task. Cubes are
@@ -47,7 +47,7 @@ impl<'w> Turn<'w> {
     ) -> Option<Self> {
         observation.arm(ARM)?;
         let mut cubes = stack.cubes.iter();
-        let all = cubes.all(|cube| observation.object(cube.object).is_some());
+        let all = cubes.all(|cube| observation.object(*cube).is_some());
         all.then(|| Self {
             stack,
             world: World::new(&stack.skills, observation, job, out, ARM),
@@ -58,7 +58,7 @@ impl<'w> Turn<'w> {
     /// Index of a cube in the cell file; a cube that the order does not have is
     /// no object.
     pub fn object(&self, cube: usize) -> usize {
-        self.stack.cubes.get(cube).map_or(usize::MAX, |c| c.object)
+        self.stack.cubes.get(cube).copied().unwrap_or(usize::MAX)
     }
 
     /// Name of a cube.
@@ -68,7 +68,8 @@ impl<'w> Turn<'w> {
 
     /// Where a cube belongs.
     pub fn goal(&self, cube: usize) -> Placement {
-        self.stack.cubes.get(cube).map_or(NOWHERE, |c| c.goal)
+        let goal = self.stack.skills.goal(self.object(cube), STACK, cube);
+        goal.unwrap_or(NOWHERE)
     }
 
     /// Where a cube is, and its turn. One that the cell does not have any more
@@ -83,9 +84,14 @@ impl<'w> Turn<'w> {
         self.placement(cube).position.into()
     }
 
+    /// All cubes, from bottom to top.
+    pub fn cubes(&self) -> Range<usize> {
+        0..self.stack.cubes.len()
+    }
+
     /// The cubes other than `cube`.
     pub fn others(&self, cube: usize) -> impl Iterator<Item = usize> + use<> {
-        (0..self.stack.cubes.len()).filter(move |other| *other != cube)
+        self.cubes().filter(move |other| *other != cube)
     }
 
     /// Whether a cube is at its goal: in its own layer and strictly nearer than the
@@ -211,7 +217,7 @@ impl<'w> Turn<'w> {
             Outcome::Running
         };
         self.world.job.placed.clear();
-        for cube in 0..self.stack.cubes.len() {
+        for cube in self.cubes() {
             let object = self.object(cube);
             if self.world.job.held != Some(object) && self.at_goal(cube) {
                 let object = u32::try_from(object).unwrap_or(u32::MAX);
@@ -232,15 +238,4 @@ pub fn forget_held(job: &mut Job) {
     job.held = None;
     job.destination = None;
     job.aborted = false;
-}
-
-/// Notes that a cube was found in the gripper.
-pub fn note_resume(turn: &mut Turn<'_>, cube: usize) {
-    let name = turn.name(cube);
-    turn.world.job.counters.recoveries += 1;
-    turn.world.job.done = false;
-    turn.world.out.event(
-        TraceEvent::Recover,
-        format_args!("[resume] {name} is in the gripper"),
-    );
 }

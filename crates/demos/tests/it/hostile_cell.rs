@@ -114,7 +114,7 @@ fn names_have_to_lead_somewhere_and_be_unique() {
         (
             r#"["red_cube", "blue_cube""#,
             r#"["red_cube", "red_cube""#,
-            "stands in a stack once",
+            "is in a stack once",
         ),
         (
             r#"name = "blue_cube""#,
@@ -155,7 +155,7 @@ fn a_pyramid_needs_a_part_for_every_arm_and_cubes_that_exist() {
         (
             "[\"cube_1\", \"cube_2\"",
             "[\"cube_1\", \"cube_1\"",
-            "stands in a stack once",
+            "is in a stack once",
         ),
         (
             "[\"cube_1\", \"cube_2\"",

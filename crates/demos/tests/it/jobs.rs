@@ -101,7 +101,7 @@ fn the_bottom_cube_dragged_away_sends_the_held_one_back_and_comes_first() {
 }
 
 #[test]
-fn a_cube_that_drifts_during_the_approach_makes_the_tree_pick_it_up_anew() {
+fn a_cube_that_drifts_during_the_approach_makes_the_tree_restart_the_pick_up() {
     let mut cell = FakeCell::stack("bt");
     cell.run_until(60.0, |c| c.phase() == "APPROACH");
     cell.drag(RED, [0.35, 0.0, 0.025]);
@@ -118,7 +118,7 @@ fn a_cube_that_drifts_during_the_approach_makes_the_tree_pick_it_up_anew() {
 }
 
 #[test]
-fn a_cube_dragged_while_it_is_approached_is_picked_up_anew() {
+fn a_cube_dragged_while_it_is_approached_restarts_the_pick_up() {
     // The tree looks for that in the approach only.
     for policy in BOTH {
         for phase in ["PRE_GRASP", "APPROACH"] {

@@ -3,7 +3,7 @@
 
 use crate::common;
 
-use common::{ALL, BLUE, BOTH, FakeCell, GREEN, RED, YELLOW};
+use common::{ALL, BLUE, FakeCell, GREEN, RED, YELLOW};
 use ipc_types::decision::{GoalKind, Outcome};
 use ipc_types::trace::TraceKind;
 
@@ -115,7 +115,7 @@ fn live_targets_keep_the_number_of_their_goal_and_phases_change_it() {
 
 #[test]
 fn p11_a_cube_far_from_the_hand_in_release_or_retract_is_no_drop() {
-    for policy in BOTH {
+    for policy in ALL {
         for phase in ["RELEASE", "RETRACT"] {
             let mut cell = FakeCell::stack(policy);
             cell.run_until(60.0, |c| c.phase() == phase);

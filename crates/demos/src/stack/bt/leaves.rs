@@ -7,7 +7,7 @@ use ipc_types::GripperGoal;
 
 use super::{StackHost, StackWorld};
 use crate::stack::phase::{Leg, Phase};
-use crate::stack::selection::{self, Selection};
+use crate::stack::selection;
 use crate::stack::transfer::Transfer;
 use crate::stack::turn::forget_held;
 
@@ -37,8 +37,7 @@ pub fn all_stacked(world: &mut StackWorld<'_>) -> Status {
     if world.transfer.is_some() {
         return Status::Failure;
     }
-    let all = selection::select(&world.turn) == Selection::AllPlaced;
-    selection::note_all_placed(all, &mut world.turn);
+    let all = selection::all_stacked(&mut world.turn);
     if all {
         world.turn.hold(GripperGoal::Keep);
     }
@@ -73,8 +72,7 @@ pub fn select_next_cube(world: &mut StackWorld<'_>) -> Status {
     if world.transfer.is_some_and(|t| t.phase.holding()) {
         return Status::Success;
     }
-    let next = selection::decide("select", &mut world.turn);
-    *world.transfer = next.map(|next| Transfer::new(next, &world.turn));
+    *world.transfer = selection::select("select", &mut world.turn);
     if world.transfer.is_some() {
         return Status::Success;
     }

@@ -17,7 +17,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Serialize};
 
 use super::setup::StackSetup;
-use super::transfer::{Found, Transfer};
+use super::transfer::Transfer;
 use super::turn::Turn;
 
 /// Names the world of the tree.
@@ -133,7 +133,7 @@ impl AnyPolicy for StackBt {
         let Some(mut turn) = Turn::new(&self.setup, observation, job, out) else {
             return;
         };
-        if Transfer::reconcile(&mut self.transfer, &mut turn) == Found::InGripper {
+        if Transfer::reconcile(&mut self.transfer, &mut turn) {
             // Leaves that pick up succeed at once with a cube in the gripper.
             self.restart_tree();
         }
