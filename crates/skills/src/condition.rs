@@ -26,6 +26,25 @@ pub enum Condition {
         /// See above.
         tolerance_m: f64,
     },
+    /// The object is at a point (m, world frame) and in no gripper, nearer than the
+    /// tolerance in the plane (m) and less than half of its height above or below.
+    AtPoint {
+        /// The object.
+        object: usize,
+        /// Where its centre belongs.
+        point: [f64; 3],
+        /// See above.
+        tolerance_m: f64,
+    },
+    /// The object's centre is at least that high and near the TCP.
+    Lifted {
+        /// The object.
+        object: usize,
+        /// Lowest height, world frame (m).
+        above_m: f64,
+        /// Largest distance from the TCP (m).
+        within_m: f64,
+    },
     /// No slot of the place is free.
     Full {
         /// The place.
@@ -69,6 +88,18 @@ impl Condition {
                 place,
                 tolerance_m,
             } => world.slot_of(object, place, tolerance_m).is_some(),
+            Self::AtPoint {
+                object,
+                point,
+                tolerance_m,
+            } => world.is_at(object, point.into(), tolerance_m),
+            Self::Lifted {
+                object,
+                above_m,
+                within_m,
+            } => world.position(object).is_some_and(|position| {
+                position.z >= above_m && (position - world.tcp_position()).norm() <= within_m
+            }),
             Self::Full { place, tolerance_m } => {
                 world.free_slot(usize::MAX, place, tolerance_m).is_none()
             }

@@ -194,6 +194,10 @@ pub struct FileTask {
     /// Trees only: what each arm does, where they do different things.
     #[serde(default)]
     pub robot: BTreeMap<String, RobotTable>,
+    /// Trees only: an arm whose tree succeeded has done its part and is not ticked
+    /// again.
+    #[serde(default)]
+    pub once: bool,
     /// Places where objects belong, by name.
     #[serde(default)]
     pub place: BTreeMap<String, PlaceTable>,

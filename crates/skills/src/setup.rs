@@ -1,7 +1,7 @@
 //! What skills know of a cell, resolved once from its files.
 
 use cell_model::{ArmSpec, Cell, Robot, Shape, suggest};
-use ipc_types::MAX_JOINTS;
+use ipc_types::{MAX_JOINTS, Pose};
 use nalgebra::{Vector2, Vector3};
 use robocell_task::SetupError;
 use robocell_task::job::Placement;
@@ -49,6 +49,9 @@ pub struct ArmSetup {
     pub tool: Tool,
     /// An object further from the base in the plane is out of reach (m).
     pub reach_m: f64,
+    /// The TCP where the arm waits for a zone that another arm works in: where it
+    /// is at the start, unless the job says something else. World frame.
+    pub wait: Pose,
 }
 
 /// A movable object of the cell.
@@ -178,6 +181,14 @@ impl Setup {
     }
 }
 
+impl ArmSetup {
+    /// Whether the arm reaches a point with the tool straight down (m).
+    pub fn reaches(&self, point: Vector3<f64>) -> bool {
+        let off = point - self.base;
+        off.xy().norm() <= self.reach_m && off.z.abs() <= self.reach_m
+    }
+}
+
 impl Tool {
     /// Of a robot.
     pub fn of(robot: &Robot) -> Self {
@@ -263,7 +274,15 @@ fn arm(spec: &ArmSpec) -> ArmSetup {
     for (slot, position) in home.iter_mut().zip(&spec.home) {
         *slot = *position;
     }
+    let all = spec.robot.with_arm_positions(&spec.home);
+    let tcp = spec.robot.frame_pose(spec.robot.tcp_frame, &all);
+    let tcp = spec.base * tcp.unwrap_or_default();
+    let orientation = tcp.rotation.quaternion();
     ArmSetup {
+        wait: Pose {
+            position: tcp.translation.vector.into(),
+            orientation_wxyz: [orientation.w, orientation.i, orientation.j, orientation.k],
+        },
         name: spec.name.clone(),
         base: spec.base.translation.vector,
         home,

@@ -6,6 +6,7 @@ use ipc_types::{GripperGoal, Pose};
 use nalgebra::Vector3;
 use robocell_task::job::{Job, Placement};
 use robocell_task::{ArmIntent, Observation, Output, PolicyTime, TraceEvent};
+use serde::{Deserialize, Serialize};
 
 use crate::condition::PLACE_TOLERANCE_M;
 use crate::geometry;
@@ -31,6 +32,24 @@ const LOST_DECISIONS: u32 = 5;
 const REST_SPEED_M_S: f64 = 0.01;
 /// Joints of an arm at rest are slower than this (rad/s or m/s).
 const REST_JOINT_SPEED: f64 = 0.02;
+/// A controller that was silent for longer does not work (ticks of 1 ms).
+const ECHO_LIMIT_TICKS: u64 = 100;
+
+/// What a policy of several arms remembers of each: a [`Job`] remembers one arm.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ArmMemory {
+    /// Key of the newest goal.
+    pub newest_key: u64,
+    /// Object in the gripper.
+    pub held: Option<usize>,
+}
+
+impl ArmMemory {
+    /// Whether it can belong to a cell with so many objects.
+    pub(crate) fn is_sound(&self, objects: usize) -> bool {
+        self.newest_key < u64::MAX / 2 && self.held.is_none_or(|held| held < objects)
+    }
+}
 
 /// The view of one arm in one decision.
 pub struct World<'w> {
@@ -47,6 +66,9 @@ pub struct World<'w> {
     /// Whether this is the first decision after others were missed, or after the
     /// operator led the arm: what skills timed before it counts no more.
     pub resumed: bool,
+    /// Of a policy of several arms. Without it the job counts the goals, and knows
+    /// what the first arm holds.
+    pub memory: Option<&'w mut ArmMemory>,
     acted: bool,
     /// What the gripper was told in this decision.
     gripper: GripperGoal,
@@ -129,6 +151,7 @@ impl<'w> World<'w> {
             out,
             arm,
             resumed: false,
+            memory: None,
             acted: false,
             gripper: GripperGoal::Keep,
         }
@@ -142,6 +165,20 @@ impl<'w> World<'w> {
     /// The arm's part of the setup; `None` for an arm the cell does not have.
     pub fn arm_setup(&self) -> Option<&'w ArmSetup> {
         self.setup.arms.get(self.arm)
+    }
+
+    /// Name of the arm, for logs.
+    pub fn arm_name(&self) -> &'w str {
+        self.arm_setup().map_or("?", |arm| arm.name.as_str())
+    }
+
+    /// Whether the arm is seen, has no fault, and its controller answers.
+    pub fn is_alive(&self) -> bool {
+        let heard = self.observation.echo(self.arm).is_some_and(|echo| {
+            self.observation.sample_id().saturating_sub(echo.tick) <= ECHO_LIMIT_TICKS
+        });
+        let arm = self.observation.arm(self.arm);
+        heard && arm.is_some_and(|arm| arm.fault == 0)
     }
 
     /// What the arm grips with.
@@ -255,26 +292,27 @@ impl<'w> World<'w> {
 
     /// Whether the arm reaches a point with the tool straight down (m).
     pub fn reaches(&self, point: Vector3<f64>) -> bool {
-        self.arm_setup().is_some_and(|arm| {
-            let off = point - arm.base;
-            off.xy().norm() <= arm.reach_m && off.z.abs() <= arm.reach_m
-        })
+        self.arm_setup().is_some_and(|arm| arm.reaches(point))
+    }
+
+    /// Whether an object is in no gripper, its centre nearer to `point` in the
+    /// plane than `tolerance_m`, and in that layer.
+    pub fn is_at(&self, object: usize, point: Vector3<f64>, tolerance_m: f64) -> bool {
+        let half = self.object_setup(object).map_or(0.0, |o| o.half_height_m);
+        self.position(object).is_some_and(|position| {
+            let off = position - point;
+            off.xy().norm() < tolerance_m && off.z.abs() < half
+        }) && !self.is_held(object)
     }
 
     /// The slot of a place in which an object is, in no gripper; nearer than
     /// `tolerance_m` in the plane, and in that layer.
     pub fn slot_of(&self, object: usize, place: usize, tolerance_m: f64) -> Option<usize> {
-        let position = self.position(object)?;
-        let half = self.object_setup(object)?.half_height_m;
         let slots = self.setup.places.get(place)?.slots.len();
-        let found = (0..slots).find(|slot| {
+        (0..slots).find(|slot| {
             let goal = self.setup.goal(object, place, *slot);
-            goal.is_some_and(|goal| {
-                let off = position - Vector3::from(goal.position);
-                off.xy().norm() < tolerance_m && off.z.abs() < half
-            })
-        })?;
-        (!self.is_held(object)).then_some(found)
+            goal.is_some_and(|goal| self.is_at(object, goal.position.into(), tolerance_m))
+        })
     }
 
     /// The first slot of a place in which no other object is.
@@ -319,8 +357,12 @@ impl<'w> World<'w> {
         })
     }
 
-    /// A key for a new goal; it is also a new entry into a phase.
+    /// A key for a new goal; with one arm it is also a new entry into a phase.
     pub fn new_key(&mut self) -> u64 {
+        if let Some(memory) = &mut self.memory {
+            memory.newest_key += 1;
+            return memory.newest_key;
+        }
         self.job.counters.phase_entry += 1;
         u64::from(self.job.counters.phase_entry)
     }
@@ -339,13 +381,23 @@ impl<'w> World<'w> {
     }
 
     /// The TCP that brings the object in the gripper to `goal`, as the object is
-    /// in the gripper now.
+    /// in the gripper now, with the tool turned as little as possible.
     pub fn place_pose(&self, object: usize, goal: Placement) -> Option<Pose> {
+        self.place_pose_turned(object, goal, self.tool_yaw())
+    }
+
+    /// As [`World::place_pose`], with the tool turned to about `reference` (rad).
+    pub fn place_pose_turned(
+        &self,
+        object: usize,
+        goal: Placement,
+        reference: f64,
+    ) -> Option<Pose> {
         let (tcp, pose) = (self.tcp()?, self.object(object)?);
         let in_gripper = Vector3::from(pose.position) - Vector3::from(tcp.position);
         let turned = self.tool_yaw();
         let wanted = goal.yaw - (geometry::yaw(&pose) - turned);
-        let yaw = geometry::nearest_quarter(wanted, turned);
+        let yaw = geometry::nearest_quarter(wanted, reference);
         let shift = geometry::turned(in_gripper.xy(), yaw - turned);
         let [x, y, z] = goal.position;
         Some(Pose {
@@ -387,20 +439,39 @@ impl<'w> World<'w> {
         self.act(intent);
     }
 
+    /// The arm stops where it is; the gripper keeps its command.
+    pub fn hold(&mut self) {
+        self.act(ArmIntent::default());
+    }
+
     /// To be called at the end of a decision: an arm that no skill spoke for
-    /// stays where it was sent, and a drop of the first arm is counted.
+    /// stays where it was sent, and a drop is counted: of the first arm, and of
+    /// every arm with a [`World::memory`].
     pub fn finish(&mut self) {
         if !self.acted {
             self.stay(GripperGoal::Keep);
         }
+        let before = match &self.memory {
+            Some(memory) => memory.held,
+            None => self.job.held.filter(|_| self.arm == 0),
+        };
+        let held = self.kept(before);
+        if let Some(memory) = &mut self.memory {
+            memory.held = held;
+        }
         if self.arm == 0 {
-            self.job.held = self.kept();
+            self.job.held = held;
         }
     }
 
-    /// Says how the job stands: whether it is done, and which objects are in a slot
-    /// of a place.
+    /// Says whether the job is done, and which objects are in a slot of a place.
     pub fn report(&mut self, done: bool) {
+        self.report_within(done, PLACE_TOLERANCE_M);
+    }
+
+    /// As [`World::report`]; an object nearer to its slot than `tolerance_m` in the
+    /// plane is in it.
+    pub fn report_within(&mut self, done: bool, tolerance_m: f64) {
         self.job.done = done;
         self.out.outcome = if done {
             Outcome::Done
@@ -410,7 +481,7 @@ impl<'w> World<'w> {
         self.job.placed.clear();
         for (number, object) in (0_u32..).zip(0..self.setup.objects.len()) {
             let mut places = 0..self.setup.places.len();
-            let placed = places.any(|p| self.slot_of(object, p, PLACE_TOLERANCE_M).is_some());
+            let placed = places.any(|p| self.slot_of(object, p, tolerance_m).is_some());
             if placed && self.job.placed.len() < MAX_PLACED {
                 self.job.placed.push(number);
             }
@@ -508,9 +579,9 @@ impl<'w> World<'w> {
 
     /// The object in the gripper. One that was there and is not seen for a moment
     /// stays, one that left a gripper that was not opened is counted as a drop.
-    fn kept(&mut self) -> Option<usize> {
+    fn kept(&mut self, before: Option<usize>) -> Option<usize> {
         let held = self.held();
-        let Some(before) = self.job.held.filter(|before| held != Some(*before)) else {
+        let Some(before) = before.filter(|before| held != Some(*before)) else {
             return held;
         };
         let told = self.out.previous(self.arm).map(|told| told.gripper);

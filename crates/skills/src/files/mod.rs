@@ -5,6 +5,7 @@ mod machine;
 mod matrix;
 mod nested;
 mod parts;
+mod phases;
 mod tree;
 
 use std::collections::BTreeMap;
@@ -20,7 +21,7 @@ use crate::settings::{FileTask, PlaceTable};
 use crate::setup::Setup;
 use crate::skill::Station;
 
-pub use tree::TreeSource;
+pub use tree::{TreeJob, TreePolicy, TreeSource};
 
 /// Name of the kind and of the policy for trees.
 pub const TREE: &str = "tree";
@@ -48,7 +49,9 @@ fn tree_kind() -> Kind<FileTask> {
                     board: board.to_owned(),
                 }
             });
-            tree(cell, &task.place, &sources.collect::<Vec<_>>())
+            let mut job = TreeJob::new(Arc::new(Setup::new(cell, &task.place)));
+            job.once = task.once;
+            Ok(Box::new(job.policy(cell, &sources.collect::<Vec<_>>())?))
         })
         .trees(|_: &Data| Ok(parts::unknown()))
 }
@@ -89,7 +92,7 @@ fn check(source: &Source<'_>) -> Option<Result<(), SetupError>> {
 
 /// The policy of a tree in code, for the first arm of the cell.
 pub fn tree_in_code(setup: &Arc<Setup>, tree: Tree<Station>) -> Box<dyn AnyPolicy> {
-    Box::new(tree::TreePolicy::of_tree(setup, tree))
+    Box::new(TreePolicy::of_tree(setup, tree))
 }
 
 /// The policy of trees in files, one for each arm of the cell.
@@ -101,8 +104,8 @@ pub fn tree(
     places: &BTreeMap<String, PlaceTable>,
     sources: &[TreeSource],
 ) -> Result<Box<dyn AnyPolicy>, SetupError> {
-    let setup = Arc::new(Setup::new(cell, places));
-    Ok(Box::new(tree::TreePolicy::new(cell, &setup, sources)?))
+    let job = TreeJob::new(Arc::new(Setup::new(cell, places)));
+    Ok(Box::new(job.policy(cell, sources)?))
 }
 
 /// The policy of the machine in `file`, beside the cell file.

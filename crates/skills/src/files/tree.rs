@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use behavior::board::Board;
 use behavior::descriptor::{self, Source};
-use behavior::tree::Tree;
+use behavior::tree::{Library, Tree};
 use behavior::{Graph, NodeStatus, Status, Str, Value};
 use cell_model::Cell;
 use ipc_types::Text;
@@ -19,10 +19,15 @@ use serde::de::Error as _;
 use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
 
-use super::parts;
+use super::nested;
+use super::phases::{self, Phase, Shown};
+use crate::condition::PLACE_TOLERANCE_M;
+use crate::nodes;
 use crate::setup::Setup;
+use crate::shared::lease::Zones;
+use crate::shared::{self, ROBOT};
 use crate::skill::Station;
-use crate::world::World;
+use crate::world::{ArmMemory, World};
 
 /// The tree of one arm.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,24 +38,77 @@ pub struct TreeSource {
     pub board: String,
 }
 
+/// What a job says about its trees besides where they are.
+pub struct TreeJob {
+    /// The cell.
+    pub setup: Arc<Setup>,
+    /// The node types.
+    pub library: Library<Station>,
+    /// Constants of every tree; the constant `robot`, the name of the tree's arm,
+    /// is added.
+    pub constants: BTreeMap<String, Value>,
+    /// An arm whose tree succeeded has done its part: it is not ticked again.
+    pub once: bool,
+    /// An object nearer to its slot of a place than this is in it (m).
+    pub tolerance_m: f64,
+}
+
+impl TreeJob {
+    /// With the skills as node types; trees that succeed are ticked again.
+    pub fn new(setup: Arc<Setup>) -> Self {
+        Self {
+            library: nodes::library(&setup),
+            setup,
+            constants: BTreeMap::new(),
+            once: false,
+            tolerance_m: PLACE_TOLERANCE_M,
+        }
+    }
+
+    /// The policy of the trees in `sources`, one for each arm of the cell.
+    ///
+    /// # Errors
+    /// [`SetupError`] with everything that is wrong in a file, and for trees that
+    /// are too large for a checkpoint.
+    pub fn policy(self, cell: &Cell, sources: &[TreeSource]) -> Result<TreePolicy, SetupError> {
+        TreePolicy::new(self, cell, sources)
+    }
+}
+
 /// See the module.
-pub(super) struct TreePolicy {
+pub struct TreePolicy {
     setup: Arc<Setup>,
+    once: bool,
+    tolerance_m: f64,
     arms: Vec<ArmTree>,
-    boards: Vec<(String, Board, KeyWatch)>,
+    boards: Vec<SharedBoard>,
+    /// With several arms.
+    shown: Shown,
     initial: Vec<u8>,
     resumed: bool,
+    /// Nodes and keys of the checkpoint taken last that are not in the files.
+    lost: usize,
 }
 
 struct ArmTree {
     tree: Tree<Station>,
     graph: Graph,
     board: usize,
+    /// Phase by node, with several arms.
+    phases: Vec<Phase>,
     trace: TreeTrace,
+    memory: ArmMemory,
     /// Its answer in the decision before.
     status: Status,
     /// The node that failed last, which was reported.
     failed: Option<usize>,
+}
+
+struct SharedBoard {
+    name: String,
+    board: Board,
+    zones: Zones,
+    watch: KeyWatch,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -59,96 +117,155 @@ struct Record {
     boards: Vec<ByteBuf>,
     /// By arm: its tree had succeeded.
     done: Vec<bool>,
+    memories: Vec<ArmMemory>,
+    shown: Shown,
 }
 
 impl TreePolicy {
     /// One tree in code, for the first arm.
     pub(super) fn of_tree(setup: &Arc<Setup>, tree: Tree<Station>) -> Self {
-        let mut policy = Self {
-            setup: Arc::clone(setup),
-            arms: Vec::new(),
-            boards: Vec::new(),
-            initial: Vec::new(),
-            resumed: false,
-        };
-        let board = policy.board("shared");
+        let mut policy = Self::empty(Arc::clone(setup), false, PLACE_TOLERANCE_M);
+        let board = policy.board_named("shared");
         let graph = tree.graph();
         policy.add(tree, graph, board);
-        policy.initial = policy.save();
+        policy.begin();
         policy
+    }
+
+    fn empty(setup: Arc<Setup>, once: bool, tolerance_m: f64) -> Self {
+        Self {
+            setup,
+            once,
+            tolerance_m,
+            arms: Vec::new(),
+            boards: Vec::new(),
+            shown: Shown::default(),
+            initial: Vec::new(),
+            resumed: false,
+            lost: 0,
+        }
     }
 
     fn add(&mut self, tree: Tree<Station>, graph: Graph, board: usize) {
         self.arms.push(ArmTree {
             trace: TreeTrace::new(&graph),
+            phases: phases::names(&graph.name, &graph),
             tree,
             graph,
             board,
+            memory: ArmMemory::default(),
             status: Status::Running,
             failed: None,
         });
     }
 
-    pub(super) fn new(
-        cell: &Cell,
-        setup: &Arc<Setup>,
-        sources: &[TreeSource],
-    ) -> Result<Self, SetupError> {
-        let library = parts::library(setup, &cell.data, &[]);
-        let mut policy = Self {
-            setup: Arc::clone(setup),
-            arms: Vec::new(),
-            boards: Vec::new(),
-            initial: Vec::new(),
-            resumed: false,
-        };
+    fn new(job: TreeJob, cell: &Cell, sources: &[TreeSource]) -> Result<Self, SetupError> {
+        let machines = nested::node_type(&job.setup, Some(&cell.data), &[]);
+        let library = job.library.with(machines);
+        let mut policy = Self::empty(job.setup, job.once, job.tolerance_m);
         let names: Vec<&str> = cell.arms.iter().map(|arm| arm.name.as_str()).collect();
         for (name, source) in names.iter().zip(sources) {
-            let board = policy.board(&source.board);
-            let text = behaviour_text(cell, &source.file)?;
-            let include = |name: &str| cell.read(name).ok().map(Cow::into_owned);
-            let file = format!("cells/{}", source.file);
-            let read = Source {
-                file: &file,
-                text: &text,
-                include: &include,
-            };
-            let robot = Str::new(name).unwrap_or_default();
-            let constants = BTreeMap::from([("robot".to_owned(), Value::Text(robot))]);
-            let Some((_, shared, _)) = policy.boards.get_mut(board) else {
+            let board = policy.board_named(&source.board);
+            let Some(shared) = policy.boards.get_mut(board) else {
                 continue;
             };
-            let tree = descriptor::load(&read, &library, &constants, shared)
-                .map_err(|errors| SetupError::in_file(errors.to_string()))?;
+            let mut constants = job.constants.clone();
+            let robot = Value::Text(Str::new(name).unwrap_or_default());
+            constants.insert(ROBOT.to_owned(), robot);
+            let file = &source.file;
+            let tree = load(cell, file, &library, &constants, &mut shared.board)?;
             let mut graph = tree.graph();
             if names.len() > 1 {
                 (*name).clone_into(&mut graph.name);
             }
             policy.add(tree, graph, board);
         }
-        policy.initial = policy.save();
+        policy.begin();
+        // A checkpoint that does not fit is written empty.
+        let allowed = usize::try_from(checkpoint::MAX_BYTES / 2).unwrap_or(usize::MAX);
+        let found = policy.initial.len();
+        if found == 0 || found > allowed {
+            let problem = format!(
+                "the trees need {found} bytes in the checkpoint, at most {allowed} are allowed; use \
+                 fewer nodes"
+            );
+            return Err(SetupError::new(cell, problem));
+        }
         Ok(policy)
     }
 
-    fn board(&mut self, name: &str) -> usize {
-        let known = self.boards.iter().position(|(known, ..)| known == name);
+    /// With all trees.
+    fn begin(&mut self) {
+        for shared in &mut self.boards {
+            shared.zones = Zones::of(&shared.board);
+        }
+        self.shown = Shown::new(self.arms.len());
+        self.initial = self.save();
+    }
+
+    fn board_named(&mut self, name: &str) -> usize {
+        let known = self.boards.iter().position(|known| known.name == name);
         known.unwrap_or_else(|| {
-            let board = (name.to_owned(), Board::new(), KeyWatch::default());
-            self.boards.push(board);
+            self.boards.push(SharedBoard {
+                name: name.to_owned(),
+                board: Board::new(),
+                zones: Zones::default(),
+                watch: KeyWatch::default(),
+            });
             self.boards.len() - 1
         })
+    }
+
+    /// A shared blackboard by its name in the cell file.
+    pub fn board(&self, name: &str) -> Option<&Board> {
+        let shared = self.boards.iter().find(|known| known.name == name);
+        shared.map(|shared| &shared.board)
+    }
+
+    /// Renews the leases of zones whose owner works.
+    fn watch_zones(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        let Self {
+            setup,
+            once,
+            arms,
+            boards,
+            ..
+        } = self;
+        let now = observation.time().seconds();
+        let mut alive = [false; ipc_types::MAX_ARMS];
+        for (arm, (alive, tree)) in alive.iter_mut().zip(&*arms).enumerate() {
+            let world = World::new(setup, observation, job, out, arm);
+            *alive = world.is_alive() && !(*once && tree.status == Status::Success);
+        }
+        let works = |owner: &str| {
+            let arm = setup.arm(owner).and_then(|arm| alive.get(arm));
+            arm == Some(&true)
+        };
+        for SharedBoard { board, zones, .. } in boards {
+            zones.watch(board, now, works, |zone, owner| {
+                out.event(
+                    TraceEvent::Recover,
+                    format_args!("[zone] {owner} does not answer, zone '{zone}' is free"),
+                );
+            });
+        }
     }
 
     fn tick(&mut self, arm: usize, world: &mut World<'_>) {
         let Some(it) = self.arms.get_mut(arm) else {
             return;
         };
-        let Some((_, shared, _)) = self.boards.get_mut(it.board) else {
+        let Some(shared) = self.boards.get_mut(it.board) else {
             return;
         };
         let now = Duration::from_millis(world.now().ticks());
-        let status = it.tree.tick(now, shared, world);
+        let status = it.tree.tick(now, &mut shared.board, world);
         it.trace.tick(&it.tree, arm, world.out);
+        let tip = it.tree.tip();
+        self.shown.note(arm, tip);
+        if status != Status::Running {
+            shared.zones.leave(&mut shared.board, world.arm_name());
+        }
         let name = &it.graph.name;
         let out = &mut *world.out;
         if status == Status::Success && it.status != Status::Success {
@@ -156,7 +273,6 @@ impl TreePolicy {
             it.failed = None;
         }
         // One that fails again and again at the same node is reported once.
-        let tip = it.tree.tip();
         if status == Status::Failure && it.failed != tip {
             let node = tip.and_then(|tip| it.graph.nodes.get(tip));
             let node = node.map_or("?", |node| node.name.as_str());
@@ -171,20 +287,25 @@ impl TreePolicy {
     fn is_done(&self) -> bool {
         self.arms.iter().all(|arm| arm.status == Status::Success)
     }
-}
 
-impl TreePolicy {
     /// Takes a checkpoint; a part of it, perhaps, where that is an error.
     fn take(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
         let record: Record = checkpoint::from_bytes(bytes)?;
-        if record.trees.len() != self.arms.len() || record.boards.len() != self.boards.len() {
+        let arms = self.arms.len();
+        let by_arm = [record.trees.len(), record.done.len(), record.memories.len()];
+        let objects = self.setup.objects.len();
+        let sound = record.memories.iter().all(|m| m.is_sound(objects));
+        if by_arm != [arms; 3] || record.boards.len() != self.boards.len() || !sound {
             return Err(bincode::Error::custom("not a checkpoint of these trees"));
         }
-        for ((_, board, _), bytes) in self.boards.iter_mut().zip(&record.boards) {
-            board.restore(bytes).map_err(bincode::Error::custom)?;
+        self.lost = 0;
+        for (shared, bytes) in self.boards.iter_mut().zip(&record.boards) {
+            let carried = shared.board.restore(bytes);
+            self.lost += carried.map_err(bincode::Error::custom)?.lost;
         }
         for (arm, bytes) in self.arms.iter_mut().zip(&record.trees) {
-            arm.tree.restore(bytes).map_err(bincode::Error::custom)?;
+            let carried = arm.tree.restore(bytes);
+            self.lost += carried.map_err(bincode::Error::custom)?.lost;
         }
         for (arm, done) in self.arms.iter_mut().zip(record.done) {
             arm.status = if done {
@@ -193,8 +314,38 @@ impl TreePolicy {
                 Status::Running
             };
         }
+        for (arm, memory) in self.arms.iter_mut().zip(record.memories) {
+            arm.memory = memory;
+        }
+        let tips = self.arms.iter().map(|arm| arm.tree.tip()).collect();
+        self.shown.take(record.shown, tips);
         Ok(())
     }
+
+    /// With one arm a goal is a phase, and the job remembers what it holds.
+    fn is_of_several(&self) -> bool {
+        self.arms.len() > 1
+    }
+}
+
+/// The tree in `file`, beside the cell file; `shared` gets the keys it shares.
+fn load(
+    cell: &Cell,
+    file: &str,
+    library: &Library<Station>,
+    constants: &BTreeMap<String, Value>,
+    shared: &mut Board,
+) -> Result<Tree<Station>, SetupError> {
+    let text = behaviour_text(cell, file)?;
+    let include = |name: &str| cell.read(name).ok().map(Cow::into_owned);
+    let file = format!("cells/{file}");
+    let source = Source {
+        file: &file,
+        text: &text,
+        include: &include,
+    };
+    descriptor::load(&source, library, constants, shared)
+        .map_err(|errors| SetupError::in_file(errors.to_string()))
 }
 
 impl AnyPolicy for TreePolicy {
@@ -208,23 +359,50 @@ impl AnyPolicy for TreePolicy {
     fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         let setup = Arc::clone(&self.setup);
         let resumed = std::mem::take(&mut self.resumed);
+        self.watch_zones(observation, job, out);
+        let lost = std::mem::take(&mut self.lost);
+        if lost > 0 {
+            let why =
+                format_args!("[task] {lost} nodes or keys of the checkpoint are not in the files");
+            out.lifecycle(TraceEvent::None, why);
+        }
         for arm in 0..self.arms.len() {
+            let Some((mut memory, status)) = self.arms.get(arm).map(|it| (it.memory, it.status))
+            else {
+                continue;
+            };
             let mut world = World::new(&setup, observation, job, out, arm);
             world.resumed = resumed;
-            self.tick(arm, &mut world);
+            if self.is_of_several() {
+                world.memory = Some(&mut memory);
+            }
+            if !(self.once && status == Status::Success) {
+                self.tick(arm, &mut world);
+            }
             world.finish();
+            if let Some(it) = self.arms.get_mut(arm) {
+                it.memory = memory;
+            }
         }
-        for (name, board, watch) in &mut self.boards {
-            watch.changes(board, name, 0, out);
+        for shared in &mut self.boards {
+            shared.watch.changes(&shared.board, &shared.name, 0, out);
         }
-        World::new(&setup, observation, job, out, 0).report(self.is_done());
+        let mut world = World::new(&setup, observation, job, out, 0);
+        world.report_within(self.is_done(), self.tolerance_m);
+        if self.shown.advance() && self.is_of_several() {
+            job.counters.phase_entry += 1;
+        }
         out.phase = self.phase();
     }
 
-    /// Name of the node that gave the answer of the first tree at work.
+    /// With one arm the name of the node that gave the answer.
     fn phase(&self) -> Text<32> {
-        let at_work = self.arms.iter().find(|arm| arm.status != Status::Success);
-        let arm = at_work.or(self.arms.first());
+        if self.is_of_several() {
+            let shown = self.shown.current();
+            let phase = shown.and_then(|(arm, node)| self.arms.get(arm)?.phases.get(node));
+            return phase.copied().unwrap_or(Text::EMPTY);
+        }
+        let arm = self.arms.first();
         let node = arm.and_then(|arm| arm.graph.nodes.get(arm.tree.tip()?));
         Text::new(node.map_or("", |node| node.name.as_str()))
     }
@@ -240,21 +418,27 @@ impl AnyPolicy for TreePolicy {
     }
 
     fn save(&self) -> Vec<u8> {
-        let tree = |arm: &ArmTree| {
+        let bytes = |save: &dyn Fn(&mut Vec<u8>)| {
             let mut bytes = Vec::new();
-            arm.tree.save(&mut bytes);
+            save(&mut bytes);
             ByteBuf::from(bytes)
         };
-        let board = |(_, board, _): &(String, Board, KeyWatch)| {
-            let mut bytes = Vec::new();
-            board.save(&mut bytes);
-            ByteBuf::from(bytes)
-        };
-        let done = self.arms.iter().map(|arm| arm.status == Status::Success);
+        let arms = self.arms.iter();
+        let boards = self.boards.iter();
         checkpoint::to_bytes(&Record {
-            trees: self.arms.iter().map(tree).collect(),
-            boards: self.boards.iter().map(board).collect(),
-            done: done.collect(),
+            trees: arms
+                .clone()
+                .map(|arm| bytes(&|to| arm.tree.save(to)))
+                .collect(),
+            boards: boards
+                .map(|shared| bytes(&|to| shared.board.save(to)))
+                .collect(),
+            done: arms
+                .clone()
+                .map(|arm| arm.status == Status::Success)
+                .collect(),
+            memories: arms.map(|arm| arm.memory).collect(),
+            shown: self.shown.clone(),
         })
     }
 
@@ -262,7 +446,13 @@ impl AnyPolicy for TreePolicy {
         self.take(bytes).inspect_err(|_| self.reset())
     }
 
-    fn reconcile(&mut self, _observation: &Observation<'_>, _job: &mut Job, _out: &mut Output) {
+    fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         self.resumed = true;
+        for (arm, it) in self.arms.iter().enumerate() {
+            if let Some(shared) = self.boards.get_mut(it.board) {
+                let mut world = World::new(&self.setup, observation, job, out, arm);
+                shared::reconcile(&mut world, &mut shared.board);
+            }
+        }
     }
 }

@@ -2,6 +2,8 @@
 //! of machines and matrices.
 
 mod conditions;
+mod guarded;
+mod zones;
 
 use std::sync::Arc;
 
@@ -25,11 +27,52 @@ use crate::setup::Setup;
 use crate::skill::{Skill, Station};
 use crate::world::World;
 
-type Context<'a, 'w> = Cx<'a, 'w, Station>;
+/// What a leaf gets with each call.
+pub type Context<'a, 'w> = Cx<'a, 'w, Station>;
+
+/// Names that nodes use where no port says otherwise, see [`with_work`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WorkKeys {
+    /// Key of the tree's own blackboard: name of the object it works at, empty
+    /// for none.
+    pub object: &'static str,
+    /// Key of the tree's own blackboard: where that object was when it was aimed
+    /// at (m).
+    pub reference: &'static str,
+    /// Beginning of the shared keys that say whose an object is.
+    pub owners: &'static str,
+    /// The zone that nodes work in.
+    pub zone: &'static str,
+}
+
+impl Default for WorkKeys {
+    fn default() -> Self {
+        Self {
+            object: "current_object",
+            reference: "pickup_reference",
+            owners: "object_state",
+            zone: "zone",
+        }
+    }
+}
 
 /// All node types, for a cell. Names of objects, places and sensors that are
 /// written in a file are checked when it is loaded.
 pub fn library(setup: &Arc<Setup>) -> Library<Station> {
+    with_work(skills(setup), setup, WorkKeys::default())
+}
+
+/// Adds the node types for arms that work side by side, and for trees with a
+/// branch of their own for recoveries.
+pub fn with_work(
+    library: Library<Station>,
+    setup: &Arc<Setup>,
+    keys: WorkKeys,
+) -> Library<Station> {
+    zones::add(guarded::add(library, keys), setup, keys)
+}
+
+fn skills(setup: &Arc<Setup>) -> Library<Station> {
     let library = Library::default()
         .with(move_to(setup))
         .with(up())
@@ -122,10 +165,11 @@ fn sensor(binder: &mut Binder<'_>, setup: &Setup) -> Result<Named, BindError> {
     })
 }
 
-/// Whether a text port was given.
+/// Whether a port was given, whose default is an empty text or no numbers.
 fn is_given(binder: &Binder<'_>, port: &str) -> bool {
     match binder.bindings.get(port) {
         Some(Binding::Literal(behavior::Value::Text(text))) => !text.is_empty(),
+        Some(Binding::Literal(behavior::Value::Numbers(list))) => !list.as_slice().is_empty(),
         Some(Binding::Key(..)) => true,
         _ => false,
     }

@@ -6,4 +6,6 @@
     reason = "a test that cannot continue has failed"
 )]
 
+mod bench;
 mod files;
+mod guarded;

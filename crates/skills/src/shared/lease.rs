@@ -1,0 +1,227 @@
+//! A zone in which one arm at a time works.
+//!
+//! It has an owner and a lease. The policy renews the lease while the owner's tree
+//! runs and its arm is alive, and frees the zone when the lease has expired: an owner
+//! that dies does not block the others for ever.
+
+use behavior::board::{Board, Fault, Out};
+use behavior::tree::{BindError, Binder};
+use behavior::{Str, Value};
+use robocell_task::{ArmIntent, PolicyTime};
+use serde::{Deserialize, Serialize};
+
+use crate::nodes::Context;
+use crate::progress::Step;
+use crate::shared;
+use crate::world::World;
+
+/// Length of a lease (s).
+const LEASE_S: f64 = 0.5;
+/// An arm that waits for a zone longer than this gives way: the owner may need
+/// the room (s).
+const PATIENCE_S: f64 = 2.0;
+/// End of the shared key with the name of a zone's owner, empty for none.
+const OWNER: &str = "_owner";
+/// End of the shared key with the policy time at which its lease expires (s).
+const LEASE: &str = "_lease";
+
+/// A node's access to a zone.
+#[derive(Clone, Copy, Debug)]
+pub struct Lease {
+    me: Str,
+    owner: Out<Str>,
+    until: Out<f64>,
+}
+
+impl Lease {
+    /// Of the zone called `zone`: the shared keys `ZONE_owner` and `ZONE_lease`.
+    ///
+    /// # Errors
+    /// [`BindError`] where the keys are declared with other types.
+    #[allow(clippy::result_large_err, reason = "happens at load, once")]
+    pub fn bind(binder: &mut Binder<'_>, zone: &str) -> Result<Self, BindError> {
+        Ok(Self {
+            me: shared::robot(binder)?,
+            owner: shared::key(binder, &format!("{zone}{OWNER}"), Str::EMPTY)?,
+            until: shared::key(binder, &format!("{zone}{LEASE}"), 0.0)?,
+        })
+    }
+
+    /// Whether the arm must not enter: another one owns the zone, or it is free
+    /// and this arm does not answer, so that it would block it.
+    ///
+    /// # Errors
+    /// [`Fault`] of the blackboard.
+    pub fn is_closed(&self, cx: &Context<'_, '_>) -> Result<bool, Fault> {
+        let owner = cx.read(&self.owner)?;
+        Ok(owner != self.me && (!owner.is_empty() || !cx.world.is_alive()))
+    }
+
+    /// Takes the zone if it is free; whether this arm owns it now.
+    ///
+    /// # Errors
+    /// [`Fault`] of the blackboard.
+    pub fn take(&self, cx: &mut Context<'_, '_>) -> Result<bool, Fault> {
+        if self.is_closed(cx)? {
+            return Ok(false);
+        }
+        if cx.read(&self.owner)? != self.me {
+            cx.set(&self.owner, self.me)?;
+            cx.set(&self.until, cx.now.as_secs_f64() + LEASE_S)?;
+        }
+        Ok(true)
+    }
+
+    /// Gives the zone back, if this arm owns it.
+    ///
+    /// # Errors
+    /// [`Fault`] of the blackboard.
+    pub fn release(&self, cx: &mut Context<'_, '_>) -> Result<(), Fault> {
+        if cx.read(&self.owner)? == self.me {
+            cx.set(&self.owner, Str::EMPTY)?;
+            cx.set(&self.until, 0.0)?;
+        }
+        Ok(())
+    }
+}
+
+/// A node's turn to work in a zone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Turn {
+    /// The wait, since another arm owns the zone.
+    step: Step,
+}
+
+impl Turn {
+    /// Takes the zone; whether this arm owns it. While it does not, the arm waits.
+    /// A zone that was lost in the meantime is taken again.
+    ///
+    /// # Errors
+    /// [`Fault`] of the blackboard.
+    pub fn comes(&mut self, lease: &Lease, cx: &mut Context<'_, '_>) -> Result<bool, Fault> {
+        let mine = lease.take(cx)?;
+        if mine {
+            self.step = Step::default();
+        } else {
+            self.wait(cx.world);
+        }
+        Ok(mine)
+    }
+
+    /// Holds, and after a while moves to where the arm waits.
+    pub fn wait(&mut self, world: &mut World<'_>) {
+        let lasted = world.begin(&mut self.step);
+        match world.arm_setup() {
+            Some(arm) if lasted >= PolicyTime::from_seconds(PATIENCE_S) => {
+                world.act(ArmIntent::pose(self.step.key, arm.wait));
+            }
+            _ => world.hold(),
+        }
+    }
+}
+
+/// All zones of a blackboard as the policy sees them, from outside of the trees.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Zones(Vec<Zone>);
+
+#[derive(Clone, Debug)]
+struct Zone {
+    name: String,
+    owner: usize,
+    until: usize,
+}
+
+impl Zones {
+    /// Those of `board`.
+    pub(crate) fn of(board: &Board) -> Self {
+        let zone = |(owner, key): (usize, &behavior::board::KeyInfo)| {
+            let name = key.name.strip_suffix(OWNER)?.to_owned();
+            let until = board.index(&format!("{name}{LEASE}"))?;
+            Some(Zone { name, owner, until })
+        };
+        Self(board.keys().enumerate().filter_map(zone).collect())
+    }
+
+    /// Renews the leases of owners that work at `now` (s), and frees zones whose
+    /// lease has expired: `lost` hears the zone and who owned it.
+    pub(crate) fn watch(
+        &self,
+        board: &mut Board,
+        now: f64,
+        works: impl Fn(&str) -> bool,
+        mut lost: impl FnMut(&str, Str),
+    ) {
+        for zone in &self.0 {
+            let owner = zone.owner(board);
+            if owner.is_empty() {
+                continue;
+            }
+            if works(owner.as_str()) {
+                board.set(zone.until, Value::Number(now + LEASE_S));
+                continue;
+            }
+            let until = match board.value(zone.until) {
+                Some(Value::Number(until)) => until,
+                _ => 0.0,
+            };
+            if now >= until {
+                zone.free(board);
+                lost(&zone.name, owner);
+            }
+        }
+    }
+
+    /// Frees all zones of an arm whose tree has ended.
+    pub(crate) fn leave(&self, board: &mut Board, arm: &str) {
+        for zone in &self.0 {
+            if zone.owner(board).as_str() == arm {
+                zone.free(board);
+            }
+        }
+    }
+}
+
+impl Zone {
+    fn owner(&self, board: &Board) -> Str {
+        match board.value(self.owner) {
+            Some(Value::Text(owner)) => owner,
+            _ => Str::EMPTY,
+        }
+    }
+
+    fn free(&self, board: &mut Board) {
+        board.set(self.owner, Value::Text(Str::EMPTY));
+        board.set(self.until, Value::Number(0.0));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use behavior::value::ValueType;
+
+    use super::*;
+
+    #[test]
+    fn the_lease_of_an_owner_that_does_not_work_expires() {
+        let mut board = Board::new();
+        let text = |text| Value::Text(Str::new(text).unwrap());
+        let owner = board.declare("press_owner", ValueType::Text, Some(text("left")));
+        board
+            .declare("press_lease", ValueType::Number, Some(Value::Number(0.0)))
+            .unwrap();
+        let zones = Zones::of(&board);
+        let mut lost = Vec::new();
+        for (now, works) in [(0.0, true), (0.4, false), (0.5, false), (0.6, false)] {
+            zones.watch(
+                &mut board,
+                now,
+                |_| works,
+                |zone, who| {
+                    lost.push((now, zone.to_owned(), who.as_str().to_owned()));
+                },
+            );
+        }
+        assert_eq!(lost, [(0.5, "press".to_owned(), "left".to_owned())]);
+        assert_eq!(board.value(owner.unwrap()), Some(text("")));
+    }
+}
