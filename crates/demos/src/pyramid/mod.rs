@@ -1,57 +1,84 @@
 //! Two arms take a pyramid of cubes apart, each after one behaviour tree that is
 //! written in a file: one file, an instance for each arm.
 //!
-//! The trees share a blackboard. A cube is reserved by one arm at a time, and
-//! one arm at a time owns the centre, where the pyramid stands. What an arm
-//! believes about its stack is compared with what is seen whenever it matters,
-//! so nothing is counted twice and nothing is lost without being noticed.
+//! The trees share a blackboard. A cube is reserved by one arm at a time, and one
+//! arm at a time owns the centre, where the pyramid is. What an arm believes about
+//! its stack is compared with what is seen whenever it matters, so no cube is
+//! counted twice and none is lost without being noticed.
+//!
+//! Motions, grips, zones, reservations and the policy are those of
+//! `robocell_skills`; here is which cube is next, and where it goes.
 
-mod center;
-mod cubes;
-mod grip;
-mod host;
-mod keys;
-mod library;
+mod look;
 mod nodes;
+mod notes;
 pub mod numbers;
-mod phases;
-mod policy;
 mod setup;
-mod targets;
 
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use behavior::Value;
+use behavior::tree::Library;
 use cell_model::{Cell, Data};
-use robocell_task::{Kind, SetupError, TaskError};
+use robocell_skills::Station;
+use robocell_skills::files::{TreeJob, TreePolicy, TreeSource};
+use robocell_skills::nodes::{WorkKeys, library as skills, with_work};
+use robocell_task::{Kind, SetupError};
 
-pub use host::{PyramidHost, World};
-pub use library::library;
-pub use policy::Json;
-pub use setup::{ArmSetup, CubeSetup, PyramidError, PyramidSetup};
+pub use setup::Pyramid;
 
 use numbers::PyramidTask;
 
 /// The demo from whose cell a tree in a file takes the cubes and arms it names.
 const DEMO: &str = "franka-pyramid";
 
+/// Names on the blackboards of the trees.
+const KEYS: WorkKeys = WorkKeys {
+    object: "current_cube",
+    reference: "pickup_reference",
+    owners: "cube_state",
+    zone: "center",
+};
+
 /// `kind = "pyramid"` and its policy.
 pub fn kind() -> Kind<PyramidTask> {
     Kind::<PyramidTask>::new("pyramid")
-        .policy("json", |task, cell| {
-            let policy = Json::new(task, cell);
-            Ok(Box::new(policy.map_err(|error| {
-                SetupError::new(cell, error.to_string())
-            })?))
-        })
+        .policy("json", |task, cell| Ok(Box::new(policy(task, cell)?)))
         .trees(|data: &Data| {
             let cell = Cell::load(data, DEMO, 0, None)?;
             let task: PyramidTask = cell.task.read()?;
-            let setup = PyramidSetup::new(&task, &cell);
-            let setup = setup
-                .map_err(|error| TaskError::from(SetupError::new(&cell, error.to_string())))?;
-            Ok(library(&Arc::new(setup)))
+            Ok(library(&Arc::new(Pyramid::new(&task, &cell)?)))
         })
+}
+
+/// The trees of `cell`, read from the files it names.
+///
+/// # Errors
+/// [`SetupError`] for a cell that does not make a pyramid, and with everything that
+/// is wrong in a file.
+pub fn policy(task: &PyramidTask, cell: &Cell) -> Result<TreePolicy, SetupError> {
+    let pyramid = Arc::new(Pyramid::new(task, cell)?);
+    let mut job = TreeJob::new(Arc::clone(&pyramid.setup));
+    job.library = library(&pyramid);
+    let required = Value::Integer(i64::from(task.required_count));
+    job.constants = BTreeMap::from([("required_count".to_owned(), required)]);
+    job.once = true;
+    job.tolerance_m = task.goal_tolerance_m;
+    let arms = cell.arms.iter().filter_map(|arm| task.robot.get(&arm.name));
+    let sources = arms.map(|arm| TreeSource {
+        file: arm.behaviour.clone(),
+        board: arm.board.clone(),
+    });
+    job.policy(cell, &sources.collect::<Vec<_>>())
+}
+
+/// The skills and the node types of this demo. Each is also known by its name in
+/// older files.
+fn library(job: &Arc<Pyramid>) -> Library<Station> {
+    let skills = with_work(skills(&job.setup), &job.setup, KEYS);
+    nodes::add(skills, job)
 }

@@ -1,199 +1,131 @@
 //! The numbers of the cell file in the form the nodes use.
 
-use crate::pyramid::numbers::PyramidTask;
-use behavior::Str;
+use std::sync::Arc;
+
 use cell_model::Cell;
-use nalgebra::{Vector2, Vector3};
+use ipc_types::Pose;
+use nalgebra::Vector2;
+use robocell_skills::setup::{PlaceSetup, Setup, Tool};
+use robocell_task::SetupError;
+use robocell_task::job::Placement;
 
-/// A cell file that does not make a pyramid, or a behaviour that cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum PyramidError {
-    /// A name that does not fit a blackboard.
-    #[error(
-        "'{name}' is too long for a blackboard; give the {what} a name of at most {allowed} bytes"
-    )]
-    Name {
-        /// Of what.
-        what: &'static str,
-        /// The name.
-        name: String,
-        /// Longest name.
-        allowed: usize,
-    },
-    /// The cell has no such object.
-    #[error("task.robot.{arm}.order: the cell has no object '{name}'")]
-    Object {
-        /// Whose order.
-        arm: String,
-        /// The name.
-        name: String,
-    },
-    /// Two arms take the same cubes and could not tell each other.
-    #[error(
-        "arms '{first}' and '{second}' have cubes in common and different boards; give them one 'board'"
-    )]
-    Boards {
-        /// One of them.
-        first: Str,
-        /// The other one.
-        second: Str,
-    },
-    /// A behaviour too large for the task's record.
-    #[error(
-        "the behaviours need {found} bytes in the task's record, at most {allowed} are allowed; use fewer nodes"
-    )]
-    TooLarge {
-        /// What they need.
-        found: usize,
-        /// What there is, half of the checkpoint.
-        allowed: usize,
-    },
-    /// An arm nothing is said about.
-    #[error("[task.robot.{arm}] is missing; write what the arm shall do")]
-    Arm {
-        /// Its name.
-        arm: String,
-    },
-    /// The file of a behaviour.
-    #[error(transparent)]
-    File(#[from] cell_model::ModelError),
-    /// What is written in it: all errors of the file.
-    #[error("{0}")]
-    Descriptor(String),
-}
+use super::numbers::{PyramidArm, PyramidTask};
 
-/// Longest name of an arm or a cube: `reserved:NAME` has to fit a value.
-const MAX_NAME: usize = 24;
+/// Share of the way from its base to its stack at which an arm waits.
+const WAIT_SHARE: f64 = 0.75;
+/// How far beside that, away from the other arms (m).
+const WAIT_ASIDE_M: f64 = 0.12;
+/// How far above the height to which cubes are lifted (m).
+const WAIT_ABOVE_M: f64 = 0.1;
 
-/// A cube of the pyramid.
+/// The job as the nodes see it. Cubes are objects of the cell by index.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CubeSetup {
-    /// Name in the cell file.
-    pub name: Str,
-    /// Index in the cell file.
-    pub object: usize,
-}
-
-/// What belongs to one arm.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ArmSetup {
-    /// Its name in the cell file, by which the blackboards call it.
-    pub name: Str,
-    /// Its base on the table, world frame (m).
-    pub base: Vector2<f64>,
-    /// Centre of its stack on the table, world frame (m).
-    pub goal: Vector2<f64>,
-    /// Turn of its hand about the vertical axis (rad).
-    pub yaw: f64,
-    /// Cubes by index, in the order in which it tries them.
-    pub order: Vec<usize>,
-    /// File in `cells/` with its behaviour.
-    pub behaviour: String,
-    /// Name of the blackboard it shares.
-    pub board: String,
-}
-
-/// The job as the nodes see it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PyramidSetup {
+pub struct Pyramid {
     /// Numbers of the cell file.
-    pub numbers: PyramidTask,
-    /// The cubes; sets of cubes are of indices into this.
-    pub cubes: Vec<CubeSetup>,
-    /// By arm of the cell.
-    pub arms: Vec<ArmSetup>,
+    pub task: PyramidTask,
+    /// The cell. The place of the same index as an arm is the arm's stack.
+    pub setup: Arc<Setup>,
+    /// The objects that any arm takes; a set of cubes has their places in this list.
+    pub cubes: Vec<usize>,
+    /// By arm: cubes in the order in which it tries them.
+    pub orders: Vec<Vec<usize>>,
 }
 
-impl PyramidSetup {
+impl Pyramid {
     /// The job of `cell`, as its `[task]` table tells.
     ///
     /// # Errors
-    /// [`PyramidError`] for names that are not there or too long.
-    pub fn new(task: &PyramidTask, cell: &Cell) -> Result<Self, PyramidError> {
-        let named = |name: &String| task.robot.values().any(|arm| arm.order.contains(name));
-        let mut cubes = Vec::new();
-        for (object, spec) in cell.objects.iter().enumerate() {
-            if named(&spec.name) {
-                let name = short("object", &spec.name)?;
-                cubes.push(CubeSetup { name, object });
-            }
-        }
-        let mut setup = Self {
-            numbers: task.clone(),
-            cubes,
-            arms: Vec::new(),
-        };
+    /// [`SetupError`] for an object that does not exist, an arm that nothing is said
+    /// about, and arms that take the same cubes and cannot tell each other.
+    pub fn new(task: &PyramidTask, cell: &Cell) -> Result<Self, SetupError> {
+        let mut setup = Setup::new(cell, []);
+        let mut parts: Vec<(&str, &PyramidArm)> = Vec::new();
+        let mut orders: Vec<Vec<usize>> = Vec::new();
         for arm in &cell.arms {
-            let added = setup.arm(&arm.name, arm.base.translation.vector)?;
-            if let Some(other) = setup.arms.iter().find(|other| {
-                other.board != added.board && other.order.iter().any(|c| added.order.contains(c))
-            }) {
-                return Err(PyramidError::Boards {
-                    first: other.name,
-                    second: added.name,
-                });
+            let name = &arm.name;
+            let missing = || format!("[task.robot.{name}] is missing; write what the arm shall do");
+            let part = task.robot.get(name);
+            let part = part.ok_or_else(|| SetupError::new(cell, missing()))?;
+            let order = part.order.iter().map(|cube| setup.need_object(cell, cube));
+            let order = order.collect::<Result<Vec<_>, _>>()?;
+            let mut others = parts.iter().zip(&orders);
+            let clash = others.find(|((_, other), cubes)| {
+                other.board != part.board && order.iter().any(|cube| cubes.contains(cube))
+            });
+            if let Some(((first, _), _)) = clash {
+                let problem = format!(
+                    "arms '{first}' and '{name}' have cubes in common and different boards; give \
+                     them one 'board'"
+                );
+                return Err(SetupError::new(cell, problem));
             }
-            setup.arms.push(added);
+            parts.push((name, part));
+            orders.push(order);
         }
-        Ok(setup)
-    }
-
-    fn arm(&self, name: &str, base: Vector3<f64>) -> Result<ArmSetup, PyramidError> {
-        let missing = || PyramidError::Arm {
-            arm: name.to_owned(),
-        };
-        let spec = self.numbers.robot.get(name).ok_or_else(missing)?;
-        let mut order = Vec::new();
-        for cube in &spec.order {
-            let found = self.cube_named(cube).ok_or_else(|| PyramidError::Object {
-                arm: name.to_owned(),
-                name: cube.clone(),
-            })?;
-            order.push(found);
+        let is_cube = |object: &usize| orders.iter().any(|order| order.contains(object));
+        let cubes: Vec<usize> = (0..setup.objects.len()).filter(is_cube).collect();
+        let parts: Vec<&PyramidArm> = parts.into_iter().map(|(_, part)| part).collect();
+        setup.places = parts
+            .iter()
+            .map(|part| stack(task, part, cubes.len()))
+            .collect();
+        for (index, arm) in setup.arms.iter_mut().enumerate() {
+            arm.reach_m = task.reach_m;
+            arm.tool = Tool::Fingers {
+                open_width_m: task.open_width_m,
+                force_n: task.grip_force_n,
+            };
+            let base = arm.base.xy();
+            arm.wait = parts.get(index).map_or(arm.wait, |part| {
+                let [x, y] = wait(base, part, &parts).into();
+                Pose {
+                    position: [x, y, task.lift_z_m + WAIT_ABOVE_M],
+                    orientation_wxyz: arm.tool.down(part.yaw_rad),
+                }
+            });
         }
-        Ok(ArmSetup {
-            name: short("arm", name)?,
-            base: base.xy(),
-            goal: Vector2::from(spec.goal_m),
-            yaw: spec.yaw_rad,
-            order,
-            behaviour: spec.behaviour.clone(),
-            board: spec.board.clone(),
+        Ok(Self {
+            task: task.clone(),
+            setup: Arc::new(setup),
+            cubes,
+            orders,
         })
     }
 
-    /// Index of a cube by name.
-    pub fn cube_named(&self, name: &str) -> Option<usize> {
-        self.cubes.iter().position(|c| c.name.as_str() == name)
+    /// The cubes, each with its number in sets of cubes.
+    pub(super) fn items(&self) -> impl Iterator<Item = (u32, usize)> {
+        (0..).zip(self.cubes.iter().copied())
     }
 
-    /// Index of a cube by its place in the cell file.
-    pub fn cube_of_object(&self, object: usize) -> Option<usize> {
-        self.cubes.iter().position(|c| c.object == object)
-    }
-
-    /// Index of an arm by name.
-    pub fn arm_named(&self, name: &str) -> Option<usize> {
-        self.arms.iter().position(|a| a.name.as_str() == name)
-    }
-
-    /// Name of a cube, empty for one that is not there.
-    pub fn cube_name(&self, cube: usize) -> Str {
-        self.cubes.get(cube).map_or(Str::EMPTY, |c| c.name)
-    }
-
-    /// Centre of the cube in layer `layer` of the stack of `arm` (m).
-    pub fn goal(&self, arm: &ArmSetup, layer: u32) -> Vector3<f64> {
-        let height = self.numbers.base_height_m + self.numbers.layer_height_m * f64::from(layer);
-        Vector3::new(arm.goal.x, arm.goal.y, height)
+    /// A cube's number in sets of cubes.
+    pub(super) fn item(&self, cube: usize) -> u32 {
+        let found = self.items().find(|(_, known)| *known == cube);
+        found.map_or(u32::MAX, |(item, _)| item)
     }
 }
 
-fn short(what: &'static str, name: &str) -> Result<Str, PyramidError> {
-    let fits = Str::new(name).filter(|_| name.len() <= MAX_NAME);
-    fits.ok_or_else(|| PyramidError::Name {
-        what,
-        name: name.to_owned(),
-        allowed: MAX_NAME,
-    })
+/// The place of the stack of an arm.
+fn stack(task: &PyramidTask, part: &PyramidArm, cubes: usize) -> PlaceSetup {
+    let [x, y] = part.goal_m;
+    let bottom = task.base_height_m - 0.5 * task.layer_height_m;
+    let slot = |layer: usize| Placement {
+        position: [x, y, bottom + task.layer_height_m * layer as f64],
+        yaw: part.yaw_rad,
+    };
+    PlaceSetup {
+        name: format!("stack at {x} {y}"),
+        slots: (0..cubes).map(slot).collect(),
+    }
+}
+
+/// Where an arm is out of the way of the others: back from its stack, on the side
+/// away from theirs (m).
+fn wait(base: Vector2<f64>, part: &PyramidArm, all: &[&PyramidArm]) -> Vector2<f64> {
+    let goal = Vector2::from(part.goal_m);
+    let away: Vector2<f64> = all
+        .iter()
+        .map(|other| goal - Vector2::from(other.goal_m))
+        .sum();
+    let away = away.try_normalize(1.0e-6).unwrap_or_default();
+    base + (goal - base) * WAIT_SHARE + away * WAIT_ASIDE_M
 }

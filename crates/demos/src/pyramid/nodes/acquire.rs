@@ -1,42 +1,37 @@
 //! `AcquireCube`: takes the centre and reserves the next cube.
 
-use robocell_task::TraceEvent;
 use std::sync::Arc;
 
 use behavior::Status;
-use behavior::board::{Access, Fault, In, Out};
+use behavior::board::{Fault, In};
 use behavior::tree::{BindError, Binder, Leaf, NodeType};
 use behavior::value::Set;
 use ipc_types::GripperGoal;
+use robocell_skills::nodes::Context;
+use robocell_skills::progress::Step;
+use robocell_skills::shared::{Alarm, Turn};
+use robocell_skills::world::Drive;
+use robocell_skills::{Owner, Station};
+use robocell_task::{PolicyTime, TraceEvent};
 use serde::{Deserialize, Serialize};
 
-use super::{Alarm, Turn};
-use crate::pyramid::center::Center;
-use crate::pyramid::cubes::{self, CubeState, Cubes};
-use crate::pyramid::grip;
-use crate::pyramid::host::{Context, PyramidHost};
-use crate::pyramid::keys::{self, Recovery};
-use crate::pyramid::setup::PyramidSetup;
-use crate::pyramid::targets::{Targets, goal_of};
+use crate::pyramid::notes::Notes;
+use crate::pyramid::setup::Pyramid;
 
-/// An arm is at rest when it is as near as this (m).
-const AT_REST_M: f64 = 0.05;
+/// An arm is where it waits when it is as near as this (m).
+const WAITS_M: f64 = 0.05;
 /// And turned by less than this (rad).
-const AT_REST_RAD: f64 = 0.5;
+const WAITS_RAD: f64 = 0.5;
 
 /// See the module.
 struct AcquireCube {
     warning: In<f64>,
-    cubes: Cubes,
-    center: Center,
-    recovery: Recovery,
-    complete: Out<bool>,
-    targets: Targets,
+    notes: Notes,
 }
 
 #[derive(Default, Serialize, Deserialize)]
 struct State {
-    key: u64,
+    step: Step,
     turn: Turn,
     waiting: Alarm,
     /// The cube whose pose was not known at the last attempt.
@@ -46,84 +41,78 @@ struct State {
 }
 
 /// The node type.
-pub(in crate::pyramid) fn node_type(setup: &Arc<PyramidSetup>) -> NodeType<PyramidHost> {
-    let setup = Arc::clone(setup);
-    NodeType::new(
+pub(super) fn node_type(job: &Arc<Pyramid>) -> NodeType<Station> {
+    let about = (
         "AcquireCube",
         "Waits until no other arm owns the centre, takes it, reserves the next \
          free cube of the arm's order, and computes the seven targets. A cube \
-         that is the arm's already, or in its hand, stays its cube.",
-        move |binder| AcquireCube::new(&setup, binder),
-    )
-    .aliases(&["FrankaAcquireCube"])
-    .keywords(&["reserve", "select", "lock", "next"])
-    .input_or(
-        "warning_interval",
-        5.0,
-        "a warning is given each time no cube was free for this long (s)",
-    )
-    .within(0.001, 3600.0)
+         that is the arm's already, or in its gripper, stays its cube.",
+    );
+    super::node_type(about, job, AcquireCube::new)
+        .aliases(&["FrankaAcquireCube"])
+        .keywords(&["reserve", "select", "lock", "next"])
+        .input_or(
+            "warning_interval",
+            5.0,
+            "a warning is given each time no cube was free for this long (s)",
+        )
+        .within(0.001, 3600.0)
 }
 
 impl AcquireCube {
-    fn new(setup: &PyramidSetup, binder: &mut Binder<'_>) -> Result<Self, BindError> {
-        let complete = keys::stack_complete(keys::robot(binder)?.as_str());
-        Ok(Self {
-            warning: binder.input("warning_interval")?,
-            cubes: Cubes::bind(setup, binder)?,
-            center: Center::bind(binder)?,
-            recovery: Recovery::bind(binder)?,
-            complete: keys::shared(binder, &complete, false, Access::Write)?,
-            targets: Targets::bind(binder)?,
-        })
+    fn new(notes: Notes, binder: &mut Binder<'_>) -> Result<Self, BindError> {
+        let warning = binder.input("warning_interval")?;
+        Ok(Self { warning, notes })
     }
 
-    /// The cube that is the arm's already: in its hand, or reserved before.
+    /// The cube that is the arm's already: in its gripper, or reserved before.
     fn own(&self, cx: &Context<'_, '_>) -> Result<Option<usize>, Fault> {
-        if let Some(held) = cx.world.cube_in_hand()
-            && self.cubes.state(cx, held)? != CubeState::Others
+        if let Some(held) = cx.world.held()
+            && self.notes.owner(cx, held)? != Owner::Other
         {
             return Ok(Some(held));
         }
-        let Some(current) = self.cubes.current(cx)? else {
-            return Ok(None);
-        };
-        let state = self.cubes.state(cx, current)?;
-        Ok(matches!(state, CubeState::Reserved | CubeState::Carried).then_some(current))
+        match self.notes.current(cx)? {
+            Some(current) if self.is_mine(cx, current)? => Ok(Some(current)),
+            _ => Ok(None),
+        }
     }
 
-    /// The next cube: one that stands in the way of the stack first, then those
-    /// the fingers get around (of those they do not, another than the last),
-    /// then those that only this arm reaches, then by the order. In a pyramid
-    /// nobody touched the order alone decides.
+    fn is_mine(&self, cx: &Context<'_, '_>, cube: usize) -> Result<bool, Fault> {
+        let owner = self.notes.owner(cx, cube)?;
+        Ok(matches!(owner, Owner::Reserved | Owner::Carried))
+    }
+
+    /// The next cube: one that is in the way of the stack first, then those the
+    /// fingers get around (of those they do not, another than the last), then those
+    /// that only this arm reaches, then by the order. In a pyramid that was not
+    /// disturbed the order alone decides.
     fn next(
         &self,
         state: &State,
         cx: &Context<'_, '_>,
         stack: Set,
     ) -> Result<Option<usize>, Fault> {
-        let Some(arm) = cx.world.arm_setup() else {
-            return Ok(None);
-        };
+        let look = self.notes.look(cx);
         let mut best: Option<([bool; 4], usize)> = None;
-        for cube in &arm.order {
-            if self.cubes.state(cx, *cube)? != CubeState::Available {
+        for cube in self.notes.order(cx.world.arm) {
+            if self.notes.owner(cx, *cube)? != Owner::Available {
                 continue;
             }
-            let Some(position) = cx.world.cube_position(*cube) else {
+            let Some(position) = cx.world.position(*cube) else {
                 // Its turn has come, and it cannot be seen.
                 return Ok(Some(best.map_or(*cube, |(_, cube)| cube)));
             };
-            let ready = cubes::is_reachable(cx.world, position)
-                && cubes::is_free_on_top(cx.world, *cube)
+            let ready = cx.world.reaches(position)
+                && look.is_free_on_top(*cube)
                 && !cx.world.is_held(*cube)
-                && !cubes::is_at_another_hand(cx.world, position);
-            let crowded = !grip::is_free(cx.world, arm, *cube);
+                && !look.is_at_another_gripper(position);
+            let crowded = !look.is_free_around(*cube);
             let worse = [
-                !cubes::is_in_the_way(cx.world, arm, stack, *cube),
+                !look.is_in_the_way(stack, *cube),
                 crowded,
                 crowded && state.last == Some(*cube),
-                cubes::is_reachable_by_others(cx.world, position),
+                look.is_reached_by_others(position),
             ];
             if ready && best.is_none_or(|(least, _)| worse < least) {
                 best = Some((worse, *cube));
@@ -139,112 +128,79 @@ impl AcquireCube {
         cube: usize,
         stack: Set,
     ) -> Result<Status, Fault> {
-        let name = cx.world.setup.cube_name(cube);
-        let arm = self.cubes.me();
-        let goal = match cx.world.arm_setup() {
-            Some(arm) => goal_of(cx.world, arm, stack, cube),
-            None => return Ok(Status::Failure),
-        };
-        if !self.targets.aim(cx, cube, goal)? {
-            // Said once, however often it is tried.
+        let (arm, name) = (self.notes.me, cx.world.setup.object_name(cube));
+        let Some(goal) = self.notes.aim(cx, cube, stack)? else {
+            // Reported once, however often it is tried.
             if state.unseen.replace(cube) != Some(cube) {
-                cx.world.out.event(
-                    TraceEvent::Fault,
-                    format_args!("[error] {arm}: the pose of {name} is not known"),
-                );
+                let why = format_args!("[error] {arm}: the pose of {name} is not known");
+                cx.world.out.event(TraceEvent::Fault, why);
             }
             return Ok(Status::Failure);
-        }
+        };
         state.unseen = None;
-        self.recovery.clear(cx)?;
-        if !cx.is_set(&self.complete) {
-            cx.set(&self.complete, false)?;
-        }
-        self.center.take(cx)?;
-        if self.cubes.current(cx)? != Some(cube) || self.is_free(cx, cube)? {
-            self.cubes.set_state(cx, cube, CubeState::Reserved)?;
-            self.cubes.set_current(cx, Some(cube))?;
+        self.notes.recovery.clear(cx)?;
+        self.notes.zone.take(cx)?;
+        if self.notes.current(cx)? != Some(cube) || !self.is_mine(cx, cube)? {
+            self.notes.set_owner(cx, cube, Owner::Reserved)?;
+            self.notes.set_current(cx, Some(cube))?;
             let where_to = if goal.aside { ", out of the way" } else { "" };
-            cx.world
-                .out
-                .log(format_args!("[acquire] {arm} -> {name}{where_to}"));
+            let out = &mut *cx.world.out;
+            out.log(format_args!("[acquire] {arm} -> {name}{where_to}"));
         }
         Ok(Status::Success)
     }
 
-    fn is_free(&self, cx: &Context<'_, '_>, cube: usize) -> Result<bool, Fault> {
-        let state = self.cubes.state(cx, cube)?;
-        Ok(!matches!(state, CubeState::Reserved | CubeState::Carried))
-    }
-
-    /// The hand holds what another arm works at: that has to be let go of first,
-    /// which a recovery does.
-    fn is_others(&self, cx: &mut Context<'_, '_>) -> Result<bool, Fault> {
-        let Some(held) = cx.world.cube_in_hand() else {
-            return Ok(false);
-        };
-        if self.cubes.state(cx, held)? != CubeState::Others {
-            return Ok(false);
-        }
-        let name = cx.world.setup.cube_name(held);
-        self.recovery
-            .request(cx, format_args!("{name} in the hand is another arm's"))?;
-        Ok(true)
-    }
-
-    /// An arm that has nothing to do leaves the centre, and then its lock: the
+    /// An arm that has nothing to do leaves the centre, and then gives it back: the
     /// other one may be about to bring what this one waits for, or leave a cube
-    /// alone because this hand is at it.
-    fn rest(&self, state: &State, cx: &mut Context<'_, '_>) -> Result<(), Fault> {
-        let Some(rest) = cx.world.rest() else {
+    /// alone because this gripper is at it.
+    fn rest(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<(), Fault> {
+        let Some(arm) = cx.world.arm_setup() else {
             return Ok(());
         };
-        cx.world.go(state.key, rest, GripperGoal::Keep);
-        let there = cx
-            .world
-            .has_reached(state.key, &rest, AT_REST_M, AT_REST_RAD);
-        if there {
-            self.center.release(cx)?;
+        let drive = Drive {
+            tolerance_m: WAITS_M,
+            angle_rad: WAITS_RAD,
+            settle: PolicyTime::from_ticks(0),
+            ..Drive::travel(arm.wait, GripperGoal::Keep)
+        };
+        if cx.world.drive(&mut state.step, &drive) {
+            self.notes.zone.release(cx)?;
         }
         Ok(())
     }
-
-    /// Gives up the reservation of another cube than `cube`.
-    fn leave_other(&self, cx: &mut Context<'_, '_>, cube: usize) -> Result<(), Fault> {
-        match self.cubes.current(cx)? {
-            Some(other) if other != cube && !self.is_free(cx, other)? => {
-                self.cubes.set_state(cx, other, CubeState::Available)
-            }
-            _ => Ok(()),
-        }
-    }
 }
 
-impl Leaf<PyramidHost> for AcquireCube {
+impl Leaf<Station> for AcquireCube {
     type State = State;
 
-    fn start(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<(), Fault> {
-        state.key = cx.world.new_key();
+    fn start(&self, state: &mut State, _cx: &mut Context<'_, '_>) -> Result<(), Fault> {
+        state.step = Step::default();
         state.turn = Turn::default();
         state.waiting.clear();
         Ok(())
     }
 
     fn tick(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<Status, Fault> {
-        if self.center.is_closed(cx)? {
+        if self.notes.zone.is_closed(cx)? {
             state.waiting.clear();
-            state.turn.wait(state.key, cx);
+            state.turn.wait(cx.world);
             return Ok(Status::Running);
         }
         state.turn = Turn::default();
-        if self.is_others(cx)? {
+        if let Some(held) = self.notes.held_of_another(cx)? {
+            let name = cx.world.setup.object_name(held);
+            let why = format_args!("{name} in the gripper is another arm's");
+            self.notes.recovery.request(cx, why)?;
             return Ok(Status::Running);
         }
         let own = self.own(cx)?;
-        if let Some(cube) = own {
-            self.leave_other(cx, cube)?;
+        if let (Some(cube), Some(other)) = (own, self.notes.current(cx)?)
+            && other != cube
+            && self.is_mine(cx, other)?
+        {
+            self.notes.set_owner(cx, other, Owner::Available)?;
         }
-        let stack = self.cubes.compare(cx)?;
+        let stack = self.notes.compare(cx)?;
         let cube = match own {
             Some(cube) => Some(cube),
             None => self.next(state, cx, stack)?,
@@ -255,10 +211,9 @@ impl Leaf<PyramidHost> for AcquireCube {
         }
         self.rest(state, cx)?;
         if state.waiting.is_due(cx.now, cx.get(&self.warning)?) {
-            let arm = self.cubes.me();
-            cx.world
-                .out
-                .log(format_args!("[warning] {arm}: no free cube within reach"));
+            let arm = self.notes.me;
+            let out = &mut *cx.world.out;
+            out.log(format_args!("[warning] {arm}: no free cube within reach"));
         }
         Ok(Status::Running)
     }

@@ -1,92 +1,163 @@
-//! The eleven node types, one file each.
+//! The node types of this demo. What each does beyond one look is in a file of its
+//! own.
+#![allow(clippy::result_large_err, reason = "happens at load, once")]
 
-pub(super) mod acquire;
-pub(super) mod calibrate;
-pub(super) mod check_at_target;
-pub(super) mod check_complete;
-pub(super) mod check_lifted;
-pub(super) mod gripper;
-pub(super) mod mark_placed;
-pub(super) mod move_to;
-pub(super) mod recover;
-pub(super) mod release_center;
-pub(super) mod reset;
-mod watch;
+mod acquire;
+mod recover;
+mod reset;
 
-use std::time::Duration;
+use std::sync::Arc;
 
-use behavior::board::Fault;
-use ipc_types::GripperGoal;
-use serde::{Deserialize, Serialize};
+use behavior::Status;
+use behavior::board::{Fault, In};
+use behavior::tree::{BindError, Binder, Leaf, Library, NodeType};
+use robocell_skills::nodes::Context;
+use robocell_skills::{Owner, Station};
 
-use crate::pyramid::center::Center;
-use crate::pyramid::host::Context;
+use super::notes::Notes;
+use super::setup::Pyramid;
 
-/// Seconds as a length of time; the longest where they are none.
-fn seconds(value: f64) -> Duration {
-    Duration::try_from_secs_f64(value).unwrap_or(Duration::MAX)
+/// Adds the node types, for a job.
+pub(super) fn add(library: Library<Station>, job: &Arc<Pyramid>) -> Library<Station> {
+    library
+        .with(reset::node_type(job))
+        .with(acquire::node_type(job))
+        .with(recover::node_type(job))
+        .with(calibrate(job))
+        .with(mark_placed(job))
+        .with(check_complete(job))
 }
 
-/// An arm that waits for the centre longer than this goes out of the way: the
-/// one that works there may need the room (s).
-const PATIENCE_S: f64 = 2.0;
-
-/// A node's turn to work in the centre.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Turn {
-    /// Since when another arm owns the centre.
-    barred: Option<Duration>,
+/// A node type that is made with the notes of its tree.
+fn node_type<L: Leaf<Station>>(
+    (name, doc): (&'static str, &'static str),
+    job: &Arc<Pyramid>,
+    make: fn(Notes, &mut Binder<'_>) -> Result<L, BindError>,
+) -> NodeType<Station> {
+    let job = Arc::clone(job);
+    NodeType::new(name, doc, move |binder| {
+        make(Notes::bind(&job, binder)?, binder)
+    })
 }
 
-impl Turn {
-    /// Takes the centre; whether this arm owns it. While it does not, the arm
-    /// waits, with goals under `key`. A lock that was lost while the arm was
-    /// away is taken again.
-    fn comes(
-        &mut self,
-        center: &Center,
-        key: u64,
-        cx: &mut Context<'_, '_>,
-    ) -> Result<bool, Fault> {
-        let mine = center.take(cx)?;
-        if mine {
-            self.barred = None;
-        } else {
-            self.wait(key, cx);
+/// A node that remembers nothing.
+struct Plain<F> {
+    notes: Notes,
+    run: F,
+}
+
+impl<F> Leaf<Station> for Plain<F>
+where
+    F: Fn(&Notes, &mut Context<'_, '_>) -> Result<Status, Fault> + Send + 'static,
+{
+    type State = ();
+
+    fn tick(&self, (): &mut (), cx: &mut Context<'_, '_>) -> Result<Status, Fault> {
+        (self.run)(&self.notes, cx)
+    }
+}
+
+fn answer(holds: bool) -> Status {
+    if holds {
+        Status::Success
+    } else {
+        Status::Failure
+    }
+}
+
+fn calibrate(job: &Arc<Pyramid>) -> NodeType<Station> {
+    let about = (
+        "CalibratePlaceTargets",
+        "Compares the stack with what is seen, and shifts and turns the targets of the \
+         place by how the cube is in the gripper.",
+    );
+    node_type(about, job, |notes, _| {
+        Ok(Plain {
+            notes,
+            run: |notes: &Notes, cx: &mut Context<'_, '_>| {
+                let current = notes.current(cx)?;
+                let Some(cube) = current.filter(|cube| cx.world.held() == Some(*cube)) else {
+                    let why = format_args!("no cube to be placed is in the gripper");
+                    notes.recovery.request(cx, why)?;
+                    return Ok(Status::Running);
+                };
+                let stack = notes.compare(cx)?;
+                Ok(answer(notes.calibrate(cx, cube, stack)?))
+            },
+        })
+    })
+    .aliases(&["FrankaCalibratePlaceTargets"])
+    .keywords(&["offset", "hand", "place"])
+}
+
+/// With the port of the nodes that count.
+fn counting(node_type: NodeType<Station>) -> NodeType<Station> {
+    node_type
+        .input_or("required_count", 3_i64, "cubes of a complete stack")
+        .within(1.0, 16.0)
+}
+
+fn check_complete(job: &Arc<Pyramid>) -> NodeType<Station> {
+    let about = (
+        "CheckStackComplete",
+        "Compares the arm's stack with what is seen, and succeeds when it has the \
+         required number of cubes.",
+    );
+    counting(node_type(about, job, |notes, binder| {
+        let required = binder.input::<i64>("required_count")?;
+        Ok(Plain {
+            notes,
+            run: move |notes: &Notes, cx: &mut Context<'_, '_>| {
+                let stack = notes.compare(cx)?;
+                let complete = i64::from(stack.len()) >= cx.get(&required)?;
+                notes.set_complete(cx, complete)?;
+                Ok(answer(complete))
+            },
+        })
+    }))
+    .aliases(&["FrankaCheckStackComplete"])
+    .keywords(&["done", "finished", "count"])
+}
+
+fn mark_placed(job: &Arc<Pyramid>) -> NodeType<Station> {
+    let about = (
+        "MarkCubePlaced",
+        "Adds the cube to the arm's stack if it is seen there, and notes when the stack \
+         is complete. Once more changes nothing.",
+    );
+    counting(node_type(about, job, |notes, binder| {
+        let required = binder.input::<i64>("required_count")?;
+        Ok(Plain {
+            notes,
+            run: move |notes: &Notes, cx: &mut Context<'_, '_>| mark(notes, &required, cx),
+        })
+    }))
+    .aliases(&["FrankaMarkCubePlaced"])
+    .keywords(&["count", "done", "placed"])
+}
+
+fn mark(notes: &Notes, required: &In<i64>, cx: &mut Context<'_, '_>) -> Result<Status, Fault> {
+    let Some(cube) = notes.current(cx)? else {
+        return Ok(Status::Failure);
+    };
+    let (goal, aside) = notes.goal(cx)?;
+    if !cx.world.is_at(cube, goal, notes.task().goal_tolerance_m) {
+        return Ok(Status::Failure);
+    }
+    let (arm, name) = (notes.me, cx.world.setup.object_name(cube));
+    if aside {
+        notes.set_owner(cx, cube, Owner::Available)?;
+        let out = &mut *cx.world.out;
+        out.log(format_args!("[aside] {arm}: {name} is out of the way"));
+    } else {
+        let count = notes.add_to_stack(cx, cube)?.len();
+        if i64::from(count) >= cx.get(required)? {
+            notes.set_complete(cx, true)?;
         }
-        Ok(mine)
+        let out = &mut *cx.world.out;
+        out.log(format_args!("[placed] {arm}: {name} is number {count}"));
     }
-
-    /// Stays, and goes out of the way after a while.
-    fn wait(&mut self, key: u64, cx: &mut Context<'_, '_>) {
-        let began = *self.barred.get_or_insert(cx.now);
-        if cx.now.saturating_sub(began) >= seconds(PATIENCE_S)
-            && let Some(rest) = cx.world.rest()
-        {
-            cx.world.go(key, rest, GripperGoal::Keep);
-        }
-    }
-}
-
-/// Says when something has lasted, again and again.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Alarm {
-    since: Option<Duration>,
-}
-
-impl Alarm {
-    /// Whether `interval` (s) has passed since the alarm was cleared or since
-    /// this was true last.
-    fn is_due(&mut self, now: Duration, interval: f64) -> bool {
-        let since = *self.since.get_or_insert(now);
-        let due = now.saturating_sub(since) >= seconds(interval);
-        if due {
-            self.since = Some(now);
-        }
-        due
-    }
-
-    fn clear(&mut self) {
-        self.since = None;
-    }
+    notes.set_current(cx, None)?;
+    notes.recovery.clear(cx)?;
+    Ok(Status::Success)
 }

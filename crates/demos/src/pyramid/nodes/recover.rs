@@ -1,27 +1,28 @@
-//! `RecoverCube`: goes above the arm's cube and waits until it lies still.
+//! `RecoverCube`: moves above the arm's cube and waits until it is at rest.
 
-use robocell_task::TraceEvent;
 use std::sync::Arc;
 use std::time::Duration;
 
 use behavior::Status;
 use behavior::board::{Fault, In};
 use behavior::tree::{BindError, Binder, Leaf, NodeType};
-use ipc_types::GripperGoal;
+use ipc_types::{GripperGoal, Pose};
 use nalgebra::Vector3;
+use robocell_skills::nodes::Context;
+use robocell_skills::progress::Step;
+use robocell_skills::shared::{Alarm, Turn, has_lasted};
+use robocell_skills::world::Drive;
+use robocell_skills::{Owner, Station};
+use robocell_task::{PolicyTime, TraceEvent};
 use serde::{Deserialize, Serialize};
 
-use super::{Alarm, Turn, seconds};
-use crate::pyramid::center::Center;
-use crate::pyramid::cubes::{self, CubeState, Cubes};
-use crate::pyramid::grip;
-use crate::pyramid::host::{Context, PyramidHost};
-use crate::pyramid::keys::Recovery;
-use crate::pyramid::setup::PyramidSetup;
-use crate::pyramid::targets::{self, Targets, goal_of};
+use crate::pyramid::notes::Notes;
+use crate::pyramid::setup::Pyramid;
 
 /// An arm that cannot reach its cube waits at this share of its reach.
 const WAITING_SHARE: f64 = 0.85;
+/// No turn that a file may name: that of the arm.
+const OWN_YAW: f64 = 1.0e6;
 
 /// See the module.
 struct RecoverCube {
@@ -31,17 +32,14 @@ struct RecoverCube {
     stable_time: In<f64>,
     warning: In<f64>,
     yaw: In<f64>,
-    cubes: Cubes,
-    center: Center,
-    recovery: Recovery,
-    targets: Targets,
+    notes: Notes,
 }
 
 #[derive(Default, Serialize, Deserialize)]
 struct State {
-    key: u64,
+    step: Step,
     turn: Turn,
-    /// Another arm's cube the hand opens around.
+    /// Another arm's cube the gripper opens around.
     let_go: Option<usize>,
     /// Where the cube was when it moved last (m), and since when it is there.
     reference: Option<[f64; 3]>,
@@ -49,56 +47,52 @@ struct State {
     alarm: Alarm,
 }
 
-/// No turn that a file may name: that of the arm.
-const OWN_YAW: f64 = 1.0e6;
-
 /// The node type.
-pub(in crate::pyramid) fn node_type(setup: &Arc<PyramidSetup>) -> NodeType<PyramidHost> {
-    let setup = Arc::clone(setup);
-    NodeType::new(
+pub(super) fn node_type(job: &Arc<Pyramid>) -> NodeType<Station> {
+    let about = (
         "RecoverCube",
-        "Takes the centre, opens the hand, goes above the arm's cube and waits \
-         there until it lies still. Fails when it is through, so that a selector \
-         goes on with the pick-up, and at once when a cube is in the hand; one \
-         that another arm works at is let go first.",
-        move |binder| RecoverCube::new(&setup, binder),
-    )
-    .aliases(&["FrankaRecoverCube"])
-    .keywords(&["retry", "restage", "drop", "disturbance"])
-    .input_or(
-        "movement",
-        0.008,
-        "a cube that moved by more than half of this is not still (m)",
-    )
-    .within(1.0e-4, 1.0)
-    .also(&["movement_tolerance"])
-    .input_or("staging_height", 0.20, "TCP above the cube's centre (m)")
-    .within(0.0, 1.0)
-    .input_or(
-        "position_tolerance",
-        0.025,
-        "there when nearer than this (m)",
-    )
-    .within(1.0e-4, 1.0)
-    .input_or("stable_time", 0.20, "time the cube has to lie still (s)")
-    .within(0.0, 60.0)
-    .also(&["stable_duration"])
-    .input_or(
-        "warning_interval",
-        5.0,
-        "a warning is given each time the cube was out of reach for this long (s)",
-    )
-    .input_or(
-        "yaw",
-        OWN_YAW,
-        "turn of the hand about the vertical axis (degrees); the arm's own without",
-    )
-    .within(-360.0, 360.0)
-    .also(&["end_effector_yaw_degrees"])
+        "Takes the centre, opens the gripper, moves above the arm's cube and waits \
+         there until it is at rest. Fails when that is done, so that a selector \
+         continues with the pick-up, and at once when a cube is in the gripper; one \
+         that another arm works at is let go of first.",
+    );
+    super::node_type(about, job, RecoverCube::new)
+        .aliases(&["FrankaRecoverCube"])
+        .keywords(&["retry", "restage", "drop", "disturbance"])
+        .input_or(
+            "movement",
+            0.008,
+            "a cube that moved by more than half of this is not at rest (m)",
+        )
+        .within(1.0e-4, 1.0)
+        .also(&["movement_tolerance"])
+        .input_or("staging_height", 0.20, "TCP above the cube's centre (m)")
+        .within(0.0, 1.0)
+        .input_or(
+            "position_tolerance",
+            0.025,
+            "reached when nearer than this (m)",
+        )
+        .within(1.0e-4, 1.0)
+        .input_or("stable_time", 0.20, "time the cube has to be at rest (s)")
+        .within(0.0, 60.0)
+        .also(&["stable_duration"])
+        .input_or(
+            "warning_interval",
+            5.0,
+            "a warning is given each time the cube was out of reach for this long (s)",
+        )
+        .input_or(
+            "yaw",
+            OWN_YAW,
+            "turn of the tool about the vertical axis (degrees); the arm's own without",
+        )
+        .within(-360.0, 360.0)
+        .also(&["end_effector_yaw_degrees"])
 }
 
 impl RecoverCube {
-    fn new(setup: &PyramidSetup, binder: &mut Binder<'_>) -> Result<Self, BindError> {
+    fn new(notes: Notes, binder: &mut Binder<'_>) -> Result<Self, BindError> {
         Ok(Self {
             movement: binder.input("movement")?,
             staging_height: binder.input("staging_height")?,
@@ -106,60 +100,50 @@ impl RecoverCube {
             stable_time: binder.input("stable_time")?,
             warning: binder.input("warning_interval")?,
             yaw: binder.input("yaw")?,
-            cubes: Cubes::bind(setup, binder)?,
-            center: Center::bind(binder)?,
-            recovery: Recovery::bind(binder)?,
-            targets: Targets::bind(binder)?,
+            notes,
         })
     }
 
-    /// Aims at the cube anew; `false` where it is not seen.
-    fn aim(&self, cx: &mut Context<'_, '_>, cube: usize) -> Result<bool, Fault> {
-        let stack = self.cubes.placed(cx)?;
-        match cx.world.arm_setup() {
-            Some(arm) => {
-                let goal = goal_of(cx.world, arm, stack, cube);
-                self.targets.aim(cx, cube, goal)
-            }
-            None => Ok(false),
-        }
-    }
-
-    /// Goes above `position`, or as near to it as is wise; whether it is there.
+    /// Moves above `position`, or as near to it as the arm may; whether it is there.
     fn stage(
         &self,
-        state: &State,
+        state: &mut State,
         cx: &mut Context<'_, '_>,
+        cube: usize,
         position: Vector3<f64>,
     ) -> Result<bool, Fault> {
-        let Some(arm) = cx.world.arm_setup() else {
+        let (Some(arm), Some(own)) = (cx.world.arm_setup(), self.notes.look(cx).goal(cube, 0))
+        else {
             return Ok(false);
         };
-        let height = cx.get(&self.staging_height)?;
-        let reachable = cubes::is_reachable(cx.world, position);
-        let mut staging = position + Vector3::z() * height;
+        let reachable = cx.world.reaches(position);
+        let mut staging = position;
         if !reachable {
-            let reach = WAITING_SHARE * cx.world.setup.numbers.reach_m;
-            let outward = position.xy() - arm.base;
-            let near = arm.base + outward * (reach / outward.norm());
+            let outward = (position - arm.base).xy();
+            let near = arm.base.xy() + outward * (WAITING_SHARE * arm.reach_m / outward.norm());
             // A cube that fell off the table is waited for above the table.
-            let low = cx.world.setup.numbers.base_height_m;
-            staging = Vector3::new(near.x, near.y, position.z.max(low) + height);
+            let low = self.notes.task().base_height_m;
+            staging = Vector3::new(near.x, near.y, position.z.max(low));
         }
+        staging.z += cx.get(&self.staging_height)?;
         let yaw = match cx.get(&self.yaw)? {
-            OWN_YAW => arm.yaw,
+            OWN_YAW => own.yaw,
             degrees => degrees.to_radians(),
         };
-        cx.world
-            .go(state.key, targets::down(staging, yaw), GripperGoal::Open);
-        let tolerance = cx.get(&self.position_tolerance)?;
-        let error = cx.world.tcp().map_or(f64::INFINITY, |t| {
-            (Vector3::from(t.position) - staging).norm()
-        });
-        Ok(reachable && error <= tolerance)
+        let target = Pose {
+            position: staging.into(),
+            orientation_wxyz: arm.tool.down(yaw),
+        };
+        let drive = Drive {
+            tolerance_m: cx.get(&self.position_tolerance)?,
+            angle_rad: f64::INFINITY,
+            settle: PolicyTime::from_ticks(0),
+            ..Drive::travel(target, GripperGoal::Open)
+        };
+        Ok(cx.world.drive(&mut state.step, &drive) && reachable)
     }
 
-    fn is_still(
+    fn is_at_rest(
         &self,
         state: &mut State,
         cx: &Context<'_, '_>,
@@ -173,102 +157,95 @@ impl RecoverCube {
             state.reference = Some(position.into());
             state.still_since = cx.now;
         }
-        let still = cx.now.saturating_sub(state.still_since);
-        Ok(still >= seconds(cx.get(&self.stable_time)?))
+        Ok(has_lasted(
+            state.still_since,
+            cx.now,
+            cx.get(&self.stable_time)?,
+        ))
     }
 
     fn warn(&self, cx: &mut Context<'_, '_>, cube: usize, position: Vector3<f64>) {
-        let (arm, name) = (self.cubes.me(), cx.world.setup.cube_name(cube));
-        let why = if cubes::is_reachable(cx.world, position) {
+        let (arm, name) = (self.notes.me, cx.world.setup.object_name(cube));
+        let why = if cx.world.reaches(position) {
             "is not reached"
         } else {
             "is out of reach"
         };
-        cx.world.out.log(format_args!(
+        let out = &mut *cx.world.out;
+        out.log(format_args!(
             "[warning] {arm}: {name} {why}, waiting for it"
         ));
     }
 
-    /// Opens the hand where it is: what falls must not lie on the arm's cube.
+    /// Opens the gripper where it is: what falls must not fall on the arm's cube.
     fn let_go(&self, state: &mut State, cx: &mut Context<'_, '_>, held: usize) {
-        cx.world.grip(GripperGoal::Open);
+        cx.world.stay(GripperGoal::Open);
         if state.let_go.replace(held) != Some(held) {
-            let (arm, name) = (self.cubes.me(), cx.world.setup.cube_name(held));
-            cx.world.out.event(
-                TraceEvent::Recover,
-                format_args!("[recover] {arm}: lets {name} go, it is another arm's"),
-            );
+            let (arm, name) = (self.notes.me, cx.world.setup.object_name(held));
+            let why = format_args!("[recover] {arm}: lets {name} go, it is another arm's");
+            cx.world.out.event(TraceEvent::Recover, why);
         }
     }
 
     /// The end of a recovery. A cube that the fingers do not get around is left
-    /// to itself: perhaps another one has to be taken first.
+    /// available: perhaps another one has to be taken first.
     fn finish(&self, cx: &mut Context<'_, '_>, cube: usize) -> Result<Status, Fault> {
-        let arm = cx.world.arm_setup();
-        let crowded = arm.is_some_and(|arm| !grip::is_free(cx.world, arm, cube));
-        if crowded || !cubes::is_free_on_top(cx.world, cube) {
-            self.cubes.set_state(cx, cube, CubeState::Available)?;
-            self.cubes.set_current(cx, None)?;
+        let look = self.notes.look(cx);
+        if !look.is_free_around(cube) || !look.is_free_on_top(cube) {
+            self.notes.set_owner(cx, cube, Owner::Available)?;
+            self.notes.set_current(cx, None)?;
         }
-        self.recovery.clear(cx)?;
+        self.notes.recovery.clear(cx)?;
         Ok(Status::Failure)
     }
 }
 
-impl Leaf<PyramidHost> for RecoverCube {
+impl Leaf<Station> for RecoverCube {
     type State = State;
 
-    fn start(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<(), Fault> {
-        *state = State {
-            key: cx.world.new_key(),
-            ..State::default()
-        };
+    fn start(&self, state: &mut State, _cx: &mut Context<'_, '_>) -> Result<(), Fault> {
+        *state = State::default();
         Ok(())
     }
 
     fn tick(&self, state: &mut State, cx: &mut Context<'_, '_>) -> Result<Status, Fault> {
         let interval = cx.get(&self.warning)?;
         if interval <= 0.0 {
-            let arm = self.cubes.me();
-            cx.world.out.event(
-                TraceEvent::Fault,
-                format_args!(
-                    "[error] {arm}: a warning interval of {interval} s; a positive one is needed"
-                ),
+            let arm = self.notes.me;
+            let why = format_args!(
+                "[error] {arm}: a warning interval of {interval} s; a positive one is needed"
             );
+            cx.world.out.event(TraceEvent::Fault, why);
             return Ok(Status::Failure);
         }
-        let held = cx.world.cube_in_hand();
-        if let Some(held) = held
-            && self.cubes.state(cx, held)? == CubeState::Others
-        {
+        if let Some(held) = self.notes.held_of_another(cx)? {
             self.let_go(state, cx, held);
             return Ok(Status::Running);
         }
-        let (None, Some(cube)) = (held, self.cubes.current(cx)?) else {
-            // Nothing to look after; or what is in the hand is taken from here
-            // by the pick-up.
-            self.recovery.clear(cx)?;
+        let (None, Some(cube)) = (cx.world.held(), self.notes.current(cx)?) else {
+            // There is no cube to recover; or the pick-up continues with what is in
+            // the gripper.
+            self.notes.recovery.clear(cx)?;
             return Ok(Status::Failure);
         };
-        if !state.turn.comes(&self.center, state.key, cx)? {
+        if !state.turn.comes(&self.notes.zone, cx)? {
             return Ok(Status::Running);
         }
-        self.cubes.set_state(cx, cube, CubeState::Reserved)?;
-        let seen = cx.world.cube_position(cube);
-        let Some(position) = seen.filter(|p| p.iter().all(|x| x.is_finite())) else {
-            cx.world.grip(GripperGoal::Open);
+        self.notes.set_owner(cx, cube, Owner::Reserved)?;
+        let Some(position) = cx.world.position(cube) else {
+            cx.world.stay(GripperGoal::Open);
             return Ok(Status::Running);
         };
-        self.aim(cx, cube)?;
-        let still = self.is_still(state, cx, position)?;
-        let there = self.stage(state, cx, position)?;
+        let stack = self.notes.stack(cx)?;
+        self.notes.aim(cx, cube, stack)?;
+        let at_rest = self.is_at_rest(state, cx, position)?;
+        let there = self.stage(state, cx, cube, position)?;
         if there {
             state.alarm.clear();
         } else if state.alarm.is_due(cx.now, interval) {
             self.warn(cx, cube, position);
         }
-        if there && still {
+        if there && at_rest {
             return self.finish(cx, cube);
         }
         Ok(Status::Running)

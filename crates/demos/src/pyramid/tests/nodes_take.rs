@@ -4,10 +4,11 @@ use behavior::{Status, Value};
 use ipc_types::Wire as _;
 use serde_json::json;
 
-use super::{Bench, LEFT, RIGHT, pose, set_of};
+use super::{Bench, LEFT, RIGHT, WORK, bench, current, pose, set_of, target};
+use crate::pyramid::notes::TARGETS;
 
 fn acquire(arm: usize) -> Bench {
-    Bench::new(arm, json!({"type": "AcquireCube"}))
+    bench(arm, json!({"type": "AcquireCube"}))
 }
 
 #[test]
@@ -19,7 +20,7 @@ fn n01_waits_without_touching_anything_while_the_other_owns_the_centre() {
     let before = bench.all();
     assert_eq!(bench.tick(), Status::Running);
     assert_eq!(bench.all(), before);
-    assert!(bench.current().is_empty() && bench.lines.is_empty());
+    assert!(current(&bench).is_empty() && bench.lines.is_empty());
 }
 
 #[test]
@@ -44,7 +45,7 @@ fn a_cube_between_the_fingers_of_the_other_arm_is_not_the_next() {
     );
     bench.state.arms[RIGHT].tcp = pose(top[0], top[1], top[2] + 0.2);
     assert_eq!(bench.tick(), Status::Success);
-    assert_eq!(bench.current(), "cube_1");
+    assert_eq!(current(&bench), "cube_1");
 }
 
 #[test]
@@ -53,10 +54,10 @@ fn n02_takes_the_centre_and_the_first_cube_of_the_order() {
     assert_eq!(bench.tick(), Status::Success);
     assert_eq!(bench.text("center_owner"), "left");
     assert_eq!(bench.text("cube_state:cube_1"), "reserved:left");
-    assert_eq!(bench.current(), "cube_1");
+    assert_eq!(current(&bench), "cube_1");
     assert_eq!(bench.get("stack_complete:left"), Some(Value::Bool(false)));
-    for target in super::super::keys::TARGETS {
-        assert!(bench.target(target).is_some(), "{target}");
+    for name in TARGETS {
+        assert!(target(&bench, name).is_some(), "{name}");
     }
 }
 
@@ -68,7 +69,7 @@ fn n03_a_pose_that_cannot_be_read_is_a_failure_that_takes_nothing() {
     assert_eq!(bench.count("[error]"), 1);
     assert_eq!(bench.text("center_owner"), "");
     assert_eq!(bench.text("cube_state:cube_1"), "available");
-    assert!(bench.current().is_empty());
+    assert!(current(&bench).is_empty());
 }
 
 #[test]
@@ -79,10 +80,10 @@ fn n05_the_right_arm_has_an_order_of_its_own() {
             let mut bench = acquire(arm);
             for other in &gone {
                 bench.set_text(&format!("cube_state:cube_{}", other + 1), "carried:other");
-                *bench.cube(*other) = [0.3, 0.0, 0.5 + 0.2 * *other as f64];
+                *bench.object(*other) = [0.3, 0.0, 0.5 + 0.2 * *other as f64];
             }
             assert_eq!(bench.tick(), Status::Success);
-            assert_eq!(bench.current(), format!("cube_{}", cube + 1));
+            assert_eq!(current(&bench), format!("cube_{}", cube + 1));
             gone.push(cube);
         }
     }
@@ -94,10 +95,10 @@ fn n07_the_goal_is_a_layer_higher_for_each_placed_cube() {
     bench.set("placed:right", set_of(&[0, 2]));
     for (cube, layer) in [(0, 0.0), (2, 1.0)] {
         bench.set_text(&format!("cube_state:cube_{}", cube + 1), "placed:right");
-        *bench.cube(cube) = [0.46, 0.28, 0.025 + 0.05 * layer];
+        *bench.object(cube) = [0.46, 0.28, 0.025 + 0.05 * layer];
     }
     assert_eq!(bench.tick(), Status::Success);
-    let [x, y, z, ..] = bench.target("object_goal").unwrap();
+    let [x, y, z, ..] = target(&bench, "object_goal").unwrap();
     assert!((x - 0.46).abs() < 1e-9 && (y - 0.28).abs() < 1e-9);
     assert!((z - 0.125).abs() < 1e-9, "{z}");
 }
@@ -108,10 +109,10 @@ fn a_cube_under_another_is_not_taken_and_one_out_of_reach_neither() {
     bench.set_text("cube_state:cube_1", "reserved:right");
     // The top cube lies on both middle ones, these on the base.
     assert_eq!(bench.tick(), Status::Running);
-    *bench.cube(0) = [0.46, 1.0, 0.025];
-    *bench.cube(1) = [2.0, 0.0, 0.025];
+    *bench.object(0) = [0.46, 1.0, 0.025];
+    *bench.object(1) = [2.0, 0.0, 0.025];
     assert_eq!(bench.tick(), Status::Success);
-    assert_eq!(bench.current(), "cube_3");
+    assert_eq!(current(&bench), "cube_3");
 }
 
 #[test]
@@ -120,13 +121,13 @@ fn a_cube_that_left_the_stack_is_taken_again() {
     bench.set("placed:left", set_of(&[0, 1]));
     bench.set_text("cube_state:cube_1", "placed:left");
     bench.set_text("cube_state:cube_2", "placed:left");
-    *bench.cube(0) = [0.3, -0.5, 0.025];
-    *bench.cube(1) = [0.46, -0.28, 0.025];
+    *bench.object(0) = [0.3, -0.5, 0.025];
+    *bench.object(1) = [0.46, -0.28, 0.025];
     assert_eq!(bench.tick(), Status::Success);
     // The second stands at the bottom of the stack now.
     assert_eq!(bench.get("placed:left"), Some(set_of(&[1])));
-    assert_eq!(bench.current(), "cube_1");
-    let [.., z, _, _, _, _] = bench.target("object_goal").unwrap();
+    assert_eq!(current(&bench), "cube_1");
+    let [.., z, _, _, _, _] = target(&bench, "object_goal").unwrap();
     assert!((z - 0.075).abs() < 1e-9, "{z}");
 }
 
@@ -136,12 +137,12 @@ fn a_cube_that_is_its_own_already_is_aimed_at_anew() {
     assert_eq!(bench.tick(), Status::Success);
     bench.set("recovery_requested:left", Value::Bool(true));
     bench.set("stack_complete:left", Value::Bool(true));
-    *bench.cube(0) = [0.4, -0.1, 0.025];
+    *bench.object(0) = [0.4, -0.1, 0.025];
     assert_eq!(bench.tick(), Status::Success);
     assert!(!bench.recovery());
     assert_eq!(bench.get("stack_complete:left"), Some(Value::Bool(true)));
     assert_eq!(bench.count("[acquire]"), 1, "no new reservation");
-    let [x, y, ..] = bench.target("grasp").unwrap();
+    let [x, y, ..] = target(&bench, "grasp").unwrap();
     assert_eq!((x, y), (0.4, -0.1));
 }
 
@@ -150,26 +151,26 @@ fn a_cube_in_the_hand_is_the_next_one() {
     let mut bench = acquire(RIGHT);
     bench.hold(4);
     assert_eq!(bench.tick(), Status::Success);
-    assert_eq!(bench.current(), "cube_5");
+    assert_eq!(current(&bench), "cube_5");
     assert_eq!(bench.text("cube_state:cube_5"), "reserved:right");
 }
 
 #[test]
 fn a_cube_in_the_way_of_the_stack_is_put_aside() {
     let mut bench = acquire(LEFT);
-    *bench.cube(3) = [0.48, -0.25, 0.025];
-    *bench.cube(0) = [0.47, -0.26, 0.075];
+    *bench.object(3) = [0.48, -0.25, 0.025];
+    *bench.object(0) = [0.47, -0.26, 0.075];
     assert_eq!(bench.tick(), Status::Success);
-    assert_eq!(bench.current(), "cube_1");
+    assert_eq!(current(&bench), "cube_1");
     assert_eq!(bench.local("aside"), Some(Value::Bool(true)));
-    let [x, ..] = bench.target("object_goal").unwrap();
+    let [x, ..] = target(&bench, "object_goal").unwrap();
     assert!((x - 0.46).abs() > 0.1, "{x}");
 }
 
 fn recover(arm: usize) -> Bench {
-    let mut bench = Bench::new(arm, json!({"type": "RecoverCube"}));
-    bench.works_at(0, &[], pose(0.0, 0.0, 0.0));
-    let robot = bench.setup.arms[arm].name;
+    let mut bench = bench(arm, json!({"type": "RecoverCube"}));
+    bench.works_at(WORK, 0);
+    let robot = bench.setup.arms[arm].name.clone();
     bench.set(&format!("recovery_requested:{robot}"), Value::Bool(true));
     bench
 }
@@ -204,23 +205,23 @@ fn n21_an_unreached_cube_gives_a_warning_an_interval_and_keeps_everything() {
 fn n23_a_cube_that_creeps_starts_the_wait_anew_and_a_still_one_ends_it_in_failure() {
     let mut bench = recover(LEFT);
     let above = |bench: &mut Bench| {
-        let [x, y, z] = *bench.cube(0);
+        let [x, y, z] = *bench.object(0);
         bench.state.arms[LEFT].tcp.position = [x, y, z + 0.2];
     };
     for _ in 0..10 {
         above(&mut bench);
         assert_eq!(bench.tick_after(0.15), Status::Running);
-        bench.cube(0)[0] -= 0.005;
+        bench.object(0)[0] -= 0.005;
     }
     above(&mut bench);
     assert_eq!(bench.tick_after(0.15), Status::Running);
     // Within half of the tolerance of the last reference, however often.
-    bench.cube(0)[0] += 0.003;
+    bench.object(0)[0] += 0.003;
     assert_eq!(bench.tick_after(0.15), Status::Running);
-    bench.cube(0)[0] -= 0.005;
+    bench.object(0)[0] -= 0.005;
     assert_eq!(bench.tick_after(0.1), Status::Failure);
     assert!(!bench.recovery());
-    assert_eq!(bench.current(), "cube_1", "still its own");
+    assert_eq!(current(&bench), "cube_1", "still its own");
 }
 
 #[test]
@@ -237,21 +238,21 @@ fn a_recovery_opens_the_hand_but_never_around_its_own_cube() {
 #[test]
 fn a_cube_out_of_reach_is_waited_for_within_reach() {
     let mut bench = recover(LEFT);
-    *bench.cube(0) = [1.5, 0.6, 0.025];
+    *bench.object(0) = [1.5, 0.6, 0.025];
     for _ in 0..11 {
         assert_eq!(bench.tick_after(1.0), Status::Running);
     }
     assert_eq!(bench.count("cube_1 is out of reach"), 2);
     let [x, y, z] = bench.goal().target.position;
     let base = bench.setup.arms[LEFT].base;
-    assert!((x - base.x).hypot(y - base.y) < bench.setup.numbers.reach_m);
+    assert!((x - base.x).hypot(y - base.y) < bench.setup.arms[LEFT].reach_m);
     assert!(z > 0.2);
     assert_eq!(bench.text("cube_state:cube_1"), "reserved:left");
 }
 
 #[test]
 fn n22_no_interval_is_an_error() {
-    let mut bench = Bench::new(
+    let mut bench = bench(
         LEFT,
         json!({"type": "RecoverCube", "ports": {"warning_interval": 0.0}}),
     );
@@ -261,7 +262,7 @@ fn n22_no_interval_is_an_error() {
 
 #[test]
 fn n29_a_robot_that_does_not_answer_is_a_failure_from_the_thirtieth_attempt() {
-    let mut bench = Bench::new(LEFT, json!({"type": "FrankaReset"}));
+    let mut bench = bench(LEFT, json!({"type": "FrankaReset"}));
     bench.state.arms[LEFT].fault = 1;
     for attempt in 1..30 {
         assert_eq!(bench.tick(), Status::Running, "{attempt}");
@@ -272,9 +273,9 @@ fn n29_a_robot_that_does_not_answer_is_a_failure_from_the_thirtieth_attempt() {
 
 #[test]
 fn a_reset_takes_the_stack_that_is_there_for_its_own() {
-    let mut bench = Bench::new(LEFT, json!({"type": "FrankaReset"}));
-    *bench.cube(0) = [0.46, -0.28, 0.025];
-    *bench.cube(2) = [0.46, -0.28, 0.075];
+    let mut bench = bench(LEFT, json!({"type": "FrankaReset"}));
+    *bench.object(0) = [0.46, -0.28, 0.025];
+    *bench.object(2) = [0.46, -0.28, 0.075];
     bench.set_text("center_owner", "left");
     bench.tick();
     assert_eq!(bench.tick_after(0.25), Status::Success);
@@ -285,7 +286,7 @@ fn a_reset_takes_the_stack_that_is_there_for_its_own() {
 
 #[test]
 fn a_reset_keeps_a_hand_closed_that_holds_a_cube() {
-    let mut bench = Bench::new(LEFT, json!({"type": "FrankaReset"}));
+    let mut bench = bench(LEFT, json!({"type": "FrankaReset"}));
     bench.hold(3);
     assert_eq!(bench.tick(), Status::Success);
     assert_eq!(bench.gripper(), ipc_types::GripperGoal::Keep);
@@ -319,9 +320,9 @@ fn a_recovery_leaves_a_hand_closed_that_holds_a_free_cube() {
 #[test]
 fn an_arm_with_nothing_to_take_leaves_the_centre_and_gives_it_back() {
     let mut bench = acquire(LEFT);
-    let goal_y = bench.setup.arms[LEFT].goal.y;
+    let goal_y = -0.28;
     for cube in 0..6 {
-        *bench.cube(cube) = [1.5, 0.2 * cube as f64, 0.025];
+        *bench.object(cube) = [1.5, 0.2 * cube as f64, 0.025];
     }
     bench.set_text("center_owner", "left");
     assert_eq!(bench.tick(), Status::Running);
@@ -338,8 +339,8 @@ fn another_arms_cube_in_the_hand_is_let_go_of_by_a_recovery() {
     bench.hold(3);
     bench.set_text("cube_state:cube_4", "reserved:right");
     assert_eq!(bench.tick(), Status::Running);
-    assert!(bench.recovery() && bench.current().is_empty());
-    let mut bench = Bench::new(LEFT, json!({"type": "RecoverCube"}));
+    assert!(bench.recovery() && current(&bench).is_empty());
+    let mut bench = super::bench(LEFT, json!({"type": "RecoverCube"}));
     bench.hold(3);
     bench.set_text("cube_state:cube_4", "reserved:right");
     assert_eq!(bench.tick(), Status::Running);

@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex};
 use behavior::board::Board;
 use behavior::{Graph, NodeStatus, Value};
 use cell_model::Cell;
-use demos::pyramid::Json;
 use demos::pyramid::numbers::PyramidTask;
 use ipc_types::Text;
+use robocell_skills::files::TreePolicy;
 use robocell_task::{AnyPolicy, Job, Observation, Output};
 
 use super::choice::ARMS;
@@ -41,7 +41,7 @@ pub(crate) struct Seen {
 
 /// See the module.
 pub(crate) struct Spy {
-    json: Json,
+    json: TreePolicy,
     cubes: Vec<String>,
     /// By arm and node: whether it is a leaf.
     leaves: Vec<Vec<bool>>,
@@ -51,7 +51,7 @@ pub(crate) struct Spy {
 impl Spy {
     pub(crate) fn new(cell: &Cell, cubes: &[&str]) -> (Self, Arc<Mutex<Seen>>) {
         let task: PyramidTask = cell.task.read().unwrap();
-        let json = Json::new(&task, cell).unwrap();
+        let json = demos::pyramid::policy(&task, cell).unwrap();
         let is_leaf = |graph: &Graph, node| graph.nodes.iter().all(|n| n.parent != Some(node));
         let leaves = json.describe("json").into_iter().map(|graph| {
             let nodes = 0..graph.nodes.len();

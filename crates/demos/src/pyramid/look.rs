@@ -1,0 +1,183 @@
+//! What is seen of the cubes, and where one goes.
+
+use behavior::value::Set;
+use nalgebra::Vector3;
+use robocell_skills::World;
+use robocell_skills::fingers::Ways;
+use robocell_task::job::Placement;
+
+use super::setup::Pyramid;
+
+/// Two cubes of one layer with centres nearer than this many cube edges leave
+/// no room for fingers between them.
+const CROWDED_EDGES: f64 = 1.6;
+/// A place with no cube nearer than this many cube edges is clear.
+const CLEAR_EDGES: f64 = 2.2;
+/// A cube nearer to a TCP than the start of a pick-up and this many cube edges
+/// may be about to be taken.
+const AT_GRIPPER_EDGES: f64 = 0.4;
+/// A cube nearer than this many edges in the plane, and higher, is on another.
+const ON_TOP_EDGES: f64 = 0.9;
+/// Where to look for a clear place, seen from the stack (cube edges): in the
+/// direction in which the fingers close there has to be more room than across it.
+const BESIDE_EDGES: [[f64; 2]; 8] = [
+    [2.8, 0.0],
+    [0.0, -2.4],
+    [0.0, 2.4],
+    [-2.4, 0.0],
+    [2.8, -2.4],
+    [2.8, 2.4],
+    [-2.4, -2.4],
+    [-2.4, 2.4],
+];
+/// Nearer to its base the arm folds up and gets stuck (m).
+const TOO_NEAR_M: f64 = 0.32;
+
+/// The cell as one arm sees it in one decision.
+#[derive(Clone, Copy)]
+pub(super) struct Look<'a, 'w> {
+    pub(super) job: &'a Pyramid,
+    pub(super) world: &'a World<'w>,
+}
+
+/// Where a cube goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Goal {
+    /// Its centre, and the turn of the arm's tool (rad).
+    pub(super) place: Placement,
+    /// It is put out of the way.
+    pub(super) aside: bool,
+}
+
+impl Look<'_, '_> {
+    fn edge(&self) -> f64 {
+        self.job.task.layer_height_m
+    }
+
+    /// Cubes other than `but` that are seen, with their centres (m).
+    fn others(&self, but: usize) -> impl Iterator<Item = (usize, Vector3<f64>)> {
+        let others = self.job.cubes.iter().filter(move |cube| **cube != but);
+        others.filter_map(|cube| Some((*cube, self.world.position(*cube)?)))
+    }
+
+    /// Whether no other cube is on a cube.
+    pub(super) fn is_free_on_top(&self, cube: usize) -> bool {
+        let edge = self.edge();
+        let Some(position) = self.world.position(cube) else {
+            return false;
+        };
+        self.others(cube).all(|(other, its)| {
+            let off = its - position;
+            let on_it =
+                off.z > 0.3 * edge && off.z < 1.5 * edge && off.xy().norm() < ON_TOP_EDGES * edge;
+            !on_it || self.world.is_held(other)
+        })
+    }
+
+    /// The two ways around a cube.
+    pub(super) fn ways(&self, cube: usize) -> Option<Ways> {
+        let seen = self.world.placement(cube)?;
+        let yaw = self.goal(cube, 0)?.yaw;
+        Some(Ways::around(cube, seen, yaw, self.world))
+    }
+
+    /// Whether fingers meet no neighbours on one way around a cube.
+    pub(super) fn is_free_around(&self, cube: usize) -> bool {
+        self.ways(cube).is_some_and(|ways| ways.is_free())
+    }
+
+    /// Whether the gripper of another arm is at a point (m): an arm that stopped in
+    /// the middle of a pick-up may still close it.
+    pub(super) fn is_at_another_gripper(&self, point: Vector3<f64>) -> bool {
+        let near = self.job.task.approach_m + AT_GRIPPER_EDGES * self.edge();
+        (0..self.world.setup.arms.len())
+            .filter(|arm| *arm != self.world.arm)
+            .filter_map(|arm| self.world.observation.tcp(arm))
+            .any(|tcp| (Vector3::from(tcp.position) - point).norm() < near)
+    }
+
+    /// Whether an arm other than this one reaches a point (m).
+    pub(super) fn is_reached_by_others(&self, point: Vector3<f64>) -> bool {
+        let arms = self.world.setup.arms.iter().enumerate();
+        arms.filter(|(arm, _)| *arm != self.world.arm)
+            .any(|(_, arm)| arm.reaches(point))
+    }
+
+    /// Where a cube is in a layer of the arm's stack.
+    pub(super) fn goal(&self, cube: usize, layer: usize) -> Option<Placement> {
+        self.world.setup.goal(cube, self.world.arm, layer)
+    }
+
+    /// Whether a cube that is not part of `stack` is where the arm's stack is built,
+    /// or so near that the fingers would meet it.
+    pub(super) fn is_in_the_way(&self, stack: Set, cube: usize) -> bool {
+        let (Some(position), Some(goal)) = (self.world.position(cube), self.goal(cube, 0)) else {
+            return false;
+        };
+        let off = position - Vector3::from(goal.position);
+        !stack.contains(self.job.item(cube))
+            && off.xy().norm() < CROWDED_EDGES * self.edge()
+            && !self.world.is_held(cube)
+    }
+
+    /// The cubes of `among` that are in the arm's stack, from the table up without a
+    /// gap.
+    pub(super) fn stack(&self, among: Set) -> Set {
+        let (arm, tolerance) = (self.world.arm, self.job.task.goal_tolerance_m);
+        let in_layer = |layer| {
+            let mut cubes = self.job.items();
+            let found = cubes.find(|(item, cube)| {
+                among.contains(*item) && self.world.slot_of(*cube, arm, tolerance) == Some(layer)
+            });
+            found.map(|(item, _)| item)
+        };
+        (0..self.job.cubes.len())
+            .map_while(in_layer)
+            .fold(Set::default(), Set::with)
+    }
+
+    /// Where `cube` goes: onto the arm's `stack`, or, while other cubes are in the
+    /// way of that, to a clear place beside it.
+    pub(super) fn goal_of(&self, stack: Set, cube: usize) -> Option<Goal> {
+        let on_stack = Goal {
+            place: self.goal(cube, stack.len() as usize)?,
+            aside: false,
+        };
+        let mut others = self.others(cube);
+        if !others.any(|(other, _)| self.is_in_the_way(stack, other)) {
+            return Some(on_stack);
+        }
+        let table = self.goal(cube, 0)?;
+        let beside = |[dx, dy]: &[f64; 2]| {
+            let [x, y, z] = table.position;
+            Vector3::new(x + dx * self.edge(), y + dy * self.edge(), z)
+        };
+        // Best where other arms reach the cube, too: they may need it.
+        let places = || {
+            BESIDE_EDGES
+                .iter()
+                .map(beside)
+                .filter(|p| self.is_clear(*p, cube))
+        };
+        let place = places()
+            .find(|place| self.is_reached_by_others(*place))
+            .or_else(|| places().next());
+        Some(place.map_or(on_stack, |place| Goal {
+            place: Placement {
+                position: place.into(),
+                ..table
+            },
+            aside: true,
+        }))
+    }
+
+    /// Whether a place on the table is within reach and no cube is near it.
+    fn is_clear(&self, place: Vector3<f64>, but: usize) -> bool {
+        let room = CLEAR_EDGES * self.edge();
+        let base = self.world.arm_setup().map_or(place, |arm| arm.base);
+        self.others(but)
+            .all(|(_, its)| (its - place).xy().norm() > room)
+            && self.world.reaches(place)
+            && (place - base).xy().norm() > TOO_NEAR_M
+    }
+}

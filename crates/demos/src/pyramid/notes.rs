@@ -1,0 +1,286 @@
+//! What an arm writes down on the blackboards: which cube it works at, the seven
+//! poses of its transfer, and which cubes are in its stack.
+
+use std::sync::Arc;
+
+use behavior::Str;
+use behavior::board::{Access, Fault, Out, Scope};
+use behavior::tree::{BindError, Binder};
+use behavior::value::{Plain, Set};
+use ipc_types::Pose;
+use nalgebra::Vector3;
+use robocell_skills::nodes::Context;
+use robocell_skills::shared;
+use robocell_skills::{Lease, Owner, Recovery, Reservations};
+
+use super::KEYS;
+use super::look::{Goal, Look};
+use super::setup::Pyramid;
+
+/// Local: the targets, poses of the TCP, the last one of the cube.
+pub(super) const TARGETS: [&str; 7] = [
+    "approach",
+    "grasp",
+    "lift",
+    "place_approach",
+    "place",
+    "retract",
+    "object_goal",
+];
+
+/// A pose as the blackboard keeps it: position (m) and quaternion w x y z.
+pub(super) type Numbers = [f64; 7];
+
+/// A node's access to all keys of its tree, and to the job.
+pub(super) struct Notes {
+    job: Arc<Pyramid>,
+    pub(super) me: Str,
+    pub(super) zone: Lease,
+    pub(super) recovery: Recovery,
+    owners: Reservations,
+    current: Out<Str>,
+    targets: [Out<Numbers>; 7],
+    reference: Out<[f64; 3]>,
+    aside: Out<bool>,
+    placed: Out<Set>,
+    complete: Out<bool>,
+}
+
+/// A key of the tree's own blackboard, declared here unless the file did.
+#[allow(clippy::result_large_err, reason = "happens at load, once")]
+pub(super) fn local<T: Plain>(
+    binder: &mut Binder<'_>,
+    key: &str,
+    default: Option<T>,
+) -> Result<Out<T>, BindError> {
+    binder.writes(Scope::Local, key, default, Access::Write)
+}
+
+/// The shared key that says that the stack of `robot` is complete.
+pub(super) fn complete_key(robot: Str) -> String {
+    format!("stack_complete:{robot}")
+}
+
+impl Notes {
+    #[allow(clippy::result_large_err, reason = "happens at load, once")]
+    pub(super) fn bind(job: &Arc<Pyramid>, binder: &mut Binder<'_>) -> Result<Self, BindError> {
+        let me = shared::robot(binder)?;
+        let mut target = |name: &str| local(binder, name, None);
+        let [a, b, c, d, e, f, g] = TARGETS.map(&mut target);
+        let targets = [a?, b?, c?, d?, e?, f?, g?];
+        Ok(Self {
+            job: Arc::clone(job),
+            me,
+            zone: Lease::bind(binder, KEYS.zone)?,
+            recovery: Recovery::bind(binder)?,
+            owners: Reservations::bind(&job.setup, binder, KEYS.owners)?,
+            current: local(binder, KEYS.object, Some(Str::EMPTY))?,
+            targets,
+            reference: local(binder, KEYS.reference, None)?,
+            aside: local(binder, "aside", Some(false))?,
+            placed: shared::key(binder, &format!("placed:{me}"), Set::default())?,
+            complete: shared::key(binder, &complete_key(me), false)?,
+        })
+    }
+
+    /// The order in which the arm tries the cubes.
+    pub(super) fn order(&self, arm: usize) -> &[usize] {
+        self.job.orders.get(arm).map_or(&[], Vec::as_slice)
+    }
+
+    pub(super) fn look<'a, 'w>(&'a self, cx: &'a Context<'_, 'w>) -> Look<'a, 'w> {
+        Look {
+            job: &self.job,
+            world: cx.world,
+        }
+    }
+
+    /// The cube the tree works at.
+    pub(super) fn current(&self, cx: &Context<'_, '_>) -> Result<Option<usize>, Fault> {
+        let name = cx.read(&self.current)?;
+        Ok(cx.world.setup.object(name.as_str()))
+    }
+
+    pub(super) fn set_current(
+        &self,
+        cx: &mut Context<'_, '_>,
+        cube: Option<usize>,
+    ) -> Result<(), Fault> {
+        let name = cube.map_or("", |cube| cx.world.setup.object_name(cube));
+        cx.set(&self.current, Str::new(name).unwrap_or_default())
+    }
+
+    /// Whose an object is; what is no cube is another's.
+    pub(super) fn owner(&self, cx: &Context<'_, '_>, object: usize) -> Result<Owner, Fault> {
+        if self.job.cubes.contains(&object) {
+            self.owners.owner(cx, object)
+        } else {
+            Ok(Owner::Other)
+        }
+    }
+
+    pub(super) fn set_owner(
+        &self,
+        cx: &mut Context<'_, '_>,
+        cube: usize,
+        owner: Owner,
+    ) -> Result<(), Fault> {
+        self.owners.set(cx, cube, owner)
+    }
+
+    /// The arm's own object in the gripper that is another arm's; it has to be let
+    /// go of first.
+    pub(super) fn held_of_another(&self, cx: &Context<'_, '_>) -> Result<Option<usize>, Fault> {
+        match cx.world.held() {
+            Some(held) if self.owner(cx, held)? == Owner::Other => Ok(Some(held)),
+            _ => Ok(None),
+        }
+    }
+
+    /// The arm's stack as it was compared last.
+    pub(super) fn stack(&self, cx: &Context<'_, '_>) -> Result<Set, Fault> {
+        cx.read(&self.placed)
+    }
+
+    /// Adds a cube to the arm's stack; once more changes nothing.
+    pub(super) fn add_to_stack(&self, cx: &mut Context<'_, '_>, cube: usize) -> Result<Set, Fault> {
+        let stack = self.stack(cx)?.with(self.job.item(cube));
+        cx.set(&self.placed, stack)?;
+        self.set_owner(cx, cube, Owner::Placed)?;
+        Ok(stack)
+    }
+
+    /// Compares the arm's stack with what is seen: cubes that left it are available
+    /// again, available cubes that are in it are part of it. Gives the stack.
+    pub(super) fn compare(&self, cx: &mut Context<'_, '_>) -> Result<Set, Fault> {
+        let before = self.stack(cx)?;
+        let mut among = Set::default();
+        for (item, cube) in self.job.items() {
+            if matches!(self.owner(cx, cube)?, Owner::Placed | Owner::Available) {
+                among = among.with(item);
+            }
+        }
+        let seen = self.look(cx).stack(among);
+        for (item, cube) in self.job.items() {
+            let is = seen.contains(item);
+            if before.contains(item) == is {
+                continue;
+            }
+            let (owner, verb) = if is {
+                (Owner::Placed, "is in")
+            } else {
+                (Owner::Available, "left")
+            };
+            self.set_owner(cx, cube, owner)?;
+            let (arm, name) = (self.me, cx.world.setup.object_name(cube));
+            let out = &mut *cx.world.out;
+            out.log(format_args!("[stack] {arm}: {name} {verb} the stack"));
+        }
+        cx.set(&self.placed, seen)?;
+        Ok(seen)
+    }
+
+    /// Says whether the stack is complete.
+    pub(super) fn set_complete(
+        &self,
+        cx: &mut Context<'_, '_>,
+        complete: bool,
+    ) -> Result<(), Fault> {
+        cx.set(&self.complete, complete)
+    }
+
+    /// Computes all targets for `cube` as it is seen. Nothing is written, and it
+    /// answers `None`, where that is impossible.
+    pub(super) fn aim(
+        &self,
+        cx: &mut Context<'_, '_>,
+        cube: usize,
+        stack: Set,
+    ) -> Result<Option<Goal>, Fault> {
+        let look = self.look(cx);
+        let (Some(goal), Some(ways), Some(seen)) = (
+            look.goal_of(stack, cube),
+            look.ways(cube),
+            cx.world.placement(cube),
+        ) else {
+            return Ok(None);
+        };
+        let task = &self.job.task;
+        // Where no way is free, every other recovery tries the other one.
+        let yaw = ways.choose(!ways.is_free() && cx.world.job.counters.recoveries % 2 == 1);
+        let tool = cx.world.tool();
+        let down = |[x, y, z]: [f64; 3], above: f64, yaw: f64| Pose {
+            position: [x, y, z + above],
+            orientation_wxyz: tool.down(yaw),
+        };
+        let (at, to) = (seen.position, goal.place.position);
+        let pick = [
+            down(at, task.approach_m, yaw),
+            down(at, task.grasp_m, yaw),
+            down(at, (task.lift_z_m - at[2]).max(0.0), yaw),
+        ];
+        let heights = [task.place_approach_m, task.place_m, task.retract_m];
+        let place = heights.map(|above| down(to, above, goal.place.yaw));
+        for (key, pose) in self.targets.iter().zip(pick.iter().chain(&place)) {
+            cx.set(key, to_numbers(pose))?;
+        }
+        self.set_goal(cx, goal)?;
+        cx.set(&self.reference, seen.position)?;
+        Ok(Some(goal))
+    }
+
+    /// Shifts and turns the poses of the place by how `cube` is in the gripper;
+    /// `false` where that is not seen.
+    pub(super) fn calibrate(
+        &self,
+        cx: &mut Context<'_, '_>,
+        cube: usize,
+        stack: Set,
+    ) -> Result<bool, Fault> {
+        let Some(goal) = self.look(cx).goal_of(stack, cube) else {
+            return Ok(false);
+        };
+        let yaw = goal.place.yaw;
+        let Some(pose) = cx.world.place_pose_turned(cube, goal.place, yaw) else {
+            return Ok(false);
+        };
+        let task = &self.job.task;
+        let heights = [task.place_approach_m, task.place_m, task.retract_m];
+        for (key, above) in self.targets.iter().skip(3).zip(heights) {
+            let mut pose = pose;
+            pose.position[2] += above;
+            cx.set(key, to_numbers(&pose))?;
+        }
+        self.set_goal(cx, goal)?;
+        Ok(true)
+    }
+
+    fn set_goal(&self, cx: &mut Context<'_, '_>, goal: Goal) -> Result<(), Fault> {
+        let half = 0.5 * goal.place.yaw;
+        let cube = Pose {
+            position: goal.place.position,
+            orientation_wxyz: [libm::cos(half), 0.0, 0.0, libm::sin(half)],
+        };
+        let [.., key] = &self.targets;
+        cx.set(key, to_numbers(&cube))?;
+        cx.set(&self.aside, goal.aside)
+    }
+
+    /// Where the cube goes: its centre (m), and whether that is out of the way.
+    pub(super) fn goal(&self, cx: &Context<'_, '_>) -> Result<(Vector3<f64>, bool), Fault> {
+        let [.., key] = &self.targets;
+        let [x, y, z, ..] = cx.read(key)?;
+        Ok((Vector3::new(x, y, z), cx.read(&self.aside)?))
+    }
+
+    /// Numbers of the cell file.
+    pub(super) fn task(&self) -> &super::numbers::PyramidTask {
+        &self.job.task
+    }
+}
+
+pub(super) fn to_numbers(pose: &Pose) -> Numbers {
+    let [x, y, z] = pose.position;
+    let [w, i, j, k] = pose.orientation_wxyz;
+    [x, y, z, w, i, j, k]
+}
