@@ -73,6 +73,7 @@ impl Pyramid {
             arm.reach_m = task.reach_m;
             arm.tool = Tool::Fingers {
                 open_width_m: task.open_width_m,
+                open_tolerance_m: task.gripper_tolerance_m,
                 force_n: task.grip_force_n,
             };
             let base = arm.base.xy();
