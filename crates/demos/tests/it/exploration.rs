@@ -90,11 +90,13 @@ fn of_the_state_machine() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn of_the_if_else_controller() {
     explore("ifelse");
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn of_the_tree_in_code() {
     explore("bt");
 }
