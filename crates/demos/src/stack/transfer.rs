@@ -108,19 +108,17 @@ impl Transfer {
     pub fn drive(&mut self, turn: &mut Turn<'_>) -> Leg {
         turn.phase = Some(self.phase);
         let spec = &turn.stack.spec;
-        let (gripper, tolerance_m) = (
-            if self.phase.closed() {
-                GripperGoal::Close
-            } else {
-                GripperGoal::Open
-            },
-            // Finer where the fingers meet a cube.
-            if self.phase.low() {
-                spec.precise_tolerance_m
-            } else {
-                spec.travel_tolerance_m
-            },
-        );
+        let gripper = if self.phase.closed() {
+            GripperGoal::Close
+        } else {
+            GripperGoal::Open
+        };
+        // Finer where the fingers meet a cube.
+        let tolerance_m = if self.phase.low() {
+            spec.precise_tolerance_m
+        } else {
+            spec.travel_tolerance_m
+        };
         let drive = Drive {
             tolerance_m,
             angle_rad: spec.orientation_tolerance_rad,
@@ -180,14 +178,17 @@ impl Transfer {
         }
     }
 
-    /// Whether the cube moved away before it was gripped.
+    /// Whether the cube moved away, in the plane, before it was gripped.
     pub fn cube_moved(&self, turn: &Turn<'_>) -> bool {
-        self.phase < Phase::Grasp && turn.moved(self.cube, self.anchor)
+        let seen = turn.position(self.cube);
+        let distance = plane_distance(seen, self.anchor.position.into());
+        self.phase < Phase::Grasp && distance > turn.stack.spec.move_tolerance_m
     }
 
-    /// Whether the cube cannot be picked up any more.
+    /// Whether the cube, not gripped yet, is off the table or out of reach.
     pub fn cube_gone(&self, turn: &Turn<'_>) -> bool {
-        self.phase < Phase::Grasp && turn.gone(self.cube)
+        let gone = turn.fallen(self.cube) || !turn.reachable(self.cube);
+        self.phase < Phase::Grasp && gone
     }
 
     /// Whether the cube has to be in the gripper and is not.

@@ -73,7 +73,7 @@ impl<'w> Turn<'w> {
     }
 
     /// Where a cube is, and its turn. One that the cell does not have any more
-    /// is [`Turn::gone`].
+    /// has [`Turn::fallen`].
     pub fn placement(&self, cube: usize) -> Placement {
         let seen = self.world.placement(self.object(cube));
         seen.unwrap_or(NOWHERE)
@@ -114,12 +114,6 @@ impl<'w> Turn<'w> {
         self.world.has_left(self.object(cube), distance)
     }
 
-    /// Whether a cube left `reference` in the plane by more than the tolerance.
-    pub fn moved(&self, cube: usize, reference: Placement) -> bool {
-        let distance = plane_distance(self.position(cube), reference.position.into());
-        distance > self.stack.spec.move_tolerance_m
-    }
-
     /// Whether a cube is off the table.
     pub fn fallen(&self, cube: usize) -> bool {
         let (object, below_m) = (self.object(cube), FALLEN_BELOW_M);
@@ -129,11 +123,6 @@ impl<'w> Turn<'w> {
     /// Whether the arm reaches a cube.
     pub fn reachable(&self, cube: usize) -> bool {
         Condition::Reachable(self.object(cube)).holds(&self.world)
-    }
-
-    /// Whether a cube cannot be picked up: it is off the table or out of reach.
-    pub fn gone(&self, cube: usize) -> bool {
-        self.fallen(cube) || !self.reachable(cube)
     }
 
     /// The arm stops. After a drop the gripper opens, otherwise it keeps what it
