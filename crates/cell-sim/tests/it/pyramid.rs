@@ -44,7 +44,7 @@ impl Run {
         self
     }
 
-    /// A hand that holds a cube is told to open only where the cube stands: in a
+    /// A hand that holds a cube is told to open only where the cube is supported: in a
     /// layer of the stack, or on the table where it is put out of the way.
     fn check_hands(&self) {
         let state = self.sim.state();
@@ -104,7 +104,7 @@ fn a_cube_pulled_from_the_hand_of_either_arm_is_fetched_again() {
         );
         let run = Run::new(2, &script).finish();
         assert_eq!(run.sim.decision().drops, 1, "{phase}: {:#?}", run.lines);
-        assert_eq!(run.count("left the hand"), 1);
+        assert_eq!(run.count("was lost"), 1);
     }
 }
 

@@ -1,4 +1,4 @@
-//! What is seen of the cubes, and where one goes.
+//! What is seen of the cubes, and where one is placed.
 
 use behavior::value::Set;
 use nalgebra::Vector3;
@@ -40,7 +40,7 @@ pub(super) struct Look<'a, 'w> {
     pub(super) world: &'a World<'w>,
 }
 
-/// Where a cube goes.
+/// Where a cube is to be placed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Goal {
     /// Its centre, and the turn of the arm's tool (rad).
@@ -136,7 +136,7 @@ impl Look<'_, '_> {
             .fold(Set::default(), Set::with)
     }
 
-    /// Where `cube` goes: onto the arm's `stack`, or, while other cubes are in the
+    /// The goal of `cube`: onto the arm's `stack`, or, while other cubes are in the
     /// way of that, to a clear place beside it.
     pub(super) fn goal_of(&self, stack: Set, cube: usize) -> Option<Goal> {
         let on_stack = Goal {

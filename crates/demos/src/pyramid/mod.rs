@@ -7,7 +7,8 @@
 //! counted twice and none is lost without being noticed.
 //!
 //! Motions, grips, zones, reservations and the policy are those of
-//! `robocell_skills`; here is which cube is next, and where it goes.
+//! `robocell_skills`; here is which cube is next, and where it is
+//! placed.
 
 mod look;
 mod nodes;

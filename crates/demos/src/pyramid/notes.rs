@@ -128,8 +128,8 @@ impl Notes {
         self.owners.set(cx, cube, owner)
     }
 
-    /// The arm's own object in the gripper that is another arm's; it has to be let
-    /// go of first.
+    /// The object in the arm's gripper that is another arm's; it has to be let go of
+    /// first.
     pub(super) fn held_of_another(&self, cx: &Context<'_, '_>) -> Result<Option<usize>, Fault> {
         match cx.world.held() {
             Some(held) if self.owner(cx, held)? == Owner::Other => Ok(Some(held)),
@@ -266,7 +266,7 @@ impl Notes {
         cx.set(&self.aside, goal.aside)
     }
 
-    /// Where the cube goes: its centre (m), and whether that is out of the way.
+    /// The goal of the cube: its centre (m), and whether that is out of the way.
     pub(super) fn goal(&self, cx: &Context<'_, '_>) -> Result<(Vector3<f64>, bool), Fault> {
         let [.., key] = &self.targets;
         let [x, y, z, ..] = cx.read(key)?;

@@ -9,3 +9,4 @@
 mod bench;
 mod files;
 mod guarded;
+mod several;

@@ -10,9 +10,12 @@ mod bench;
 mod nodes_check;
 mod nodes_take;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use behavior::Value;
+use behavior::board::Board;
+use behavior::descriptor::{self, Source};
 use behavior::value::Set;
 use cell_model::{Cell, Data};
 
@@ -57,4 +60,50 @@ fn target(bench: &Bench, key: &str) -> Option<Numbers> {
 fn set_of(cubes: &[u32]) -> Value {
     let set = cubes.iter().copied().fold(Set::default(), Set::with);
     Value::Set(set)
+}
+
+/// The names of the source, and those that this demo had at first.
+#[test]
+fn a_file_with_the_names_of_others_is_read_without_findings() {
+    let (cell, task) = cell();
+    let job = Arc::new(Pyramid::new(&task, &cell).unwrap());
+    let library = library(&job);
+    let mut text = cell.read(FILE).unwrap().into_owned();
+    for (ours, theirs) in [
+        ("\"LeaveZone\"", "\"ReleaseCenter\""),
+        ("in_zone", "in_center"),
+        ("\"straight_lead\": 0.05", "\"movement_tolerance\": 0.01"),
+        (
+            "\"orientation_tolerance\": 0.5",
+            "\"end_effector_yaw_degrees\": 0.0",
+        ),
+        ("\"ports\": {\"target\"", "\"ports\": {\"target_prim\""),
+        (
+            "\"name\": \"recover\",",
+            "\"name\": \"recover\", \"ports\": {\"stable_duration\": 0.2},",
+        ),
+    ] {
+        assert!(text.contains(ours), "{ours}");
+        text = text.replace(ours, theirs);
+    }
+    for known in library.types().iter().filter(|t| !t.aliases.is_empty()) {
+        let named = |name: &str| format!("\"type\": \"{name}\"");
+        for older in known
+            .aliases
+            .iter()
+            .filter(|name| name.starts_with("Franka"))
+        {
+            text = text.replace(&named(known.name), &named(older));
+        }
+    }
+    text = text.replace("\"ReleaseCenter\"", "\"FrankaReleaseCenter\"");
+    let source = Source {
+        file: FILE,
+        text: &text,
+        include: &|_| None,
+    };
+    let constants = BTreeMap::new();
+    let findings = descriptor::check(&source, &library, &constants, &Board::new());
+    assert_eq!(findings.unwrap_or_else(|e| panic!("{e}")), []);
+    assert_eq!(text.matches("\"Franka").count(), 20, "{text}");
 }

@@ -107,7 +107,7 @@ fn n07_the_goal_is_a_layer_higher_for_each_placed_cube() {
 fn a_cube_under_another_is_not_taken_and_one_out_of_reach_neither() {
     let mut bench = acquire(LEFT);
     bench.set_text("cube_state:cube_1", "reserved:right");
-    // The top cube lies on both middle ones, these on the base.
+    // The top cube is on both middle ones, these on the base.
     assert_eq!(bench.tick(), Status::Running);
     *bench.object(0) = [0.46, 1.0, 0.025];
     *bench.object(1) = [2.0, 0.0, 0.025];
@@ -124,7 +124,7 @@ fn a_cube_that_left_the_stack_is_taken_again() {
     *bench.object(0) = [0.3, -0.5, 0.025];
     *bench.object(1) = [0.46, -0.28, 0.025];
     assert_eq!(bench.tick(), Status::Success);
-    // The second stands at the bottom of the stack now.
+    // The second is at the bottom of the stack now.
     assert_eq!(bench.get("placed:left"), Some(set_of(&[1])));
     assert_eq!(current(&bench), "cube_1");
     let [.., z, _, _, _, _] = target(&bench, "object_goal").unwrap();
@@ -345,7 +345,7 @@ fn another_arms_cube_in_the_hand_is_let_go_of_by_a_recovery() {
     bench.set_text("cube_state:cube_4", "reserved:right");
     assert_eq!(bench.tick(), Status::Running);
     assert_eq!(bench.gripper(), ipc_types::GripperGoal::Open);
-    // One that is nobody's is gone on with.
+    // One that is no arm's is picked up.
     bench.set_text("cube_state:cube_4", "available");
     assert_eq!(bench.tick(), Status::Failure);
     assert_eq!(bench.gripper(), ipc_types::GripperGoal::Keep);
