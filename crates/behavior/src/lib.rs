@@ -18,6 +18,7 @@ pub mod graph;
 pub mod inline;
 pub mod machine;
 pub mod matrix;
+pub mod numbers;
 pub mod status;
 pub mod suggest;
 pub mod tree;

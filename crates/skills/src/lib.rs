@@ -43,7 +43,7 @@ pub use grip::{Close, Open};
 pub use machine_run::MachineRun;
 pub use motion::{FollowOperator, Home, MoveTo, Target};
 pub use named::Named;
-pub use path::{Path, Precision, Reached, Waypoint};
+pub use path::{Paces, Path, Precision, Reached, Route, Waypoint};
 pub use pick::Pick;
 pub use place::Place;
 pub use pose::KeptPose;

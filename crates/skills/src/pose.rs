@@ -94,6 +94,14 @@ pub fn wire(pose: &Isometry3<f64>) -> Pose {
     }
 }
 
+/// A turn about a unit `axis` (rad), with sine and cosine that are the same on every
+/// machine.
+pub fn about(axis: Vector3<f64>, angle: f64) -> UnitQuaternion<f64> {
+    let (sin, cos) = (libm::sin(0.5 * angle), libm::cos(0.5 * angle));
+    let turn = nalgebra::Quaternion::new(cos, axis.x * sin, axis.y * sin, axis.z * sin);
+    UnitQuaternion::new_unchecked(turn)
+}
+
 /// Distance of two positions (m).
 pub fn distance(a: &Pose, b: &Pose) -> f64 {
     (Vector3::from(a.position) - Vector3::from(b.position)).norm()

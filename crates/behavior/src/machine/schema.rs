@@ -101,9 +101,15 @@ fn machine() -> Value {
             "auto_transitions": {"type": "boolean", "default": false},
             "ignore_invalid_triggers": {"type": "boolean", "default": false},
             "conditions": {"$ref": "#/$defs/conditions"},
-            "events": {"$ref": "#/$defs/conditions"}
+            "events": {"$ref": "#/$defs/conditions"},
+            "numbers": numbers("Numbers that the host's code works with, by their names."),
+            "precision": numbers("By state: when its goal counts as reached.")
         }),
     )
+}
+
+fn numbers(description: &str) -> Value {
+    json!({"type": "object", "description": description})
 }
 
 fn state() -> Value {
@@ -189,6 +195,8 @@ fn matrix() -> Value {
             },
             "every": every,
             "events": {"$ref": "#/$defs/conditions"},
+            "numbers": numbers("Numbers that the host's code works with, by their names."),
+            "precision": numbers("By state: when its goal counts as reached."),
             "handlers": {
                 "description": "By name: the steps a handler starts.",
                 "type": "object",

@@ -20,9 +20,11 @@ const FILE: &[&str] = &[
     "initial",
     "cells",
     "every",
-    // The host's, see `crate::inline`.
+    // The host's, see `crate::inline` and `crate::numbers`.
     "events",
     "handlers",
+    "numbers",
+    "precision",
 ];
 const STATE: &[&str] = &["name", "final", "during"];
 const DURING: &[&str] = &["run", "steps", "success", "failure"];

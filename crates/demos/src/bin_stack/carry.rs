@@ -1,174 +1,172 @@
-//! What the cells of the matrix do with a bin in the hand.
+//! What the cells of the matrix do with a bin in the gripper.
 
 use behavior::matrix::Next;
 use ipc_types::Pose;
-
-use super::columns::{ORDER, Slot};
-use super::names::State;
-use super::paths::{self, Route};
-use super::scene::Bin;
-use super::turn::Turn;
 use robocell_skills::matrix::goto;
+use robocell_skills::path::{Route, padded};
 use robocell_skills::{KeptPose, pose};
+use robocell_task::PolicyTime;
 
-/// Carrying.
-impl Turn<'_, '_, '_> {
-    /// What is in the hand goes to the station or onto a column.
-    pub(super) fn choose_way(&mut self) -> Next {
-        let Some(bin) = self.scene.held() else {
-            return Next::Stay;
-        };
-        let cup = pose::isometry(&self.scene.tcp);
-        self.memory.bin = Some(bin.object);
-        self.memory.in_hand = Some(KeptPose::from(&(cup.inverse() * bin.pose)));
-        self.memory.acting = None;
-        self.memory.closed = true;
-        self.memory.turning = self.scene.inside(&bin);
-        self.job.held = Some(bin.object);
-        if self.scene.on_belt(&bin) {
-            self.memory.supply.picked(self.scene.setup, self.now);
-        }
-        if self.memory.turning {
-            return self.flip(&bin);
-        }
-        self.place(&bin)
-    }
+use super::columns::Slot;
+use super::handlers::go_home;
+use super::job::{State, Turn};
+use super::paths;
+use super::scene::{Bin, View};
+use super::supply::STEPS_PER_SECOND;
 
-    fn flip(&mut self, bin: &Bin) -> Next {
-        let setup = self.scene.setup;
-        self.out
-            .log(format_args!("[decide] -> flip {}", setup.name(bin.object)));
-        let station = &setup.task.station;
-        let turned = paths::points_up(&self.scene.tcp);
-        let before = self.in_holder(station.lift_m, station.slide_m);
-        let turning = paths::turning(setup);
-        let path = self.path();
-        let path = if turned {
-            // By hand, or before a restart: it is there already.
-            path.into_holder()
-        } else {
-            path.lift()
-                .to(turning.down)
-                .into_holder()
-                .by_joints(turning.up, station.up_joint_positions)
-        };
-        let path = path.leaning(station.up_joint_positions);
-        path.slowly(before).settle();
-        goto(State::Flipping)
+/// What is in the gripper is brought to the station or onto a column.
+pub(super) fn choose_way(turn: &mut Turn<'_>) -> Next {
+    let view = View::of(turn);
+    let Some(bin) = view.held() else {
+        return Next::Stay;
+    };
+    let tcp = pose::isometry(&turn.tcp);
+    let memory = &mut *turn.memory;
+    memory.bin = Some(bin.object);
+    memory.in_hand = Some(KeptPose::from(&(tcp.inverse() * bin.pose)));
+    memory.opening = false;
+    memory.turning = view.inside(&bin);
+    if view.on_belt(&bin) {
+        memory.supply.picked(turn.of, turn.now);
     }
+    turn.arm.switch(true);
+    turn.world.job.held = Some(bin.object);
+    if turn.memory.turning {
+        return flip(turn, &bin);
+    }
+    place(turn, &bin)
+}
 
-    fn place(&mut self, bin: &Bin) -> Next {
-        let setup = self.scene.setup;
-        let Some(slot) = self.scene.occupied().next(setup.columns.levels()) else {
-            return Next::Stay;
-        };
-        let (i, j) = ORDER.get(slot.column).copied().unwrap_or_default();
-        let name = setup.name(bin.object);
-        self.out.log(format_args!(
-            "[decide] -> place {name} in column ({i}, {j}), level {}",
-            slot.level
-        ));
-        self.memory.slot = Some((slot.column, slot.level));
-        let goal = self.over_slot(slot, 0.0);
-        let over = Pose {
-            position: [
-                goal.position[0],
-                goal.position[1],
-                setup.task.carry_height_m,
-            ],
-            ..goal
-        };
-        self.path_from(bin)
-            .lift()
-            .clear_of_holder()
-            .around_to(over)
-            .settle();
-        goto(State::Placing)
+fn flip(turn: &mut Turn<'_>, bin: &Bin) -> Next {
+    let (of, settle) = (turn.of, turn.numbers.settle);
+    let name = turn.name(bin.object);
+    turn.world.out.log(format_args!("[decide] -> flip {name}"));
+    let station = &of.task.station;
+    let up = padded(&station.up_joint_positions);
+    let before = in_holder(turn, station.lift_m, station.slide_m);
+    let turning = paths::turning(of);
+    let (carry, least) = (of.task.carry_height_m, turn.own.least_lift_m);
+    // It was turned over by hand, or before a restart.
+    let turned = paths::points_up(&turn.tcp);
+    let mut route = turn.route();
+    if !turned {
+        let over = route.lift(carry, least).to(turning.down);
+        route = over.avoiding(of.without_holder).by_joints(turning.up, up);
     }
+    route
+        .avoiding(of.without_holder)
+        .leaning(up)
+        .slowly(before)
+        .wait(settle)
+        .end();
+    goto(State::Flipping)
+}
 
-    pub(super) fn over_holder(&mut self) -> Next {
-        let station = self.scene.setup.task.station.clone();
-        let gap = self.scene.setup.task.place_gap_m;
-        let slid_in = self.in_holder(station.lift_m, 0.0);
-        let down = self.in_holder(gap, 0.0);
-        let wait = u64::from(station.wait_steps) * 1000 / 60;
-        self.path()
-            .into_holder()
-            .leaning(station.up_joint_positions)
-            .slowly(slid_in)
-            .settle()
-            .slowly(down)
-            .wait(wait);
-        goto(State::Detach)
-    }
+fn place(turn: &mut Turn<'_>, bin: &Bin) -> Next {
+    let view = View::of(turn);
+    let Some(slot) = view.next_slot() else {
+        return Next::Stay;
+    };
+    let (i, j) = turn.own.order.column(slot.column);
+    let (name, level) = (turn.name(bin.object), slot.level);
+    turn.world.out.log(format_args!(
+        "[decide] -> place {name} in column ({i}, {j}), level {level}"
+    ));
+    turn.memory.slot = Some((slot.column, slot.level));
+    let carry = turn.of.task.carry_height_m;
+    let mut over = over_slot(turn, slot, 0.0);
+    over.position[2] = carry;
+    let (least, settle) = (turn.own.least_lift_m, turn.numbers.settle);
+    let route = turn.route().avoiding(paths::obstacles(view, bin));
+    let route = route.lift(carry, least).avoiding(u64::MAX);
+    paths::around_to(view, route, over).wait(settle).end();
+    goto(State::Placing)
+}
 
-    pub(super) fn over_column(&mut self) -> Next {
-        let Some((column, level)) = self.memory.slot else {
-            return Next::Stay;
-        };
-        let gap = self.scene.setup.task.place_gap_m;
-        let down = self.over_slot(Slot { column, level }, gap);
-        self.path().slowly(down);
-        goto(State::Detach)
-    }
+pub(super) fn over_holder(turn: &mut Turn<'_>) -> Next {
+    let (of, settle) = (turn.of, turn.numbers.settle);
+    let station = &of.task.station;
+    let slid_in = in_holder(turn, station.lift_m, 0.0);
+    let down = in_holder(turn, of.task.place_gap_m, 0.0);
+    let ticks = u64::from(station.wait_steps) * 1000 / STEPS_PER_SECOND;
+    turn.route()
+        .avoiding(of.without_holder)
+        .leaning(padded(&station.up_joint_positions))
+        .slowly(slid_in)
+        .wait(settle)
+        .slowly(down)
+        .wait(PolicyTime::from_ticks(ticks))
+        .end();
+    goto(State::Detach)
+}
 
-    pub(super) fn open_gripper(&mut self) -> Next {
-        self.memory.closed = false;
-        self.memory.acting = Some(self.now);
-        self.out.log(format_args!("<open gripper>"));
-        Next::Stay
-    }
+pub(super) fn over_column(turn: &mut Turn<'_>) -> Next {
+    let Some((column, level)) = turn.memory.slot else {
+        return Next::Stay;
+    };
+    let gap = turn.of.task.place_gap_m;
+    let down = over_slot(turn, Slot { column, level }, gap);
+    turn.route().slowly(down).end();
+    goto(State::Detach)
+}
 
-    pub(super) fn count_or_regrip(&mut self) -> Next {
-        self.memory.acting = None;
-        self.memory.stuck = 0;
-        self.job.held = None;
-        let bin = self.memory.bin.and_then(|bin| self.scene.bin(bin));
-        let Some(bin) = bin.filter(|_| self.memory.turning) else {
-            self.memory.set_down = self.memory.bin;
-            return self.go_home();
-        };
-        self.memory.turning = false;
-        self.memory.in_hand = None;
-        self.out.log(format_args!(
-            "[decide] -> grip {} again from its bottom",
-            self.scene.setup.name(bin.object)
-        ));
-        let above = self.above(&bin, self.scene.setup.task.hover_m);
-        self.out_of_holder().to(above);
-        goto(State::Picking)
-    }
+pub(super) fn open_gripper(turn: &mut Turn<'_>) -> Next {
+    turn.arm.switch(false);
+    turn.memory.opening = true;
+    turn.world.out.log(format_args!("<open gripper>"));
+    Next::Stay
+}
 
-    /// The cup down out of the bin, back to the arm, and turned down.
-    pub(super) fn out_of_holder(&mut self) -> Route<'_> {
-        let setup = self.scene.setup;
-        let tcp = self.scene.tcp;
-        let down = paths::pushed_down(setup, &tcp);
-        let back = paths::moved_back(setup, &down);
-        let turning = paths::turning(setup);
-        let high = setup.task.station.position_m[2] + setup.height_m + setup.task.hover_m;
-        let raised = pose::shifted(&turning.down, [0.0, 0.0, high - turning.down.position[2]]);
-        let station = &setup.task.station;
-        self.path()
-            .into_holder()
-            .leaning(station.up_joint_positions)
-            .slowly(down)
-            .settle()
-            .to(back)
-            .to(turning.up)
-            .by_joints(turning.down, station.down_joint_positions)
-            .to(raised)
-    }
+/// It let go: over its slot, or in the holder, where the bin is gripped again.
+pub(super) fn count_or_regrip(turn: &mut Turn<'_>) -> Next {
+    turn.memory.opening = false;
+    turn.memory.stuck = 0;
+    turn.world.job.held = None;
+    let view = View::of(turn);
+    let bin = turn.memory.bin.and_then(|bin| view.bin(bin));
+    let Some(bin) = bin.filter(|_| turn.memory.turning) else {
+        turn.memory.set_down = turn.memory.bin;
+        return go_home(turn);
+    };
+    turn.memory.turning = false;
+    turn.memory.in_hand = None;
+    let name = turn.name(bin.object);
+    turn.world.out.log(format_args!(
+        "[decide] -> grip {name} again from its bottom"
+    ));
+    let above = paths::above(view, &bin);
+    out_of_holder(turn).to(above).end();
+    goto(State::Picking)
+}
 
-    fn in_holder(&self, height: f64, back: f64) -> Pose {
-        paths::in_holder(self.scene.setup, &self.in_hand(), height, back)
-    }
+/// The cup down out of the bin, back to the arm, and turned down.
+pub(super) fn out_of_holder<'r>(turn: &'r mut Turn<'_>) -> Route<'r> {
+    let (of, settle) = (turn.of, turn.numbers.settle);
+    let station = &of.task.station;
+    let down = paths::pushed_down(of, &turn.tcp);
+    let back = paths::moved_back(of, &down);
+    let turning = paths::turning(of);
+    let mut raised = turning.down;
+    raised.position[2] = station.position_m[2] + of.height_m + of.task.hover_m;
+    turn.route()
+        .avoiding(of.without_holder)
+        .leaning(padded(&station.up_joint_positions))
+        .slowly(down)
+        .wait(settle)
+        .to(back)
+        .to(turning.up)
+        .by_joints(turning.down, padded(&station.down_joint_positions))
+        .to(raised)
+}
 
-    fn over_slot(&self, slot: Slot, gap: f64) -> Pose {
-        paths::over_slot(self.scene.setup, slot, &self.in_hand(), gap)
-    }
+fn in_holder(turn: &Turn<'_>, height: f64, back: f64) -> Pose {
+    paths::in_holder(turn.of, &in_hand(turn), height, back)
+}
 
-    fn in_hand(&self) -> Pose {
-        self.memory.in_hand.map_or(Pose::IDENTITY, Pose::from)
-    }
+fn over_slot(turn: &Turn<'_>, slot: Slot, gap: f64) -> Pose {
+    paths::over_slot(View::of(turn), slot, &in_hand(turn), gap)
+}
+
+fn in_hand(turn: &Turn<'_>) -> Pose {
+    turn.memory.in_hand.map_or(Pose::IDENTITY, Pose::from)
 }

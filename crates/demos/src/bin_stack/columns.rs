@@ -1,36 +1,80 @@
 //! Nine columns: where their bins belong, and the order in which they are filled.
 
-use crate::bin_stack::numbers::BinColumns;
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use behavior::numbers::Numbers;
+use nalgebra::{Isometry3, Vector3};
+use robocell_skills::pose;
 
-/// Columns there are.
-pub(super) const COLUMNS: usize = 9;
+use super::job::BinStackNumbers;
+use super::numbers::BinColumns;
+
+/// Columns there are: three by three.
+const COLUMNS: usize = 9;
 /// Most levels a column can have.
-pub(super) const MAX_LEVELS: usize = 5;
+const MAX_LEVELS: usize = 5;
 
-/// The columns by their two indices, in the source's order: diagonal by
-/// diagonal, so that the arm never reaches over a full column.
-pub(super) const ORDER: [(u8, u8); COLUMNS] = [
-    (0, 0),
-    (1, 0),
-    (0, 1),
-    (2, 0),
-    (1, 1),
-    (0, 2),
-    (2, 1),
-    (1, 2),
-    (2, 2),
-];
+/// The order in which the columns are filled, so that the arm never reaches over a
+/// full one.
+pub(super) struct Order {
+    /// The columns by their two indices.
+    columns: [(u8, u8); COLUMNS],
+    /// Columns, from one to before another, that grow together, level by level.
+    groups: Vec<(usize, usize)>,
+}
 
-/// The source's transitions ((3, 6, 8), (1, 3, 6)): a cursor that gets to 3, 6
-/// or 8 goes back to 1, 3 or 6 until that diagonal is full. So a diagonal grows
-/// level by level; these are where the diagonals begin and end.
-const DIAGONALS: [(usize, usize); 5] = [(0, 1), (1, 3), (3, 6), (6, 8), (8, 9)];
+impl Order {
+    /// Of `[numbers]`: `column_order`, where column 0 to 2 have the second index 0,
+    /// and `filled_together`, how many columns grow together.
+    pub(super) fn read(from: &mut Numbers) -> Self {
+        let numbers = from.list("numbers.column_order", 0.0, 8.0);
+        let mut columns = [(0, 0); COLUMNS];
+        let mut missing: Vec<u8> = (0..9).collect();
+        for (column, number) in columns.iter_mut().zip(&numbers) {
+            let number = missing.iter().position(|n| f64::from(*n).eq(number));
+            let number = number.map_or(0, |at| missing.remove(at));
+            *column = (number % 3, number / 3);
+        }
+        if !missing.is_empty() || numbers.len() != COLUMNS {
+            let why = "each number from 0 to 8 is needed once";
+            from.refuse("numbers.column_order", why);
+        }
+        let mut groups = Vec::new();
+        let mut first = 0;
+        for count in from.list("numbers.filled_together", 1.0, 9.0) {
+            let whole =
+                (1..=COLUMNS).find(|n| u8::try_from(*n).is_ok_and(|n| f64::from(n) >= count));
+            let end = first + whole.unwrap_or(COLUMNS);
+            groups.push((first, end));
+            first = end;
+        }
+        if first != COLUMNS {
+            from.refuse("numbers.filled_together", "9 in all are needed");
+        }
+        Self { columns, groups }
+    }
+
+    /// The two indices of a column by its place in the order.
+    pub(super) fn column(&self, column: usize) -> (u8, u8) {
+        self.columns.get(column).copied().unwrap_or_default()
+    }
+
+    /// The slot that is filled next, if any is free.
+    pub(super) fn next(&self, taken: Occupied, levels: usize) -> Option<Slot> {
+        self.groups.iter().find_map(|(first, end)| {
+            (0..levels).find_map(|level| {
+                let free = (*first..*end).find(|column| taken.height(*column) <= level);
+                free.map(|column| Slot {
+                    column,
+                    level: taken.height(column),
+                })
+            })
+        })
+    }
+}
 
 /// A place for a bin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Slot {
-    /// Placement of the column in [`ORDER`].
+    /// Place of the column in the [`Order`].
     pub(super) column: usize,
     /// From 0 up.
     pub(super) level: usize,
@@ -52,19 +96,6 @@ impl Occupied {
         let levels = self.0.get(column).copied().unwrap_or(0);
         levels.trailing_ones() as usize
     }
-
-    /// The slot that is filled next, if any is free.
-    pub(super) fn next(&self, levels: usize) -> Option<Slot> {
-        DIAGONALS.into_iter().find_map(|(first, end)| {
-            (0..levels).find_map(|level| {
-                let free = (first..end).find(|column| self.height(*column) <= level);
-                free.map(|column| Slot {
-                    column,
-                    level: self.height(column),
-                })
-            })
-        })
-    }
 }
 
 fn bits(level: usize) -> u32 {
@@ -84,21 +115,25 @@ impl Columns {
         Self { spec, height_m }
     }
 
-    pub(super) fn spec(&self) -> &BinColumns {
-        &self.spec
-    }
-
     pub(super) fn levels(&self) -> usize {
         (self.spec.levels as usize).min(MAX_LEVELS)
     }
 
     /// Centre of a bin in `slot`, world frame (m).
-    pub(super) fn centre(&self, slot: Slot) -> Vector3<f64> {
-        let (i, j) = ORDER.get(slot.column).copied().unwrap_or_default();
-        let (i, j) = (f64::from(i), f64::from(j));
+    fn centre(&self, order: &Order, slot: Slot) -> Vector3<f64> {
+        let (i, j) = order.column(slot.column);
+        self.at(f64::from(i), f64::from(j), slot.level)
+    }
+
+    /// Centre of the lowest bin of the column in the middle, world frame (m).
+    pub(super) fn middle(&self) -> Vector3<f64> {
+        self.at(1.0, 1.0, 0)
+    }
+
+    fn at(&self, i: f64, j: f64, level: usize) -> Vector3<f64> {
         let [x, y, z] = self.spec.first_m;
         let (first, second) = (self.spec.first_step_m, self.spec.second_step_m);
-        let level = u32::try_from(slot.level).map_or(0.0, f64::from);
+        let level = u32::try_from(level).map_or(0.0, f64::from);
         Vector3::new(
             x + first[0] * i + second[0] * j,
             y + first[1] * i + second[1] * j,
@@ -108,55 +143,48 @@ impl Columns {
 
     /// Pose of a bin in `slot`: upside down. Turned half about the vertical it
     /// is as good.
-    pub(super) fn pose(&self, slot: Slot) -> Isometry3<f64> {
-        let yaw = UnitQuaternion::new_unchecked(half_turn_quaternion(
-            Vector3::z(),
-            self.spec.bin_yaw_rad,
-        ));
-        let over =
-            UnitQuaternion::new_unchecked(half_turn_quaternion(Vector3::x(), std::f64::consts::PI));
-        Isometry3::from_parts(Translation3::from(self.centre(slot)), yaw * over)
+    pub(super) fn pose(&self, order: &Order, slot: Slot) -> Isometry3<f64> {
+        let yaw = pose::about(Vector3::z(), self.spec.bin_yaw_rad);
+        let over = pose::about(Vector3::x(), std::f64::consts::PI);
+        Isometry3::from_parts(self.centre(order, slot).into(), yaw * over)
     }
 
     /// The slot a bin at `pose` is in: upside down, along the column and near
     /// enough to its axis and its height.
-    pub(super) fn slot_of(&self, pose: &Isometry3<f64>) -> Option<Slot> {
+    pub(super) fn slot_of(&self, own: &BinStackNumbers, pose: &Isometry3<f64>) -> Option<Slot> {
         let up = pose.rotation * Vector3::z();
         let (sin, cos) = (
             libm::sin(self.spec.bin_yaw_rad),
             libm::cos(self.spec.bin_yaw_rad),
         );
         let along = (pose.rotation * Vector3::x()).dot(&Vector3::new(cos, sin, 0.0));
-        if up.z > UPSIDE_DOWN || along.abs() < ALONG {
+        if up.z > -own.straight || along.abs() < own.straight {
             return None;
         }
         let position = pose.translation.vector;
         let mut slots = (0..COLUMNS)
             .flat_map(|column| (0..self.levels()).map(move |level| Slot { column, level }));
         slots.find(|slot| {
-            let offset = position - self.centre(*slot);
+            let offset = position - self.centre(&own.order, *slot);
             offset.xy().norm() < self.spec.tolerance_m
                 && offset.z.abs() < self.spec.height_tolerance_m
         })
     }
 }
 
-/// Part of a bin's long axis along its column's from which on it is straight
-/// enough: 8 degrees off.
-const ALONG: f64 = 0.99;
-/// Height of a bin's own z axis below which it counts as upside down: 8 degrees
-/// off.
-pub(super) const UPSIDE_DOWN: f64 = -0.99;
-
-/// A turn about a unit `axis` with sine and cosine that are the same everywhere.
-pub(super) fn half_turn_quaternion(axis: Vector3<f64>, angle: f64) -> nalgebra::Quaternion<f64> {
-    let (sin, cos) = (libm::sin(0.5 * angle), libm::cos(0.5 * angle));
-    nalgebra::Quaternion::new(cos, axis.x * sin, axis.y * sin, axis.z * sin)
-}
-
 #[cfg(test)]
 mod tests {
+    use nalgebra::{Translation3, UnitQuaternion};
+    use robocell_skills::matrix;
+
+    use super::super::job::BinStack;
     use super::*;
+
+    fn own() -> BinStackNumbers {
+        let text = include_str!("../../../../cells/ur10-bin-stack.matrix.toml");
+        let (_, _, own) = matrix::load::<BinStack>("bins.toml", text).unwrap();
+        own
+    }
 
     fn columns() -> Columns {
         let spec = BinColumns {
@@ -174,9 +202,9 @@ mod tests {
 
     #[test]
     fn diagonals_grow_level_by_level_and_one_after_the_other() {
-        let mut taken = Occupied::default();
+        let (mut taken, order) = (Occupied::default(), own().order);
         let mut filled = Vec::new();
-        while let Some(slot) = taken.next(4) {
+        while let Some(slot) = order.next(taken, 4) {
             taken.take(slot);
             filled.push((slot.column, slot.level));
         }
@@ -195,7 +223,7 @@ mod tests {
             taken.take(Slot { column, level });
         }
         assert_eq!(taken.height(0), 1);
-        let next = taken.next(4);
+        let next = own().order.next(taken, 4);
         assert_eq!(
             next,
             Some(Slot {
@@ -207,26 +235,26 @@ mod tests {
 
     #[test]
     fn a_bin_is_in_its_slot_upside_down_and_near_enough_only() {
-        let columns = columns();
+        let (columns, own) = (columns(), own());
         let slot = Slot {
             column: 4,
             level: 2,
         };
-        let pose = columns.pose(slot);
+        let pose = columns.pose(&own.order, slot);
         assert!((pose.translation.vector - Vector3::new(0.8, -0.3, -0.15)).norm() < 1.0e-12);
         // Long side along y.
         assert!((pose.rotation * Vector3::x()).y.abs() > 0.999);
-        assert_eq!(columns.slot_of(&pose), Some(slot));
+        assert_eq!(columns.slot_of(&own, &pose), Some(slot));
         let moved = |x: f64, z: f64| Translation3::new(x, 0.0, z) * pose;
-        assert_eq!(columns.slot_of(&moved(0.019, 0.009)), Some(slot));
-        assert_eq!(columns.slot_of(&moved(0.021, 0.0)), None);
-        assert_eq!(columns.slot_of(&moved(0.0, 0.02)), None);
+        assert_eq!(columns.slot_of(&own, &moved(0.019, 0.009)), Some(slot));
+        assert_eq!(columns.slot_of(&own, &moved(0.021, 0.0)), None);
+        assert_eq!(columns.slot_of(&own, &moved(0.0, 0.02)), None);
         let across = Isometry3::from_parts(
             pose.translation,
             UnitQuaternion::from_euler_angles(0.0, 0.0, 0.2) * pose.rotation,
         );
-        assert_eq!(columns.slot_of(&across), None);
+        assert_eq!(columns.slot_of(&own, &across), None);
         let upright = Isometry3::from_parts(pose.translation, UnitQuaternion::identity());
-        assert_eq!(columns.slot_of(&upright), None);
+        assert_eq!(columns.slot_of(&own, &upright), None);
     }
 }

@@ -1,30 +1,21 @@
 //! What a decision sees of the bins.
 
-use ipc_types::world::{OBJECT_DRAGGED, OBJECT_ENABLED};
 use ipc_types::{GripperState, Pose};
 use nalgebra::{Isometry3, Vector3};
-
-use super::columns::{Occupied, Slot, UPSIDE_DOWN};
-use super::setup::BinStackSetup;
+use robocell_skills::matrix::{ArmNumbers, Seen};
 use robocell_skills::pose;
 use robocell_skills::setup::ARM;
-use robocell_task::observation::Observation;
+use robocell_task::Observation;
 
-/// A bin slower than this is at rest (m/s, and rad/s).
-const AT_REST: f64 = 0.02;
-/// Two bins nearer than this in the plane lie one on the other, or may (m).
-const BESIDE_M: f64 = 0.19;
-/// A bin higher than this above another one lies on it (m).
-const ABOVE_M: f64 = 0.05;
-/// A bin further than this from the arm's axis cannot be picked (m).
-const REACH_M: f64 = 1.2;
+use super::columns::{Occupied, Slot};
+use super::job::{BinStack, BinStackNumbers, Turn};
 
 /// A bin as it is seen.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bin {
     pub(super) object: usize,
     pub(super) pose: Isometry3<f64>,
-    pub(super) still: bool,
+    pub(super) at_rest: bool,
 }
 
 impl Bin {
@@ -33,63 +24,89 @@ impl Bin {
         (self.pose.rotation * Vector3::z()).z
     }
 
-    /// Flat on its bottom or on its rim.
-    pub(super) fn flat(&self) -> bool {
-        self.up().abs() > -UPSIDE_DOWN
-    }
-
     fn position(&self) -> Vector3<f64> {
         self.pose.translation.vector
     }
 }
 
-/// One coherent look.
+/// What is seen in one decision.
 #[derive(Clone, Copy)]
-pub(super) struct View<'a, 'o> {
-    pub(super) setup: &'a BinStackSetup,
-    observation: &'a Observation<'o>,
-    pub(super) tcp: Pose,
-    pub(super) gripper: &'o GripperState,
+pub(super) struct View<'a> {
+    pub(super) of: &'a BinStack,
+    pub(super) own: &'a BinStackNumbers,
+    numbers: &'a ArmNumbers,
+    observation: &'a Observation<'a>,
+    tcp: Pose,
+    gripper: &'a GripperState,
 }
 
-impl<'a, 'o> View<'a, 'o> {
+impl<'a> View<'a> {
     /// `None` where there is no arm to be seen.
-    pub(super) fn read(setup: &'a BinStackSetup, observation: &'a Observation<'o>) -> Option<Self> {
+    pub(super) fn new(
+        of: &'a BinStack,
+        own: &'a BinStackNumbers,
+        numbers: &'a ArmNumbers,
+        observation: &'a Observation<'a>,
+    ) -> Option<Self> {
         let arm = observation.arm(ARM)?;
         Some(Self {
-            setup,
+            of,
+            own,
+            numbers,
             observation,
             tcp: arm.tcp,
             gripper: &arm.gripper,
         })
     }
 
+    pub(super) fn of(turn: &Turn<'a>) -> Self {
+        Self {
+            of: turn.of,
+            own: turn.own,
+            numbers: turn.numbers,
+            observation: turn.world.observation,
+            tcp: turn.tcp,
+            gripper: turn.gripper,
+        }
+    }
+
     /// The bins in the simulation.
-    pub(super) fn bins(self) -> impl Iterator<Item = Bin> + use<'a, 'o> {
-        let setup = self.setup;
-        setup
-            .bins
-            .iter()
-            .filter_map(move |object| self.bin(*object))
+    pub(super) fn bins(self) -> impl Iterator<Item = Bin> + use<'a> {
+        let bins = self.of.bins.iter();
+        bins.filter_map(move |object| self.bin(*object))
     }
 
     /// A bin, if it is in the simulation.
     pub(super) fn bin(self, object: usize) -> Option<Bin> {
-        let state = self.observation.object(object)?;
-        if state.flags & OBJECT_ENABLED == 0 || !self.setup.bins.contains(&object) {
-            return None;
-        }
-        let slow = |v: [f64; 3]| Vector3::from(v).norm() < AT_REST;
-        Some(Bin {
+        let seen = Seen::of(self.numbers, self.observation, object)?;
+        self.of.bins.contains(&object).then_some(Bin {
             object,
-            pose: pose::isometry(&state.pose),
-            still: slow(state.twist.linear)
-                && slow(state.twist.angular)
-                && state.flags & OBJECT_DRAGGED == 0,
+            pose: seen.pose,
+            at_rest: seen.at_rest,
         })
     }
 
-    /// The bin in the hand.
+    /// Whether a bin is flat on its bottom or on its rim.
+    pub(super) fn is_flat(self, bin: &Bin) -> bool {
+        bin.up().abs() > self.own.straight
+    }
+
+    /// The bin to take next: the one that waits on the belt, or one that was left
+    /// where it does not belong.
+    pub(super) fn candidate(self) -> Option<Bin> {
+        // Without a place for it there is nothing to take.
+        self.next_slot()?;
+        self.stray().or_else(|| self.waiting())
+    }
+
+    /// The slot that is filled next, if any is free.
+    pub(super) fn next_slot(self) -> Option<Slot> {
+        self.own
+            .order
+            .next(self.occupied(), self.of.columns.levels())
+    }
+
+    /// The bin in the gripper.
     pub(super) fn held(self) -> Option<Bin> {
         let attached = self.gripper.attached == 1 && self.gripper.held_object > 0;
         let object = (self.gripper.held_object as usize).checked_sub(1)?;
@@ -102,10 +119,10 @@ impl<'a, 'o> View<'a, 'o> {
         pose::approach(&self.tcp).dot(&z) < 0.0
     }
 
-    /// The slot of a bin that nobody holds.
+    /// The slot of a bin that is not in the gripper.
     pub(super) fn slot(self, bin: &Bin) -> Option<Slot> {
         let held = self.held().is_some_and(|held| held.object == bin.object);
-        let slot = self.setup.columns.slot_of(&bin.pose);
+        let slot = self.of.columns.slot_of(self.own, &bin.pose);
         slot.filter(|_| !held)
     }
 
@@ -118,8 +135,8 @@ impl<'a, 'o> View<'a, 'o> {
         taken
     }
 
-    /// Bins that stand where they belong, with no gap below them.
-    pub(super) fn stacked(self) -> impl Iterator<Item = Bin> + use<'a, 'o> {
+    /// Bins in their slots, with no gap below them.
+    pub(super) fn stacked(self) -> impl Iterator<Item = Bin> + use<'a> {
         let taken = self.occupied();
         self.bins().filter(move |bin| {
             let slot = self.slot(bin);
@@ -131,13 +148,13 @@ impl<'a, 'o> View<'a, 'o> {
     pub(super) fn waiting(self) -> Option<Bin> {
         let seen = self.sensed()?;
         let bin = self.bin(seen)?;
-        (bin.still && bin.flat() && self.on_belt_end(&bin)).then_some(bin)
+        (bin.at_rest && self.is_flat(&bin) && self.on_belt_end(&bin)).then_some(bin)
     }
 
     /// The object in the light barrier at the belt's end.
     fn sensed(self) -> Option<usize> {
         let sensors = self.observation.equipment().sensors;
-        let object = *sensors.get(self.setup.sensor)?;
+        let object = *sensors.get(self.of.sensor)?;
         (object as usize).checked_sub(1)
     }
 
@@ -147,29 +164,29 @@ impl<'a, 'o> View<'a, 'o> {
     }
 
     fn on_belt_end(self, bin: &Bin) -> bool {
-        let task = &self.setup.task;
+        let task = &self.of.task;
         let offset = bin.position() - Vector3::from(task.belt_end_position_m);
         let [x, y] = task.belt_end_m;
         // Low enough to be in the way of the next one, or on the belt itself.
-        let low = offset.z < 2.5 * self.setup.height_m;
+        let low = offset.z < 2.5 * self.of.height_m;
         offset.x.abs() < x && offset.y.abs() < y && low && offset.z > 0.0
     }
 
     /// A bin at rest, flat, free and in reach that is neither on the belt nor
     /// where it belongs: in the holder, or not placed well.
     pub(super) fn stray(self) -> Option<Bin> {
-        let floor = self.setup.columns.spec().first_m[2];
+        let floor = self.of.task.stack.first_m[2];
         self.bins().find(|bin| {
             let at = bin.position();
-            let far = at.xy().norm() > REACH_M;
-            let lies = bin.still && bin.flat() && !far && at.z > floor;
+            let far = at.xy().norm() > self.own.reach_m;
+            let lies = bin.at_rest && self.is_flat(bin) && !far && at.z > floor;
             lies && !self.on_belt(bin) && self.slot(bin).is_none() && !self.covered(bin)
         })
     }
 
-    /// A bin that belongs in no slot and that nobody can pick where it is.
+    /// Whether a bin is on the belt, before or at its end.
     pub(super) fn on_belt(self, bin: &Bin) -> bool {
-        let task = &self.setup.task;
+        let task = &self.of.task;
         let end = Vector3::from(task.belt_end_position_m);
         let offset = bin.position() - end;
         offset.x.abs() < task.belt_end_m[0] && offset.y > -task.belt_end_m[1] && offset.z > 0.0
@@ -179,19 +196,21 @@ impl<'a, 'o> View<'a, 'o> {
         let at = bin.position();
         self.bins().any(|other| {
             let offset = other.position() - at;
-            other.object != bin.object && offset.z > ABOVE_M && offset.xy().norm() < BESIDE_M
+            other.object != bin.object
+                && offset.z > self.own.on_top_m
+                && offset.xy().norm() < self.own.beside_m
         })
     }
 
     /// Whether some joint of the arm has nearly no turn left.
     pub(super) fn caught(self) -> bool {
-        const LEFT_RAD: f64 = 0.05;
+        let margin = self.own.joint_margin_rad;
         let Some(arm) = self.observation.arm(ARM) else {
             return false;
         };
-        let joints = self.setup.joints.iter().zip(&arm.joint_positions);
+        let joints = self.of.joints.iter().zip(&arm.joint_positions);
         joints
             .into_iter()
-            .any(|((lower, upper), q)| q - lower < LEFT_RAD || upper - q < LEFT_RAD)
+            .any(|((lower, upper), q)| q - lower < margin || upper - q < margin)
     }
 }

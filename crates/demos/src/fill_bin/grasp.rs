@@ -1,16 +1,10 @@
-//! Where a bin can be gripped as it lies.
+//! Where a bin can be gripped.
 
 use ipc_types::Pose;
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::scene::View;
+use super::job::Turn;
 use robocell_skills::{geometry, pose};
-
-/// The cup needs this much room around its centre on a floor with parts (m): the
-/// radius of the tube and a little.
-const ROOM_M: f64 = 0.03;
-/// Spots of the floor that are tried, as fractions of what is free of walls.
-const SPOTS: [f64; 5] = [0.0, 0.4, -0.4, 0.8, -0.8];
 
 /// Which side of the bin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +43,7 @@ pub(super) enum NoGrasp {
     Lost,
     /// Too far away, or too near to the arm's foot.
     OutOfReach,
-    /// No side of it lies flat enough, or parts cover the one that does.
+    /// No side of it is flat enough, or parts cover the one that does.
     NoSurface,
 }
 
@@ -60,54 +54,52 @@ struct Face {
     normal: Vector3<f64>,
 }
 
-/// The spot to grip the bin at as it lies: on the side that looks up most.
-pub(super) fn find(scene: &View<'_, '_>) -> Result<Grasp, NoGrasp> {
-    if !scene.bin_here {
-        return Err(NoGrasp::Lost);
-    }
-    let task = &scene.setup.task;
-    let centre = scene.bin.translation.vector - scene.setup.base.translation.vector;
+/// The spot to grip the bin at: on the side that faces up most.
+pub(super) fn find(turn: &Turn<'_>) -> Result<Grasp, NoGrasp> {
+    let bin = turn.seen(turn.of.bin).ok_or(NoGrasp::Lost)?.pose;
+    let task = &turn.of.task;
+    let centre = bin.translation.vector - turn.of.base.translation.vector;
     let distance = centre.xy().norm();
     let [near, far] = task.reach_m;
     if distance < near || distance > far {
         return Err(NoGrasp::OutOfReach);
     }
-    let up = |face: &Face| (scene.bin.rotation * face.normal).z;
-    let faces = faces(scene);
+    let up = |face: &Face| (bin.rotation * face.normal).z;
+    let faces = faces(turn);
     let best = faces.iter().max_by(|a, b| up(a).total_cmp(&up(b)));
     let face = best.filter(|face| up(face) > libm::cos(task.max_tilt_rad));
     let face = face.ok_or(NoGrasp::NoSurface)?;
     let spot = if face.side == Side::Floor {
-        free_spot(scene, face).ok_or(NoGrasp::NoSurface)?
+        free_spot(turn, &bin, face).ok_or(NoGrasp::NoSurface)?
     } else {
         face.middle
     };
-    let inward = -(scene.bin.rotation * face.normal);
+    let inward = -(bin.rotation * face.normal);
     Ok(Grasp {
         side: face.side,
         at: Pose {
-            position: (scene.bin * spot).coords.into(),
-            orientation_wxyz: pose::pointing(inward, rest_z(scene)),
+            position: (bin * spot).coords.into(),
+            orientation_wxyz: pose::pointing(inward, rest_z(turn)),
         },
     })
 }
 
 /// The cup's z axis at rest: gripping with as little turning as there can be.
-fn rest_z(scene: &View<'_, '_>) -> Vector3<f64> {
-    let z = geometry::rotation(scene.setup.rest.orientation_wxyz) * Vector3::z();
+fn rest_z(turn: &Turn<'_>) -> Vector3<f64> {
+    let z = geometry::rotation(turn.of.rest.orientation_wxyz) * Vector3::z();
     // Along the ground, as the cup will point down.
     Vector3::new(z.x, z.y, 0.0)
 }
 
-fn faces(scene: &View<'_, '_>) -> [Face; 6] {
-    let half = scene.setup.size * 0.5;
+fn faces(turn: &Turn<'_>) -> [Face; 6] {
+    let half = turn.of.size * 0.5;
     let face = |side, middle: [f64; 3], normal| Face {
         side,
         middle: Point3::from(middle),
         normal,
     };
     let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
-    let floor = scene.setup.wall_m - half.z;
+    let floor = turn.of.wall_m - half.z;
     [
         face(Side::Floor, [0.0, 0.0, floor], z),
         face(Side::Bottom, [0.0, 0.0, -half.z], -z),
@@ -119,27 +111,36 @@ fn faces(scene: &View<'_, '_>) -> [Face; 6] {
 }
 
 /// A spot of the floor that no part covers, as near to its middle as there is
-/// one. Whatever lies in the way of the tube counts.
-fn free_spot(scene: &View<'_, '_>, floor: &Face) -> Option<Point3<f64>> {
-    let half = scene.setup.size * 0.5;
-    let room = scene.setup.wall_m + ROOM_M;
+/// one. Whatever is in the way of the tube counts.
+fn free_spot(turn: &Turn<'_>, bin: &Isometry3<f64>, floor: &Face) -> Option<Point3<f64>> {
+    let half = turn.of.size * 0.5;
+    let room = turn.own.room_m;
+    let wall = turn.of.wall_m + room;
     let inside =
         |p: &Vector3<f64>| p.x.abs() < half.x && p.y.abs() < half.y && p.z.abs() < 2.0 * half.z;
     let in_bin = |(centre, radius): (Vector3<f64>, f64)| {
-        let local = scene.bin.inverse_transform_point(&Point3::from(centre));
+        let local = bin.inverse_transform_point(&Point3::from(centre));
         inside(&local.coords).then_some((local, radius))
     };
-    let (span_x, span_y) = (half.x - room, half.y - room);
-    let spots = SPOTS.iter().flat_map(|x| {
-        SPOTS
-            .iter()
-            .map(move |y| Vector3::new(x * span_x, y * span_y, 0.0))
+    let (span_x, span_y) = (half.x - wall, half.y - wall);
+    let spots = turn.own.spots.iter().flat_map(|x| {
+        let row = turn.own.spots.iter();
+        row.map(move |y| Vector3::new(x * span_x, y * span_y, 0.0))
     });
     let free = spots.filter(|spot| {
         let at = floor.middle + spot;
-        let mut parts = scene.parts().filter_map(in_bin);
-        parts.all(|(part, radius)| (part - at).xy().norm() > radius + ROOM_M)
+        let mut parts = parts(turn).filter_map(in_bin);
+        parts.all(|(part, radius)| (part - at).xy().norm() > radius + room)
     });
     let nearest = free.min_by(|a, b| a.norm().total_cmp(&b.norm()))?;
     Some(floor.middle + nearest)
+}
+
+/// Parts that are in the cell: centre, world frame (m), and radius (m).
+fn parts(turn: &Turn<'_>) -> impl Iterator<Item = (Vector3<f64>, f64)> {
+    let parts = turn.of.parts.iter();
+    parts.filter_map(|(part, radius)| {
+        let position = turn.world.position(*part)?;
+        Some((position, *radius))
+    })
 }

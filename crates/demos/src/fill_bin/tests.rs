@@ -34,7 +34,7 @@ fn the_bin_is_filled_until_it_falls_and_held_again() {
         .iter()
         .filter(|line| line.contains(" -> ") && line.contains('('));
     assert_eq!(changes.copied().collect::<Vec<_>>(), moves);
-    assert_eq!(world.says("[break] force limit, by weight"), 1);
+    assert_eq!(world.says("[break] bin: force limit, by weight"), 1);
     assert_eq!(world.says("inside, on its floor"), 1);
     assert_eq!(world.says("on its side, on a wall"), 1);
     assert_eq!(
@@ -49,7 +49,7 @@ fn every_state_is_shown() {
     let world = World::new();
     let graph = &world.task.graphs()[0];
     let names: Vec<&str> = graph.nodes.iter().map(|node| node.name.as_str()).collect();
-    assert_eq!(names, super::names::State::NAMES);
+    assert_eq!(names, super::job::State::NAMES);
     assert!(graph.edges.iter().any(|edge| edge.label == "DETACHED"));
 }
 
@@ -163,7 +163,10 @@ fn a_bin_full_of_parts_is_gripped_beside_them() {
         world.state.objects[part].flags = OBJECT_ENABLED;
         world.state.objects[part].pose.position = [0.02 * part as f64, 0.81, -0.47];
     }
-    world.run_until("attaches", |world| world.phase() == "ATTACH");
+    world.run_until("attaches", |world| {
+        let close = GripperGoal::Close.code();
+        world.phase() == "ATTACH" && world.decision.goals[0].gripper == close
+    });
     let target = Vector3::from(world.decision.goals[0].target.position);
     for part in 1..4 {
         let part = Vector3::from(world.state.objects[part].pose.position);

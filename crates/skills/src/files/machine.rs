@@ -72,6 +72,7 @@ impl MachineJob {
     pub(super) fn load(mut loader: Loader<'_>, text: &str) -> Result<Self, SetupError> {
         let definition = Definition::read(loader.file(), text).map_err(Loader::wrong)?;
         let inline = Inline::read(loader.file(), text).map_err(Loader::wrong)?;
+        loader.refuse_numbers(text)?;
         let mut runs = Vec::new();
         all_states(&definition.states, &mut |state| {
             runs.extend(state.during.clone());

@@ -69,6 +69,7 @@ impl MatrixPolicy {
     ) -> Result<Self, SetupError> {
         let definition = Definition::read(loader.file(), text).map_err(Loader::wrong)?;
         let inline = Inline::read(loader.file(), text).map_err(Loader::wrong)?;
+        loader.refuse_numbers(text)?;
         let runs: Vec<&str> = definition
             .states
             .iter()

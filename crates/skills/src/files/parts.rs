@@ -7,6 +7,7 @@ use std::time::Duration;
 use behavior::board::Board;
 use behavior::descriptor::{self, Source};
 use behavior::inline::Part;
+use behavior::numbers::Numbers;
 use behavior::tree::check::CONDITION;
 use behavior::tree::{Library, Tree};
 use behavior::{NodeStatus, ResetReason, Status};
@@ -101,6 +102,12 @@ impl<'c> Loader<'c> {
             library: unknown(),
             shared: Board::new(),
         }
+    }
+
+    /// Refuses numbers for code of a host: a file of steps has none.
+    pub(super) fn refuse_numbers(&self, text: &str) -> Result<(), SetupError> {
+        let numbers = Numbers::read(&self.file, text).map_err(Self::wrong)?;
+        numbers.finish().map_err(Self::wrong)
     }
 
     /// Name of the file in messages.

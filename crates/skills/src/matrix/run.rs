@@ -14,14 +14,6 @@ use serde_bytes::{ByteBuf, Bytes};
 
 use crate::named::Named;
 
-/// The set of those events that are pending.
-pub fn pending<E: Named>(events: &[(E, bool)]) -> EventSet {
-    let pending = events.iter().filter(|(_, is_pending)| *is_pending);
-    pending.fold(EventSet::EMPTY, |set, (event, _)| {
-        set.with(EventId(event.index()))
-    })
-}
-
 /// A handler's answer: to `state`.
 pub fn goto(state: impl Named) -> Next {
     Next::Goto(StateId(state.index()))

@@ -2,6 +2,7 @@
 //! motions of the joints.
 
 mod precision;
+mod route;
 mod waypoint;
 
 use ipc_types::decision::GoalKind;
@@ -11,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::pose::{self, KeptPose};
 pub use precision::Precision;
+pub use route::{Paces, Route};
 pub use waypoint::{MAX_APPROACH_M, MAX_WAYPOINTS, Waypoint};
 
 /// No run has so many moves.

@@ -28,9 +28,11 @@ const FILE: &[&str] = &[
     "on_final",
     "auto_transitions",
     "ignore_invalid_triggers",
-    // The host's, see `crate::inline`.
+    // The host's, see `crate::inline` and `crate::numbers`.
     "conditions",
     "events",
+    "numbers",
+    "precision",
 ];
 const STATE: &[&str] = &[
     "name", "enter", "exit", "initial", "children", "parallel", "final", "during",

@@ -1,0 +1,177 @@
+//! What the cells of the matrix do without a bin in the gripper, and what is done
+//! after one was lost.
+
+use behavior::matrix::Next;
+use ipc_types::decision::{MAX_PLACED, Outcome};
+use robocell_skills::matrix::{SuctionPick as _, goto};
+use robocell_skills::{Named as _, pose};
+use robocell_task::TraceEvent;
+use robocell_task::job::Attempts;
+
+use super::carry::{choose_way, out_of_holder};
+use super::job::{BinStack, State, Turn};
+use super::paths;
+use super::scene::View;
+use crate::failure::Failure;
+
+pub(super) fn to_above_bin(turn: &mut Turn<'_>) -> Next {
+    let view = View::of(turn);
+    let Some(bin) = view.candidate() else {
+        return Next::Stay;
+    };
+    let opens = if bin.up() > 0.0 { "upward" } else { "downward" };
+    let name = turn.name(bin.object);
+    turn.world
+        .out
+        .log(format_args!("[decide] -> pick {name}, which opens {opens}"));
+    turn.memory.forget_bin();
+    turn.memory.bin = Some(bin.object);
+    turn.arm.switch(false);
+    let above = paths::above(view, &bin);
+    let route = turn.route().avoiding(paths::obstacles(view, &bin));
+    paths::around_to(view, route, above).end();
+    goto(State::Picking)
+}
+
+/// Back to where the arm waits, clear of everything.
+pub(super) fn go_home(turn: &mut Turn<'_>) -> Next {
+    turn.memory.forget_bin();
+    turn.arm.switch(false);
+    let (view, of, least) = (View::of(turn), turn.of, turn.own.least_lift_m);
+    let route = if paths::points_up(&turn.tcp) {
+        out_of_holder(turn)
+    } else {
+        let route = turn.route().avoiding(of.without_holder);
+        route.lift(of.task.carry_height_m, least)
+    };
+    paths::around_to(view, route.avoiding(u64::MAX), of.rest).end();
+    goto(State::Standby)
+}
+
+/// At rest: what was set down is in its slot, or is not.
+pub(super) fn rest(turn: &mut Turn<'_>) -> Next {
+    let Some(object) = turn.memory.set_down.take() else {
+        return Next::Stay;
+    };
+    let in_place = View::of(turn).stacked().any(|bin| bin.object == object);
+    let name = turn.name(object);
+    let (job, out) = (&mut *turn.world.job, &mut *turn.world.out);
+    if in_place {
+        out.log(format_args!("[placed] {name}"));
+        if let Some(attempts) = job.attempts_mut(object) {
+            *attempts = Attempts::default();
+        }
+        return Next::Stay;
+    }
+    out.log(format_args!(
+        "[missed] {name} did not stay where it was set down"
+    ));
+    job.counters.recoveries += 1;
+    if let Some(attempts) = job.attempts_mut(object) {
+        attempts.place += 1;
+        if attempts.place > turn.of.task.max_attempts {
+            job.fail(Failure::BinCannotBePlaced.reason());
+        }
+    }
+    Next::Stay
+}
+
+/// The grip broke, or the state lasted too long. What is in the gripper all the
+/// same is not let go: the way with it begins again.
+pub(super) fn give_up(turn: &mut Turn<'_>) -> Next {
+    let lost = turn.gripper.attached == 0 || turn.grip.broken;
+    let dropped = turn.world.job.held.take_if(|_| lost);
+    if let Some(object) = dropped {
+        turn.note_drop(object, true);
+        // One that is lost again and again cannot be gripped.
+        BinStack::failed_again(turn);
+    } else {
+        let name = turn.memory.bin.map_or("no bin", |bin| turn.name(bin));
+        let state = turn.state.name();
+        turn.world
+            .out
+            .log(format_args!("[timeout] {name} in {state}"));
+        turn.memory.stuck += 1;
+        turn.world.job.counters.recoveries += 1;
+        give_up_for_good(turn);
+    }
+    turn.arm.since = turn.now;
+    if View::of(turn).held().is_none() {
+        return go_home(turn);
+    }
+    if turn.world.job.failure.is_some() {
+        return Next::Stay;
+    }
+    choose_way(turn)
+}
+
+/// After too many states in a row that lasted too long, the job fails.
+fn give_up_for_good(turn: &mut Turn<'_>) {
+    let blocked = turn.memory.opening && turn.gripper.attached == 1;
+    if turn.memory.stuck < turn.of.task.max_attempts && !blocked {
+        return;
+    }
+    // After another start there are as many attempts again.
+    turn.memory.stuck = 0;
+    let failure = match turn.state {
+        _ if blocked => Failure::GripperBlocked,
+        _ if View::of(turn).caught() => Failure::ArmCaught,
+        State::Picking => Failure::BinOutOfReach,
+        State::Attach => Failure::BinCannotBeGripped,
+        _ => Failure::BinCannotBePlaced,
+    };
+    turn.world.job.fail(failure.reason());
+}
+
+/// Which bins are in place, and whether that is all of them.
+pub(super) fn report(turn: &mut Turn<'_>) {
+    let view = View::of(turn);
+    let (job, out) = (&mut *turn.world.job, &mut *turn.world.out);
+    for (bin, _) in view.stacked().zip(0..MAX_PLACED) {
+        job.placed
+            .push(u32::try_from(bin.object).unwrap_or(u32::MAX));
+    }
+    let idle = turn.state == State::Standby && !turn.arm.path.is_moving();
+    let at_rest = view.stacked().all(|bin| bin.at_rest);
+    let placed = job.placed.len();
+    let done = job.started && idle && at_rest && placed >= turn.of.wanted;
+    if done && !job.done {
+        out.event(
+            TraceEvent::Done,
+            format_args!("[decide] -> all {placed} bins stacked"),
+        );
+    }
+    job.done = done;
+    out.outcome = match (done, job.started) {
+        (true, _) => Outcome::Done,
+        (false, true) => Outcome::Running,
+        (false, false) => Outcome::Idle,
+    };
+}
+
+/// Continues from what is seen, a bin in the gripper or none, unless the arm is
+/// where it was sent, and the gripper holds what it should.
+pub(super) fn reconcile(turn: &mut Turn<'_>) -> Next {
+    let at_rest = || pose::distance(&turn.of.rest, &turn.tcp) <= turn.numbers.resume_m;
+    let on_path = turn.is_on_path().unwrap_or_else(at_rest);
+    let attached = turn.gripper.attached == 1;
+    let as_expected = match turn.state {
+        State::Standby | State::Picking => !attached,
+        State::Attach => true,
+        State::Placing | State::Flipping => attached,
+        State::Detach => attached || turn.memory.opening,
+    };
+    if on_path && as_expected {
+        return Next::Stay;
+    }
+    let Some(bin) = View::of(turn).held() else {
+        turn.world.job.held = None;
+        return go_home(turn);
+    };
+    let name = turn.name(bin.object);
+    turn.world.out.event(
+        TraceEvent::Recover,
+        format_args!("[resume] {name} is in the hand"),
+    );
+    choose_way(turn)
+}

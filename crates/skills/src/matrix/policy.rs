@@ -1,0 +1,209 @@
+//! The policy of a matrix job.
+
+use std::sync::Arc;
+
+use behavior::machine::Fault;
+use behavior::matrix::{Cell as MatrixCell, Definition, EventId, EventSet, HandlerId, Handlers};
+use behavior::matrix::{Next, Table, Vocabulary};
+use behavior::numbers::Numbers;
+use behavior::{Graph, NodeStatus};
+use cell_model::Cell;
+use ipc_types::Text;
+use robocell_task::settings::behaviour_text;
+use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError};
+
+use super::arm::{ArmMemory, ArmNumbers};
+use super::job::{Fixed, MatrixJob, Turn};
+use super::run::MatrixRun;
+use crate::named::Named;
+use crate::path::Reached;
+use crate::setup::{ARM, Setup};
+use crate::suction::GripChange;
+use crate::world::World;
+
+/// The policy of `job` with the matrix in `file`, beside the cell file.
+///
+/// # Errors
+/// [`SetupError`] with everything that is wrong in the file.
+pub fn policy<J: MatrixJob>(
+    job: J,
+    cell: &Cell,
+    file: &str,
+) -> Result<Box<dyn AnyPolicy>, SetupError> {
+    let text = behaviour_text(cell, file)?;
+    let loaded = load::<J>(&format!("cells/{file}"), &text);
+    let (table, arm, own) = loaded.map_err(|why| SetupError::new(cell, why))?;
+    let fixed = Fixed {
+        setup: Setup::new(cell, []),
+        job,
+        arm,
+        own,
+    };
+    Ok(Box::new(MatrixPolicy {
+        fixed,
+        run: MatrixRun::new(Arc::new(table)),
+        arm: ArmMemory::new(),
+        memory: J::Memory::default(),
+    }))
+}
+
+/// The matrix and the numbers in the text of a behaviour file.
+///
+/// # Errors
+/// Everything that is wrong in it, with line and column: an event, a state or a
+/// handler without an implementation, and a number that is unknown, missing or
+/// out of range.
+pub fn load<J: MatrixJob>(
+    file: &str,
+    text: &str,
+) -> Result<(Table, ArmNumbers, J::Numbers), String> {
+    let events: Vec<&str> = J::EVENTS.iter().map(|(name, _)| *name).collect();
+    let handlers: Vec<&str> = J::HANDLERS.iter().map(|(name, _)| *name).collect();
+    let vocabulary = Vocabulary {
+        events: &events,
+        states: J::State::NAMES,
+        handlers: &handlers,
+        behaviors: &[],
+    };
+    let table = Definition::load(file, text, &vocabulary).map_err(|why| why.to_string())?;
+    let mut numbers = Numbers::read(file, text).map_err(|why| why.to_string())?;
+    let arm = ArmNumbers::read::<J::State>(&mut numbers);
+    let own = J::numbers(&mut numbers);
+    numbers.finish().map_err(|why| why.to_string())?;
+    Ok((table, arm, own))
+}
+
+struct MatrixPolicy<J: MatrixJob> {
+    fixed: Fixed<J>,
+    run: MatrixRun,
+    arm: ArmMemory,
+    memory: J::Memory,
+}
+
+impl<J: MatrixJob> MatrixPolicy<J> {
+    /// The matrix, and a decision of it; `None` where there is no arm to be seen.
+    fn turn<'t>(
+        &'t mut self,
+        observation: &'t Observation<'t>,
+        job: &'t mut Job,
+        out: &'t mut Output,
+    ) -> Option<(&'t mut MatrixRun, Turn<'t, J>)> {
+        let Self {
+            fixed,
+            run,
+            arm,
+            memory,
+        } = self;
+        let seen = observation.arm(ARM)?;
+        let turn = Turn {
+            of: &fixed.job,
+            own: &fixed.own,
+            numbers: &fixed.arm,
+            world: World::new(&fixed.setup, observation, job, out, ARM),
+            arm,
+            memory,
+            state: run.state()?,
+            now: observation.time(),
+            tcp: seen.tcp,
+            gripper: &seen.gripper,
+            grip: GripChange::default(),
+            reached: Reached::Nothing,
+        };
+        Some((run, turn))
+    }
+}
+
+/// Handles one event.
+fn step<J: MatrixJob>(run: &mut MatrixRun, turn: &mut Turn<'_, J>) {
+    turn.grip = turn.arm.grip.update(turn.gripper);
+    if turn.now >= turn.arm.wait_until {
+        let precision = turn.numbers.precision(turn.state);
+        turn.reached = turn.arm.path.step(&turn.tcp, precision, turn.now);
+    }
+    J::observe(turn);
+    let mut pending = EventSet::EMPTY;
+    for (id, (_, is_pending)) in (0_u16..).zip(J::EVENTS) {
+        if is_pending(turn) {
+            pending = pending.with(EventId(id));
+        }
+    }
+    let handled = run.handle(pending, &mut Host(turn));
+    if run.tell(handled, turn.world.out) {
+        turn.arm.since = turn.now;
+        turn.world.job.counters.phase_entry += 1;
+    }
+    if let Some(state) = run.state() {
+        turn.state = state;
+    }
+}
+
+struct Host<'h, 't, J: MatrixJob>(&'h mut Turn<'t, J>);
+
+impl<J: MatrixJob> Handlers for Host<'_, '_, J> {
+    fn handle(&mut self, handler: HandlerId, _cell: MatrixCell<'_>) -> Result<Next, Fault> {
+        let handler = J::HANDLERS.get(usize::from(handler.0)).ok_or(Fault {
+            reason: "there is no such handler",
+        })?;
+        Ok(handler.1(self.0))
+    }
+}
+
+impl<J: MatrixJob> AnyPolicy for MatrixPolicy<J> {
+    fn reset(&mut self) {
+        self.run.reset();
+        self.arm = ArmMemory::new();
+        self.memory = J::Memory::default();
+        J::reset(&mut self.memory);
+    }
+
+    fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        let Some((run, mut turn)) = self.turn(observation, job, out) else {
+            return;
+        };
+        step(run, &mut turn);
+        let intent = turn.arm.path.intent(turn.arm.gripper(), turn.now);
+        turn.world.out.arm(ARM, intent);
+        turn.world.job.placed.clear();
+        J::report(&mut turn);
+        turn.world.out.phase = run.phase();
+    }
+
+    fn tend(&self, observation: &Observation<'_>, job: &mut Job) {
+        J::tend(&self.fixed, observation, job);
+    }
+
+    fn phase(&self) -> Text<32> {
+        self.run.phase()
+    }
+
+    fn describe(&self, _name: &str) -> Vec<Graph> {
+        self.run.describe()
+    }
+
+    fn statuses(&self, _graph: usize, out: &mut Vec<NodeStatus>) {
+        self.run.statuses(out);
+    }
+
+    fn save(&self) -> Vec<u8> {
+        self.run.save(&(&self.arm, &self.memory))
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
+        let job = &self.fixed.job;
+        let sound = |(arm, memory): &(ArmMemory, J::Memory)| arm.is_sound() && job.is_sound(memory);
+        (self.arm, self.memory) = self.run.restore(bytes, sound)?;
+        Ok(())
+    }
+
+    fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        let Some((run, mut turn)) = self.turn(observation, job, out) else {
+            return;
+        };
+        // Whatever was in the way, the state has its time again.
+        turn.arm.since = turn.now;
+        let next = J::reconcile(&mut turn);
+        if run.set(next) {
+            turn.world.job.counters.phase_entry += 1;
+        }
+    }
+}
