@@ -3,7 +3,7 @@
 //!
 //! A [`MatrixJob`] names its events and handlers and says what each does; the file
 //! says which handler answers which event in which state, and with which
-//! precision, times and distances. [`policy`] joins the two. The handlers of
+//! precision, times and distances. [`policy()`] joins the two. The handlers of
 //! [`pick`] are those of a suction pick-up, for every job that says where its
 //! object can be gripped.
 
