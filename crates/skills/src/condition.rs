@@ -64,6 +64,8 @@ pub enum Condition {
     Reachable(usize),
     /// The object does not move.
     AtRest(usize),
+    /// No other object is on it; those in grippers do not count.
+    Uncovered(usize),
     /// The object's z axis points up.
     Upright(usize),
     /// The sensor sees something.
@@ -113,6 +115,7 @@ impl Condition {
                 position.is_some_and(|position| world.reaches(position))
             }
             Self::AtRest(object) => world.object(object).is_some() && world.is_at_rest(object),
+            Self::Uncovered(object) => world.object(object).is_some() && !world.is_covered(object),
             Self::Upright(object) => world.object(object).is_some_and(|pose| {
                 let up = geometry::rotation(pose.orientation_wxyz) * Vector3::z();
                 up.z > libm::cos(UPRIGHT_RAD)

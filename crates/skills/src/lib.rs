@@ -33,6 +33,7 @@ pub mod setup;
 pub mod shared;
 pub mod skill;
 pub mod suction;
+mod surroundings;
 pub mod world;
 
 pub use behavior::Status;

@@ -16,8 +16,6 @@ const CLEAR_EDGES: f64 = 2.2;
 /// A cube nearer to a TCP than the start of a pick-up and this many cube edges
 /// may be about to be taken.
 const AT_GRIPPER_EDGES: f64 = 0.4;
-/// A cube nearer than this many edges in the plane, and higher, is on another.
-const ON_TOP_EDGES: f64 = 0.9;
 /// Where to look for a clear place, seen from the stack (cube edges): in the
 /// direction in which the fingers close there has to be more room than across it.
 const BESIDE_EDGES: [[f64; 2]; 8] = [
@@ -60,20 +58,6 @@ impl Look<'_, '_> {
         others.filter_map(|cube| Some((*cube, self.world.position(*cube)?)))
     }
 
-    /// Whether no other cube is on a cube.
-    pub(super) fn is_free_on_top(&self, cube: usize) -> bool {
-        let edge = self.edge();
-        let Some(position) = self.world.position(cube) else {
-            return false;
-        };
-        self.others(cube).all(|(other, its)| {
-            let off = its - position;
-            let on_it =
-                off.z > 0.3 * edge && off.z < 1.5 * edge && off.xy().norm() < ON_TOP_EDGES * edge;
-            !on_it || self.world.is_held(other)
-        })
-    }
-
     /// The two ways around a cube.
     pub(super) fn ways(&self, cube: usize) -> Option<Ways> {
         let seen = self.world.placement(cube)?;
@@ -90,17 +74,7 @@ impl Look<'_, '_> {
     /// the middle of a pick-up may still close it.
     pub(super) fn is_at_another_gripper(&self, point: Vector3<f64>) -> bool {
         let near = self.job.task.approach_m + AT_GRIPPER_EDGES * self.edge();
-        (0..self.world.setup.arms.len())
-            .filter(|arm| *arm != self.world.arm)
-            .filter_map(|arm| self.world.observation.tcp(arm))
-            .any(|tcp| (Vector3::from(tcp.position) - point).norm() < near)
-    }
-
-    /// Whether an arm other than this one reaches a point (m).
-    pub(super) fn is_reached_by_others(&self, point: Vector3<f64>) -> bool {
-        let arms = self.world.setup.arms.iter().enumerate();
-        arms.filter(|(arm, _)| *arm != self.world.arm)
-            .any(|(_, arm)| arm.reaches(point))
+        self.world.is_another_near(point, near)
     }
 
     /// Where a cube is in a layer of the arm's stack.
@@ -160,7 +134,7 @@ impl Look<'_, '_> {
                 .filter(|p| self.is_clear(*p, cube))
         };
         let place = places()
-            .find(|place| self.is_reached_by_others(*place))
+            .find(|place| self.world.is_reached_by_another(*place))
             .or_else(|| places().next());
         Some(place.map_or(on_stack, |place| Goal {
             place: Placement {

@@ -52,6 +52,12 @@ pub(super) fn add(library: Library<Station>, setup: &Arc<Setup>) -> Library<Stat
         ))
         .with(about(
             setup,
+            "Uncovered",
+            "No other object is on it.",
+            Condition::Uncovered,
+        ))
+        .with(about(
+            setup,
             "Upright",
             "The object's z axis points up.",
             Condition::Upright,

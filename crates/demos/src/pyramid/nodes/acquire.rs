@@ -104,7 +104,7 @@ impl AcquireCube {
                 return Ok(Some(best.map_or(*cube, |(_, cube)| cube)));
             };
             let ready = cx.world.reaches(position)
-                && look.is_free_on_top(*cube)
+                && !cx.world.is_covered(*cube)
                 && !cx.world.is_held(*cube)
                 && !look.is_at_another_gripper(position);
             let crowded = !look.is_free_around(*cube);
@@ -112,7 +112,7 @@ impl AcquireCube {
                 !look.is_in_the_way(stack, *cube),
                 crowded,
                 crowded && state.last == Some(*cube),
-                look.is_reached_by_others(position),
+                cx.world.is_reached_by_another(position),
             ];
             if ready && best.is_none_or(|(least, _)| worse < least) {
                 best = Some((worse, *cube));

@@ -191,7 +191,7 @@ impl RecoverCube {
     /// available: perhaps another one has to be taken first.
     fn finish(&self, cx: &mut Context<'_, '_>, cube: usize) -> Result<Status, Fault> {
         let look = self.notes.look(cx);
-        if !look.is_free_around(cube) || !look.is_free_on_top(cube) {
+        if !look.is_free_around(cube) || cx.world.is_covered(cube) {
             self.notes.set_owner(cx, cube, Owner::Available)?;
             self.notes.set_current(cx, None)?;
         }

@@ -57,6 +57,18 @@ fn target(bench: &Bench, key: &str) -> Option<Numbers> {
     }
 }
 
+/// The cubes are in the stack of an arm, whose middle is at `y` (m), and marked so.
+fn stack(bench: &mut Bench, (robot, y): (&str, f64), cubes: &[u32]) {
+    bench.set(&format!("placed:{robot}"), set_of(cubes));
+    for (layer, cube) in cubes.iter().enumerate() {
+        bench.set_text(
+            &format!("cube_state:cube_{}", cube + 1),
+            &format!("placed:{robot}"),
+        );
+        *bench.object(*cube as usize) = [0.46, y, 0.025 + 0.05 * layer as f64];
+    }
+}
+
 fn set_of(cubes: &[u32]) -> Value {
     let set = cubes.iter().copied().fold(Set::default(), Set::with);
     Value::Set(set)

@@ -3,7 +3,7 @@
 use behavior::{Status, Value};
 use serde_json::json;
 
-use super::{Bench, LEFT, WORK, bench, current, numbers, pose, set_of, target, to_numbers};
+use super::{Bench, LEFT, WORK, bench, current, numbers, pose, set_of, stack, target, to_numbers};
 use crate::pyramid::notes::TARGETS;
 
 /// A cube that was put onto a stack of `below`.
@@ -15,11 +15,7 @@ fn put_down(below: &[u32], required: i64) -> Bench {
     let goal = to_numbers(&pose(0.46, -0.28, layer));
     bench.set_local("object_goal", numbers(&goal));
     *bench.object(5) = [0.46, -0.28, layer];
-    for (index, cube) in below.iter().enumerate() {
-        *bench.object(*cube as usize) = [0.46, -0.28, 0.025 + 0.05 * index as f64];
-        bench.set_text(&format!("cube_state:cube_{}", cube + 1), "placed:left");
-    }
-    bench.set("placed:left", set_of(below));
+    stack(&mut bench, ("left", -0.28), below);
     bench.set("recovery_requested:left", Value::Bool(true));
     bench
 }
@@ -60,11 +56,7 @@ fn a_cube_that_does_not_stand_there_is_not_counted() {
 #[test]
 fn a_complete_stack_that_lost_a_cube_is_not_complete() {
     let mut bench = bench(LEFT, json!({"type": "CheckStackComplete"}));
-    bench.set("placed:left", set_of(&[0, 1, 2]));
-    for cube in 0..3 {
-        bench.set_text(&format!("cube_state:cube_{}", cube + 1), "placed:left");
-        *bench.object(cube) = [0.46, -0.28, 0.025 + 0.05 * cube as f64];
-    }
+    stack(&mut bench, ("left", -0.28), &[0, 1, 2]);
     assert_eq!(bench.tick(), Status::Success);
     *bench.object(1) = [0.3, -0.5, 0.025];
     assert_eq!(bench.tick(), Status::Failure);

@@ -1,10 +1,10 @@
 //! Rows N01 to N07, N19 to N23 and N29: taking a cube, and getting it back.
 
 use behavior::{Status, Value};
-use ipc_types::Wire as _;
+use ipc_types::{GripperGoal, Wire as _};
 use serde_json::json;
 
-use super::{Bench, LEFT, RIGHT, WORK, bench, current, pose, set_of, target};
+use super::{Bench, LEFT, RIGHT, WORK, bench, current, pose, set_of, stack, target};
 use crate::pyramid::notes::TARGETS;
 
 fn acquire(arm: usize) -> Bench {
@@ -92,11 +92,7 @@ fn n05_the_right_arm_has_an_order_of_its_own() {
 #[test]
 fn n07_the_goal_is_a_layer_higher_for_each_placed_cube() {
     let mut bench = acquire(RIGHT);
-    bench.set("placed:right", set_of(&[0, 2]));
-    for (cube, layer) in [(0, 0.0), (2, 1.0)] {
-        bench.set_text(&format!("cube_state:cube_{}", cube + 1), "placed:right");
-        *bench.object(cube) = [0.46, 0.28, 0.025 + 0.05 * layer];
-    }
+    stack(&mut bench, ("right", 0.28), &[0, 2]);
     assert_eq!(bench.tick(), Status::Success);
     let [x, y, z, ..] = target(&bench, "object_goal").unwrap();
     assert!((x - 0.46).abs() < 1e-9 && (y - 0.28).abs() < 1e-9);
@@ -118,9 +114,7 @@ fn a_cube_under_another_is_not_taken_and_one_out_of_reach_neither() {
 #[test]
 fn a_cube_that_left_the_stack_is_taken_again() {
     let mut bench = acquire(LEFT);
-    bench.set("placed:left", set_of(&[0, 1]));
-    bench.set_text("cube_state:cube_1", "placed:left");
-    bench.set_text("cube_state:cube_2", "placed:left");
+    stack(&mut bench, ("left", -0.28), &[0, 1]);
     *bench.object(0) = [0.3, -0.5, 0.025];
     *bench.object(1) = [0.46, -0.28, 0.025];
     assert_eq!(bench.tick(), Status::Success);
@@ -132,7 +126,7 @@ fn a_cube_that_left_the_stack_is_taken_again() {
 }
 
 #[test]
-fn a_cube_that_is_its_own_already_is_aimed_at_anew() {
+fn a_cube_that_is_its_own_already_is_aimed_at_again() {
     let mut bench = acquire(LEFT);
     assert_eq!(bench.tick(), Status::Success);
     bench.set("recovery_requested:left", Value::Bool(true));
@@ -202,7 +196,7 @@ fn n21_an_unreached_cube_gives_a_warning_an_interval_and_keeps_everything() {
 }
 
 #[test]
-fn n23_a_cube_that_creeps_starts_the_wait_anew_and_a_still_one_ends_it_in_failure() {
+fn n23_a_cube_that_creeps_starts_the_wait_again_and_a_still_one_ends_it_in_failure() {
     let mut bench = recover(LEFT);
     let above = |bench: &mut Bench| {
         let [x, y, z] = *bench.object(0);
@@ -228,11 +222,11 @@ fn n23_a_cube_that_creeps_starts_the_wait_anew_and_a_still_one_ends_it_in_failur
 fn a_recovery_opens_the_hand_but_never_around_its_own_cube() {
     let mut bench = recover(LEFT);
     assert_eq!(bench.tick(), Status::Running);
-    assert_eq!(bench.gripper(), ipc_types::GripperGoal::Open);
+    assert_eq!(bench.gripper(), GripperGoal::Open);
     let mut bench = recover(LEFT);
     bench.hold(0);
     assert_eq!(bench.tick(), Status::Failure);
-    assert_eq!(bench.gripper(), ipc_types::GripperGoal::Keep);
+    assert_eq!(bench.gripper(), GripperGoal::Keep);
 }
 
 #[test]
@@ -281,7 +275,7 @@ fn a_reset_takes_the_stack_that_is_there_for_its_own() {
     assert_eq!(bench.tick_after(0.25), Status::Success);
     assert_eq!(bench.get("placed:left"), Some(set_of(&[0, 2])));
     assert_eq!(bench.text("center_owner"), "");
-    assert_eq!(bench.gripper(), ipc_types::GripperGoal::Open);
+    assert_eq!(bench.gripper(), GripperGoal::Open);
 }
 
 #[test]
@@ -289,7 +283,7 @@ fn a_reset_keeps_a_hand_closed_that_holds_a_cube() {
     let mut bench = bench(LEFT, json!({"type": "FrankaReset"}));
     bench.hold(3);
     assert_eq!(bench.tick(), Status::Success);
-    assert_eq!(bench.gripper(), ipc_types::GripperGoal::Keep);
+    assert_eq!(bench.gripper(), GripperGoal::Keep);
 }
 
 #[test]
@@ -299,7 +293,7 @@ fn a_recovery_lets_the_others_cube_go_where_it_is() {
     bench.set_text("cube_state:cube_4", "reserved:right");
     bench.tick();
     assert_eq!(bench.tick(), Status::Running);
-    assert_eq!(bench.gripper(), ipc_types::GripperGoal::Open);
+    assert_eq!(bench.gripper(), GripperGoal::Open);
     assert!(bench.holds_still(), "it would fall on its own cube");
     assert_eq!(bench.count("lets cube_4 go"), 1);
     bench.state.arms[LEFT].gripper = ipc_types::GripperState::zeroed();
@@ -313,21 +307,20 @@ fn a_recovery_leaves_a_hand_closed_that_holds_a_free_cube() {
     let mut bench = recover(LEFT);
     bench.hold(3);
     assert_eq!(bench.tick(), Status::Failure);
-    assert_eq!(bench.gripper(), ipc_types::GripperGoal::Keep);
+    assert_eq!(bench.gripper(), GripperGoal::Keep);
     assert!(!bench.recovery());
 }
 
 #[test]
 fn an_arm_with_nothing_to_take_leaves_the_centre_and_gives_it_back() {
     let mut bench = acquire(LEFT);
-    let goal_y = -0.28;
     for cube in 0..6 {
         *bench.object(cube) = [1.5, 0.2 * cube as f64, 0.025];
     }
     bench.set_text("center_owner", "left");
     assert_eq!(bench.tick(), Status::Running);
     assert_eq!(bench.text("center_owner"), "left", "still there");
-    assert!(bench.goal().target.position[1] < goal_y, "its own side");
+    assert!(bench.goal().target.position[1] < -0.28, "its own side");
     bench.state.arms[LEFT].tcp = bench.goal().target;
     assert_eq!(bench.tick(), Status::Running);
     assert_eq!(bench.text("center_owner"), "");
@@ -344,9 +337,9 @@ fn another_arms_cube_in_the_hand_is_let_go_of_by_a_recovery() {
     bench.hold(3);
     bench.set_text("cube_state:cube_4", "reserved:right");
     assert_eq!(bench.tick(), Status::Running);
-    assert_eq!(bench.gripper(), ipc_types::GripperGoal::Open);
+    assert_eq!(bench.gripper(), GripperGoal::Open);
     // One that is no arm's is picked up.
     bench.set_text("cube_state:cube_4", "available");
     assert_eq!(bench.tick(), Status::Failure);
-    assert_eq!(bench.gripper(), ipc_types::GripperGoal::Keep);
+    assert_eq!(bench.gripper(), GripperGoal::Keep);
 }
