@@ -34,6 +34,7 @@ pub mod shared;
 pub mod skill;
 pub mod suction;
 mod surroundings;
+pub mod way;
 pub mod world;
 
 pub use behavior::Status;
@@ -53,4 +54,5 @@ pub use settings::{FileTask, PlaceTable, Places};
 pub use setup::{ArmSetup, ObjectSetup, PlaceSetup, Setup, Tool};
 pub use shared::{Lease, Owner, Recovery, Reservations};
 pub use skill::{Skill, SkillLeaf, Station};
+pub use way::Way;
 pub use world::{ArmMemory, World};

@@ -11,6 +11,7 @@ use crate::condition::PLACE_TOLERANCE_M;
 use crate::geometry;
 use crate::progress::{Progress, Step};
 use crate::skill::Skill;
+use crate::way::Way;
 use crate::world::{Drive, World};
 
 /// Joints nearer than this to their positions are there (rad or m).
@@ -66,6 +67,8 @@ pub struct MoveTo {
     pub move_tolerance_m: f64,
     /// It fails after this.
     pub timeout: PolicyTime,
+    /// Posture, corridor and obstacles.
+    pub way: Way,
 }
 
 impl MoveTo {
@@ -78,6 +81,7 @@ impl MoveTo {
             holding: None,
             move_tolerance_m: 0.05,
             timeout: PolicyTime::from_ticks(10_000),
+            way: Way::default(),
         }
     }
 
@@ -214,6 +218,10 @@ impl Skill for MoveTo {
             Drive::precise(target, self.gripper)
         } else {
             Drive::travel(target, self.gripper)
+        };
+        let drive = Drive {
+            way: self.way,
+            ..drive
         };
         let object = match self.target {
             Target::Object { object, .. } | Target::Place { object, .. } => Some(object),

@@ -86,6 +86,8 @@ pub struct Setup {
     pub places: Vec<PlaceSetup>,
     /// Names of the cell's sensors, in their order.
     pub sensors: Vec<String>,
+    /// Names of the cell's obstacles; the index is the bit in a mask.
+    pub obstacles: Vec<String>,
     /// Obstacles that exist in physics; the others only guide a motion.
     pub solid_obstacles: u64,
 }
@@ -108,6 +110,7 @@ impl Setup {
             objects,
             places: places.into_iter().map(|(n, p)| place(n, p)).collect(),
             sensors: cell.sensors.iter().map(|s| s.name.clone()).collect(),
+            obstacles: cell.obstacles().map(|o| o.name.clone()).collect(),
             solid_obstacles: guides.fold(u64::MAX, |mask, (bit, _)| mask & !(1 << bit.min(63))),
         }
     }
@@ -124,6 +127,7 @@ impl Setup {
             objects: Vec::new(),
             places: Vec::new(),
             sensors: Vec::new(),
+            obstacles: Vec::new(),
             solid_obstacles: u64::MAX,
         }
     }

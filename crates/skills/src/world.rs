@@ -12,6 +12,7 @@ use crate::condition::PLACE_TOLERANCE_M;
 use crate::geometry;
 use crate::progress::Step;
 use crate::setup::{ArmSetup, ObjectSetup, Setup, Tool};
+use crate::way::Way;
 
 /// A gripped object is nearer to the TCP than this many of its heights: half of
 /// its diagonal and what a pull may shift it by.
@@ -92,6 +93,8 @@ pub struct Drive {
     pub lead_m: f64,
     /// An object that is no obstacle for this motion.
     pub object: Option<usize>,
+    /// Posture, corridor and obstacles.
+    pub way: Way,
 }
 
 impl Drive {
@@ -105,6 +108,7 @@ impl Drive {
             gripper,
             lead_m: 0.0,
             object: None,
+            way: Way::default(),
         }
     }
 
@@ -413,7 +417,11 @@ impl<'w> World<'w> {
         if intent.gripper != GripperGoal::Keep {
             self.gripper = intent.gripper;
         }
-        let obstacle_mask = intent.obstacle_mask & self.setup.solid_obstacles;
+        // Guides count for a motion that names them only.
+        let obstacle_mask = match intent.obstacle_mask {
+            u64::MAX => self.setup.solid_obstacles,
+            mask => mask,
+        };
         let intent = ArmIntent {
             obstacle_mask,
             gripper: self.gripper,
@@ -519,6 +527,10 @@ impl<'w> World<'w> {
         self.act(ArmIntent {
             gripper: drive.gripper,
             object_mask: object_mask.map_or(u64::MAX, |bit| !(1 << bit)),
+            posture: drive.way.posture,
+            approach: drive.way.approach_m,
+            approach_std_dev: drive.way.std_dev_m,
+            obstacle_mask: drive.way.obstacle_mask(self.setup),
             ..ArmIntent::pose(step.key, self.led(step, drive))
         });
         self.settles(step, there, drive.settle)

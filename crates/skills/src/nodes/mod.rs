@@ -3,6 +3,7 @@
 
 mod conditions;
 mod guarded;
+mod way;
 mod zones;
 
 use std::sync::Arc;
@@ -26,6 +27,7 @@ use crate::progress::Progress;
 use crate::setup::Setup;
 use crate::skill::{Skill, Station};
 use crate::world::World;
+use way::WayPorts;
 
 /// What a leaf gets with each call.
 pub type Context<'a, 'w> = Cx<'a, 'w, Station>;
@@ -212,7 +214,7 @@ fn seconds(time: f64) -> PolicyTime {
 /// `MoveTo`: a pose, an object, or a place.
 fn move_to(setup: &Arc<Setup>) -> NodeType<Station> {
     let setup = Arc::clone(setup);
-    NodeType::new(
+    let node_type = NodeType::new(
         "MoveTo",
         "Brings the TCP to an object, with an object in the gripper to the next \
          free slot of a place, or to a pose. Fails when that takes too long, when \
@@ -222,6 +224,7 @@ fn move_to(setup: &Arc<Setup>) -> NodeType<Station> {
             let above = binder.input::<f64>("above_m")?;
             let timeout = binder.input::<f64>("timeout_s")?;
             let movement = binder.input::<f64>("move_tolerance_m")?;
+            let way = WayPorts::bind(binder, &setup)?;
             Ok(Made(move |cx: &Context<'_, '_>| {
                 let Some(skill) = target.skill(cx, cx.get(&above)?)? else {
                     return Ok(None);
@@ -229,6 +232,7 @@ fn move_to(setup: &Arc<Setup>) -> NodeType<Station> {
                 Ok(Some(MoveTo {
                     timeout: seconds(cx.get(&timeout)?),
                     move_tolerance_m: cx.get(&movement)?,
+                    way: way.get(cx)?,
                     ..skill
                 }))
             }))
@@ -259,7 +263,8 @@ fn move_to(setup: &Arc<Setup>) -> NodeType<Station> {
     )
     .within(1.0e-3, 10.0)
     .input_or("timeout_s", 10.0, "fails after this (s)")
-    .within(0.1, 3600.0)
+    .within(0.1, 3600.0);
+    way::ports(node_type)
 }
 
 /// What a `MoveTo` goes to.

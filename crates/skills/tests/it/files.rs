@@ -127,6 +127,21 @@ fn a_misspelt_step_is_refused_with_the_name_that_was_meant() {
             "did you mean 'cube'?",
         ],
     );
+    let above = "place = \"mark\", above_m = 0.1";
+    machine(
+        (above, "place = \"mark\", ignore = \"tabel\", above_m = 0.1"),
+        &[
+            "cells/a.toml:",
+            "no obstacle has a name that begins with 'tabel'",
+        ],
+    );
+    machine(
+        (
+            above,
+            "place = \"mark\", approach = [0.0, 1.0], above_m = 0.1",
+        ),
+        &["'approach' has 2 numbers; 3 are needed"],
+    );
     machine(
         (
             "place = \"mark\", above_m = 0.1",

@@ -10,3 +10,4 @@ mod bench;
 mod files;
 mod guarded;
 mod several;
+mod way;
