@@ -127,21 +127,6 @@ fn a_misspelt_step_is_refused_with_the_name_that_was_meant() {
             "did you mean 'cube'?",
         ],
     );
-    let above = "place = \"mark\", above_m = 0.1";
-    machine(
-        (above, "place = \"mark\", ignore = \"tabel\", above_m = 0.1"),
-        &[
-            "cells/a.toml:",
-            "no obstacle has a name that begins with 'tabel'",
-        ],
-    );
-    machine(
-        (
-            above,
-            "place = \"mark\", approach = [0.0, 1.0], above_m = 0.1",
-        ),
-        &["'approach' has 2 numbers; 3 are needed"],
-    );
     machine(
         (
             "place = \"mark\", above_m = 0.1",
@@ -171,6 +156,29 @@ fn a_misspelt_step_is_refused_with_the_name_that_was_meant() {
             "during.run = \"grip\"\nduring.success = \"gripped\"",
         ),
         &["'run' and 'steps'"],
+    );
+}
+
+#[test]
+fn a_way_that_the_cell_does_not_have_is_refused() {
+    let text = example("machine.toml");
+    let machine = |change, expected: &[&str]| {
+        refused("way", "machine", "a.toml", &text, change, expected);
+    };
+    let above = "place = \"mark\", above_m = 0.1";
+    machine(
+        (above, "place = \"mark\", ignore = \"tabel\", above_m = 0.1"),
+        &[
+            "cells/a.toml:",
+            "no obstacle has a name that begins with 'tabel'",
+        ],
+    );
+    machine(
+        (
+            above,
+            "place = \"mark\", approach = [0.0, 1.0], above_m = 0.1",
+        ),
+        &["'approach' has 2 numbers; 3 are needed"],
     );
 }
 
