@@ -7,6 +7,10 @@
 //! in a matrix file. [`with_file_jobs`] adds the three kinds of `[task]` that
 //! need no Rust: `tree`, `machine` and `matrix`.
 //!
+//! [`path`] has motions over several waypoints, [`shared`] what arms side by side
+//! tell each other, [`MachineRun`] and [`matrix`] run a machine or a matrix whose
+//! actions are in Rust.
+//!
 //! What may be changed here: what a skill does and how it recovers. Nothing here
 //! knows a cube, a bin or a demo.
 #![forbid(unsafe_code)]
