@@ -53,20 +53,19 @@ impl Numbers {
     }
 
     /// As [`Numbers::number`], for a whole number.
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "within the range, which is of u32"
-    )]
     pub fn count(&mut self, key: &str, low: u32, high: u32) -> u32 {
         let number = self.number(key, f64::from(low), f64::from(high));
-        if number.trunc() < number {
-            self.refuse(key, &format!("{number} is not a whole number"));
-        }
-        number as u32
+        self.whole(key, number)
     }
 
-    /// A list of such numbers.
+    /// A list of whole numbers.
+    pub fn counts(&mut self, key: &str, low: u32, high: u32) -> Vec<u32> {
+        let list = self.list(key, f64::from(low), f64::from(high));
+        let whole = list.into_iter().map(|number| self.whole(key, number));
+        whole.collect()
+    }
+
+    /// A list of numbers.
     pub fn list(&mut self, key: &str, low: f64, high: f64) -> Vec<f64> {
         let Some(value) = self.ask(key) else {
             return Vec::new();
@@ -103,6 +102,18 @@ impl Numbers {
             }
         }
         self.problems.finish(&self.file, ())
+    }
+
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "within a range, which is of u32"
+    )]
+    fn whole(&mut self, key: &str, number: f64) -> u32 {
+        if number.trunc() < number {
+            self.refuse(key, &format!("{number} is not a whole number"));
+        }
+        number as u32
     }
 
     fn ask(&mut self, key: &str) -> Option<Value> {

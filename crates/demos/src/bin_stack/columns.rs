@@ -15,34 +15,27 @@ const MAX_LEVELS: usize = 5;
 /// The order in which the columns are filled, so that the arm never reaches over a
 /// full one.
 pub(super) struct Order {
-    /// The columns by their two indices.
-    columns: [(u8, u8); COLUMNS],
+    /// The columns: first plus three times second index.
+    columns: Vec<u32>,
     /// Columns, from one to before another, that grow together, level by level.
     groups: Vec<(usize, usize)>,
 }
 
 impl Order {
-    /// Of `[numbers]`: `column_order`, where column 0 to 2 have the second index 0,
-    /// and `filled_together`, how many columns grow together.
+    /// Of `[numbers]`: `column_order`, and `filled_together`, how many columns grow
+    /// together.
     pub(super) fn read(from: &mut Numbers) -> Self {
-        let numbers = from.list("numbers.column_order", 0.0, 8.0);
-        let mut columns = [(0, 0); COLUMNS];
-        let mut missing: Vec<u8> = (0..9).collect();
-        for (column, number) in columns.iter_mut().zip(&numbers) {
-            let number = missing.iter().position(|n| f64::from(*n).eq(number));
-            let number = number.map_or(0, |at| missing.remove(at));
-            *column = (number % 3, number / 3);
-        }
-        if !missing.is_empty() || numbers.len() != COLUMNS {
+        let columns = from.counts("numbers.column_order", 0, 8);
+        let mut sorted = columns.clone();
+        sorted.sort_unstable();
+        if !sorted.into_iter().eq(0..9) {
             let why = "each number from 0 to 8 is needed once";
             from.refuse("numbers.column_order", why);
         }
         let mut groups = Vec::new();
         let mut first = 0;
-        for count in from.list("numbers.filled_together", 1.0, 9.0) {
-            let whole =
-                (1..=COLUMNS).find(|n| u8::try_from(*n).is_ok_and(|n| f64::from(n) >= count));
-            let end = first + whole.unwrap_or(COLUMNS);
+        for count in from.counts("numbers.filled_together", 1, 9) {
+            let end = first + count as usize;
             groups.push((first, end));
             first = end;
         }
@@ -53,8 +46,9 @@ impl Order {
     }
 
     /// The two indices of a column by its place in the order.
-    pub(super) fn column(&self, column: usize) -> (u8, u8) {
-        self.columns.get(column).copied().unwrap_or_default()
+    pub(super) fn column(&self, column: usize) -> (u32, u32) {
+        let number = self.columns.get(column).copied().unwrap_or_default();
+        (number % 3, number / 3)
     }
 
     /// The slot that is filled next, if any is free.
@@ -149,19 +143,16 @@ impl Columns {
         Isometry3::from_parts(self.centre(order, slot).into(), yaw * over)
     }
 
-    /// The slot a bin at `pose` is in: upside down, along the column and near
+    /// The slot a bin at `at` is in: upside down, along the column and near
     /// enough to its axis and its height.
-    pub(super) fn slot_of(&self, own: &BinStackNumbers, pose: &Isometry3<f64>) -> Option<Slot> {
-        let up = pose.rotation * Vector3::z();
-        let (sin, cos) = (
-            libm::sin(self.spec.bin_yaw_rad),
-            libm::cos(self.spec.bin_yaw_rad),
-        );
-        let along = (pose.rotation * Vector3::x()).dot(&Vector3::new(cos, sin, 0.0));
+    pub(super) fn slot_of(&self, own: &BinStackNumbers, at: &Isometry3<f64>) -> Option<Slot> {
+        let up = at.rotation * Vector3::z();
+        let column = pose::about(Vector3::z(), self.spec.bin_yaw_rad) * Vector3::x();
+        let along = (at.rotation * Vector3::x()).dot(&column);
         if up.z > -own.straight || along.abs() < own.straight {
             return None;
         }
-        let position = pose.translation.vector;
+        let position = at.translation.vector;
         let mut slots = (0..COLUMNS)
             .flat_map(|column| (0..self.levels()).map(move |level| Slot { column, level }));
         slots.find(|slot| {

@@ -5,12 +5,12 @@ use behavior::numbers::Numbers;
 use cell_model::{Cell, Shape};
 use ipc_types::Pose;
 use nalgebra::Vector3;
-use robocell_skills::matrix::{self, Approach, Condition, Fixed, Handler, MatrixJob};
+use robocell_skills::matrix::{self, Approach, Handler, MatrixJob, Pending};
 use robocell_skills::matrix::{Spot, SuctionPick, pick, seconds, when};
 use robocell_skills::setup::{obstacle_bits, suction_arm};
 use robocell_skills::{KeptPose, Paces, named, pose};
 use robocell_task::job::MOST_COUNTED;
-use robocell_task::{Job, Observation, PolicyTime, SetupError};
+use robocell_task::{PolicyTime, SetupError};
 use serde::{Deserialize, Serialize};
 
 use super::columns::{Columns, Order};
@@ -166,7 +166,7 @@ impl MatrixJob for BinStack {
     type Memory = Memory;
     type Numbers = BinStackNumbers;
 
-    const EVENTS: &'static [(&'static str, Condition<Self>)] = &[
+    const EVENTS: &'static [(&'static str, Pending<Self>)] = &[
         ("START", starts),
         ("WAYPOINT_REACHED", when::waypoint_reached),
         ("GOAL_REACHED", when::goal_reached),
@@ -239,11 +239,8 @@ impl MatrixJob for BinStack {
         handlers::reconcile(turn)
     }
 
-    fn tend(fixed: &Fixed<Self>, observation: &Observation<'_>, job: &mut Job) {
-        let view = View::new(&fixed.job, &fixed.own, &fixed.arm, observation);
-        if let Some(view) = view {
-            supply::run_belt(view, job);
-        }
+    fn tend(turn: &mut Turn<'_>) {
+        supply::run_belt(View::of(turn), turn.world.job);
     }
 }
 

@@ -41,24 +41,6 @@ pub(super) struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    /// `None` where there is no arm to be seen.
-    pub(super) fn new(
-        of: &'a BinStack,
-        own: &'a BinStackNumbers,
-        numbers: &'a ArmNumbers,
-        observation: &'a Observation<'a>,
-    ) -> Option<Self> {
-        let arm = observation.arm(ARM)?;
-        Some(Self {
-            of,
-            own,
-            numbers,
-            observation,
-            tcp: arm.tcp,
-            gripper: &arm.gripper,
-        })
-    }
-
     pub(super) fn of(turn: &Turn<'a>) -> Self {
         Self {
             of: turn.of,

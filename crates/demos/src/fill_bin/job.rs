@@ -6,7 +6,7 @@ use cell_model::{Cell, Shape};
 use ipc_types::Pose;
 use ipc_types::decision::Outcome;
 use nalgebra::{Isometry3, Vector3};
-use robocell_skills::matrix::{self, Approach, Condition, Handler, MatrixJob, Spot, SuctionPick};
+use robocell_skills::matrix::{self, Approach, Handler, MatrixJob, Pending, Spot, SuctionPick};
 use robocell_skills::matrix::{pick, when};
 use robocell_skills::setup::{obstacle_bits, suction_arm};
 use robocell_skills::{Paces, named, pose};
@@ -120,7 +120,7 @@ impl MatrixJob for FillBin {
     type Memory = Memory;
     type Numbers = FillBinNumbers;
 
-    const EVENTS: &'static [(&'static str, Condition<Self>)] = &[
+    const EVENTS: &'static [(&'static str, Pending<Self>)] = &[
         ("START", starts),
         ("WAYPOINT_REACHED", when::waypoint_reached),
         ("GOAL_REACHED", when::goal_reached),

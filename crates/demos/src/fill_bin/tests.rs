@@ -66,7 +66,7 @@ fn parts_are_asked_for_as_often_as_the_source_does() {
 #[test]
 fn without_the_start_event_nothing_is_picked() {
     let mut world = World::new();
-    (world.state.panel.task_start, world.state.panel.task_started) = (0, 0);
+    world.start(0);
     (0..1_000).for_each(|_| world.step());
     assert_eq!(
         (world.phase(), world.decision.outcome),
@@ -74,7 +74,7 @@ fn without_the_start_event_nothing_is_picked() {
     );
     let rest = Vector3::from([0.0, 0.75, 0.42]);
     assert!((Vector3::from(world.state.arms[0].tcp.position) - rest).norm() < 0.01);
-    (world.state.panel.task_start, world.state.panel.task_started) = (1, 1);
+    world.start(1);
     world.run_until("picks", |world| world.phase() == "PICKING");
 }
 
@@ -96,10 +96,7 @@ fn a_break_nobody_saw_is_found_afterwards() {
     let mut world = World::new();
     world.run_until("holds", |world| world.decision.io.drop_parts == 3);
     world.break_grip();
-    world.state.header.tick += 500;
-    world.restart();
-    let state = world.state.clone();
-    world.task.reconcile(&state);
+    world.miss(500);
     world.run_to(Outcome::Done);
     assert_eq!(world.says("[break]"), 1);
 }
@@ -110,10 +107,7 @@ fn missed_decisions_with_the_bin_in_the_hand_lose_nothing() {
         let mut world = World::new();
         world.run_until("begins", |world| world.phase() == phase);
         (0..40).for_each(|_| world.move_arm());
-        world.state.header.tick += 400;
-        world.restart();
-        let state = world.state.clone();
-        world.task.reconcile(&state);
+        world.miss(400);
         world.run_to(Outcome::Done);
         assert_eq!(
             (world.decision.drops, world.says("[break]")),
@@ -199,15 +193,13 @@ fn the_operator_lets_go_and_takes_it_in_a_pause() {
     world.run_until("holds", |world| world.decision.io.drop_parts == 2);
     world.state.panel.task_paused = 1;
     world.step();
-    world.state.panel.gripper_seq = 1;
-    world.state.panel.gripper = GripperGoal::Open.code();
+    world.ask(GripperGoal::Open);
     world.step();
     assert_eq!(world.decision.outcome, Outcome::Paused.code());
     world.step();
     world.step();
     assert_eq!(world.state.arms[0].gripper.attached, 0);
-    world.state.panel.gripper_seq = 2;
-    world.state.panel.gripper = GripperGoal::Close.code();
+    world.ask(GripperGoal::Close);
     (0..3).for_each(|_| world.step());
     assert_eq!(world.state.arms[0].gripper.attached, 1);
     let drops = world.decision.io.drop_parts;
@@ -220,11 +212,12 @@ fn the_operator_lets_go_and_takes_it_in_a_pause() {
 fn a_bin_attached_by_hand_where_the_arm_rests_stays_on_the_cup() {
     let mut world = World::new();
     world.step();
+    let rest = world.decision.goals[0].target;
     world.state.panel.task_paused = 1;
     world.step();
     // Led to where the job is on its way to, with the bin: goal and attachment
     // are seen by the same decision.
-    world.state.arms[0].tcp = World::rest();
+    world.state.arms[0].tcp = rest;
     world.held = Some(at(
         [-0.0625, 0.0, 0.0],
         [0.0, -std::f64::consts::FRAC_PI_2, 0.0],

@@ -5,7 +5,7 @@ use behavior::numbers::Numbers;
 use ipc_types::world::{OBJECT_DRAGGED, OBJECT_ENABLED};
 use ipc_types::{GripperState, Pose};
 use nalgebra::{Isometry3, Vector3};
-use robocell_task::{Job, Observation, PolicyTime, TraceEvent};
+use robocell_task::{Observation, PolicyTime, TraceEvent};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -13,12 +13,11 @@ use super::arm::{ArmMemory, ArmNumbers};
 use crate::named::Named;
 use crate::path::{Paces, Reached, Route};
 use crate::pose;
-use crate::setup::Setup;
 use crate::suction::{GripChange, break_cause, break_limit};
 use crate::world::World;
 
 /// A condition that makes an event pending.
-pub type Condition<J> = fn(&Turn<'_, J>) -> bool;
+pub type Pending<J> = fn(&Turn<'_, J>) -> bool;
 /// What a cell of the matrix calls.
 pub type Handler<J> = fn(&mut Turn<'_, J>) -> Next;
 
@@ -33,7 +32,7 @@ pub trait MatrixJob: Send + Sized + 'static {
     type Numbers: Send;
 
     /// The events, by name: when each is pending.
-    const EVENTS: &'static [(&'static str, Condition<Self>)];
+    const EVENTS: &'static [(&'static str, Pending<Self>)];
     /// The handlers, by name.
     const HANDLERS: &'static [(&'static str, Handler<Self>)];
 
@@ -62,21 +61,9 @@ pub trait MatrixJob: Send + Sized + 'static {
     /// not fit; answers the state to continue in.
     fn reconcile(turn: &mut Turn<'_, Self>) -> Next;
 
-    /// See [`robocell_task::Policy::tend`].
-    fn tend(_fixed: &Fixed<Self>, _observation: &Observation<'_>, _job: &mut Job) {}
-}
-
-/// What never changes while a job runs.
-#[derive(Debug)]
-pub struct Fixed<J: MatrixJob> {
-    /// The job.
-    pub job: J,
-    /// The cell.
-    pub setup: Setup,
-    /// The numbers of the behaviour file about the arm.
-    pub arm: ArmNumbers,
-    /// Those of the job.
-    pub own: J::Numbers,
+    /// See [`robocell_task::Policy::tend`]. The memory is a new one, and what is said
+    /// to the arm and the log is not heard.
+    fn tend(_turn: &mut Turn<'_, Self>) {}
 }
 
 /// One decision of a job.

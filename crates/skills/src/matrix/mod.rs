@@ -14,7 +14,7 @@ mod policy;
 mod run;
 
 pub use arm::{ArmMemory, ArmNumbers, seconds};
-pub use job::{Condition, Fixed, Handler, MatrixJob, Seen, Turn, when};
+pub use job::{Handler, MatrixJob, Pending, Seen, Turn, when};
 pub use pick::{Approach, Spot, SuctionPick};
 pub use policy::{load, policy};
 pub use run::{MatrixRun, goto};

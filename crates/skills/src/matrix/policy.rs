@@ -13,7 +13,7 @@ use robocell_task::settings::behaviour_text;
 use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError};
 
 use super::arm::{ArmMemory, ArmNumbers};
-use super::job::{Fixed, MatrixJob, Turn};
+use super::job::{MatrixJob, Turn};
 use super::run::MatrixRun;
 use crate::named::Named;
 use crate::path::Reached;
@@ -73,6 +73,14 @@ pub fn load<J: MatrixJob>(
     Ok((table, arm, own))
 }
 
+/// What never changes while a job runs.
+struct Fixed<J: MatrixJob> {
+    job: J,
+    setup: Setup,
+    arm: ArmNumbers,
+    own: J::Numbers,
+}
+
 struct MatrixPolicy<J: MatrixJob> {
     fixed: Fixed<J>,
     run: MatrixRun,
@@ -88,29 +96,34 @@ impl<J: MatrixJob> MatrixPolicy<J> {
         job: &'t mut Job,
         out: &'t mut Output,
     ) -> Option<(&'t mut MatrixRun, Turn<'t, J>)> {
-        let Self {
-            fixed,
-            run,
-            arm,
-            memory,
-        } = self;
-        let seen = observation.arm(ARM)?;
-        let turn = Turn {
-            of: &fixed.job,
-            own: &fixed.own,
-            numbers: &fixed.arm,
-            world: World::new(&fixed.setup, observation, job, out, ARM),
-            arm,
-            memory,
-            state: run.state()?,
-            now: observation.time(),
-            tcp: seen.tcp,
-            gripper: &seen.gripper,
-            grip: GripChange::default(),
-            reached: Reached::Nothing,
-        };
-        Some((run, turn))
+        let state = self.run.state()?;
+        let world = World::new(&self.fixed.setup, observation, job, out, ARM);
+        let memories = (&mut self.arm, &mut self.memory);
+        Some((&mut self.run, turn(&self.fixed, state, memories, world)?))
     }
+}
+
+fn turn<'t, J: MatrixJob>(
+    fixed: &'t Fixed<J>,
+    state: J::State,
+    (arm, memory): (&'t mut ArmMemory, &'t mut J::Memory),
+    world: World<'t>,
+) -> Option<Turn<'t, J>> {
+    let seen = world.observation.arm(ARM)?;
+    Some(Turn {
+        of: &fixed.job,
+        own: &fixed.own,
+        numbers: &fixed.arm,
+        arm,
+        memory,
+        state,
+        now: world.now(),
+        tcp: seen.tcp,
+        gripper: &seen.gripper,
+        grip: GripChange::default(),
+        reached: Reached::Nothing,
+        world,
+    })
 }
 
 /// Handles one event.
@@ -169,7 +182,14 @@ impl<J: MatrixJob> AnyPolicy for MatrixPolicy<J> {
     }
 
     fn tend(&self, observation: &Observation<'_>, job: &mut Job) {
-        J::tend(&self.fixed, observation, job);
+        let mut out = Output::default();
+        let (mut arm, mut memory) = (ArmMemory::default(), J::Memory::default());
+        let world = World::new(&self.fixed.setup, observation, job, &mut out, ARM);
+        let state = self.run.state();
+        let turn = state.and_then(|s| turn(&self.fixed, s, (&mut arm, &mut memory), world));
+        if let Some(mut turn) = turn {
+            J::tend(&mut turn);
+        }
     }
 
     fn phase(&self) -> Text<32> {

@@ -9,13 +9,13 @@ use ipc_types::world::OBJECT_ENABLED;
 use ipc_types::{Decision, GripperGoal, Pose, Wire, WorldState};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use robocell_task::Task;
-const NAME: &str = "matrix";
 use robocell_skills::{geometry, pose};
+use robocell_task::Task;
 use robocell_task::output::TraceLineText;
 
 pub(super) const BIN: usize = 0;
 const DEMO: &str = "ur10-fill-bin";
+const NAME: &str = "matrix";
 /// How far the cup goes between two decisions (m).
 const PACE_M: f64 = 0.01;
 
@@ -90,6 +90,25 @@ impl World {
         self.task.restore(&record).unwrap();
     }
 
+    /// Decisions of that many ticks are missed, and the task is started again.
+    pub(super) fn miss(&mut self, ticks: u64) {
+        self.state.header.tick += ticks;
+        self.restart();
+        self.task.reconcile(&self.state);
+    }
+
+    /// The operator asks for the gripper.
+    pub(super) fn ask(&mut self, goal: GripperGoal) {
+        let panel = &mut self.state.panel;
+        (panel.gripper, panel.gripper_seq) = (goal.code(), panel.gripper_seq + 1);
+    }
+
+    /// The start event was given that often.
+    pub(super) fn start(&mut self, times: u32) {
+        let panel = &mut self.state.panel;
+        (panel.task_start, panel.task_started) = (times, times.min(1));
+    }
+
     pub(super) fn step(&mut self) {
         if self.restarts {
             self.restart();
@@ -108,8 +127,7 @@ impl World {
         let goal = self.decision.goals[0];
         let tcp = self.state.arms[0].tcp;
         if goal.kind == GoalKind::Pose.code() {
-            let way = Vector3::from(goal.target.position) - Vector3::from(tcp.position);
-            let part = (PACE_M / way.norm().max(1.0e-9)).min(1.0);
+            let part = (PACE_M / pose::distance(&goal.target, &tcp).max(1.0e-9)).min(1.0);
             self.state.arms[0].tcp = pose::between(&tcp, &goal.target, part);
         }
         if let Some(held) = self.held {
@@ -176,14 +194,6 @@ impl World {
 
     pub(super) fn run_to(&mut self, outcome: Outcome) {
         self.run_until("ends", |world| world.decision.outcome == outcome.code());
-    }
-
-    /// Where the arm rests.
-    pub(super) fn rest() -> Pose {
-        Pose {
-            position: [0.0, 0.75, 0.42],
-            orientation_wxyz: pose::wxyz(&geometry::rotation([0.6234, -0.3342, 0.3339, 0.6231])),
-        }
     }
 
     pub(super) fn phase(&self) -> &str {
