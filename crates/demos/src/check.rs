@@ -58,11 +58,6 @@ pub(crate) fn behaviour(at: &Checker<'_>, name: &str) -> Result<(), ModelError> 
     Ok(())
 }
 
-/// Refuses fingers that close to more than they open (m).
-pub(crate) fn closed_width(at: &Checker<'_>, closed: f64, open: f64) -> Result<(), ModelError> {
-    at.number("task.closed_width_m", closed, 0.0, open)
-}
-
 /// Refuses what is not a unit quaternion, within `tolerance`.
 pub(crate) fn unit_quaternion(
     at: &Checker<'_>,

@@ -64,9 +64,6 @@ pub struct FillBinTask {
     /// Suction that holds nothing after this is switched off again (s).
     #[schemars(range(min = 0.01, max = 60.0))]
     pub attach_s: f64,
-    /// How far the cup backs off after two refusals in place (m).
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub back_off_m: f64,
     /// A pick-up that takes longer in one state is given up (s).
     #[schemars(range(min = 0.1, max = 600.0))]
     pub state_timeout_s: f64,

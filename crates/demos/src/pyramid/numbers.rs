@@ -8,7 +8,7 @@ use robocell_task::Settings;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::check::{MAX_STACK, closed_width, object_names, order};
+use crate::check::{MAX_STACK, object_names, order};
 
 /// Take a pyramid of cubes apart; every arm builds a stack of its own.
 ///
@@ -50,9 +50,6 @@ pub struct PyramidTask {
     /// Finger distance of an open gripper (m).
     #[schemars(range(min = 1.0e-3, max = 1.0))]
     pub open_width_m: f64,
-    /// Finger distance commanded to close; force stops it earlier (m).
-    #[schemars(range(min = 0.0))]
-    pub closed_width_m: f64,
     /// The gripper is open when within this of the open width (m).
     #[schemars(range(min = 1.0e-5, max = 0.5))]
     pub gripper_tolerance_m: f64,
@@ -88,7 +85,6 @@ pub struct PyramidArm {
 
 impl Settings for PyramidTask {
     fn check(&self, cell: &Cell, at: &Checker<'_>) -> Result<(), ModelError> {
-        closed_width(at, self.closed_width_m, self.open_width_m)?;
         let arms: Vec<&str> = cell.arms.iter().map(|arm| arm.name.as_str()).collect();
         for (name, arm) in &self.robot {
             if !arms.contains(&name.as_str()) {

@@ -6,7 +6,7 @@ use robocell_task::Settings;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::check::{closed_width, object_names, order};
+use crate::check::{object_names, order};
 
 /// Stack cubes on one spot in a given order.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -54,9 +54,6 @@ pub struct StackTask {
     /// Finger distance of an open gripper (m).
     #[schemars(range(min = 1.0e-3, max = 1.0))]
     pub open_width_m: f64,
-    /// Finger distance commanded to close; force stops it earlier (m).
-    #[schemars(range(min = 0.0))]
-    pub closed_width_m: f64,
     /// Force per finger (N).
     #[schemars(range(min = 0.1, max = 1.0e4))]
     pub grip_force_n: f64,
@@ -82,16 +79,11 @@ pub struct StackTask {
     /// reach (m).
     #[schemars(range(min = 1.0e-2, max = MAX_COORDINATE_M))]
     pub reach_m: f64,
-    /// As in the source, the behaviour tree takes a cube for held until the
-    /// tool is up again; then a good place can look like a drop.
-    #[serde(default)]
-    pub holds_until_retracted: bool,
 }
 
 impl Settings for StackTask {
     fn check(&self, cell: &Cell, at: &Checker<'_>) -> Result<(), ModelError> {
-        order(at, "task.order", &self.order, &object_names(cell))?;
-        closed_width(at, self.closed_width_m, self.open_width_m)
+        order(at, "task.order", &self.order, &object_names(cell))
     }
 
     fn grip_force_n(&self, _cell: &Cell) -> f64 {
