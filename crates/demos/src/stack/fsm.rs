@@ -1,5 +1,5 @@
 //! The library-free state machine: a ring of eight phases, and the edges that
-//! leave it. [`edge`] says which edge is taken, [`take`] what happens on it.
+//! leave it. `edge` says which edge is taken, `take` what happens on it.
 
 use ipc_types::GripperGoal;
 
