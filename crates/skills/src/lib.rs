@@ -37,7 +37,6 @@ pub mod setup;
 pub mod shared;
 pub mod skill;
 pub mod suction;
-mod surroundings;
 pub mod way;
 pub mod world;
 

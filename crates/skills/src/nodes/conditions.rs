@@ -7,7 +7,8 @@ use behavior::tree::check::CONDITION;
 use behavior::tree::{Leaf, Library, NodeType};
 use behavior::{Status, Str};
 
-use super::{Context, is_given, object, place_named, sensor};
+use super::Context;
+use super::names::{is_given, object, place_named, sensor};
 use crate::condition::{Condition, PLACE_TOLERANCE_M};
 use crate::setup::Setup;
 use crate::skill::Station;

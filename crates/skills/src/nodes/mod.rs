@@ -3,31 +3,28 @@
 
 mod conditions;
 mod guarded;
+mod motions;
+mod names;
 mod way;
 mod zones;
 
 use std::sync::Arc;
 
 use behavior::board::{Fault, In};
-use behavior::suggest;
-use behavior::tree::{BindError, Binder, Binding, Cx, Leaf, Library, NodeType};
-use behavior::value::Numbers;
+use behavior::tree::{Cx, Leaf, Library, NodeType};
 use behavior::{Status, Str};
-use ipc_types::Pose;
 use robocell_task::PolicyTime;
 
 use crate::condition::PLACE_TOLERANCE_M;
 use crate::equipment::{AddBin, Conveyor, DropParts, Wait};
-use crate::geometry;
 use crate::grip::{Close, Open};
-use crate::motion::{FollowOperator, Home, MoveTo, Target};
+use crate::motion::{FollowOperator, Home};
 use crate::pick::Pick;
 use crate::place::Place;
 use crate::progress::Progress;
 use crate::setup::Setup;
 use crate::skill::{Skill, Station};
-use crate::world::World;
-use way::WayPorts;
+use names::{is_given, object, place_named};
 
 /// What a leaf gets with each call.
 pub type Context<'a, 'w> = Cx<'a, 'w, Station>;
@@ -76,8 +73,8 @@ pub fn with_work(
 
 fn skills(setup: &Arc<Setup>) -> Library<Station> {
     let library = Library::default()
-        .with(move_to(setup))
-        .with(up())
+        .with(motions::move_to(setup))
+        .with(motions::up())
         .with(plain(
             "Home",
             "Brings the joints to where they were at the start.",
@@ -104,77 +101,6 @@ fn skills(setup: &Arc<Setup>) -> Library<Station> {
         .with(stay())
         .with(fail());
     conditions::add(library, setup)
-}
-
-/// A name that a port is bound to: resolved when the file is loaded, or looked
-/// up at every tick where it is in a key.
-#[derive(Clone, Copy)]
-enum Named {
-    Index(usize),
-    Key(In<Str>, fn(&Setup, &str) -> Option<usize>),
-}
-
-impl Named {
-    fn get(&self, cx: &Context<'_, '_>) -> Result<Option<usize>, Fault> {
-        match self {
-            Self::Index(index) => Ok(Some(*index)),
-            Self::Key(key, find) => Ok(find(cx.world.setup, cx.get(key)?.as_str())),
-        }
-    }
-}
-
-#[allow(clippy::result_large_err, reason = "happens at load, once")]
-fn named(
-    binder: &mut Binder<'_>,
-    port: &str,
-    setup: &Setup,
-    find: fn(&Setup, &str) -> Option<usize>,
-    known: impl Fn(&Setup) -> Vec<&str>,
-) -> Result<Named, BindError> {
-    let bound = binder.input::<Str>(port)?;
-    let In::Literal(name) = bound else {
-        return Ok(Named::Key(bound, find));
-    };
-    let known = known(setup);
-    if known.is_empty() && setup.arms.is_empty() {
-        // A file that is looked at without its cell.
-        return Ok(Named::Index(usize::MAX));
-    }
-    find(setup, name.as_str()).map(Named::Index).ok_or_else(|| {
-        let advice = suggest::advice(name.as_str(), &known);
-        BindError::Host(format!("there is no {port} '{name}'; {advice}"))
-    })
-}
-
-#[allow(clippy::result_large_err, reason = "happens at load, once")]
-fn object(binder: &mut Binder<'_>, setup: &Setup) -> Result<Named, BindError> {
-    named(binder, "object", setup, Setup::object, |setup| {
-        setup.objects.iter().map(|o| o.name.as_str()).collect()
-    })
-}
-
-#[allow(clippy::result_large_err, reason = "happens at load, once")]
-fn place_named(binder: &mut Binder<'_>, setup: &Setup) -> Result<Named, BindError> {
-    named(binder, "place", setup, Setup::place, |setup| {
-        setup.places.iter().map(|p| p.name.as_str()).collect()
-    })
-}
-
-#[allow(clippy::result_large_err, reason = "happens at load, once")]
-fn sensor(binder: &mut Binder<'_>, setup: &Setup) -> Result<Named, BindError> {
-    named(binder, "sensor", setup, Setup::sensor, |setup| {
-        setup.sensors.iter().map(String::as_str).collect()
-    })
-}
-
-/// Whether a port was given, whose default is an empty text or no numbers.
-fn is_given(binder: &Binder<'_>, port: &str) -> bool {
-    match binder.bindings.get(port) {
-        Some(Binding::Literal(behavior::Value::Text(text))) => !text.is_empty(),
-        Some(Binding::Literal(behavior::Value::Numbers(list))) => !list.as_slice().is_empty(),
-        Some(Binding::Key(..)) => true,
-        _ => false,
-    }
 }
 
 /// A leaf whose skill is made from its ports at every tick; `None` where an
@@ -209,163 +135,6 @@ fn plain<S: Skill>(name: &'static str, doc: &'static str, make: fn() -> S) -> No
 
 fn seconds(time: f64) -> PolicyTime {
     PolicyTime::from_seconds(time)
-}
-
-/// `MoveTo`: a pose, an object, or a place.
-fn move_to(setup: &Arc<Setup>) -> NodeType<Station> {
-    let setup = Arc::clone(setup);
-    let node_type = NodeType::new(
-        "MoveTo",
-        "Brings the TCP to an object, with an object in the gripper to the next \
-         free slot of a place, or to a pose. Fails when that takes too long, when \
-         the object moves away, or when the object in the gripper is lost.",
-        move |binder| {
-            let target = Where::bind(binder, &setup)?;
-            let above = binder.input::<f64>("above_m")?;
-            let timeout = binder.input::<f64>("timeout_s")?;
-            let movement = binder.input::<f64>("move_tolerance_m")?;
-            let way = WayPorts::bind(binder, &setup)?;
-            Ok(Made(move |cx: &Context<'_, '_>| {
-                let Some(skill) = target.skill(cx, cx.get(&above)?)? else {
-                    return Ok(None);
-                };
-                Ok(Some(MoveTo {
-                    timeout: seconds(cx.get(&timeout)?),
-                    move_tolerance_m: cx.get(&movement)?,
-                    way: way.get(cx)?,
-                    ..skill
-                }))
-            }))
-        },
-    )
-    .keywords(&["move", "reach", "go", "approach", "motion", "pose", "line"])
-    .input_or("object", Str::EMPTY, "object to move to, or to bring")
-    .input_or(
-        "place",
-        Str::EMPTY,
-        "place to bring the object in the gripper to",
-    )
-    .input_or(
-        "pose",
-        Numbers::default(),
-        "TCP x y z (m), or that and w x y z, world frame; straight down without",
-    )
-    .input_or(
-        "above_m",
-        0.0,
-        "height above that (m); 0 is exact and straight",
-    )
-    .within(0.0, 2.0)
-    .input_or(
-        "move_tolerance_m",
-        0.05,
-        "fails when the object moved further in the plane (m)",
-    )
-    .within(1.0e-3, 10.0)
-    .input_or("timeout_s", 10.0, "fails after this (s)")
-    .within(0.1, 3600.0);
-    way::ports(node_type)
-}
-
-/// What a `MoveTo` goes to.
-#[derive(Clone, Copy)]
-enum Where {
-    Object(Named),
-    Place(Named, Named),
-    Pose(In<Numbers>),
-}
-
-impl Where {
-    #[allow(clippy::result_large_err, reason = "happens at load, once")]
-    fn bind(binder: &mut Binder<'_>, setup: &Setup) -> Result<Self, BindError> {
-        let given = ["object", "place"].map(|port| is_given(binder, port));
-        match given {
-            [true, true] => Ok(Self::Place(
-                object(binder, setup)?,
-                place_named(binder, setup)?,
-            )),
-            [true, false] => Ok(Self::Object(object(binder, setup)?)),
-            [false, true] => Err(BindError::Host(
-                "MoveTo with a 'place' needs the 'object' it brings there".to_owned(),
-            )),
-            [false, false] => {
-                let pose = binder.input::<Numbers>("pose")?;
-                if let In::Literal(numbers) = pose
-                    && !matches!(numbers.as_slice().len(), 3 | 7)
-                {
-                    return Err(BindError::Host(
-                        "MoveTo needs an 'object', an 'object' and a 'place', or a 'pose' of 3 \
-                         or 7 numbers"
-                            .to_owned(),
-                    ));
-                }
-                Ok(Self::Pose(pose))
-            }
-        }
-    }
-
-    fn skill(&self, cx: &Context<'_, '_>, above_m: f64) -> Result<Option<MoveTo>, Fault> {
-        Ok(match self {
-            Self::Object(object) => object.get(cx)?.map(|o| MoveTo::object(o, above_m)),
-            Self::Place(object, place) => {
-                let both = object.get(cx)?.zip(place.get(cx)?);
-                both.map(|(object, place)| MoveTo::place(object, place, above_m))
-            }
-            Self::Pose(pose) => tcp_pose(cx.get(pose)?.as_slice(), cx.world).map(|mut pose| {
-                pose.position[2] += above_m;
-                MoveTo::new(Target::Pose(pose))
-            }),
-        })
-    }
-}
-
-/// The pose that 3 or 7 numbers mean; straight down as the tool is turned now
-/// without an orientation.
-fn tcp_pose(numbers: &[f64], world: &World<'_>) -> Option<Pose> {
-    match *numbers {
-        [x, y, z] => Some(Pose {
-            position: [x, y, z],
-            orientation_wxyz: world.tool().down(0.0),
-        }),
-        [x, y, z, w, i, j, k] => {
-            let unit = geometry::rotation([w, i, j, k]);
-            Some(Pose {
-                position: [x, y, z],
-                orientation_wxyz: [unit.w, unit.i, unit.j, unit.k],
-            })
-        }
-        _ => None,
-    }
-}
-
-/// `Up`: straight up.
-fn up() -> NodeType<Station> {
-    NodeType::new(
-        "Up",
-        "Moves straight up from where the arm is. With 'holding' it keeps the \
-         gripper closed, and fails when that object is lost.",
-        |binder| {
-            let by = binder.input::<f64>("by_m")?;
-            let holding = binder.input::<Str>("holding")?;
-            Ok(Made(move |cx: &Context<'_, '_>| {
-                let skill = MoveTo::up(cx.get(&by)?);
-                let name = cx.get(&holding)?;
-                if name.is_empty() {
-                    return Ok(Some(skill));
-                }
-                let object = cx.world.setup.object(name.as_str());
-                Ok(object.map(|object| skill.holding(object)))
-            }))
-        },
-    )
-    .keywords(&["lift", "retract", "rise"])
-    .input_or("by_m", 0.1, "how far (m)")
-    .within(0.0, 2.0)
-    .input_or(
-        "holding",
-        Str::EMPTY,
-        "object that has to stay in the gripper",
-    )
 }
 
 /// `Close`.

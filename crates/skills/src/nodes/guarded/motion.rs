@@ -8,7 +8,7 @@ use robocell_task::PolicyTime;
 use serde::{Deserialize, Serialize};
 
 use super::{Context, Guard, WorkKeys, guarded};
-use crate::nodes::tcp_pose;
+use crate::nodes::motions::tcp_pose;
 use crate::progress::Step;
 use crate::shared::{Alarm, Turn};
 use crate::skill::Station;

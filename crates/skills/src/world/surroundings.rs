@@ -1,8 +1,8 @@
-//! What a [`World`] sees around an object: other objects on it, and other arms.
+//! What the arm sees around an object: other objects on it, and other arms.
 
 use nalgebra::Vector3;
 
-use crate::world::World;
+use super::World;
 
 /// An object nearer than this many heights in the plane, and higher, is on another.
 const ON_TOP_HEIGHTS: f64 = 0.9;

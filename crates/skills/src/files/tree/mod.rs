@@ -1,6 +1,8 @@
 //! Trees in files, one for each arm. Trees with a blackboard of the same name
 //! share it.
 
+mod checkpoint;
+
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,10 +16,7 @@ use cell_model::Cell;
 use ipc_types::Text;
 use robocell_task::settings::behaviour_text;
 use robocell_task::tree_trace::{KeyWatch, TreeTrace};
-use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, TraceEvent, checkpoint};
-use serde::de::Error as _;
-use serde::{Deserialize, Serialize};
-use serde_bytes::ByteBuf;
+use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, TraceEvent};
 
 use super::nested;
 use super::phases::{self, Phase, Shown};
@@ -111,16 +110,6 @@ struct SharedBoard {
     watch: KeyWatch,
 }
 
-#[derive(Serialize, Deserialize)]
-struct Record {
-    trees: Vec<ByteBuf>,
-    boards: Vec<ByteBuf>,
-    /// By arm: its tree had succeeded.
-    done: Vec<bool>,
-    memories: Vec<ArmMemory>,
-    shown: Shown,
-}
-
 impl TreePolicy {
     /// One tree in code, for the first arm.
     pub(super) fn of_tree(setup: &Arc<Setup>, tree: Tree<Station>) -> Self {
@@ -182,7 +171,8 @@ impl TreePolicy {
         }
         policy.begin();
         // A checkpoint that does not fit is written empty.
-        let allowed = usize::try_from(checkpoint::MAX_BYTES / 2).unwrap_or(usize::MAX);
+        let allowed =
+            usize::try_from(robocell_task::checkpoint::MAX_BYTES / 2).unwrap_or(usize::MAX);
         let found = policy.initial.len();
         if found == 0 || found > allowed {
             let problem = format!(
@@ -288,40 +278,6 @@ impl TreePolicy {
         self.arms.iter().all(|arm| arm.status == Status::Success)
     }
 
-    /// Takes a checkpoint; a part of it, perhaps, where that is an error.
-    fn take(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
-        let record: Record = checkpoint::from_bytes(bytes)?;
-        let arms = self.arms.len();
-        let by_arm = [record.trees.len(), record.done.len(), record.memories.len()];
-        let objects = self.setup.objects.len();
-        let sound = record.memories.iter().all(|m| m.is_sound(objects));
-        if by_arm != [arms; 3] || record.boards.len() != self.boards.len() || !sound {
-            return Err(bincode::Error::custom("not a checkpoint of these trees"));
-        }
-        self.lost = 0;
-        for (shared, bytes) in self.boards.iter_mut().zip(&record.boards) {
-            let carried = shared.board.restore(bytes);
-            self.lost += carried.map_err(bincode::Error::custom)?.lost;
-        }
-        for (arm, bytes) in self.arms.iter_mut().zip(&record.trees) {
-            let carried = arm.tree.restore(bytes);
-            self.lost += carried.map_err(bincode::Error::custom)?.lost;
-        }
-        for (arm, done) in self.arms.iter_mut().zip(record.done) {
-            arm.status = if done {
-                Status::Success
-            } else {
-                Status::Running
-            };
-        }
-        for (arm, memory) in self.arms.iter_mut().zip(record.memories) {
-            arm.memory = memory;
-        }
-        let tips = self.arms.iter().map(|arm| arm.tree.tip()).collect();
-        self.shown.take(record.shown, tips);
-        Ok(())
-    }
-
     /// With one arm a goal is a phase, and the job remembers what it holds.
     fn is_of_several(&self) -> bool {
         self.arms.len() > 1
@@ -418,28 +374,7 @@ impl AnyPolicy for TreePolicy {
     }
 
     fn save(&self) -> Vec<u8> {
-        let bytes = |save: &dyn Fn(&mut Vec<u8>)| {
-            let mut bytes = Vec::new();
-            save(&mut bytes);
-            ByteBuf::from(bytes)
-        };
-        let arms = self.arms.iter();
-        let boards = self.boards.iter();
-        checkpoint::to_bytes(&Record {
-            trees: arms
-                .clone()
-                .map(|arm| bytes(&|to| arm.tree.save(to)))
-                .collect(),
-            boards: boards
-                .map(|shared| bytes(&|to| shared.board.save(to)))
-                .collect(),
-            done: arms
-                .clone()
-                .map(|arm| arm.status == Status::Success)
-                .collect(),
-            memories: arms.map(|arm| arm.memory).collect(),
-            shown: self.shown.clone(),
-        })
+        self.to_checkpoint()
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {

@@ -1,0 +1,172 @@
+//! A motion to one pose: how the arm is led there, and whether it is there.
+
+use ipc_types::{GripperGoal, Pose};
+use nalgebra::Vector3;
+use robocell_task::{ArmIntent, PolicyTime};
+
+use super::World;
+use crate::geometry;
+use crate::progress::Step;
+use crate::way::Way;
+
+/// Joints of an arm at rest are slower than this (rad/s or m/s).
+const REST_JOINT_SPEED: f64 = 0.02;
+
+/// A motion to one pose, as [`World::drive`] works it off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    /// TCP, world frame.
+    pub target: Pose,
+    /// Reached when nearer than this (m).
+    pub tolerance_m: f64,
+    /// And turned by less than this (rad).
+    pub angle_rad: f64,
+    /// And both for this long.
+    pub settle: PolicyTime,
+    /// What the gripper does meanwhile.
+    pub gripper: GripperGoal,
+    /// With more than 0 in a straight line: the arm follows a point that is this
+    /// far ahead of it on the line (m).
+    pub lead_m: f64,
+    /// An object that is no obstacle for this motion.
+    pub object: Option<usize>,
+    /// Posture, corridor and obstacles.
+    pub way: Way,
+}
+
+impl Drive {
+    /// To `target`, not very exactly.
+    pub fn travel(target: Pose, gripper: GripperGoal) -> Self {
+        Self {
+            target,
+            tolerance_m: 0.02,
+            angle_rad: 0.05,
+            settle: PolicyTime::from_ticks(100),
+            gripper,
+            lead_m: 0.0,
+            object: None,
+            way: Way::default(),
+        }
+    }
+
+    /// To `target` at an object: exactly, in a straight line, and at rest before
+    /// the gripper closes. A cup that still moves down would push itself off.
+    pub fn grasp(target: Pose, gripper: GripperGoal) -> Self {
+        Self {
+            settle: PolicyTime::from_ticks(500),
+            ..Self::precise(target, gripper)
+        }
+    }
+
+    /// To `target`, exactly and in a straight line.
+    pub fn precise(target: Pose, gripper: GripperGoal) -> Self {
+        Self {
+            tolerance_m: 0.004,
+            settle: PolicyTime::from_ticks(150),
+            lead_m: 0.08,
+            ..Self::travel(target, gripper)
+        }
+    }
+
+    /// Past an object that shall not count as an obstacle.
+    #[must_use]
+    pub fn near(mut self, object: Option<usize>) -> Self {
+        self.object = object;
+        self
+    }
+}
+
+impl World<'_> {
+    /// Begins `step` unless it has begun, and after a resume counts its times
+    /// again. Answers how long it has lasted.
+    pub fn begin(&mut self, step: &mut Step) -> PolicyTime {
+        let now = self.now();
+        if !step.has_begun() || self.resumed {
+            let key = match step.key {
+                0 => self.new_key(),
+                key => key,
+            };
+            *step = Step {
+                key,
+                began: now,
+                settled: None,
+                from: self.tcp_position().into(),
+            };
+        }
+        now.since(step.began)
+    }
+
+    /// Sends the arm; whether it has settled at the target. A goal of another
+    /// step says nothing about this one, and neither does a controller that has
+    /// not answered this goal yet.
+    pub fn drive(&mut self, step: &mut Step, drive: &Drive) -> bool {
+        self.begin(step);
+        let object_mask = drive
+            .object
+            .and_then(|o| self.object_setup(o)?.obstacle_bit);
+        let there = self.has_reached(step.key, drive);
+        self.act(ArmIntent {
+            gripper: drive.gripper,
+            object_mask: object_mask.map_or(u64::MAX, |bit| !(1 << bit)),
+            posture: drive.way.posture,
+            approach: drive.way.approach_m,
+            approach_std_dev: drive.way.std_dev_m,
+            obstacle_mask: drive.way.obstacle_mask(self.setup),
+            ..ArmIntent::pose(step.key, self.led(step, drive))
+        });
+        self.settles(step, there, drive.settle)
+    }
+
+    /// Whether `holds` has been true in `step` for `settle`.
+    pub fn settles(&self, step: &mut Step, holds: bool, settle: PolicyTime) -> bool {
+        step.settles(holds, settle, self.now())
+    }
+
+    /// Whether the controller follows the goal sent under `key`.
+    pub fn is_followed(&self, key: u64) -> bool {
+        let sent = self.out.previous(self.arm).filter(|p| p.key == key);
+        let echo = self.observation.echo(self.arm);
+        sent.zip(echo)
+            .is_some_and(|(sent, echo)| echo.goal_active && echo.goal_id == sent.goal_id)
+    }
+
+    /// Whether the arm is at rest at the target already, under whatever goal.
+    pub fn is_there(&self, drive: &Drive) -> bool {
+        let at_rest = self.observation.arm(self.arm).is_some_and(|arm| {
+            let joints = arm.joint_velocities.iter().take(arm.joint_count as usize);
+            joints
+                .clone()
+                .all(|velocity| velocity.abs() < REST_JOINT_SPEED)
+        });
+        at_rest && self.is_near(drive)
+    }
+
+    fn has_reached(&self, key: u64, drive: &Drive) -> bool {
+        self.is_near(drive) && self.is_followed(key)
+    }
+
+    fn is_near(&self, drive: &Drive) -> bool {
+        self.tcp().is_some_and(|tcp| {
+            let off = Vector3::from(tcp.position) - Vector3::from(drive.target.position);
+            let angle =
+                geometry::angle_between(tcp.orientation_wxyz, drive.target.orientation_wxyz);
+            off.norm() < drive.tolerance_m && angle < drive.angle_rad
+        })
+    }
+
+    /// Where the arm is sent now on its way to the target.
+    fn led(&self, step: &Step, drive: &Drive) -> Pose {
+        let from = Vector3::from(step.from);
+        let way = Vector3::from(drive.target.position) - from;
+        let length = way.norm();
+        if drive.lead_m <= 0.0 || length <= drive.lead_m {
+            return drive.target;
+        }
+        let done = (self.tcp_position() - from).dot(&way) / length;
+        let ahead = (done.max(0.0) + drive.lead_m).min(length);
+        Pose {
+            position: (from + way * (ahead / length)).into(),
+            ..drive.target
+        }
+    }
+}

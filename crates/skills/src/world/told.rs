@@ -1,0 +1,144 @@
+//! What the arm is told, and what the job and the log are.
+
+use ipc_types::GripperGoal;
+use ipc_types::decision::{GoalKind, MAX_PLACED, Outcome};
+use robocell_task::{ArmIntent, TraceEvent};
+
+use super::World;
+use super::seen::LEFT_HEIGHTS;
+use crate::condition::PLACE_TOLERANCE_M;
+use crate::setup::Tool;
+
+impl World<'_> {
+    /// Says what the arm shall do. What is said later in a decision replaces what
+    /// was said before, but for the gripper, which keeps its last command.
+    pub fn act(&mut self, intent: ArmIntent) {
+        self.acted = true;
+        if intent.gripper != GripperGoal::Keep {
+            self.gripper = intent.gripper;
+        }
+        // Guides count for a motion that names them only.
+        let obstacle_mask = match intent.obstacle_mask {
+            u64::MAX => self.setup.solid_obstacles,
+            mask => mask,
+        };
+        let intent = ArmIntent {
+            obstacle_mask,
+            gripper: self.gripper,
+            grip_force: self.grip_force(),
+            ..intent
+        };
+        self.out.arm(self.arm, intent);
+    }
+
+    /// The arm stays with the target it has, and the gripper does `gripper`.
+    pub fn stay(&mut self, gripper: GripperGoal) {
+        let mut intent = ArmIntent {
+            gripper,
+            ..ArmIntent::default()
+        };
+        if let Some(previous) = self.out.previous(self.arm)
+            && previous.kind == GoalKind::Pose
+        {
+            intent.kind = GoalKind::Pose;
+            intent.key = previous.key;
+            intent.target = previous.target;
+        }
+        self.act(intent);
+    }
+
+    /// The arm stops where it is; the gripper keeps its command.
+    pub fn hold(&mut self) {
+        self.act(ArmIntent::default());
+    }
+
+    /// To be called at the end of a decision: an arm that no skill spoke for
+    /// stays where it was sent, and a drop is counted: of the first arm, and of
+    /// every arm with a [`World::memory`].
+    pub fn finish(&mut self) {
+        if !self.acted {
+            self.stay(GripperGoal::Keep);
+        }
+        let before = match &self.memory {
+            Some(memory) => memory.held,
+            None => self.job.held.filter(|_| self.arm == 0),
+        };
+        let held = self.kept(before);
+        if let Some(memory) = &mut self.memory {
+            memory.held = held;
+        }
+        if self.arm == 0 {
+            self.job.held = held;
+        }
+    }
+
+    /// Says whether the job is done, and which objects are in a slot of a place.
+    pub fn report(&mut self, done: bool) {
+        self.report_within(done, PLACE_TOLERANCE_M);
+    }
+
+    /// As [`World::report`]; an object nearer to its slot than `tolerance_m` in the
+    /// plane is in it.
+    pub fn report_within(&mut self, done: bool, tolerance_m: f64) {
+        self.job.done = done;
+        self.out.outcome = if done {
+            Outcome::Done
+        } else {
+            Outcome::Running
+        };
+        self.job.placed.clear();
+        for (number, object) in (0_u32..).zip(0..self.setup.objects.len()) {
+            let mut places = 0..self.setup.places.len();
+            let placed = places.any(|p| self.slot_of(object, p, tolerance_m).is_some());
+            if placed && self.job.placed.len() < MAX_PLACED {
+                self.job.placed.push(number);
+            }
+        }
+    }
+
+    /// The object in the gripper. One that was there and is not seen for a moment
+    /// stays, one that left a gripper that was not opened is counted as a drop.
+    fn kept(&mut self, before: Option<usize>) -> Option<usize> {
+        let held = self.held();
+        let Some(before) = before.filter(|before| held != Some(*before)) else {
+            return held;
+        };
+        let told = self.out.previous(self.arm).map(|told| told.gripper);
+        if told == Some(GripperGoal::Open) {
+            return held;
+        }
+        let height = self
+            .object_setup(before)
+            .map_or(0.0, |object| 2.0 * object.half_height_m);
+        let left = self.has_left(before, LEFT_HEIGHTS * height);
+        // A policy that opens now has noticed it, too.
+        if held.is_none() && !left && self.gripper != GripperGoal::Open {
+            return Some(before);
+        }
+        self.note_drop(before);
+        held
+    }
+
+    /// Notes that something has to be done again.
+    pub fn note_retry(&mut self, object: usize, why: &str) {
+        self.job.counters.recoveries += 1;
+        let setup = self.setup;
+        let name = setup.object_name(object);
+        self.out
+            .event(TraceEvent::Recover, format_args!("[retry] {name} {why}"));
+    }
+
+    /// Gives the job up; the log says why.
+    pub fn fail(&mut self, reason: &str, why: std::fmt::Arguments<'_>) {
+        self.out
+            .event(TraceEvent::Fault, format_args!("[failed] {why}"));
+        self.job.fail(reason);
+    }
+
+    fn grip_force(&self) -> f64 {
+        match self.tool() {
+            Tool::Fingers { force_n, .. } => force_n,
+            Tool::Suction | Tool::None => 0.0,
+        }
+    }
+}
