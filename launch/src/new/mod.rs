@@ -224,6 +224,7 @@ impl Way {
         };
         text.replacen("\"name\": \"cube\"", &format!("\"name\": \"{name}\""), 1)
             .replacen("\nname = \"cube\"", &format!("\nname = \"{name}\""), 1)
+            .replacen("Tree::new(\"cube\"", &format!("Tree::new(\"{name}\""), 1)
     }
 
     fn imports(self) -> &'static str {

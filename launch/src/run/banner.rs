@@ -86,7 +86,7 @@ pub(crate) fn outcome(summary: &RunSummary) -> String {
         summary.state_hash,
         match summary.script_left {
             0 => String::new(),
-            left => format!("; {left} lines of the script never came to be done"),
+            left => format!("; {left} lines of the script were not reached"),
         }
     )
 }

@@ -9,5 +9,6 @@
 mod bench;
 mod files;
 mod guarded;
+mod own_leaf;
 mod several;
 mod way;
