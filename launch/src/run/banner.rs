@@ -113,6 +113,6 @@ mod tests {
             |state: &WorldState| outcome(&RunSummary::new(&facts, state, &Decision::zeroed()));
         assert!(!said(&state).contains("script"));
         state.script_left = 2;
-        assert!(said(&state).contains("; 2 lines of the script never"));
+        assert!(said(&state).contains("; 2 lines of the script were not reached"));
     }
 }
