@@ -83,7 +83,7 @@ pub fn break_cause(gripper: &GripperState) -> &'static str {
 pub fn refusal(gripper: &GripperState) -> &'static str {
     match SuctionRefusal::from_code(gripper.refusal) {
         Some(SuctionRefusal::NothingThere) => "nothing there",
-        Some(SuctionRefusal::NotMovable) => "that stands still",
+        Some(SuctionRefusal::NotMovable) => "the object cannot be moved",
         Some(SuctionRefusal::TooOblique) => "too oblique",
         _ => "nothing attached",
     }

@@ -77,7 +77,7 @@ pub(super) fn rest(turn: &mut Turn<'_>) -> Next {
 }
 
 /// The grip broke, or the state lasted too long. What is in the gripper all the
-/// same is not let go: the way with it begins again.
+/// same is not let go: its path is planned again.
 pub(super) fn give_up(turn: &mut Turn<'_>) -> Next {
     let lost = turn.gripper.attached == 0 || turn.grip.broken;
     let dropped = turn.world.job.held.take_if(|_| lost);

@@ -88,7 +88,7 @@ pub struct ArmNumbers {
     pub rest_turn_rad_s: f64,
     /// At a surface the arm comes to rest for this long,
     pub settle: PolicyTime,
-    /// eases off by this (m): what is left of the way down would push the object
+    /// eases off by this (m): the rest of the way down would push the object
     /// into its support and break the grip,
     pub ease_m: f64,
     /// in this time.

@@ -123,56 +123,58 @@ fn holding(setup: &Arc<Setup>) -> NodeType<Station> {
     .input_or("object", Str::EMPTY, "the object")
 }
 
+/// With the ports of a condition about the slots of a place.
+fn slots(node_type: NodeType<Station>) -> NodeType<Station> {
+    node_type
+        .input::<Str>("place", "a place of [task]")
+        .input_or(
+            "tolerance_m",
+            PLACE_TOLERANCE_M,
+            "in its slot when nearer (m)",
+        )
+        .within(1.0e-4, 1.0)
+}
+
 fn is_at(setup: &Arc<Setup>) -> NodeType<Station> {
     let setup = Arc::clone(setup);
-    NodeType::new(
-        "At",
-        "The object is in a slot of the place, and in no gripper.",
-        move |binder| {
-            let object = object(binder, &setup)?;
-            let place = place_named(binder, &setup)?;
-            let tolerance = binder.input::<f64>("tolerance_m")?;
-            Ok(Asked(move |cx: &Context<'_, '_>| {
-                let both = object.get(cx)?.zip(place.get(cx)?);
-                let tolerance_m = cx.get(&tolerance)?;
-                Ok(both.map(|(object, place)| Condition::At {
-                    object,
-                    place,
-                    tolerance_m,
+    slots(
+        NodeType::new(
+            "At",
+            "The object is in a slot of the place, and in no gripper.",
+            move |binder| {
+                let object = object(binder, &setup)?;
+                let place = place_named(binder, &setup)?;
+                let tolerance = binder.input::<f64>("tolerance_m")?;
+                Ok(Asked(move |cx: &Context<'_, '_>| {
+                    let both = object.get(cx)?.zip(place.get(cx)?);
+                    let tolerance_m = cx.get(&tolerance)?;
+                    Ok(both.map(|(object, place)| Condition::At {
+                        object,
+                        place,
+                        tolerance_m,
+                    }))
                 }))
-            }))
-        },
+            },
+        )
+        .keywords(&[CONDITION, "placed", "in place"])
+        .input::<Str>("object", "the object"),
     )
-    .keywords(&[CONDITION, "placed", "in place"])
-    .input::<Str>("object", "the object")
-    .input::<Str>("place", "a place of [task]")
-    .input_or(
-        "tolerance_m",
-        PLACE_TOLERANCE_M,
-        "in its slot when nearer (m)",
-    )
-    .within(1.0e-4, 1.0)
 }
 
 fn is_full(setup: &Arc<Setup>) -> NodeType<Station> {
     let setup = Arc::clone(setup);
-    NodeType::new("Full", "No slot of the place is free.", move |binder| {
-        let place = place_named(binder, &setup)?;
-        let tolerance = binder.input::<f64>("tolerance_m")?;
-        Ok(Asked(move |cx: &Context<'_, '_>| {
-            let tolerance_m = cx.get(&tolerance)?;
-            let place = place.get(cx)?;
-            Ok(place.map(|place| Condition::Full { place, tolerance_m }))
-        }))
-    })
-    .keywords(&[CONDITION, "complete"])
-    .input::<Str>("place", "a place of [task]")
-    .input_or(
-        "tolerance_m",
-        PLACE_TOLERANCE_M,
-        "in its slot when nearer (m)",
+    slots(
+        NodeType::new("Full", "No slot of the place is free.", move |binder| {
+            let place = place_named(binder, &setup)?;
+            let tolerance = binder.input::<f64>("tolerance_m")?;
+            Ok(Asked(move |cx: &Context<'_, '_>| {
+                let tolerance_m = cx.get(&tolerance)?;
+                let place = place.get(cx)?;
+                Ok(place.map(|place| Condition::Full { place, tolerance_m }))
+            }))
+        })
+        .keywords(&[CONDITION, "complete"]),
     )
-    .within(1.0e-4, 1.0)
 }
 
 fn fallen(setup: &Arc<Setup>) -> NodeType<Station> {
