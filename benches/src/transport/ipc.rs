@@ -7,7 +7,7 @@ use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixListener;
 use std::process::{Child, Command, Stdio};
 
-use cell_bus::Keeper;
+use cell_bus::{Keeper, TopicMessage};
 use cell_rt::{Grid, monotonic_ns};
 use ipc_types::probe::{Probe, Probe1K, Probe4K, Probe16K, Probe64};
 
@@ -110,7 +110,7 @@ fn keep(place: &BenchRun) -> Result<Keeper, BenchError> {
     Ok(keeper)
 }
 
-fn add<T: Probe>(keeper: &mut Keeper) -> Result<(), BenchError> {
+fn add<T: Probe + TopicMessage>(keeper: &mut Keeper) -> Result<(), BenchError> {
     for kind in ["topic", "header"] {
         let (there, back) = names(kind, T::PAYLOAD, true);
         for name in [there, back] {

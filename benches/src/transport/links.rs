@@ -3,7 +3,7 @@
 
 use std::io::{Read, Write};
 
-use cell_bus::{Bus, Publisher, Subscriber};
+use cell_bus::{Bus, Publisher, Subscriber, TopicMessage};
 use cell_rt::monotonic_ns;
 use cell_rt::seqlock::Seqlock;
 use iceoryx2::port::publisher::Publisher as BarePublisher;
@@ -69,7 +69,7 @@ fn spin<T>(mut poll: impl FnMut() -> Option<T>) -> Result<T, BenchError> {
 }
 
 /// The cell's own topic layer.
-pub(crate) struct Topic<T: Probe> {
+pub(crate) struct Topic<T: Probe + TopicMessage> {
     publisher: Publisher<T>,
     subscriber: Subscriber<T>,
     /// False: only the header is written and read, the payload stays untouched.
@@ -86,7 +86,7 @@ pub(crate) fn names(kind: &str, payload: usize, first: bool) -> (String, String)
     }
 }
 
-impl<T: Probe> Topic<T> {
+impl<T: Probe + TopicMessage> Topic<T> {
     pub(crate) fn open(bus: &Bus, first: bool, whole: bool) -> Result<Self, BenchError> {
         let (to, from) = names(if whole { "topic" } else { "header" }, T::PAYLOAD, first);
         Ok(Self {
@@ -97,7 +97,7 @@ impl<T: Probe> Topic<T> {
     }
 }
 
-impl<T: Probe> Channel for Topic<T> {
+impl<T: Probe + TopicMessage> Channel for Topic<T> {
     fn send(&mut self, number: u64) -> Result<(), BenchError> {
         let whole = self.whole;
         let sent = self.publisher.publish(|message| {

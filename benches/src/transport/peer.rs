@@ -6,7 +6,7 @@ use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::process::ExitCode;
 
-use cell_bus::Bus;
+use cell_bus::{Bus, TopicMessage};
 use cell_rt::priority;
 use iceoryx2::prelude::{Node, NodeBuilder, SignalHandlingMode, ipc};
 use ipc_types::probe::{Probe, Probe1K, Probe4K, Probe16K, Probe64};
@@ -81,7 +81,7 @@ struct Ends<'a> {
     first: bool,
 }
 
-fn links_of<T: Probe>(ends: &Ends) -> Result<[Box<dyn Channel>; 6], BenchError> {
+fn links_of<T: Probe + TopicMessage>(ends: &Ends) -> Result<[Box<dyn Channel>; 6], BenchError> {
     let copy = |end: &OwnedFd| {
         end.try_clone()
             .map(File::from)

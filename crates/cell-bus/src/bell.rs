@@ -9,6 +9,7 @@ use iceoryx2::prelude::ipc;
 use iceoryx2::service::port_factory::event::PortFactory;
 
 use crate::error::BusError;
+use crate::hidden::Hidden;
 
 fn port_error(service: &str, reason: impl core::fmt::Debug) -> BusError {
     BusError::Port {
@@ -21,7 +22,7 @@ fn port_error(service: &str, reason: impl core::fmt::Debug) -> BusError {
 /// topics.
 #[derive(Debug)]
 pub struct Doorbell {
-    port: Notifier<ipc::Service>,
+    port: Hidden<Notifier<ipc::Service>>,
     errors: u64,
 }
 
@@ -31,7 +32,10 @@ impl Doorbell {
             .notifier_builder()
             .create()
             .map_err(|error| port_error(name, error))?;
-        Ok(Self { port, errors: 0 })
+        Ok(Self {
+            port: Hidden::new(port),
+            errors: 0,
+        })
     }
 
     /// Rings. Costs little when nobody sleeps; never blocks.
@@ -50,7 +54,7 @@ impl Doorbell {
 /// Sleeps until somebody rings.
 #[derive(Debug)]
 pub struct Sleeper {
-    port: Listener<ipc::Service>,
+    port: Hidden<Listener<ipc::Service>>,
 }
 
 impl Sleeper {
@@ -59,7 +63,9 @@ impl Sleeper {
             .listener_builder()
             .create()
             .map_err(|error| port_error(name, error))?;
-        Ok(Self { port })
+        Ok(Self {
+            port: Hidden::new(port),
+        })
     }
 
     /// Sleeps until a ring, a signal, or `timeout`; true for a ring. Rings that

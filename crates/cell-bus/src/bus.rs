@@ -15,7 +15,9 @@ use ipc_types::{OperatorReply, OperatorRequest};
 
 use crate::bell::{Doorbell, Sleeper};
 use crate::error::BusError;
+use crate::hidden::Hidden;
 use crate::identity::Identity;
+use crate::message::TopicMessage;
 use crate::operator::{OperatorClient, OperatorServer};
 use crate::publisher::Publisher;
 use crate::site::RunSite;
@@ -31,7 +33,7 @@ const RETRY_PAUSE_NS: u64 = 5_000_000;
 /// wipe after the run removes.
 #[derive(Debug)]
 pub struct Bus {
-    node: Node<ipc::Service>,
+    node: Hidden<Node<ipc::Service>>,
     config: Config,
     identity: Identity,
 }
@@ -55,7 +57,7 @@ impl Bus {
             .create::<ipc::Service>()
             .map_err(|error| failed(format!("{error:?}")))?;
         Ok(Self {
-            node,
+            node: Hidden::new(node),
             config,
             identity: Identity { run, generation },
         })
@@ -71,35 +73,35 @@ impl Bus {
         self.identity.generation
     }
 
+    pub(crate) fn identity(&self) -> Identity {
+        self.identity
+    }
+
     /// The writing end of a topic, and of its tap if it has one.
-    pub fn publisher<T: Message>(&self, topic: TopicId) -> Result<Publisher<T>, BusError> {
-        let publisher = self.publisher_of(&topic.service())?;
-        let Some(tap) = topic.tap() else {
-            return Ok(publisher);
-        };
-        let name = tap.service();
-        publisher.tapped(&self.open_topic::<T>(&name)?, &name)
+    pub fn publisher<T: TopicMessage>(&self, topic: TopicId) -> Result<Publisher<T>, BusError> {
+        let tap = topic.tap().map(TopicId::service);
+        Publisher::open(self, &topic.service(), tap.as_deref())
     }
 
     /// A reading end of a topic: the newest message, read in place.
-    pub fn subscriber<T: Message>(&self, topic: TopicId) -> Result<Subscriber<T>, BusError> {
+    pub fn subscriber<T: TopicMessage>(&self, topic: TopicId) -> Result<Subscriber<T>, BusError> {
         self.subscriber_of(&topic.service())
     }
 
     /// As [`Self::publisher`], for a topic added by
     /// [`crate::Keeper::add_topic`].
-    pub fn publisher_of<T: Message>(&self, name: &str) -> Result<Publisher<T>, BusError> {
-        Publisher::new(&self.open_topic::<T>(name)?, name, self.identity)
+    pub fn publisher_of<T: TopicMessage>(&self, name: &str) -> Result<Publisher<T>, BusError> {
+        Publisher::open(self, name, None)
     }
 
     /// As [`Self::subscriber`], for a topic added by
     /// [`crate::Keeper::add_topic`].
-    pub fn subscriber_of<T: Message>(&self, name: &str) -> Result<Subscriber<T>, BusError> {
-        Subscriber::new(self.open_topic::<T>(name)?, name, self.identity.run)
+    pub fn subscriber_of<T: TopicMessage>(&self, name: &str) -> Result<Subscriber<T>, BusError> {
+        Subscriber::open(self, name)
     }
 
     /// A reading end that keeps a copy of the newest message.
-    pub fn latest<T: Message>(&self, topic: TopicId) -> Result<Latest<T>, BusError> {
+    pub fn latest<T: TopicMessage>(&self, topic: TopicId) -> Result<Latest<T>, BusError> {
         Ok(Latest::new(self.subscriber(topic)?))
     }
 
@@ -137,7 +139,7 @@ impl Bus {
         })
     }
 
-    fn open_topic<T: Message>(
+    pub(crate) fn open_topic<T: Message>(
         &self,
         name: &str,
     ) -> Result<PortFactory<ipc::Service, T, ()>, BusError> {

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use ipc_types::header::Message;
 
+use crate::message::TopicMessage;
 use crate::subscriber::Subscriber;
 
 /// A reader that runs behind its writer by more than this loses the oldest.
@@ -36,7 +37,10 @@ impl<T: Message> Gate<T> {
 
     /// Takes all messages that wait at `subscriber` in, true when there was one:
     /// the newest may have to be kept back, and the one before it used.
-    pub fn pull(&mut self, subscriber: &mut Subscriber<T>) -> bool {
+    pub fn pull(&mut self, subscriber: &mut Subscriber<T>) -> bool
+    where
+        T: TopicMessage,
+    {
         subscriber.take_all(|message| self.offer(message)) > 0
     }
 

@@ -15,6 +15,8 @@ use ipc_types::{
 };
 
 use crate::error::BusError;
+use crate::hidden::Hidden;
+use crate::message::{Limits, TopicMessage};
 use crate::operator::create_service;
 use crate::qos;
 use crate::site::RunSite;
@@ -26,7 +28,7 @@ use crate::site::RunSite;
 pub struct Keeper {
     // Services before the node: they are given back in this order.
     services: Vec<Box<dyn Any>>,
-    node: Node<ipc::Service>,
+    node: Hidden<Node<ipc::Service>>,
     run: u64,
 }
 
@@ -58,7 +60,7 @@ impl Keeper {
             .map_err(|error| failed(format!("{error:?}")))?;
         let mut keeper = Self {
             services: Vec::new(),
-            node,
+            node: Hidden::new(node),
             run,
         };
         for topic in qos::topics(arms) {
@@ -105,33 +107,42 @@ impl Keeper {
         }
     }
 
-    fn create_topic_of<T: Message>(&mut self, topic: TopicId) -> Result<(), BusError> {
+    fn create_topic_of<T: TopicMessage>(&mut self, topic: TopicId) -> Result<(), BusError> {
         self.add_topic::<T>(&topic.service(), topic.depth(), qos::max_subscribers(topic))
     }
 
     /// Creates one more topic, for a tool or a test that has its own: `name`,
     /// messages a reader can be behind, and readers at most. Ports of it come
     /// from [`crate::Bus::publisher_of`] and [`crate::Bus::subscriber_of`].
-    pub fn add_topic<T: Message>(
+    pub fn add_topic<T: TopicMessage>(
         &mut self,
         name: &str,
         depth: usize,
         readers: usize,
     ) -> Result<(), BusError> {
+        let service = T::create(self, name, Limits { depth, readers })?;
+        self.services.push(service);
+        Ok(())
+    }
+
+    pub(crate) fn create_service<T: Message>(
+        &self,
+        name: &str,
+        limits: Limits,
+    ) -> Result<Box<dyn Any>, BusError> {
         let service = self
             .builder(name)?
             .publish_subscribe::<T>()
             .max_publishers(qos::MAX_PUBLISHERS)
-            .max_subscribers(readers)
+            .max_subscribers(limits.readers)
             .max_nodes(qos::MAX_NODES)
-            .history_size(qos::HISTORY.min(depth))
-            .subscriber_max_buffer_size(depth)
+            .history_size(qos::HISTORY.min(limits.depth))
+            .subscriber_max_buffer_size(limits.depth)
             .subscriber_max_borrowed_samples(qos::MAX_BORROWED)
             .enable_safe_overflow(true)
             .create()
             .map_err(|error| create_error(name, error))?;
-        self.services.push(Box::new(service));
-        Ok(())
+        Ok(Box::new(service))
     }
 
     fn create_bell(&mut self, name: &str) -> Result<(), BusError> {

@@ -14,6 +14,7 @@ use ipc_types::topic::OPERATOR_SERVICE;
 use ipc_types::{OperatorReply, OperatorRequest, Validate, Wire};
 
 use crate::error::{BusError, RequestError};
+use crate::hidden::Hidden;
 use crate::identity::Identity;
 use crate::qos;
 
@@ -62,7 +63,7 @@ fn stamp<T: Message>(message: &mut T, identity: Identity, seq: u64) {
 /// Asks physics, and waits for the answer.
 #[derive(Debug)]
 pub struct OperatorClient {
-    port: Client<ipc::Service, OperatorRequest, (), OperatorReply, ()>,
+    port: Hidden<Client<ipc::Service, OperatorRequest, (), OperatorReply, ()>>,
     identity: Identity,
     seq: u64,
 }
@@ -75,7 +76,7 @@ impl OperatorClient {
             .create()
             .map_err(port_error)?;
         Ok(Self {
-            port,
+            port: Hidden::new(port),
             identity,
             seq: 0,
         })
@@ -139,7 +140,7 @@ fn wait_for_reply(
 /// Answers, from within the cycle of physics.
 #[derive(Debug)]
 pub struct OperatorServer {
-    port: Server<ipc::Service, OperatorRequest, (), OperatorReply, ()>,
+    port: Hidden<Server<ipc::Service, OperatorRequest, (), OperatorReply, ()>>,
     identity: Identity,
     seq: u64,
     rejected: u64,
@@ -153,7 +154,7 @@ impl OperatorServer {
             .create()
             .map_err(port_error)?;
         Ok(Self {
-            port,
+            port: Hidden::new(port),
             identity,
             seq: 0,
             rejected: 0,
@@ -168,6 +169,14 @@ impl OperatorServer {
         &mut self,
         max: usize,
         mut answer: impl FnMut(&OperatorRequest) -> OperatorReply,
+    ) -> usize {
+        self.poll_with(max, &mut answer)
+    }
+
+    fn poll_with(
+        &mut self,
+        max: usize,
+        answer: &mut dyn FnMut(&OperatorRequest) -> OperatorReply,
     ) -> usize {
         let mut answered = 0;
         while answered < max {

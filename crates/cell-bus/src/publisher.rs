@@ -10,45 +10,19 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use ipc_types::Wire as _;
 use ipc_types::header::{Header, Message};
 
+use crate::bus::Bus;
 use crate::error::{BusError, PublishError};
 use crate::identity::Identity;
+use crate::message::TopicMessage;
 
 /// Sends messages that are written where their readers find them. Never blocks:
 /// a reader that is behind loses the oldest.
 #[derive(Debug)]
-pub struct Publisher<T: Message> {
-    port: Port<ipc::Service, T, ()>,
-    /// Copies of all that is sent, for a recorder.
-    tap: Option<Port<ipc::Service, T, ()>>,
-    identity: Identity,
-    /// Of the newest message.
-    header: Header,
-    errors: u64,
-}
+pub struct Publisher<T: TopicMessage>(Box<dyn Publish<T>>);
 
-impl<T: Message> Publisher<T> {
-    pub(crate) fn new(
-        service: &PortFactory<ipc::Service, T, ()>,
-        name: &str,
-        identity: Identity,
-    ) -> Result<Self, BusError> {
-        Ok(Self {
-            port: port(service, name)?,
-            tap: None,
-            identity,
-            header: Header::zeroed(),
-            errors: 0,
-        })
-    }
-
-    /// Also copies every message to `service`.
-    pub(crate) fn tapped(
-        mut self,
-        service: &PortFactory<ipc::Service, T, ()>,
-        name: &str,
-    ) -> Result<Self, BusError> {
-        self.tap = Some(port(service, name)?);
-        Ok(self)
+impl<T: TopicMessage> Publisher<T> {
+    pub(crate) fn open(bus: &Bus, name: &str, tap: Option<&str>) -> Result<Self, BusError> {
+        T::publish_on(bus, name, tap).map(Self)
     }
 
     /// Has `write` fill one message in place and sends it; returns its sequence
@@ -59,14 +33,77 @@ impl<T: Message> Publisher<T> {
     /// sets `tick`, `sim_time_ns` and inputs (a whole [`Header::caused_by`]
     /// does); schema, run, generation, seq and time are stamped afterwards.
     pub fn publish(&mut self, write: impl FnOnce(&mut T)) -> Result<u64, PublishError> {
-        let sent = self.try_publish(write);
-        if sent.is_err() {
-            self.errors += 1;
-        }
-        sent
+        let mut write = Some(write);
+        self.0.publish(&mut |message| {
+            if let Some(write) = write.take() {
+                write(message);
+            }
+        })
     }
 
-    fn try_publish(&mut self, write: impl FnOnce(&mut T)) -> Result<u64, PublishError> {
+    /// Sends a copy of `message`, stamped as by [`Self::publish`].
+    pub fn publish_copy(&mut self, message: &T) -> Result<u64, PublishError> {
+        self.0.publish(&mut |place| *place = *message)
+    }
+
+    /// Lets readers that joined since the last message in, and gives them that
+    /// message. A writer that waits for others or is slow calls this every few
+    /// milliseconds.
+    pub fn update_connections(&mut self) {
+        self.0.update_connections();
+    }
+
+    /// Sequence number of the last message sent, 0 before the first.
+    pub fn seq(&self) -> u64 {
+        self.0.header().seq
+    }
+
+    /// Header of the last message sent; zeros before the first.
+    pub fn header(&self) -> &Header {
+        self.0.header()
+    }
+
+    /// Messages that were not sent.
+    pub fn errors(&self) -> u64 {
+        self.0.errors()
+    }
+}
+
+/// The writing end of a topic, with the type of its port hidden.
+#[doc(hidden)]
+pub trait Publish<T>: core::fmt::Debug {
+    /// `write` is called at most once.
+    fn publish(&mut self, write: &mut dyn FnMut(&mut T)) -> Result<u64, PublishError>;
+    fn update_connections(&mut self);
+    fn header(&self) -> &Header;
+    fn errors(&self) -> u64;
+}
+
+#[derive(Debug)]
+pub(crate) struct Writer<T: Message> {
+    port: Port<ipc::Service, T, ()>,
+    /// Copies of all that is sent, for a recorder.
+    tap: Option<Port<ipc::Service, T, ()>>,
+    identity: Identity,
+    /// Of the newest message.
+    header: Header,
+    errors: u64,
+}
+
+impl<T: Message> Writer<T> {
+    /// `tap` is the topic that gets a copy of every message.
+    pub(crate) fn open(bus: &Bus, name: &str, tap: Option<&str>) -> Result<Self, BusError> {
+        let open = |name: &str| port(&bus.open_topic::<T>(name)?, name);
+        Ok(Self {
+            port: open(name)?,
+            tap: tap.map(open).transpose()?,
+            identity: bus.identity(),
+            header: Header::zeroed(),
+            errors: 0,
+        })
+    }
+
+    fn try_publish(&mut self, write: &mut dyn FnMut(&mut T)) -> Result<u64, PublishError> {
         let mut sample = ipc_types::loan::loan(&self.port).map_err(PublishError::Loan)?;
         let message = sample.payload_mut();
         blank(message.header_mut());
@@ -89,33 +126,28 @@ impl<T: Message> Publisher<T> {
         }
         Ok(self.header.seq)
     }
+}
 
-    /// Sends a copy of `message`, stamped as by [`Self::publish`].
-    pub fn publish_copy(&mut self, message: &T) -> Result<u64, PublishError> {
-        self.publish(|place| *place = *message)
+impl<T: Message> Publish<T> for Writer<T> {
+    fn publish(&mut self, write: &mut dyn FnMut(&mut T)) -> Result<u64, PublishError> {
+        let sent = self.try_publish(write);
+        if sent.is_err() {
+            self.errors += 1;
+        }
+        sent
     }
 
-    /// Lets readers that joined since the last message in, and gives them that
-    /// message. A writer that waits for others or is slow calls this every few
-    /// milliseconds.
-    pub fn update_connections(&mut self) {
+    fn update_connections(&mut self) {
         if self.port.update_connections().is_err() {
             self.errors += 1;
         }
     }
 
-    /// Sequence number of the last message sent, 0 before the first.
-    pub fn seq(&self) -> u64 {
-        self.header.seq
-    }
-
-    /// Header of the last message sent; zeros before the first.
-    pub fn header(&self) -> &Header {
+    fn header(&self) -> &Header {
         &self.header
     }
 
-    /// Messages that were not sent.
-    pub fn errors(&self) -> u64 {
+    fn errors(&self) -> u64 {
         self.errors
     }
 }

@@ -7,15 +7,76 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use ipc_types::Invalid;
 use ipc_types::header::Message;
 
+use crate::bus::Bus;
 use crate::error::BusError;
 use crate::fence::{Admission, Counts, Fence};
+use crate::message::TopicMessage;
 
 /// Takes messages and reads them in place. Every message is judged once: of
 /// this run, of the newest generation of its writer, newer than the last, and
 /// valid in every field. What fails is dropped and counted; the last good one
 /// stays.
 #[derive(Debug)]
-pub struct Subscriber<T: Message> {
+pub struct Subscriber<T: TopicMessage>(Box<dyn Subscribe<T>>);
+
+impl<T: TopicMessage> Subscriber<T> {
+    pub(crate) fn open(bus: &Bus, name: &str) -> Result<Self, BusError> {
+        T::subscribe_to(bus, name).map(Self)
+    }
+
+    /// The newest message, if one arrived since the last call. It lies in
+    /// shared memory and stays there until a newer one is taken.
+    pub fn take(&mut self) -> Option<&T> {
+        self.0.take()
+    }
+
+    /// The last good message, however old.
+    pub fn current(&self) -> Option<&T> {
+        self.0.current()
+    }
+
+    /// Hands every message that waits to `each`, oldest first; returns how many
+    /// there were. Gaps are in [`Counts::late`].
+    pub fn take_all(&mut self, mut each: impl FnMut(&T)) -> usize {
+        self.0.take_all(&mut each)
+    }
+
+    /// What was accepted and dropped since the topic was opened.
+    pub fn counts(&self) -> Counts {
+        self.0.counts()
+    }
+
+    /// Generation of the newest writer heard; 0 before the first.
+    pub fn writer_generation(&self) -> u32 {
+        self.0.writer_generation()
+    }
+
+    /// The newest reason for a rejection, and forgets it.
+    pub fn take_invalid(&mut self) -> Option<Invalid> {
+        self.0.take_invalid()
+    }
+
+    /// Times the transport could not read from a writer, such as one that died
+    /// while it joined.
+    pub fn errors(&self) -> u64 {
+        self.0.errors()
+    }
+}
+
+/// The reading end of a topic, with the type of its port hidden.
+#[doc(hidden)]
+pub trait Subscribe<T>: core::fmt::Debug {
+    fn take(&mut self) -> Option<&T>;
+    fn current(&self) -> Option<&T>;
+    fn take_all(&mut self, each: &mut dyn FnMut(&T)) -> usize;
+    fn counts(&self) -> Counts;
+    fn writer_generation(&self) -> u32;
+    fn take_invalid(&mut self) -> Option<Invalid>;
+    fn errors(&self) -> u64;
+}
+
+#[derive(Debug)]
+pub(crate) struct Reader<T: Message> {
     port: Port<ipc::Service, T, ()>,
     service: PortFactory<ipc::Service, T, ()>,
     /// Messages of one writer that can wait.
@@ -26,12 +87,9 @@ pub struct Subscriber<T: Message> {
     errors: u64,
 }
 
-impl<T: Message> Subscriber<T> {
-    pub(crate) fn new(
-        service: PortFactory<ipc::Service, T, ()>,
-        name: &str,
-        run: u64,
-    ) -> Result<Self, BusError> {
+impl<T: Message> Reader<T> {
+    pub(crate) fn open(bus: &Bus, name: &str) -> Result<Self, BusError> {
+        let service = bus.open_topic::<T>(name)?;
         let port = service
             .subscriber_builder()
             .create()
@@ -39,70 +97,15 @@ impl<T: Message> Subscriber<T> {
                 service: name.to_owned(),
                 reason: format!("{error:?}"),
             })?;
-        let fence = Fence::new(run, T::SCHEMA);
         Ok(Self {
             depth: port.buffer_size(),
             port,
             service,
             current: None,
-            fence,
+            fence: Fence::new(bus.run(), T::SCHEMA),
             invalid: None,
             errors: 0,
         })
-    }
-
-    /// The newest message, if one arrived since the last call. It lies in
-    /// shared memory and stays there until a newer one is taken.
-    #[inline]
-    pub fn take(&mut self) -> Option<&T> {
-        let mut fresh = false;
-        while let Some(sample) = self.receive() {
-            self.current = Some(sample);
-            fresh = true;
-            if self.is_the_only_one() {
-                break;
-            }
-        }
-        if fresh { self.current() } else { None }
-    }
-
-    /// The last good message, however old.
-    #[inline]
-    pub fn current(&self) -> Option<&T> {
-        self.current.as_deref()
-    }
-
-    /// Hands every message that waits to `each`, oldest first; returns how many
-    /// there were. Gaps are in [`Counts::late`].
-    pub fn take_all(&mut self, mut each: impl FnMut(&T)) -> usize {
-        let mut taken = 0;
-        while let Some(sample) = self.receive() {
-            each(sample.payload());
-            taken += 1;
-            self.current = Some(sample);
-        }
-        taken
-    }
-
-    /// What was accepted and dropped since the topic was opened.
-    pub fn counts(&self) -> Counts {
-        self.fence.counts
-    }
-
-    /// Generation of the newest writer heard; 0 before the first.
-    pub fn writer_generation(&self) -> u32 {
-        self.fence.generation()
-    }
-
-    /// The newest reason for a rejection, and forgets it.
-    pub fn take_invalid(&mut self) -> Option<Invalid> {
-        self.invalid.take()
-    }
-
-    /// Times the transport could not read from a writer, such as one that died
-    /// while it joined.
-    pub fn errors(&self) -> u64 {
-        self.errors
     }
 
     /// Whether a message just taken must be the newest: its writer can have no
@@ -130,15 +133,59 @@ impl<T: Message> Subscriber<T> {
     }
 }
 
+impl<T: Message> Subscribe<T> for Reader<T> {
+    fn take(&mut self) -> Option<&T> {
+        let mut fresh = false;
+        while let Some(sample) = self.receive() {
+            self.current = Some(sample);
+            fresh = true;
+            if self.is_the_only_one() {
+                break;
+            }
+        }
+        if fresh { self.current() } else { None }
+    }
+
+    fn current(&self) -> Option<&T> {
+        self.current.as_deref()
+    }
+
+    fn take_all(&mut self, each: &mut dyn FnMut(&T)) -> usize {
+        let mut taken = 0;
+        while let Some(sample) = self.receive() {
+            each(sample.payload());
+            taken += 1;
+            self.current = Some(sample);
+        }
+        taken
+    }
+
+    fn counts(&self) -> Counts {
+        self.fence.counts
+    }
+
+    fn writer_generation(&self) -> u32 {
+        self.fence.generation()
+    }
+
+    fn take_invalid(&mut self) -> Option<Invalid> {
+        self.invalid.take()
+    }
+
+    fn errors(&self) -> u64 {
+        self.errors
+    }
+}
+
 /// Keeps its own copy of the newest message: for readers that look at it long,
 /// or after its writer is gone.
 #[derive(Debug)]
-pub struct Latest<T: Message> {
+pub struct Latest<T: TopicMessage> {
     subscriber: Subscriber<T>,
     copy: Option<Box<T>>,
 }
 
-impl<T: Message> Latest<T> {
+impl<T: TopicMessage> Latest<T> {
     pub(crate) fn new(subscriber: Subscriber<T>) -> Self {
         Self {
             subscriber,

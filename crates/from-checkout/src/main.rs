@@ -8,17 +8,20 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 /// Packages whose programs a cell needs.
-const PACKAGES: [&str; 6] = [
+const PACKAGES: [&str; 5] = [
     "robocell-launch",
     "robocell-physics",
     "robocell-controller",
     "robocell-task-proc",
     "robocell-monitor",
-    "robocell-cell-assets",
 ];
 
-/// Package of the benches.
-const BENCHES: &str = "robocell-benches";
+/// Subcommands with a program of their own, and its package: built only for
+/// those who use it.
+const OPTIONAL: [(&str, &str); 2] = [
+    ("assets", "robocell-cell-assets"),
+    ("bench", "robocell-benches"),
+];
 
 /// Tells `robocell` where the sources of the page are.
 const ENV_UI: &str = "ROBOCELL_UI_DIR";
@@ -51,9 +54,8 @@ fn build_and_become() -> Result<ExitCode, String> {
     for package in PACKAGES {
         build.args(["--package", package]);
     }
-    // What it compares with is built only for those who measure.
-    if wants_bench(std::env::args().skip(1)) {
-        build.args(["--package", BENCHES]);
+    if let Some(package) = optional(std::env::args().skip(1)) {
+        build.args(["--package", package]);
     }
     let status = build
         .status()
@@ -83,10 +85,12 @@ fn page_sources() -> PathBuf {
     checkout().join("monitor-proc").join("ui")
 }
 
-/// Whether the first word is `bench`, whatever flags are before it.
-fn wants_bench(mut arguments: impl Iterator<Item = String>) -> bool {
-    let word = arguments.find(|argument| !argument.starts_with('-'));
-    word.as_deref() == Some("bench")
+/// The package that the subcommand needs besides: the first word, whatever flags
+/// are before it.
+fn optional(mut arguments: impl Iterator<Item = String>) -> Option<&'static str> {
+    let word = arguments.find(|argument| !argument.starts_with('-'))?;
+    let (_, package) = OPTIONAL.iter().find(|(name, _)| *name == word)?;
+    Some(package)
 }
 
 #[cfg(test)]
@@ -99,9 +103,12 @@ mod tests {
     }
 
     #[test]
-    fn the_benches_are_built_when_they_are_asked_for() {
-        let wants = |line: &str| wants_bench(line.split(' ').map(str::to_owned));
-        assert!(wants("bench behavior") && wants("--json bench ipc"));
-        assert!(!wants("run behavior") && !wants("list bench"));
+    fn what_few_use_is_built_when_they_ask_for_it() {
+        let built = |line: &str| optional(line.split(' ').map(str::to_owned));
+        assert_eq!(built("bench behavior"), Some("robocell-benches"));
+        assert_eq!(built("--json bench ipc"), Some("robocell-benches"));
+        assert_eq!(built("assets fetch"), Some("robocell-cell-assets"));
+        assert_eq!(built("run behavior"), None);
+        assert_eq!(built("list bench"), None);
     }
 }

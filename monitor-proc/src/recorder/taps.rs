@@ -1,8 +1,8 @@
 //! Empties the taps.
 
-use cell_bus::{Bus, BusError, Subscriber};
+use cell_bus::{Bus, BusError, Subscriber, TopicMessage};
 use cell_record::{Channel, foxglove, wire_bytes};
-use ipc_types::header::Message as BusMessage;
+use ipc_types::header::Message as _;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::TraceKind;
 use ipc_types::{
@@ -20,7 +20,7 @@ const TRANSFORM_TICKS: u64 = 20;
 const HEALTH_NS: u64 = 1_000_000_000;
 
 /// One topic and what is missing of it.
-struct Tap<T: BusMessage> {
+struct Tap<T: TopicMessage> {
     port: Subscriber<T>,
     channel: Channel,
     /// Its number in a [`Batch`].
@@ -28,7 +28,7 @@ struct Tap<T: BusMessage> {
     late: u64,
 }
 
-impl<T: BusMessage> Tap<T> {
+impl<T: TopicMessage> Tap<T> {
     /// Hands on what waits; says what was missed. How many there were.
     fn drain(&mut self, batch: &mut Batch, mut each: impl FnMut(&mut Batch, usize, &T)) -> usize {
         let source = self.source;
@@ -50,7 +50,11 @@ struct Opener<'a> {
 }
 
 impl Opener<'_> {
-    fn tap<T: BusMessage>(&mut self, topic: TopicId, channel: Channel) -> Result<Tap<T>, BusError> {
+    fn tap<T: TopicMessage>(
+        &mut self,
+        topic: TopicId,
+        channel: Channel,
+    ) -> Result<Tap<T>, BusError> {
         let port = self.bus.subscriber(topic)?;
         self.sources += 1;
         Ok(Tap {

@@ -1,0 +1,74 @@
+//! The messages that topics carry.
+
+use core::any::Any;
+
+use ipc_types::header::Message;
+use ipc_types::probe::{Probe1K, Probe4K, Probe16K, Probe64};
+use ipc_types::{
+    ArmCommand, ArmStatus, Decision, Health, Keyframe, TraceLine, WorldPiece, WorldState,
+};
+
+use crate::bus::Bus;
+use crate::error::BusError;
+use crate::keeper::Keeper;
+use crate::publisher::{Publish, Writer};
+use crate::subscriber::{Reader, Subscribe};
+
+/// A message that topics carry. Its ports are compiled in this crate and handed
+/// out as trait objects, so that no other crate compiles iceoryx2 again.
+pub trait TopicMessage: Message {
+    #[doc(hidden)]
+    fn create(keeper: &Keeper, name: &str, limits: Limits) -> Result<Box<dyn Any>, BusError>;
+
+    #[doc(hidden)]
+    fn publish_on(
+        bus: &Bus,
+        name: &str,
+        tap: Option<&str>,
+    ) -> Result<Box<dyn Publish<Self>>, BusError>;
+
+    #[doc(hidden)]
+    fn subscribe_to(bus: &Bus, name: &str) -> Result<Box<dyn Subscribe<Self>>, BusError>;
+}
+
+/// What a topic is created with.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    pub(crate) depth: usize,
+    pub(crate) readers: usize,
+}
+
+macro_rules! topic_messages {
+    ($($message:ty),* $(,)?) => {$(
+        impl TopicMessage for $message {
+            fn create(
+                keeper: &Keeper,
+                name: &str,
+                limits: Limits,
+            ) -> Result<Box<dyn Any>, BusError> {
+                keeper.create_service::<Self>(name, limits)
+            }
+
+            fn publish_on(
+                bus: &Bus,
+                name: &str,
+                tap: Option<&str>,
+            ) -> Result<Box<dyn Publish<Self>>, BusError> {
+                Ok(Box::new(Writer::open(bus, name, tap)?))
+            }
+
+            fn subscribe_to(
+                bus: &Bus,
+                name: &str,
+            ) -> Result<Box<dyn Subscribe<Self>>, BusError> {
+                Ok(Box::new(Reader::open(bus, name)?))
+            }
+        }
+    )*};
+}
+
+topic_messages!(
+    WorldState, WorldPiece, Keyframe, ArmCommand, ArmStatus, Decision, TraceLine, Health, Probe64,
+    Probe1K, Probe4K, Probe16K,
+);
