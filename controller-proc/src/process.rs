@@ -8,7 +8,7 @@ use cell_rt::periodic::{SPIN_FIFO_NS, SPIN_OTHER_NS};
 use cell_rt::priority::CONTROLLER_PRIORITY;
 use cell_rt::signal::stop_requested;
 use cell_rt::{monotonic_ns, sleep_until};
-use cell_worker::{HealthReporter, Start};
+use cell_worker::{HealthReporter, RunError, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_LOCKSTEP;
 use ipc_types::{
@@ -41,6 +41,15 @@ pub enum ProcessError {
     /// The bus.
     #[error(transparent)]
     Bus(#[from] BusError),
+}
+
+impl RunError for ProcessError {
+    fn is_lasting(&self) -> bool {
+        match self {
+            Self::Tuning(_) => true,
+            Self::Bus(error) => error.is_lasting(),
+        }
+    }
 }
 
 /// Runs the controller until it is asked to stop.

@@ -125,14 +125,14 @@ fn run_program<S: AsRef<OsStr>>(path: &Path, arguments: &[S]) -> Result<(), Fail
     Err(Failure::silent(code))
 }
 
-/// Whether a task with `policy` can be made from the files as they are now: the
-/// task program says so before anything that runs is stopped for it.
+/// The drawing of `policy`, if a task with it can be made from the files as they are
+/// now: the task program says so before anything that runs is stopped for it.
 pub(crate) fn check_policy(
     program: Option<&Path>,
     demo: &str,
     policy: &str,
     data_dir: Option<&Path>,
-) -> Result<(), Failure> {
+) -> Result<String, Failure> {
     let path = task_program(program)?;
     let mut command = Command::new(&path);
     command.args(["behaviour", "show", "bt", demo, "--policy", policy]);
@@ -147,7 +147,7 @@ pub(crate) fn check_policy(
         .output()
         .cannot(format!("start {}", path.display()))?;
     if said.status.success() {
-        return Ok(());
+        return Ok(String::from_utf8_lossy(&said.stdout).into_owned());
     }
     if program.is_some() {
         return Err(Failure::configuration(format!(

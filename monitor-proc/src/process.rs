@@ -7,7 +7,7 @@ use std::thread::{self, Scope};
 use cell_bus::{Bus, BusError, Subscriber};
 use cell_model::runs::spec::PageSpec;
 use cell_rt::{monotonic_ns, signal::stop_requested, sleep_until};
-use cell_worker::{HealthReporter, Start};
+use cell_worker::{HealthReporter, RunError, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_ENDING;
 use ipc_types::{TICK_NS, TraceLine, WorldState};
@@ -36,6 +36,15 @@ pub enum ProcessError {
     /// The bus.
     #[error(transparent)]
     Bus(#[from] BusError),
+}
+
+impl RunError for ProcessError {
+    fn is_lasting(&self) -> bool {
+        match self {
+            Self::Journal(_) => false,
+            Self::Bus(error) => error.is_lasting(),
+        }
+    }
 }
 
 /// Runs the monitor until it is asked to stop.

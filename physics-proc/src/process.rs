@@ -8,7 +8,7 @@ use cell_model::stop::DECISION_AGE_OTHER_TICKS;
 use cell_rt::priority::PHYSICS_PRIORITY;
 use cell_rt::signal::stop_requested;
 use cell_rt::{Grid, monotonic_ns};
-use cell_worker::{HealthReporter, Start};
+use cell_worker::{HealthReporter, RunError, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{ArmCommand, DECISION_TICKS, Decision, Header, MAX_ARMS, TICK_NS, WorldState};
 
@@ -35,6 +35,15 @@ pub enum ProcessError {
     /// The bus.
     #[error(transparent)]
     Bus(#[from] BusError),
+}
+
+impl RunError for ProcessError {
+    fn is_lasting(&self) -> bool {
+        match self {
+            Self::World(_) => true,
+            Self::Bus(error) => error.is_lasting(),
+        }
+    }
 }
 
 /// Runs physics until it is asked to stop.

@@ -6,4 +6,4 @@ mod health;
 mod start;
 
 pub use health::HealthReporter;
-pub use start::{SetupError, Start, main};
+pub use start::{RunError, SetupError, Start, main};

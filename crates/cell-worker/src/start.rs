@@ -91,13 +91,23 @@ impl Start {
     }
 }
 
+/// Why a process that has read its files cannot run.
+pub trait RunError: std::fmt::Display {
+    /// Whether every other start would end in the same way. The launcher does not
+    /// try again then.
+    fn is_lasting(&self) -> bool;
+}
+
+impl RunError for BusError {
+    fn is_lasting(&self) -> bool {
+        matches!(self, Self::Version { .. })
+    }
+}
+
 /// `main` of a process: runs it and turns its error into one line and a code.
 /// What is wrong with arguments or files stays wrong; what fails afterwards may
 /// pass, and the launcher tries again.
-pub fn main<E: std::fmt::Display>(
-    name: &str,
-    run: impl FnOnce(&Start) -> Result<(), E>,
-) -> ExitCode {
+pub fn main<E: RunError>(name: &str, run: impl FnOnce(&Start) -> Result<(), E>) -> ExitCode {
     let fail = |error: &dyn std::fmt::Display, code: u8| {
         eprintln!("{name}: {error}");
         ExitCode::from(code)
@@ -106,6 +116,7 @@ pub fn main<E: std::fmt::Display>(
         Err(error) => fail(&error, EXIT_CONFIGURATION),
         Ok(start) => match run(&start) {
             Ok(()) => ExitCode::SUCCESS,
+            Err(error) if error.is_lasting() => fail(&error, EXIT_CONFIGURATION),
             Err(error) => fail(&error, EXIT_FAILED),
         },
     }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use cell_bus::{Bus, BusError, Doorbell, Gate, Publisher, Sleeper, Subscriber};
 use cell_rt::{monotonic_ns, signal::stop_requested};
-use cell_worker::{HealthReporter, Start};
+use cell_worker::{HealthReporter, RunError, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::{TraceEvent, TraceKind};
 use ipc_types::world::FLAG_LOCKSTEP;
@@ -45,6 +45,16 @@ pub enum ProcessError {
     /// The bus.
     #[error(transparent)]
     Bus(#[from] BusError),
+}
+
+impl RunError for ProcessError {
+    fn is_lasting(&self) -> bool {
+        match self {
+            Self::Task(_) => true,
+            Self::Slots(_) => false,
+            Self::Bus(error) => error.is_lasting(),
+        }
+    }
 }
 
 /// Runs the task until it is asked to stop.

@@ -12,7 +12,7 @@ use crate::time::PolicyClock;
 
 /// Version of the layout; another one is refused, and the task starts from what
 /// it observes.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 /// A checkpoint is never longer, so a broken length cannot ask for more memory.
 pub const MAX_BYTES: u64 = 64 * 1024;
@@ -23,6 +23,8 @@ pub(crate) struct TaskCheckpoint {
     pub(crate) demo: String,
     pub(crate) policy: String,
     pub(crate) job: Job,
+    /// The phase that was counted last.
+    pub(crate) phase: String,
     pub(crate) clock: PolicyClock,
     pub(crate) panel: PanelState,
     pub(crate) goals: GoalBook,

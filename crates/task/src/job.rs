@@ -18,7 +18,8 @@ pub struct Placement {
 /// What happened so far, as the decision reports it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
-    /// Entries into a phase.
+    /// Entries into a phase. The task counts where the name changes, a policy an
+    /// entry into the phase it was in already.
     pub phase_entry: u32,
     /// Held objects that were lost.
     pub drops: u32,
@@ -78,6 +79,8 @@ pub struct Job {
     pub started: bool,
     /// What the equipment is told.
     pub io: Io,
+    /// Key of the newest goal, in a cell with one arm.
+    pub newest_key: u64,
 }
 
 impl Job {
@@ -141,6 +144,7 @@ impl Job {
             .chain([io.drop_parts, io.add_bin])
             .chain(self.attempts.iter().flat_map(|a| [a.pick, a.place]))
             .all(few)
+            && self.newest_key < u64::from(MOST_COUNTED)
     }
 
     /// Whether this record can belong to a cell with `objects` objects.

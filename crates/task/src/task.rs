@@ -35,6 +35,8 @@ pub struct Task {
     solid_obstacles: u64,
     policy: Box<dyn AnyPolicy>,
     job: Job,
+    /// The phase that was counted last.
+    phase: Text<32>,
     clock: PolicyClock,
     panel: PanelState,
     out: Output,
@@ -56,6 +58,7 @@ impl Task {
             tracer: Tracer::new(policy.as_ref(), name),
             policy,
             job: Job::new(cell.objects.len()),
+            phase: Text::EMPTY,
             clock: PolicyClock::default(),
             panel: PanelState::default(),
             out: Output::default(),
@@ -95,7 +98,9 @@ impl Task {
                 self.policy
                     .reconcile(&observation, &mut self.job, &mut self.out);
             }
+            let entries = self.job.counters.phase_entry;
             self.work(&observation);
+            self.count_phase(entries);
         }
         if self.panel.paused() {
             self.out.outcome = Outcome::Paused;
@@ -130,6 +135,7 @@ impl Task {
             demo: self.demo.clone(),
             policy: self.name.clone(),
             job: self.job.clone(),
+            phase: self.phase.as_str().to_owned(),
             clock: self.clock.clone(),
             panel: self.panel.clone(),
             goals: self.out.book().clone(),
@@ -164,8 +170,10 @@ impl Task {
         let same_policy = saved.policy == self.name;
         if same_policy {
             self.policy.restore(&saved.policy_state)?;
+            self.phase = Text::new(&saved.phase);
         } else {
             self.policy.reset();
+            self.phase = Text::EMPTY;
         }
         self.job.take(saved.job);
         self.clock = saved.clock;
@@ -188,6 +196,7 @@ impl Task {
     pub fn begin_new_scene(&mut self) {
         self.policy.reset();
         self.job.reset();
+        self.phase = Text::EMPTY;
         self.out.book_mut().forget();
         self.panel = PanelState::default();
         self.clock = PolicyClock::default();
@@ -224,6 +233,7 @@ impl Task {
         if change.reset {
             self.policy.reset();
             self.job.reset();
+            self.phase = Text::EMPTY;
             self.out.book_mut().forget();
             // Something may be in the hand.
             self.unsure = true;
@@ -253,6 +263,15 @@ impl Task {
             self.policy.tend(observation, &mut self.job);
         }
         self.report_failure();
+    }
+
+    /// Counts the entry into another phase, unless the policy did: there were
+    /// `entries` before it decided.
+    fn count_phase(&mut self, entries: u32) {
+        if self.out.phase != self.phase && self.job.counters.phase_entry == entries {
+            self.job.counters.phase_entry += 1;
+        }
+        self.phase = self.out.phase;
     }
 
     fn report_failure(&mut self) {

@@ -143,6 +143,7 @@ fn check_task(spec: &RunSpec, policy: Option<&str>) -> Result<(), Failure> {
     let cell = load(data, &spec.demo, spec.seed, spec.robot.as_ref()).map_err(kept)?;
     let policy = choose(policy, &cell.policies, &spec.policy, &spec.demo)?;
     task_program::check_policy(spec.task_program.as_deref(), &spec.demo, &policy, data)
+        .map(drop)
         .map_err(kept)
 }
 

@@ -121,6 +121,9 @@ impl LiveCell {
             .operator_client()
             .cannot("reach the operator's service")?;
         let control = Server::open(&plan.dir.control())?;
+        let mut order = processes.clone();
+        // The monitor keeps the log, so it is there before the task's first line.
+        order.sort_by_key(|process| *process == Process::Task);
         let rules = Rules {
             watchdog: plan.watchdog,
             lockstep: plan.spec.speed.is_lockstep(),
@@ -132,7 +135,7 @@ impl LiveCell {
             bus,
             keeper,
             control,
-            supervisor: Supervisor::new(&processes, rules),
+            supervisor: Supervisor::new(&order, rules),
             faults: Faults::new(&plan.spec.script, &processes),
             processes,
             plan,

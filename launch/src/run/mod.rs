@@ -4,6 +4,7 @@ mod banner;
 mod faults;
 mod live;
 mod one_process;
+mod phases;
 pub(crate) mod plan;
 mod watch;
 

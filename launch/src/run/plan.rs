@@ -8,11 +8,12 @@ use cell_model::cells::script::{self, ScriptLine};
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::{Cell, Data, RobotFiles};
 
+use super::phases;
 use crate::cli::RunArgs;
 use crate::failure::{Context, Failure};
 use crate::page::Page;
 use crate::rundir::RunDir;
-use crate::{flight, task_program};
+use crate::{flight, say, task_program};
 
 /// A run that can be started.
 #[derive(Debug)]
@@ -54,7 +55,11 @@ impl Plan {
         if args.one_process {
             check_one_process(&cell, program.as_deref(), &controllers)?;
         }
-        let policy = policy_of(args, &cell, data_dir.as_deref(), program.as_deref())?;
+        let (policy, drawing) = policy_of(args, &cell, data_dir.as_deref(), program.as_deref())?;
+        let script = script_of(args, &cell)?;
+        for warning in phases::unknown(&script, &drawing, &args.demo) {
+            say::warn(warning);
+        }
         let dir = RunDir::of(&args.cell.cell);
         let limit = args
             .timeout
@@ -76,7 +81,7 @@ impl Plan {
             prefix,
             arms: u8::try_from(cell.arms.len()).unwrap_or(u8::MAX),
             robot,
-            script: script_of(args, &cell)?,
+            script,
             paused: args.paused,
             bins: args.bins,
             until_done: args.until_done,
@@ -137,23 +142,23 @@ fn cell_of(
     Ok(cell)
 }
 
-/// The policy asked for, or the demo's default. The task program reads `[task]`
-/// and the behaviour it names now, so that an error is said before anything
-/// starts.
+/// The policy asked for, or the demo's default, and its drawing. The task program
+/// reads `[task]` and the behaviour it names now, so that an error is said before
+/// anything starts.
 fn policy_of(
     args: &RunArgs,
     cell: &Cell,
     data_dir: Option<&Path>,
     program: Option<&Path>,
-) -> Result<String, Failure> {
+) -> Result<(String, String), Failure> {
     let policy = choose(
         args.policy.as_deref(),
         &cell.policies,
         &cell.default_policy,
         &args.demo,
     )?;
-    task_program::check_policy(program, &args.demo, &policy, data_dir)?;
-    Ok(policy)
+    let drawing = task_program::check_policy(program, &args.demo, &policy, data_dir)?;
+    Ok((policy, drawing))
 }
 
 /// In one process the arms are moved by the controllers of the task program.
@@ -201,7 +206,19 @@ pub(crate) fn load(
     let built_in = cell_files::data();
     let data = data_dir.map(|dir| Data::dir(dir).with_robots_of(&built_in));
     let data = data.unwrap_or(built_in);
-    Cell::load(&data, demo, seed, robot).map_err(Failure::configuration)
+    Cell::load(&data, demo, seed, robot).map_err(|error| {
+        let hint = data_dir.map_or_else(|| data_hint(Path::new("."), demo), |_| "");
+        Failure::configuration(format!("{error}{hint}"))
+    })
+}
+
+/// For those who are in the folder of their own cell.
+fn data_hint(here: &Path, demo: &str) -> &'static str {
+    if here.join("cells").join(format!("{demo}.toml")).is_file() {
+        "; there is a cell file of that name below this folder: add `--data .`"
+    } else {
+        ""
+    }
 }
 
 /// `asked`, if the demo has it, else its default.
@@ -303,6 +320,14 @@ fn random_run() -> Result<u64, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_cell_of_ones_own_needs_the_folder() {
+        let checkout = Data::checkout_dir();
+        assert!(data_hint(&checkout, "reach").contains("--data ."));
+        assert_eq!(data_hint(&checkout, "nowhere"), "");
+        assert_eq!(data_hint(&checkout.join("docs"), "reach"), "");
+    }
 
     #[test]
     fn an_unknown_policy_is_answered_with_the_near_and_the_known_ones() {

@@ -183,10 +183,12 @@ impl Supervisor {
 
     /// Starts what is due, in order, and looks for hangs.
     fn keep(&mut self, now: u64, out: &mut Vec<Action>) {
-        let mut all_before_up = true;
+        let mut may_start = true;
         for slot in &mut self.slots {
-            slot.keep(now, self.rules, all_before_up, out);
-            all_before_up &= slot.state == Lifecycle::Up;
+            slot.keep(now, self.rules, may_start, out);
+            // A cell runs without a monitor that was given up.
+            let missing = slot.process == Process::Monitor && slot.state == Lifecycle::Down;
+            may_start &= slot.state == Lifecycle::Up || missing;
         }
     }
 

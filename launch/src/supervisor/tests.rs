@@ -4,6 +4,8 @@ use super::*;
 use ipc_types::topic::Process::{Controller, Monitor, Physics, Task};
 
 const ALL: [Process; 4] = [Physics, Controller(0), Task, Monitor];
+/// As the launcher starts them.
+const LAUNCHED: [Process; 4] = [Physics, Controller(0), Monitor, Task];
 const REAL_TIME: Rules = Rules {
     watchdog: true,
     lockstep: false,
@@ -19,8 +21,12 @@ struct Bench {
 
 impl Bench {
     fn new(rules: Rules) -> Self {
+        Self::of(&ALL, rules)
+    }
+
+    fn of(order: &[Process], rules: Rules) -> Self {
         Self {
-            supervisor: Supervisor::new(&ALL, rules),
+            supervisor: Supervisor::new(order, rules),
             now: 1_000 * MS,
             cycles: 0,
             alive: vec![],
@@ -108,6 +114,21 @@ impl Bench {
             _ => None,
         })
     }
+}
+
+#[test]
+fn the_task_waits_for_a_monitor_that_may_come_and_for_no_other() {
+    let mut bench = Bench::of(&LAUNCHED, REAL_TIME);
+    bench.run_without(1_000, &[Monitor]);
+    assert!(bench.spawns(Task).is_empty(), "{:?}", bench.log);
+    bench.tell(Event::Exited {
+        process: Monitor,
+        generation: 1,
+        exit: Exit::Code(3),
+    });
+    bench.run(50);
+    assert_eq!(bench.gave_up(), Some(Monitor));
+    assert_eq!(bench.spawns(Task).len(), 1, "{:?}", bench.log);
 }
 
 #[test]

@@ -2,7 +2,6 @@
 
 use cell_bus::{Bus, BusError, Subscriber, TopicMessage};
 use cell_record::{Channel, foxglove, wire_bytes};
-use ipc_types::header::Message as _;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::TraceKind;
 use ipc_types::{

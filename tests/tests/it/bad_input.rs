@@ -160,6 +160,29 @@ fn broken_toml_is_named_with_its_line() {
     refuse_cell("[task]", "[task", &["franka-stack.toml"]);
 }
 
+#[test]
+fn objects_that_start_in_one_another_are_named_once() {
+    let base = base();
+    let data = base.path().join("data");
+    data_with(
+        &data,
+        "cells/cube.toml",
+        "# Not an obstacle",
+        "[[object]]\nname = \"second\"\nshape = { kind = \"box\", size_m = [0.3, 0.3, 0.05] }\n\
+         mass_kg = 0.1\nfriction = 0.9\nposition_m = [0.50, -0.25, 0.025]\n\
+         colour = [0.1, 0.1, 0.8]\n\n# Not an obstacle",
+    );
+    let data = data.display().to_string();
+    let said = finish(robocell(
+        base.path(),
+        &["run", "cube", "--data", &data, "--headless", "--until-done"],
+    ));
+    assert_eq!(said.code, 6, "{said:?}");
+    let named = said.stderr.matches("object 'second' starts").count();
+    assert_eq!(named, 1, "{said:?}");
+    assert!(!said.stderr.contains("started again"), "{said:?}");
+}
+
 fn refuse_urdf(text: &str, words: &[&str]) {
     let dir = base();
     let path = dir.path().join("arm.urdf");

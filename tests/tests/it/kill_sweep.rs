@@ -150,6 +150,7 @@ fn of_the_tree_in_code() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn of_the_trees_from_a_file() {
     sweep("franka-pyramid", "json", "[placed] left", 7);
 }
@@ -160,6 +161,7 @@ fn of_the_table_that_palletizes_an_upside_down_bin() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn of_the_matrix_that_has_a_bin_filled_until_it_falls() {
     sweep_of_bins("ur10-fill-bin", &["--seed", "2"], 5);
 }

@@ -91,6 +91,7 @@ fn all_of_them() -> bool {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn each_demo_is_drawn_where_physics_has_it() {
     for demo in DEMOS {
         browse("draws", &[demo, "--paused", "--speed", "max"]);
@@ -131,6 +132,7 @@ fn a_bin_left_on_the_flipping_station_by_hand_is_stacked_and_counted() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn the_buttons_of_the_bins_do_what_their_commands_do() {
     for demo in ["ur10-palletize", "ur10-fill-bin", "ur10-bin-stack"] {
         browse("bins", &[demo]);

@@ -63,6 +63,12 @@ fn one_process_four_processes_and_a_killed_task_end_in_the_same_state() {
     let lockstep = ["--speed", "max", "--seed", "11"];
     let four = stack(dir.path(), &lockstep, "");
     assert_stacked(&four);
+    let written = log(dir.path());
+    let first = written.lines().next().unwrap_or_default();
+    assert!(
+        first.contains("0.000 s"),
+        "the first line is missing: {written}"
+    );
     let again = stack(dir.path(), &lockstep, "");
     let killed = stack(dir.path(), &lockstep, KILLS);
     let one = stack(dir.path(), &["--one-process", seed[0], seed[1]], "");

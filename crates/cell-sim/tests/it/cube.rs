@@ -22,6 +22,8 @@ struct Run {
     sim: OneProcess,
     restarts: bool,
     trace: Vec<String>,
+    /// Names of the phases, one after the other.
+    phases: Vec<String>,
 }
 
 impl Run {
@@ -35,6 +37,7 @@ impl Run {
             sim: OneProcess::new(&demos::policies(), &spec, cell).unwrap(),
             restarts: false,
             trace: Vec::new(),
+            phases: Vec::new(),
         }
     }
 
@@ -43,6 +46,10 @@ impl Run {
             assert!(self.sim.tick().unwrap(), "the run ended");
             let lines = self.sim.take_trace();
             self.trace.extend(lines.into_iter().map(|(_, line)| line));
+            let phase = self.sim.decision().phase;
+            if !phase.is_empty() && self.phases.last().is_none_or(|last| last != phase.as_str()) {
+                self.phases.push(phase.as_str().to_owned());
+            }
             if self.restarts && self.sim.state().header.tick.is_multiple_of(DECISION_TICKS) {
                 self.sim.restart_task().unwrap();
             }
@@ -70,6 +77,9 @@ fn every_way_puts_the_cube_on_the_mark() {
         let mut run = Run::new(policy, "");
         run.until(10.0);
         run.assert_done(policy);
+        // `nth` of a script counts phases, not the motions within one.
+        let entries = run.sim.decision().phase_entry as usize;
+        assert_eq!(entries, run.phases.len(), "{policy}: {:?}", run.phases);
     }
 }
 

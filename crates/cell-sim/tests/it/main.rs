@@ -15,6 +15,7 @@ mod palletize;
 mod pyramid;
 mod restart;
 mod starved;
+mod tower;
 mod two_arms;
 mod verify;
 mod verify_file;

@@ -112,7 +112,7 @@ impl Palletizer {
                 job.fail(Failure::BinCannotBePlaced.reason());
             }
         }
-        job.counters.phase_entry += 1;
+        job.newest_key += 1;
         self.memory.work = Some(work);
     }
 
@@ -131,7 +131,7 @@ impl Palletizer {
             joints: view.joints,
             ..work
         });
-        job.counters.phase_entry += 1;
+        job.newest_key += 1;
         match next.and_then(|next| next.table.suction) {
             Some(Suction::On) => out.log(format_args!("<close gripper>")),
             Some(Suction::Off) => out.log(format_args!("<open gripper>")),
@@ -209,7 +209,7 @@ impl Palletizer {
     fn back_to_idle(&mut self, view: &View<'_>, job: &mut Job, out: &mut Output) {
         job.held = None;
         self.memory.work = None;
-        job.counters.phase_entry += 1;
+        job.newest_key += 1;
         if !self.fire(Trigger::Lost, view.facts(None), out) {
             self.set(State::Idle, "lost", out);
         }

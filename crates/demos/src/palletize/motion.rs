@@ -194,7 +194,7 @@ impl Judge<'_> {
     /// The goal of this very step is followed, and the tool is there. What was
     /// said for another step, or by the operator, says nothing about this one.
     fn reached(&self, tolerance: f64, angle: f64) -> bool {
-        let key = u64::from(self.job.counters.phase_entry);
+        let key = self.job.newest_key;
         let previous = self.out.previous(ARM);
         let Some(sent) = previous.filter(|p| p.key == key && p.kind != GoalKind::Hold) else {
             return false;

@@ -71,7 +71,7 @@ impl Palletizer {
         let target = KeptPose::from(intent.target).isometry().translation.vector;
         let tool = view.tool.translation.vector;
         ArmIntent {
-            key: u64::from(job.counters.phase_entry),
+            key: job.newest_key,
             obstacle_mask: obstacles::mask(view.setup, work, &tool, &target),
             ..intent
         }

@@ -33,7 +33,7 @@ fn four_cubes_are_stacked_in_order_and_nothing_is_dropped() {
                 decision.aborts,
                 decision.recoveries,
             ];
-            assert_eq!((counters, decision.phase_entry), ([0; 4], 32));
+            assert_eq!((counters, decision.phase_entry), ([0; 4], 33));
             assert_eq!(cell.state.arms[0].gripper.width, 0.08);
         }
     }

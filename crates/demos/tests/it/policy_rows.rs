@@ -24,7 +24,7 @@ fn p01_all_cubes_at_their_goals_is_done_without_a_phase() {
         assert_eq!(cell.decision.goals[0].kind, GoalKind::Hold.code());
         assert_eq!(
             (cell.decision.phase_entry, cell.placed()),
-            (0, &[0, 1, 2, 3][..])
+            (1, &[0, 1, 2, 3][..])
         );
     }
 }

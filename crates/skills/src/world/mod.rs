@@ -125,14 +125,14 @@ impl<'w> World<'w> {
         tcp.map_or(0.0, |tcp| self.tool().yaw(tcp.orientation_wxyz))
     }
 
-    /// A key for a new goal; with one arm it is also a new entry into a phase.
+    /// A key for a new goal.
     pub fn new_key(&mut self) -> u64 {
-        if let Some(memory) = &mut self.memory {
-            memory.newest_key += 1;
-            return memory.newest_key;
-        }
-        self.job.counters.phase_entry += 1;
-        u64::from(self.job.counters.phase_entry)
+        let newest = match &mut self.memory {
+            Some(memory) => &mut memory.newest_key,
+            None => &mut self.job.newest_key,
+        };
+        *newest += 1;
+        *newest
     }
 
     pub(crate) fn object_setup(&self, object: usize) -> Option<&'w ObjectSetup> {

@@ -1,0 +1,78 @@
+//! Phases a script waits for, and the drawing of the policy that shall enter them.
+
+use cell_model::cells::script::{ScriptLine, Trigger};
+
+use super::plan::did_you_mean;
+
+/// One warning for each phase of `script` that is not in `drawing`, as the task
+/// program drew the policy of `demo`. No more than a warning: a policy in Rust may
+/// show phases it does not draw.
+pub(super) fn unknown(script: &[ScriptLine], drawing: &str, demo: &str) -> Vec<String> {
+    let drawn = plain(drawing);
+    let mut asked: Vec<&str> = script.iter().filter_map(phase).collect();
+    asked.dedup();
+    asked.retain(|phase| !is_in(&plain(phase), &drawn));
+    let words: Vec<String> = words(drawing);
+    let warning = |phase: &str| {
+        format!(
+            "the script waits for phase '{phase}', which the policy does not show{}; \
+             `robocell fsm show {demo}` or `bt show {demo}` lists its phases",
+            did_you_mean(phase, &words)
+        )
+    };
+    asked.into_iter().map(warning).collect()
+}
+
+fn phase(line: &ScriptLine) -> Option<&str> {
+    match &line.trigger {
+        Trigger::Phase { at_phase, .. } => Some(at_phase),
+        Trigger::Time { .. } => None,
+    }
+}
+
+/// Phases of several arms begin with the arm. What every policy can show needs no
+/// drawing, and neither does a policy that draws nothing.
+fn is_in(phase: &str, drawn: &str) -> bool {
+    let of_an_arm = phase.split_once('_').map_or(phase, |(_, rest)| rest);
+    drawn.is_empty()
+        || ["DONE", "FAILED", "IDLE", "HOLD"].contains(&phase)
+        || drawn.contains(phase)
+        || drawn.contains(of_an_arm)
+}
+
+/// As names of nodes become names of phases.
+fn plain(text: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    text.trim()
+        .to_ascii_uppercase()
+        .chars()
+        .map(plain)
+        .collect()
+}
+
+fn words(drawing: &str) -> Vec<String> {
+    let ends = |c: char| !(c.is_ascii_alphanumeric() || c == '_');
+    let words = drawing.split(ends).filter(|word| word.len() > 1);
+    words.map(str::to_owned).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_misspelt_phase_is_named_with_what_was_meant() {
+        let text = r#"{"at_phase": "LFIT", "do": "kill", "process": "task"}
+{"at_phase": "DONE", "do": "pause"}
+{"at_phase": "LEFT_PRE_GRASP", "do": "pause"}
+{"at_s": 1, "do": "pause"}"#;
+        let script = cell_model::cells::script::parse(text, "script").unwrap();
+        let warnings = unknown(&script, "PRE_GRASP\n  -> LIFT: settled", "franka-stack");
+        assert_eq!(warnings.len(), 1, "{warnings:?}");
+        assert!(warnings[0].contains("'LFIT'"), "{warnings:?}");
+        assert!(warnings[0].contains("did you mean `LIFT`?"), "{warnings:?}");
+        let tree = unknown(&script, "├── lfit (Leaf)\n├── pre grasp (Leaf)", "x");
+        assert_eq!(tree, Vec::<String>::new());
+        assert_eq!(unknown(&script, "", "x"), Vec::<String>::new());
+    }
+}
