@@ -121,3 +121,22 @@ pub fn main<E: RunError>(name: &str, run: impl FnOnce(&Start) -> Result<(), E>) 
         },
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_version_is_not_tried_again_and_a_full_port_is() {
+        let version = BusError::Version {
+            service: "task/decision".to_owned(),
+            theirs: "Decision#1".to_owned(),
+            ours: "Decision#2".to_owned(),
+        };
+        let port = BusError::Port {
+            service: "task/decision".to_owned(),
+            reason: "ExceedsMaxSupportedPublishers".to_owned(),
+        };
+        assert!(version.is_lasting() && !port.is_lasting());
+    }
+}

@@ -15,8 +15,8 @@ pub(super) fn unknown(script: &[ScriptLine], drawing: &str, demo: &str) -> Vec<S
     let words: Vec<String> = words(drawing);
     let warning = |phase: &str| {
         format!(
-            "the script waits for phase '{phase}', which the policy does not show{}; \
-             `robocell fsm show {demo}` or `bt show {demo}` lists its phases",
+            "the script waits for phase '{phase}', which the policy (`robocell fsm show {demo}` or \
+             `bt show {demo}`) does not show{}",
             did_you_mean(phase, &words)
         )
     };
