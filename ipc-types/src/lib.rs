@@ -50,3 +50,8 @@ pub const MAX_INPUTS: usize = 4;
 pub const TICK_NS: u64 = 1_000_000;
 /// The task decides on every tick that is a multiple of this (100 Hz).
 pub const DECISION_TICKS: u64 = 10;
+/// Physics keeps its state for a successor at multiples of this many ticks, and the task
+/// what it remembered when that state arrived.
+pub const RESUME_TICKS: u64 = 100;
+/// Ticks physics may run ahead of the recorder in lockstep: less than any tap holds.
+pub const RECORDER_LAG_TICKS: u64 = 150;

@@ -25,6 +25,10 @@ pub enum TopicId {
     DecisionTap,
     /// What a process remembers, once a second, for the recorder.
     Keyframe(Process),
+    /// How far the recorder has got, for physics: in lockstep it does not run ahead of
+    /// what the taps can hold. A [`crate::Health`] whose header names the newest state
+    /// that was taken down.
+    Recorder,
 }
 
 /// A kind of process of the cell.
@@ -85,6 +89,7 @@ impl TopicId {
             Self::ArmCommandTap(arm) => 0x400 + u32::from(arm),
             Self::ArmStatusTap(arm) => 0x500 + u32::from(arm),
             Self::Keyframe(process) => 0x600 + process.code(),
+            Self::Recorder => 6,
         }
     }
 
@@ -102,6 +107,7 @@ impl TopicId {
             Self::ArmStatusTap(arm) => format!("tap/arm/{arm}/status"),
             Self::DecisionTap => "tap/decision".to_owned(),
             Self::Keyframe(process) => format!("tap/keyframe/{}", process.name()),
+            Self::Recorder => "recorder".to_owned(),
         }
     }
 

@@ -183,6 +183,9 @@ wire! {
         pub quarantined: u32,
         /// Ticks physics started late, since the start (real time only).
         pub overruns: u64,
+        /// Tick this start of physics began with: that of the state its predecessor
+        /// kept, or 0 with a fresh scene.
+        pub resumed_tick: u64,
         /// Hash over bodies, joints and tick: equal for equal runs.
         pub state_hash: u64,
         /// What people asked for.

@@ -10,10 +10,10 @@ use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use cell_rt::process::{SIGCONT, SIGKILL, SIGTERM, kill};
+use cell_model::runs::children::ChildId;
+use cell_rt::process::{SIGCONT, SIGKILL, SIGTERM, kill, start_time};
 use ipc_types::topic::Process;
 
-use crate::leftovers::ChildId;
 use crate::programs::Programs;
 use crate::rundir::RunDir;
 use crate::supervisor::Exit;
@@ -101,7 +101,8 @@ impl Children {
         let child = command
             .spawn()
             .map_err(|error| format!("{}: {error}", path.display()))?;
-        let id = ChildId::of(child.id());
+        let pid = child.id();
+        let id = start_time(pid).map(|started| ChildId { pid, started });
         self.running.push(Running {
             process,
             generation,

@@ -4,37 +4,14 @@ use std::fs;
 use std::io;
 use std::path::PathBuf;
 
-use cell_rt::process::{SIGKILL, is_alive, kill, start_time};
-use serde::{Deserialize, Serialize};
+use cell_model::runs::children::ChildId;
+use cell_rt::process::{SIGKILL, is_same, kill};
 
 use crate::failure::{Context, Failure};
-use crate::rundir::RunDir;
+use crate::rundir::{KEPT, RunDir};
 
 /// Where shared memory segments are files.
 const SHM: &str = "/dev/shm";
-
-/// One process of a run: the pid alone could be somebody else's by now.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct ChildId {
-    pub(crate) pid: u32,
-    /// Its start in clock ticks since boot.
-    pub(crate) started: u64,
-}
-
-impl ChildId {
-    /// The process that bears `pid` now.
-    pub(crate) fn of(pid: u32) -> Option<Self> {
-        Some(Self {
-            pid,
-            started: start_time(pid)?,
-        })
-    }
-
-    /// Whether it still exists.
-    pub(crate) fn exists(self) -> bool {
-        is_alive(self.pid) && start_time(self.pid) == Some(self.started)
-    }
-}
 
 /// What lies about of earlier runs of one run directory.
 #[derive(Debug, Default)]
@@ -47,12 +24,10 @@ pub(crate) struct Leftovers {
 impl Leftovers {
     /// Looks. Log files and the run file of a run that ended well are none.
     pub(crate) fn find(dir: &RunDir) -> Self {
-        let ids = fs::read(dir.children()).ok();
-        let ids: Vec<ChildId> = ids
-            .and_then(|text| serde_json::from_slice(&text).ok())
-            .unwrap_or_default();
+        let mut processes = ChildId::all(dir.path());
+        processes.retain(exists);
         Self {
-            processes: ids.into_iter().filter(|id| id.exists()).collect(),
+            processes,
             segments: segments(&dir.family()),
             files: [dir.children(), dir.control()]
                 .into_iter()
@@ -77,6 +52,10 @@ impl std::fmt::Display for Leftovers {
     }
 }
 
+fn exists(id: &ChildId) -> bool {
+    is_same(id.pid, id.started)
+}
+
 /// Shared memory segments whose names start with `prefix`.
 pub(crate) fn segments(prefix: &str) -> Vec<PathBuf> {
     let entries = fs::read_dir(SHM).into_iter().flatten().flatten();
@@ -94,18 +73,18 @@ pub(crate) fn segments(prefix: &str) -> Vec<PathBuf> {
 pub(crate) fn wipe(dir: &RunDir) -> Result<Option<String>, Failure> {
     let found = Leftovers::find(dir);
     for id in &found.processes {
-        if id.exists() {
+        if exists(id) {
             // It may end by itself at this very moment.
             kill(id.pid, SIGKILL).ok();
         }
     }
     for _ in 0..400 {
-        if !found.processes.iter().any(|id| id.exists()) {
+        if !found.processes.iter().any(exists) {
             break;
         }
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
-    if let Some(id) = found.processes.iter().find(|id| id.exists()) {
+    if let Some(id) = found.processes.iter().find(|id| exists(id)) {
         let pid = id.pid;
         return Err(Failure::configuration(format!(
             "process {pid} of an earlier run does not end: kill -9 {pid}"
@@ -116,7 +95,7 @@ pub(crate) fn wipe(dir: &RunDir) -> Result<Option<String>, Failure> {
         .cannot(format!("read {}", dir.path().display()))?
         .flatten()
     {
-        if entry.file_name() != "lock" {
+        if !KEPT.iter().any(|name| entry.file_name() == *name) {
             remove(&entry.path()).cannot(format!("remove {}", entry.path().display()))?;
         }
     }
@@ -132,7 +111,9 @@ pub(crate) fn wipe(dir: &RunDir) -> Result<Option<String>, Failure> {
 /// Removes what a run that ended needs no more; its logs stay for people.
 pub(crate) fn tidy(dir: &RunDir, root: &std::path::Path) -> Result<(), Failure> {
     remove_segments(dir)?;
-    for path in [root.to_owned(), dir.children(), dir.control()] {
+    // Links to its page open nothing any more.
+    let files = [dir.children(), dir.control(), dir.record(), dir.page()];
+    for path in files.into_iter().chain([root.to_owned()]) {
         remove(&path).cannot(format!("remove {}", path.display()))?;
     }
     Ok(())
@@ -176,19 +157,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pid_alone_is_not_an_identity() {
-        let me = ChildId::of(std::process::id()).unwrap();
-        assert!(me.exists());
-        assert!(
-            !ChildId {
-                started: me.started + 1,
-                ..me
-            }
-            .exists()
-        );
-    }
-
-    #[test]
     fn a_crashed_run_is_removed_but_not_its_lock() {
         let dir =
             RunDir::at(std::env::temp_dir().join(format!("robocell-wipe-{}", std::process::id())));
@@ -210,12 +178,13 @@ mod tests {
                 .contains("1 shared memory segments")
         );
         assert!(!segment.exists());
-        let left: Vec<_> = fs::read_dir(dir.path())
+        let mut left: Vec<_> = fs::read_dir(dir.path())
             .unwrap()
             .flatten()
             .map(|e| e.file_name())
             .collect();
-        assert_eq!(left, ["lock"]);
+        left.sort();
+        assert_eq!(left, KEPT);
         fs::remove_dir_all(dir.path()).unwrap();
     }
 }

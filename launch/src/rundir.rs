@@ -1,14 +1,17 @@
 //! The run directory: where it is, who holds it, what lies in it.
 //!
-//! `BASE/CELL/` with `lock`, `run.json`, `page.json`, `children.json`,
-//! `control.sock`, `record.sock`, `logs/`, `data/` and the bus's root. BASE is `ROBOCELL_RUN_DIR`, or
+//! `BASE/CELL/` with `.robocell` (says that it is ours), `lock`, `run.json`, `record.json`, `page.json`,
+//! `children.json`, `control.sock`, `record.sock`, `logs/`, `data/` and the bus's root. BASE is `ROBOCELL_RUN_DIR`, or
 //! `XDG_RUNTIME_DIR/robocell` where that is in memory, or
 //! `/dev/shm/robocell-UID`. Mode 0700.
 
 use std::fs::{self, DirBuilder};
+use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
+use cell_model::runs::children::ChildId;
+use cell_model::runs::record::RecordReport;
 use cell_rt::memory::is_tmpfs;
 use cell_rt::process::user_id;
 
@@ -17,6 +20,14 @@ use crate::lock::{Holder, Lock};
 
 /// Names the base directory of all cells.
 pub const ENV_RUN_DIR: &str = "ROBOCELL_RUN_DIR";
+
+/// The file that marks a run directory: everything beside it may be deleted.
+const MARKER: &str = ".robocell";
+/// What is in it.
+const MARKED: &str =
+    "A run directory of robocell; the next run of this cell deletes what is in it.\n";
+/// What a run directory holds before it is marked, and keeps when it is emptied.
+pub(crate) const KEPT: [&str; 2] = [MARKER, "lock"];
 
 /// Start of every prefix of ours in shared memory.
 const FAMILY: &str = "rc";
@@ -111,9 +122,14 @@ impl RunDir {
         self.path.join("record.sock")
     }
 
+    /// What the recorder says of what it recorded.
+    pub fn record_report(&self) -> Option<RecordReport> {
+        RecordReport::load(&self.path)
+    }
+
     /// Pids of the processes, for the next start after a crash of the launcher.
     pub fn children(&self) -> PathBuf {
-        self.path.join("children.json")
+        ChildId::path(&self.path)
     }
 
     /// Who runs the cell now, if anybody.
@@ -121,20 +137,16 @@ impl RunDir {
         Lock::holder(&self.path.join("lock"))
     }
 
-    /// Makes the directory, readable by nobody else, and takes its lock.
+    /// Makes the directory, readable by nobody else, and takes its lock. A directory
+    /// of that name that is not ours is refused, as it would be emptied.
     pub fn take(&self, cell: &str) -> Result<Lock, Failure> {
         let show = self.path.display();
-        let make = |dir: &Path| DirBuilder::new().recursive(true).mode(0o700).create(dir);
-        make(&self.path).cannot(format!("make the run directory {show}"))?;
-        let meta = fs::metadata(&self.path).cannot(format!("look at the run directory {show}"))?;
-        if meta.uid() != user_id() || meta.mode() & 0o077 != 0 {
-            return Err(Failure::configuration(format!(
-                "the run directory {show} belongs to user {} with mode {:o}; it has to be yours with mode 700: \
-                 remove it, or set {ENV_RUN_DIR} to another directory",
-                meta.uid(),
-                meta.mode() & 0o777
-            )));
+        make_private(self.path.parent().unwrap_or(Path::new("/")), true)
+            .cannot(format!("make the directory above the run directory {show}"))?;
+        if !make_private(&self.path, false).cannot(format!("make the run directory {show}"))? {
+            self.check_ours()?;
         }
+        fs::write(self.path.join(MARKER), MARKED).cannot(format!("write to {show}"))?;
         match Lock::take(&self.path.join("lock")).cannot(format!("lock {show}"))? {
             Ok(lock) => Ok(lock),
             Err(holder) => Err(Failure::configuration(format!(
@@ -143,6 +155,58 @@ impl RunDir {
                 holder.pid, holder.since
             ))),
         }
+    }
+
+    /// Whether a directory that exists was made by us and for us.
+    fn check_ours(&self) -> Result<(), Failure> {
+        let show = self.path.display();
+        let refuse = |why: String| {
+            Err(Failure::configuration(format!(
+                "{show} {why}; a run would delete what is in it: remove it, choose another name \
+                 with `--cell`, or set {ENV_RUN_DIR} to another directory"
+            )))
+        };
+        let meta = fs::symlink_metadata(&self.path).cannot(format!("look at {show}"))?;
+        if !meta.is_dir() {
+            let kind = if meta.is_symlink() {
+                "symbolic link"
+            } else {
+                "file"
+            };
+            return refuse(format!("is a {kind} and no run directory"));
+        }
+        if meta.uid() != user_id() || meta.mode() & 0o077 != 0 {
+            return refuse(format!(
+                "belongs to user {} with mode {:o}, not to you alone (mode 700)",
+                meta.uid(),
+                meta.mode() & 0o777
+            ));
+        }
+        if self.is_marked() || self.is_unused().cannot(format!("read {show}"))? {
+            return Ok(());
+        }
+        refuse(format!(
+            "is no run directory of robocell: it has no file `{MARKER}` of ours"
+        ))
+    }
+
+    fn is_marked(&self) -> bool {
+        let marker = self.path.join(MARKER);
+        let is_file = fs::symlink_metadata(&marker).is_ok_and(|meta| meta.is_file());
+        is_file && fs::read(marker).is_ok_and(|text| text == MARKED.as_bytes())
+    }
+
+    /// Whether a run that was killed can have left it before it marked it.
+    fn is_unused(&self) -> io::Result<bool> {
+        for entry in fs::read_dir(&self.path)? {
+            if !KEPT
+                .iter()
+                .any(|name| entry.as_ref().is_ok_and(|e| e.file_name() == *name))
+            {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// Start of the prefix of every run in this directory.
@@ -161,6 +225,19 @@ impl RunDir {
             self.path.join(format!("b{tag:04x}")),
             format!("{}{tag:04x}_", self.family()),
         )
+    }
+}
+
+/// Makes a directory only its user can read; whether it was not there before.
+fn make_private(path: &Path, recursive: bool) -> io::Result<bool> {
+    match DirBuilder::new()
+        .recursive(recursive)
+        .mode(0o700)
+        .create(path)
+    {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(false),
+        Err(error) => Err(error),
     }
 }
 
@@ -184,6 +261,32 @@ mod tests {
             "{root:?} {prefix}"
         );
         assert!(prefix.starts_with(&dir.family()));
+    }
+
+    #[test]
+    fn a_directory_that_is_not_ours_is_refused_and_stays_as_it_is() {
+        let base = std::env::temp_dir().join(format!("robocell-foreign-{}", std::process::id()));
+        let dir = RunDir::at(base.join("cell"));
+        drop(dir.take("cell").unwrap());
+        drop(dir.take("cell").unwrap());
+        fs::remove_file(dir.path().join(MARKER)).unwrap();
+        drop(dir.take("cell").unwrap());
+        // Ours, but without a marker and with something in it: not ours any more.
+        fs::remove_file(dir.path().join(MARKER)).unwrap();
+        fs::write(dir.path().join("thesis.tex"), "x").unwrap();
+        let said = dir.take("cell").unwrap_err().message;
+        assert!(
+            said.contains(".robocell") && said.contains("--cell"),
+            "{said}"
+        );
+        fs::write(dir.path().join(MARKER), "something else").unwrap();
+        dir.take("cell").unwrap_err();
+        assert!(dir.path().join("thesis.tex").exists());
+        let link = RunDir::at(base.join("link"));
+        std::os::unix::fs::symlink(dir.path(), link.path()).unwrap();
+        let said = link.take("link").unwrap_err().message;
+        assert!(said.contains("symbolic link"), "{said}");
+        fs::remove_dir_all(base).unwrap();
     }
 
     #[test]

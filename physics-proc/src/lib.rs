@@ -15,5 +15,7 @@ mod gripper;
 pub mod operator;
 pub mod plant;
 pub mod process;
+mod recorder_pace;
+mod resume;
 mod state;
 pub mod world;

@@ -12,7 +12,9 @@ use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED};
 use ipc_types::{
     Decision, GripperGoal, Header, OperatorReply, OperatorRequest, Pose, TICK_NS, Text, WorldState,
 };
+use serde::{Deserialize, Serialize};
 
+use crate::resume::Switches;
 use crate::world::{StepInput, World, WorldError};
 
 /// What to do at a tick boundary.
@@ -41,6 +43,19 @@ pub struct Plant {
     ending: bool,
     /// A script line the launcher has to act on.
     waiting: Option<(u32, ScriptAction)>,
+    /// Requests obeyed, but for those that come with every frame of a page.
+    requests: u64,
+    /// Tick this start of physics began with.
+    resumed_tick: u64,
+}
+
+/// What decides what follows besides the world and the run.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    script: ScriptRunner,
+    paused: bool,
+    steps_left: Option<u64>,
+    waiting: Option<(u32, ScriptAction)>,
 }
 
 impl Plant {
@@ -63,7 +78,52 @@ impl Plant {
             steps_left: None,
             ending: false,
             waiting: None,
+            requests: 0,
+            resumed_tick: 0,
         })
+    }
+
+    /// The present state as bytes, for a successor of this process.
+    pub(crate) fn save(&self) -> Vec<u8> {
+        let saved = Saved {
+            script: self.script.clone(),
+            paused: self.paused,
+            steps_left: self.steps_left,
+            waiting: self.waiting.clone(),
+        };
+        // Without its first line it is refused by `restore`.
+        let mut bytes = serde_json::to_vec(&saved).unwrap_or_default();
+        bytes.push(b'\n');
+        bytes.extend(self.world.snapshot());
+        bytes
+    }
+
+    /// Continues from what [`Plant::save`] gave in a run of the same cell and script.
+    ///
+    /// # Errors
+    /// [`WorldError::Snapshot`]; the plant is unchanged then.
+    pub(crate) fn restore(&mut self, bytes: &[u8]) -> Result<(), WorldError> {
+        let damaged = |error: serde_json::Error| WorldError::Snapshot {
+            reason: format!("it is damaged ({error})"),
+        };
+        let line = bytes.iter().position(|byte| *byte == b'\n');
+        let (saved, world) = bytes.split_at(line.unwrap_or(0));
+        let saved: Saved = serde_json::from_slice(saved).map_err(damaged)?;
+        self.world.restore(world.get(1..).unwrap_or_default())?;
+        self.script = saved.script;
+        self.paused = saved.paused;
+        self.steps_left = saved.steps_left;
+        self.waiting = saved.waiting;
+        self.resumed_tick = self.world.tick();
+        Ok(())
+    }
+
+    /// What people switched.
+    pub(crate) fn switches(&self) -> Switches {
+        Switches {
+            paused: self.paused,
+            requests: self.requests,
+        }
     }
 
     /// Decisions older than this stop the belt (ticks).
@@ -108,6 +168,7 @@ impl Plant {
             | if self.ending { FLAG_ENDING } else { 0 };
         state.script_line = self.waiting.as_ref().map_or(0, |(line, _)| *line);
         state.script_left = self.script.left();
+        state.resumed_tick = self.resumed_tick;
     }
 
     /// The script line the launcher has to act on.
@@ -129,6 +190,11 @@ impl Plant {
             ),
             Some(action) => self.act(action, request),
         };
+        let is_kept = !matches!(
+            OperatorAction::from_code(request.action),
+            None | Some(OperatorAction::Ping | OperatorAction::Drag | OperatorAction::ScriptDone)
+        );
+        self.requests += u64::from(is_kept && code == ReplyCode::Accepted);
         OperatorReply {
             header: Header::caused_by::<OperatorReply>(self.world.tick()),
             code: code.code(),

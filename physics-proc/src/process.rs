@@ -13,6 +13,8 @@ use ipc_types::topic::{Process, TopicId};
 use ipc_types::{ArmCommand, DECISION_TICKS, Decision, Header, MAX_ARMS, TICK_NS, WorldState};
 
 use crate::plant::{Next, Plant};
+use crate::recorder_pace::RecorderPace;
+use crate::resume::Resume;
 use crate::state::tap::StateTap;
 use crate::world::StepInput;
 
@@ -54,12 +56,17 @@ impl RunError for ProcessError {
 /// can fail happens before the bus is touched.
 pub fn run(start: &Start) -> Result<(), ProcessError> {
     let mut plant = Plant::new(&start.cell, &start.spec)?;
+    let was_one = start.generation > 1;
+    let (run_dir, run) = (&start.spec.run_dir, start.spec.run);
+    // Before this thread has real-time scheduling and a core of its own: the thread
+    // that writes shall have neither.
+    let resume = Resume::open(run_dir, run, was_one, &mut plant);
     let fifo = start.real_time(PHYSICS_PRIORITY, 0);
     if start.spec.speed == Speed::RealTime && !fifo {
         plant.set_decision_limit(DECISION_AGE_OTHER_TICKS);
     }
     let bus = start.join(Process::Physics)?;
-    let mut process = PhysicsProcess::new(&bus, plant, &start.spec, fifo)?;
+    let mut process = PhysicsProcess::new(&bus, (plant, resume), &start.spec, fifo)?;
     match start.spec.speed {
         Speed::RealTime => process.real_time(fifo),
         Speed::Max => process.lockstep(0),
@@ -70,12 +77,14 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
 
 struct PhysicsProcess {
     plant: Plant,
+    resume: Resume,
     generation: u32,
     tick: u64,
     state: Publisher<WorldState>,
     tap: StateTap,
     commands: Vec<Latest<ArmCommand>>,
     decision: Latest<Decision>,
+    recorder: RecorderPace,
     operator: OperatorServer,
     health: HealthReporter,
     controller_bells: Vec<Doorbell>,
@@ -87,17 +96,24 @@ struct PhysicsProcess {
 }
 
 impl PhysicsProcess {
-    fn new(bus: &Bus, plant: Plant, spec: &RunSpec, fifo: bool) -> Result<Self, BusError> {
+    fn new(
+        bus: &Bus,
+        (plant, resume): (Plant, Resume),
+        spec: &RunSpec,
+        fifo: bool,
+    ) -> Result<Self, BusError> {
         let commands = (0..spec.arms).map(|arm| bus.latest(TopicId::ArmCommand(arm)));
         let bells = (0..spec.arms).map(|arm| bus.doorbell(Process::Controller(arm)));
         Ok(Self {
             tick: plant.world().tick(),
             plant,
+            resume,
             generation: bus.generation(),
             state: bus.publisher(TopicId::WorldState)?,
             tap: StateTap::new(bus)?,
             commands: commands.collect::<Result<_, _>>()?,
             decision: bus.latest(TopicId::Decision)?,
+            recorder: RecorderPace::new(bus, spec.record.file.is_some())?,
             operator: bus.operator_server()?,
             health: HealthReporter::new(bus, Process::Physics, fifo)?,
             controller_bells: bells.collect::<Result<_, _>>()?,
@@ -119,6 +135,7 @@ impl PhysicsProcess {
             self.take_inputs();
             self.step();
             self.publish();
+            self.resume.turn(&self.plant);
             let now_ns = monotonic_ns();
             self.health
                 .cycle(wake.lateness_ns(), now_ns.saturating_sub(wake.woke_ns));
@@ -147,6 +164,7 @@ impl PhysicsProcess {
                     .cycle(0, monotonic_ns().saturating_sub(began_ns));
             }
             self.publish();
+            self.resume.turn(&self.plant);
             self.health.publish_if_due(self.tick, monotonic_ns());
         }
     }
@@ -218,6 +236,7 @@ impl PhysicsProcess {
         let mut patient_until_ns = monotonic_ns() + SPIN_NS;
         loop {
             self.take_inputs();
+            self.recorder.refresh();
             match self.missing() {
                 None => {
                     self.health.note("");
@@ -234,6 +253,9 @@ impl PhysicsProcess {
                         continue;
                     }
                     self.health.idle();
+                    if process == Process::Monitor {
+                        self.recorder.waited(monotonic_ns());
+                    }
                     self.health
                         .note(&format!("tick {} waits for {}", self.tick, process.name()));
                     self.health.publish_if_due(self.tick, monotonic_ns());
@@ -263,7 +285,8 @@ impl PhysicsProcess {
         if due && !self.decision.get().is_some_and(|d| answered(&d.header)) {
             return Some(Process::Task);
         }
-        None
+        let behind = self.recorder.is_behind(self.generation, self.tick);
+        behind.then_some(Process::Monitor)
     }
 }
 

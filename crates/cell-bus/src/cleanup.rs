@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
 use crate::error::BusError;
@@ -45,6 +46,60 @@ pub fn segments(site: &RunSite) -> Result<Vec<PathBuf>, BusError> {
     }
     found.sort();
     Ok(found)
+}
+
+/// What [`remove_half_made`] found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HalfMade {
+    /// Removed.
+    pub removed: usize,
+    /// Left, because a process has it open: it may be finishing it.
+    pub in_use: usize,
+}
+
+/// Removes segments of the run whose maker was killed before it finished them.
+/// Whoever opens one waits for its maker: 1 s where it is unreadable, for ever where
+/// its size is 0 (iceoryx2-cal 0.10.0, `posix_shared_memory`: the arm
+/// `MappingSizeIsZero` does not look at the time).
+pub fn remove_half_made(site: &RunSite) -> Result<HalfMade, BusError> {
+    let mut found = segments(site)?;
+    found.retain(|path| is_half_made(path));
+    if found.is_empty() {
+        return Ok(HalfMade::default());
+    }
+    let count = found.len();
+    let mut removed = 0;
+    for path in cell_rt::process::unused(found) {
+        // Its maker may have finished it, and closed it, since the first look.
+        if is_half_made(&path) {
+            gone(fs::remove_file(&path)).map_err(|source| io_error(&path, source))?;
+        }
+        removed += 1;
+    }
+    Ok(HalfMade {
+        removed,
+        in_use: count - removed,
+    })
+}
+
+/// The transport gives a segment its size after it is created, and the right to be
+/// read when it is filled.
+fn is_half_made(path: &Path) -> bool {
+    const OWNER_READ: u32 = 0o400;
+    fs::symlink_metadata(path).is_ok_and(|meta| meta.len() == 0 || meta.mode() & OWNER_READ == 0)
+}
+
+/// Takes the run's segments away from other users: the transport gives one of 16 bytes
+/// to all.
+pub(crate) fn make_private(site: &RunSite) -> Result<(), BusError> {
+    for path in segments(site)? {
+        let mode = fs::metadata(&path).map(|meta| meta.mode());
+        if mode.is_ok_and(|mode| mode & 0o077 != 0) {
+            fs::set_permissions(&path, fs::Permissions::from_mode(0o600))
+                .map_err(|source| io_error(&path, source))?;
+        }
+    }
+    Ok(())
 }
 
 /// Deletes all there is of a run: the root with everything in it, and the

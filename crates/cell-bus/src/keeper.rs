@@ -72,6 +72,7 @@ impl Keeper {
         let operator = create_service(keeper.builder(OPERATOR_SERVICE)?)
             .map_err(|reason| create_error(OPERATOR_SERVICE, reason))?;
         keeper.services.push(Box::new(operator));
+        crate::cleanup::make_private(site)?;
         Ok(keeper)
     }
 
@@ -103,7 +104,7 @@ impl Keeper {
             }
             TopicId::Decision | TopicId::DecisionTap => self.create_topic_of::<Decision>(topic),
             TopicId::Trace => self.create_topic_of::<TraceLine>(topic),
-            TopicId::Health(_) => self.create_topic_of::<Health>(topic),
+            TopicId::Health(_) | TopicId::Recorder => self.create_topic_of::<Health>(topic),
         }
     }
 

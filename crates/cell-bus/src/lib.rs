@@ -31,7 +31,7 @@ mod subscriber;
 
 pub use bell::{Doorbell, Sleeper};
 pub use bus::Bus;
-pub use cleanup::{preflight, segments, wipe};
+pub use cleanup::{HalfMade, preflight, remove_half_made, segments, wipe};
 pub use error::{BusError, PublishError, RequestError};
 pub use fence::Counts;
 pub use gate::Gate;

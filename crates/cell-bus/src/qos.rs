@@ -37,7 +37,11 @@ pub(crate) fn topics(arms: u8) -> Vec<TopicId> {
     topics.extend(Process::all(arms).into_iter().map(TopicId::Health));
     let taps: Vec<TopicId> = topics.iter().filter_map(|topic| topic.tap()).collect();
     topics.extend(taps);
-    topics.extend([TopicId::WorldTap, TopicId::Keyframe(Process::Task)]);
+    topics.extend([
+        TopicId::WorldTap,
+        TopicId::Recorder,
+        TopicId::Keyframe(Process::Task),
+    ]);
     topics.extend((0..arms).map(|arm| TopicId::Keyframe(Process::Controller(arm))));
     topics
 }
@@ -51,7 +55,7 @@ fn message_size(topic: TopicId) -> usize {
         TopicId::ArmStatus(_) | TopicId::ArmStatusTap(_) => size_of::<ArmStatus>(),
         TopicId::Decision | TopicId::DecisionTap => size_of::<Decision>(),
         TopicId::Trace => size_of::<TraceLine>(),
-        TopicId::Health(_) => size_of::<Health>(),
+        TopicId::Health(_) | TopicId::Recorder => size_of::<Health>(),
     }
 }
 

@@ -35,6 +35,15 @@ impl RunSite {
                 "an absolute path in UTF-8 is needed".to_owned(),
             ));
         }
+        if !root.chars().all(|c| c.is_ascii() && !c.is_ascii_control()) {
+            return Err(site(
+                "root",
+                root,
+                "letters, digits and signs of ASCII are possible; set ROBOCELL_RUN_DIR \
+                 to such a path"
+                    .to_owned(),
+            ));
+        }
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         let prefix = self.prefix.as_str();
         if prefix.len() < MIN_PREFIX || !prefix.ends_with('_') || !prefix.chars().all(plain) {
@@ -92,6 +101,13 @@ mod tests {
         assert!(at("relative", "rc0_").is_err());
         for prefix in ["", "_", "rc0", "r/c_", "../_", "rc 0_"] {
             assert!(at("/dev/shm/r", prefix).is_err(), "{prefix}");
+        }
+        for root in ["/dev/shm/r\u{f6}bot", "/dev/shm/a\nb"] {
+            let said = at(root, "rc0_").unwrap_err().to_string();
+            assert!(
+                said.contains("ASCII") && said.contains("ROBOCELL_RUN_DIR"),
+                "{said}"
+            );
         }
         let long = at(&format!("/dev/shm/{}", "x".repeat(60)), "rc0_")
             .unwrap_err()

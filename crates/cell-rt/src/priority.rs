@@ -7,6 +7,10 @@ pub const PHYSICS_PRIORITY: i32 = 80;
 /// `SCHED_FIFO` priority of a controller.
 pub const CONTROLLER_PRIORITY: i32 = 75;
 
+/// `SCHED_FIFO` priority of a task: above all that is not a loop of the cell, so that
+/// a busy machine stops no decision.
+pub const TASK_PRIORITY: i32 = 70;
+
 /// What a process was granted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Granted {
@@ -56,13 +60,15 @@ pub fn request(priority: i32, core: Option<usize>) -> Granted {
     granted
 }
 
-/// Puts the calling thread into `SCHED_FIFO` at `priority` (1 to 99).
+/// Puts the calling thread into `SCHED_FIFO` at `priority` (1 to 99). Threads and
+/// processes it starts are of the normal class.
 pub fn set_fifo(priority: i32) -> io::Result<()> {
     let param = libc::sched_param {
         sched_priority: priority,
     };
+    let policy = libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK;
     // SAFETY: the pointer is to a live parameter; 0 names the calling thread.
-    check(unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const param) })
+    check(unsafe { libc::sched_setscheduler(0, policy, &raw const param) })
 }
 
 /// Puts the calling thread back into the normal class.

@@ -1,6 +1,8 @@
-//! Other processes: are they alive, end them, end with them.
+//! Other processes: are they alive, what do they use, end them, end with them.
 
+use std::fs;
 use std::io;
+use std::path::{Path, PathBuf};
 
 pub use libc::{SIGCONT, SIGINT, SIGKILL, SIGSTOP, SIGTERM};
 
@@ -56,6 +58,112 @@ pub fn start_time(pid: u32) -> Option<u64> {
     rest.split(' ').nth(19)?.parse().ok()
 }
 
+/// What the main thread of a process has had of the processor since its start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Share {
+    /// Time on a core (ns).
+    pub ran_ns: u64,
+    /// Time it could have run and waited for a core (ns); 0 on a kernel that does
+    /// not count it.
+    pub waited_ns: u64,
+    /// Whether it waits now: for a core, or within the kernel for a disk or a page.
+    pub waits: bool,
+}
+
+impl Share {
+    /// Of the process `pid` now; `None` without such a process.
+    pub fn of(pid: u32) -> Option<Self> {
+        let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+        let sched = fs::read_to_string(format!("/proc/{pid}/schedstat")).unwrap_or_default();
+        Self::parse(&stat, &sched)
+    }
+
+    fn parse(stat: &str, sched: &str) -> Option<Self> {
+        // The command name in parentheses may hold anything, so look behind its end.
+        let mut fields = stat.get(stat.rfind(')')? + 2..)?.split(' ');
+        let state = fields.next()?;
+        // Fields 14 and 15 of the line, in ticks of 10 ms (proc_pid_stat(5)).
+        let ticks: u64 = fields.skip(10).take(2).flat_map(str::parse::<u64>).sum();
+        let mut counted = sched.split_whitespace().map_while(|n| n.parse().ok());
+        let ran_ns: u64 = counted.next().unwrap_or(0);
+        Some(Self {
+            ran_ns: if ran_ns > 0 {
+                ran_ns
+            } else {
+                ticks * 10_000_000
+            },
+            waited_ns: counted.next().unwrap_or(0),
+            waits: matches!(state, "R" | "D"),
+        })
+    }
+
+    /// How much of the last `elapsed_ns` it could do nothing for lack of a core, a
+    /// disk or a page; `before` is from the beginning of that time.
+    ///
+    /// The kernel counts the wait for a core. Where it does not (a limit of the
+    /// control group, a disk), a process that waits now has waited all the time it
+    /// did not run.
+    pub fn starved_ns(&self, before: &Self, elapsed_ns: u64) -> u64 {
+        let counted = self.waited_ns.saturating_sub(before.waited_ns);
+        let ran = self.ran_ns.saturating_sub(before.ran_ns);
+        let seen = if self.waits {
+            elapsed_ns.saturating_sub(ran)
+        } else {
+            0
+        };
+        counted.max(seen).min(elapsed_ns)
+    }
+}
+
+/// Those of `paths` that no process has open or mapped. Processes of other users are
+/// not seen; they cannot open what is ours alone.
+pub fn unused(mut paths: Vec<PathBuf>) -> Vec<PathBuf> {
+    for process in fs::read_dir("/proc").into_iter().flatten().flatten() {
+        if paths.is_empty() {
+            break;
+        }
+        let is_process = process.file_name().as_encoded_bytes()[0].is_ascii_digit();
+        if is_process {
+            retain_unused(&process.path(), &mut paths);
+        }
+    }
+    paths
+}
+
+fn retain_unused(process: &Path, paths: &mut Vec<PathBuf>) {
+    for file in fs::read_dir(process.join("fd"))
+        .into_iter()
+        .flatten()
+        .flatten()
+    {
+        if let Ok(target) = fs::read_link(file.path()) {
+            paths.retain(|path| *path != target);
+        }
+    }
+    let maps = fs::read(process.join("maps")).unwrap_or_default();
+    for line in maps.split(|byte| *byte == b'\n') {
+        paths.retain(|path| !line.ends_with(path.as_os_str().as_encoded_bytes()));
+    }
+}
+
+/// Whether the process `pid` is alive and is the one that began at `started` (see
+/// [`start_time`]).
+pub fn is_same(pid: u32, started: u64) -> bool {
+    is_alive(pid) && start_time(pid) == Some(started)
+}
+
+/// The name the kernel shows for a process: of its program, or what it gave itself.
+pub fn name(pid: u32) -> Option<String> {
+    let text = fs::read_to_string(format!("/proc/{pid}/comm")).ok()?;
+    Some(text.trim_end().to_owned())
+}
+
+/// Gives this process a name of up to 15 bytes; called from its main thread.
+pub fn rename(name: &str) {
+    // What cannot be written leaves the old name.
+    fs::write("/proc/self/comm", name).ok();
+}
+
 /// Asks the kernel to send `signal` to this process when its parent dies, and
 /// checks that the parent `expected_parent` has not died before the request.
 ///
@@ -97,8 +205,17 @@ mod tests {
     #[test]
     fn we_are_alive_and_started_once() {
         assert!(is_alive(own_pid()));
-        assert_eq!(start_time(own_pid()), start_time(own_pid()));
-        assert!(start_time(own_pid()).is_some());
+        let started = start_time(own_pid()).unwrap();
+        assert!(is_same(own_pid(), started));
+        assert!(!is_same(own_pid(), started + 1));
+    }
+
+    #[test]
+    fn a_process_has_a_name() {
+        let program = std::env::current_exe().unwrap();
+        let program = program.file_name().unwrap().to_str().unwrap();
+        assert!(program.starts_with(&name(own_pid()).unwrap()));
+        assert_eq!(name(u32::MAX), None);
     }
 
     #[test]
@@ -114,6 +231,42 @@ mod tests {
         }
         child.wait().unwrap();
         assert!(!is_alive(child.id()));
+    }
+
+    #[test]
+    fn a_file_is_in_use_while_it_is_open_or_mapped() {
+        let path = std::env::temp_dir().join(format!("robocell-used-{}", own_pid()));
+        let file = fs::File::create(&path).unwrap();
+        assert!(unused(vec![path.clone()]).is_empty());
+        drop(file);
+        assert_eq!(unused(vec![path.clone()]).len(), 1);
+        fs::remove_file(&path).unwrap();
+        let program = std::env::current_exe().unwrap();
+        assert!(unused(vec![program]).is_empty(), "mapped");
+    }
+
+    #[test]
+    fn a_process_is_starved_while_it_waits_for_a_core_and_not_while_it_sleeps_or_runs() {
+        let stat =
+            |state: &str| format!("7 (a) b) {state} 1 7 7 0 -1 4 1 0 0 0 12 3 0 0 20 0 1 0 99");
+        let at = |state, sched| Share::parse(&stat(state), sched).unwrap();
+        let ms = 1_000_000;
+        let before = at("S", "5000000 1000000 9");
+        assert_eq!(
+            (before.ran_ns, before.waited_ns, before.waits),
+            (5 * ms, ms, false)
+        );
+        // 100 ms later: counted by the kernel, asleep, stopped, in an endless loop,
+        // held back by its control group.
+        let starved = |state, sched| at(state, sched).starved_ns(&before, 100 * ms) / ms;
+        assert_eq!(starved("S", "6000000 91000000 10"), 90);
+        assert_eq!(starved("S", "5000000 1000000 9"), 0);
+        assert_eq!(starved("T", "5000000 1000000 9"), 0);
+        assert_eq!(starved("R", "105000000 1000000 9"), 0);
+        assert_eq!(starved("R", "15000000 1000000 9"), 90);
+        assert_eq!(at("R", "0 0 0").ran_ns, 150 * ms, "from the clock ticks");
+        assert!(Share::of(own_pid()).unwrap().ran_ns > 0);
+        assert_eq!(Share::of(u32::MAX), None);
     }
 
     #[test]

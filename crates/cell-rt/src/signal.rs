@@ -12,27 +12,36 @@ extern "C" fn on_signal(_signal: libc::c_int) {
     STOP.store(true, Ordering::Release);
 }
 
-/// Makes SIGTERM, SIGINT and SIGHUP (its terminal was closed; not under `nohup`)
-/// set the flag of [`stop_requested`] in place of ending the process. Blocking calls return early (`EINTR`) when one arrives.
+/// Makes SIGTERM, SIGINT, SIGQUIT and SIGHUP (its terminal was closed; not under
+/// `nohup`) set the flag of [`stop_requested`] in place of ending the process, and
+/// SIGUSR1 and SIGUSR2 do nothing. Blocking calls return early (`EINTR`) when one of
+/// the first arrives.
 pub fn install_stop_handler() -> io::Result<()> {
-    for signal in [libc::SIGTERM, libc::SIGINT, libc::SIGHUP] {
-        if signal == libc::SIGHUP && is_ignored(signal)? {
-            continue;
-        }
-        // SAFETY: sigaction is plain data, all zeros is a value of it.
-        let mut action: libc::sigaction = unsafe { core::mem::zeroed() };
-        action.sa_sigaction = on_signal as extern "C" fn(libc::c_int) as libc::sighandler_t;
-        // SAFETY: the pointers are to a live action with a handler that only
-        // touches atomics; no old action is asked for.
-        let result = unsafe {
-            libc::sigemptyset(&raw mut action.sa_mask);
-            libc::sigaction(signal, &raw const action, core::ptr::null_mut())
-        };
-        if result != 0 {
-            return Err(io::Error::last_os_error());
+    let stop = on_signal as extern "C" fn(libc::c_int) as libc::sighandler_t;
+    for signal in [libc::SIGTERM, libc::SIGINT, libc::SIGQUIT, libc::SIGHUP] {
+        if signal != libc::SIGHUP || !is_ignored(signal)? {
+            install(signal, stop)?;
         }
     }
-    Ok(())
+    install(libc::SIGUSR1, libc::SIG_IGN)?;
+    install(libc::SIGUSR2, libc::SIG_IGN)
+}
+
+fn install(signal: libc::c_int, handler: libc::sighandler_t) -> io::Result<()> {
+    // SAFETY: sigaction is plain data, all zeros is a value of it.
+    let mut action: libc::sigaction = unsafe { core::mem::zeroed() };
+    action.sa_sigaction = handler;
+    // SAFETY: the pointers are to a live action whose handler, if it is not the
+    // kernel's own, only touches atomics; no old action is asked for.
+    let result = unsafe {
+        libc::sigemptyset(&raw mut action.sa_mask);
+        libc::sigaction(signal, &raw const action, core::ptr::null_mut())
+    };
+    if result == 0 {
+        Ok(())
+    } else {
+        Err(io::Error::last_os_error())
+    }
 }
 
 fn is_ignored(signal: libc::c_int) -> io::Result<bool> {

@@ -1,7 +1,7 @@
-//! A record that survives `kill -9` at any instant.
+//! Records that survive `kill -9` at any instant.
 //!
-//! Two slots in a mapped file, written in turn, each with a checksum over
-//! everything in it. While one is being written the other one is whole.
+//! Two slots or more in a mapped file, written in turn, each with a checksum over
+//! everything in it. While one is being written the others are whole.
 
 use std::io;
 use std::path::Path;
@@ -10,20 +10,23 @@ use std::sync::atomic::{AtomicU64, Ordering, fence};
 use crate::crc::crc32;
 use crate::shared::SharedWords;
 
-/// Marks a file of this layout (`RCSLOT01`).
-const MAGIC: u64 = u64::from_le_bytes(*b"RCSLOT01");
-/// Words before the first slot: magic, capacity in bytes.
-const FILE_HEADER: usize = 2;
+/// Marks a file of this layout (`RCSLOT02`).
+const MAGIC: u64 = u64::from_le_bytes(*b"RCSLOT02");
+/// Words before the first slot: magic, capacity in bytes, number of slots.
+const FILE_HEADER: usize = 3;
 /// Words before a slot's content: seq, length in bytes, checksum.
 const SLOT_HEADER: usize = 3;
 /// Largest record.
 const MAX_CAPACITY: usize = 64 * 1024 * 1024;
+/// Most slots.
+const MAX_SLOTS: usize = 64;
 
-/// The two-slot file. Writing allocates nothing and calls nobody.
+/// The file of slots. Writing allocates nothing and calls nobody.
 #[derive(Debug)]
 pub struct SlotFile {
     memory: SharedWords,
     capacity: usize,
+    slots: usize,
     next: usize,
 }
 
@@ -32,28 +35,38 @@ impl SlotFile {
     /// `capacity` bytes. A file of another layout or capacity is begun anew:
     /// what is in it is not ours to read.
     pub fn open(path: &Path, capacity: usize) -> io::Result<Self> {
-        if capacity == 0 || capacity > MAX_CAPACITY {
-            let text = format!("a slot of {capacity} bytes; 1 to {MAX_CAPACITY} are possible");
+        Self::with_slots(path, capacity, 2)
+    }
+
+    /// As [`Self::open`], with room for the newest `slots` records (2 to 64).
+    pub fn with_slots(path: &Path, capacity: usize, slots: usize) -> io::Result<Self> {
+        let fits = (1..=MAX_CAPACITY).contains(&capacity) && (2..=MAX_SLOTS).contains(&slots);
+        if !fits {
+            let text = format!(
+                "{slots} slots of {capacity} bytes; 2 to {MAX_SLOTS} of 1 to {MAX_CAPACITY} bytes \
+                 are possible"
+            );
             return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
         }
-        let words = FILE_HEADER + 2 * (SLOT_HEADER + capacity.div_ceil(8));
+        let words = FILE_HEADER + slots * (SLOT_HEADER + capacity.div_ceil(8));
         let memory = SharedWords::open(path, words)?;
         let mut this = Self {
             memory,
             capacity,
+            slots,
             next: 0,
         };
-        let [magic, stored] = [0, 1].map(|i| this.memory.words()[i].load(Ordering::Relaxed));
-        if magic != MAGIC || stored != capacity as u64 {
-            for word in this.memory.words() {
-                word.store(0, Ordering::Relaxed);
+        let wanted = [MAGIC, capacity as u64, slots as u64];
+        let found = [0, 1, 2].map(|i| this.memory.words()[i].load(Ordering::Relaxed));
+        if found != wanted {
+            this.clear();
+            for (word, value) in this.memory.words().iter().zip(wanted).rev() {
+                word.store(value, Ordering::Release);
             }
-            this.memory.words()[1].store(capacity as u64, Ordering::Relaxed);
-            this.memory.words()[0].store(MAGIC, Ordering::Release);
         }
-        // The older slot is the one to write next.
+        // The oldest slot is the one to write next.
         this.next = match this.newest_slot() {
-            Some((slot, _)) => 1 - slot,
+            Some((slot, _)) => (slot + 1) % slots,
             None => 0,
         };
         Ok(this)
@@ -82,7 +95,7 @@ impl SlotFile {
         }
         fence(Ordering::SeqCst);
         slot[2].store(u64::from(checksum(seq, record)), Ordering::Release);
-        self.next = 1 - self.next;
+        self.next = (self.next + 1) % self.slots;
         true
     }
 
@@ -92,16 +105,25 @@ impl SlotFile {
         self.read(slot).filter(|(read_seq, _)| *read_seq == seq)
     }
 
-    /// Forgets both records.
+    /// All whole records with their `seq`, the newest first.
+    pub fn all(&self) -> Vec<(u64, Vec<u8>)> {
+        let slots = 0..self.slots;
+        let mut all: Vec<_> = slots.filter_map(|slot| self.read(slot)).collect();
+        all.sort_by_key(|(seq, _)| core::cmp::Reverse(*seq));
+        all
+    }
+
+    /// Forgets all records.
     pub fn clear(&mut self) {
-        for slot in [0, 1] {
+        for slot in 0..self.slots {
             self.slot(slot)[2].store(u64::MAX, Ordering::Release);
         }
     }
 
     fn newest_slot(&self) -> Option<(usize, u64)> {
-        let seqs = [0, 1].map(|slot| self.read(slot).map(|(seq, _)| (slot, seq)));
-        seqs.into_iter().flatten().max_by_key(|(_, seq)| *seq)
+        let seq = |slot| Some((slot, self.read(slot)?.0));
+        let seqs = (0..self.slots).filter_map(seq);
+        seqs.max_by_key(|(_, seq)| *seq)
     }
 
     fn slot(&self, index: usize) -> &[AtomicU64] {
@@ -176,6 +198,21 @@ mod tests {
         );
         file.clear();
         assert_eq!(file.newest(), None);
+    }
+
+    #[test]
+    fn of_many_slots_the_newest_records_are_there_in_their_order() {
+        let place = TestFile::new("many");
+        let mut file = SlotFile::with_slots(&place.0, 8, 5).unwrap();
+        for seq in 1..=7 {
+            assert!(file.write(seq, &seq.to_le_bytes()));
+        }
+        drop(file);
+        let file = SlotFile::with_slots(&place.0, 8, 5).unwrap();
+        let seqs: Vec<_> = file.all().into_iter().map(|(seq, _)| seq).collect();
+        assert_eq!(seqs, [7, 6, 5, 4, 3]);
+        let file = SlotFile::with_slots(&place.0, 8, 4).unwrap();
+        assert_eq!(file.all(), [], "another layout");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod health;
+mod orphan;
 mod start;
 
 pub use health::HealthReporter;

@@ -9,6 +9,8 @@ use cell_model::{Cell, ModelError};
 use cell_rt::{priority, process, signal};
 use ipc_types::topic::Process;
 
+use crate::orphan;
+
 /// Configuration that cannot be used.
 const EXIT_CONFIGURATION: u8 = 3;
 /// Anything else.
@@ -44,6 +46,8 @@ pub struct Start {
     pub generation: u32,
     /// Which arm, for a controller.
     pub arm: u8,
+    /// Process id of the launcher.
+    launcher: u32,
 }
 
 impl Start {
@@ -64,6 +68,7 @@ impl Start {
             cell,
             generation: args.generation,
             arm: args.arm,
+            launcher: parent,
         })
     }
 
@@ -79,6 +84,21 @@ impl Start {
             eprintln!("warning: no {line}");
         }
         granted.fifo
+    }
+
+    /// Asks for real-time scheduling alone: no core and no memory of its own. Whether
+    /// it was granted; says in the log if not.
+    pub fn real_time_priority(&self, fifo_priority: i32) -> bool {
+        if !self.spec.real_time || self.spec.speed.is_lockstep() {
+            return false;
+        }
+        let granted = priority::set_fifo(fifo_priority);
+        if let Err(error) = &granted {
+            eprintln!(
+                "warning: no SCHED_FIFO {fifo_priority}: {error}; `robocell doctor` says more"
+            );
+        }
+        granted.is_ok()
     }
 
     /// Joins the run as `process`.
@@ -114,11 +134,17 @@ pub fn main<E: RunError>(name: &str, run: impl FnOnce(&Start) -> Result<(), E>) 
     };
     match Start::from_arguments() {
         Err(error) => fail(&error, EXIT_CONFIGURATION),
-        Ok(start) => match run(&start) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) if error.is_lasting() => fail(&error, EXIT_CONFIGURATION),
-            Err(error) => fail(&error, EXIT_FAILED),
-        },
+        Ok(start) => {
+            let code = match run(&start) {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(error) if error.is_lasting() => fail(&error, EXIT_CONFIGURATION),
+                Err(error) => fail(&error, EXIT_FAILED),
+            };
+            if process::parent_pid() != start.launcher {
+                orphan::end_the_others(&start.spec.run_dir);
+            }
+            code
+        }
     }
 }
 

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use cell_bus::{Bus, BusError, Doorbell, Gate, Publisher, Sleeper, Subscriber};
-use cell_rt::{monotonic_ns, signal::stop_requested};
+use cell_rt::{monotonic_ns, priority::TASK_PRIORITY, signal::stop_requested};
 use cell_worker::{HealthReporter, RunError, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::{TraceEvent, TraceKind};
@@ -67,7 +67,7 @@ pub fn run(start: &Start, policies: &Policies) -> Result<(), ProcessError> {
     let task = policies.task(&start.cell, &start.spec.policy)?;
     let slots = Slots::open(&start.spec.run_dir, start.spec.run)?;
     let bus = start.join(Process::Task)?;
-    let mut process = TaskProcess::new(&bus, task, slots, start.spec.arms)?;
+    let mut process = TaskProcess::new(&bus, task, slots, start)?;
     while !stop_requested() {
         process.turn();
     }
@@ -98,10 +98,11 @@ struct TaskProcess {
 }
 
 impl TaskProcess {
-    fn new(bus: &Bus, task: Task, slots: Slots, arms: u8) -> Result<Self, BusError> {
+    fn new(bus: &Bus, task: Task, slots: Slots, start: &Start) -> Result<Self, BusError> {
+        let fifo = start.real_time_priority(TASK_PRIORITY);
         let mut bells = vec![bus.doorbell(Process::Physics)?];
         let mut statuses = Vec::new();
-        for arm in 0..arms {
+        for arm in 0..start.spec.arms {
             bells.push(bus.doorbell(Process::Controller(arm))?);
             statuses.push((bus.subscriber(TopicId::ArmStatus(arm))?, Gate::new()));
         }
@@ -116,7 +117,7 @@ impl TaskProcess {
             lines: Vec::with_capacity(ROOM_FOR_LINES),
             bells,
             sleeper: bus.sleeper(Process::Task)?,
-            health: HealthReporter::new(bus, Process::Task, false)?,
+            health: HealthReporter::new(bus, Process::Task, fifo)?,
             message: Decision::zeroed(),
             decided: None,
             begun: false,
@@ -170,6 +171,7 @@ impl TaskProcess {
     /// Resumes from the checkpoint of the process before, if there is one.
     fn begin(&mut self, generation: u32, tick: u64) {
         let Some(saved) = self.slots.newest(generation) else {
+            self.begin_scene();
             return;
         };
         match self.task.restore(&saved.checkpoint) {
@@ -191,6 +193,26 @@ impl TaskProcess {
         let _sent = self.publish();
     }
 
+    /// Physics was started again: it has the state its predecessor kept, which this
+    /// task remembers, or a fresh scene.
+    fn begin_scene(&mut self) {
+        let resumed_tick = self.state.current().map_or(0, |state| state.resumed_tick);
+        let saved = self.slots.at(resumed_tick);
+        let restored = saved.is_some_and(|saved| {
+            let restored = self.task.restore(&saved.checkpoint);
+            if let Err(error) = &restored {
+                eprintln!("warning: {error}");
+            }
+            restored.is_ok()
+        });
+        if restored {
+            self.reconcile();
+            self.say(resumed_tick, "[task] resumed where physics resumed");
+        } else {
+            self.task.begin_new_scene();
+        }
+    }
+
     fn reconcile(&mut self) {
         if let Some(state) = self.state.current() {
             self.task.reconcile(state);
@@ -200,7 +222,7 @@ impl TaskProcess {
     fn decide(&mut self, generation: u32, tick: u64, lockstep: bool) {
         let began_ns = monotonic_ns();
         match self.decided {
-            Some((known, _)) if known != generation => self.task.begin_new_scene(),
+            Some((known, _)) if known != generation => self.begin_scene(),
             // This process was stopped for a while.
             Some((_, last)) if tick > last + MISSED_TICKS => self.reconcile(),
             _ => {}
@@ -214,6 +236,7 @@ impl TaskProcess {
             *slot = gate.current().filter(|s| s.header.answers(generation));
         }
         self.lines.clear();
+        self.slots.deciding_on(generation, tick);
         self.task
             .decide(state, &statuses, &mut self.message, &mut self.lines);
         name_inputs(&mut self.message.header, state, &statuses);

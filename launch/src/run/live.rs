@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use cell_bus::{Bus, Keeper, OperatorClient, RunSite};
+use cell_bus::RunSite;
 use cell_model::runs::spec::{PageSecrets, RunSpec};
 use cell_model::runs::summary::{RunFacts, RunSummary};
 use cell_rt::clock::monotonic_ns;
@@ -12,10 +12,14 @@ use ipc_types::decision::Outcome;
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::Process;
 use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED};
-use ipc_types::{Decision, OperatorRequest, Wire};
+use ipc_types::{Decision, Wire};
 
+use super::bus_thread::BusThread;
 use super::faults::{FaultStep, Faults, named};
+use super::half_made::HalfMadeSweep;
 use super::plan::{Plan, choose};
+use super::recording::RecordWatch;
+use super::starvation::Starvation;
 use super::watch::Watch;
 use crate::child::{Children, last_words};
 use crate::control::{Reply, Request, Server};
@@ -27,8 +31,8 @@ use crate::{leftovers, page, say};
 
 /// How often the launcher looks.
 const TURN: Duration = Duration::from_millis(5);
-/// How long physics may take to answer a request.
-const OPERATOR_PATIENCE: Duration = Duration::from_millis(100);
+/// How long the launcher's own ports may hear nothing before the run is given up (ns).
+const DEAF_LIMIT_NS: u64 = 30_000_000_000;
 
 /// How a run ended.
 pub enum End {
@@ -46,10 +50,11 @@ pub enum End {
 /// end, then the services go, then the lock.
 pub struct LiveCell {
     children: Children,
+    bus: BusThread,
     watch: Watch,
-    operator: OperatorClient,
-    bus: Bus,
-    keeper: Keeper,
+    sweep: HalfMadeSweep,
+    starvation: Starvation,
+    recording: RecordWatch,
     control: Server,
     supervisor: Supervisor,
     faults: Faults,
@@ -113,13 +118,7 @@ impl LiveCell {
             root: plan.spec.root.clone(),
             prefix: plan.spec.prefix.clone(),
         };
-        let keeper =
-            Keeper::create(&site, plan.spec.run, plan.spec.arms).cannot("prepare shared memory")?;
-        let bus = Bus::join(&site, plan.spec.run, 1, "launch").cannot("join the cell's bus")?;
-        let watch = Watch::open(&bus, &processes)?;
-        let operator = bus
-            .operator_client()
-            .cannot("reach the operator's service")?;
+        let bus = BusThread::start(site.clone(), plan.spec.run, &processes)?;
         let control = Server::open(&plan.dir.control())?;
         let mut order = processes.clone();
         // The monitor keeps the log, so it is there before the task's first line.
@@ -130,10 +129,11 @@ impl LiveCell {
         };
         Ok(Self {
             children: Children::new(plan.dir.clone(), programs),
-            watch,
-            operator,
             bus,
-            keeper,
+            watch: Watch::new(&processes),
+            sweep: HalfMadeSweep::new(site),
+            starvation: Starvation::default(),
+            recording: RecordWatch::default(),
             control,
             supervisor: Supervisor::new(&order, rules),
             faults: Faults::new(&plan.spec.script, &processes),
@@ -202,29 +202,36 @@ impl LiveCell {
             look(&mut self);
             std::thread::sleep(TURN);
         }
-        let end = self.end.take().unwrap_or(End::Stopped);
-        let (dir, root) = (self.plan.dir.clone(), self.plan.spec.root.clone());
         let Self {
             children,
-            watch,
-            operator,
             bus,
-            keeper,
+            mut sweep,
+            mut recording,
+            plan,
+            mut end,
             control,
             _lock,
             ..
         } = self;
-        drop((children, watch, operator, bus, keeper, control));
-        if let Err(failure) = leftovers::tidy(&dir, &root) {
+        drop(children);
+        sweep.turn(monotonic_ns(), true, 0);
+        drop((bus, control));
+        if let Some(End::Finished(summary)) = &mut end {
+            recording.end(&plan.dir, &plan.spec.record, summary);
+        }
+        if let Err(failure) = leftovers::tidy(&plan.dir, &plan.spec.root) {
             say::warn(failure);
         }
-        end
+        end.unwrap_or(End::Stopped)
     }
 
     /// One look at everything.
     pub fn turn(&mut self) {
         let now = monotonic_ns();
-        for (process, generation, exit) in self.children.reap() {
+        let ended = self.children.reap();
+        let silence_ns = self.supervisor.longest_silence();
+        self.sweep.turn(now, !ended.is_empty(), silence_ns);
+        for (process, generation, exit) in ended {
             self.tell(
                 now,
                 Event::Exited {
@@ -234,9 +241,11 @@ impl LiveCell {
                 },
             );
         }
-        for event in self.watch.poll() {
+        self.listen(now);
+        for event in self.starvation.poll(now, silence_ns, &self.running()) {
             self.tell(now, event);
         }
+        self.recording.turn(now, &self.plan.dir);
         self.look_for_the_end();
         self.act_on_script(now);
         self.answer_clients(now);
@@ -248,6 +257,30 @@ impl LiveCell {
         let mut actions = Vec::new();
         self.supervisor.poll(now, &mut actions);
         self.obey(now, actions);
+    }
+
+    fn listen(&mut self, now: u64) {
+        let news = self.bus.take(now);
+        if let Some((OperatorAction::TaskStart, true)) = news.answer {
+            self.start_event_given = true;
+        }
+        for event in self.watch.take(news) {
+            self.tell(now, event);
+        }
+        if self.bus.deaf_ns(now) > DEAF_LIMIT_NS {
+            let message = "the launcher has heard nothing from the cell's bus for 30 s: its shared \
+                           memory is damaged; start the cell again";
+            self.finish_with(End::GaveUp(message.to_owned()));
+        }
+    }
+
+    /// The processes that exist, with generation and pid.
+    fn running(&self) -> Vec<(Process, u32, u32)> {
+        let of = |process: &Process| {
+            let generation = self.supervisor.generation(*process);
+            Some((*process, generation, self.children.pid(*process)?))
+        };
+        self.processes.iter().filter_map(of).collect()
     }
 
     fn tell(&mut self, now: u64, event: Event) {
@@ -283,6 +316,11 @@ impl LiveCell {
                         process.name()
                     ));
                 }
+                Action::Starves {
+                    process,
+                    starved_ns,
+                    silent_ns,
+                } => say::warn(super::starvation::report(process, starved_ns, silent_ns)),
                 Action::GaveUp { process, reason } => self.give_up(process, &reason),
             }
         }
@@ -293,15 +331,19 @@ impl LiveCell {
         let name = process.name();
         let lines = last_words(&self.plan.dir.log(&name), 10);
         let log = if lines.is_empty() {
-            "its log is empty".to_owned()
+            "(it wrote nothing)".to_owned()
         } else {
             lines.join("\n  ")
         };
-        let message = format!("{name} is given up: {reason}. Its last words:\n  {log}");
         if process == Process::Monitor {
-            say::warn(message);
+            say::warn(format_args!(
+                "{name} has stopped: {reason}. The cell runs without its page and recorder; {name} \
+                 is tried again in 30 s, or by `robocell restart monitor`. Its last words:\n  {log}"
+            ));
         } else {
-            self.finish_with(End::GaveUp(message));
+            self.finish_with(End::GaveUp(format!(
+                "{name} is given up: {reason}. Its last words:\n  {log}"
+            )));
         }
     }
 
@@ -365,8 +407,11 @@ impl LiveCell {
         let Some(decision) = self.watch.decision() else {
             return;
         };
-        self.start_event_given =
-            decision.outcome != Outcome::Idle.code() || self.request(OperatorAction::TaskStart, 0);
+        if decision.outcome == Outcome::Idle.code() {
+            self.bus.ask(OperatorAction::TaskStart, 0);
+        } else {
+            self.start_event_given = true;
+        }
     }
 
     fn act_on_script(&mut self, now: u64) {
@@ -382,20 +427,9 @@ impl LiveCell {
                         self.children.signal(process, SIGCONT);
                     }
                 }
-                FaultStep::Tell(line) => {
-                    self.request(OperatorAction::ScriptDone, line);
-                }
+                FaultStep::Tell(line) => self.bus.ask(OperatorAction::ScriptDone, line),
             }
         }
-    }
-
-    /// Asks physics; what is not answered is asked again by whoever needs it.
-    fn request(&mut self, action: OperatorAction, count: u32) -> bool {
-        let mut request = OperatorRequest::zeroed();
-        request.action = action.code();
-        request.count = count;
-        request.pose = ipc_types::Pose::IDENTITY;
-        self.operator.request(request, OPERATOR_PATIENCE).is_ok()
     }
 
     fn answer_clients(&mut self, now: u64) {

@@ -1,13 +1,18 @@
 //! `robocell run`: one cell from its first file to its last line.
 
 mod banner;
+mod bus_thread;
 mod faults;
+mod half_made;
 mod live;
 mod one_process;
 mod phases;
 pub(crate) mod plan;
+mod recording;
+mod starvation;
 mod watch;
 
+use cell_model::runs::spec::RecordSpec;
 use cell_model::runs::summary::{RunOutcome, RunSummary};
 
 use crate::cli::RunArgs;
@@ -26,6 +31,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     loop {
         let until_done = plan.spec.until_done;
         let mut greet = plan.stays && !args.json;
+        let record = plan.spec.record.clone();
         let live = LiveCell::start(plan)?;
         if !args.json {
             live.announce();
@@ -44,13 +50,13 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
                     message: "stopped before the task was done".to_owned(),
                 });
             }
-            end => return report(&end, args.json),
+            end => return report(&end, &record, args.json),
         }
     }
 }
 
 /// The last words of a run, and its exit code.
-fn report(end: &End, json: bool) -> Result<(), Failure> {
+fn report(end: &End, record: &RecordSpec, json: bool) -> Result<(), Failure> {
     match end {
         End::Finished(summary) => {
             if json {
@@ -58,7 +64,12 @@ fn report(end: &End, json: bool) -> Result<(), Failure> {
             } else {
                 say::line(banner::outcome(summary));
             }
-            code_of(summary)
+            code_of(summary)?;
+            if recording::failed(record, summary) {
+                // It is said already.
+                return Err(Failure::silent(Code::Configuration));
+            }
+            Ok(())
         }
         End::Stopped | End::Replaced(_) => Ok(()),
         End::GaveUp(message) => Err(Failure {

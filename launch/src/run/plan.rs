@@ -15,6 +15,9 @@ use crate::page::Page;
 use crate::rundir::RunDir;
 use crate::{flight, say, task_program};
 
+/// A file system with less room than this takes no recording (bytes).
+const LEAST_FREE_BYTES: u64 = 1 << 20;
+
 /// A run that can be started.
 #[derive(Debug)]
 pub struct Plan {
@@ -270,7 +273,37 @@ pub(crate) fn new_file(path: &Path) -> Result<PathBuf, Failure> {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    Ok(absolute(parent)?.join(name))
+    let path = absolute(parent)?.join(name);
+    check_new(&path)?;
+    Ok(path)
+}
+
+/// Whether a file can be made at `path`, and hold something.
+fn check_new(path: &Path) -> Result<(), Failure> {
+    let show = path.display();
+    let refuse = |why: String| {
+        Err(Failure::configuration(format!(
+            "cannot record to {show}: {why}; give the path of a new file"
+        )))
+    };
+    match fs::symlink_metadata(path) {
+        Ok(meta) if meta.is_dir() => return refuse("it is a directory".to_owned()),
+        Ok(meta) if meta.is_file() => return refuse("it exists already".to_owned()),
+        Ok(_) => return refuse("it is a device, a pipe, a socket or a link".to_owned()),
+        Err(_) => {}
+    }
+    let made = fs::File::options().write(true).create_new(true).open(path);
+    if let Err(error) = made.and_then(|_| fs::remove_file(path)) {
+        return refuse(error.to_string());
+    }
+    let dir = path.parent().unwrap_or(Path::new("/"));
+    let free = cell_rt::memory::free_bytes(dir).cannot(format!("look at {}", dir.display()))?;
+    if free < LEAST_FREE_BYTES {
+        return refuse(format!(
+            "its file system has {free} bytes free, a second of a recording takes about 1 MB"
+        ));
+    }
+    Ok(())
 }
 
 /// Paths are made absolute: the processes work in another directory.

@@ -1,17 +1,16 @@
-//! What the launcher hears of the processes.
+//! What the launcher heard of the processes.
 
-use cell_bus::{Bus, Latest};
 use ipc_types::health::Scheduling;
-use ipc_types::topic::{Process, TopicId};
+use ipc_types::topic::Process;
 use ipc_types::{Decision, Health, WorldState};
 
-use crate::failure::{Context, Failure};
+use super::bus_thread::News;
 use crate::supervisor::Event;
 
 /// Health of one process, over its restarts.
 struct Pulse {
     process: Process,
-    latest: Latest<Health>,
+    newest: Option<Box<Health>>,
     /// Missed cycles of the generations before.
     missed_before: u64,
     generation: u32,
@@ -21,60 +20,57 @@ struct Pulse {
 /// The newest of everything the launcher looks at.
 pub struct Watch {
     pulses: Vec<Pulse>,
-    state: Latest<WorldState>,
-    decision: Latest<Decision>,
+    state: Option<Box<WorldState>>,
+    decision: Option<Box<Decision>>,
 }
 
 impl Watch {
-    /// Opens what is heard of `processes`.
-    pub fn open(bus: &Bus, processes: &[Process]) -> Result<Self, Failure> {
-        let what = "read the cell's topics";
-        let pulse = |process: &Process| {
-            let latest = bus.latest(TopicId::Health(*process)).cannot(what)?;
-            Ok(Pulse {
-                process: *process,
-                latest,
-                missed_before: 0,
-                generation: 0,
-                missed: 0,
-            })
+    /// Of `processes`, of which nothing was heard yet.
+    pub(super) fn new(processes: &[Process]) -> Self {
+        let pulse = |process: &Process| Pulse {
+            process: *process,
+            newest: None,
+            missed_before: 0,
+            generation: 0,
+            missed: 0,
         };
-        Ok(Self {
-            pulses: processes
-                .iter()
-                .map(pulse)
-                .collect::<Result<_, Failure>>()?,
-            state: bus.latest(TopicId::WorldState).cannot(what)?,
-            decision: bus.latest(TopicId::Decision).cannot(what)?,
-        })
+        Self {
+            pulses: processes.iter().map(pulse).collect(),
+            state: None,
+            decision: None,
+        }
     }
 
-    /// Takes what is new; health messages become events.
-    pub fn poll(&mut self) -> Vec<Event> {
-        // The state first: one that says the run ends was published after the
-        // decision it ends with.
-        self.state.refresh();
-        self.decision.refresh();
-        self.pulses.iter_mut().filter_map(Pulse::poll).collect()
+    /// Takes what is new; what it says of the processes becomes events.
+    pub(super) fn take(&mut self, news: News) -> Vec<Event> {
+        self.state = news.state.or(self.state.take());
+        self.decision = news.decision.or(self.decision.take());
+        let mut events = Vec::new();
+        for (process, health) in news.healths {
+            let pulse = self.pulses.iter_mut().find(|p| p.process == process);
+            events.extend(pulse.map(|pulse| pulse.take(health)));
+        }
+        // After the signs of life: what is left is silence.
+        events.push(Event::Listened {
+            ns: news.listened_ns,
+        });
+        events
     }
 
     /// The newest state of the world.
     pub fn state(&self) -> Option<&WorldState> {
-        self.state.get()
+        self.state.as_deref()
     }
 
     /// The newest decision.
     pub fn decision(&self) -> Option<&Decision> {
-        self.decision.get()
+        self.decision.as_deref()
     }
 
     /// The newest health of a process.
     pub fn health(&self, process: Process) -> Option<&Health> {
-        self.pulses
-            .iter()
-            .find(|p| p.process == process)?
-            .latest
-            .get()
+        let pulse = self.pulses.iter().find(|p| p.process == process)?;
+        pulse.newest.as_deref()
     }
 
     /// Missed cycles of all controllers since the start of the cell.
@@ -88,21 +84,19 @@ impl Watch {
 }
 
 impl Pulse {
-    fn poll(&mut self) -> Option<Event> {
-        if !self.latest.refresh() {
-            return None;
-        }
-        let health = self.latest.get()?;
+    fn take(&mut self, health: Box<Health>) -> Event {
         if health.header.generation != self.generation {
             self.generation = health.header.generation;
             self.missed_before += self.missed;
         }
         self.missed = health.missed_cycles;
-        Some(Event::Health {
+        let event = Event::Health {
             process: self.process,
             generation: health.header.generation,
             cycles: health.cycles,
             fifo: health.scheduling == Scheduling::Fifo.code(),
-        })
+        };
+        self.newest = Some(health);
+        event
     }
 }

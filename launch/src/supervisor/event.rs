@@ -34,6 +34,22 @@ pub enum Event {
         /// Whether it has real-time scheduling.
         fifo: bool,
     },
+    /// The processes were listened to for so long since the last time; who said
+    /// nothing was silent.
+    Listened {
+        /// Nanoseconds.
+        ns: u64,
+    },
+    /// A process could do nothing for so long since the last time, because it got no
+    /// core, disk or page.
+    Starved {
+        /// Which.
+        process: Process,
+        /// Which start of it.
+        generation: u32,
+        /// Nanoseconds.
+        ns: u64,
+    },
     /// A process is gone.
     Exited {
         /// Which.
@@ -99,7 +115,17 @@ pub enum Action {
         /// What happened, in words.
         what: String,
     },
-    /// It is not started again.
+    /// It gets so little of the processor that it would count as hung; say so. It is
+    /// left running.
+    Starves {
+        /// Which.
+        process: Process,
+        /// Time it could do nothing (ns).
+        starved_ns: u64,
+        /// Of how long without a sign of life (ns).
+        silent_ns: u64,
+    },
+    /// It is not started again; a monitor is, after a long delay.
     GaveUp {
         /// Which.
         process: Process,

@@ -59,6 +59,12 @@ impl Supervisor {
         self.slots.iter().all(|slot| slot.state == Lifecycle::Down)
     }
 
+    /// For how long the most silent process has given no sign of life (ns).
+    pub fn longest_silence(&self) -> u64 {
+        let silences = self.slots.iter().map(Slot::silence);
+        silences.max().unwrap_or(0)
+    }
+
     /// Which start of `process` is the newest; 0: none yet.
     pub fn generation(&self, process: Process) -> u32 {
         self.slots
@@ -86,6 +92,16 @@ impl Supervisor {
                 }
                 self.note_ready(out);
             }
+            Event::Listened { ns } => self.slots.iter_mut().for_each(|slot| slot.listened(ns)),
+            Event::Starved {
+                process,
+                generation,
+                ns,
+            } => {
+                if let Some(slot) = self.slot(process, generation) {
+                    slot.starved(ns);
+                }
+            }
             Event::Exited {
                 process,
                 generation,
@@ -100,10 +116,7 @@ impl Supervisor {
                 if let Some(slot) = self.slot(process, generation) {
                     slot.state = Lifecycle::Down;
                     if keep {
-                        out.push(Action::GaveUp {
-                            process,
-                            reason: why,
-                        });
+                        slot.give_up(now, why, out);
                     }
                 }
             }
@@ -187,8 +200,7 @@ impl Supervisor {
         for slot in &mut self.slots {
             slot.keep(now, self.rules, may_start, out);
             // A cell runs without a monitor that was given up.
-            let missing = slot.process == Process::Monitor && slot.state == Lifecycle::Down;
-            may_start &= slot.state == Lifecycle::Up || missing;
+            may_start &= slot.state == Lifecycle::Up || slot.is_given_up();
         }
     }
 

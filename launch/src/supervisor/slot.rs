@@ -26,9 +26,14 @@ const MAX_CRASHES: usize = 5;
 const MAX_HUNG_STARTS: u32 = 3;
 /// The window crashes are counted in.
 const CRASH_WINDOW: u64 = 10_000 * MS;
-/// Time between two polls counts at most this much towards a hang, so that a
-/// launcher that was not scheduled accuses nobody.
-const MAX_POLL_GAP: u64 = 20 * MS;
+/// A process that is asked to end and gets no core may take this much longer.
+const MAX_EXTRA_GRACE: u64 = 10_000 * MS;
+/// A process that starves is reported once within this.
+const REPORT_PERIOD: u64 = 60_000 * MS;
+/// A monitor that was given up is tried again after this; doubles each time.
+const RETRY_FIRST: u64 = 30_000 * MS;
+/// Longest delay before a monitor that was given up is tried again.
+const RETRY_MAX: u64 = 300_000 * MS;
 /// Hang limit while physics waits for everybody.
 const HANG_LOCKSTEP: u64 = 5_000 * MS;
 
@@ -40,7 +45,7 @@ pub(super) enum Lifecycle {
     Starting,
     /// Shows itself.
     Up,
-    /// SIGTERM sent at that time, to be started again.
+    /// SIGTERM sent; SIGKILL follows at that time.
     Leaving(u64),
     /// SIGKILL sent.
     Killed,
@@ -66,8 +71,16 @@ pub(super) struct Slot {
     wanted: Option<bool>,
     fifo: bool,
     cycles: u64,
-    frozen_ns: u64,
-    polled_at: u64,
+    /// Time without a new cycle.
+    silent_ns: u64,
+    /// The part of it in which it could do nothing for lack of a core, disk or page.
+    starved_ns: u64,
+    /// Before this it is not reported as starving again.
+    quiet_until: u64,
+    /// How much longer it may take to leave.
+    extra_grace: u64,
+    /// Delay before the next start of a monitor that was given up; 0: it was not.
+    retry: u64,
 }
 
 impl Slot {
@@ -84,8 +97,11 @@ impl Slot {
             wanted: None,
             fifo: false,
             cycles: 0,
-            frozen_ns: 0,
-            polled_at: 0,
+            silent_ns: 0,
+            starved_ns: 0,
+            quiet_until: 0,
+            extra_grace: 0,
+            retry: 0,
         }
     }
 
@@ -97,11 +113,48 @@ impl Slot {
         )
     }
 
+    /// A monitor that was given up, and does not run again yet.
+    pub(super) fn is_given_up(&self) -> bool {
+        self.retry > 0 && self.process == Process::Monitor && self.state != Lifecycle::Up
+    }
+
+    /// For how long it has given no sign of life (ns), while it should.
+    pub(super) fn silence(&self) -> u64 {
+        match self.state {
+            Lifecycle::Starting | Lifecycle::Up => self.silent_ns,
+            _ => 0,
+        }
+    }
+
+    pub(super) fn listened(&mut self, ns: u64) {
+        self.silent_ns += ns;
+    }
+
+    pub(super) fn starved(&mut self, ns: u64) {
+        self.starved_ns = (self.starved_ns + ns).min(self.silent_ns);
+        if let Lifecycle::Leaving(until) = &mut self.state {
+            let extra = ns.min(self.extra_grace);
+            self.extra_grace -= extra;
+            *until += extra;
+        }
+    }
+
+    /// Time without a new cycle it has to answer for.
+    fn idle_ns(&self) -> u64 {
+        self.silent_ns - self.starved_ns
+    }
+
+    fn forget_silence(&mut self) {
+        self.silent_ns = 0;
+        self.starved_ns = 0;
+    }
+
     pub(super) fn alive(&mut self, cycles: u64, fifo: bool) {
         if self.state == Lifecycle::Starting {
             self.state = Lifecycle::Up;
-            self.frozen_ns = 0;
+            self.forget_silence();
             self.hung_starts = 0;
+            self.retry = 0;
         }
         self.fifo = fifo;
         // Task and monitor have no cycle while nothing new arrives, such as in
@@ -109,16 +162,19 @@ impl Slot {
         let may_wait = matches!(self.process, Process::Task | Process::Monitor);
         if cycles != self.cycles || may_wait {
             self.cycles = cycles;
-            self.frozen_ns = 0;
+            self.forget_silence();
         }
     }
 
     pub(super) fn ask_restart(&mut self, now: u64, gently: bool) {
         match self.state {
             Lifecycle::Starting | Lifecycle::Up => self.wanted = Some(gently),
-            Lifecycle::Waiting(_) => self.state = Lifecycle::Waiting(now),
-            Lifecycle::NotStarted | Lifecycle::Leaving(_) | Lifecycle::Killed | Lifecycle::Down => {
+            // A request of a person also brings back what was given up.
+            Lifecycle::Waiting(_) | Lifecycle::Down => {
+                self.retry = 0;
+                self.state = Lifecycle::Waiting(now);
             }
+            Lifecycle::NotStarted | Lifecycle::Leaving(_) | Lifecycle::Killed => {}
         }
     }
 
@@ -139,9 +195,12 @@ impl Slot {
             self.state = Lifecycle::Waiting(now);
             return;
         }
+        if self.is_given_up() {
+            self.retry_later(now);
+            return;
+        }
         if let Some(reason) = self.verdict(now, exit) {
-            self.state = Lifecycle::Down;
-            out.push(Action::GaveUp { process, reason });
+            self.give_up(now, reason, out);
             return;
         }
         self.state = Lifecycle::Waiting(now.max(self.spawned_at + MIN_RUN) + self.backoff());
@@ -151,6 +210,25 @@ impl Slot {
                 what: describe(exit),
             });
         }
+    }
+
+    /// Nothing of a cell depends on its monitor, so that one is tried again.
+    pub(super) fn give_up(&mut self, now: u64, reason: String, out: &mut Vec<Action>) {
+        let process = self.process;
+        if process == Process::Monitor {
+            self.retry_later(now);
+        } else {
+            self.state = Lifecycle::Down;
+        }
+        out.push(Action::GaveUp { process, reason });
+    }
+
+    fn retry_later(&mut self, now: u64) {
+        self.retry = (2 * self.retry).clamp(RETRY_FIRST, RETRY_MAX);
+        self.state = Lifecycle::Waiting(now + self.retry);
+        self.crashes.clear();
+        self.hung_starts = 0;
+        self.short_lives = 0;
     }
 
     /// Why another start would be useless, if it would.
@@ -191,16 +269,11 @@ impl Slot {
     }
 
     pub(super) fn keep(&mut self, now: u64, rules: Rules, may_start: bool, out: &mut Vec<Action>) {
-        let gap = now.saturating_sub(self.polled_at).min(MAX_POLL_GAP);
-        self.polled_at = now;
         match self.state {
             Lifecycle::NotStarted if may_start => self.spawn(now, out),
             Lifecycle::Waiting(until) if now >= until => self.spawn(now, out),
-            Lifecycle::Leaving(since) if now >= since + STOP_GRACE => self.kill(out),
-            Lifecycle::Starting | Lifecycle::Up => {
-                self.frozen_ns += gap;
-                self.watch(now, rules, out);
-            }
+            Lifecycle::Leaving(until) if now >= until => self.kill(out),
+            Lifecycle::Starting | Lifecycle::Up => self.watch(now, rules, out),
             _ => {}
         }
     }
@@ -210,7 +283,7 @@ impl Slot {
         self.state = Lifecycle::Starting;
         self.spawned_at = now;
         self.cycles = 0;
-        self.frozen_ns = 0;
+        self.forget_silence();
         out.push(Action::Spawn {
             process: self.process,
             generation: self.generation,
@@ -225,10 +298,7 @@ impl Slot {
             self.wanted = None;
             self.commanded = true;
             if gently {
-                self.state = Lifecycle::Leaving(now);
-                out.push(Action::Terminate {
-                    process: self.process,
-                });
+                self.terminate(now, out);
             } else {
                 self.kill(out);
             }
@@ -237,21 +307,44 @@ impl Slot {
         if !rules.watchdog {
             return;
         }
-        let what = match self.state {
-            Lifecycle::Starting if self.frozen_ns >= READY_DEADLINE => {
-                self.hung_starts += 1;
-                "gave no sign of life within 2 s of its start".to_owned()
+        let limit = self.silence_limit(rules);
+        if self.idle_ns() < limit {
+            if self.silent_ns >= limit {
+                self.report_starvation(now, out);
             }
-            Lifecycle::Up if self.frozen_ns >= self.hang_limit(rules) => {
-                format!("hangs: no new cycle for {} ms", self.frozen_ns / MS)
-            }
-            _ => return,
+            return;
+        }
+        let what = if self.state == Lifecycle::Starting {
+            self.hung_starts += 1;
+            "gave no sign of life within 2 s of its start".to_owned()
+        } else {
+            format!("hangs: no new cycle for {} ms", self.silent_ns / MS)
         };
         out.push(Action::Lost {
             process: self.process,
             what,
         });
         self.kill(out);
+    }
+
+    /// Once per episode: it may last for minutes.
+    fn report_starvation(&mut self, now: u64, out: &mut Vec<Action>) {
+        if now >= self.quiet_until {
+            out.push(Action::Starves {
+                process: self.process,
+                starved_ns: self.starved_ns,
+                silent_ns: self.silent_ns,
+            });
+        }
+        self.quiet_until = now + REPORT_PERIOD;
+    }
+
+    fn terminate(&mut self, now: u64, out: &mut Vec<Action>) {
+        self.state = Lifecycle::Leaving(now + STOP_GRACE);
+        self.extra_grace = MAX_EXTRA_GRACE;
+        out.push(Action::Terminate {
+            process: self.process,
+        });
     }
 
     fn kill(&mut self, out: &mut Vec<Action>) {
@@ -261,9 +354,12 @@ impl Slot {
         });
     }
 
-    /// For how long `cycles` may stand still. Without real-time scheduling a
-    /// busy machine alone can hold a process back for longer than 100 ms.
-    fn hang_limit(&self, rules: Rules) -> u64 {
+    /// For how long it may give no sign of life while it could. Without real-time
+    /// scheduling a short lack of processor time is not even a report.
+    fn silence_limit(&self, rules: Rules) -> u64 {
+        if self.state == Lifecycle::Starting {
+            return READY_DEADLINE;
+        }
         match self.process {
             Process::Monitor => 2_000 * MS,
             _ if rules.lockstep => HANG_LOCKSTEP,
@@ -276,12 +372,9 @@ impl Slot {
     pub(super) fn stop(&mut self, now: u64, out: &mut Vec<Action>) {
         match self.state {
             Lifecycle::Starting | Lifecycle::Up if now >= self.spawned_at + MIN_RUN => {
-                self.state = Lifecycle::Leaving(now);
-                out.push(Action::Terminate {
-                    process: self.process,
-                });
+                self.terminate(now, out);
             }
-            Lifecycle::Leaving(since) if now >= since + STOP_GRACE => self.kill(out),
+            Lifecycle::Leaving(until) if now >= until => self.kill(out),
             _ => {}
         }
     }
@@ -298,6 +391,9 @@ fn describe(exit: Exit) -> String {
         }
         Exit::Signal(9) => "was killed (SIGKILL)".to_owned(),
         Exit::Signal(11) => "was ended by SIGSEGV".to_owned(),
+        Exit::Signal(25) => {
+            "was ended by SIGXFSZ: a file reached the limit for its size (`ulimit -f`)".to_owned()
+        }
         Exit::Signal(signal) => format!("was ended by signal {signal}"),
     }
 }

@@ -77,6 +77,11 @@ impl Bench {
     }
 
     fn run_without(&mut self, ms: u64, silent: &[Process]) {
+        self.run_starving(ms, silent, 0);
+    }
+
+    /// Those that are silent get no core for `starved` of every 5 ms.
+    fn run_starving(&mut self, ms: u64, silent: &[Process], starved: u64) {
         for _ in 0..ms / 5 {
             self.now += 5 * MS;
             self.cycles += 5;
@@ -87,6 +92,16 @@ impl Bench {
                         generation,
                         cycles: self.cycles,
                         fifo: true,
+                    });
+                }
+            }
+            self.tell(Event::Listened { ns: 5 * MS });
+            for (process, generation) in self.alive.clone() {
+                if silent.contains(&process) && starved > 0 {
+                    self.tell(Event::Starved {
+                        process,
+                        generation,
+                        ns: starved * MS,
                     });
                 }
             }
@@ -315,6 +330,111 @@ fn a_task_that_waits_in_a_pause_does_not_hang() {
         });
     }
     assert!(bench.log.is_empty(), "{:?}", bench.log);
+}
+
+#[test]
+fn a_process_that_gets_no_core_is_reported_once_and_left_running() {
+    let mut bench = Bench::up(REAL_TIME);
+    bench.run_starving(30_000, &ALL, 5);
+    let mut reported = Vec::new();
+    for (_, action) in &bench.log {
+        match action {
+            Action::Starves { process, .. } => reported.push(*process),
+            other => panic!("{other:?}"),
+        }
+    }
+    reported.sort_unstable();
+    assert_eq!(reported, ALL);
+    bench.log.clear();
+    bench.run(5_000);
+    bench.run_starving(5_000, &[Physics], 5);
+    assert!(bench.log.is_empty(), "the same minute: {:?}", bench.log);
+}
+
+#[test]
+fn a_hang_is_found_on_a_busy_machine_too_after_as_much_time_of_its_own() {
+    let mut bench = Bench::up(REAL_TIME);
+    bench.run_starving(390, &[Controller(0)], 4);
+    assert!(
+        !bench
+            .log
+            .iter()
+            .any(|(_, a)| matches!(a, Action::Kill { .. }))
+    );
+    bench.run_starving(200, &[Controller(0)], 4);
+    let process = Controller(0);
+    assert!(
+        bench
+            .log
+            .iter()
+            .any(|(_, a)| *a == Action::Kill { process })
+    );
+}
+
+#[test]
+fn a_start_without_a_core_is_no_start_that_hangs() {
+    let mut bench = Bench::new(REAL_TIME);
+    bench.run_starving(60_000, &[Physics], 5);
+    assert_eq!(bench.spawns(Physics).len(), 1);
+    assert_eq!(bench.gave_up(), None);
+}
+
+#[test]
+fn who_is_asked_to_end_and_gets_no_core_is_waited_for_but_not_for_ever() {
+    let killed_after = |starved: bool| {
+        let mut supervisor = Supervisor::new(&[Task], REAL_TIME);
+        let mut out = vec![];
+        supervisor.poll(0, &mut out);
+        let (process, generation) = (Task, 1);
+        supervisor.handle(
+            0,
+            Event::Health {
+                process,
+                generation,
+                cycles: 1,
+                fifo: false,
+            },
+            &mut out,
+        );
+        supervisor.handle(0, Event::Stop, &mut out);
+        (50..60_000).step_by(5).find(|ms| {
+            out.clear();
+            if starved {
+                supervisor.handle(ms * MS, Event::Listened { ns: 5 * MS }, &mut out);
+                supervisor.handle(
+                    ms * MS,
+                    Event::Starved {
+                        process,
+                        generation,
+                        ns: 5 * MS,
+                    },
+                    &mut out,
+                );
+            }
+            supervisor.poll(ms * MS, &mut out);
+            out.contains(&Action::Kill { process })
+        })
+    };
+    assert_eq!(killed_after(false), Some(1_050));
+    let late = killed_after(true).unwrap();
+    assert!((11_000..12_000).contains(&late), "{late}");
+}
+
+#[test]
+fn a_monitor_that_was_given_up_is_tried_again_and_comes_back_when_asked() {
+    let mut bench = Bench::up(REAL_TIME);
+    bench.end(Monitor, Exit::Code(3));
+    assert_eq!(bench.gave_up(), Some(Monitor));
+    bench.run(29_000);
+    assert!(bench.spawns(Monitor).is_empty());
+    bench.run(2_000);
+    assert_eq!(bench.spawns(Monitor).len(), 1);
+    bench.end(Monitor, Exit::Code(3));
+    bench.run(1_000);
+    bench.log.clear();
+    bench.tell(Event::Restart { process: Monitor });
+    bench.run(100);
+    assert_eq!(bench.spawns(Monitor).len(), 1, "{:?}", bench.log);
 }
 
 #[test]

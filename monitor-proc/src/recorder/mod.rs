@@ -5,6 +5,8 @@
 mod batch;
 mod hops;
 mod latency;
+mod progress;
+mod report;
 mod sink;
 mod socket;
 mod taps;

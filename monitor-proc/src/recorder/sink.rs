@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use cell_model::runs::record::RecordReport;
 use cell_model::runs::spec::RunSpec;
 use cell_record::{Disk, Flight, Message, Preamble, RecordingWriter};
 use serde_json::Value;
@@ -24,6 +25,8 @@ pub(super) struct Sink {
     kept: Option<Kept>,
     /// What was wrong with a file.
     trouble: Option<String>,
+    /// Bytes of the files that are closed.
+    closed_bytes: u64,
     missed: u64,
     now_ns: u64,
 }
@@ -44,6 +47,7 @@ impl Sink {
             preamble,
             kept: None,
             trouble: None,
+            closed_bytes: 0,
             missed: 0,
             now_ns: 0,
         }
@@ -124,14 +128,30 @@ impl Sink {
         }
     }
 
+    /// What the launcher has to know of it.
+    pub(super) fn report(&self) -> RecordReport {
+        let open = self.kept.as_ref().map_or(0, |kept| kept.writer.bytes());
+        RecordReport {
+            gaps: self.gaps(),
+            bytes: self.closed_bytes + open,
+            error: self.trouble().map(str::to_owned),
+            closed: false,
+        }
+    }
+
     /// Closes the file.
     pub(super) fn stop(&mut self) -> Result<String, String> {
         let kept = self.kept.take();
         let kept = kept.ok_or_else(|| "nothing is being recorded to a file".to_owned())?;
-        let bytes = kept.writer.finish().map_err(|error| error.to_string())?;
+        let path = kept.path.display();
+        let bytes = kept.writer.finish().map_err(|error| {
+            let why = format!("recording to {path} stopped: {error}");
+            self.trouble = Some(why.clone());
+            why
+        })?;
+        self.closed_bytes += bytes;
         Ok(format!(
-            "{}: {:.1} s to {:.1} s, {:.1} MB",
-            kept.path.display(),
+            "{path}: {:.1} s to {:.1} s, {:.1} MB",
             kept.from_s.unwrap_or(0.0),
             kept.to_s,
             bytes as f64 / 1.0e6
@@ -158,12 +178,16 @@ impl Sink {
 
     /// Ends everything.
     pub(super) fn close(&mut self) {
-        let _said = self.stop().is_ok();
+        if self.kept.is_some() {
+            // What is wrong with the file is in the report.
+            let _said = self.stop().is_ok();
+        }
         self.flight.close();
     }
 
     fn give_up(&mut self, why: &str) {
         if let Some(kept) = self.kept.take() {
+            self.closed_bytes += kept.writer.bytes();
             let path = kept.path.display();
             self.trouble = Some(format!("recording to {path} stopped: {why}"));
         }

@@ -5,7 +5,8 @@ use cell_record::{Channel, foxglove, wire_bytes};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::TraceKind;
 use ipc_types::{
-    ArmCommand, ArmStatus, Decision, Health, Keyframe, TraceLine, Wire, WorldPiece, WorldState,
+    ArmCommand, ArmStatus, Decision, Header, Health, Keyframe, TraceLine, Wire, WorldPiece,
+    WorldState,
 };
 use serde_json::Value;
 
@@ -123,6 +124,11 @@ impl Taps {
             whole: Box::new(WorldState::zeroed()),
             health_ns: 0,
         })
+    }
+
+    /// Header of the newest state taken down.
+    pub(super) fn newest(&self) -> Option<&Header> {
+        self.world.port.current().map(|piece| &piece.state)
     }
 
     /// Writes down all that waits; how full the fullest buffer was, 0 to 1.

@@ -5,12 +5,15 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
 use cell_bus::{Bus, BusError, RunSite};
+use cell_model::runs::record::RecordReport;
 use cell_model::runs::spec::RunSpec;
 use cell_rt::monotonic_ns;
 use ipc_types::topic::Process;
 use serde_json::Value;
 
 use super::hops::Hops;
+use super::progress::Progress;
+use super::report::Report;
 use super::sink::Sink;
 use super::taps::Taps;
 use super::{Answer, Ask, RecorderRequest, RecorderStatus, Shared, lock};
@@ -41,20 +44,30 @@ pub(super) fn run(job: &Job) {
     if let Some(file) = &job.spec.record.file {
         sink.start_run(file, job.generation);
     }
-    while let Err(error) = listen(job, &mut sink) {
+    let mut report = Report::new(&job.spec.run_dir, job.generation);
+    while let Err(error) = listen(job, &mut sink, &mut report) {
+        let note = format!("the recorder hears nothing: {error}");
         {
             let mut status = lock(&job.shared.status);
             status.state = "trouble";
-            status.note = format!("the recorder hears nothing: {error}");
+            status.note.clone_from(&note);
         }
+        report.write(RecordReport {
+            error: Some(note),
+            ..sink.report()
+        });
         if !answer_until(job, &mut sink, RETRY) {
             break;
         }
     }
     sink.close();
+    report.write(RecordReport {
+        closed: true,
+        ..sink.report()
+    });
 }
 
-fn listen(job: &Job, sink: &mut Sink) -> Result<(), BusError> {
+fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusError> {
     let site = RunSite {
         root: job.spec.root.clone(),
         prefix: job.spec.prefix.clone(),
@@ -63,16 +76,22 @@ fn listen(job: &Job, sink: &mut Sink) -> Result<(), BusError> {
     let bus = Bus::join(&site, job.spec.run, job.generation, &name)?;
     let mut taps = Taps::new(&bus, job.spec.arms, &job.scene)?;
     let mut hops = Hops::new(usize::from(job.spec.arms));
+    let lockstep = job.spec.speed.is_lockstep();
+    let mut progress = lockstep.then(|| Progress::new(&bus)).transpose()?;
     let (mut pause_ms, mut told_ns) = (PAUSE_MS.1, 0);
     loop {
         let now_ns = monotonic_ns();
         sink.at(now_ns);
-        let fill = taps.drain(sink, &mut hops, now_ns);
+        let mut fill = taps.drain(sink, &mut hops, now_ns);
         sink.flush_if_due();
+        if let (Some(progress), Some(state)) = (&mut progress, taps.newest()) {
+            fill = fill.max(progress.tell(state));
+        }
         if now_ns >= told_ns {
             told_ns = now_ns + TELL_NS;
             *lock(&job.shared.latency) = hops.tell(now_ns);
             *lock(&job.shared.status) = status(job, sink);
+            report.write(sink.report());
         }
         let wanted = pause_ms * WANTED_FILL / fill.max(1.0e-3);
         pause_ms = wanted.clamp(PAUSE_MS.1, PAUSE_MS.0);
@@ -86,6 +105,7 @@ fn listen(job: &Job, sink: &mut Sink) -> Result<(), BusError> {
                 taps.drain(sink, &mut hops, now_ns);
                 obey(sink, &request, &answer);
                 *lock(&job.shared.status) = status(job, sink);
+                report.write(sink.report());
             }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => {

@@ -2,7 +2,8 @@
 //! brake on silence, hold.
 //!
 //! - Before the first command the arm holds its home.
-//! - A tick without a new command goes on at the commanded velocity.
+//! - A tick without a new command continues at the commanded velocity. With the next
+//!   command the setpoint returns to the commanded path within the acceleration limit.
 //! - When the newest accepted command is older than the stop policy allows, the
 //!   arm brakes on a ramp within its limits, from the last setpoint, and holds.
 //! - A command further than [`MAX_STEP`] (plus what the velocity limit allows
@@ -22,6 +23,7 @@ use ipc_types::{ArmCommand, Validate};
 use rmp::JointLimits;
 use serde::{Deserialize, Serialize};
 
+use crate::arm::catch_up::{catch_up, coast};
 use crate::arm::violations;
 use crate::engine::settings::TICK_S;
 
@@ -173,7 +175,7 @@ impl Watchdog {
             self.stopped_at = Some(tick + 1);
             self.brake(limits);
         } else if !accepted && self.source == Source::Commands {
-            self.coast(robot);
+            self.coast(tick, robot);
         }
         WatchdogOutput {
             stop,
@@ -278,8 +280,14 @@ impl Watchdog {
             let told = told(command, index);
             let (after, broken) = violations::advance(&before, &told, steps, spec);
             self.violations += u64::from(broken);
+            let is_next = !broken && steps <= 1.0;
+            let is_on_path = is_next && self.setpoint[index] == self.anchor[index];
             self.anchor[index] = point(after);
-            self.setpoint[index] = limited(self.setpoint[index], after, steps, spec);
+            self.setpoint[index] = if is_on_path {
+                limited(self.setpoint[index], after, spec)
+            } else {
+                point(catch_up(&ramp_state(self.setpoint[index]), &after, spec))
+            };
             self.efforts[index] = command.joint_efforts[index];
         }
         self.accepted = Some(id);
@@ -287,14 +295,12 @@ impl Watchdog {
         self.source = Source::Commands;
     }
 
-    /// One tick without a command: constant velocity, within the joint's range.
-    fn coast(&mut self, robot: &Robot) {
+    /// One tick without a command.
+    fn coast(&mut self, tick: u64, robot: &Robot) {
+        let answered = self.accepted.map_or(tick, |accepted| accepted.tick);
+        let in_a_row = tick.saturating_sub(answered);
         for (setpoint, spec) in self.setpoint.iter_mut().zip(robot.arm_specs()) {
-            let next = ramp_state(*setpoint).coast(spec.jerk, TICK_S);
-            *setpoint = Point {
-                position: next.position.clamp(spec.lower, spec.upper),
-                ..point(next)
-            };
+            *setpoint = point(coast(&ramp_state(*setpoint), in_a_row, spec));
         }
     }
 
@@ -311,8 +317,8 @@ impl Watchdog {
 /// The drive's own limits: the setpoint follows the command no faster than the
 /// velocity limit and stays within the joint's range. A command within limits
 /// passes unchanged.
-fn limited(before: Point, command: RampState, steps: f64, spec: &JointSpec) -> Point {
-    let reach = spec.velocity * (1.0 + 1.0e-6) * TICK_S * steps;
+fn limited(before: Point, command: RampState, spec: &JointSpec) -> Point {
+    let reach = spec.velocity * (1.0 + 1.0e-6) * TICK_S;
     let position = command
         .position
         .clamp(before.position - reach, before.position + reach);

@@ -26,6 +26,7 @@ mod page_serving;
 mod random_kills;
 mod replay;
 mod restart_latency;
+mod resume;
 mod stacking;
 mod supervision;
 mod task_program;

@@ -1,8 +1,9 @@
 //! The launcher as the keeper of its processes.
 
+use cell_rt::process::{SIGCONT, SIGSTOP, kill};
 use robocell_tests::assert::{all_gone, prefix, refused, segments};
 use robocell_tests::cell::{TestCell, generation, pid};
-use robocell_tests::fault::{freeze_and_wait, kill_and_wait};
+use robocell_tests::fault::{freeze_and_wait, kill_and_wait, kill_in_creation};
 use robocell_tests::program::{finish, robocell, wait_for};
 
 const NAMES: [&str; 4] = ["physics", "controller-0", "task", "monitor"];
@@ -82,6 +83,38 @@ fn a_stopped_process_is_replaced() {
     let cell = idle_cell();
     freeze_and_wait(&cell, "task");
     freeze_and_wait(&cell, "controller-0");
+}
+
+#[test]
+fn a_process_killed_while_it_creates_shared_memory_stops_nobody() {
+    for name in NAMES {
+        let mut cell = idle_cell();
+        let before = cell.wait_up();
+        kill(cell.launcher(), SIGSTOP).unwrap();
+        assert!(kill_in_creation(&cell, name) > 0, "{name} has connections");
+        kill(cell.launcher(), SIGCONT).unwrap();
+        cell.wait_status("a new start", |status| {
+            generation(status, name) > generation(&before, name)
+        });
+        cell.wait_up();
+        assert_eq!(cell.ask(&["down"]).code, 0);
+        let said = cell.wait_end();
+        assert_eq!(said.code, 0, "{said:?}");
+        assert_eq!(segments(&prefix(&cell.run_dir())), Vec::<String>::new());
+    }
+}
+
+#[test]
+fn a_directory_of_somebody_else_is_not_emptied() {
+    let base = robocell_tests::cell::base();
+    let foreign = base.path().join("cell");
+    std::fs::create_dir(&foreign).unwrap();
+    std::fs::write(foreign.join("thesis.tex"), "x").unwrap();
+    for arguments in [["run", "franka-stack"], ["run", "reach"]] {
+        let said = finish(robocell(base.path(), &arguments));
+        refused(&said, 3, &[&foreign.display().to_string(), "--cell"]);
+    }
+    assert!(foreign.join("thesis.tex").exists());
 }
 
 #[test]

@@ -4,6 +4,8 @@ use ipc_types::decision::Outcome;
 use ipc_types::{Decision, TICK_NS, WorldState};
 use serde::{Deserialize, Serialize};
 
+use super::record::RecordReport;
+
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -56,6 +58,12 @@ pub struct RunSummary {
     pub script_left: u32,
     /// Hash of the last state, 16 hexadecimal digits.
     pub state_hash: String,
+    /// Messages the recorder did not record.
+    pub record_gaps: u64,
+    /// Bytes in the file of `--record`.
+    pub record_bytes: u64,
+    /// Why what was recorded is not complete, if it is not.
+    pub record_error: Option<String>,
 }
 
 /// What is known of a run beside its messages.
@@ -113,7 +121,17 @@ impl RunSummary {
             limit_violations: state.arms().iter().map(|a| a.limit_violations).sum(),
             script_left: state.script_left,
             state_hash: format!("{:016x}", state.state_hash),
+            record_gaps: 0,
+            record_bytes: 0,
+            record_error: None,
         }
+    }
+
+    /// Takes over what the recorder says.
+    pub fn set_record(&mut self, report: RecordReport) {
+        self.record_gaps = report.gaps;
+        self.record_bytes = report.bytes;
+        self.record_error = report.error;
     }
 }
 
@@ -141,7 +159,7 @@ mod tests {
         let line = serde_json::to_string(&RunSummary::new(&facts, &state, &decision)).unwrap();
         assert_eq!(
             line,
-            r#"{"demo":"franka-stack","policy":"fsm","seed":3,"outcome":"done","reason":null,"sim_time_s":1.5,"wall_time_s":1.5,"ticks":1500,"placed":["red_cube"],"drops":0,"resyncs":0,"aborts":0,"recoveries":0,"task_restarts":0,"missed_cycles":0,"limit_violations":0,"script_left":0,"state_hash":"0000000000000000"}"#
+            r#"{"demo":"franka-stack","policy":"fsm","seed":3,"outcome":"done","reason":null,"sim_time_s":1.5,"wall_time_s":1.5,"ticks":1500,"placed":["red_cube"],"drops":0,"resyncs":0,"aborts":0,"recoveries":0,"task_restarts":0,"missed_cycles":0,"limit_violations":0,"script_left":0,"state_hash":"0000000000000000","record_gaps":0,"record_bytes":0,"record_error":null}"#
         );
     }
 }

@@ -68,6 +68,8 @@ pub fn policy(task: &PyramidTask, cell: &Cell) -> Result<TreePolicy, SetupError>
     let required = Value::Integer(i64::from(task.required_count));
     job.constants = BTreeMap::from([("required_count".to_owned(), required)]);
     job.once = true;
+    let seen = Arc::clone(&pyramid);
+    job.is_still_done = Some(Box::new(move |world| seen.has_whole_stack(world)));
     job.tolerance_m = task.goal_tolerance_m;
     let arms = cell.arms.iter().filter_map(|arm| task.robot.get(&arm.name));
     let sources = arms.map(|arm| TreeSource {

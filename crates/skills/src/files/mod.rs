@@ -21,7 +21,7 @@ use crate::settings::{FileTask, PlaceTable};
 use crate::setup::Setup;
 use crate::skill::Station;
 
-pub use tree::{TreeJob, TreePolicy, TreeSource};
+pub use tree::{StillDone, TreeJob, TreePolicy, TreeSource};
 
 /// Name of the kind and of the policy for trees.
 pub const TREE: &str = "tree";

@@ -48,9 +48,15 @@ pub struct TreeJob {
     pub constants: BTreeMap<String, Value>,
     /// An arm whose tree succeeded has done its part: it is not ticked again.
     pub once: bool,
+    /// Whether what an arm did is still done, for [`Self::once`]: until all arms have
+    /// done their part, a tree whose work was undone is ticked again.
+    pub is_still_done: Option<StillDone>,
     /// An object nearer to its slot of a place than this is in it (m).
     pub tolerance_m: f64,
 }
+
+/// Looks whether the work of [`World::arm`] is done.
+pub type StillDone = Box<dyn Fn(&World<'_>) -> bool + Send + Sync>;
 
 impl TreeJob {
     /// With the skills as node types; trees that succeed are ticked again.
@@ -60,6 +66,7 @@ impl TreeJob {
             setup,
             constants: BTreeMap::new(),
             once: false,
+            is_still_done: None,
             tolerance_m: PLACE_TOLERANCE_M,
         }
     }
@@ -78,6 +85,7 @@ impl TreeJob {
 pub struct TreePolicy {
     setup: Arc<Setup>,
     once: bool,
+    is_still_done: Option<StillDone>,
     tolerance_m: f64,
     arms: Vec<ArmTree>,
     boards: Vec<SharedBoard>,
@@ -125,6 +133,7 @@ impl TreePolicy {
         Self {
             setup,
             once,
+            is_still_done: None,
             tolerance_m,
             arms: Vec::new(),
             boards: Vec::new(),
@@ -152,6 +161,7 @@ impl TreePolicy {
         let machines = nested::node_type(&job.setup, Some(&cell.data), &[]);
         let library = job.library.with(machines);
         let mut policy = Self::empty(job.setup, job.once, job.tolerance_m);
+        policy.is_still_done = job.is_still_done;
         let names: Vec<&str> = cell.arms.iter().map(|arm| arm.name.as_str()).collect();
         for (name, source) in names.iter().zip(sources) {
             let board = policy.board_named(&source.board);
@@ -249,7 +259,10 @@ impl TreePolicy {
             return;
         };
         let now = Duration::from_millis(world.now().ticks());
-        let status = it.tree.tick(now, &mut shared.board, world);
+        let mut status = it.tree.tick(now, &mut shared.board, world);
+        if status == Status::Success && was_undone(self.is_still_done.as_ref(), world) {
+            status = Status::Running;
+        }
         it.trace.tick(&it.tree, arm, world.out);
         let tip = it.tree.tip();
         self.shown.note(arm, tip);
@@ -282,6 +295,19 @@ impl TreePolicy {
     fn is_of_several(&self) -> bool {
         self.arms.len() > 1
     }
+}
+
+/// Whether an arm whose tree succeeded has to work again: what it did was undone
+/// before all arms had done their part.
+fn was_undone(is_still_done: Option<&StillDone>, world: &mut World<'_>) -> bool {
+    if is_still_done.is_none_or(|is| is(world)) {
+        return false;
+    }
+    let arm = world.arm_name();
+    world.out.log(format_args!(
+        "[retry] {arm}: what it did was undone; the tree starts again"
+    ));
+    true
 }
 
 /// The tree in `file`, beside the cell file; `shared` gets the keys it shares.
@@ -322,6 +348,7 @@ impl AnyPolicy for TreePolicy {
                 format_args!("[task] {lost} nodes or keys of the checkpoint are not in the files");
             out.lifecycle(TraceEvent::None, why);
         }
+        let all_done = self.is_done();
         for arm in 0..self.arms.len() {
             let Some((mut memory, status)) = self.arms.get(arm).map(|it| (it.memory, it.status))
             else {
@@ -332,7 +359,8 @@ impl AnyPolicy for TreePolicy {
             if self.is_of_several() {
                 world.memory = Some(&mut memory);
             }
-            if !(self.once && status == Status::Success) {
+            let is_over = self.once && status == Status::Success;
+            if !is_over || (!all_done && was_undone(self.is_still_done.as_ref(), &mut world)) {
                 self.tick(arm, &mut world);
             }
             world.finish();

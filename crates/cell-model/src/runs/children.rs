@@ -1,0 +1,27 @@
+//! The processes of a run, for whoever has to end them when the launcher cannot.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+/// One process of a run: the pid alone could be another's by now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ChildId {
+    /// Its process id.
+    pub pid: u32,
+    /// Its start in clock ticks since boot.
+    pub started: u64,
+}
+
+impl ChildId {
+    /// The file with all of them in the run directory `dir`: an array.
+    pub fn path(dir: &Path) -> PathBuf {
+        dir.join("children.json")
+    }
+
+    /// Those written down in `dir`; none where nothing can be read.
+    pub fn all(dir: &Path) -> Vec<Self> {
+        let text = std::fs::read(Self::path(dir)).unwrap_or_default();
+        serde_json::from_slice(&text).unwrap_or_default()
+    }
+}

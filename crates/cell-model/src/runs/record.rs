@@ -1,0 +1,43 @@
+//! What the recorder of a run has to say at its end.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+/// What was recorded and what was not. The recorder writes it into the run directory
+/// when it ends, and as soon as something is wrong; the launcher reads it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RecordReport {
+    /// Messages that were not recorded.
+    pub gaps: u64,
+    /// Bytes in the file of `--record`; of all parts, if the recorder was restarted.
+    pub bytes: u64,
+    /// Why the file, or the flight recorder, is not complete.
+    pub error: Option<String>,
+    /// Whether the files are closed.
+    pub closed: bool,
+}
+
+impl RecordReport {
+    /// Its file in the run directory `dir`.
+    pub fn path(dir: &Path) -> PathBuf {
+        dir.join("record.json")
+    }
+
+    /// Of the run in `dir`; `None` while there is none.
+    pub fn load(dir: &Path) -> Option<Self> {
+        serde_json::from_slice(&std::fs::read(Self::path(dir)).ok()?).ok()
+    }
+
+    /// Writes it for readers who look at any time.
+    ///
+    /// # Errors
+    ///
+    /// Of the file system.
+    pub fn save(&self, dir: &Path) -> std::io::Result<()> {
+        let path = Self::path(dir);
+        let new = path.with_extension("new");
+        std::fs::write(&new, serde_json::to_vec(self)?)?;
+        std::fs::rename(new, path)
+    }
+}

@@ -1,0 +1,116 @@
+//! What the recorder says, told to the person at once and in the summary.
+
+use cell_model::runs::spec::RecordSpec;
+use cell_model::runs::summary::RunSummary;
+
+use crate::rundir::RunDir;
+use crate::say;
+
+/// Time between two looks at the report (ns).
+const PERIOD_NS: u64 = 500_000_000;
+
+/// Looks at the recorder's report.
+#[derive(Debug, Default)]
+pub(super) struct RecordWatch {
+    next_ns: u64,
+    said: Option<String>,
+}
+
+impl RecordWatch {
+    /// Says what is new and wrong.
+    pub(super) fn turn(&mut self, now_ns: u64, dir: &RunDir) {
+        if now_ns < self.next_ns {
+            return;
+        }
+        self.next_ns = now_ns + PERIOD_NS;
+        self.say(dir.record_report().and_then(|report| report.error));
+    }
+
+    /// After the recorder ended: the report, for the summary.
+    pub(super) fn end(&mut self, dir: &RunDir, spec: &RecordSpec, summary: &mut RunSummary) {
+        let report = dir.record_report();
+        let is_closed = report.as_ref().is_some_and(|report| report.closed);
+        let mut report = report.unwrap_or_default();
+        if !is_closed && let Some(file) = &spec.file {
+            let why = format!(
+                "the recorder ended before it closed {}; what it had written can be read",
+                file.display()
+            );
+            report.error.get_or_insert(why);
+        }
+        self.say(report.error.clone());
+        summary.set_record(report);
+    }
+
+    fn say(&mut self, error: Option<String>) {
+        if let Some(error) = error
+            && self.said.as_ref() != Some(&error)
+        {
+            say::warn(format_args!("recorder: {error}"));
+            self.said = Some(error);
+        }
+    }
+}
+
+/// Whether what the person asked for is not in the file.
+pub(super) fn failed(spec: &RecordSpec, summary: &RunSummary) -> bool {
+    spec.file.is_some() && summary.record_error.is_some()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cell_model::runs::record::RecordReport;
+    use cell_model::runs::summary::RunFacts;
+    use ipc_types::{Decision, Wire, WorldState};
+
+    fn summary() -> RunSummary {
+        let facts = RunFacts {
+            demo: "reach",
+            policy: "follow",
+            seed: 0,
+            objects: &[],
+            wall_time_s: 1.0,
+            task_restarts: 0,
+            missed_cycles: 0,
+        };
+        RunSummary::new(&facts, &WorldState::zeroed(), &Decision::zeroed())
+    }
+
+    #[test]
+    fn a_recorder_that_was_killed_is_named_where_a_file_was_asked_for() {
+        let path = std::env::temp_dir().join(format!("robocell-report-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        let dir = RunDir::at(path.clone());
+        let mut spec = RecordSpec {
+            flight_dir: path.clone(),
+            limit_bytes: 1,
+            file: None,
+        };
+        let ended = |spec: &RecordSpec| {
+            let mut summary = summary();
+            RecordWatch::default().end(&dir, spec, &mut summary);
+            (failed(spec, &summary), summary)
+        };
+        assert!(!ended(&spec).0);
+        spec.file = Some(path.join("run.mcap"));
+        let (failed, summary) = ended(&spec);
+        assert!(failed && summary.record_error.unwrap().contains("run.mcap"));
+        let mut report = RecordReport {
+            gaps: 3,
+            bytes: 9,
+            error: None,
+            closed: true,
+        };
+        report.save(&path).unwrap();
+        let (failed, summary) = ended(&spec);
+        assert_eq!(
+            (failed, summary.record_gaps, summary.record_bytes),
+            (false, 3, 9)
+        );
+        report.error = Some("No space left on device".to_owned());
+        report.save(&path).unwrap();
+        assert!(ended(&spec).0);
+        std::fs::remove_dir_all(path).unwrap();
+    }
+}

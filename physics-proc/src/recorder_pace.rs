@@ -1,0 +1,56 @@
+//! In lockstep physics does not run ahead of the recorder, so that no tap overflows.
+
+use cell_bus::{Bus, BusError, Latest};
+use ipc_types::topic::TopicId;
+use ipc_types::{Health, RECORDER_LAG_TICKS};
+
+/// A recorder that says nothing for this long is not waited for until it speaks
+/// again (ns): its process was given up, or is killed again and again.
+const PATIENCE_NS: u64 = 5_000_000_000;
+
+/// How far the recorder has got.
+pub(crate) struct RecorderPace {
+    progress: Latest<Health>,
+    /// Whether it is waited for.
+    is_expected: bool,
+    waits_since_ns: Option<u64>,
+}
+
+impl RecorderPace {
+    /// Of a recorder that is waited for from the first tick, if it `is_expected` to
+    /// keep the whole run; else from its first word.
+    pub(crate) fn new(bus: &Bus, is_expected: bool) -> Result<Self, BusError> {
+        Ok(Self {
+            progress: bus.latest(TopicId::Recorder)?,
+            is_expected,
+            waits_since_ns: None,
+        })
+    }
+
+    /// Takes in what the recorder said.
+    pub(crate) fn refresh(&mut self) {
+        if self.progress.refresh() {
+            self.is_expected = true;
+            self.waits_since_ns = None;
+        }
+    }
+
+    /// Whether physics of `generation` has to wait with `tick`.
+    pub(crate) fn is_behind(&self, generation: u32, tick: u64) -> bool {
+        let progress = self.progress.get();
+        let progress = progress.filter(|progress| progress.header.answers(generation));
+        self.is_expected
+            && progress.is_none_or(|progress| {
+                tick.saturating_sub(progress.header.tick) > RECORDER_LAG_TICKS
+            })
+    }
+
+    /// Physics waits for it now.
+    pub(crate) fn waited(&mut self, now_ns: u64) {
+        let since_ns = *self.waits_since_ns.get_or_insert(now_ns);
+        if now_ns.saturating_sub(since_ns) > PATIENCE_NS {
+            self.is_expected = false;
+            self.waits_since_ns = None;
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Physics that was killed continues from its state of a moment ago.
+
+use robocell_tests::cell::{TestCell, base, generation};
+use robocell_tests::fault::kill_and_wait;
+use serde_json::Value;
+
+fn seconds(status: &Value) -> f64 {
+    status["sim_time_s"].as_f64().unwrap_or(0.0)
+}
+
+#[test]
+fn a_job_is_finished_though_physics_is_killed_in_the_middle_of_it() {
+    let base = base();
+    let script = base.path().join("script.jsonl");
+    let lines = r#"{"at_phase": "LIFT", "nth": 2, "do": "kill", "process": "physics"}
+{"at_phase": "RELEASE", "nth": 3, "do": "kill", "process": "physics"}"#;
+    std::fs::write(&script, lines).unwrap();
+    let script = script.to_str().unwrap().to_owned();
+    let mut arguments = "franka-stack --headless --until-done --json --speed max --timeout 200"
+        .split(' ')
+        .collect::<Vec<_>>();
+    arguments.extend(["--script", &script]);
+    let mut cell = TestCell::start_in(base, &arguments);
+    let said = cell.wait_end();
+    assert_eq!(said.code, 0, "{said:?}");
+    let summary = said.json();
+    assert_eq!(summary["placed"].as_array().unwrap().len(), 4, "{summary}");
+    assert_eq!(summary["limit_violations"], 0, "{summary}");
+    assert_eq!(summary["script_left"], 0, "{summary}");
+    let log = std::fs::read_to_string(cell.run_dir().join("logs/task.log")).unwrap_or_default();
+    let log = log + &cell.ask(&["logs"]).stdout;
+    assert_eq!(
+        log.matches("resumed where physics resumed").count(),
+        2,
+        "{log}"
+    );
+}
+
+#[test]
+fn a_paused_cell_stays_paused_at_its_tick_when_physics_is_killed() {
+    let cell = TestCell::start(&["franka-stack", "--headless"]);
+    cell.wait_status("two seconds", |status| seconds(status) > 2.0);
+    assert_eq!(cell.ask(&["pause"]).code, 0);
+    let before = cell.wait_status("a pause", |status| status["paused"] == true);
+    kill_and_wait(&cell, "physics");
+    let after = cell.wait_status("a state of the new physics", |status| {
+        generation(status, "physics") > 1 && status["sim_time_s"].is_number()
+    });
+    assert_eq!(after["paused"], true);
+    assert_eq!(after["tick"], before["tick"]);
+    assert_eq!(cell.ask(&["resume"]).code, 0);
+    cell.wait_status("time", |status| seconds(status) > seconds(&before) + 0.5);
+}
