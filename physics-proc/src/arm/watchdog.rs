@@ -281,7 +281,7 @@ impl Watchdog {
             let (after, broken) = violations::advance(&before, &told, steps, spec);
             self.violations += u64::from(broken);
             let is_next = !broken && steps <= 1.0;
-            let is_on_path = is_next && self.setpoint[index] == self.anchor[index];
+            let is_on_path = is_next && same_motion(&self.setpoint[index], &self.anchor[index]);
             self.anchor[index] = point(after);
             self.setpoint[index] = if is_on_path {
                 limited(self.setpoint[index], after, spec)
@@ -312,6 +312,14 @@ impl Watchdog {
         self.setpoint = joints.into_iter().map(point).collect();
         self.anchor.clone_from(&self.setpoint);
     }
+}
+
+/// Whether two points differ by no more than what the drive's limits cut off a command
+/// that is at a limit but for rounding.
+fn same_motion(a: &Point, b: &Point) -> bool {
+    const ROUNDING: f64 = 1.0e-5;
+    (a.velocity - b.velocity).abs() <= ROUNDING
+        && (a.position - b.position).abs() <= ROUNDING * TICK_S
 }
 
 /// The drive's own limits: the setpoint follows the command no faster than the
