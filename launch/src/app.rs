@@ -5,7 +5,7 @@ use ipc_types::operator::OperatorAction;
 
 use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, EvalArgs};
 use crate::failure::{Context, Failure};
-use crate::{client, new, record, replay, run, say, shot, task_program};
+use crate::{chaos, client, new, record, replay, run, say, shot, task_program};
 
 /// Does what the command line says.
 pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
@@ -37,6 +37,7 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Fsm(args) => client::behaviour("fsm", args),
         Command::Schema(args) => client::schema(args),
         Command::Bench(args) => run_bench(args),
+        Command::Chaos(args) => chaos::chaos(args),
         Command::Eval(args) => eval(args),
         Command::New(args) => new::new(args),
         Command::Completions { shell } => {

@@ -6,11 +6,14 @@ use cell_model::runs::spec::Speed;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
+use crate::chaos::FaultKind;
 pub use crate::cli_common::{CellArgs, DataArgs};
 pub use crate::cli_page::{
     AssetsArgs, AssetsVerb, LoadArgs, RecordArgs, RecordVerb, ReplayArgs, ShotArgs,
 };
-use crate::cli_values::{cell_name, count, finite, positive_seconds, seed, seed_range};
+use crate::cli_values::{
+    cell_name, count, finite, minutes, positive_seconds, rate, seed, seed_range,
+};
 
 /// Runs simulated robot cells.
 #[derive(Debug, Parser)]
@@ -88,6 +91,8 @@ pub enum Command {
     Schema(SchemaArgs),
     /// Measure, and print a table or one JSON object
     Bench(BenchArgs),
+    /// Run jobs back to back under faults, and count what became of them
+    Chaos(ChaosArgs),
     /// Run many seeds in one process and count what became of them
     Eval(EvalArgs),
     /// Make a project of your own: a cell, a policy and a test
@@ -164,6 +169,42 @@ pub struct RunArgs {
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub cell: CellArgs,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub data: DataArgs,
+}
+
+/// `robocell chaos`.
+#[derive(Clone, Debug, Args)]
+pub struct ChaosArgs {
+    /// Name of the demo
+    pub demo: String,
+    /// Policy of the task; the demo's default otherwise
+    #[arg(long, value_name = "P")]
+    pub policy: Option<String>,
+    /// Faults a minute, on average
+    #[arg(long, value_name = "R", allow_negative_numbers = true, default_value = "6", value_parser = rate)]
+    pub rate: f64,
+    /// Kinds of faults
+    #[arg(
+        long,
+        value_name = "KINDS",
+        value_delimiter = ',',
+        default_value = "kill,stop,starve,flood,fill,corrupt"
+    )]
+    pub faults: Vec<FaultKind>,
+    /// Chooses the faults, and the scenes of the jobs from it up
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = seed)]
+    pub seed: u64,
+    /// How long
+    #[arg(long, value_name = "M", allow_negative_numbers = true, default_value = "5", value_parser = minutes)]
+    pub minutes: f64,
+    /// Name of the cell, so that several run side by side
+    #[arg(long, value_name = "NAME", default_value = "chaos", value_parser = cell_name)]
+    pub cell: String,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub data: DataArgs,

@@ -37,6 +37,22 @@ pub(crate) fn positive_seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Faults a minute.
+pub(crate) fn rate(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 600.0 => Ok(value),
+        _ => Err("faults a minute, more than 0 and at most 600".to_owned()),
+    }
+}
+
+/// A duration of up to a day.
+pub(crate) fn minutes(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1440.0 => Ok(value),
+        _ => Err("minutes, more than 0 and at most 1440".to_owned()),
+    }
+}
+
 /// How far back, as in `60s` or `2min`.
 pub(crate) fn seconds_back(text: &str) -> Result<f64, String> {
     let (number, factor) = if let Some(minutes) = text.strip_suffix("min") {

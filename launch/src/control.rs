@@ -1,19 +1,22 @@
 //! Between the launcher and the commands that ask it for something: one JSON
 //! line there, one back, over a socket in the run directory.
 
+use std::collections::VecDeque;
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
 use crate::failure::{Context, Failure};
 
 /// Longest request (bytes).
-const MAX_REQUEST: u64 = 4096;
-/// A client that says nothing holds the launcher up for this long at most.
-const CLIENT_PATIENCE: Duration = Duration::from_millis(20);
+const MAX_REQUEST: usize = 4096;
+/// A client that has not said what it wants after this is let go.
+const CLIENT_PATIENCE: Duration = Duration::from_secs(1);
+/// Clients that are listened to at a time; the oldest gives way to the next.
+const MAX_CLIENTS: usize = 64;
 
 /// Something only the launcher can do.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -51,10 +54,19 @@ pub(crate) struct Reply {
     pub(crate) message: String,
 }
 
-/// The launcher's end.
+/// The launcher's end. Nothing a client does or leaves undone makes it wait.
 #[derive(Debug)]
 pub(crate) struct Server {
     listener: UnixListener,
+    /// Who has not said all yet, the oldest first.
+    clients: VecDeque<Client>,
+}
+
+#[derive(Debug)]
+struct Client {
+    stream: UnixStream,
+    said: Vec<u8>,
+    since: Instant,
 }
 
 impl Server {
@@ -63,33 +75,74 @@ impl Server {
         let what = format!("open the control socket {}", path.display());
         let listener = UnixListener::bind(path).cannot(&what)?;
         listener.set_nonblocking(true).cannot(&what)?;
-        Ok(Self { listener })
+        Ok(Self {
+            listener,
+            clients: VecDeque::new(),
+        })
     }
 
-    /// Answers one waiting client, if there is one.
-    pub(crate) fn poll(&self, answer: impl FnOnce(Request) -> Reply) {
-        if let Ok((stream, _)) = self.listener.accept() {
-            // A client that went away or sends nonsense is its own problem.
-            serve(&stream, answer).ok();
+    /// Answers those who have said what they want.
+    pub(crate) fn poll(&mut self, mut answer: impl FnMut(Request) -> Reply) {
+        for _ in 0..MAX_CLIENTS {
+            let Ok((stream, _)) = self.listener.accept() else {
+                break;
+            };
+            if self.clients.len() >= MAX_CLIENTS {
+                self.clients.pop_front();
+            }
+            // One that cannot be served without waiting is not served.
+            if stream.set_nonblocking(true).is_ok() {
+                self.clients.push_back(Client {
+                    stream,
+                    said: Vec::new(),
+                    since: Instant::now(),
+                });
+            }
         }
+        self.clients.retain_mut(|client| match client.line() {
+            Ok(Some(line)) => {
+                // One that went away or reads nothing is its own problem.
+                client.tell(&reply_to(&line, &mut answer)).ok();
+                false
+            }
+            Ok(None) => client.since.elapsed() < CLIENT_PATIENCE,
+            Err(_) => false,
+        });
     }
 }
 
-fn serve(stream: &UnixStream, answer: impl FnOnce(Request) -> Reply) -> io::Result<()> {
-    stream.set_nonblocking(false)?;
-    stream.set_read_timeout(Some(CLIENT_PATIENCE))?;
-    stream.set_write_timeout(Some(CLIENT_PATIENCE))?;
-    let mut line = String::new();
-    BufReader::new(stream.take(MAX_REQUEST)).read_line(&mut line)?;
-    let reply = match serde_json::from_str(&line) {
+impl Client {
+    /// The line it has sent, when it has sent all of it.
+    fn line(&mut self) -> io::Result<Option<String>> {
+        let mut bytes = [0; MAX_REQUEST];
+        loop {
+            match self.stream.read(&mut bytes) {
+                Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
+                Ok(count) => self.said.extend(bytes.iter().take(count)),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(None),
+                Err(error) => return Err(error),
+            }
+            let end = self.said.iter().position(|byte| *byte == b'\n');
+            if let Some(end) = end.or((self.said.len() >= MAX_REQUEST).then_some(MAX_REQUEST)) {
+                self.said.truncate(end);
+                return Ok(Some(String::from_utf8_lossy(&self.said).into_owned()));
+            }
+        }
+    }
+
+    fn tell(&mut self, reply: &Reply) -> io::Result<()> {
+        writeln!(self.stream, "{}", serde_json::to_string(reply)?)
+    }
+}
+
+fn reply_to(line: &str, answer: &mut impl FnMut(Request) -> Reply) -> Reply {
+    match serde_json::from_str(line) {
         Ok(request) => answer(request),
         Err(error) => Reply {
             ok: false,
             message: format!("not a request: {error}"),
         },
-    };
-    let mut stream = stream;
-    writeln!(stream, "{}", serde_json::to_string(&reply)?)
+    }
 }
 
 /// Asks the launcher whose socket is at `path`.
@@ -109,10 +162,14 @@ pub(crate) fn ask(path: &Path, request: &Request) -> Result<Reply, Failure> {
 mod tests {
     use super::*;
 
+    fn connect(path: &Path) -> Option<UnixStream> {
+        UnixStream::connect(path).ok()
+    }
+
     #[test]
     fn a_request_is_answered_and_nonsense_is_refused() {
         let path = std::env::temp_dir().join(format!("robocell-control-{}", std::process::id()));
-        let server = Server::open(&path).unwrap();
+        let mut server = Server::open(&path).unwrap();
         let request = Request::Restart {
             process: "task".to_owned(),
             policy: None,
@@ -135,9 +192,13 @@ mod tests {
         assert_eq!(client.join().unwrap().message, "fine");
         let mut stream = UnixStream::connect(&path).unwrap();
         stream.write_all(b"{\"ask\": \"explode\"}\n").unwrap();
-        server.poll(|_| panic!("not a request"));
+        let mut silent: Vec<_> = (0..100).map_while(|_| connect(&path)).collect();
+        stream.set_nonblocking(true).unwrap();
         let mut line = String::new();
-        stream.read_to_string(&mut line).unwrap();
+        while stream.read_to_string(&mut line).is_err() {
+            server.poll(|_| panic!("not a request"));
+            silent.extend(connect(&path));
+        }
         assert!(line.contains("explode"), "{line}");
         std::fs::remove_file(path).unwrap();
     }

@@ -36,8 +36,13 @@ impl Leftovers {
         }
     }
 
+    /// How many things there are.
+    pub(crate) fn count(&self) -> usize {
+        self.processes.len() + self.segments.len() + self.files.len()
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
-        self.processes.is_empty() && self.segments.is_empty() && self.files.is_empty()
+        self.count() == 0
     }
 }
 

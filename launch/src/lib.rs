@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod app;
+pub mod chaos;
 mod child;
 pub mod cli;
 mod cli_common;

@@ -26,6 +26,7 @@ use crate::control::{Reply, Request, Server};
 use crate::failure::{Context, Failure};
 use crate::lock::Lock;
 use crate::programs::Programs;
+use crate::rundir::RunDir;
 use crate::supervisor::{Action, Event, Rules, Supervisor};
 use crate::{leftovers, page, say};
 
@@ -160,6 +161,16 @@ impl LiveCell {
     /// What the processes were told.
     pub fn spec(&self) -> &RunSpec {
         &self.plan.spec
+    }
+
+    /// Where it lives.
+    pub(crate) fn run_dir(&self) -> &RunDir {
+        &self.plan.dir
+    }
+
+    /// Which start of `process` is the newest.
+    pub fn generation(&self, process: Process) -> u32 {
+        self.supervisor.generation(process)
     }
 
     /// What opens its page.
@@ -433,12 +444,12 @@ impl LiveCell {
     }
 
     fn answer_clients(&mut self, now: u64) {
-        let mut asked = None;
+        let mut asked = Vec::new();
         let (plan, processes) = (&mut self.plan, &self.processes);
         self.control
             .poll(|request| match consider(plan, processes, request) {
                 Ok((wish, message)) => {
-                    asked = Some(wish);
+                    asked.push(wish);
                     Reply { ok: true, message }
                 }
                 Err(failure) => Reply {
@@ -446,12 +457,13 @@ impl LiveCell {
                     message: failure.to_string(),
                 },
             });
-        match asked {
-            None => {}
-            Some(Wish::End(end)) => self.finish_with(end),
-            Some(Wish::Restart(which)) => {
-                for process in which {
-                    self.tell(now, Event::Restart { process });
+        for wish in asked {
+            match wish {
+                Wish::End(end) => self.finish_with(end),
+                Wish::Restart(which) => {
+                    for process in which {
+                        self.tell(now, Event::Restart { process });
+                    }
                 }
             }
         }

@@ -1,0 +1,163 @@
+//! What became of the jobs.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use cell_model::runs::summary::{RunOutcome, RunSummary};
+use serde::Serialize;
+
+/// Percentiles of the time until a process was back (ms).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub(super) struct Recovery {
+    pub(super) p50: f64,
+    pub(super) p99: f64,
+    pub(super) max: f64,
+}
+
+impl Recovery {
+    pub(super) fn of(mut times_ms: Vec<f64>) -> Self {
+        times_ms.sort_by(f64::total_cmp);
+        let at = |share: usize| {
+            let index = (times_ms.len() * share / 100).min(times_ms.len().saturating_sub(1));
+            times_ms.get(index).copied().unwrap_or(0.0)
+        };
+        Self {
+            p50: at(50),
+            p99: at(99),
+            max: at(100),
+        }
+    }
+}
+
+/// The result of `robocell chaos --json`; the keys are a contract.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Report {
+    pub(super) demo: String,
+    pub(super) seed: u64,
+    pub(super) minutes: f64,
+    /// How many of each kind were injected.
+    pub(super) faults: BTreeMap<String, u32>,
+    pub(super) recovery_ms: Recovery,
+    pub(super) jobs_finished: u32,
+    pub(super) jobs_failed: u32,
+    /// Parts fewer in their places than in the fullest job.
+    pub(super) parts_lost: u32,
+    pub(super) limit_violations: u64,
+    /// Processes, segments and files that a job left behind.
+    pub(super) leftovers: usize,
+    #[serde(skip)]
+    placed: Vec<usize>,
+}
+
+impl Report {
+    pub(super) fn new(demo: &str, seed: u64, minutes: f64) -> Self {
+        Self {
+            demo: demo.to_owned(),
+            seed,
+            minutes,
+            faults: BTreeMap::new(),
+            recovery_ms: Recovery::default(),
+            jobs_finished: 0,
+            jobs_failed: 0,
+            parts_lost: 0,
+            limit_violations: 0,
+            leftovers: 0,
+            placed: Vec::new(),
+        }
+    }
+
+    /// A job ended by itself.
+    pub(super) fn job(&mut self, summary: &RunSummary) {
+        self.limit_violations += summary.limit_violations;
+        if summary.outcome != RunOutcome::Done {
+            self.jobs_failed += 1;
+            return;
+        }
+        self.jobs_finished += 1;
+        self.placed.push(summary.placed.len());
+        let most = self.placed.iter().copied().max().unwrap_or(0);
+        let lost: usize = self.placed.iter().map(|placed| most - placed).sum();
+        self.parts_lost = u32::try_from(lost).unwrap_or(u32::MAX);
+    }
+
+    /// For people.
+    pub(super) fn table(&self) -> String {
+        let mut out = String::new();
+        let faults = self.faults.iter().map(|(kind, n)| format!("{kind} {n}"));
+        let faults: Vec<_> = faults.collect();
+        let recovery = &self.recovery_ms;
+        let rows = [
+            ("jobs finished", self.jobs_finished.to_string()),
+            ("jobs failed", self.jobs_failed.to_string()),
+            ("faults", faults.join(", ")),
+            (
+                "recovery",
+                format!(
+                    "p50 {:.0} ms, p99 {:.0} ms, max {:.0} ms",
+                    recovery.p50, recovery.p99, recovery.max
+                ),
+            ),
+            ("parts lost", self.parts_lost.to_string()),
+            ("limit violations", self.limit_violations.to_string()),
+            ("leftovers", self.leftovers.to_string()),
+        ];
+        for (name, value) in rows {
+            // Writing to a string cannot fail.
+            let _written = writeln!(out, "{name:<18}{value}").is_ok();
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cell_model::runs::summary::RunFacts;
+    use ipc_types::decision::Outcome;
+    use ipc_types::{Decision, Wire, WorldState};
+
+    fn summary(outcome: Outcome, placed: u32) -> RunSummary {
+        let objects: Vec<String> = (0..9).map(|n| format!("part_{n}")).collect();
+        let facts = RunFacts {
+            demo: "d",
+            policy: "p",
+            seed: 0,
+            objects: &objects,
+            wall_time_s: 1.0,
+            task_restarts: 0,
+            missed_cycles: 0,
+        };
+        let mut decision = Decision::zeroed();
+        decision.outcome = outcome.code();
+        decision.placed_count = placed;
+        for index in 0..placed {
+            decision.placed[index as usize] = index;
+        }
+        RunSummary::new(&facts, &WorldState::zeroed(), &decision)
+    }
+
+    #[test]
+    fn a_part_is_lost_where_a_finished_job_has_fewer_than_the_others() {
+        let mut report = Report::new("d", 1, 5.0);
+        report.job(&summary(Outcome::Done, 3));
+        report.job(&summary(Outcome::Done, 4));
+        report.job(&summary(Outcome::Failed, 0));
+        report.job(&summary(Outcome::Done, 4));
+        assert_eq!(
+            (report.jobs_finished, report.jobs_failed, report.parts_lost),
+            (3, 1, 1)
+        );
+    }
+
+    #[test]
+    fn the_keys_are_the_published_ones() {
+        let mut report = Report::new("franka-stack", 7, 0.5);
+        report.faults.insert("kill".to_owned(), 2);
+        report.recovery_ms = Recovery::of(vec![30.0, 10.0, 20.0]);
+        assert_eq!(
+            serde_json::to_string(&report).unwrap(),
+            r#"{"demo":"franka-stack","seed":7,"minutes":0.5,"faults":{"kill":2},"recovery_ms":{"p50":20.0,"p99":30.0,"max":30.0},"jobs_finished":0,"jobs_failed":0,"parts_lost":0,"limit_violations":0,"leftovers":0}"#
+        );
+        assert!(report.table().contains("kill 2"));
+    }
+}
