@@ -53,6 +53,15 @@ pub(super) struct Struck {
     pub(super) since_ns: u64,
 }
 
+/// What a fault does.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Begun {
+    /// A process has to come back.
+    Gone(Struck),
+    /// The cell has to live with it.
+    Lasts,
+}
+
 /// Faults that last.
 #[derive(Debug, Default)]
 pub(super) struct Faults {
@@ -62,33 +71,32 @@ pub(super) struct Faults {
 }
 
 impl Faults {
-    /// Does `kind` to the cell; which process has to come back for it. `None` where
-    /// it cannot be done now.
+    /// Does `kind` to the cell; `None` where it cannot be done now.
     pub(super) fn begin(
         &mut self,
         kind: FaultKind,
         live: &LiveCell,
         random: &mut Random,
         now_ns: u64,
-    ) -> Option<Option<Struck>> {
+    ) -> Option<Begun> {
         match kind {
             FaultKind::Kill => {
                 let (struck, pid) = victim(live, random, now_ns)?;
                 kill(pid, SIGKILL).ok()?;
-                Some(Some(struck))
+                Some(Begun::Gone(struck))
             }
             FaultKind::Stop => {
                 let (struck, pid) = victim(live, random, now_ns)?;
                 kill(pid, SIGSTOP).ok()?;
                 let for_ns = STOPPED_NS.0 + random.share() * (STOPPED_NS.1 - STOPPED_NS.0);
                 self.stopped.push((now_ns + nanos(for_ns), pid));
-                Some(Some(struck))
+                Some(Begun::Gone(struck))
             }
             FaultKind::Starve => {
                 let until_ns = now_ns + EPISODE_NS;
                 let loops = (0..BUSY_LOOPS).filter_map(|_| busy_loop().ok());
                 self.busy.extend(loops.map(|child| (until_ns, child)));
-                Some(None)
+                Some(Begun::Lasts)
             }
             FaultKind::Flood => {
                 let socket = live.run_dir().control();
@@ -96,13 +104,13 @@ impl Faults {
                 // On a thread of its own: the socket it floods is served by this one.
                 let thread = std::thread::Builder::new().name("flood".to_owned());
                 thread.spawn(move || flood(&socket, until_ns)).ok()?;
-                Some(None)
+                Some(Begun::Lasts)
             }
             FaultKind::Fill => {
                 let path = live.run_dir().path().join("chaos.fill");
                 fill(&path)?;
                 self.filled = Some((now_ns + EPISODE_NS, path));
-                Some(None)
+                Some(Begun::Lasts)
             }
             FaultKind::Corrupt => {
                 let (file, process) = [
@@ -113,7 +121,7 @@ impl Faults {
                 corrupt(&live.run_dir().path().join(file), random)?;
                 let (struck, pid) = of(live, process, now_ns)?;
                 kill(pid, SIGKILL).ok()?;
-                Some(Some(struck))
+                Some(Begun::Gone(struck))
             }
         }
     }

@@ -15,7 +15,7 @@ use crate::leftovers::Leftovers;
 use crate::run::{End, LiveCell, Plan};
 use crate::say;
 pub use fault::FaultKind;
-use fault::{Faults, Struck};
+use fault::{Begun, Faults, Struck};
 use random::Random;
 use report::{Recovery, Report};
 
@@ -145,9 +145,11 @@ impl Injector {
             return;
         };
         match self.faults.begin(kind, live, &mut self.random, now_ns) {
-            Some(struck) => {
+            Some(begun) => {
                 *report.faults.entry(word(kind)).or_default() += 1;
-                self.struck.extend(struck);
+                if let Begun::Gone(struck) = begun {
+                    self.struck.push(struck);
+                }
             }
             None if kind == FaultKind::Fill && !self.impossible.contains(&kind) => {
                 self.impossible.push(kind);
