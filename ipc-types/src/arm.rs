@@ -14,16 +14,13 @@ code! {
     pub enum StopAction {
         /// Normal operation.
         None = 0,
-        /// Normal operation, something to report.
-        Warn = 1,
-        /// Reduced speed.
-        SlowDown = 2,
         /// Category-2-style stop: motion ends on a ramp, drives stay on, the
         /// gripper keeps what it has.
         Hold = 3,
-        /// Category-1-style stop: ramp, then drives off and brakes.
+        /// Category-1-style stop: ramp, then the drives have no power and the brakes
+        /// hold, by friction up to the effort limit of each joint.
         Stop1 = 4,
-        /// Category-0-style stop: drives off at once and brakes.
+        /// Category-0-style stop: the drives have no power and the brakes hold, at once.
         Stop0 = 5,
     }
 }
@@ -35,20 +32,12 @@ code! {
         None = 0,
         /// No decision of the task within its age limit.
         DecisionLost = 1,
-        /// No state of physics within its age limit.
-        StateLost = 2,
         /// No command of the controller within its age limit.
         CommandLost = 3,
-        /// Several refused messages in a short time.
-        InvalidMessages = 4,
         /// Measured joints far from the command.
         TrackingError = 5,
-        /// The simulation or the operator paused.
-        Paused = 6,
         /// The engine had to disable a body of the arm.
         Quarantine = 7,
-        /// Too many cycles were missed.
-        Overrun = 8,
     }
 }
 
@@ -133,8 +122,6 @@ wire! {
         pub cycles: u64,
         /// Cycles that found no new state within a period.
         pub missed_cycles: u64,
-        /// Messages refused or fenced.
-        pub rejected: u64,
         /// The latched gripper command.
         pub gripper: GripperCommand,
         /// Name of the selected controller.

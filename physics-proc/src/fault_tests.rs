@@ -3,7 +3,7 @@
 use cell_model::{Cell, Data};
 use ipc_types::arm::StopAction;
 use ipc_types::world::OBJECT_ENABLED;
-use ipc_types::{Validate, Wire, WorldState};
+use ipc_types::{ArmCommand, Validate, Wire, WorldState};
 use rapier3d_f64::prelude::Vector;
 
 use crate::world::{StepInput, World};
@@ -67,4 +67,49 @@ fn a_lost_link_latches_a_fault_until_the_scene_is_reset() {
         (state.arms[0].fault, state.arms[0].stop_action),
         (0, StopAction::None.code())
     );
+}
+
+/// Pushes the tool sideways, harder than the brakes hold, for 0.2 s; how far the first
+/// joint is from where it was, at the end of the push and 1 s later (rad).
+fn pushed(world: &mut World) -> [f64; 2] {
+    let before = state_after(world, 1).arms[0].joint_positions[0];
+    let tool = world.arms[0].bodies[7];
+    for _ in 0..200 {
+        let body = &mut world.engine.bodies[tool];
+        body.reset_forces(true);
+        body.add_force(Vector::new(0.0, 600.0, 0.0), true);
+        world.step(&StepInput::default());
+    }
+    world.engine.bodies[tool].reset_forces(true);
+    let off = |state: &WorldState| state.arms[0].joint_positions[0] - before;
+    let pushed = off(&state_after(world, 1));
+    [pushed, off(&state_after(world, 1_000))]
+}
+
+#[test]
+fn an_arm_on_its_brakes_stays_where_it_is_pushed_and_one_in_hold_comes_back() {
+    // Before the first command the drives hold the home pose.
+    let [pushed_to, later] = pushed(&mut world());
+    assert!(
+        pushed_to > 0.05 && later.abs() < 0.01,
+        "{pushed_to} {later}"
+    );
+    // One command, and silence for longer than category 1 allows.
+    let mut world = world();
+    let mut command = ArmCommand::zeroed();
+    command.header.generation = 1;
+    command.header.seq = 1;
+    command.joint_count = 7;
+    let home = state_after(&mut world, 0).arms[0].setpoint_positions;
+    command.joint_positions = home;
+    let mut input = StepInput::default();
+    input.commands[0] = Some(&command);
+    world.step(&input);
+    let state = state_after(&mut world, 2_100);
+    assert_eq!(state.arms[0].stop_action, StopAction::Stop1.code());
+    let efforts = &state.arms[0].joint_efforts[..7];
+    assert!(efforts.iter().all(|effort| *effort == 0.0), "{efforts:?}");
+    let [pushed_to, later] = pushed(&mut world);
+    assert!(pushed_to > 0.05, "{pushed_to}");
+    assert!((later - pushed_to).abs() < 0.05, "{pushed_to} {later}");
 }

@@ -114,7 +114,6 @@ impl Cycle {
         status.clipped_cycles = self.clipped_cycles;
         status.cycles = self.cycles;
         status.missed_cycles = self.missed_cycles;
-        status.rejected = 0;
         status.gripper = gripper;
         status.controller = Text::new(self.controller_name());
     }

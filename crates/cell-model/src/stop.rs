@@ -7,15 +7,15 @@
 
 use ipc_types::arm::{StopAction, StopCause};
 
-/// Physics brakes when the newest command is older than this (ticks).
-pub const COMMAND_AGE_TICKS: u64 = 20;
+/// Physics brakes when the newest command is older than this (ticks): the state that
+/// says so is published within 20 ms of the command.
+pub const COMMAND_AGE_TICKS: u64 = 17;
 /// Drives count as stopped by category 1 after this long without commands
 /// (ticks).
 pub const COMMAND_LOST_TICKS: u64 = 2_000;
-/// The controller freezes when physics is silent for longer (ns).
-pub const STATE_AGE_NS: u64 = 20_000_000;
-/// Age limit of a decision where real-time scheduling was granted (ticks).
-pub const DECISION_AGE_FIFO_TICKS: u64 = 30;
+/// Age limit of a decision where real-time scheduling was granted (ticks): the arm
+/// holds within 30 ms of it.
+pub const DECISION_AGE_FIFO_TICKS: u64 = 28;
 /// Age limit of a decision where it was not (ticks).
 pub const DECISION_AGE_OTHER_TICKS: u64 = 100;
 /// A commanded joint further than this from the measured one is a fault
@@ -133,8 +133,8 @@ mod tests {
     fn a_silent_task_means_hold_and_a_fresh_one_clears_it() {
         let mut flags = healthy();
         for (age, action) in [
-            (Some(30), StopAction::None),
-            (Some(31), StopAction::Hold),
+            (Some(DECISION_AGE_FIFO_TICKS), StopAction::None),
+            (Some(DECISION_AGE_FIFO_TICKS + 1), StopAction::Hold),
             (None, StopAction::Hold),
             (Some(1), StopAction::None),
         ] {
@@ -159,11 +159,11 @@ mod tests {
     }
 
     #[test]
-    fn physics_brakes_after_twenty_ticks_of_silence() {
+    fn physics_brakes_after_its_limit_of_silence() {
         for (age, action) in [
             (None, StopAction::None),
-            (Some(20), StopAction::None),
-            (Some(21), StopAction::Hold),
+            (Some(COMMAND_AGE_TICKS), StopAction::None),
+            (Some(COMMAND_AGE_TICKS + 1), StopAction::Hold),
             (Some(2_001), StopAction::Stop1),
         ] {
             let flags = PhysicsFlags {

@@ -203,7 +203,6 @@ layouts! {
         clipped_cycles: u64,
         cycles: u64,
         missed_cycles: u64,
-        rejected: u64,
         gripper: GripperCommand,
         controller: Text32,
     }

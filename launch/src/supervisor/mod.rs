@@ -29,7 +29,7 @@ enum Phase {
 }
 
 /// Keeps the processes of one cell running.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Supervisor {
     rules: Rules,
     phase: Phase,

@@ -55,7 +55,7 @@ pub(super) enum Lifecycle {
     Down,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Slot {
     pub(super) process: Process,
     pub(super) state: Lifecycle,

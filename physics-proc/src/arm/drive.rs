@@ -2,6 +2,7 @@
 
 use cell_model::ramp::RampState;
 use cell_model::{ArmSpec, Dynamics};
+use ipc_types::arm::StopAction;
 use ipc_types::{ArmCommand, Input};
 use nalgebra::Vector3;
 use rapier3d_f64::prelude::PhysicsWorld;
@@ -10,6 +11,7 @@ use rmp::JointLimits;
 use crate::arm::measured::Measured;
 use crate::arm::memory::ArmMemory;
 use crate::arm::multibody::{Arm, DriveTarget};
+use crate::arm::watchdog::Watchdog;
 use crate::engine::settings::GRAVITY;
 
 /// What drives one arm.
@@ -50,6 +52,11 @@ impl ArmDrive {
                 memory.gripper.command(&command.gripper, gripper);
             }
         }
+        if has_no_power(output.stop.action, &memory.watchdog) {
+            self.brake(engine, (arm, measured), memory);
+            return;
+        }
+        memory.brakes.release();
         let positions = robot.arm_joints.iter();
         let positions: Vec<f64> = positions.map(|&joint| measured.positions[joint]).collect();
         let carried = self
@@ -84,6 +91,28 @@ impl ArmDrive {
         }
     }
 
+    /// The brakes hold the joints.
+    fn brake(
+        &mut self,
+        engine: &mut PhysicsWorld,
+        (arm, measured): (&Arm, &Measured),
+        memory: &mut ArmMemory,
+    ) {
+        let robot = &arm.robot;
+        let held = memory.brakes.hold(robot, &measured.positions);
+        for (&joint, target) in robot.arm_joints.iter().zip(held) {
+            arm.drive(engine, joint, &target);
+            // The drive itself gives nothing, which is what the state tells.
+            self.targets[joint] = DriveTarget {
+                max_effort: 0.0,
+                ..target
+            };
+        }
+        let at = robot.arm_joints.iter();
+        let at = at.map(|&joint| measured.positions[joint]);
+        memory.watchdog.rest_at(at);
+    }
+
     /// The fingers follow the last accepted command.
     pub(crate) fn fingers(
         &mut self,
@@ -102,6 +131,15 @@ impl ArmDrive {
             arm.drive(engine, joint, &target);
             self.targets[joint] = target;
         }
+    }
+}
+
+/// Category 0: at once. Category 1: when the ramp has ended.
+fn has_no_power(action: StopAction, watchdog: &Watchdog) -> bool {
+    match action {
+        StopAction::Stop0 => true,
+        StopAction::Stop1 => watchdog.setpoint().all(|setpoint| setpoint.stands()),
+        _ => false,
     }
 }
 

@@ -3,6 +3,7 @@
 use cell_model::{ArmSpec, ParallelGripper};
 use serde::{Deserialize, Serialize};
 
+use crate::arm::brake::Brakes;
 use crate::arm::watchdog::Watchdog;
 use crate::gripper::parallel::GripperDrive;
 use crate::gripper::suction::Suction;
@@ -11,6 +12,7 @@ use crate::gripper::suction::Suction;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct ArmMemory {
     pub(crate) watchdog: Watchdog,
+    pub(crate) brakes: Brakes,
     pub(crate) gripper: GripperDrive,
     pub(crate) suction: Suction,
     /// [`ipc_types::arm::StopAction`] of the last tick.
@@ -31,6 +33,7 @@ impl ArmMemory {
         };
         Self {
             watchdog: Watchdog::new(&arm.home),
+            brakes: Brakes::default(),
             gripper: fingers.map_or(GripperDrive::NONE, open),
             suction: Suction::default(),
             stop_action: 0,

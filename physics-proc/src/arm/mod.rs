@@ -1,5 +1,6 @@
 //! An arm: its joints and drives, what it measures, and its command watchdog.
 
+pub(crate) mod brake;
 pub(crate) mod catch_up;
 pub(crate) mod drive;
 pub(crate) mod measured;

@@ -295,6 +295,19 @@ impl Watchdog {
         self.source = Source::Commands;
     }
 
+    /// The drives have no power: the setpoint is where the arm is, so that a controller
+    /// that comes back starts there.
+    pub(crate) fn rest_at(&mut self, positions: impl Iterator<Item = f64>) {
+        self.source = Source::Own;
+        for (setpoint, position) in self.setpoint.iter_mut().zip(positions) {
+            *setpoint = Point {
+                position,
+                ..Point::default()
+            };
+        }
+        self.anchor.clone_from(&self.setpoint);
+    }
+
     /// One tick without a command.
     fn coast(&mut self, tick: u64, robot: &Robot) {
         let answered = self.accepted.map_or(tick, |accepted| accepted.tick);

@@ -31,9 +31,9 @@ fn the_belt_runs_as_long_as_it_is_told() {
     assert!(way.x.abs() < 1.0e-3 && way.z.abs() < 1.0e-4, "{way}");
     assert!((plc.state().equipment.conveyor_speed - 0.3).abs() < 1e-12);
     assert!(before.y < start.y);
-    // The task dies: its last word counts for 30 ticks.
+    // The task dies: its last word counts for its age limit.
     plc.silent = true;
-    plc.run(30);
+    plc.run(cell_model::stop::DECISION_AGE_FIFO_TICKS);
     assert_eq!(plc.state().equipment.conveyor_speed, 0.3);
     plc.run(300);
     assert_eq!(plc.state().equipment.conveyor_speed, 0.0);

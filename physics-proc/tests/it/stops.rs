@@ -51,7 +51,7 @@ fn silence_brakes_within_the_limits_and_holds() {
     for tick in 1..=600 {
         silence(&mut rig);
         let now = rig.state().arms[0];
-        let expected = if tick <= 20 {
+        let expected = if tick <= cell_model::stop::COMMAND_AGE_TICKS {
             StopAction::None
         } else {
             StopAction::Hold

@@ -46,6 +46,7 @@ fn help_lists_what_works_and_nothing_else() {
         "fsm",
         "schema",
         "bench",
+        "chaos",
         "eval",
         "new",
         "completions",
