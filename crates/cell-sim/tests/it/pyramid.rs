@@ -128,6 +128,37 @@ fn a_stack_that_loses_its_lowest_cube_is_built_again() {
 }
 
 #[test]
+fn a_finished_stack_that_is_disturbed_while_the_other_arm_works_is_built_again() {
+    // The arm that is done first, and the last layer of its stack: by the time.
+    let line = |cube: &str, to: &str, at_s: f64| {
+        format!(r#"{{"at_s": {at_s}, "do": "drag", "object": "{cube}", "to": {to}, "for_s": 1.5}}"#)
+    };
+    let undisturbed = Run::new(1, "").finish();
+    let done: Vec<_> = undisturbed
+        .lines
+        .iter()
+        .filter(|l| l.contains("[done]"))
+        .collect();
+    let first = if done[0].contains("left") {
+        "left"
+    } else {
+        "right"
+    };
+    let top = |l: &&String| l.contains(&format!("[placed] {first}:")) && l.contains("number 3");
+    let placed = undisturbed.lines.iter().find(top).unwrap();
+    let cube = placed.split_whitespace().nth(2).unwrap();
+    let away = if first == "left" {
+        "[0.35, -0.55, 0.1]"
+    } else {
+        "[0.35, 0.55, 0.1]"
+    };
+    let ticks = undisturbed.sim.state().header.tick as f64;
+    // Just before the other arm is done.
+    let run = Run::new(1, &line(cube, away, ticks * 1.0e-3 - 2.0)).finish();
+    assert_eq!(run.count("what it did was undone"), 1, "{:#?}", run.lines);
+}
+
+#[test]
 fn a_fallen_pyramid_is_sorted_out() {
     let script =
         r#"{"at_s": 0.1, "do": "drag", "object": "cube_5", "to": [0.46, -0.2, 0.1], "for_s": 3}"#;
