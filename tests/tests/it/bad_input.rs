@@ -252,3 +252,29 @@ fn what_needs_a_running_cell_says_that_there_is_none() {
         refuse(arguments, 4, &["no cell `cell` is running", "robocell run"]);
     }
 }
+
+#[test]
+fn a_recording_that_cannot_be_made_is_refused_before_anything_starts() {
+    let base = base();
+    let files = tempfile::tempdir().unwrap();
+    let at = |name: &str| files.path().join(name).to_str().unwrap().to_owned();
+    std::fs::write(at("there.mcap"), "x").unwrap();
+    std::fs::create_dir(at("folder.mcap")).unwrap();
+    std::os::unix::fs::symlink(at("there.mcap"), at("link.mcap")).unwrap();
+    for (file, words) in [
+        (at("there.mcap"), "exists already"),
+        (at("folder.mcap"), "directory"),
+        (at("link.mcap"), "link"),
+        ("/dev/null".to_owned(), "device"),
+        (at("missing/a.mcap"), "missing"),
+    ] {
+        let arguments = ["run", "franka-stack", "--headless", "--record", &file];
+        refused(
+            &finish(robocell(base.path(), &arguments)),
+            3,
+            &[words, &file[..8]],
+        );
+    }
+    nothing_started(base.path());
+    assert_eq!(std::fs::read_to_string(at("there.mcap")).unwrap(), "x");
+}

@@ -159,6 +159,45 @@ fn children_end_with_a_launcher_that_was_killed_and_the_next_start_is_clean() {
 }
 
 #[test]
+fn a_stopped_process_does_not_outlive_a_launcher_that_was_killed() {
+    for name in NAMES {
+        let cell = idle_cell();
+        let status = cell.wait_up();
+        let pids: Vec<u32> = NAMES.iter().map(|name| pid(&status, name)).collect();
+        kill(pid(&status, name), SIGSTOP).unwrap();
+        let _base = cell.crash();
+        all_gone(&pids);
+    }
+}
+
+#[test]
+fn signals_that_mean_nothing_do_nothing_and_sigquit_ends_the_cell_in_order() {
+    let mut cell = idle_cell();
+    cell.wait_up();
+    for signal in [libc_signal("USR1"), libc_signal("USR2")] {
+        kill(cell.launcher(), signal).unwrap();
+    }
+    assert!(cell.status().is_some() && cell.is_running());
+    let segment = prefix(&cell.run_dir());
+    kill(cell.launcher(), libc_signal("QUIT")).unwrap();
+    let said = cell.wait_end();
+    assert_eq!(said.code, 0, "{said:?}");
+    assert_eq!(segments(&segment), Vec::<String>::new());
+    for file in ["page.json", "record.sock", "control.sock", "children.json"] {
+        assert!(!cell.run_dir().join(file).exists(), "{file}");
+    }
+}
+
+/// Numbers of signals on Linux (signal(7)).
+fn libc_signal(name: &str) -> i32 {
+    match name {
+        "QUIT" => 3,
+        "USR1" => 10,
+        _ => 12,
+    }
+}
+
+#[test]
 fn two_cells_run_side_by_side() {
     let cell = idle_cell();
     let base = cell.base().to_owned();
