@@ -9,6 +9,7 @@ use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
 use cell_model::runs::children::ChildId;
 use cell_rt::process::{SIGCONT, SIGKILL, SIGTERM, kill, start_time};
@@ -46,6 +47,11 @@ pub(crate) fn cache_dir() -> Option<PathBuf> {
     let base = xdg.or_else(|| Some(PathBuf::from(set("HOME")?).join(".cache")))?;
     base.is_absolute().then(|| base.join("robocell"))
 }
+
+/// How long a killed process may take to end.
+const END_LIMIT: Duration = Duration::from_secs(2);
+/// Time between two looks whether it has.
+const END_PAUSE: Duration = Duration::from_millis(1);
 
 #[derive(Debug)]
 struct Running {
@@ -180,7 +186,15 @@ impl Drop for Children {
     fn drop(&mut self) {
         for running in &mut self.running {
             running.child.kill().ok();
-            running.child.wait().ok();
+        }
+        // The kernel may keep one for as long as a device does not answer.
+        for _ in 0..END_LIMIT.as_millis() / END_PAUSE.as_millis() {
+            self.running
+                .retain_mut(|running| matches!(running.child.try_wait(), Ok(None)));
+            if self.running.is_empty() {
+                return;
+            }
+            std::thread::sleep(END_PAUSE);
         }
     }
 }

@@ -137,7 +137,7 @@ impl RunDir {
         Lock::holder(&self.path.join("lock"))
     }
 
-    /// Makes the directory, readable by nobody else, and takes its lock. A directory
+    /// Makes the directory, readable by this user alone, and takes its lock. A directory
     /// of that name that is not ours is refused, as it would be emptied.
     pub fn take(&self, cell: &str) -> Result<Lock, Failure> {
         let show = self.path.display();

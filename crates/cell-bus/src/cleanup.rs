@@ -58,7 +58,7 @@ pub struct HalfMade {
 }
 
 /// Removes segments of the run whose maker was killed before it finished them.
-/// Whoever opens one waits for its maker: 1 s where it is unreadable, for ever where
+/// A process that opens one waits for its maker: 1 s where it is unreadable, without limit where
 /// its size is 0 (iceoryx2-cal 0.10.0, `posix_shared_memory`: the arm
 /// `MappingSizeIsZero` does not look at the time).
 pub fn remove_half_made(site: &RunSite) -> Result<HalfMade, BusError> {

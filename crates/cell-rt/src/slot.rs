@@ -21,7 +21,7 @@ const MAX_CAPACITY: usize = 64 * 1024 * 1024;
 /// Most slots.
 const MAX_SLOTS: usize = 64;
 
-/// The file of slots. Writing allocates nothing and calls nobody.
+/// The file of slots. Writing allocates nothing and makes no system call.
 #[derive(Debug)]
 pub struct SlotFile {
     memory: SharedWords,

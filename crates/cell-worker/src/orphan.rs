@@ -1,4 +1,4 @@
-//! The last act of a process whose launcher was killed: nobody else is left to end a
+//! The last act of a process whose launcher was killed: no other process is left to end a
 //! process of the cell that is stopped or hangs.
 
 use std::path::Path;

@@ -199,7 +199,7 @@ fn of(live: &LiveCell, process: Process, now_ns: u64) -> Option<(Struck, u32)> {
     Some((struck, pid))
 }
 
-/// Ends by itself after 10 s of processor time, should nobody end it.
+/// The kernel ends it after 10 s of processor time, if the launcher does not.
 fn busy_loop() -> std::io::Result<Child> {
     Command::new("sh")
         .args(["-c", "ulimit -t 10; while :; do :; done"])

@@ -172,7 +172,7 @@ impl Injector {
             if is_back || took_ns > LONGEST_NS {
                 recoveries.push(took_ns as f64 * 1.0e-6);
             }
-            // One that was stopped for so short that nobody noticed never was gone.
+            // One that was stopped too shortly to be replaced has nothing to recover from.
             let was_gone = is_back || live.generation(struck.process) > struck.generation;
             let is_short = took_ns > 3 * SECOND_NS && !was_gone;
             !(is_back || is_short || took_ns > LONGEST_NS)

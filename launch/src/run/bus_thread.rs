@@ -1,7 +1,7 @@
 //! The launcher's ports on the bus, on a thread of their own.
 //!
 //! A process that is killed at the wrong moment can leave shared memory behind that
-//! whoever reads it waits for, without an end. Signals, the control socket and the
+//! its readers wait for without limit. Signals, the control socket and the
 //! children are served by a thread that never touches the bus, so that a cell can be
 //! ended and cleaned up whatever is left there.
 
@@ -22,7 +22,7 @@ use crate::say;
 /// How often the bus is listened to.
 const TURN: Duration = Duration::from_millis(5);
 /// Time between two looks counts at most this much as silence, so that a launcher
-/// that was not scheduled accuses nobody.
+/// that was not scheduled takes no process for hung.
 const MAX_GAP_NS: u64 = 20_000_000;
 /// How long physics may take to answer a request.
 const OPERATOR_PATIENCE: Duration = Duration::from_millis(100);
@@ -116,7 +116,7 @@ impl BusThread {
     }
 
     /// Asks physics; the answer is in the news. One request at a time: what is not
-    /// taken now is asked again by whoever needs it.
+    /// taken now is asked again by the caller that needs it.
     pub(super) fn ask(&mut self, action: OperatorAction, count: u32) {
         if !self.asking
             && let Some(requests) = &self.requests
@@ -180,7 +180,7 @@ impl Ports {
         })
     }
 
-    /// Until nobody can ask any more.
+    /// Until the main thread drops its end.
     fn serve(mut self, news: &Mutex<News>, requests: &Receiver<(OperatorAction, u32)>) {
         let mut before_ns = monotonic_ns();
         loop {
@@ -189,7 +189,7 @@ impl Ports {
                 Err(RecvTimeoutError::Timeout) => None,
                 Err(RecvTimeoutError::Disconnected) => return,
             };
-            // This may wait for ever, so it comes before the lock is taken.
+            // This may wait without limit, so it comes before the lock is taken.
             let mut newer = self.listen();
             let now_ns = monotonic_ns();
             newer.listened_ns = now_ns.saturating_sub(before_ns).min(MAX_GAP_NS);

@@ -34,7 +34,7 @@ impl HalfMadeSweep {
             return;
         }
         self.next_ns = now_ns + PERIOD_NS;
-        // What cannot be removed now is tried again as long as somebody is silent.
+        // What cannot be removed now is tried again while a process is silent.
         let found = cell_bus::remove_half_made(&self.site).unwrap_or_default();
         self.again = found.in_use > 0;
     }

@@ -1,4 +1,4 @@
-//! The processes of a run, for whoever has to end them when the launcher cannot.
+//! The processes of a run, for those that have to end them when the launcher cannot.
 
 use std::path::{Path, PathBuf};
 
