@@ -31,6 +31,7 @@ use std::process::ExitCode;
 
 /// Does what the command line says and turns a failure into its exit code.
 pub fn main_of(cli: &cli::Cli) -> ExitCode {
+    run::preflight::raise_stack();
     match app::dispatch(cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

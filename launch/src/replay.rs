@@ -22,6 +22,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     let shown = page::Page::new(args.listen.as_deref())?;
     shown.save(&dir)?;
     let page = shown.spec(&dir);
+    // Nothing else says the link of a recording, so it can be used again.
     page::lines(&page, shown.secrets())
         .into_iter()
         .for_each(say::line);

@@ -48,6 +48,7 @@ pub struct Prepared {
     /// What feeds the page.
     pub hub: Arc<Hub>,
     secrets: PageSecrets,
+    one_time_links: Option<PathBuf>,
     site: Box<dyn FnOnce(Gate) -> Site + Send>,
 }
 
@@ -134,6 +135,8 @@ pub fn prepare_page(
     past: Option<OpenPast>,
 ) -> Result<Prepared, PageError> {
     let secrets = read_secrets(&page.secrets)?;
+    // Of a live cell `robocell status` prints a new link; of a recording nothing does.
+    let one_time_links = past.is_some().then(|| page.secrets.clone());
     let files = Files::page(page.dist.as_deref(), &page.hint);
     let (hint, fed) = (page.hint.clone(), hub.clone());
     let site = move |gate| Site {
@@ -149,11 +152,12 @@ pub fn prepare_page(
     Ok(Prepared {
         hub,
         secrets,
+        one_time_links,
         site: Box::new(site),
     })
 }
 
-/// Meshes somebody has fetched.
+/// Meshes that `robocell assets` fetched.
 pub fn meshes() -> Files {
     let folder = std::env::var_os(ENV_CACHE).map(PathBuf::from);
     folder.map_or_else(Files::default, |f| Files::folder(&f.join("meshes"), ""))
@@ -169,8 +173,7 @@ pub fn read_secrets(path: &Path) -> Result<PageSecrets, PageError> {
         path: path.to_owned(),
         reason,
     };
-    let text = std::fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
-    serde_json::from_str(&text).map_err(|error| refuse(error.to_string()))
+    PageSecrets::load(path).map_err(|error| refuse(error.to_string()))
 }
 
 /// The run as the page names it.
@@ -211,7 +214,10 @@ pub fn serve(prepared: Prepared, address: SocketAddr, trouble: &Trouble) {
 
 async fn listen(prepared: Prepared, address: SocketAddr) -> std::io::Result<()> {
     let listening = web::bind(address).await?;
-    let gate = Gate::new(listening.address(), prepared.secrets);
+    let mut gate = Gate::new(listening.address(), prepared.secrets);
+    if let Some(file) = prepared.one_time_links {
+        gate = gate.with_one_time_links(file);
+    }
     listening.serve((prepared.site)(gate)).await
 }
 

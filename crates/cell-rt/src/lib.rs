@@ -1,5 +1,5 @@
 //! What a real-time process asks of the operating system, and nothing else:
-//! a clock, a periodic grid, scheduling and locked memory, a mapped slot file,
+//! a clock, a periodic grid, scheduling, limits and locked memory, a mapped slot file,
 //! signals and parent death.
 //!
 //! Together with `ipc-types` this is the only crate with `unsafe` code: every
@@ -12,6 +12,7 @@ pub mod alloc;
 pub mod clock;
 mod crc;
 pub mod histogram;
+pub mod limits;
 pub mod lock;
 pub mod memory;
 pub mod periodic;

@@ -2,6 +2,8 @@
 
 use std::io;
 
+use crate::limits::{Resource, limit};
+
 /// A limit below this would be hit by a later allocation, which would then
 /// fail, and end the process.
 const ENOUGH_TO_LOCK: u64 = 1 << 30;
@@ -12,7 +14,7 @@ const CAP_IPC_LOCK: u32 = 14;
 /// without the right to lock 1 GiB or more (`RLIMIT_MEMLOCK`, `CAP_IPC_LOCK`):
 /// memory beyond the limit could not be allocated any more.
 pub fn lock_all() -> io::Result<()> {
-    if lock_limit()? < ENOUGH_TO_LOCK && !has_capability(CAP_IPC_LOCK) {
+    if limit(Resource::LockedMemory)? < ENOUGH_TO_LOCK && !has_capability(CAP_IPC_LOCK) {
         let text = "the limit of locked memory is below 1 GiB";
         return Err(io::Error::new(io::ErrorKind::PermissionDenied, text));
     }
@@ -22,19 +24,6 @@ pub fn lock_all() -> io::Result<()> {
     } else {
         Err(io::Error::last_os_error())
     }
-}
-
-/// Bytes this process may lock, without capabilities.
-fn lock_limit() -> io::Result<u64> {
-    let mut limit = libc::rlimit {
-        rlim_cur: 0,
-        rlim_max: 0,
-    };
-    // SAFETY: the pointer is to a live limit.
-    if unsafe { libc::getrlimit(libc::RLIMIT_MEMLOCK, &raw mut limit) } != 0 {
-        return Err(io::Error::last_os_error());
-    }
-    Ok(limit.rlim_cur)
 }
 
 /// Whether the process holds capability number `bit`.

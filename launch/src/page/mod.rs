@@ -2,13 +2,12 @@
 
 mod address;
 mod dist;
-mod secrets;
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
 use cell_model::runs::spec::{PageSecrets, PageSpec};
 
-use crate::failure::Failure;
+use crate::failure::{Context, Failure};
 use crate::rundir::RunDir;
 
 use address::{ListenAddress, place};
@@ -27,7 +26,7 @@ impl Page {
     pub(crate) fn new(listen: Option<&str>) -> Result<Self, Failure> {
         Ok(Self {
             place: place(listen)?,
-            secrets: secrets::make()?,
+            secrets: PageSecrets::random().cannot("make the token of the page")?,
         })
     }
 
@@ -44,7 +43,16 @@ impl Page {
 
     /// Writes down what opens it, in `dir`, which is there now.
     pub(crate) fn save(&self, dir: &RunDir) -> Result<(), Failure> {
-        secrets::save(&self.secrets, &dir.page())
+        let path = dir.page();
+        let written = self.secrets.save(&path);
+        written.cannot(format_args!("write {}", path.display()))
+    }
+
+    /// The same page with the secrets of `dir`: the monitor replaces a token that
+    /// was used.
+    pub(crate) fn as_in(self, dir: &RunDir) -> Self {
+        let secrets = PageSecrets::load(&dir.page()).unwrap_or(self.secrets);
+        Self { secrets, ..self }
     }
 
     /// What opens it.
@@ -55,7 +63,7 @@ impl Page {
 
 /// The link to the page for whoever may command; `None` when it cannot be read.
 pub(crate) fn link(page: &PageSpec) -> Option<String> {
-    let secrets = secrets::load(&page.secrets)?;
+    let secrets = PageSecrets::load(&page.secrets).ok()?;
     Some(link_with(page.address, &secrets.operator_token))
 }
 

@@ -94,7 +94,7 @@ impl Standstill {
 impl LiveCell {
     /// Takes the run directory, prepares the bus; processes start with
     /// [`LiveCell::stay`].
-    pub fn start(mut plan: Plan) -> Result<Self, Failure> {
+    pub fn start(plan: Plan) -> Result<Self, Failure> {
         let processes = Process::all(plan.spec.arms);
         let programs = Programs::of(&plan.spec);
         for process in &processes {
@@ -106,6 +106,21 @@ impl LiveCell {
         if let Some(line) = leftovers::wipe(&plan.dir)? {
             say::warn(line);
         }
+        let (dir, root) = (plan.dir.clone(), plan.spec.root.clone());
+        Self::prepare(plan, programs, processes, lock).inspect_err(|_| {
+            // The failure is what the user has to know.
+            leftovers::tidy(&dir, &root).ok();
+        })
+    }
+
+    /// All that a run needs before its first process.
+    fn prepare(
+        mut plan: Plan,
+        programs: Programs,
+        processes: Vec<Process>,
+        lock: Lock,
+    ) -> Result<Self, Failure> {
+        super::preflight::check(plan.dir.path())?;
         std::fs::create_dir_all(plan.dir.logs()).cannot("make the directory of the logs")?;
         plan.spec.built_in_dir =
             cell_files::install(&plan.dir.data()).cannot("write the built-in cells")?;

@@ -8,6 +8,7 @@ mod live;
 mod one_process;
 mod phases;
 pub(crate) mod plan;
+pub(crate) mod preflight;
 mod recording;
 mod starvation;
 mod watch;

@@ -128,7 +128,8 @@ impl Plan {
             robot: self.args.robot.clone().filter(|_| demo == self.args.demo),
             ..self.args.clone()
         };
-        Self::with_page(&args, self.page.clone())
+        let page = self.page.clone().map(|page| page.as_in(&self.dir));
+        Self::with_page(&args, page)
     }
 }
 

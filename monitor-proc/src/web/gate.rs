@@ -1,7 +1,11 @@
-//! Who may come in: the name the server is called by, where a request comes
-//! from, tokens and cookies.
+//! Which requests are answered: by the name of the server, the origin of the
+//! request, its token and its cookie.
 
+use std::io;
+use std::mem;
 use std::net::{IpAddr, SocketAddr};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use axum::http::header::{AUTHORIZATION, COOKIE, HOST, ORIGIN};
 use axum::http::{HeaderMap, Uri};
@@ -10,12 +14,47 @@ use subtle::ConstantTimeEq;
 
 use crate::page::role::Role;
 
+/// What the token in a link is exchanged for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exchange {
+    /// The cookie of this role.
+    Role(Role),
+    /// Nothing: the link was used before.
+    Used,
+    /// Nothing: it is no token of this run.
+    Wrong,
+}
+
 /// Decides about every request.
 #[derive(Clone, Debug)]
 pub struct Gate {
     address: SocketAddr,
-    secrets: PageSecrets,
+    keys: Arc<Mutex<Keys>>,
     cookie: String,
+}
+
+#[derive(Debug)]
+struct Keys {
+    secrets: PageSecrets,
+    /// The last operator token that was exchanged.
+    used: String,
+    /// Where a new operator token is written after each exchange; without it a
+    /// link can be used again.
+    file: Option<PathBuf>,
+}
+
+impl Keys {
+    /// Replaces the operator token, so that a link in a browser history, a chat or
+    /// a list of processes opens nothing.
+    fn replace_operator_token(&mut self) -> io::Result<()> {
+        let Some(file) = &self.file else {
+            return Ok(());
+        };
+        let next = self.secrets.with_new_operator_token()?;
+        let used = mem::replace(&mut self.secrets, next);
+        self.used = used.operator_token;
+        self.secrets.save(file)
+    }
 }
 
 impl Gate {
@@ -24,11 +63,27 @@ impl Gate {
         // Cookies of one host are shared by its ports: the name tells the cells
         // apart.
         let cookie = format!("robocell_{}", address.port());
+        let keys = Keys {
+            secrets,
+            used: String::new(),
+            file: None,
+        };
         Self {
             address,
-            secrets,
+            keys: Arc::new(Mutex::new(keys)),
             cookie,
         }
+    }
+
+    /// The same gate, which replaces the operator token in `file` after each
+    /// exchange.
+    pub fn with_one_time_links(self, file: PathBuf) -> Self {
+        self.keys().file = Some(file);
+        self
+    }
+
+    fn keys(&self) -> MutexGuard<'_, Keys> {
+        self.keys.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Whether the request was sent to this server under one of its own names.
@@ -89,20 +144,40 @@ impl Gate {
         self.bearer(headers).or_else(|| self.cookie_role(headers))
     }
 
-    /// What a token stands for.
+    /// The role of the holder of a token.
     pub fn role_of_token(&self, token: &str) -> Option<Role> {
-        Self::role_of(
-            token,
-            &self.secrets.operator_token,
-            &self.secrets.viewer_token,
-        )
+        let keys = self.keys();
+        let secrets = &keys.secrets;
+        Self::role_of(token, &secrets.operator_token, &secrets.viewer_token)
+    }
+
+    /// Exchanges the token of a link. A link of an operator works once, a link of
+    /// a viewer is for several viewers.
+    pub fn exchange(&self, token: &str) -> Exchange {
+        let role = self.role_of_token(token);
+        let mut keys = self.keys();
+        match role {
+            Some(Role::Operator) => {
+                if let Err(error) = keys.replace_operator_token() {
+                    eprintln!(
+                        "warning: the next link to the page cannot be written: {error}; \
+                         `robocell restart monitor` makes the last one valid again"
+                    );
+                }
+                Exchange::Role(Role::Operator)
+            }
+            Some(role) => Exchange::Role(role),
+            None if is_same(token, &keys.used) => Exchange::Used,
+            None => Exchange::Wrong,
+        }
     }
 
     /// The header line that gives a client its role.
     pub fn set_cookie(&self, role: Role) -> String {
+        let keys = self.keys();
         let value = match role {
-            Role::Operator => &self.secrets.operator_cookie,
-            Role::Viewer => &self.secrets.viewer_cookie,
+            Role::Operator => &keys.secrets.operator_cookie,
+            Role::Viewer => &keys.secrets.viewer_cookie,
         };
         format!("{}={value}; Path=/; HttpOnly; SameSite=Strict", self.cookie)
     }
@@ -126,7 +201,8 @@ impl Gate {
             let (name, value) = pair.trim().split_once('=')?;
             (name == self.cookie).then_some(value)
         });
-        let secrets = &self.secrets;
+        let keys = self.keys();
+        let secrets = &keys.secrets;
         ours.filter_map(|value| {
             Self::role_of(value, &secrets.operator_cookie, &secrets.viewer_cookie)
         })
@@ -134,10 +210,7 @@ impl Gate {
     }
 
     fn role_of(given: &str, operator: &str, viewer: &str) -> Option<Role> {
-        let same = |secret: &str| -> bool {
-            !secret.is_empty() && bool::from(given.as_bytes().ct_eq(secret.as_bytes()))
-        };
-        let (operator, viewer) = (same(operator), same(viewer));
+        let (operator, viewer) = (is_same(given, operator), is_same(given, viewer));
         match (operator, viewer) {
             (true, _) => Some(Role::Operator),
             (_, true) => Some(Role::Viewer),
@@ -146,7 +219,12 @@ impl Gate {
     }
 }
 
-/// 127.0.0.1 and `::1`; the rest of 127/8 is nobody's name.
+/// In constant time; an empty secret is never the same.
+fn is_same(given: &str, secret: &str) -> bool {
+    !secret.is_empty() && bool::from(given.as_bytes().ct_eq(secret.as_bytes()))
+}
+
+/// 127.0.0.1 and `::1`; the rest of 127/8 names no server.
 fn is_plain_loopback(ip: IpAddr) -> bool {
     ip == IpAddr::from([127, 0, 0, 1]) || ip == IpAddr::from([0, 0, 0, 0, 0, 0, 0, 1])
 }

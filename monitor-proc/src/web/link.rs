@@ -1,10 +1,8 @@
-//! Connections: counted, and closed when they have nothing to say.
+//! Connections: limited in number, and closed when they are silent.
 
 use std::io;
 use std::net::SocketAddr;
 use std::pin::Pin;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
@@ -12,37 +10,31 @@ use axum::extract::connect_info::Connected;
 use axum::serve::{IncomingStream, Listener};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::{Instant, Sleep, sleep_until};
 
-/// Connections at a time; the next ones are told to come back.
-const MAX_CONNECTIONS: usize = 96;
-/// A connection that asks for nothing for this long is closed. Counts anew with
-/// every answer, not with every byte of a question.
-const PATIENCE: Duration = Duration::from_secs(5);
-/// A pause after an accept that failed, such as for want of file numbers.
+use super::slots::{Idle, Slot, Slots};
+
+/// A pause after an accept that failed, such as for want of file descriptors.
 const AFTER_FAILURE: Duration = Duration::from_millis(100);
 const BUSY: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\n\
     Content-Type: text/plain\r\nContent-Length: 21\r\n\r\ntoo many connections\n";
-/// No end.
-const NEVER: u64 = u64::MAX;
 
-/// Takes connections in, as many as there may be.
-pub(super) struct Door {
+/// Accepts as many connections as there are slots.
+pub(super) struct LimitedListener {
     listener: TcpListener,
-    places: Arc<Semaphore>,
+    slots: Slots,
 }
 
-impl Door {
+impl LimitedListener {
     pub(super) fn new(listener: TcpListener) -> Self {
         Self {
             listener,
-            places: Arc::new(Semaphore::new(MAX_CONNECTIONS)),
+            slots: Slots::default(),
         }
     }
 }
 
-impl Listener for Door {
+impl Listener for LimitedListener {
     type Io = Connection;
     type Addr = SocketAddr;
 
@@ -52,13 +44,12 @@ impl Listener for Door {
                 tokio::time::sleep(AFTER_FAILURE).await;
                 continue;
             };
-            if let Ok(place) = self.places.clone().try_acquire_owned() {
-                // Without it small messages wait for the other end's receipts.
+            if let Some(slot) = self.slots.take(from.ip()) {
+                // Without it small messages wait for the receipts of the peer.
                 let _small_messages_wait = stream.set_nodelay(true).is_err();
-                return (Connection::new(stream, place), from);
+                return (Connection::new(stream, slot), from);
             }
-            // Who does not even read that may guess it.
-            let _told = stream.try_write(BUSY).is_ok();
+            say_busy(&stream);
         }
     }
 
@@ -67,72 +58,41 @@ impl Listener for Door {
     }
 }
 
-/// Until when a connection may be silent; shared with what answers it.
-#[derive(Clone, Debug)]
-pub(super) struct Patience {
-    began: Instant,
-    until_ms: Arc<AtomicU64>,
-}
-
-impl Patience {
-    fn new() -> Self {
-        let patience = Self {
-            began: Instant::now(),
-            until_ms: Arc::new(AtomicU64::new(0)),
-        };
-        patience.renew();
-        patience
-    }
-
-    /// Counts anew.
-    pub(super) fn renew(&self) {
-        let until = (self.began.elapsed() + PATIENCE).as_millis();
-        let until = u64::try_from(until).unwrap_or(NEVER);
-        // One that has no end keeps none.
-        let later = |now: u64| (now != NEVER).then_some(until);
-        let _unless_endless = self
-            .until_ms
-            .fetch_update(Ordering::AcqRel, Ordering::Acquire, later)
-            .is_ok();
-    }
-
-    /// A websocket looks after itself.
-    pub(super) fn never_ends(&self) {
-        self.until_ms.store(NEVER, Ordering::Release);
-    }
-
-    /// The moment it is over.
-    fn end(&self) -> Option<Instant> {
-        match self.until_ms.load(Ordering::Acquire) {
-            NEVER => None,
-            until => Some(self.began + Duration::from_millis(until)),
-        }
-    }
+/// A peer that does not read this is told nothing.
+fn say_busy(stream: &TcpStream) {
+    let _told = stream.try_write(BUSY).is_ok();
 }
 
 /// One connection.
 pub(super) struct Connection {
     stream: TcpStream,
-    patience: Patience,
     timer: Pin<Box<Sleep>>,
-    _place: OwnedSemaphorePermit,
+    slot: Slot,
+    has_answered: bool,
 }
 
 impl Connection {
-    fn new(stream: TcpStream, place: OwnedSemaphorePermit) -> Self {
+    fn new(stream: TcpStream, slot: Slot) -> Self {
+        let end = slot.idle.end().unwrap_or_else(Instant::now);
         Self {
             stream,
-            patience: Patience::new(),
-            timer: Box::pin(sleep_until(Instant::now() + PATIENCE)),
-            _place: place,
+            timer: Box::pin(sleep_until(end)),
+            slot,
+            has_answered: false,
         }
     }
 
-    /// Ready with an error when the patience is over.
-    fn poll_patience(&mut self, cx: &mut Context<'_>) -> Poll<io::Error> {
+    /// Ready with an error when the connection is to be closed.
+    fn poll_closed(&mut self, cx: &mut Context<'_>) -> Poll<io::Error> {
+        if Pin::new(&mut self.slot.closed).poll(cx).is_ready() {
+            if !self.has_answered {
+                say_busy(&self.stream);
+            }
+            return Poll::Ready(io::ErrorKind::ConnectionAborted.into());
+        }
         loop {
             ready!(self.timer.as_mut().poll(cx));
-            match self.patience.end() {
+            match self.slot.idle.end() {
                 None => return Poll::Pending,
                 Some(end) if end <= Instant::now() => {
                     return Poll::Ready(io::ErrorKind::TimedOut.into());
@@ -140,6 +100,20 @@ impl Connection {
                 Some(end) => self.timer.as_mut().reset(end),
             }
         }
+    }
+
+    /// Bytes of an answer were taken, or have to wait.
+    fn after_write(
+        &mut self,
+        written: Poll<io::Result<usize>>,
+        cx: &mut Context<'_>,
+    ) -> Poll<io::Result<usize>> {
+        if written.is_pending() {
+            return self.poll_closed(cx).map(Err);
+        }
+        self.has_answered = true;
+        self.slot.idle.restart();
+        written
     }
 }
 
@@ -152,7 +126,7 @@ impl AsyncRead for Connection {
         if let Poll::Ready(result) = Pin::new(&mut self.stream).poll_read(cx, buffer) {
             return Poll::Ready(result);
         }
-        self.poll_patience(cx).map(Err)
+        self.poll_closed(cx).map(Err)
     }
 }
 
@@ -162,13 +136,8 @@ impl AsyncWrite for Connection {
         cx: &mut Context<'_>,
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
-        match Pin::new(&mut self.stream).poll_write(cx, bytes) {
-            Poll::Ready(written) => {
-                self.patience.renew();
-                Poll::Ready(written)
-            }
-            Poll::Pending => self.poll_patience(cx).map(Err),
-        }
+        let written = Pin::new(&mut self.stream).poll_write(cx, bytes);
+        self.after_write(written, cx)
     }
 
     fn poll_write_vectored(
@@ -176,13 +145,8 @@ impl AsyncWrite for Connection {
         cx: &mut Context<'_>,
         bytes: &[io::IoSlice<'_>],
     ) -> Poll<io::Result<usize>> {
-        match Pin::new(&mut self.stream).poll_write_vectored(cx, bytes) {
-            Poll::Ready(written) => {
-                self.patience.renew();
-                Poll::Ready(written)
-            }
-            Poll::Pending => self.poll_patience(cx).map(Err),
-        }
+        let written = Pin::new(&mut self.stream).poll_write_vectored(cx, bytes);
+        self.after_write(written, cx)
     }
 
     fn is_write_vectored(&self) -> bool {
@@ -198,8 +162,8 @@ impl AsyncWrite for Connection {
     }
 }
 
-impl Connected<IncomingStream<'_, Door>> for Patience {
-    fn connect_info(stream: IncomingStream<'_, Door>) -> Self {
-        stream.io().patience.clone()
+impl Connected<IncomingStream<'_, LimitedListener>> for Idle {
+    fn connect_info(stream: IncomingStream<'_, LimitedListener>) -> Self {
+        stream.io().slot.idle.clone()
     }
 }

@@ -7,6 +7,7 @@ mod plain;
 mod routes;
 mod serve;
 mod site;
+mod slots;
 mod socket;
 
 pub use serve::{Listening, Site, bind};

@@ -20,19 +20,26 @@ pub(super) fn no_page(hint: &str) -> Response {
     page(StatusCode::OK, &text)
 }
 
-/// Somebody without a token or a cookie.
+/// A request without a token or a cookie.
 pub(super) fn no_cookie() -> Response {
     let text = "<h1>This page needs its token</h1>\n\
-        <p>Open the address that <code>robocell run</code> printed, with \
-        <code>?token=...</code> at its end; <code>robocell status</code> says it again.</p>\n\
+        <p>Open the link that <code>robocell status</code> prints, with \
+        <code>?token=...</code> at its end. Each link opens the page in one browser.</p>\n\
         <p>If you have just done so, <a href=\"/\">open the page</a>.</p>";
     page(StatusCode::UNAUTHORIZED, text)
+}
+
+/// A link that was opened before, without the cookie it was exchanged for.
+pub(super) fn used_token() -> Response {
+    let text = "<h1>This link was used already</h1>\n\
+        <p>It opens the page in one browser; <code>robocell status</code> prints a new one.</p>";
+    page(StatusCode::FORBIDDEN, text)
 }
 
 /// A token of another run, or none at all.
 pub(super) fn wrong_token() -> Response {
     let text = "<h1>This is not the token of this run</h1>\n\
-        <p>Every run has its own; <code>robocell status</code> says the address.</p>";
+        <p>Each run has its own; <code>robocell status</code> prints the link.</p>";
     page(StatusCode::FORBIDDEN, text)
 }
 
@@ -55,7 +62,7 @@ fn page(status: StatusCode, body: &str) -> Response {
     response
 }
 
-/// Nobody keeps a copy.
+/// Keeps the answer out of caches.
 pub(super) fn no_store(response: &mut Response) {
     let never = HeaderValue::from_static("no-store");
     response.headers_mut().insert(header::CACHE_CONTROL, never);

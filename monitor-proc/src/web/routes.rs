@@ -17,8 +17,9 @@ use axum::routing::{any, post};
 use serde::Deserialize;
 
 use super::files::Asset;
-use super::link::Patience;
+use super::gate::Exchange;
 use super::site::Served;
+use super::slots::Idle;
 use super::{plain, socket};
 
 /// Largest body of a request (bytes).
@@ -46,18 +47,22 @@ pub(super) fn router(served: Arc<Served>) -> Router {
 /// Host before anything else; the headers of every answer.
 async fn first_check(
     State(served): Ours,
-    ConnectInfo(patience): ConnectInfo<Patience>,
+    ConnectInfo(idle): ConnectInfo<Idle>,
     request: Request,
     next: Next,
 ) -> Response {
-    let for_us = served.site.gate.is_for_us(request.uri(), request.headers());
+    let gate = &served.site.gate;
+    let for_us = gate.is_for_us(request.uri(), request.headers());
+    if for_us && gate.role(request.headers()).is_some() {
+        idle.trust();
+    }
     let mut response = if for_us {
         next.run(request).await
     } else {
         let text = "this is not the name of this server; use 127.0.0.1 or localhost\n";
         plain::line(StatusCode::FORBIDDEN, text)
     };
-    patience.renew();
+    idle.restart();
     let headers = response.headers_mut();
     let fixed = [
         (header::CONTENT_SECURITY_POLICY, POLICY),
@@ -90,9 +95,11 @@ async fn file(
     let gate = &served.site.gate;
     let token = entry.ok().and_then(|Query(entry)| entry.token);
     if let (Some(token), "/") = (token, uri.path()) {
-        return match gate.role_of_token(&token) {
-            Some(role) => enter(&gate.set_cookie(role)),
-            None => plain::wrong_token(),
+        return match gate.exchange(&token) {
+            Exchange::Role(role) => enter(&gate.set_cookie(role)),
+            Exchange::Used | Exchange::Wrong if gate.role(&headers).is_some() => to_page(),
+            Exchange::Used => plain::used_token(),
+            Exchange::Wrong => plain::wrong_token(),
         };
     }
     if gate.role(&headers).is_none() {
@@ -108,9 +115,13 @@ async fn file(
     found(site.files.get(uri.path()), uri.path())
 }
 
-/// A cookie, and on to the page, so that the token leaves the address.
+/// The page without a token in its address.
+fn to_page() -> Response {
+    (StatusCode::SEE_OTHER, [(header::LOCATION, "/")]).into_response()
+}
+
 fn enter(cookie: &str) -> Response {
-    let mut response = (StatusCode::SEE_OTHER, [(header::LOCATION, "/")]).into_response();
+    let mut response = to_page();
     put_cookie(&mut response, cookie);
     response
 }
@@ -190,7 +201,7 @@ async fn token(
 
 async fn websocket(
     State(served): Ours,
-    ConnectInfo(patience): ConnectInfo<Patience>,
+    ConnectInfo(idle): ConnectInfo<Idle>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
@@ -214,7 +225,7 @@ async fn websocket(
         return plain::line(StatusCode::SERVICE_UNAVAILABLE, "too many pages are open\n");
     };
     socket::limit(upgrade).on_upgrade(move |socket| async move {
-        patience.never_ends();
+        idle.switch_off();
         socket::serve(socket, served, role).await;
         drop(place);
     })

@@ -8,10 +8,11 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpSocket};
 use tokio::sync::Semaphore;
 
-use super::link::{Door, Patience};
+use super::link::LimitedListener;
 use super::routes;
 use super::site::Served;
 pub use super::site::Site;
+use super::slots::Idle;
 
 /// Websockets at a time.
 pub(super) const MAX_SOCKETS: usize = 16;
@@ -24,7 +25,7 @@ const SEND_BUFFER: u32 = 128 << 10;
 const BIND_PAUSE: Duration = Duration::from_millis(100);
 const BIND_TRIES: usize = 50;
 
-/// An open port nobody is served at yet.
+/// An open port that is not served yet.
 pub struct Listening {
     listener: TcpListener,
     address: SocketAddr,
@@ -78,7 +79,7 @@ impl Listening {
             sockets: Arc::new(Semaphore::new(MAX_SOCKETS)),
         });
         let router = routes::router(served);
-        let service = router.into_make_service_with_connect_info::<Patience>();
-        axum::serve(Door::new(self.listener), service).await
+        let service = router.into_make_service_with_connect_info::<Idle>();
+        axum::serve(LimitedListener::new(self.listener), service).await
     }
 }

@@ -4,6 +4,7 @@ use crate::server_bench;
 
 use std::io::Read;
 
+use cell_model::runs::secrets::PageSecrets;
 use monitor_proc::web::files::Files;
 use server_bench::{Bench, OPERATOR, VIEWER, ask, last_word, status, text};
 use tungstenite::Message;
@@ -295,8 +296,7 @@ fn a_thousand_connections_are_survived() {
             .as_bool()
             .unwrap()
     );
-    // Those that are too many are told so; those that were taken are closed
-    // because they say nothing.
+    // Those that are closed for a newer one are told why.
     let busy = idle.into_iter().filter(|stream| {
         let mut answer = String::new();
         let mut stream = stream;
@@ -310,4 +310,46 @@ fn a_thousand_connections_are_survived() {
             .as_bool()
             .unwrap()
     );
+}
+
+#[test]
+fn silent_connections_do_not_lock_the_page() {
+    let bench = Bench::start();
+    let _idle: Vec<_> = (0..110).map(|_| bench.connect()).collect();
+    assert_eq!(status(&bench.get("/api/scene", &bearer(VIEWER))), 200);
+    assert_eq!(status(&bench.get("/", "")), 401);
+}
+
+#[test]
+fn the_link_of_an_operator_works_once_and_the_next_one_is_in_the_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("page.json");
+    let bench = Bench::with_one_time_links(&file);
+    let link = |token: &str, lines: &str| bench.get(&format!("/?token={token}"), lines);
+    assert_eq!(status(&link(OPERATOR, "")), 303);
+    let again = link(OPERATOR, "");
+    assert_eq!(status(&again), 403);
+    assert!(again.contains("used already") && again.contains("robocell status"));
+    let body = format!("{{\"token\": \"{OPERATOR}\"}}");
+    let ours = format!("Origin: http://{}\r\n", bench.host());
+    assert_eq!(status(&bench.post("/api/token", &ours, &body)), 403);
+    assert_eq!(bench.socket(OPERATOR).err(), Some(403));
+    // The browser that has the cookie opens its bookmark.
+    let cookie = format!(
+        "Cookie: robocell_{}={}\r\n",
+        bench.address.port(),
+        "c".repeat(32)
+    );
+    let reloaded = link(OPERATOR, &cookie);
+    assert!(reloaded.contains("\r\nlocation: /\r\n") && !reloaded.contains("set-cookie"));
+    let next = PageSecrets::load(&file).unwrap();
+    assert_ne!(next.operator_token, OPERATOR);
+    assert!(
+        bench.socket(&next.operator_token).is_ok(),
+        "programs read the file"
+    );
+    assert_eq!(status(&link(&next.operator_token, "")), 303);
+    for _ in 0..2 {
+        assert_eq!(status(&link(VIEWER, "")), 303, "for several viewers");
+    }
 }

@@ -67,11 +67,11 @@ fn without_node_the_page_says_what_to_install_and_the_cell_runs() {
     let ui = sources();
     // A path with nothing on it.
     let (cell, link) = cell(ui.path(), Some("/nowhere"));
+    assert_eq!(cell.wait_up()["page"], link.as_str());
     let page = page(&link);
     assert_eq!(page.code, 200);
     assert!(page.body.contains("Node.js 20"), "{page:?}");
     assert!(!page.body.contains("the built page"));
-    assert_eq!(cell.wait_up()["page"], link.as_str());
     let said = fs::read_to_string(cell.base().join("stdout")).unwrap();
     assert!(said.contains("note: The page is not built"), "{said}");
 }
@@ -163,6 +163,28 @@ fn a_viewer_becomes_an_operator_by_the_operators_token_alone() {
     let entered = ask(&address, &format!("GET /?token={token}"), &[]).unwrap();
     assert_eq!(cookie(&now), cookie(&entered));
     assert_ne!(cookie(&now), viewer);
+}
+
+#[test]
+fn a_link_that_was_used_opens_nothing_and_status_prints_the_next_one() {
+    let ui = sources();
+    let (cell, link) = cell(ui.path(), Some("/nowhere"));
+    assert_eq!(page(&link).code, 200);
+    let (address, token) = parts(&link);
+    let again = ask(&address, &format!("GET /?token={token}"), &[]).unwrap();
+    assert_eq!(again.code, 403, "{again:?}");
+    assert!(again.body.contains("robocell status"), "{again:?}");
+    let mut links = vec![link];
+    for change in ["restart monitor", "load franka-stack"] {
+        let next = cell.wait_up()["page"].as_str().unwrap().to_owned();
+        assert!(!links.contains(&next));
+        let words: Vec<&str> = change.split(' ').collect();
+        assert_eq!(cell.ask(&words).code, 0, "{change}");
+        let same = || (cell.status()?["page"] == next.as_str()).then_some(());
+        wait_for("the same link as before", same);
+        assert_eq!(page(&next).code, 200, "{change}");
+        links.push(next);
+    }
 }
 
 #[test]

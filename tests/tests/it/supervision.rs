@@ -1,8 +1,11 @@
 //! The launcher as the keeper of its processes.
 
+use std::path::Path;
+use std::process::Command;
+
 use cell_rt::process::{SIGCONT, SIGSTOP, kill};
 use robocell_tests::assert::{all_gone, prefix, refused, segments};
-use robocell_tests::cell::{TestCell, generation, pid};
+use robocell_tests::cell::{TestCell, base, generation, pid};
 use robocell_tests::fault::{freeze_and_wait, kill_and_wait, kill_in_creation};
 use robocell_tests::program::{finish, robocell, wait_for};
 
@@ -165,8 +168,47 @@ fn a_stopped_process_does_not_outlive_a_launcher_that_was_killed() {
         let status = cell.wait_up();
         let pids: Vec<u32> = NAMES.iter().map(|name| pid(&status, name)).collect();
         kill(pid(&status, name), SIGSTOP).unwrap();
+        let left = prefix(&cell.run_dir());
         let _base = cell.crash();
         all_gone(&pids);
+        // The next start in the directory would; there is none.
+        for segment in segments(&left) {
+            std::fs::remove_file(Path::new("/dev/shm").join(segment)).unwrap();
+        }
+    }
+}
+
+/// `robocell ARGUMENTS` in a shell that runs `before` first.
+fn after(before: &str, base: &Path, arguments: &[&str]) -> Command {
+    let ours = robocell(base, arguments);
+    let mut shell = Command::new("sh");
+    shell
+        .args(["-c", &format!("{before}; exec \"$@\""), "sh"])
+        .arg(ours.get_program())
+        .args(ours.get_args())
+        .envs(
+            ours.get_envs()
+                .filter_map(|(name, value)| Some((name, value?))),
+        );
+    shell
+}
+
+#[test]
+fn low_limits_are_raised_where_the_user_may() {
+    let base = base();
+    let arguments = [
+        "run",
+        "reach",
+        "--headless",
+        "--speed",
+        "max",
+        "--timeout",
+        "1",
+    ];
+    for limit in ["ulimit -Sn 64", "ulimit -Ss 256"] {
+        let said = finish(after(limit, base.path(), &arguments));
+        assert_eq!(said.code, 5, "{limit}: {said:?}");
+        assert!(said.stdout.contains("out of time after 1.00 s"), "{said:?}");
     }
 }
 

@@ -2,6 +2,30 @@
 
 pub mod children;
 pub mod record;
+pub mod secrets;
 pub mod spec;
 pub mod summary;
 pub mod worker_args;
+
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+
+/// Writes `bytes` to `path`, mode `mode`. A reader at any time sees the old or
+/// the new file, never a part.
+fn replace_file(path: &Path, bytes: &[u8], mode: u32) -> io::Result<()> {
+    let draft = path.with_extension("draft");
+    // A draft left by a process that was killed may have another mode.
+    match fs::remove_file(&draft) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    let mut file = OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .mode(mode)
+        .open(&draft)?;
+    file.write_all(bytes)?;
+    fs::rename(draft, path)
+}

@@ -35,9 +35,6 @@ impl RecordReport {
     ///
     /// Of the file system.
     pub fn save(&self, dir: &Path) -> std::io::Result<()> {
-        let path = Self::path(dir);
-        let new = path.with_extension("new");
-        std::fs::write(&new, serde_json::to_vec(self)?)?;
-        std::fs::rename(new, path)
+        super::replace_file(&Self::path(dir), &serde_json::to_vec(self)?, 0o644)
     }
 }

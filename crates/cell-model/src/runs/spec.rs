@@ -11,6 +11,8 @@ use crate::data::Data;
 use crate::error::ModelError;
 use crate::robots::user::RobotFiles;
 
+pub use super::secrets::PageSecrets;
+
 /// How simulated time goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -117,20 +119,6 @@ pub struct PageSpec {
     pub secrets: PathBuf,
 }
 
-/// What opens the page: written by the launcher, mode 0600, kept over restarts
-/// of the monitor. Each is 32 hexadecimal digits.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct PageSecrets {
-    /// Exchanged for the right to command.
-    pub operator_token: String,
-    /// Exchanged for the right to look.
-    pub viewer_token: String,
-    /// Cookie of an operator.
-    pub operator_cookie: String,
-    /// Cookie of a viewer.
-    pub viewer_cookie: String,
-}
-
 /// What the recorder keeps.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RecordSpec {
@@ -206,10 +194,7 @@ impl RunSpec {
             path: path.to_owned(),
             source,
         })?;
-        // Renamed into place, so that nobody reads half a file.
-        let draft = path.with_extension("draft");
-        let written = std::fs::write(&draft, text).and_then(|()| std::fs::rename(&draft, path));
-        written.map_err(|source| RunSpecError::Io {
+        super::replace_file(path, text.as_bytes(), 0o644).map_err(|source| RunSpecError::Io {
             path: path.to_owned(),
             source,
         })

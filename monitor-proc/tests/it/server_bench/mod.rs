@@ -11,6 +11,7 @@
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -79,6 +80,17 @@ impl Bench {
     }
 
     pub fn with(files: Files, live: bool) -> Self {
+        Self::serve(files, live, |gate| gate)
+    }
+
+    pub fn with_one_time_links(file: &Path) -> Self {
+        let file = file.to_owned();
+        Self::serve(Files::default(), true, |gate| {
+            gate.with_one_time_links(file)
+        })
+    }
+
+    fn serve(files: Files, live: bool, set_up: impl FnOnce(Gate) -> Gate + Send + 'static) -> Self {
         let name = "<script>alert(1)</script>";
         let hello = Hello {
             live,
@@ -107,7 +119,7 @@ impl Bench {
                 let address = listening.address();
                 tell.send(address).unwrap();
                 let site = Site {
-                    gate: Gate::new(address, secrets()),
+                    gate: set_up(Gate::new(address, secrets())),
                     files,
                     meshes: Files::default(),
                     hint: "install <Node>".to_owned(),

@@ -1,0 +1,227 @@
+//! Slots for connections: how many there may be, and which connection is closed
+//! in favour of a new one.
+
+use std::net::IpAddr;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use tokio::sync::oneshot;
+use tokio::time::Instant;
+
+/// Connections at a time.
+const MAX_CONNECTIONS: usize = 96;
+/// Connections of one address that have not shown a token or cookie.
+const MAX_STRANGERS_PER_ADDRESS: usize = 32;
+/// A connection without a request or an answer for this long is closed.
+const IDLE_TIMEOUT: Duration = Duration::from_secs(5);
+/// The connection has no idle timeout.
+const NEVER: u64 = u64::MAX;
+
+/// When a connection is closed for silence, and whether it showed a token or
+/// cookie; shared by the connection and by what answers its requests.
+#[derive(Clone, Debug)]
+pub(super) struct Idle {
+    opened: Instant,
+    until_ms: Arc<AtomicU64>,
+    trusted: Arc<AtomicBool>,
+}
+
+impl Idle {
+    fn new() -> Self {
+        let idle = Self {
+            opened: Instant::now(),
+            until_ms: Arc::new(AtomicU64::new(0)),
+            trusted: Arc::new(AtomicBool::new(false)),
+        };
+        idle.restart();
+        idle
+    }
+
+    /// Restarts the timeout, unless it was switched off.
+    pub(super) fn restart(&self) {
+        let until = (self.opened.elapsed() + IDLE_TIMEOUT).as_millis();
+        let until = u64::try_from(until).unwrap_or(NEVER);
+        let later = |now: u64| (now != NEVER).then_some(until);
+        let _unless_switched_off = self
+            .until_ms
+            .fetch_update(Ordering::AcqRel, Ordering::Acquire, later)
+            .is_ok();
+    }
+
+    /// Switches the timeout off: a websocket has its own.
+    pub(super) fn switch_off(&self) {
+        self.until_ms.store(NEVER, Ordering::Release);
+    }
+
+    /// A request showed a token or cookie of this run.
+    pub(super) fn trust(&self) {
+        self.trusted.store(true, Ordering::Release);
+    }
+
+    /// When the connection is closed.
+    pub(super) fn end(&self) -> Option<Instant> {
+        match self.until_ms.load(Ordering::Acquire) {
+            NEVER => None,
+            until => Some(self.opened + Duration::from_millis(until)),
+        }
+    }
+
+    fn is_stranger(&self) -> bool {
+        !self.trusted.load(Ordering::Acquire)
+    }
+}
+
+struct Taken {
+    number: u64,
+    from: IpAddr,
+    idle: Idle,
+    close: oneshot::Sender<()>,
+}
+
+#[derive(Default)]
+struct Table {
+    taken: Vec<Taken>,
+    next: u64,
+}
+
+impl Table {
+    /// Closes the stranger that has been silent for longest, of `from` where
+    /// that is given. `false` if there is none.
+    fn close_stranger(&mut self, from: Option<IpAddr>) -> bool {
+        let strangers = self.taken.iter().enumerate().filter(|(_, taken)| {
+            taken.idle.is_stranger() && from.is_none_or(|from| taken.from == from)
+        });
+        let oldest = strangers
+            .min_by_key(|(_, taken)| taken.idle.end())
+            .map(|(index, _)| index);
+        let Some(index) = oldest else {
+            return false;
+        };
+        let _unless_gone = self.taken.swap_remove(index).close.send(());
+        true
+    }
+
+    fn strangers(&self, from: IpAddr) -> usize {
+        let of = |taken: &&Taken| taken.from == from && taken.idle.is_stranger();
+        self.taken.iter().filter(of).count()
+    }
+}
+
+/// All slots of a server.
+#[derive(Clone, Default)]
+pub(super) struct Slots(Arc<Mutex<Table>>);
+
+impl Slots {
+    /// A slot for a connection from `from`. Where all are taken, the connection
+    /// without token or cookie that has been silent for longest loses its slot:
+    /// silence of strangers must not lock the page. `None` if all others showed
+    /// one.
+    pub(super) fn take(&self, from: IpAddr) -> Option<Slot> {
+        let mut table = self.lock();
+        if table.strangers(from) >= MAX_STRANGERS_PER_ADDRESS {
+            table.close_stranger(Some(from));
+        } else if table.taken.len() >= MAX_CONNECTIONS && !table.close_stranger(None) {
+            return None;
+        }
+        let (close, closed) = oneshot::channel();
+        let (number, idle) = (table.next, Idle::new());
+        table.next += 1;
+        table.taken.push(Taken {
+            number,
+            from,
+            idle: idle.clone(),
+            close,
+        });
+        Some(Slot {
+            number,
+            slots: self.clone(),
+            idle,
+            closed,
+        })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Table> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The slot of one connection, free again when dropped.
+pub(super) struct Slot {
+    number: u64,
+    slots: Slots,
+    /// The idle timeout of the connection.
+    pub(super) idle: Idle,
+    /// Ready when the slot went to another connection.
+    pub(super) closed: oneshot::Receiver<()>,
+}
+
+impl Drop for Slot {
+    fn drop(&mut self) {
+        let mut table = self.slots.lock();
+        table.taken.retain(|taken| taken.number != self.number);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HERE: IpAddr = IpAddr::V4(std::net::Ipv4Addr::LOCALHOST);
+
+    fn there(number: u8) -> IpAddr {
+        IpAddr::from([10, 0, 0, number])
+    }
+
+    fn is_closed(slot: &mut Slot) -> bool {
+        slot.closed.try_recv().is_ok()
+    }
+
+    #[test]
+    fn one_address_has_a_part_of_the_slots_and_loses_its_most_silent_one() {
+        let slots = Slots::default();
+        let mut other = slots.take(there(1)).unwrap();
+        let mut here: Vec<Slot> = (0..MAX_STRANGERS_PER_ADDRESS)
+            .map(|_| slots.take(HERE).unwrap())
+            .collect();
+        here[0].idle.until_ms.store(9_000, Ordering::Release);
+        here[1].idle.until_ms.store(1, Ordering::Release);
+        let _newest = slots.take(HERE).unwrap();
+        assert!(is_closed(&mut here[1]));
+        assert!(!is_closed(&mut here[0]) && !is_closed(&mut here[2]));
+        assert!(!is_closed(&mut other), "of another address");
+    }
+
+    #[test]
+    fn who_showed_a_token_keeps_the_slot_and_a_full_server_refuses() {
+        let slots = Slots::default();
+        let mut trusted: Vec<Slot> = (0..MAX_CONNECTIONS - 1)
+            .map(|_| {
+                let slot = slots.take(HERE).unwrap();
+                slot.idle.trust();
+                slot
+            })
+            .collect();
+        let mut stranger = slots.take(HERE).unwrap();
+        let newest = slots.take(HERE).unwrap();
+        assert!(is_closed(&mut stranger));
+        assert!(!trusted.iter_mut().any(is_closed));
+        newest.idle.trust();
+        assert!(slots.take(HERE).is_none());
+        drop(newest);
+        assert!(slots.take(HERE).is_some(), "a slot is free again");
+    }
+
+    #[test]
+    fn a_websocket_is_closed_after_all_others() {
+        let slots = Slots::default();
+        let mut all: Vec<Slot> = (0..MAX_STRANGERS_PER_ADDRESS)
+            .map(|_| slots.take(HERE).unwrap())
+            .collect();
+        all[0].idle.switch_off();
+        all[0].idle.trust();
+        let _more: Vec<_> = (0..200).map(|_| slots.take(HERE).unwrap()).collect();
+        assert!(!is_closed(&mut all[0]));
+        assert!(all[1..].iter_mut().all(is_closed));
+    }
+}
