@@ -50,7 +50,7 @@ impl Page {
 
     /// The same page with the secrets of `dir`: the monitor replaces a token that
     /// was used.
-    pub(crate) fn as_in(self, dir: &RunDir) -> Self {
+    pub(crate) fn with_secrets_of(self, dir: &RunDir) -> Self {
         let secrets = PageSecrets::load(&dir.page()).unwrap_or(self.secrets);
         Self { secrets, ..self }
     }
