@@ -6,7 +6,7 @@
 use nalgebra::{Isometry3, UnitQuaternion};
 
 /// Version of the layout; another one is refused.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// Why a checkpoint was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

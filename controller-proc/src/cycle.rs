@@ -2,7 +2,7 @@
 
 use cell_model::stop::{ControllerFlags, Stop, controller_stop};
 use cell_model::{Cell, Dynamics};
-use ipc_types::arm::StopAction;
+use ipc_types::arm::{StopAction, StopCause};
 use ipc_types::decision::GoalKind;
 use ipc_types::{
     ArmCommand, ArmGoal, ArmState, ArmStatus, Decision, GripperGoal, MAX_JOINTS, WorldState,
@@ -42,6 +42,8 @@ pub struct Cycle {
     last: RobotState,
     /// Generation of physics and count of scene resets this motion began with.
     began_with: Option<(u32, u32)>,
+    /// Something blocks the arm: the command goes back to where it is.
+    is_giving_way: bool,
     cycles: u64,
     clipped_cycles: u64,
     missed_cycles: u64,
@@ -99,6 +101,7 @@ impl Cycle {
             latch: GoalLatch::default(),
             last: RobotState::EMPTY,
             began_with: None,
+            is_giving_way: false,
             cycles: 0,
             clipped_cycles: 0,
             missed_cycles: 0,
@@ -130,7 +133,8 @@ impl Cycle {
             motion.see(state, self.arm, object_mask);
             motion.select(selector)
         });
-        let setpoint = self.setpoint(stop);
+        self.is_giving_way = stop.cause == StopCause::TrackingError;
+        let setpoint = self.setpoint(stop, arm);
         self.suction.follow(self.latch.gripper());
         // A key that is not there cannot be selected: the latch knows three.
         let _unknown = self.pairs.select(&self.latch.gripper()).is_err();
@@ -200,6 +204,7 @@ impl Cycle {
         codec.u64(&mut self.cycles)?;
         codec.u64(&mut self.clipped_cycles)?;
         codec.u64(&mut self.missed_cycles)?;
+        codec.bool("giving way", &mut self.is_giving_way)?;
         codec.option("last tick", &mut self.last_tick, Codec::u64)?;
         self.latch.checkpoint(codec)?;
         self.last.checkpoint(codec)?;
@@ -278,23 +283,31 @@ impl Cycle {
             decision_age_ticks: self.latch.decision_tick().map(|d| tick.saturating_sub(d)),
             decision_limit_ticks,
             tracking_error,
+            is_giving_way: self.is_giving_way,
             fault: arm.fault != 0,
         })
     }
 
-    fn setpoint(&self, stop: Stop) -> Setpoint {
+    fn setpoint(&self, stop: Stop, arm: &ArmState) -> Setpoint {
         let goal = self.latch.goal();
-        let kind = if stop.stops_motion() {
-            GoalKind::Hold
-        } else {
-            self.latch.kind()
+        let kind = match stop.stops_motion() {
+            // Holding the command would press against what blocks the arm for as long
+            // as that is there.
+            true if self.is_giving_way => GoalKind::Joints,
+            true => GoalKind::Hold,
+            false => self.latch.kind(),
         };
         let mut setpoint = Setpoint {
             obstacle_mask: goal.obstacle_mask,
             ..Setpoint::EMPTY
         };
-        if goal.has_posture != 0 || kind == GoalKind::Joints {
-            let posture = &goal.posture[..self.joint_count.min(MAX_JOINTS)];
+        let posture = if self.is_giving_way {
+            Some(&arm.joint_positions)
+        } else {
+            (goal.has_posture != 0 || kind == GoalKind::Joints).then_some(&goal.posture)
+        };
+        if let Some(posture) = posture {
+            let posture = &posture[..self.joint_count.min(MAX_JOINTS)];
             setpoint.joints.positions.set_from(0, posture);
         }
         match kind {

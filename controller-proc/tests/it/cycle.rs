@@ -173,3 +173,35 @@ fn a_new_controller_keeps_a_hand_that_holds_something_closed() {
     assert_eq!(bench.command.gripper.width, 0.0);
     assert!(bench.command.gripper.force > 0.0);
 }
+
+/// An arm that something blocks: its drives follow the command, it does not.
+#[test]
+fn an_arm_that_is_blocked_stops_pressing_and_moves_when_it_is_free() {
+    let mut bench = Bench::new();
+    bench.goal(1, [0.5, 0.4, 0.3], GripperGoal::Open);
+    bench.tick(true);
+    let blocked = bench.state.arms[0].joint_positions;
+    let mut stopped = false;
+    let error = |bench: &Bench| {
+        let pairs = bench.command.joint_positions.iter().zip(&blocked);
+        pairs.fold(0.0_f64, |worst, (c, b)| worst.max((c - b).abs()))
+    };
+    let (mut worst, mut least_after_stop) = (0.0_f64, f64::MAX);
+    for _ in 0..4_000 {
+        bench.run_within_limits(1, true);
+        bench.state.arms[0].joint_positions = blocked;
+        worst = worst.max(error(&bench));
+        stopped |= bench.status.stop_cause == StopCause::TrackingError.code();
+        if stopped {
+            least_after_stop = least_after_stop.min(error(&bench));
+        }
+    }
+    assert!(stopped && worst < 0.6, "{worst}");
+    assert!(
+        least_after_stop < 0.1,
+        "it goes on pressing: {least_after_stop}"
+    );
+    bench.run_within_limits(4_000, true);
+    assert_eq!(bench.status.stop_action, StopAction::None.code());
+    assert!((bench.status.setpoint.position[1] - 0.4).abs() < 0.01);
+}

@@ -21,6 +21,8 @@ pub const DECISION_AGE_OTHER_TICKS: u64 = 100;
 /// A commanded joint further than this from the measured one is a fault
 /// (rad or m).
 pub const TRACKING_LIMIT: f64 = 0.25;
+/// Such a fault ends when every joint is this near to its command again (rad or m).
+pub const TRACKING_CLEAR: f64 = 0.05;
 
 /// An action and why.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,6 +68,8 @@ pub struct ControllerFlags {
     pub decision_limit_ticks: u64,
     /// Largest distance of a commanded joint from the measured one (rad, m).
     pub tracking_error: f64,
+    /// The arm stopped for that before, and the fault has not ended.
+    pub is_giving_way: bool,
     /// Physics latched a fault of this arm.
     pub fault: bool,
 }
@@ -76,8 +80,13 @@ pub fn controller_stop(flags: &ControllerFlags) -> Stop {
         Some(age) if age <= flags.decision_limit_ticks => Stop::NONE,
         _ => Stop::new(StopAction::Hold, StopCause::DecisionLost),
     };
+    let limit = if flags.is_giving_way {
+        TRACKING_CLEAR
+    } else {
+        TRACKING_LIMIT
+    };
     // Written so that a NaN counts as too far.
-    let tracking = if flags.tracking_error <= TRACKING_LIMIT {
+    let tracking = if flags.tracking_error <= limit {
         Stop::NONE
     } else {
         Stop::new(StopAction::Hold, StopCause::TrackingError)
@@ -125,7 +134,25 @@ mod tests {
             decision_age_ticks: Some(0),
             decision_limit_ticks: DECISION_AGE_FIFO_TICKS,
             tracking_error: 0.0,
+            is_giving_way: false,
             fault: false,
+        }
+    }
+
+    #[test]
+    fn an_arm_that_gives_way_does_so_until_it_is_near() {
+        for (error, is_giving_way, cause) in [
+            (0.24, false, StopCause::None),
+            (0.26, false, StopCause::TrackingError),
+            (0.06, true, StopCause::TrackingError),
+            (0.04, true, StopCause::None),
+        ] {
+            let flags = ControllerFlags {
+                tracking_error: error,
+                is_giving_way,
+                ..healthy()
+            };
+            assert_eq!(controller_stop(&flags).cause, cause, "{error}");
         }
     }
 

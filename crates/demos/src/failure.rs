@@ -21,8 +21,10 @@ pub enum Failure {
     BinLost,
     /// A bin did not stay where it was set down, again and again.
     BinCannotBePlaced,
-    /// The arm is caught: a joint has no turn left.
+    /// A joint of the arm is at its limit.
     ArmCaught,
+    /// The arm did not arrive where it was sent, again and again.
+    ArmDidNotArrive,
 }
 
 impl Failure {
@@ -39,6 +41,7 @@ impl Failure {
             Self::BinLost => "bin_lost",
             Self::BinCannotBePlaced => "bin_cannot_be_placed",
             Self::ArmCaught => "arm_caught",
+            Self::ArmDidNotArrive => "arm_did_not_arrive",
         }
     }
 }

@@ -106,7 +106,7 @@ impl Setup {
         }
         let guides = cell.obstacles().enumerate().filter(|(_, o)| !o.solid);
         Self {
-            arms: cell.arms.iter().map(arm).collect(),
+            arms: cell.arms.iter().map(ArmSetup::of).collect(),
             objects,
             places: places.into_iter().map(|(n, p)| place(n, p)).collect(),
             sensors: cell.sensors.iter().map(|s| s.name.clone()).collect(),
@@ -273,25 +273,35 @@ fn need(
     })
 }
 
-fn arm(spec: &ArmSpec) -> ArmSetup {
-    let mut home = [0.0; MAX_JOINTS];
-    for (slot, position) in home.iter_mut().zip(&spec.home) {
-        *slot = *position;
+impl ArmSetup {
+    /// Whether some joint is more than half a turn from where it was at the start: the
+    /// elbow or the wrist is in another branch, or wound up.
+    pub fn is_wound(&self, joint_positions: &[f64; MAX_JOINTS]) -> bool {
+        let off = self.home.iter().zip(joint_positions).map(|(a, b)| a - b);
+        off.into_iter().any(|off| off.abs() > std::f64::consts::PI)
     }
-    let all = spec.robot.with_arm_positions(&spec.home);
-    let tcp = spec.robot.frame_pose(spec.robot.tcp_frame, &all);
-    let tcp = spec.base * tcp.unwrap_or_default();
-    let orientation = tcp.rotation.quaternion();
-    ArmSetup {
-        wait: Pose {
-            position: tcp.translation.vector.into(),
-            orientation_wxyz: [orientation.w, orientation.i, orientation.j, orientation.k],
-        },
-        name: spec.name.clone(),
-        base: spec.base.translation.vector,
-        home,
-        tool: Tool::of(&spec.robot),
-        reach_m: reach(&spec.robot),
+
+    /// What a job has to know about `spec`.
+    pub fn of(spec: &ArmSpec) -> Self {
+        let mut home = [0.0; MAX_JOINTS];
+        for (slot, position) in home.iter_mut().zip(&spec.home) {
+            *slot = *position;
+        }
+        let all = spec.robot.with_arm_positions(&spec.home);
+        let tcp = spec.robot.frame_pose(spec.robot.tcp_frame, &all);
+        let tcp = spec.base * tcp.unwrap_or_default();
+        let orientation = tcp.rotation.quaternion();
+        Self {
+            wait: Pose {
+                position: tcp.translation.vector.into(),
+                orientation_wxyz: [orientation.w, orientation.i, orientation.j, orientation.k],
+            },
+            name: spec.name.clone(),
+            base: spec.base.translation.vector,
+            home,
+            tool: Tool::of(&spec.robot),
+            reach_m: reach(&spec.robot),
+        }
     }
 }
 

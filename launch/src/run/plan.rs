@@ -128,7 +128,10 @@ impl Plan {
             robot: self.args.robot.clone().filter(|_| demo == self.args.demo),
             ..self.args.clone()
         };
-        let page = self.page.clone().map(|page| page.with_secrets_of(&self.dir));
+        let page = self
+            .page
+            .clone()
+            .map(|page| page.with_secrets_of(&self.dir));
         Self::with_page(&args, page)
     }
 }

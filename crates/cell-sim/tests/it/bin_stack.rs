@@ -160,3 +160,54 @@ fn a_column_of_four_stands_still() {
         assert!(drift.norm() < 1.0e-3, "{} m in 10 s", drift.norm());
     }
 }
+
+/// A script: in `phase` the operator takes the arm over, leads it to two poses, given
+/// by position and directed angle of the cup, and gives it back.
+fn leading(phase: &str, after_s: f64, poses: [([f64; 3], [f64; 4]); 2]) -> String {
+    let line = |after_s: f64, rest: &str| {
+        format!("{{\"at_phase\":\"{phase}\",\"after_s\":{after_s},\"do\":{rest}}}\n")
+    };
+    let mut script = line(after_s, "\"task_pause\"");
+    for ((position, [w, x, y, z]), at) in poses.into_iter().zip([0.5, 4.5]) {
+        let turn = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+        let [x, y, z, w]: [f64; 4] = turn.coords.into();
+        let target =
+            format!("\"target\",\"position\":{position:?},\"orientation_wxyz\":[{w},{x},{y},{z}]");
+        script += &line(after_s + at, &target);
+    }
+    script + &line(after_s + 8.5, "\"task_resume\"")
+}
+
+/// The cup turned by a quarter, and far around: from there a path of poses ended with
+/// a joint at its limit, three times, and the job failed.
+#[test]
+fn an_arm_the_operator_wound_up_is_restored_before_the_bin_is_placed() {
+    let poses = [
+        ([0.115, 0.755, 0.558], [0.46067, 0.53646, 0.46067, -0.53646]),
+        ([0.636, 0.219, 0.506], [0.11689, 0.69738, 0.11689, -0.69738]),
+    ];
+    let run = Run::new(4, 2, None, &leading("PLACING", 0.949, poses)).finish(2);
+    assert_eq!(run.count("[resume] bin_01"), 1, "{:#?}", run.lines);
+    assert_eq!(run.count("[timeout]"), 0, "{:#?}", run.lines);
+}
+
+/// Led into its own base with a bin on the cup, the arm was blocked, and pressed
+/// against what blocked it for as long as the run lasted.
+#[test]
+fn an_arm_the_operator_jammed_frees_itself_and_works_again() {
+    let poses = [
+        (
+            [-0.041, -0.898, 0.349],
+            [0.48847, 0.51127, 0.48847, -0.51127],
+        ),
+        (
+            [0.632, -0.698, 0.566],
+            [0.65978, -0.25435, 0.65978, 0.25435],
+        ),
+    ];
+    let mut run = Run::new(1, 2, None, &leading("FLIPPING", 1.3948, poses));
+    while run.sim.tick().expect("a tick") {}
+    // The bin it was jammed with may end up leaning somewhere.
+    assert!(run.sim.decision().placed_count >= 1);
+    assert_eq!(run.sim.state().arms()[0].limit_violations, 0);
+}

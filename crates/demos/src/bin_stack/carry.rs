@@ -10,12 +10,16 @@ use robocell_task::PolicyTime;
 use super::columns::Slot;
 use super::handlers::go_home;
 use super::job::{State, Turn};
-use super::paths;
+use super::paths::{self, Begin};
 use super::scene::{Bin, View};
 use super::supply::STEPS_PER_SECOND;
 
 /// What is in the gripper is brought to the station or onto a column.
 pub(super) fn choose_way(turn: &mut Turn<'_>) -> Next {
+    bring(turn, Begin::Directly)
+}
+
+pub(super) fn bring(turn: &mut Turn<'_>, begin: Begin) -> Next {
     let view = View::of(turn);
     let Some(bin) = view.held() else {
         return Next::Stay;
@@ -32,12 +36,29 @@ pub(super) fn choose_way(turn: &mut Turn<'_>) -> Next {
     turn.arm.switch(true);
     turn.world.job.held = Some(bin.object);
     if turn.memory.turning {
-        return flip(turn, &bin);
+        return flip(turn, &bin, begin);
     }
-    place(turn, &bin)
+    place(turn, &bin, begin)
 }
 
-fn flip(turn: &mut Turn<'_>, bin: &Bin) -> Next {
+/// Up to the height of long ways, and to the configuration of the start where that is
+/// wanted. An arm that did not arrive twice may not get up either.
+pub(super) fn raise<'r>(turn: &'r mut Turn<'_>, obstacles: u64, begin: Begin) -> Route<'r> {
+    let (of, least, stuck) = (turn.of, turn.own.least_lift_m, turn.memory.stuck);
+    let arm = turn.world.arm_setup();
+    let route = turn.route().avoiding(obstacles);
+    let route = if begin == Begin::Restoring && stuck > 1 {
+        route
+    } else {
+        route.lift(of.task.carry_height_m, least)
+    };
+    match arm.filter(|_| begin == Begin::Restoring) {
+        Some(arm) => route.avoiding(u64::MAX).restoring(arm),
+        None => route,
+    }
+}
+
+fn flip(turn: &mut Turn<'_>, bin: &Bin, begin: Begin) -> Next {
     let (of, settle) = (turn.of, turn.numbers.settle);
     let name = turn.name(bin.object);
     turn.world.out.log(format_args!("[decide] -> flip {name}"));
@@ -45,14 +66,13 @@ fn flip(turn: &mut Turn<'_>, bin: &Bin) -> Next {
     let up = padded(&station.up_joint_positions);
     let before = in_holder(turn, station.lift_m, station.slide_m);
     let turning = paths::turning(of);
-    let (carry, least) = (of.task.carry_height_m, turn.own.least_lift_m);
     // It was turned over by hand, or before a restart.
-    let turned = paths::points_up(&turn.tcp);
-    let mut route = turn.route();
-    if !turned {
-        let over = route.lift(carry, least).to(turning.down);
-        route = over.avoiding(of.without_holder).by_joints(turning.up, up);
-    }
+    let route = if paths::is_in_holder(of, &turn.tcp) {
+        turn.route()
+    } else {
+        let over = raise(turn, u64::MAX, begin).to(turning.down);
+        over.avoiding(of.without_holder).by_joints(turning.up, up)
+    };
     route
         .avoiding(of.without_holder)
         .leaning(up)
@@ -62,7 +82,7 @@ fn flip(turn: &mut Turn<'_>, bin: &Bin) -> Next {
     goto(State::Flipping)
 }
 
-fn place(turn: &mut Turn<'_>, bin: &Bin) -> Next {
+fn place(turn: &mut Turn<'_>, bin: &Bin, begin: Begin) -> Next {
     let view = View::of(turn);
     let Some(slot) = view.next_slot() else {
         return Next::Stay;
@@ -76,9 +96,8 @@ fn place(turn: &mut Turn<'_>, bin: &Bin) -> Next {
     let carry = turn.of.task.carry_height_m;
     let mut over = over_slot(turn, slot, 0.0);
     over.position[2] = carry;
-    let (least, settle) = (turn.own.least_lift_m, turn.numbers.settle);
-    let route = turn.route().avoiding(paths::obstacles(view, bin));
-    let route = route.lift(carry, least).avoiding(u64::MAX);
+    let settle = turn.numbers.settle;
+    let route = raise(turn, paths::obstacles(view, bin), begin).avoiding(u64::MAX);
     paths::around_to(view, route, over).wait(settle).end();
     goto(State::Placing)
 }

@@ -8,9 +8,9 @@ use robocell_skills::{Named as _, pose};
 use robocell_task::TraceEvent;
 use robocell_task::job::Attempts;
 
-use super::carry::{choose_way, out_of_holder};
+use super::carry::{bring, out_of_holder, raise};
 use super::job::{BinStack, State, Turn};
-use super::paths;
+use super::paths::{self, Begin};
 use super::scene::View;
 use crate::failure::Failure;
 
@@ -35,14 +35,17 @@ pub(super) fn to_above_bin(turn: &mut Turn<'_>) -> Next {
 
 /// Back to where the arm waits, clear of everything.
 pub(super) fn go_home(turn: &mut Turn<'_>) -> Next {
+    retreat(turn, Begin::Directly)
+}
+
+fn retreat(turn: &mut Turn<'_>, begin: Begin) -> Next {
     turn.memory.forget_bin();
     turn.arm.switch(false);
-    let (view, of, least) = (View::of(turn), turn.of, turn.own.least_lift_m);
-    let route = if paths::points_up(&turn.tcp) {
+    let (view, of) = (View::of(turn), turn.of);
+    let route = if paths::is_in_holder(of, &turn.tcp) {
         out_of_holder(turn)
     } else {
-        let route = turn.route().avoiding(of.without_holder);
-        route.lift(of.task.carry_height_m, least)
+        raise(turn, of.without_holder, begin)
     };
     paths::around_to(view, route.avoiding(u64::MAX), of.rest).end();
     goto(State::Standby)
@@ -96,13 +99,18 @@ pub(super) fn give_up(turn: &mut Turn<'_>) -> Next {
         give_up_for_good(turn);
     }
     turn.arm.since = turn.now;
+    let begin = if lost {
+        Begin::Directly
+    } else {
+        Begin::Restoring
+    };
     if View::of(turn).held().is_none() {
-        return go_home(turn);
+        return retreat(turn, begin);
     }
     if turn.world.job.failure.is_some() {
         return Next::Stay;
     }
-    choose_way(turn)
+    bring(turn, begin)
 }
 
 /// After too many states in a row that lasted too long, the job fails.
@@ -118,9 +126,16 @@ fn give_up_for_good(turn: &mut Turn<'_>) {
         _ if View::of(turn).caught() => Failure::ArmCaught,
         State::Picking => Failure::BinOutOfReach,
         State::Attach => Failure::BinCannotBeGripped,
-        _ => Failure::BinCannotBePlaced,
+        _ => Failure::ArmDidNotArrive,
     };
-    turn.world.job.fail(failure.reason());
+    let (arm, state) = (turn.world.arm_name(), turn.state.name());
+    let what = if blocked {
+        "does not let go"
+    } else {
+        "did not finish"
+    };
+    turn.world
+        .fail(failure.reason(), format_args!("{arm} {what} in {state}"));
 }
 
 /// Which bins are in place, and whether that is all of them.
@@ -153,7 +168,7 @@ pub(super) fn report(turn: &mut Turn<'_>) {
 /// where it was sent, and the gripper holds what it should.
 pub(super) fn reconcile(turn: &mut Turn<'_>) -> Next {
     let at_rest = || pose::distance(&turn.of.rest, &turn.tcp) <= turn.numbers.resume_m;
-    let on_path = turn.is_on_path().unwrap_or_else(at_rest);
+    let on_path = turn.is_on_path().unwrap_or_else(at_rest) && !turn.world.is_wound();
     let attached = turn.gripper.attached == 1;
     let as_expected = match turn.state {
         State::Standby | State::Picking => !attached,
@@ -164,14 +179,19 @@ pub(super) fn reconcile(turn: &mut Turn<'_>) -> Next {
     if on_path && as_expected {
         return Next::Stay;
     }
+    let begin = if on_path {
+        Begin::Directly
+    } else {
+        Begin::Restoring
+    };
     let Some(bin) = View::of(turn).held() else {
         turn.world.job.held = None;
-        return go_home(turn);
+        return retreat(turn, begin);
     };
     let name = turn.name(bin.object);
     turn.world.out.event(
         TraceEvent::Recover,
         format_args!("[resume] {name} is in the hand"),
     );
-    choose_way(turn)
+    bring(turn, begin)
 }

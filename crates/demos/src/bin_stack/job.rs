@@ -178,7 +178,8 @@ impl MatrixJob for BinStack {
         }),
         ("TIMEOUT", |turn| {
             let limit = PolicyTime::from_seconds(turn.of.task.state_timeout_s);
-            turn.state != State::Standby && turn.is_late(limit)
+            let under_way = turn.state != State::Standby || turn.arm.path.is_moving();
+            under_way && turn.is_late(limit)
         }),
         ("STOP", when::never),
         ("BROKENGRIP", broken_grip),

@@ -13,6 +13,9 @@ use super::columns::Slot;
 use super::job::BinStack;
 use super::scene::{Bin, View};
 
+/// The cup leaves the holder downwards where it is this near to it (m).
+const AT_HOLDER_M: f64 = 0.5;
+
 /// To `pose`, around the arm where that is in between.
 pub(super) fn around_to<'r>(view: View<'_>, route: Route<'r>, pose: Pose) -> Route<'r> {
     let task = &view.of.task;
@@ -21,6 +24,16 @@ pub(super) fn around_to<'r>(view: View<'_>, route: Route<'r>, pose: Pose) -> Rou
         orientation_wxyz: straight_down(task.via_yaw_rad),
     };
     route.around_to(view.of.base, view.own.around_rad, via, pose)
+}
+
+/// The way a bin, or the empty cup, begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Begin {
+    /// The arm is where the job brought it.
+    Directly,
+    /// The operator led the arm, or it did not arrive: its joints go to their positions
+    /// at the start first.
+    Restoring,
 }
 
 /// Where `bin` is gripped from above, along its sides as near to the arm's plane as
@@ -157,6 +170,12 @@ pub(super) fn moved_back(of: &BinStack, from: &Pose) -> Pose {
 /// Whether the cup points up: then it is at the flipping station, or was led there.
 pub(super) fn points_up(tcp: &Pose) -> bool {
     pose::approach(tcp).z > 0.3
+}
+
+/// Whether the cup points up at the flipping station.
+pub(super) fn is_in_holder(of: &BinStack, tcp: &Pose) -> bool {
+    let off = Vector3::from(tcp.position) - Vector3::from(of.task.station.position_m);
+    points_up(tcp) && off.norm() < AT_HOLDER_M
 }
 
 fn radial(yaw: f64) -> Vector3<f64> {

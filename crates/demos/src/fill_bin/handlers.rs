@@ -155,20 +155,46 @@ pub(super) fn give_up(turn: &mut Turn<'_>) -> Next {
     back_to_rest(turn)
 }
 
-/// A pick-up took too long.
+/// A pick-up, or the way to the rest pose, took too long.
 pub(super) fn stop_tasks(turn: &mut Turn<'_>) -> Next {
-    let line = format_args!("[timeout] pick-up stopped");
-    turn.world.out.log(line);
+    let of = turn.of;
     turn.world.job.counters.recoveries += 1;
-    let _failed = FillBin::failed_again(turn);
-    back_to_rest(turn)
+    if turn.state != State::Standby {
+        let line = format_args!("[timeout] pick-up stopped");
+        turn.world.out.log(line);
+        let _failed = FillBin::failed_again(turn);
+        return back_to_rest(turn);
+    }
+    let arm = turn.world.arm_name();
+    let line = format_args!("[timeout] {arm} did not arrive at its rest pose");
+    turn.world.out.log(line);
+    let reason = Failure::ArmDidNotArrive.reason();
+    let _failed = turn.count_failed_pick(of.bin, of.task.max_attempts, reason);
+    restore(turn)
 }
 
 pub(super) fn back_to_rest(turn: &mut Turn<'_>) -> Next {
+    if turn.world.is_wound() {
+        return restore(turn);
+    }
     turn.arm.switch(false);
     turn.memory.stuck_since = None;
     let rest = turn.of.rest;
     turn.route().to(rest).end();
+    goto(State::Standby)
+}
+
+/// To the rest pose by the configuration of the start.
+fn restore(turn: &mut Turn<'_>) -> Next {
+    turn.arm.switch(false);
+    turn.memory.stuck_since = None;
+    turn.arm.since = turn.now;
+    let (rest, arm) = (turn.of.rest, turn.world.arm_setup());
+    let route = turn.route();
+    match arm {
+        Some(arm) => route.restoring(arm).to(rest).end(),
+        None => route.to(rest).end(),
+    }
     goto(State::Standby)
 }
 

@@ -127,7 +127,7 @@ impl MatrixJob for FillBin {
         ("ATTACHED", |turn| turn.memory.attached),
         ("DETACHED", |turn| turn.grip.detached),
         ("TIMEOUT", when::never),
-        ("STOP", picks_too_long),
+        ("STOP", lasts_too_long),
         ("NONE", when::never),
     ];
     const HANDLERS: &'static [(&'static str, Handler<Self>)] = &[
@@ -227,15 +227,21 @@ impl SuctionPick for FillBin {
     }
 }
 
+/// A pick-up, or the way to the rest pose.
+fn lasts_too_long(turn: &Turn<'_>) -> bool {
+    let limit = PolicyTime::from_seconds(turn.of.task.state_timeout_s);
+    let under_way = match turn.state {
+        State::Picking | State::Attach => true,
+        State::Standby => turn.arm.path.is_moving(),
+        State::Holding => false,
+    };
+    under_way && turn.is_late(limit)
+}
+
 /// The start event is latched: it is pending until the arm is on its way.
 fn starts(turn: &Turn<'_>) -> bool {
     let idle = turn.state == State::Standby && !turn.arm.path.is_moving();
     turn.world.job.started && idle && !turn.arm.grip.attached()
-}
-
-fn picks_too_long(turn: &Turn<'_>) -> bool {
-    let limit = PolicyTime::from_seconds(turn.of.task.state_timeout_s);
-    matches!(turn.state, State::Picking | State::Attach) && turn.is_late(limit)
 }
 
 #[cfg(test)]

@@ -7,6 +7,11 @@ use robocell_task::PolicyTime;
 use super::{Path, Waypoint};
 use crate::geometry;
 use crate::pose;
+use crate::setup::ArmSetup;
+
+/// A pose alone does not tell one configuration of an arm from another, so this long is
+/// waited at least: any joint can go a whole turn meanwhile (ticks).
+const RESTORE_TICKS: u64 = 5_000;
 
 /// How fast the target moves. A pace of 0 makes the target jump: then the arm
 /// moves as fast as its controller allows.
@@ -67,6 +72,16 @@ impl<'p> Route<'p> {
     pub fn by_joints(mut self, pose: Pose, joints: [f64; MAX_JOINTS]) -> Self {
         self.lean = None;
         self.put(Waypoint::new(pose).by_joints(joints))
+    }
+
+    /// To where `arm` was at the start, with the joints alone. For an arm that the
+    /// operator led, or that did not arrive: its elbow or wrist may be in another
+    /// branch, from which a path of poses ends at the limit of a joint.
+    #[must_use]
+    pub fn restoring(mut self, arm: &ArmSetup) -> Self {
+        self.lean = None;
+        let waypoint = Waypoint::new(arm.wait).by_joints(arm.home);
+        self.put(waypoint.gliding(RESTORE_TICKS))
     }
 
     /// To `pose` at the pace of long ways.

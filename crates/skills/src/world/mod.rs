@@ -89,6 +89,16 @@ impl<'w> World<'w> {
         self.setup.arms.get(self.arm)
     }
 
+    /// Whether the arm is wound up, see [`ArmSetup::is_wound`].
+    pub fn is_wound(&self) -> bool {
+        let seen = self.observation.arm(self.arm);
+        let joints = seen.map(|arm| arm.joint_positions);
+        let setup = self.arm_setup();
+        setup
+            .zip(joints)
+            .is_some_and(|(setup, at)| setup.is_wound(&at))
+    }
+
     /// Name of the arm, for logs.
     pub fn arm_name(&self) -> &'w str {
         self.arm_setup().map_or("?", |arm| arm.name.as_str())
