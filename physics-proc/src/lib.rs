@@ -17,5 +17,6 @@ pub mod plant;
 pub mod process;
 mod recorder_pace;
 mod resume;
+mod script_report;
 mod state;
 pub mod world;

@@ -5,6 +5,7 @@
 
 use cell_model::Cell;
 use cell_model::cells::script::{GripperWord, ScriptAction, ScriptRunner};
+use cell_model::runs::script_report::ScriptReply;
 use cell_model::runs::spec::RunSpec;
 use ipc_types::decision::Outcome;
 use ipc_types::operator::{OperatorAction, ReplyCode};
@@ -16,6 +17,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::resume::Switches;
 use crate::world::{StepInput, World, WorldError};
+
+/// The policy that goes where the operator points, paused or not.
+const FOLLOWS: &str = "follow";
 
 /// What to do at a tick boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +47,10 @@ pub struct Plant {
     ending: bool,
     /// A script line the launcher has to act on.
     waiting: Option<(u32, ScriptAction)>,
+    /// What became of the lines so far.
+    replies: Vec<ScriptReply>,
+    /// Policy the run began with.
+    policy: String,
     /// Requests obeyed, but for those that come with every frame of a page.
     requests: u64,
     /// Tick this start of physics began with.
@@ -56,6 +64,7 @@ struct Saved {
     paused: bool,
     steps_left: Option<u64>,
     waiting: Option<(u32, ScriptAction)>,
+    replies: Vec<ScriptReply>,
 }
 
 impl Plant {
@@ -78,6 +87,8 @@ impl Plant {
             steps_left: None,
             ending: false,
             waiting: None,
+            replies: Vec::new(),
+            policy: spec.policy.clone(),
             requests: 0,
             resumed_tick: 0,
         })
@@ -90,6 +101,7 @@ impl Plant {
             paused: self.paused,
             steps_left: self.steps_left,
             waiting: self.waiting.clone(),
+            replies: self.replies.clone(),
         };
         // Without its first line it is refused by `restore`.
         let mut bytes = serde_json::to_vec(&saved).unwrap_or_default();
@@ -114,6 +126,7 @@ impl Plant {
         self.paused = saved.paused;
         self.steps_left = saved.steps_left;
         self.waiting = saved.waiting;
+        self.replies = saved.replies;
         self.resumed_tick = self.world.tick();
         Ok(())
     }
@@ -176,6 +189,11 @@ impl Plant {
         self.waiting.as_ref()
     }
 
+    /// What became of the lines of the script that were due.
+    pub fn script_replies(&self) -> &[ScriptReply] {
+        &self.replies
+    }
+
     /// Whether the run has come to its end.
     pub fn is_ending(&self) -> bool {
         self.ending
@@ -217,7 +235,10 @@ impl Plant {
                 self.steps_left = Some(steps);
             }
             OperatorAction::ScriptDone => {
-                self.waiting.take_if(|(line, _)| *line == request.count);
+                let done = self.waiting.take_if(|(line, _)| *line == request.count);
+                if let Some((line, action)) = done {
+                    self.note_script(line, &action, Ok(()));
+                }
             }
             OperatorAction::End => self.ending = true,
             other => return self.world.operate(other, request),
@@ -242,10 +263,45 @@ impl Plant {
             };
             if action.is_for_launcher() {
                 self.waiting = Some((line, action));
-            } else if let Some(request) = self.request_of(&action) {
-                let _reply = self.operate(&request);
+            } else {
+                let reply = self.obey_script(&action, decision);
+                self.note_script(line, &action, reply);
             }
         }
+    }
+
+    fn obey_script(
+        &mut self,
+        action: &ScriptAction,
+        decision: Option<&Decision>,
+    ) -> Result<(), String> {
+        let policy = decision.map_or("", |decision| decision.policy.as_str());
+        let policy = if policy.is_empty() {
+            &self.policy
+        } else {
+            policy
+        };
+        let led = action.leads() && policy != FOLLOWS && !self.world.operator_leads();
+        if led {
+            return Err("the task leads the arm; `task_pause` gives it to the operator".to_owned());
+        }
+        let request = self.request_of(action);
+        let request = request.ok_or_else(|| "this cell has no such object or arm".to_owned())?;
+        let reply = self.operate(&request);
+        match ReplyCode::from_code(reply.code) {
+            Some(ReplyCode::Accepted) => Ok(()),
+            _ => Err(reply.message.as_str().to_owned()),
+        }
+    }
+
+    fn note_script(&mut self, line: u32, action: &ScriptAction, reply: Result<(), String>) {
+        self.replies.push(ScriptReply {
+            line,
+            at_s: (self.world.tick() * TICK_NS) as f64 * 1.0e-9,
+            action: action.name(),
+            accepted: reply.is_ok(),
+            reason: reply.err(),
+        });
     }
 
     fn check_end(&mut self, decision: Option<&Decision>) {
@@ -277,10 +333,11 @@ impl Plant {
                 arm,
             } => {
                 request.arm = *arm;
-                request.pose = Pose {
+                let present = || self.world.present_orientation(*arm);
+                request.pose = unit(&Pose {
                     position: *position,
-                    orientation_wxyz: *orientation_wxyz,
-                };
+                    orientation_wxyz: orientation_wxyz.or_else(present)?,
+                });
                 OperatorAction::Target
             }
             ScriptAction::DropParts { count } => {
@@ -302,6 +359,16 @@ impl Plant {
         };
         request.action = code.code();
         Some(request)
+    }
+}
+
+/// With an orientation of length 1: people round.
+fn unit(pose: &Pose) -> Pose {
+    let [w, x, y, z] = pose.orientation_wxyz;
+    let length = [w, x, y, z].iter().map(|q| q * q).sum::<f64>().sqrt();
+    Pose {
+        orientation_wxyz: pose.orientation_wxyz.map(|q| q / length),
+        ..*pose
     }
 }
 

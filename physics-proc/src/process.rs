@@ -15,6 +15,7 @@ use ipc_types::{ArmCommand, DECISION_TICKS, Decision, Header, MAX_ARMS, TICK_NS,
 use crate::plant::{Next, Plant};
 use crate::recorder_pace::RecorderPace;
 use crate::resume::Resume;
+use crate::script_report::ScriptReport;
 use crate::state::tap::StateTap;
 use crate::world::StepInput;
 
@@ -58,15 +59,16 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
     let mut plant = Plant::new(&start.cell, &start.spec)?;
     let was_one = start.generation > 1;
     let (run_dir, run) = (&start.spec.run_dir, start.spec.run);
-    // Before this thread has real-time scheduling and a core of its own: the thread
-    // that writes shall have neither.
+    // Before this thread has real-time scheduling and a core of its own: the threads
+    // that write shall have neither.
     let resume = Resume::open(run_dir, run, was_one, &mut plant);
+    let report = ScriptReport::new(run_dir);
     let fifo = start.real_time(PHYSICS_PRIORITY, 0);
     if start.spec.speed == Speed::RealTime && !fifo {
         plant.set_decision_limit(DECISION_AGE_OTHER_TICKS);
     }
     let bus = start.join(Process::Physics)?;
-    let mut process = PhysicsProcess::new(&bus, (plant, resume), &start.spec, fifo)?;
+    let mut process = PhysicsProcess::new(&bus, (plant, resume, report), &start.spec, fifo)?;
     match start.spec.speed {
         Speed::RealTime => process.real_time(fifo),
         Speed::Max => process.lockstep(0),
@@ -78,6 +80,7 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
 struct PhysicsProcess {
     plant: Plant,
     resume: Resume,
+    report: ScriptReport,
     generation: u32,
     tick: u64,
     state: Publisher<WorldState>,
@@ -98,7 +101,7 @@ struct PhysicsProcess {
 impl PhysicsProcess {
     fn new(
         bus: &Bus,
-        (plant, resume): (Plant, Resume),
+        (plant, resume, report): (Plant, Resume, ScriptReport),
         spec: &RunSpec,
         fifo: bool,
     ) -> Result<Self, BusError> {
@@ -108,6 +111,7 @@ impl PhysicsProcess {
             tick: plant.world().tick(),
             plant,
             resume,
+            report,
             generation: bus.generation(),
             state: bus.publisher(TopicId::WorldState)?,
             tap: StateTap::new(bus)?,
@@ -135,7 +139,7 @@ impl PhysicsProcess {
             self.take_inputs();
             self.step();
             self.publish();
-            self.resume.turn(&self.plant);
+            self.keep();
             let now_ns = monotonic_ns();
             self.health
                 .cycle(wake.lateness_ns(), now_ns.saturating_sub(wake.woke_ns));
@@ -164,7 +168,7 @@ impl PhysicsProcess {
                     .cycle(0, monotonic_ns().saturating_sub(began_ns));
             }
             self.publish();
-            self.resume.turn(&self.plant);
+            self.keep();
             self.health.publish_if_due(self.tick, monotonic_ns());
         }
     }
@@ -201,6 +205,12 @@ impl PhysicsProcess {
             self.plant.step(&StepInput { commands, decision });
         }
         next
+    }
+
+    /// For a successor of this process, and for the summary.
+    fn keep(&mut self) {
+        self.resume.turn(&self.plant);
+        self.report.turn(&self.plant);
     }
 
     fn publish(&mut self) {

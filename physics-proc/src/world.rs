@@ -8,7 +8,7 @@ use ipc_types::{ArmCommand, Decision, MAX_ARMS, OperatorRequest, TICK_NS, WorldS
 use rapier3d_f64::prelude::*;
 
 use crate::arm::drive::{self, ArmDrive};
-use crate::arm::measured::Measured;
+use crate::arm::measured::{Measured, finite_tcp};
 use crate::arm::memory::is_attached;
 use crate::arm::multibody::Arm;
 use crate::arm::touches::{self, ArmContact};
@@ -17,7 +17,7 @@ pub use crate::error::WorldError;
 
 use crate::engine::contacts::{self, Contacts};
 use crate::engine::objects::{self, Objects};
-use crate::engine::{fresh, settings, spawn};
+use crate::engine::{convert, fresh, settings, spawn};
 use crate::equipment::devices::Equipment;
 use crate::equipment::site::Site;
 use crate::gripper::cups::Cups;
@@ -261,6 +261,24 @@ impl World {
             reset_pauses: self.reset_pauses,
         };
         desk.act(action, request)
+    }
+
+    /// Whether the operator leads the arms: the task is paused.
+    pub(crate) fn operator_leads(&self) -> bool {
+        self.memory.panel.task_paused
+    }
+
+    /// The orientation the operator gave last, or the one the tool of `arm` has (w, x,
+    /// y, z); `None` where there is no such arm.
+    pub(crate) fn present_orientation(&self, arm: u32) -> Option<[f64; 4]> {
+        let panel = &self.memory.panel;
+        if panel.target_seq > 0 && panel.target_arm == arm {
+            return Some(panel.target_orientation_wxyz);
+        }
+        let index = arm as usize;
+        let (arm, measured) = self.arms.get(index).zip(self.measured.get(index))?;
+        let tcp = finite_tcp(&self.engine, arm, measured);
+        Some(convert::to_wire(&tcp).orientation_wxyz)
     }
 
     /// Decisions older than this stop the belt, as they stop the arms (ticks).

@@ -42,7 +42,10 @@ pub fn to_the_end(
         task_restarts: sim.task_restarts(),
         missed_cycles: sim.statuses().iter().map(|s| s.missed_cycles).sum(),
     };
-    Ok(RunSummary::new(&facts, sim.state(), sim.decision()))
+    Ok(RunSummary {
+        script_replies: sim.plant().script_replies().to_vec(),
+        ..RunSummary::new(&facts, sim.state(), sim.decision())
+    })
 }
 
 /// Reads a script file for `cell`.

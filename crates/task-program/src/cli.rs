@@ -188,6 +188,9 @@ fn run(program: &Program) -> Result<ExitCode, CliError> {
                     say(format_args!("{:9.3} s  {line}", tick as f64 * 1.0e-3));
                 }
             })?;
+            for refused in summary.script_replies.iter().filter(|r| !r.accepted) {
+                eprintln!("warning: {refused}");
+            }
             print_summary(&summary);
             Ok(code(summary.outcome == RunOutcome::Done))
         }

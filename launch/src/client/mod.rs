@@ -8,6 +8,7 @@ mod load;
 mod logs;
 mod operate;
 pub(crate) mod picture;
+mod scene;
 mod status;
 mod top;
 mod watched;

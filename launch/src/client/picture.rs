@@ -4,9 +4,9 @@ use std::time::{Duration, Instant};
 
 use cell_bus::{Bus, Latest};
 use ipc_types::topic::{Process, TopicId};
-use ipc_types::{Decision, Health, WorldState};
+use ipc_types::{ArmStatus, Decision, Health, WorldState};
 
-use super::Session;
+use super::{Session, scene};
 use crate::failure::{Context, Failure};
 
 /// Health arrives at 100 Hz; who is silent for this long is silent.
@@ -16,6 +16,8 @@ const PATIENCE: Duration = Duration::from_millis(500);
 pub(crate) struct Picture {
     healths: Vec<(Process, Latest<Health>, Instant)>,
     state: Latest<WorldState>,
+    /// By arm.
+    statuses: Vec<Latest<ArmStatus>>,
     decision: Latest<Decision>,
     /// Keeps the ports alive.
     _bus: Bus,
@@ -36,6 +38,9 @@ impl Picture {
         Ok(Self {
             healths,
             state: bus.latest(TopicId::WorldState).cannot(what)?,
+            statuses: (0..session.spec.arms)
+                .map(|arm| bus.latest(TopicId::ArmStatus(arm)).cannot(what))
+                .collect::<Result<_, _>>()?,
             decision: bus.latest(TopicId::Decision).cannot(what)?,
             _bus: bus,
         })
@@ -45,6 +50,9 @@ impl Picture {
     pub(crate) fn update(&mut self) {
         self.state.refresh();
         self.decision.refresh();
+        for status in &mut self.statuses {
+            status.refresh();
+        }
         for (_, latest, at) in &mut self.healths {
             if latest.refresh() {
                 *at = Instant::now();
@@ -72,6 +80,13 @@ impl Picture {
 
     pub(crate) fn state(&self) -> Option<&WorldState> {
         self.state.get()
+    }
+
+    /// By arm: the stop its controller has in force, in words.
+    pub(crate) fn stops(&self) -> Vec<Option<String>> {
+        let statuses = self.statuses.iter().map(Latest::get);
+        let stop = |status: &ArmStatus| scene::stop(status.stop_action, Some(status.stop_cause));
+        statuses.map(|status| status.and_then(stop)).collect()
     }
 
     pub(crate) fn decision(&self) -> Option<&Decision> {

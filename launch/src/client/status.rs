@@ -1,5 +1,7 @@
 //! `robocell status`.
 
+use cell_model::Cell;
+use ipc_types::WorldState;
 use ipc_types::decision::Outcome;
 use ipc_types::health::Scheduling;
 use ipc_types::world::FLAG_PAUSED;
@@ -7,6 +9,8 @@ use serde::Serialize;
 
 use super::Session;
 use super::picture::Picture;
+use super::scene::{self, ArmReport, ObjectReport};
+use super::top::equipment::Names;
 use crate::cli::ReportArgs;
 use crate::failure::Failure;
 use crate::say;
@@ -34,6 +38,22 @@ struct Status {
     aborts: u32,
     limit_violations: u64,
     processes: Vec<ProcessStatus>,
+    arms: Vec<ArmReport>,
+    /// Those that are in the cell.
+    objects: Vec<ObjectReport>,
+    conveyor: Option<Conveyor>,
+    /// The equipment, for people.
+    #[serde(skip)]
+    equipment: Vec<String>,
+}
+
+/// A conveyor.
+#[derive(Debug, Serialize)]
+struct Conveyor {
+    speed_m_s: f64,
+    bins_supplied: u32,
+    /// The command it waits for.
+    waits_for: Option<&'static str>,
 }
 
 /// How a process is doing; without a pid it is silent.
@@ -56,7 +76,8 @@ pub(crate) fn status(args: &ReportArgs) -> Result<(), Failure> {
     let session = Session::of(&args.cell.cell)?;
     let mut picture = Picture::open(&session)?;
     picture.fill();
-    let status = describe(&session, &picture);
+    let cell = session.spec.load_cell().map_err(Failure::configuration)?;
+    let status = describe(&session, &picture, &cell);
     if args.json {
         say::line(serde_json::to_string(&status).map_err(Failure::configuration)?);
     } else {
@@ -80,8 +101,14 @@ pub(crate) fn waits_for(outcome: &str) -> &'static str {
     }
 }
 
-fn describe(session: &Session, picture: &Picture) -> Status {
+fn describe(session: &Session, picture: &Picture, cell: &Cell) -> Status {
     let (state, decision) = (picture.state(), picture.decision());
+    let idle = decision.is_some_and(|d| d.outcome == Outcome::Idle.code());
+    let conveyor = |state: &WorldState| Conveyor {
+        speed_m_s: state.equipment.conveyor_speed,
+        bins_supplied: state.equipment.bins_supplied,
+        waits_for: (idle && state.equipment.conveyor_speed == 0.0).then_some("task start"),
+    };
     let spec = &session.spec;
     let policy = decision
         .map(|d| d.policy.as_str().to_owned())
@@ -108,6 +135,10 @@ fn describe(session: &Session, picture: &Picture) -> Status {
         aborts: decision.map_or(0, |d| d.aborts),
         limit_violations: state.map_or(0, |s| s.arms().iter().map(|a| a.limit_violations).sum()),
         processes: processes(picture),
+        arms: state.map_or_else(Vec::new, |s| scene::arms(cell, s, &picture.stops())),
+        objects: state.map_or_else(Vec::new, |s| scene::objects(cell, s)),
+        conveyor: state.filter(|_| cell.conveyor.is_some()).map(conveyor),
+        equipment: state.map_or_else(Vec::new, |s| Names::of(cell).lines(&s.equipment)),
     }
 }
 
@@ -165,6 +196,18 @@ fn print(status: &Status) {
         status.aborts,
         status.limit_violations
     ));
+    status.arms.iter().for_each(say::line);
+    let waits = |conveyor: &Conveyor| conveyor.waits_for;
+    if let Some(command) = status.conveyor.as_ref().and_then(waits) {
+        say::line(format_args!(
+            "conveyor: waits for `robocell {command}` (Perform Task on the page)"
+        ));
+    }
+    status.equipment.iter().for_each(say::line);
+    if !status.objects.is_empty() {
+        say::line("objects:");
+        status.objects.iter().for_each(say::line);
+    }
     say::line(
         "process        pid      start  rate Hz  late p50 us  late p99 us  missed  refused  scheduling",
     );

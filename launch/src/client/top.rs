@@ -2,7 +2,7 @@
 
 mod draw;
 mod earlier;
-mod equipment;
+pub(super) mod equipment;
 
 use std::time::Duration;
 

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use cell_bus::RunSite;
+use cell_model::runs::script_report;
 use cell_model::runs::spec::{PageSecrets, RunSpec};
 use cell_model::runs::summary::{RunFacts, RunSummary};
 use cell_rt::clock::monotonic_ns;
@@ -244,6 +245,10 @@ impl LiveCell {
         drop((bus, control));
         if let Some(End::Finished(summary)) = &mut end {
             recording.end(&plan.dir, &plan.spec.record, summary);
+            summary.script_replies = script_report::load(plan.dir.path());
+            for refused in summary.script_replies.iter().filter(|r| !r.accepted) {
+                say::warn(refused);
+            }
         }
         if let Err(failure) = leftovers::tidy(&plan.dir, &plan.spec.root) {
             say::warn(failure);

@@ -27,6 +27,7 @@ mod random_kills;
 mod replay;
 mod restart_latency;
 mod resume;
+mod scripts;
 mod stacking;
 mod supervision;
 mod task_program;

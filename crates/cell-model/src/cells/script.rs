@@ -117,9 +117,23 @@ fn check(trigger: &Trigger, action: &ScriptAction) -> Result<(), String> {
         }
         ScriptAction::DropParts { count } => within("count", f64::from(*count), 0.0, MAX_PARTS),
         ScriptAction::Kill { process } => script_check::process_word(process),
-        ScriptAction::Target { position, .. } => position
-            .iter()
-            .try_for_each(|c| within("position", *c, -100.0, 100.0)),
+        ScriptAction::Target {
+            position,
+            orientation_wxyz,
+            ..
+        } => {
+            let length = |q: &[f64; 4]| q.iter().map(|x| x * x).sum::<f64>().sqrt();
+            if let Some(orientation) = orientation_wxyz {
+                within(
+                    "length of orientation_wxyz",
+                    length(orientation),
+                    0.99,
+                    1.01,
+                )?;
+            }
+            let mut position = position.iter();
+            position.try_for_each(|c| within("position", *c, -100.0, 100.0))
+        }
         _ => Ok(()),
     }
 }

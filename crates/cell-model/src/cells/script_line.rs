@@ -40,9 +40,10 @@ pub enum ScriptAction {
     Target {
         /// TCP in the world frame (m).
         position: [f64; 3],
-        /// Its orientation; straight down where it is missing.
-        #[serde(default = "straight_down")]
-        orientation_wxyz: [f64; 4],
+        /// Its orientation; where it is missing, the one the operator gave last, or that
+        /// of the tool.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        orientation_wxyz: Option<[f64; 4]>,
         /// Arm by place in the cell file.
         #[serde(default)]
         arm: u32,
@@ -89,10 +90,6 @@ fn two_seconds() -> f64 {
     2.0
 }
 
-fn straight_down() -> [f64; 4] {
-    [0.0, 1.0, 0.0, 0.0]
-}
-
 fn one() -> u32 {
     1
 }
@@ -101,6 +98,17 @@ impl ScriptAction {
     /// Whether the launcher has to act, because it concerns a process.
     pub fn is_for_launcher(&self) -> bool {
         matches!(self, Self::Kill { .. } | Self::Stop { .. })
+    }
+
+    /// Whether it leads an arm, which only the operator may while the task is paused.
+    pub fn leads(&self) -> bool {
+        matches!(self, Self::Gripper { .. } | Self::Target { .. })
+    }
+
+    /// Its name in a script.
+    pub fn name(&self) -> String {
+        let value = serde_json::to_value(self).unwrap_or_default();
+        value["do"].as_str().unwrap_or_default().to_owned()
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod children;
 pub mod record;
+pub mod script_report;
 pub mod secrets;
 pub mod spec;
 pub mod summary;

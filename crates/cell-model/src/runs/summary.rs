@@ -5,6 +5,7 @@ use ipc_types::{Decision, TICK_NS, WorldState};
 use serde::{Deserialize, Serialize};
 
 use super::record::RecordReport;
+use super::script_report::ScriptReply;
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -64,6 +65,9 @@ pub struct RunSummary {
     pub record_bytes: u64,
     /// Why what was recorded is not complete, if it is not.
     pub record_error: Option<String>,
+    /// What became of the lines of the script; missing without one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub script_replies: Vec<ScriptReply>,
 }
 
 /// What is known of a run beside its messages.
@@ -124,6 +128,7 @@ impl RunSummary {
             record_gaps: 0,
             record_bytes: 0,
             record_error: None,
+            script_replies: Vec::new(),
         }
     }
 

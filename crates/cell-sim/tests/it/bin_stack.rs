@@ -211,3 +211,24 @@ fn an_arm_the_operator_jammed_frees_itself_and_works_again() {
     assert!(run.sim.decision().placed_count >= 1);
     assert_eq!(run.sim.state().arms()[0].limit_violations, 0);
 }
+
+#[test]
+fn a_target_without_orientation_keeps_the_cup_as_it_is() {
+    let script = "{\"at_s\":1,\"do\":\"task_pause\"}\n\
+                  {\"at_s\":1.5,\"do\":\"target\",\"position\":[0.3,0.6,0.5]}\n";
+    let mut run = Run::new(1, 1, None, script);
+    let pose_at = |run: &mut Run, tick: u64| {
+        while run.sim.state().header.tick < tick && run.sim.tick().expect("a tick") {}
+        run.sim.state().arms()[0].tcp
+    };
+    let turn = |pose: &Pose| {
+        let [w, x, y, z] = pose.orientation_wxyz;
+        UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
+    };
+    let (before, after) = (pose_at(&mut run, 1_500), pose_at(&mut run, 6_000));
+    let (angle, off) = (
+        turn(&before).angle_to(&turn(&after)),
+        Vector3::from(after.position) - Vector3::new(0.3, 0.6, 0.5),
+    );
+    assert!(angle < 0.05 && off.norm() < 0.02, "{angle} rad, {off}");
+}

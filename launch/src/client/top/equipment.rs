@@ -1,4 +1,4 @@
-//! The cell's equipment in `top`: what of it there is, and how it stands.
+//! The cell's equipment in `top` and `status`: devices and their states.
 
 use cell_model::Cell;
 use ipc_types::EquipmentState;
@@ -48,7 +48,7 @@ impl Names {
     }
 
     /// How the equipment stands, one device a line; nothing where there is none.
-    pub(super) fn lines(&self, state: &EquipmentState) -> Vec<String> {
+    pub(crate) fn lines(&self, state: &EquipmentState) -> Vec<String> {
         let mut lines = Vec::new();
         if self.has_belt {
             lines.push(self.belt(state));
@@ -77,7 +77,7 @@ impl Names {
 
     fn belt(&self, state: &EquipmentState) -> String {
         let runs = if state.conveyor_speed == 0.0 {
-            "stands".to_owned()
+            "stopped".to_owned()
         } else {
             format!("runs at {:.2} m/s", state.conveyor_speed)
         };
@@ -139,7 +139,7 @@ mod tests {
         state.supply_refusal = SupplyRefusal::NoneLeft.code();
         let text = names.lines(&state).join("\n");
         assert!(text.contains("bin_01"), "{text}");
-        assert!(text.contains("belt       stands"), "{text}");
+        assert!(text.contains("belt       stopped"), "{text}");
         assert!(
             text.contains("1 refused, the last as none is left"),
             "{text}"

@@ -1,0 +1,69 @@
+//! What became of the lines of the script, in a file of the run directory for the
+//! summary.
+
+use std::path::Path;
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::thread::JoinHandle;
+
+use cell_model::runs::script_report::{ScriptReply, save};
+
+use crate::plant::Plant;
+
+/// Replies on their way to the file.
+const WAITING: usize = 4;
+
+/// Writes the replies when there are new ones. Writing is left to a thread: it takes
+/// longer than a tick.
+pub(crate) struct ScriptReport {
+    replies: Option<SyncSender<Vec<ScriptReply>>>,
+    writer: Option<JoinHandle<()>>,
+    /// Replies the thread has.
+    sent: usize,
+}
+
+impl ScriptReport {
+    pub(crate) fn new(run_dir: &Path) -> Self {
+        let (replies, to_write) = sync_channel::<Vec<ScriptReply>>(WAITING);
+        let run_dir = run_dir.to_owned();
+        let work = move || {
+            for replies in to_write {
+                if let Err(error) = save(&replies, &run_dir) {
+                    eprintln!("warning: the replies to the script are not kept: {error}");
+                }
+            }
+        };
+        let thread = std::thread::Builder::new().name("script".to_owned());
+        let writer = thread.spawn(work).ok();
+        Self {
+            replies: writer.is_some().then_some(replies),
+            writer,
+            sent: 0,
+        }
+    }
+
+    /// Hands new replies to the thread; what it cannot take now comes later.
+    pub(crate) fn turn(&mut self, plant: &Plant) {
+        let replies = plant.script_replies();
+        // Fewer: physics resumed from a state before the last ones.
+        if replies.len() == self.sent {
+            return;
+        }
+        let taken = self
+            .replies
+            .as_ref()
+            .is_some_and(|thread| thread.try_send(replies.to_vec()).is_ok());
+        if taken {
+            self.sent = replies.len();
+        }
+    }
+}
+
+impl Drop for ScriptReport {
+    fn drop(&mut self) {
+        self.replies = None;
+        if let Some(writer) = self.writer.take() {
+            // It has nothing to say.
+            let _ended = writer.join().is_ok();
+        }
+    }
+}
