@@ -113,3 +113,31 @@ fn an_arm_on_its_brakes_stays_where_it_is_pushed_and_one_in_hold_comes_back() {
     assert!(pushed_to > 0.05, "{pushed_to}");
     assert!((later - pushed_to).abs() < 0.05, "{pushed_to} {later}");
 }
+
+#[test]
+fn an_arm_that_is_kept_outside_its_limits_is_at_fault_and_the_joint_is_named() {
+    let mut world = world();
+    let watchdog = &mut world.memory.arms[0].watchdog;
+    for _ in 0..499 {
+        watchdog.count_outside(1);
+    }
+    watchdog.count_outside(0);
+    for _ in 0..499 {
+        watchdog.count_outside(2);
+    }
+    assert!(!watchdog.fault, "it was within its limits in between");
+    watchdog.count_outside(1);
+    assert!(watchdog.fault);
+    assert_eq!(watchdog.violations, 499 + 998 + 1);
+    world.measured[0].positions[2] = 99.0;
+    let words = world.fault_words();
+    assert!(
+        words.contains("arm 0") && words.contains("'panda_joint3' stays at 99.000"),
+        "{words}"
+    );
+    assert_eq!(world.faults(), 1);
+    assert_eq!(
+        state_after(&mut world, 1).arms[0].stop_action,
+        StopAction::Stop0.code()
+    );
+}

@@ -96,6 +96,8 @@ struct PhysicsProcess {
     sleeper: Sleeper,
     published_ns: [u64; PUBLISHED],
     overruns: u64,
+    /// Arms at fault.
+    faults: usize,
 }
 
 impl PhysicsProcess {
@@ -126,6 +128,7 @@ impl PhysicsProcess {
             sleeper: bus.sleeper(Process::Physics)?,
             published_ns: [0; PUBLISHED],
             overruns: 0,
+            faults: 0,
         })
     }
 
@@ -207,8 +210,12 @@ impl PhysicsProcess {
         next
     }
 
-    /// For a successor of this process, and for the summary.
+    /// For a successor of this process, for the summary, and for the log.
     fn keep(&mut self) {
+        let faults = self.plant.world().faults();
+        if std::mem::replace(&mut self.faults, faults) < faults {
+            eprintln!("warning: {}", self.plant.world().fault_words());
+        }
         self.resume.turn(&self.plant);
         self.report.turn(&self.plant);
     }

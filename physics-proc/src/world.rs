@@ -237,8 +237,43 @@ impl World {
             let joints = arm.robot.arm_joints.iter().filter(|&&joint| {
                 violations::outside(measured.positions[joint], &arm.robot.joints[joint])
             });
-            memory.watchdog.violations += joints.count() as u64;
+            let outside = joints.count() as u64;
+            memory.watchdog.count_outside(outside);
         }
+    }
+
+    /// Number of arms at fault.
+    pub(crate) fn faults(&self) -> usize {
+        let arms = self.memory.arms.iter();
+        arms.filter(|arm| arm.watchdog.fault).count()
+    }
+
+    /// Why arms are at fault, one a line.
+    pub(crate) fn fault_words(&self) -> String {
+        let arms = self.arms.iter().zip(&self.measured).zip(&self.memory.arms);
+        let at_fault = arms.enumerate().filter(|(_, (_, m))| m.watchdog.fault);
+        let words = |(index, ((arm, measured), _)): (usize, ((&Arm, &Measured), _))| {
+            let outside = arm.robot.arm_joints.iter().find(|&&joint| {
+                violations::outside(measured.positions[joint], &arm.robot.joints[joint])
+            });
+            let why = match outside {
+                None => "the engine disabled a body of it".to_owned(),
+                Some(&joint) => {
+                    let spec = &arm.robot.joints[joint];
+                    let name = arm.robot.chain.joints().get(joint);
+                    format!(
+                        "joint '{}' stays at {:.3}, outside of its limits {:.3} to {:.3}: \
+                         something pushes it, or a collision shape of the robot is wrong",
+                        name.map_or("?", |joint| joint.name.as_str()),
+                        measured.positions[joint],
+                        spec.lower,
+                        spec.upper
+                    )
+                }
+            };
+            format!("arm {index} is at fault until the scene is reset: {why}")
+        };
+        at_fault.map(words).collect::<Vec<_>>().join("\n")
     }
 
     /// Acts on a request of the operator. Pause, resume, step, script and end

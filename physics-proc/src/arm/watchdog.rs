@@ -51,6 +51,9 @@ enum Source {
     Commands,
 }
 
+/// An arm whose joint stays outside its limits for this long is at fault (ticks).
+const MAX_OUTSIDE_TICKS: u32 = 500;
+
 /// One joint, as plain numbers for the snapshot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Point {
@@ -84,7 +87,10 @@ pub(crate) struct Watchdog {
     pub(crate) refused: u64,
     /// Limits broken by accepted commands or measured positions.
     pub(crate) violations: u64,
-    /// A body of the arm was disabled by the engine.
+    /// Ticks in a row with a measured joint outside its limits.
+    outside_ticks: u32,
+    /// A body of the arm was disabled by the engine, or a joint stayed outside its
+    /// limits.
     pub(crate) fault: bool,
 }
 
@@ -121,8 +127,20 @@ impl Watchdog {
             astray: false,
             refused: 0,
             violations: 0,
+            outside_ticks: 0,
             fault: false,
         }
+    }
+
+    /// `outside` joints were measured outside their limits in this tick. Drives do not
+    /// bring them there: something pushes that is stronger.
+    pub(crate) fn count_outside(&mut self, outside: u64) {
+        self.violations += outside;
+        self.outside_ticks = match outside {
+            0 => 0,
+            _ => self.outside_ticks.saturating_add(1),
+        };
+        self.fault |= self.outside_ticks >= MAX_OUTSIDE_TICKS;
     }
 
     /// The command in force.

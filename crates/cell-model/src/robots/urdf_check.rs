@@ -10,6 +10,11 @@ use crate::suggest;
 
 /// Coordinates beyond this belong to no robot (m, rad).
 const MAX_COORDINATE: f64 = 100.0;
+/// Links of a robot; a humanoid with two hands has some 80.
+const MAX_LINKS: usize = 512;
+/// A collision shape may be this long whatever the robot (m), and twice the robot
+/// besides: a longer one is in everything around it.
+const LEAST_ROOM: f64 = 1.0;
 /// Nothing in a cell is heavier (kg), turns harder (kg·m²) or pushes harder (N·m).
 const MAX_QUANTITY: f64 = 1.0e5;
 
@@ -20,13 +25,31 @@ const MAX_QUANTITY: f64 = 1.0e5;
 /// [`ModelError::Value`] naming file, link or joint, value and what to do.
 pub(crate) fn check(file: &str, robot: &Robot) -> Result<(), ModelError> {
     let checker = Checker { file };
+    checker.count(robot)?;
     checker.names(robot)?;
     checker.tree(robot)?;
-    robot.links.iter().try_for_each(|link| checker.link(link))?;
     robot
         .joints
         .iter()
-        .try_for_each(|joint| checker.joint(joint, robot))
+        .try_for_each(|joint| checker.joint(joint, robot))?;
+    let longest = LEAST_ROOM + 2.0 * length(robot);
+    robot
+        .links
+        .iter()
+        .try_for_each(|link| checker.link(link, longest))
+}
+
+/// The robot stretched: the offsets of its joints, and how far those that slide go (m).
+fn length(robot: &Robot) -> f64 {
+    let joints = robot.joints.iter().map(|joint| {
+        let [x, y, z] = joint.origin.xyz.0;
+        let travel = match joint.joint_type {
+            JointType::Prismatic => joint.limit.upper - joint.limit.lower,
+            _ => 0.0,
+        };
+        (x * x + y * y + z * z).sqrt() + travel
+    });
+    joints.sum()
 }
 
 struct Checker<'a> {
@@ -41,6 +64,15 @@ impl Checker<'_> {
         allowed: impl Into<String>,
     ) -> ModelError {
         ModelError::value(Location::file(self.file), key, value, allowed)
+    }
+
+    fn count(&self, robot: &Robot) -> Result<(), ModelError> {
+        let count = robot.links.len().max(robot.joints.len());
+        if count <= MAX_LINKS {
+            return Ok(());
+        }
+        let allowed = format!("at most {MAX_LINKS}; remove what does not move and is not touched");
+        Err(self.refuse("links and joints", count, allowed))
     }
 
     fn names(&self, robot: &Robot) -> Result<(), ModelError> {
@@ -158,7 +190,7 @@ impl Checker<'_> {
         }
     }
 
-    fn link(&self, link: &Link) -> Result<(), ModelError> {
+    fn link(&self, link: &Link, longest: f64) -> Result<(), ModelError> {
         let owner = format!("link '{}'", link.name);
         self.pose(&owner, "inertial origin", &link.inertial.origin)?;
         let mass = link.inertial.mass.value;
@@ -172,7 +204,7 @@ impl Checker<'_> {
         self.inertia(&owner, link)?;
         for collision in &link.collision {
             self.pose(&owner, "collision origin", &collision.origin)?;
-            self.geometry(&owner, &collision.geometry)?;
+            self.geometry(&owner, &collision.geometry, longest)?;
         }
         Ok(())
     }
@@ -201,24 +233,22 @@ impl Checker<'_> {
         Ok(())
     }
 
-    fn geometry(&self, owner: &str, geometry: &Geometry) -> Result<(), ModelError> {
+    fn geometry(&self, owner: &str, geometry: &Geometry, longest: f64) -> Result<(), ModelError> {
         let lengths = match geometry {
             Geometry::Box { size } => size.to_vec(),
             Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
-                vec![*radius, *length]
+                vec![2.0 * *radius, *length]
             }
-            Geometry::Sphere { radius } => vec![*radius],
+            Geometry::Sphere { radius } => vec![2.0 * *radius],
             Geometry::Mesh { .. } => vec![],
         };
-        match lengths
-            .iter()
-            .find(|length| !(0.0..=MAX_COORDINATE).contains(*length))
-        {
+        let fits = |length: &f64| (0.0..=longest).contains(length);
+        match lengths.iter().find(|length| !fits(length)) {
             None => Ok(()),
             Some(length) => Err(self.refuse(
                 format!("{owner}: collision size"),
-                length,
-                format!("0 to {MAX_COORDINATE} m is allowed"),
+                format!("{length} m"),
+                format!("0 to {longest:.2} m is allowed, 1 m and twice the length of this robot"),
             )),
         }
     }
@@ -297,5 +327,45 @@ impl Checker<'_> {
             ));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::check;
+
+    fn robot(shape: &str, links: usize) -> urdf_rs::Robot {
+        let mut text = "<robot name='r'>".to_owned();
+        for index in 0..links {
+            text += &format!(
+                "<link name='l{index}'><collision><geometry>{shape}</geometry></collision></link>"
+            );
+        }
+        for index in 1..links {
+            let parent = index - 1;
+            text += &format!(
+                "<joint name='j{index}' type='fixed'><parent link='l{parent}'/>\
+                 <child link='l{index}'/><origin xyz='0 0 0.5'/></joint>"
+            );
+        }
+        urdf_rs::read_from_string(&(text + "</robot>")).unwrap()
+    }
+
+    #[test]
+    fn a_shape_longer_than_the_robot_is_refused_with_its_link() {
+        let refused = |shape: &str| check("r.urdf", &robot(shape, 3)).unwrap_err().to_string();
+        let said = refused("<capsule radius='0.1' length='17'/>");
+        for part in ["link 'l0'", "17 m", "0 to 3.00 m"] {
+            assert!(said.contains(part), "{said}");
+        }
+        assert!(refused("<sphere radius='1.6'/>").contains("3.2 m"));
+        assert!(check("r.urdf", &robot("<sphere radius='1.4'/>", 3)).is_ok());
+    }
+
+    #[test]
+    fn a_robot_of_too_many_links_is_refused_at_once() {
+        let said = check("r.urdf", &robot("<sphere radius='0.1'/>", 513)).unwrap_err();
+        assert!(said.to_string().contains("513"), "{said}");
+        assert!(check("r.urdf", &robot("<sphere radius='0.1'/>", 512)).is_ok());
     }
 }
