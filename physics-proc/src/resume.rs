@@ -110,6 +110,11 @@ fn resume(file: &SlotFile, run: u64, plant: &mut Plant) {
         let (head, state) = bytes.split_at_checked(HEAD_BYTES)?;
         (head == run.to_le_bytes()).then_some(state)
     });
+    if file.was_damaged() {
+        eprintln!(
+            "warning: {FILE} in the run directory is damaged: physics may start from the beginning"
+        );
+    }
     let Some(state) = ours else {
         eprintln!("warning: physics before this one kept no state; the scene starts again");
         return;

@@ -28,6 +28,7 @@ pub struct SlotFile {
     capacity: usize,
     slots: usize,
     next: usize,
+    damaged: bool,
 }
 
 impl SlotFile {
@@ -55,9 +56,15 @@ impl SlotFile {
             capacity,
             slots,
             next: 0,
+            damaged: false,
         };
         let wanted = [MAGIC, capacity as u64, slots as u64];
         let found = [0, 1, 2].map(|i| this.memory.words()[i].load(Ordering::Relaxed));
+        this.damaged = if found == wanted {
+            (0..slots).any(|slot| this.is_damaged_slot(slot))
+        } else {
+            found[0] != 0
+        };
         if found != wanted {
             this.clear();
             for (word, value) in this.memory.words().iter().zip(wanted).rev() {
@@ -70,6 +77,19 @@ impl SlotFile {
             None => 0,
         };
         Ok(this)
+    }
+
+    /// Whether the file was damaged, or of another layout, when it was opened: records
+    /// of it are lost. One that was being written when its writer was killed does not
+    /// count.
+    pub fn was_damaged(&self) -> bool {
+        self.damaged
+    }
+
+    /// Neither empty, nor being written, nor whole.
+    fn is_damaged_slot(&self, slot: usize) -> bool {
+        let stored = self.slot(slot)[2].load(Ordering::Acquire);
+        stored != 0 && stored != u64::MAX && self.read(slot).is_none()
     }
 
     /// Largest record in bytes.
@@ -239,11 +259,27 @@ mod tests {
     }
 
     #[test]
+    fn damage_is_noticed_and_a_write_that_was_cut_off_is_none() {
+        let place = TestFile::new("damage");
+        let mut file = SlotFile::open(&place.0, 64).unwrap();
+        file.write(1, &[1; 64]);
+        file.write(2, &[2; 64]);
+        let reopened = || SlotFile::open(&place.0, 64).unwrap();
+        assert!(!reopened().was_damaged());
+        file.slot(0)[2].store(u64::MAX, Ordering::Relaxed);
+        assert!(!reopened().was_damaged());
+        file.slot(1)[SLOT_HEADER].store(7, Ordering::Relaxed);
+        assert!(reopened().was_damaged());
+    }
+
+    #[test]
     fn foreign_content_is_not_taken_for_ours() {
         let place = TestFile::new("foreign");
         std::fs::write(&place.0, vec![0x5a; 5000]).unwrap();
-        assert_eq!(SlotFile::open(&place.0, 64).unwrap().newest(), None);
+        let file = SlotFile::open(&place.0, 64).unwrap();
+        assert!(file.newest().is_none() && file.was_damaged());
         let mut file = SlotFile::open(&place.0, 64).unwrap();
+        assert!(!file.was_damaged());
         file.write(1, b"ours");
         assert_eq!(
             SlotFile::open(&place.0, 128).unwrap().newest(),

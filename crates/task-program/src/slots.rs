@@ -67,8 +67,15 @@ impl Slots {
         let capacity = HEAD_BYTES + size_of::<Decision>() + usize::try_from(MAX_BYTES).unwrap_or(0);
         let open = |name: &str, slots: usize| {
             let path = run_dir.join(name);
-            SlotFile::with_slots(&path, capacity, slots)
-                .map_err(|source| SlotsError { path, source })
+            let file = SlotFile::with_slots(&path, capacity, slots);
+            if file.as_ref().is_ok_and(SlotFile::was_damaged) {
+                let path = path.display();
+                eprintln!(
+                    "warning: {path} is damaged: without its newest checkpoint the task decides \
+                     from what it sees"
+                );
+            }
+            file.map_err(|source| SlotsError { path, source })
         };
         let (file, history) = (open(FILE, 2)?, open(HISTORY_FILE, HISTORY)?);
         let seq = |file: &SlotFile| file.newest().map_or(0, |(seq, _)| seq);

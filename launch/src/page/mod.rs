@@ -67,6 +67,24 @@ pub(crate) fn link(page: &PageSpec) -> Option<String> {
     Some(link_with(page.address, &secrets.operator_token))
 }
 
+/// The page, with the cookie of an operator, for a browser of ours: a link would be
+/// used up by it. `None` when it cannot be read.
+pub(crate) fn entry(page: &PageSpec) -> Option<Entry> {
+    let secrets = PageSecrets::load(&page.secrets).ok()?;
+    Some(Entry {
+        url: format!("http://{}/", reachable(page.address)),
+        cookie_name: PageSecrets::cookie_name(page.address.port()),
+        cookie: secrets.operator_cookie,
+    })
+}
+
+/// See [`entry`].
+pub(crate) struct Entry {
+    pub(crate) url: String,
+    pub(crate) cookie_name: String,
+    pub(crate) cookie: String,
+}
+
 /// What `run` says about the page, line by line; the first is the bare link.
 pub(crate) fn lines(page: &PageSpec, secrets: &PageSecrets) -> Vec<String> {
     let mut lines = vec![link_with(page.address, &secrets.operator_token)];
@@ -84,15 +102,16 @@ pub(crate) fn lines(page: &PageSpec, secrets: &PageSecrets) -> Vec<String> {
 
 /// An address that means every interface is no place to go to: from this
 /// machine it is loopback.
-fn link_with(address: SocketAddr, token: &str) -> String {
+fn reachable(address: SocketAddr) -> SocketAddr {
     let ip = match address.ip() {
         ip if ip.is_unspecified() => IpAddr::V4(Ipv4Addr::LOCALHOST),
         ip => ip,
     };
-    format!(
-        "http://{}/?token={token}",
-        SocketAddr::new(ip, address.port())
-    )
+    SocketAddr::new(ip, address.port())
+}
+
+fn link_with(address: SocketAddr, token: &str) -> String {
+    format!("http://{}/?token={token}", reachable(address))
 }
 
 #[cfg(test)]

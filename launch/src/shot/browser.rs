@@ -80,6 +80,13 @@ impl Browser {
         Ok(browser)
     }
 
+    /// Sets a cookie of `url`.
+    pub(crate) fn set_cookie(&mut self, url: &str, name: &str, value: &str) -> Result<(), Failure> {
+        let cookie = json!({"url": url, "name": name, "value": value});
+        self.call("Network.setCookie", &cookie)?;
+        Ok(())
+    }
+
     /// Goes to `url`.
     pub(crate) fn open(&mut self, url: &str) -> Result<(), Failure> {
         let gone = self.call("Page.navigate", &json!({"url": url}))?;

@@ -9,7 +9,7 @@ use crate::cli::ShotArgs;
 use crate::client::Session;
 use crate::client::picture::Picture;
 use crate::failure::{Code, Context, Failure};
-use crate::page;
+use crate::page::{self, Entry};
 use crate::rundir::RunDir;
 
 /// Starting a cell, or computing some minutes of it, takes a while.
@@ -17,7 +17,7 @@ const PATIENCE: Duration = Duration::from_secs(180);
 
 /// See the module. A cell that was started for the picture ends with it.
 pub(crate) struct Shown {
-    link: String,
+    entry: Entry,
     _own: Option<Own>,
 }
 
@@ -31,7 +31,7 @@ impl Shown {
     pub(crate) fn of(args: &ShotArgs) -> Result<Self, Failure> {
         let Some(demo) = &args.demo else {
             return Ok(Self {
-                link: link(&Session::of(&args.cell.cell)?)?,
+                entry: entry(&Session::of(&args.cell.cell)?)?,
                 _own: None,
             });
         };
@@ -48,19 +48,19 @@ impl Shown {
             own.run_to(ticks)?;
         }
         Ok(Self {
-            link: link(&session)?,
+            entry: entry(&session)?,
             _own: Some(own),
         })
     }
 
-    /// Link to its page.
-    pub(crate) fn link(&self) -> &str {
-        &self.link
+    /// Its page.
+    pub(crate) fn entry(&self) -> &Entry {
+        &self.entry
     }
 }
 
-fn link(session: &Session) -> Result<String, Failure> {
-    let page = session.spec.page.as_ref().and_then(page::link);
+fn entry(session: &Session) -> Result<Entry, Failure> {
+    let page = session.spec.page.as_ref().and_then(page::entry);
     page.ok_or_else(|| {
         Failure::configuration(
             "this cell was started with --headless and has no page to take a picture of",

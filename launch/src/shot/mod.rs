@@ -27,7 +27,12 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     cell_rt::signal::install_stop_handler().cannot("listen to signals")?;
     let shown = Shown::of(args)?;
     let (width, height) = args.size;
+    // A browser without a GPU takes every core for seconds; the cell goes first. The
+    // browser inherits this.
+    cell_rt::priority::set_idle().ok();
     let mut browser = Browser::start(width, height)?;
+    let entry = shown.entry();
+    browser.set_cookie(&entry.url, &entry.cookie_name, &entry.cookie)?;
     let mut fragment: Vec<String> = args.view.iter().cloned().collect();
     // The first of a name counts.
     fragment.push("quality=0".to_owned());
@@ -35,7 +40,7 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     if let (Some(time), None) = (args.time, &args.demo) {
         fragment.push(format!("time={time}"));
     }
-    browser.open(&format!("{}#{}", shown.link(), fragment.join("&")))?;
+    browser.open(&format!("{}#{}", entry.url, fragment.join("&")))?;
     let since = Instant::now();
     while browser.evaluate(SETTLED)? != serde_json::Value::Bool(true) {
         not_stopped()?;

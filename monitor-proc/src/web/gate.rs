@@ -60,9 +60,7 @@ impl Keys {
 impl Gate {
     /// The gate of a server that listens at `address`.
     pub fn new(address: SocketAddr, secrets: PageSecrets) -> Self {
-        // Cookies of one host are shared by its ports: the name tells the cells
-        // apart.
-        let cookie = format!("robocell_{}", address.port());
+        let cookie = PageSecrets::cookie_name(address.port());
         let keys = Keys {
             secrets,
             used: String::new(),

@@ -335,20 +335,20 @@ mod tests {
     use super::check;
 
     fn robot(shape: &str, links: usize) -> urdf_rs::Robot {
-        let mut text = "<robot name='r'>".to_owned();
-        for index in 0..links {
-            text += &format!(
+        let link = |index: usize| {
+            format!(
                 "<link name='l{index}'><collision><geometry>{shape}</geometry></collision></link>"
-            );
-        }
-        for index in 1..links {
+            )
+        };
+        let joint = |index: usize| {
             let parent = index - 1;
-            text += &format!(
+            format!(
                 "<joint name='j{index}' type='fixed'><parent link='l{parent}'/>\
                  <child link='l{index}'/><origin xyz='0 0 0.5'/></joint>"
-            );
-        }
-        urdf_rs::read_from_string(&(text + "</robot>")).unwrap()
+            )
+        };
+        let parts: String = (0..links).map(link).chain((1..links).map(joint)).collect();
+        urdf_rs::read_from_string(&format!("<robot name='r'>{parts}</robot>")).unwrap()
     }
 
     #[test]

@@ -49,6 +49,12 @@ impl PageSecrets {
         })
     }
 
+    /// Name of the cookie of a page at `port`. The ports of a host share their cookies,
+    /// so the name tells the cells apart.
+    pub fn cookie_name(port: u16) -> String {
+        format!("robocell_{port}")
+    }
+
     /// Writes them to `path`, mode 0600.
     ///
     /// # Errors
