@@ -17,6 +17,7 @@ mod descriptor_common;
 #[cfg(feature = "schema")]
 mod descriptor_schema;
 mod equipment;
+mod hold_times;
 mod kill_sweep;
 mod licences;
 mod lockstep;
