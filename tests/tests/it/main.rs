@@ -32,3 +32,4 @@ mod scripts;
 mod stacking;
 mod supervision;
 mod task_program;
+mod zombie;
