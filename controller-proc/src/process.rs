@@ -163,6 +163,10 @@ impl ControllerProcess {
             counts.fenced + states.fenced,
         );
         self.health
+            .refused("decision", self.decision.take_invalid(), now_ns);
+        self.health
+            .refused("state", self.state.take_invalid(), now_ns);
+        self.health
             .publish_if_due(self.answered.map_or(0, |(_, tick)| tick), now_ns);
     }
 

@@ -157,8 +157,14 @@ impl Validate for WorldPiece {
         Check::count("count", self.count, PIECE_OBJECTS)?;
         for object in self.objects() {
             Check::count("index", object.index, MAX_OBJECTS - 1)?;
+            object.state.pose.check()?;
+            object.state.twist.check()?;
         }
-        Ok(())
+        for arm in &self.arms[..self.arm_count as usize] {
+            arm.validate()?;
+        }
+        self.panel.check()?;
+        self.equipment.validate()
     }
 }
 

@@ -30,6 +30,17 @@ impl<const N: usize> Text<N> {
         Self { bytes }
     }
 
+    /// What `arguments` print, cut at the last character that fits. Allocates nothing.
+    pub fn format(arguments: core::fmt::Arguments<'_>) -> Self {
+        let mut cut = CutOff {
+            bytes: [0; N],
+            used: 0,
+        };
+        // It refuses what does not fit, which is cut off.
+        let _fits = core::fmt::write(&mut cut, arguments).is_ok();
+        Self { bytes: cut.bytes }
+    }
+
     /// The text; empty where the bytes are not UTF-8.
     pub fn as_str(&self) -> &str {
         let end = self.bytes.iter().position(|b| *b == 0).unwrap_or(N);
@@ -76,6 +87,28 @@ impl<const N: usize> core::fmt::Display for Text<N> {
 impl<const N: usize> From<&str> for Text<N> {
     fn from(text: &str) -> Self {
         Self::new(text)
+    }
+}
+
+/// The first characters of what is written.
+struct CutOff<const N: usize> {
+    bytes: [u8; N],
+    used: usize,
+}
+
+impl<const N: usize> core::fmt::Write for CutOff<N> {
+    fn write_str(&mut self, text: &str) -> core::fmt::Result {
+        let mut end = text.len().min(N - self.used);
+        while !text.is_char_boundary(end) {
+            end -= 1;
+        }
+        self.bytes[self.used..][..end].copy_from_slice(&text.as_bytes()[..end]);
+        self.used += end;
+        if end == text.len() {
+            Ok(())
+        } else {
+            Err(core::fmt::Error)
+        }
     }
 }
 

@@ -12,6 +12,10 @@ pub unsafe trait Wire: Copy + Send + Sync + 'static {
     /// Hash of the names, offsets and types of all fields, recursively.
     const SCHEMA: u64;
 
+    /// Calls `visit` with name and byte offset of every `f64` in the type, which is
+    /// called `name` and begins at `offset`. For tests that damage messages.
+    fn each_float(_name: &str, _offset: usize, _visit: &mut dyn FnMut(&str, usize)) {}
+
     /// The message of all zeros, which is a valid value of every [`Wire`] type.
     fn zeroed() -> Self {
         // SAFETY: every bit pattern is a valid value (contract of the trait).
@@ -94,11 +98,30 @@ macro_rules! primitive {
         }
     )*};
 }
-primitive!(u8, u32, u64, i64, f64);
+primitive!(u8, u32, u64, i64);
+
+// SAFETY: a number has no padding and no invalid bit pattern.
+unsafe impl Wire for f64 {
+    const SCHEMA: u64 = hash_start("f64");
+
+    fn each_float(name: &str, offset: usize, visit: &mut dyn FnMut(&str, usize)) {
+        visit(name, offset);
+    }
+}
 
 // SAFETY: an array has no padding of its own.
 unsafe impl<T: Wire, const N: usize> Wire for [T; N] {
     const SCHEMA: u64 = hash_u64(hash_u64(hash_start("array"), T::SCHEMA), N as u64);
+
+    fn each_float(name: &str, offset: usize, visit: &mut dyn FnMut(&str, usize)) {
+        for index in 0..N {
+            T::each_float(
+                &format!("{name}[{index}]"),
+                offset + index * size_of::<T>(),
+                visit,
+            );
+        }
+    }
 }
 
 /// Declares a `repr(C)` struct as [`Wire`] data, and as a message that iceoryx2
@@ -129,6 +152,16 @@ macro_rules! wire {
                 )*
                 $crate::wire::hash_u64(hash, size_of::<$name>() as u64)
             };
+
+            fn each_float(name: &str, offset: usize, visit: &mut dyn FnMut(&str, usize)) {
+                $(
+                    <$ty as $crate::wire::Wire>::each_float(
+                        &format!("{name}.{}", stringify!($field)),
+                        offset + core::mem::offset_of!($name, $field),
+                        visit,
+                    );
+                )*
+            }
         }
 
         // SAFETY: Wire data has no pointer and no resource; it means the same in

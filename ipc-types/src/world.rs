@@ -273,16 +273,21 @@ impl Validate for WorldState {
             object.pose.check()?;
             object.twist.check()?;
         }
-        if self.panel.target_seq > 0 {
-            self.panel.target.check()?;
+        self.panel.check()?;
+        self.equipment.validate()
+    }
+}
+
+impl OperatorPanel {
+    pub(crate) fn check(&self) -> Result<(), Invalid> {
+        if self.target_seq > 0 {
+            self.target.check()?;
         }
-        Check::count("panel.target_arm", self.panel.target_arm, MAX_ARMS - 1)?;
-        self.equipment.validate()?;
-        let gripper = self.panel.gripper;
+        Check::count("panel.target_arm", self.target_arm, MAX_ARMS - 1)?;
         Check::code(
             "panel.gripper",
-            gripper,
-            crate::GripperGoal::from_code(gripper).is_some(),
+            self.gripper,
+            crate::GripperGoal::from_code(self.gripper).is_some(),
         )
     }
 }

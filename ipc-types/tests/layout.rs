@@ -1,6 +1,8 @@
 //! Size and alignment of every message: a change here is a change of the
 //! contract and belongs into the changelog.
 
+mod damage;
+
 use ipc_types::*;
 
 #[test]

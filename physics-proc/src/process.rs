@@ -235,6 +235,13 @@ impl PhysicsProcess {
             .chain([self.decision.subscriber().counts()])
             .fold((0, 0), |(r, f), c| (r + c.rejected, f + c.fenced));
         self.health.totals(self.overruns, rejected, fenced);
+        let now_ns = self.published_ns[index(self.tick)];
+        for command in &mut self.commands {
+            self.health
+                .refused("command", command.take_invalid(), now_ns);
+        }
+        let invalid = self.decision.take_invalid();
+        self.health.refused("decision", invalid, now_ns);
         self.ring();
         self.tap.publish(self.state.header());
     }

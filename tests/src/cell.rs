@@ -140,6 +140,14 @@ impl TestCell {
     /// # Panics
     /// Where the cell has no run file or no bus.
     pub fn join(&self) -> Bus {
+        self.join_as(1)
+    }
+
+    /// Joins its bus as start number `generation` of whatever it publishes.
+    ///
+    /// # Panics
+    /// As [`Self::join`].
+    pub fn join_as(&self, generation: u32) -> Bus {
         let text = std::fs::read_to_string(self.run_dir().join("run.json")).expect("a run file");
         let spec: Value = serde_json::from_str(&text).expect("JSON");
         let word = |key: &str| spec[key].as_str().expect("a text").to_owned();
@@ -147,7 +155,13 @@ impl TestCell {
             root: word("root").into(),
             prefix: word("prefix"),
         };
-        Bus::join(&site, spec["run"].as_u64().expect("a number"), 1, "test").expect("a bus")
+        Bus::join(
+            &site,
+            spec["run"].as_u64().expect("a number"),
+            generation,
+            "test",
+        )
+        .expect("a bus")
     }
 
     /// Whether the launcher has not ended.

@@ -210,6 +210,11 @@ impl<T: TopicMessage> Latest<T> {
         self.copy.as_deref()
     }
 
+    /// As [`Subscriber::take_invalid`].
+    pub fn take_invalid(&mut self) -> Option<Invalid> {
+        self.subscriber.take_invalid()
+    }
+
     /// The reading end underneath, for its counts.
     pub fn subscriber(&self) -> &Subscriber<T> {
         &self.subscriber

@@ -4,12 +4,15 @@ use cell_bus::{Bus, BusError, Publisher};
 use cell_rt::Histogram;
 use ipc_types::health::Scheduling;
 use ipc_types::topic::{Process, TopicId};
-use ipc_types::{Header, Health, Text};
+use ipc_types::{Header, Health, Invalid, Text};
 
 /// Period of the message (ns).
 const PERIOD_NS: u64 = 10_000_000;
 /// Length of the window the figures are of (ns).
 const WINDOW_NS: u64 = 1_000_000_000;
+
+/// How long a refused message is told (ns).
+const REFUSED_NS: u64 = 5_000_000_000;
 
 /// Measures the cycles of a process and publishes how it is doing.
 pub struct HealthReporter {
@@ -21,6 +24,8 @@ pub struct HealthReporter {
     window_began_ns: u64,
     window_cycles: u64,
     next_ns: u64,
+    /// The newest message that was refused: its topic, why, and when it is forgotten.
+    refused: Option<(&'static str, Invalid, u64)>,
 }
 
 impl HealthReporter {
@@ -43,6 +48,7 @@ impl HealthReporter {
             window_began_ns: cell_rt::monotonic_ns(),
             window_cycles: 0,
             next_ns: 0,
+            refused: None,
         })
     }
 
@@ -79,6 +85,14 @@ impl HealthReporter {
         }
     }
 
+    /// A message of `topic` was refused, if `invalid` says why. It is told for some
+    /// seconds where there is no other note.
+    pub fn refused(&mut self, topic: &'static str, invalid: Option<Invalid>, now_ns: u64) {
+        if let Some(invalid) = invalid {
+            self.refused = Some((topic, invalid, now_ns + REFUSED_NS));
+        }
+    }
+
     /// Publishes if it is time; `tick` is the newest this process has seen.
     pub fn publish_if_due(&mut self, tick: u64, now_ns: u64) {
         if now_ns < self.next_ns {
@@ -91,9 +105,13 @@ impl HealthReporter {
             self.window_began_ns = now_ns;
         }
         self.message.header = Header::caused_by::<Health>(tick);
-        let message = &self.message;
+        self.refused.take_if(|(.., until_ns)| now_ns > *until_ns);
+        let mut message = self.message;
+        if let (true, Some((topic, invalid, _))) = (message.note.is_empty(), &self.refused) {
+            message.note = Text::format(format_args!("refused a {topic}: {invalid}"));
+        }
         // A message that was not sent is followed by another in 10 ms.
-        let _sent = self.publisher.publish(|slot| *slot = *message).is_ok();
+        let _sent = self.publisher.publish(|slot| *slot = message).is_ok();
     }
 
     fn close_window(&mut self, window_ns: u64) {

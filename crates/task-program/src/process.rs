@@ -134,6 +134,10 @@ impl TaskProcess {
         }
         let now_ns = monotonic_ns();
         self.draw_while_nothing_moves(now_ns);
+        let counts = self.state.counts();
+        self.health.totals(0, counts.rejected, counts.fenced);
+        self.health
+            .refused("state", self.state.take_invalid(), now_ns);
         self.health
             .publish_if_due(self.decided.map_or(0, |(_, tick)| tick), now_ns);
         self.decision.update_connections();

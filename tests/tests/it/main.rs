@@ -28,6 +28,7 @@ mod random_kills;
 mod replay;
 mod restart_latency;
 mod resume;
+mod rogue;
 mod scripts;
 mod stacking;
 mod supervision;
