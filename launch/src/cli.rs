@@ -48,7 +48,7 @@ pub enum Command {
     /// Stop a running cell
     Down(CellArgs),
     /// Check this machine and say how to fix what is missing
-    Doctor(ReportArgs),
+    Doctor(DoctorArgs),
     /// Print what the processes of a cell wrote
     Logs(LogsArgs),
     /// Put another scene in the place of the one that runs; it waits for `resume`
@@ -264,6 +264,18 @@ pub struct ReportArgs {
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub cell: CellArgs,
+}
+
+/// `robocell doctor`.
+#[derive(Clone, Debug, Args)]
+pub struct DoctorArgs {
+    /// Run a loop of 1 kHz for ten seconds, and judge whether this machine keeps time (exit
+    /// code 3 where it does not)
+    #[arg(long)]
+    pub measure: bool,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub report: ReportArgs,
 }
 
 /// `robocell top`.

@@ -15,6 +15,7 @@ pub mod histogram;
 pub mod limits;
 pub mod lock;
 pub mod memory;
+pub mod overrun;
 pub mod periodic;
 pub mod priority;
 pub mod process;

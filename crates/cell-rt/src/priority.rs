@@ -11,6 +11,10 @@ pub const CONTROLLER_PRIORITY: i32 = 75;
 /// a busy machine stops no decision.
 pub const TASK_PRIORITY: i32 = 70;
 
+/// `SCHED_FIFO` priority of a launcher while its cell runs: it only looks, and a
+/// process that was killed on a busy machine shall be back soon.
+pub const LAUNCHER_PRIORITY: i32 = 65;
+
 /// What a process was granted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Granted {

@@ -81,6 +81,11 @@ impl OneProcess {
         &self.state
     }
 
+    /// What the task remembers.
+    pub fn task_checkpoint(&self) -> Vec<u8> {
+        self.task.checkpoint()
+    }
+
     /// The newest decision.
     pub fn decision(&self) -> &Decision {
         &self.decision

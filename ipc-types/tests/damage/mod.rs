@@ -1,4 +1,10 @@
 //! What is not a number, or no plausible one, in any field of any message.
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "capacities of messages are small, and a test that cannot continue has failed"
+)]
 
 use ipc_types::tap::PIECE_OBJECTS;
 use ipc_types::{

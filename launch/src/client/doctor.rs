@@ -6,7 +6,8 @@ use cell_rt::memory::{free_bytes, is_tmpfs};
 use cell_rt::priority::{PHYSICS_PRIORITY, probe_fifo};
 use serde::Serialize;
 
-use crate::cli::ReportArgs;
+use super::measure::{Measured, measure};
+use crate::cli::{DoctorArgs, ReportArgs};
 use crate::failure::{Code, Failure};
 use crate::leftovers::Leftovers;
 use crate::programs::beside;
@@ -15,6 +16,9 @@ use crate::say;
 
 /// Where shared memory lives.
 const SHM: &str = "/dev/shm";
+
+/// How long `--measure` takes (s).
+const SECONDS: u64 = 10;
 
 /// How a check went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -53,8 +57,15 @@ impl Check {
     }
 }
 
+/// With `--measure --json`.
+#[derive(Serialize)]
+struct Report<'a> {
+    checks: &'a [Check],
+    measured: &'a Measured,
+}
+
 /// Checks this machine. Exit code 3 where a cell could not run at all.
-pub(crate) fn doctor(args: &ReportArgs) -> Result<(), Failure> {
+pub(crate) fn doctor(args: &DoctorArgs) -> Result<(), Failure> {
     let checks = [
         programs(),
         real_time(),
@@ -62,12 +73,24 @@ pub(crate) fn doctor(args: &ReportArgs) -> Result<(), Failure> {
         cores(),
         shared_memory(),
         run_directory(),
-        leftovers(args),
+        leftovers(&args.report),
     ];
-    if args.json {
-        say::line(serde_json::to_string(&checks).map_err(Failure::configuration)?);
+    let measured = args.measure.then(|| measure(SECONDS)).transpose()?;
+    if args.report.json {
+        let text = match &measured {
+            None => serde_json::to_string(&checks),
+            Some(measured) => serde_json::to_string(&Report {
+                checks: &checks,
+                measured,
+            }),
+        };
+        say::line(text.map_err(Failure::configuration)?);
     } else {
         checks.iter().for_each(print);
+        measured.iter().for_each(say::line);
+    }
+    if measured.is_some_and(|measured| measured.verdict == "unfit") {
+        return Err(Failure::silent(Code::Configuration));
     }
     if checks.iter().any(|check| check.verdict == Severity::Fail) {
         return Err(Failure::silent(Code::Configuration));

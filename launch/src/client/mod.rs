@@ -6,6 +6,7 @@ mod hand;
 mod list;
 mod load;
 mod logs;
+mod measure;
 mod operate;
 pub(crate) mod picture;
 mod scene;

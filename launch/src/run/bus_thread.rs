@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 
 use cell_bus::{Bus, Keeper, OperatorClient, RunSite, Subscriber};
 use cell_rt::clock::monotonic_ns;
+use cell_rt::priority::{LAUNCHER_PRIORITY, set_fifo};
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{Decision, Health, OperatorRequest, Wire, WorldState};
@@ -182,6 +183,8 @@ impl Ports {
 
     /// Until the main thread drops its end.
     fn serve(mut self, news: &Mutex<News>, requests: &Receiver<(OperatorAction, u32)>) {
+        // As for the thread it tells.
+        set_fifo(LAUNCHER_PRIORITY).ok();
         let mut before_ns = monotonic_ns();
         loop {
             let answer = match requests.recv_timeout(TURN) {

@@ -7,6 +7,7 @@ use cell_model::runs::script_report;
 use cell_model::runs::spec::{PageSecrets, RunSpec};
 use cell_model::runs::summary::{RunFacts, RunSummary};
 use cell_rt::clock::monotonic_ns;
+use cell_rt::priority::{LAUNCHER_PRIORITY, set_fifo, set_other};
 use cell_rt::process::{SIGCONT, SIGSTOP, private_umask};
 use cell_rt::signal::{install_stop_handler, stop_count};
 use ipc_types::decision::Outcome;
@@ -220,6 +221,8 @@ impl LiveCell {
     /// Keeps the cell running to its end; `look` is called at every turn.
     pub fn stay(mut self, mut look: impl FnMut(&mut Self)) -> End {
         let mut swept = false;
+        // Where it is refused, a busy machine delays restarts.
+        set_fifo(LAUNCHER_PRIORITY).ok();
         while !self.supervisor.is_down() {
             self.turn();
             if !swept && self.is_ready() {
@@ -229,6 +232,7 @@ impl LiveCell {
             look(&mut self);
             std::thread::sleep(TURN);
         }
+        set_other().ok();
         let Self {
             children,
             bus,

@@ -45,15 +45,15 @@ impl Watch {
     pub(super) fn take(&mut self, news: News) -> Vec<Event> {
         self.state = news.state.or(self.state.take());
         self.decision = news.decision.or(self.decision.take());
-        let mut events = Vec::new();
+        // Before the signs of life: they came during that time, which is long where this
+        // thread was not scheduled. Silence is what no sign of life follows.
+        let mut events = vec![Event::Listened {
+            ns: news.listened_ns,
+        }];
         for (process, health) in news.healths {
             let pulse = self.pulses.iter_mut().find(|p| p.process == process);
             events.extend(pulse.map(|pulse| pulse.take(health)));
         }
-        // After the signs of life: what is left is silence.
-        events.push(Event::Listened {
-            ns: news.listened_ns,
-        });
         events
     }
 
@@ -98,5 +98,70 @@ impl Pulse {
         };
         self.newest = Some(health);
         event
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ipc_types::{Header, Wire};
+
+    use crate::supervisor::{Action, Rules, Supervisor};
+
+    /// What a launcher hears that was not scheduled for `gap_ns`, while the processes
+    /// worked.
+    fn news(cycles: u64, gap_ns: u64) -> News {
+        let mut health = Health::zeroed();
+        health.header = Header {
+            generation: 1,
+            ..Header::caused_by::<Health>(cycles)
+        };
+        (health.cycles, health.scheduling) = (cycles, Scheduling::Fifo.code());
+        News {
+            healths: vec![(Process::Physics, Box::new(health))],
+            listened_ns: gap_ns,
+            ..News::default()
+        }
+    }
+
+    #[test]
+    fn a_launcher_that_was_not_scheduled_takes_no_process_for_hung() {
+        let rules = Rules {
+            watchdog: true,
+            lockstep: false,
+        };
+        let mut supervisor = Supervisor::new(&[Process::Physics], rules);
+        let mut watch = Watch::new(&[Process::Physics]);
+        let mut actions = Vec::new();
+        supervisor.poll(0, &mut actions);
+        for (step, gap_ns) in [5_000_000, 5_000_000, 300_000_000, 5_000_000]
+            .into_iter()
+            .enumerate()
+        {
+            let step = step as u64;
+            for event in watch.take(news(10 * (step + 1), gap_ns)) {
+                supervisor.handle(step, event, &mut actions);
+            }
+            supervisor.poll(step, &mut actions);
+        }
+        let killed = actions
+            .iter()
+            .any(|action| matches!(action, Action::Kill { .. }));
+        assert!(!killed, "{actions:?}");
+        // Silence is noticed all the same.
+        for step in 10..40 {
+            let silent = News {
+                listened_ns: 10_000_000,
+                ..News::default()
+            };
+            for event in watch.take(silent) {
+                supervisor.handle(step, event, &mut actions);
+            }
+            supervisor.poll(step, &mut actions);
+        }
+        let killed = actions
+            .iter()
+            .any(|action| matches!(action, Action::Kill { .. }));
+        assert!(killed, "{actions:?}");
     }
 }

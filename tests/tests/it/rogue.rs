@@ -71,8 +71,7 @@ fn decisions_and_commands_that_are_no_numbers_are_counted_named_and_mean_hold() 
         let (refused, note) = note(bus, Process::Physics);
         let state: WorldState = newest(bus, TopicId::WorldState);
         let holds = state.arms()[0].stop_action >= StopAction::Hold.code();
-        refused > 3 && note.starts_with("refused a command: joint_positions[3] is 1e30") && holds
-            || refused > 3 && holds && note.contains("joint_positions[3]")
+        refused > 3 && holds && note.starts_with("refused a command: joint_positions[3] is 1")
     });
     let status = cell.wait_up();
     assert_eq!(status["limit_violations"], 0);
@@ -86,8 +85,16 @@ fn random_bytes_of_the_right_type_end_no_process() {
     let cell = TestCell::start(&["franka-stack", "--headless", "--no-watchdog"]);
     cell.wait_up();
     let mut state = 7_u64;
-    let mut random = move || (robocell_tests::random(&mut state) * 256.0) as u8;
-    let mut scramble = move |bytes: usize| -> Vec<u8> { (0..bytes).map(|_| random()).collect() };
+    let mut scramble = move |bytes: usize| -> Vec<u8> {
+        let words = (0..bytes.div_ceil(8)).map(|_| {
+            // A generator of its own: bytes of fractions are not random.
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            state.to_le_bytes()
+        });
+        words.flatten().take(bytes).collect()
+    };
     let mut left = 200;
     send(
         &cell,

@@ -1,0 +1,158 @@
+//! Why a cycle was late: what the kernel counted between two looks.
+
+use std::fs;
+
+/// Counters of the calling thread and its machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Page faults that needed a disk.
+    pub major_faults: u64,
+    /// Page faults that did not.
+    pub minor_faults: u64,
+    /// Times the kernel took the core away.
+    pub preemptions: u64,
+    /// Time it was ready to run and had no core (ns).
+    pub run_delay_ns: u64,
+    /// Time other virtual machines had the cores of this one (ns, in steps of 10 ms).
+    pub steal_ns: u64,
+}
+
+impl Counters {
+    /// Now. What the kernel does not tell is 0. Reads two files: not for every cycle.
+    pub fn read() -> Self {
+        let usage = usage();
+        let sched = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+        let stat = fs::read_to_string("/proc/stat").unwrap_or_default();
+        let count = |value: libc::c_long| u64::try_from(value).unwrap_or(0);
+        Self {
+            major_faults: count(usage.ru_majflt),
+            minor_faults: count(usage.ru_minflt),
+            preemptions: count(usage.ru_nivcsw),
+            run_delay_ns: number(&sched, 1),
+            // The first line is `cpu`, then user, nice, system, idle, iowait, irq,
+            // softirq, steal in ticks of 10 ms (proc_stat(5)).
+            steal_ns: stat.lines().next().map_or(0, |line| number(line, 8)) * 10_000_000,
+        }
+    }
+
+    /// What was counted since `before`.
+    pub fn since(&self, before: &Self) -> Self {
+        Self {
+            major_faults: self.major_faults.saturating_sub(before.major_faults),
+            minor_faults: self.minor_faults.saturating_sub(before.minor_faults),
+            preemptions: self.preemptions.saturating_sub(before.preemptions),
+            run_delay_ns: self.run_delay_ns.saturating_sub(before.run_delay_ns),
+            steal_ns: self.steal_ns.saturating_sub(before.steal_ns),
+        }
+    }
+}
+
+fn number(line: &str, index: usize) -> u64 {
+    let word = line.split_whitespace().nth(index);
+    word.and_then(|word| word.parse().ok()).unwrap_or(0)
+}
+
+fn usage() -> libc::rusage {
+    // SAFETY: rusage is plain data, all zeros is a value of it.
+    let mut usage: libc::rusage = unsafe { core::mem::zeroed() };
+    // SAFETY: the pointer is to a live value; where it fails, that stays zero.
+    unsafe { libc::getrusage(libc::RUSAGE_THREAD, &raw mut usage) };
+    usage
+}
+
+/// What most of a delay is due to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Cause {
+    /// Its own work took too long.
+    OwnWork,
+    /// A page was not in memory.
+    PageFault,
+    /// Another thread had the core.
+    Preemption,
+    /// Another virtual machine had the core.
+    StealTime,
+    /// The kernel woke it up late, for none of these reasons.
+    WakeUp,
+}
+
+impl Cause {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::OwnWork,
+        Self::PageFault,
+        Self::Preemption,
+        Self::StealTime,
+        Self::WakeUp,
+    ];
+
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OwnWork => "own work",
+            Self::PageFault => "page fault",
+            Self::Preemption => "preemption",
+            Self::StealTime => "steal time",
+            Self::WakeUp => "wake-up",
+        }
+    }
+}
+
+/// Minor faults that explain a delay: one takes about a microsecond.
+const MANY_FAULTS: u64 = 20;
+
+/// The cause of a cycle that began `late_ns` after its deadline and worked for
+/// `body_ns`; `counted` is what was counted around it.
+pub fn cause(late_ns: u64, body_ns: u64, counted: &Counters) -> Cause {
+    let delay_ns = late_ns.max(body_ns);
+    if counted.major_faults > 0 || counted.minor_faults >= MANY_FAULTS {
+        Cause::PageFault
+    } else if counted.run_delay_ns >= delay_ns / 2 {
+        Cause::Preemption
+    } else if counted.steal_ns > 0 {
+        Cause::StealTime
+    } else if body_ns < late_ns {
+        Cause::WakeUp
+    } else if counted.preemptions > 0 {
+        Cause::Preemption
+    } else {
+        Cause::OwnWork
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_cause_is_told_from_what_was_counted() {
+        let none = Counters::default();
+        let ms = 1_000_000;
+        assert_eq!(cause(2 * ms, 100_000, &none), Cause::WakeUp);
+        assert_eq!(cause(0, 2 * ms, &none), Cause::OwnWork);
+        let counted = |change: fn(&mut Counters)| {
+            let mut counted = none;
+            change(&mut counted);
+            cause(2 * ms, 100_000, &counted)
+        };
+        assert_eq!(counted(|c| c.run_delay_ns = 1_900_000), Cause::Preemption);
+        assert_eq!(counted(|c| c.run_delay_ns = 100_000), Cause::WakeUp);
+        assert_eq!(counted(|c| c.steal_ns = 10_000_000), Cause::StealTime);
+        assert_eq!(counted(|c| c.major_faults = 1), Cause::PageFault);
+        assert_eq!(counted(|c| c.minor_faults = 3), Cause::WakeUp);
+        let preempted = Counters {
+            preemptions: 1,
+            ..none
+        };
+        assert_eq!(cause(0, 2 * ms, &preempted), Cause::Preemption);
+    }
+
+    #[test]
+    fn counters_of_this_thread_only_grow() {
+        let before = Counters::read();
+        let block = vec![1_u8; 8 << 20];
+        let after = Counters::read();
+        assert!(core::hint::black_box(&block)[4096] == 1);
+        assert!(after.since(&before).minor_faults > 0, "{after:?}");
+        assert_eq!(before.since(&after).minor_faults, 0);
+    }
+}

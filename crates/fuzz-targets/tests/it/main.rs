@@ -1,0 +1,57 @@
+//! The short run of every fuzz target.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test that cannot continue has failed"
+)]
+
+use fuzz_targets::mutate::{Random, mutated};
+use fuzz_targets::{TARGETS, Target};
+
+/// Changed inputs of each target; `ROBOCELL_FUZZ=N` asks for more.
+fn count() -> usize {
+    let asked = std::env::var("ROBOCELL_FUZZ").ok();
+    asked.and_then(|text| text.parse().ok()).unwrap_or(400)
+}
+
+/// On a failure the input is in the message's file.
+fn run(target: &Target, bytes: &[u8]) {
+    let outcome = std::panic::catch_unwind(|| (target.run)(bytes));
+    if outcome.is_err() {
+        let file = std::env::temp_dir().join(format!("robocell-fuzz-{}", target.name));
+        std::fs::write(&file, bytes).unwrap();
+        panic!("{} fails for the bytes in {}", target.name, file.display());
+    }
+}
+
+fn short(name: &str) {
+    let target = fuzz_targets::target(name).unwrap();
+    let corpus = (target.corpus)();
+    assert!(!corpus.is_empty(), "{name} has a corpus");
+    for input in &corpus {
+        run(&target, input);
+    }
+    let mut random = Random(7);
+    for _ in 0..count() {
+        let input = &corpus[random.below(corpus.len())];
+        run(&target, &mutated(input, &corpus, &mut random));
+    }
+}
+
+macro_rules! short {
+    ($($name:ident)*) => {
+        $(#[test]
+        fn $name() {
+            short(stringify!($name));
+        })*
+
+        #[test]
+        fn every_target_is_run() {
+            let names = [$(stringify!($name)),*];
+            assert_eq!(TARGETS.map(|target| target.name), names);
+        }
+    };
+}
+short! { cell tree machine matrix urdf xrdf tuning script command message recording checkpoint }
