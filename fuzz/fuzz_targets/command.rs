@@ -1,3 +1,7 @@
 #![no_main]
+#![allow(dead_code, unreachable_pub)]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| (fuzz_targets::target("command").unwrap().run)(bytes));
+#[path = "../../crates/fuzz-targets/tests/it/targets/mod.rs"]
+mod targets;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| (targets::target("command").unwrap().run)(bytes));

@@ -157,7 +157,8 @@ fn a_bin_the_operator_led_to_the_far_side_still_comes_to_its_place() {
     for [x, y, z] in [[0.6, 0.0, 0.5], [0.7, 0.3, 0.3]] {
         let script = format!(
             "{{\"at_s\":9,\"do\":\"task_pause\"}}\n\
-             {{\"at_s\":9.5,\"do\":\"target\",\"position\":[{x},{y},{z}]}}\n\
+             {{\"at_s\":9.5,\"do\":\"target\",\"position\":[{x},{y},{z}],\
+             \"orientation_wxyz\":[0,1,0,0]}}\n\
              {{\"at_s\":12,\"do\":\"task_resume\"}}\n"
         );
         let mut run = Run::with_script(1, 1, &script);

@@ -7,8 +7,10 @@
     reason = "a test that cannot continue has failed"
 )]
 
-use fuzz_targets::mutate::{Random, mutated};
-use fuzz_targets::{TARGETS, Target};
+mod targets;
+
+use targets::mutate::{Random, mutated};
+use targets::{TARGETS, Target, target};
 
 /// Changed inputs of each target; `ROBOCELL_FUZZ=N` asks for more.
 fn count() -> usize {
@@ -27,7 +29,7 @@ fn run(target: &Target, bytes: &[u8]) {
 }
 
 fn short(name: &str) {
-    let target = fuzz_targets::target(name).unwrap();
+    let target = target(name).unwrap();
     let corpus = (target.corpus)();
     assert!(!corpus.is_empty(), "{name} has a corpus");
     for input in &corpus {

@@ -7,7 +7,7 @@ use ipc_types::{
 };
 use monitor_proc::page::command::{self, Names};
 
-use crate::Target;
+use super::Target;
 
 pub(crate) const SCRIPT: Target = Target {
     name: "script",

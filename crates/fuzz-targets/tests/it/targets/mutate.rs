@@ -2,7 +2,7 @@
 //! finds in hours is not looked for here.
 
 /// A generator of equal sequences for equal seeds (splitmix64).
-pub struct Random(pub u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
     fn next(&mut self) -> u64 {
@@ -14,7 +14,7 @@ impl Random {
     }
 
     /// A number below `limit`; 0 for a limit of 0.
-    pub fn below(&mut self, limit: usize) -> usize {
+    pub(crate) fn below(&mut self, limit: usize) -> usize {
         usize::try_from(self.next() % (limit.max(1) as u64)).unwrap_or(0)
     }
 }
@@ -44,7 +44,7 @@ const VALUES: [&str; 20] = [
 ];
 
 /// `input` with one to four changes.
-pub fn mutated(input: &[u8], others: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
+pub(crate) fn mutated(input: &[u8], others: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
     let mut bytes = input.to_vec();
     for _ in 0..=random.below(4) {
         change(&mut bytes, others, random);

@@ -9,7 +9,7 @@ use cell_model::{Cell, Data};
 use cell_sim::{OneProcess, eval::template};
 use tempfile::TempDir;
 
-use crate::Target;
+use super::Target;
 
 pub(crate) const CELL: Target = Target {
     name: "cell",

@@ -9,7 +9,7 @@ use ipc_types::tap::KEYFRAME_BYTES;
 use physics_proc::world::{StepInput, World};
 use tempfile::NamedTempFile;
 
-use crate::Target;
+use super::Target;
 
 /// Demos with all kinds of policies.
 const DEMOS: [(&str, &str); 4] = [

@@ -5,7 +5,7 @@ use cell_sim::eval::template;
 use ipc_types::{ArmCommand, ArmStatus, Decision, Wire, WorldPiece};
 use serde_json::json;
 
-use crate::Target;
+use super::Target;
 
 pub(crate) const RECORDING: Target = Target {
     name: "recording",
