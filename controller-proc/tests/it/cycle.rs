@@ -199,7 +199,7 @@ fn an_arm_that_is_blocked_stops_pressing_and_moves_when_it_is_free() {
     assert!(stopped && worst < 0.6, "{worst}");
     assert!(
         least_after_stop < 0.1,
-        "it goes on pressing: {least_after_stop}"
+        "it still presses: {least_after_stop}"
     );
     bench.run_within_limits(4_000, true);
     assert_eq!(bench.status.stop_action, StopAction::None.code());

@@ -94,7 +94,7 @@ impl Measured {
             ("fit", _) => "real time works on this machine",
             (_, Some(name)) if name == Cause::StealTime.name() => {
                 "other virtual machines take the cores: give this one cores of its own, or run \
-                 in lockstep (`--speed 1` waits for nothing, `--speed max` waits for everybody)"
+                 in lockstep (`--speed max`)"
             }
             (_, Some(name)) if name == Cause::PageFault.name() => {
                 "memory is short: end other programs, or allow locked memory (see above)"
