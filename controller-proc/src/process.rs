@@ -61,7 +61,7 @@ pub fn run(start: &Start, controllers: &Controllers) -> Result<(), ProcessError>
     let cycle = Cycle::with(&start.cell, usize::from(start.arm), controllers)?;
     let fifo = start.real_time(CONTROLLER_PRIORITY, 1 + usize::from(start.arm));
     let bus = start.join(Process::Controller(start.arm))?;
-    let mut process = ControllerProcess::new(&bus, cycle, start.arm, fifo)?;
+    let mut process = ControllerProcess::new(start, &bus, cycle, fifo)?;
     while !stop_requested() {
         process.turn();
     }
@@ -93,7 +93,8 @@ struct ControllerProcess {
 }
 
 impl ControllerProcess {
-    fn new(bus: &Bus, cycle: Cycle, arm: u8, fifo: bool) -> Result<Self, BusError> {
+    fn new(start: &Start, bus: &Bus, cycle: Cycle, fifo: bool) -> Result<Self, BusError> {
+        let arm = start.arm;
         let limit = if fifo {
             DECISION_AGE_FIFO_TICKS
         } else {
@@ -112,7 +113,7 @@ impl ControllerProcess {
             physics_bell: bus.doorbell(Process::Physics)?,
             task_bell: bus.doorbell(Process::Task)?,
             sleeper: bus.sleeper(Process::Controller(arm))?,
-            health: HealthReporter::new(bus, Process::Controller(arm), fifo)?,
+            health: HealthReporter::new(start, bus, Process::Controller(arm), fifo)?,
             spin_ns: if fifo { SPIN_FIFO_NS } else { SPIN_OTHER_NS },
             decision_limit_ticks: limit,
             answered: None,
@@ -146,14 +147,16 @@ impl ControllerProcess {
             woke_ns.saturating_sub(expected_ns)
         };
         self.expected_ns = woke_ns + TICK_NS;
-        let now_ns = monotonic_ns();
         if waited {
-            self.health.cycle(late_ns, now_ns.saturating_sub(woke_ns));
+            let tick = self.answered.map_or(0, |(_, tick)| tick);
+            self.health
+                .cycle(tick, woke_ns, late_ns, self.boxed_values());
         } else {
             self.health.idle();
             self.command.update_connections();
             self.status.update_connections();
         }
+        let now_ns = monotonic_ns();
         let counts = self.decision.counts();
         let states = self.state.counts();
         let missed = self.report.missed_cycles;
@@ -168,6 +171,19 @@ impl ControllerProcess {
             .refused("state", self.state.take_invalid(), now_ns);
         self.health
             .publish_if_due(self.answered.map_or(0, |(_, tick)| tick), now_ns);
+    }
+
+    /// What an incident shows of a cycle.
+    fn boxed_values(&self) -> [f64; 4] {
+        let speeds = self.sent.joint_velocities;
+        [
+            f64::from(self.report.stop_action),
+            self.report.decision_age_ticks as f64,
+            speeds
+                .iter()
+                .fold(0.0, |top: f64, speed| top.max(speed.abs())),
+            self.report.position_error,
+        ]
     }
 
     /// The cycle: take the newest, decide on stopping, update, limit (all in

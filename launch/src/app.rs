@@ -17,6 +17,7 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Down(args) => client::down(args),
         Command::Doctor(args) => client::doctor(args),
         Command::Logs(args) => client::logs(args),
+        Command::Incident(args) => client::incident(args),
         Command::Load(args) => client::load(args),
         Command::Record(args) => record::record(args),
         Command::Replay(args) => replay::replay(args),

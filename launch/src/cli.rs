@@ -51,6 +51,8 @@ pub enum Command {
     Doctor(DoctorArgs),
     /// Print what the processes of a cell wrote
     Logs(LogsArgs),
+    /// List the failures that were kept, or print and plot one
+    Incident(IncidentArgs),
     /// Put another scene in the place of the one that runs; it waits for `resume`
     Load(LoadArgs),
     /// Keep what the recorder heard
@@ -298,6 +300,20 @@ pub struct LogsArgs {
     /// Only this process
     #[arg(value_name = "PROC")]
     pub process: Option<String>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// `robocell incident`.
+#[derive(Clone, Debug, Args)]
+pub struct IncidentArgs {
+    /// Number of the incident; all are listed otherwise
+    #[arg(value_name = "N")]
+    pub number: Option<u32>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub cell: CellArgs,

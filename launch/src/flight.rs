@@ -1,4 +1,4 @@
-//! Where the flight recorder keeps its ring.
+//! Where the flight recorder keeps its ring, and the launcher incidents.
 
 use std::path::PathBuf;
 
@@ -14,20 +14,9 @@ const DISK_BYTES: u64 = 640 << 20;
 /// Bytes of the ring in memory.
 const MEMORY_BYTES: u64 = 96 << 20;
 
-/// The ring of `cell`, on disk where the user keeps such things. Whoever chose
-/// another run directory, or has no home, finds it there: in memory, and
-/// smaller.
+/// The ring of `cell`.
 pub(crate) fn ring(cell: &str, dir: &RunDir) -> RecordSpec {
-    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
-    let state = set(ENV_STATE_DIR).map(PathBuf::from).or_else(|| {
-        if set(ENV_RUN_DIR).is_some() {
-            return None;
-        }
-        let xdg = set("XDG_STATE_HOME").map(PathBuf::from);
-        let base = xdg.or_else(|| Some(PathBuf::from(set("HOME")?).join(".local/state")))?;
-        base.is_absolute().then(|| base.join("robocell"))
-    });
-    match state {
+    match state_dir() {
         Some(state) => RecordSpec {
             flight_dir: state.join("flight").join(cell),
             limit_bytes: DISK_BYTES,
@@ -39,4 +28,27 @@ pub(crate) fn ring(cell: &str, dir: &RunDir) -> RecordSpec {
             file: None,
         },
     }
+}
+
+/// The incidents of `cell`.
+pub(crate) fn incidents(cell: &str, dir: &RunDir) -> PathBuf {
+    state_dir().map_or_else(
+        || dir.path().join("incidents"),
+        |state| state.join("incidents").join(cell),
+    )
+}
+
+/// On disk where the user keeps such things. With another run directory, or without a
+/// home, there is none: the run directory, which is in memory, is used.
+fn state_dir() -> Option<PathBuf> {
+    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+    if let Some(state) = set(ENV_STATE_DIR) {
+        return Some(PathBuf::from(state));
+    }
+    if set(ENV_RUN_DIR).is_some() {
+        return None;
+    }
+    let xdg = set("XDG_STATE_HOME").map(PathBuf::from);
+    let base = xdg.or_else(|| Some(PathBuf::from(set("HOME")?).join(".local/state")))?;
+    base.is_absolute().then(|| base.join("robocell"))
 }

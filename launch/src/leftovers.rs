@@ -117,7 +117,13 @@ pub(crate) fn wipe(dir: &RunDir) -> Result<Option<String>, Failure> {
 pub(crate) fn tidy(dir: &RunDir, root: &std::path::Path) -> Result<(), Failure> {
     remove_segments(dir)?;
     // Links to its page open nothing any more.
-    let files = [dir.children(), dir.control(), dir.record(), dir.page()];
+    let files = [
+        dir.children(),
+        dir.control(),
+        dir.record(),
+        dir.page(),
+        dir.black_boxes(),
+    ];
     for path in files.into_iter().chain([root.to_owned()]) {
         remove(&path).cannot(format!("remove {}", path.display()))?;
     }

@@ -95,7 +95,7 @@ fn read_holder(file: &mut File) -> Holder {
 }
 
 /// `2026-11-21 05:39:03 UTC`.
-fn utc(time: SystemTime) -> String {
+pub(crate) fn utc(time: SystemTime) -> String {
     let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
     let (year, month, day) = civil(seconds / 86_400);
     let of_day = seconds % 86_400;

@@ -1,7 +1,8 @@
 //! The run directory: where it is, who holds it, what lies in it.
 //!
 //! `BASE/CELL/` with `.robocell` (says that it is ours), `lock`, `run.json`, `record.json`, `page.json`,
-//! `children.json`, `control.sock`, `record.sock`, `logs/`, `data/` and the bus's root. BASE is `ROBOCELL_RUN_DIR`, or
+//! `children.json`, `control.sock`, `record.sock`, `logs/`,
+//! `blackbox/`, `data/` and the bus's root. BASE is `ROBOCELL_RUN_DIR`, or
 //! `XDG_RUNTIME_DIR/robocell` where that is in memory, or
 //! `/dev/shm/robocell-UID`. Mode 0700.
 
@@ -105,6 +106,11 @@ impl RunDir {
     /// The log of one process.
     pub fn log(&self, process: &str) -> PathBuf {
         self.logs().join(format!("{process}.log"))
+    }
+
+    /// The rings of the last cycles of each process.
+    pub fn black_boxes(&self) -> PathBuf {
+        self.path.join("blackbox")
     }
 
     /// Socket between the launcher and the commands that talk to it.

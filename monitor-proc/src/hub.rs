@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use axum::body::Bytes;
 use axum::extract::ws::Utf8Bytes;
+use cell_model::runs::incident::Head;
 use ipc_types::TraceLine;
 use ipc_types::trace::TraceEvent;
 use serde::Serialize;
@@ -146,6 +147,11 @@ impl Hub {
     pub fn say(&self, time_s: f64, kind: &str, text: &str) {
         let mut known = self.lock();
         known.story.say(time_s, kind, TraceEvent::None, text);
+    }
+
+    /// Adds an incident to the log.
+    pub fn incident(&self, head: &Head) {
+        self.lock().story.incident(head);
     }
 
     /// Forgets what the task said: another past is shown from now on.

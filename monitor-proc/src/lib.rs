@@ -10,6 +10,7 @@ pub mod desk;
 pub mod feed;
 pub mod film;
 pub mod hub;
+mod incidents;
 pub mod journal;
 pub mod keep;
 pub mod live;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use cell_model::runs::incident::Incidents;
 use cell_model::runs::spec::{PageSecrets, PageSpec, RunSpec, Speed};
 use cell_record::Recording;
 use cell_worker::Start;
@@ -17,10 +18,10 @@ use crate::page::command::Names;
 use crate::page::desk::Desk;
 use crate::recorder::{Recorder, RecorderRequest};
 use crate::scene::{self, SceneError};
-use crate::scrub::{OpenPast, Past};
+use crate::scrub::Past;
 use crate::web::files::Files;
 use crate::web::gate::Gate;
-use crate::web::{self, Site};
+use crate::web::{self, Kept, Site};
 
 /// Folder with `meshes/ROBOT/LINK.glb`.
 const ENV_CACHE: &str = "ROBOCELL_CACHE_DIR";
@@ -119,7 +120,11 @@ pub fn prepare(
         let projector = Projector::new(film, fingers.clone(), objects.clone(), before);
         Ok(Box::new(projector) as Box<dyn Past>)
     };
-    prepare_page(page, hub, Arc::new(desk), names, Some(Arc::new(open)))
+    let kept = Kept {
+        past: Arc::new(open),
+        incidents: Incidents::at(start.spec.incidents_dir.clone()),
+    };
+    prepare_page(page, hub, Arc::new(desk), names, Some(kept))
 }
 
 /// All of a site for `page`.
@@ -132,11 +137,11 @@ pub fn prepare_page(
     hub: Arc<Hub>,
     desk: Arc<dyn Desk>,
     names: Names,
-    past: Option<OpenPast>,
+    kept: Option<Kept>,
 ) -> Result<Prepared, PageError> {
     let secrets = read_secrets(&page.secrets)?;
     // Of a live cell `robocell status` prints a new link; of a recording nothing does.
-    let one_time_links = past.is_some().then(|| page.secrets.clone());
+    let one_time_links = kept.is_some().then(|| page.secrets.clone());
     let files = Files::page(page.dist.as_deref(), &page.hint);
     let (hint, fed) = (page.hint.clone(), hub.clone());
     let site = move |gate| Site {
@@ -147,7 +152,7 @@ pub fn prepare_page(
         hub: fed,
         desk,
         names,
-        past,
+        kept,
     };
     Ok(Prepared {
         hub,

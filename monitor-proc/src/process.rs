@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 
 use crate::desk::{LiveDesk, serve_errands, serve_physics};
 use crate::feed::{Feed, RecorderNews};
+use crate::incidents::IncidentWatch;
 use crate::journal::{Journal, Said};
 use crate::keep;
 use crate::live::{self, PageError, Trouble};
@@ -150,6 +151,7 @@ struct MonitorProcess {
     trouble: Trouble,
     recorder: Option<Arc<Recorder>>,
     next_timeline_ns: u64,
+    incidents: IncidentWatch,
     said: Said,
     health: HealthReporter,
 }
@@ -176,8 +178,9 @@ impl MonitorProcess {
             trouble: Trouble::default(),
             recorder: None,
             next_timeline_ns: 0,
+            incidents: IncidentWatch::new(&start.spec),
             said: Said::default(),
-            health: HealthReporter::new(bus, Process::Monitor, false)?,
+            health: HealthReporter::new(start, bus, Process::Monitor, false)?,
         })
     }
 
@@ -189,6 +192,11 @@ impl MonitorProcess {
             self.ending = state.has(FLAG_ENDING);
         }
         self.write_down(began_ns);
+        if let Some(page) = &self.page {
+            for head in self.incidents.news(began_ns) {
+                page.hub.incident(&head);
+            }
+        }
         if let Some(feed) = &mut self.feed {
             let recorder = self.recorder.as_deref();
             let due = &mut self.next_timeline_ns;
@@ -196,8 +204,8 @@ impl MonitorProcess {
                 recorder.map_or_else(RecorderNews::default, |r| news(r, began_ns, due))
             });
         }
+        self.health.cycle(self.tick, began_ns, 0, [0.0; 4]);
         let now_ns = monotonic_ns();
-        self.health.cycle(0, now_ns.saturating_sub(began_ns));
         let counts = self.trace.counts();
         self.health.totals(0, counts.rejected, counts.fenced);
         self.say_trouble();

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use behavior::graph::{GraphEdge, GraphNode};
+use cell_model::runs::incident::Head;
 use ipc_types::TraceLine;
 use ipc_types::trace::{FIELD_END, TraceEvent, TraceKind};
 use serde_json::{Value, json};
@@ -88,7 +89,20 @@ impl Story {
     /// Adds a line to the log; an `event` is marked on the timeline.
     pub fn say(&mut self, time_s: f64, kind: &str, event: TraceEvent, text: &str) {
         let mark = event.name();
-        let line = json!({ "time_s": time_s, "kind": kind, "text": text, "mark": mark });
+        self.keep(json!({ "time_s": time_s, "kind": kind, "text": text, "mark": mark }));
+    }
+
+    /// Adds an incident to the log, with the number the page opens it by.
+    pub fn incident(&mut self, head: &Head) {
+        let (number, what) = (head.number, &head.what);
+        self.keep(json!({
+            "time_s": head.sim_time_s, "kind": "lifecycle",
+            "text": format!("incident {number}: {what}"),
+            "mark": "incident", "incident": number,
+        }));
+    }
+
+    fn keep(&mut self, line: Value) {
         self.news.lines.push(line.clone());
         if self.news.lines.len() > KEPT_LINES {
             self.news.lines.remove(0);

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use cell_bus::{Bus, BusError, Doorbell, Latest, OperatorServer, Publisher, Sleeper};
-use cell_model::runs::spec::{RunSpec, Speed};
+use cell_model::runs::spec::Speed;
 use cell_model::stop::DECISION_AGE_OTHER_TICKS;
 use cell_rt::priority::PHYSICS_PRIORITY;
 use cell_rt::signal::stop_requested;
@@ -68,7 +68,7 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
         plant.set_decision_limit(DECISION_AGE_OTHER_TICKS);
     }
     let bus = start.join(Process::Physics)?;
-    let mut process = PhysicsProcess::new(&bus, (plant, resume, report), &start.spec, fifo)?;
+    let mut process = PhysicsProcess::new(start, &bus, (plant, resume, report), fifo)?;
     match start.spec.speed {
         Speed::RealTime => process.real_time(fifo),
         Speed::Max => process.lockstep(0),
@@ -98,15 +98,18 @@ struct PhysicsProcess {
     overruns: u64,
     /// Arms at fault.
     faults: usize,
+    /// What an incident shows of a tick.
+    boxed: [f64; 4],
 }
 
 impl PhysicsProcess {
     fn new(
+        start: &Start,
         bus: &Bus,
         (plant, resume, report): (Plant, Resume, ScriptReport),
-        spec: &RunSpec,
         fifo: bool,
     ) -> Result<Self, BusError> {
+        let spec = &start.spec;
         let commands = (0..spec.arms).map(|arm| bus.latest(TopicId::ArmCommand(arm)));
         let bells = (0..spec.arms).map(|arm| bus.doorbell(Process::Controller(arm)));
         Ok(Self {
@@ -121,7 +124,7 @@ impl PhysicsProcess {
             decision: bus.latest(TopicId::Decision)?,
             recorder: RecorderPace::new(bus, spec.record.file.is_some())?,
             operator: bus.operator_server()?,
-            health: HealthReporter::new(bus, Process::Physics, fifo)?,
+            health: HealthReporter::new(start, bus, Process::Physics, fifo)?,
             controller_bells: bells.collect::<Result<_, _>>()?,
             task_bell: bus.doorbell(Process::Task)?,
             monitor_bell: bus.doorbell(Process::Monitor)?,
@@ -129,6 +132,7 @@ impl PhysicsProcess {
             published_ns: [0; PUBLISHED],
             overruns: 0,
             faults: 0,
+            boxed: [0.0; 4],
         })
     }
 
@@ -143,10 +147,9 @@ impl PhysicsProcess {
             self.step();
             self.publish();
             self.keep();
-            let now_ns = monotonic_ns();
             self.health
-                .cycle(wake.lateness_ns(), now_ns.saturating_sub(wake.woke_ns));
-            self.health.publish_if_due(self.tick, now_ns);
+                .cycle(self.tick, wake.woke_ns, wake.lateness_ns(), self.boxed);
+            self.health.publish_if_due(self.tick, monotonic_ns());
         }
     }
 
@@ -163,15 +166,16 @@ impl PhysicsProcess {
             if period_ns > 0 {
                 grid.wait();
             }
-            if self.step() == Next::Wait {
+            let next = self.step();
+            if next == Next::Wait {
                 self.sleeper.wait(NUDGE);
                 self.health.idle();
-            } else {
-                self.health
-                    .cycle(0, monotonic_ns().saturating_sub(began_ns));
             }
             self.publish();
             self.keep();
+            if next != Next::Wait {
+                self.health.cycle(self.tick, began_ns, 0, self.boxed);
+            }
             self.health.publish_if_due(self.tick, monotonic_ns());
         }
     }
@@ -222,10 +226,12 @@ impl PhysicsProcess {
 
     fn publish(&mut self) {
         let (plant, overruns, tap) = (&self.plant, self.overruns, &mut self.tap);
+        let boxed = &mut self.boxed;
         // A state that was not sent is followed by another; the port counts it.
         let _sent = self.state.publish(|state| {
             plant.write_state(state);
             state.overruns = overruns;
+            *boxed = boxed_values(state);
             tap.keep(state);
         });
         self.tick = self.plant.world().tick();
@@ -312,6 +318,16 @@ impl PhysicsProcess {
         let behind = self.recorder.is_behind(self.generation, self.tick);
         behind.then_some(Process::Monitor)
     }
+}
+
+/// Stop action and speed of the fastest joint, for each arm.
+fn boxed_values(state: &WorldState) -> [f64; 4] {
+    let [first, second] = state.arms.each_ref().map(|arm| {
+        let speeds = arm.joint_velocities.iter();
+        let top = speeds.fold(0.0, |top: f64, speed| top.max(speed.abs()));
+        [f64::from(arm.stop_action), top]
+    });
+    [first[0], first[1], second[0], second[1]]
 }
 
 fn index(tick: u64) -> usize {

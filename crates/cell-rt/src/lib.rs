@@ -1,6 +1,6 @@
 //! What a real-time process asks of the operating system, and nothing else:
 //! a clock, a periodic grid, scheduling, limits and locked memory, a mapped slot file,
-//! signals and parent death.
+//! the ring of the last cycles, signals and parent death.
 //!
 //! Together with `ipc-types` this is the only crate with `unsafe` code: every
 //! block is a call into the C library or an access to mapped memory, with its
@@ -9,6 +9,7 @@
 #![deny(unsafe_op_in_unsafe_fn)]
 
 pub mod alloc;
+pub mod black_box;
 pub mod clock;
 mod crc;
 pub mod histogram;
@@ -24,6 +25,7 @@ pub mod shared;
 pub mod signal;
 pub mod slot;
 
+pub use black_box::{BlackBox, BoxedCycle};
 pub use clock::{monotonic_ns, sleep_until};
 pub use histogram::Histogram;
 pub use lock::Lock;

@@ -1,6 +1,7 @@
 //! Why a cycle was late: what the kernel counted between two looks.
 
-use std::fs;
+use std::fs::File;
+use std::os::unix::fs::FileExt;
 
 /// Counters of the calling thread and its machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,23 +19,6 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// Now. What the kernel does not tell is 0. Reads two files: not for every cycle.
-    pub fn read() -> Self {
-        let usage = usage();
-        let sched = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-        let stat = fs::read_to_string("/proc/stat").unwrap_or_default();
-        let count = |value: libc::c_long| u64::try_from(value).unwrap_or(0);
-        Self {
-            major_faults: count(usage.ru_majflt),
-            minor_faults: count(usage.ru_minflt),
-            preemptions: count(usage.ru_nivcsw),
-            run_delay_ns: number(&sched, 1),
-            // The first line is `cpu`, then user, nice, system, idle, iowait, irq,
-            // softirq, steal in ticks of 10 ms (proc_stat(5)).
-            steal_ns: stat.lines().next().map_or(0, |line| number(line, 8)) * 10_000_000,
-        }
-    }
-
     /// What was counted since `before`.
     pub fn since(&self, before: &Self) -> Self {
         Self {
@@ -47,8 +31,45 @@ impl Counters {
     }
 }
 
-fn number(line: &str, index: usize) -> u64 {
-    let word = line.split_whitespace().nth(index);
+/// Reads [`Counters`] without allocating: three system calls, about 15 µs, so not for
+/// every cycle. What the kernel does not tell is 0.
+#[derive(Debug)]
+struct Probe {
+    schedstat: Option<File>,
+    stat: Option<File>,
+}
+
+impl Probe {
+    /// Of the calling thread, also when another one looks later.
+    fn of_this_thread() -> Self {
+        Self {
+            schedstat: File::open("/proc/thread-self/schedstat").ok(),
+            stat: File::open("/proc/stat").ok(),
+        }
+    }
+
+    fn look(&self) -> Counters {
+        let usage = usage();
+        let count = |value: libc::c_long| u64::try_from(value).unwrap_or(0);
+        Counters {
+            major_faults: count(usage.ru_majflt),
+            minor_faults: count(usage.ru_minflt),
+            preemptions: count(usage.ru_nivcsw),
+            run_delay_ns: number(self.schedstat.as_ref(), 1),
+            // The first line is `cpu`, then user, nice, system, idle, iowait, irq,
+            // softirq, steal in ticks of 10 ms (proc_stat(5)).
+            steal_ns: number(self.stat.as_ref(), 8) * 10_000_000,
+        }
+    }
+}
+
+/// The word number `index` of the first line of a file; 0 where there is none.
+fn number(file: Option<&File>, index: usize) -> u64 {
+    let mut text = [0_u8; 256];
+    let length = file.map_or(0, |file| file.read_at(&mut text, 0).unwrap_or(0));
+    let line = text[..length].split(|byte| *byte == b'\n').next();
+    let line = line.and_then(|line| core::str::from_utf8(line).ok());
+    let word = line.and_then(|line| line.split_ascii_whitespace().nth(index));
     word.and_then(|word| word.parse().ok()).unwrap_or(0)
 }
 
@@ -58,6 +79,48 @@ fn usage() -> libc::rusage {
     // SAFETY: the pointer is to a live value; where it fails, that stays zero.
     unsafe { libc::getrusage(libc::RUSAGE_THREAD, &raw mut usage) };
     usage
+}
+
+/// Cycles between two looks at the counters while no cycle is late.
+const LOOK: u32 = 100;
+
+/// Finds the cause of each late or long cycle of the thread that made it.
+#[derive(Debug)]
+pub struct OverrunWatch {
+    probe: Probe,
+    before: Counters,
+    cycles: u32,
+    late_limit_ns: u64,
+    body_limit_ns: u64,
+}
+
+impl OverrunWatch {
+    /// A cycle is an overrun when it begins later than `late_limit_ns` after its
+    /// deadline, or takes longer than `body_limit_ns`.
+    pub fn of_this_thread(late_limit_ns: u64, body_limit_ns: u64) -> Self {
+        let probe = Probe::of_this_thread();
+        Self {
+            before: probe.look(),
+            probe,
+            cycles: 0,
+            late_limit_ns,
+            body_limit_ns,
+        }
+    }
+
+    /// The cause, for a cycle that is an overrun. Called after each cycle.
+    pub fn cycle(&mut self, late_ns: u64, body_ns: u64) -> Option<Cause> {
+        self.cycles += 1;
+        let is_overrun = late_ns > self.late_limit_ns || body_ns > self.body_limit_ns;
+        if !is_overrun && self.cycles < LOOK {
+            return None;
+        }
+        self.cycles = 0;
+        let now = self.probe.look();
+        let counted = now.since(&self.before);
+        self.before = now;
+        is_overrun.then(|| cause(late_ns, body_ns, &counted))
+    }
 }
 
 /// What most of a delay is due to.
@@ -148,11 +211,24 @@ mod tests {
 
     #[test]
     fn counters_of_this_thread_only_grow() {
-        let before = Counters::read();
+        let probe = Probe::of_this_thread();
+        let before = probe.look();
         let block = vec![1_u8; 8 << 20];
-        let after = Counters::read();
+        let after = probe.look();
         assert!(core::hint::black_box(&block)[4096] == 1);
         assert!(after.since(&before).minor_faults > 0, "{after:?}");
         assert_eq!(before.since(&after).minor_faults, 0);
+    }
+
+    #[test]
+    fn only_an_overrun_has_a_cause() {
+        let ms = 1_000_000;
+        let mut watch = OverrunWatch::of_this_thread(ms, ms);
+        let block = vec![1_u8; 8 << 20];
+        assert!(core::hint::black_box(&block)[4096] == 1);
+        assert_eq!(watch.cycle(0, 2 * ms), Some(Cause::PageFault));
+        for _ in 0..3 * LOOK {
+            assert_eq!(watch.cycle(ms, ms), None);
+        }
     }
 }

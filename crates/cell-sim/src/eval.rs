@@ -47,6 +47,7 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
         real_time: false,
         page: None,
         record: RecordSpec::default(),
+        incidents_dir: std::path::PathBuf::new(),
     }
 }
 

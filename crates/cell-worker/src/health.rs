@@ -1,10 +1,15 @@
 //! The health of this process, published at 100 Hz.
 
 use cell_bus::{Bus, BusError, Publisher};
-use cell_rt::Histogram;
+use cell_model::runs::incident::ring_path;
+use cell_rt::black_box::VALUES;
+use cell_rt::overrun::OverrunWatch;
+use cell_rt::{BlackBox, BoxedCycle, Histogram};
 use ipc_types::health::Scheduling;
 use ipc_types::topic::{Process, TopicId};
-use ipc_types::{Header, Health, Invalid, Text};
+use ipc_types::{DECISION_TICKS, Header, Health, Invalid, TICK_NS, Text};
+
+use crate::Start;
 
 /// Period of the message (ns).
 const PERIOD_NS: u64 = 10_000_000;
@@ -26,11 +31,33 @@ pub struct HealthReporter {
     next_ns: u64,
     /// The newest message that was refused: its topic, why, and when it is forgotten.
     refused: Option<(&'static str, Invalid, u64)>,
+    overruns: OverrunWatch,
+    /// None where the run directory has no room for it.
+    black_box: Option<BlackBox>,
+    generation: u16,
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "seven digits are enough for a plot"
+)]
+fn single(value: f64) -> f32 {
+    value as f32
+}
+
+/// When a cycle counts as late, and as too long (ns).
+fn limits(process: Process, is_lockstep: bool) -> (u64, u64) {
+    match process {
+        // No clock is involved.
+        _ if is_lockstep => (u64::MAX, u64::MAX),
+        Process::Physics | Process::Controller(_) => (TICK_NS / 2, TICK_NS),
+        Process::Task | Process::Monitor => (u64::MAX, DECISION_TICKS * TICK_NS),
+    }
 }
 
 impl HealthReporter {
-    /// The reporter of `process`.
-    pub fn new(bus: &Bus, process: Process, fifo: bool) -> Result<Self, BusError> {
+    /// The reporter of `process`, for cycles of the calling thread.
+    pub fn new(start: &Start, bus: &Bus, process: Process, fifo: bool) -> Result<Self, BusError> {
         let mut message: Health = ipc_types::Wire::zeroed();
         message.pid = std::process::id();
         message.scheduling = if fifo {
@@ -39,7 +66,15 @@ impl HealthReporter {
             Scheduling::Other
         }
         .code();
+        let black_box = BlackBox::open(&ring_path(&start.spec.run_dir, &process.name()));
+        if let Err(error) = &black_box {
+            eprintln!("warning: no black box, incidents will not show this process: {error}");
+        }
+        let (late_ns, body_ns) = limits(process, start.spec.speed.is_lockstep());
         Ok(Self {
+            overruns: OverrunWatch::of_this_thread(late_ns, body_ns),
+            black_box: black_box.ok(),
+            generation: u16::try_from(start.generation & 0xffff).unwrap_or(0),
             publisher: bus.publisher(TopicId::Health(process))?,
             message,
             lateness: Histogram::new(),
@@ -52,13 +87,28 @@ impl HealthReporter {
         })
     }
 
-    /// Counts a cycle that began `late_ns` after it should have and took
-    /// `body_ns`.
-    pub fn cycle(&mut self, late_ns: u64, body_ns: u64) {
+    /// Counts a cycle that worked on `tick`, began `late_ns` after it should have, and
+    /// ends now; `values` are kept with it in the black box, under the names of
+    /// [`cell_model::runs::incident::value_names`].
+    pub fn cycle(&mut self, tick: u64, began_ns: u64, late_ns: u64, values: [f64; VALUES]) {
+        let body_ns = cell_rt::monotonic_ns().saturating_sub(began_ns);
         self.message.cycles += 1;
         self.window_cycles += 1;
         self.lateness.record(late_ns);
         self.body.record(body_ns);
+        let cause = self.overruns.cycle(late_ns, body_ns);
+        let short = |ns: u64| u32::try_from(ns).unwrap_or(u32::MAX);
+        if let Some(black_box) = &mut self.black_box {
+            black_box.add(&BoxedCycle {
+                generation: self.generation,
+                tick,
+                began_ns,
+                late_ns: short(late_ns),
+                body_ns: short(body_ns),
+                cause,
+                values: values.map(single),
+            });
+        }
     }
 
     /// Counts a turn of a process that waits: it lives, but has nothing to do.

@@ -117,7 +117,7 @@ impl TaskProcess {
             lines: Vec::with_capacity(ROOM_FOR_LINES),
             bells,
             sleeper: bus.sleeper(Process::Task)?,
-            health: HealthReporter::new(bus, Process::Task, fifo)?,
+            health: HealthReporter::new(start, bus, Process::Task, fifo)?,
             message: Decision::zeroed(),
             decided: None,
             begun: false,
@@ -259,8 +259,9 @@ impl TaskProcess {
         }
         self.draw(tick);
         self.send_lines(tick);
+        let outcome = f64::from(self.message.outcome);
         self.health
-            .cycle(0, monotonic_ns().saturating_sub(began_ns));
+            .cycle(tick, began_ns, 0, [outcome, 0.0, 0.0, 0.0]);
     }
 
     /// Says at 10 Hz how every node stands, and once a second what the nodes

@@ -1,6 +1,6 @@
 //! `robocell doctor --measure`: a loop of 1 kHz as physics has it, for ten seconds.
 
-use cell_rt::overrun::{Cause, Counters, cause};
+use cell_rt::overrun::{Cause, OverrunWatch};
 use cell_rt::priority::{PHYSICS_PRIORITY, request};
 use cell_rt::{Grid, Histogram, monotonic_ns};
 use serde::Serialize;
@@ -14,8 +14,6 @@ const PERIOD_NS: u64 = 1_000_000;
 const LATE_NS: u64 = 500_000;
 /// Physics brakes an arm when a command is older (ns).
 const HOLD_NS: u64 = 17_000_000;
-/// Cycles between two looks at the kernel's counters.
-const LOOK: u64 = 100;
 /// Share of cycles in time for a machine that is fit, and for one that is usable.
 const FIT: f64 = 0.999;
 const USABLE: f64 = 0.95;
@@ -54,20 +52,14 @@ fn run(cycles: u64) -> Measured {
         fifo,
         ..Measured::default()
     };
-    let mut before = Counters::read();
+    let mut watch = OverrunWatch::of_this_thread(LATE_NS, u64::MAX);
     let mut grid = Grid::new(PERIOD_NS, monotonic_ns(), fifo);
-    for cycle in 0..cycles {
+    for _ in 0..cycles {
         let late_ns = grid.wait().lateness_ns();
         lateness.record(late_ns);
-        let is_late = late_ns > LATE_NS;
-        if is_late || cycle.is_multiple_of(LOOK) {
-            let now = Counters::read();
-            if is_late {
-                measured.late_cycles += 1;
-                let name = cause(late_ns, 0, &now.since(&before)).name();
-                *measured.causes.entry(name).or_default() += 1;
-            }
-            before = now;
+        if let Some(cause) = watch.cycle(late_ns, 0) {
+            measured.late_cycles += 1;
+            *measured.causes.entry(cause.name()).or_default() += 1;
         }
     }
     let us = |ns: u64| ns as f64 * 1.0e-3;

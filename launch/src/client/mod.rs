@@ -3,6 +3,7 @@
 mod behaviour;
 mod doctor;
 mod hand;
+mod incident;
 mod list;
 mod load;
 mod logs;
@@ -17,6 +18,7 @@ mod watched;
 pub(crate) use behaviour::{behaviour, schema};
 pub(crate) use doctor::doctor;
 pub(crate) use hand::{gripper, target};
+pub(crate) use incident::incident;
 pub(crate) use list::list;
 pub(crate) use load::load;
 pub(crate) use logs::logs;

@@ -19,6 +19,7 @@ use ipc_types::{Decision, Wire};
 use super::bus_thread::BusThread;
 use super::faults::{FaultStep, Faults, named};
 use super::half_made::HalfMadeSweep;
+use super::incident::IncidentRecorder;
 use super::plan::{Plan, choose};
 use super::recording::RecordWatch;
 use super::starvation::Starvation;
@@ -58,6 +59,7 @@ pub struct LiveCell {
     sweep: HalfMadeSweep,
     starvation: Starvation,
     recording: RecordWatch,
+    incidents: IncidentRecorder,
     control: Server,
     supervisor: Supervisor,
     faults: Faults,
@@ -124,6 +126,8 @@ impl LiveCell {
     ) -> Result<Self, Failure> {
         super::preflight::check(plan.dir.path())?;
         std::fs::create_dir_all(plan.dir.logs()).cannot("make the directory of the logs")?;
+        std::fs::create_dir_all(plan.dir.black_boxes())
+            .cannot("make the directory of the black boxes")?;
         plan.spec.built_in_dir =
             cell_files::install(&plan.dir.data()).cannot("write the built-in cells")?;
         plan.spec
@@ -152,6 +156,7 @@ impl LiveCell {
             sweep: HalfMadeSweep::new(site),
             starvation: Starvation::default(),
             recording: RecordWatch::default(),
+            incidents: IncidentRecorder::new(&plan.spec, &plan.dir, &processes),
             control,
             supervisor: Supervisor::new(&order, rules),
             faults: Faults::new(&plan.spec.script, &processes),
@@ -238,6 +243,7 @@ impl LiveCell {
             bus,
             mut sweep,
             mut recording,
+            incidents,
             plan,
             mut end,
             control,
@@ -245,6 +251,7 @@ impl LiveCell {
             ..
         } = self;
         drop(children);
+        incidents.end();
         sweep.turn(monotonic_ns(), true, 0);
         drop((bus, control));
         if let Some(End::Finished(summary)) = &mut end {
@@ -281,6 +288,7 @@ impl LiveCell {
             self.tell(now, event);
         }
         self.recording.turn(now, &self.plan.dir);
+        self.incidents.turn(now, &self.watch);
         self.look_for_the_end();
         self.act_on_script(now);
         self.answer_clients(now);
@@ -346,24 +354,30 @@ impl LiveCell {
                 Action::Kill { process } => self.children.kill(process),
                 Action::Ready => {}
                 Action::Lost { process, what } => {
-                    say::warn(format_args!(
-                        "{} {what}; it is started again",
-                        process.name()
-                    ));
+                    let what = format!("{} {what}", process.name());
+                    let number = self.incidents.failed(now, process, &what);
+                    let hint = self.incidents.hint(number);
+                    say::warn(format_args!("{what}; it is started again; {hint}"));
                 }
                 Action::Starves {
                     process,
                     starved_ns,
                     silent_ns,
-                } => say::warn(super::starvation::report(process, starved_ns, silent_ns)),
-                Action::GaveUp { process, reason } => self.give_up(process, &reason),
+                } => {
+                    let report = super::starvation::report(process, starved_ns, silent_ns);
+                    self.incidents.failed(now, process, &report);
+                    say::warn(report);
+                }
+                Action::GaveUp { process, reason } => self.give_up(now, process, &reason),
             }
         }
     }
 
     /// Without its monitor a cell still works; without any other it does not.
-    fn give_up(&mut self, process: Process, reason: &str) {
+    fn give_up(&mut self, now: u64, process: Process, reason: &str) {
         let name = process.name();
+        let what = format!("{name} is given up: {reason}");
+        self.incidents.failed(now, process, &what);
         let lines = last_words(&self.plan.dir.log(&name), 10);
         let log = if lines.is_empty() {
             "(it wrote nothing)".to_owned()

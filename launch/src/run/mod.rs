@@ -4,6 +4,7 @@ mod banner;
 mod bus_thread;
 mod faults;
 mod half_made;
+mod incident;
 mod live;
 mod one_process;
 mod phases;

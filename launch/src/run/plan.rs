@@ -92,6 +92,7 @@ impl Plan {
             real_time: args.speed == Speed::RealTime,
             page: page.as_ref().map(|page| page.spec(&dir)),
             record: record_of(args, &dir)?,
+            incidents_dir: flight::incidents(&args.cell.cell, &dir),
         };
         Ok(Self {
             spec,

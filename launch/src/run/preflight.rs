@@ -17,9 +17,9 @@ const OPEN_FILES: u64 = 512;
 const STACK: u64 = 1 << 20;
 /// The usual stack, asked for where the limit is lower.
 const USUAL_STACK: u64 = 8 << 20;
-/// Run directory of a run without the ring of the flight recorder (bytes): 2.5 MiB
-/// were measured (files of the bus, checkpoints, history, built-in cells).
-const RUN_DIR: u64 = 4 << 20;
+/// Run directory of a run without the ring of the flight recorder (bytes): 3.5 MiB
+/// were measured (files of the bus, checkpoints, history, black boxes, built-in cells).
+const RUN_DIR: u64 = 5 << 20;
 
 /// Raises the limits this user may raise; refuses a run on a machine that grants
 /// too little.

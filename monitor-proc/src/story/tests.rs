@@ -104,6 +104,23 @@ fn only_what_changed_is_told_and_a_late_joiner_is_told_all() {
 }
 
 #[test]
+fn an_incident_is_a_line_with_its_number() {
+    let head = json!({
+        "number": 3, "what": "task was killed", "at": "", "sim_time_s": 1.5, "run": 1,
+        "demo": "", "policy": "", "seed": 0, "version": "", "complete": false
+    });
+    let mut story = Story::default();
+    story.incident(&serde_json::from_value(head).unwrap());
+    let line = &story.news()[0]["lines"][0];
+    assert_eq!(line["text"], "incident 3: task was killed");
+    assert_eq!(
+        (&line["mark"], &line["incident"]),
+        (&"incident".into(), &3.into())
+    );
+    assert_eq!(line["time_s"], 1.5);
+}
+
+#[test]
 fn half_a_picture_is_not_shown_and_another_policy_replaces_all() {
     let mut story = machine();
     story.news();

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use axum::Router;
 use axum::body::Body;
 use axum::extract::connect_info::ConnectInfo;
-use axum::extract::rejection::{JsonRejection, QueryRejection};
+use axum::extract::rejection::{JsonRejection, PathRejection, QueryRejection};
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
-use axum::extract::{DefaultBodyLimit, Query, Request, State};
+use axum::extract::{DefaultBodyLimit, Path, Query, Request, State};
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
@@ -37,6 +37,7 @@ pub(super) fn router(served: Arc<Served>) -> Router {
     Router::new()
         .route("/ws", any(websocket))
         .route("/api/scene", any(scene))
+        .route("/api/incidents/{number}", any(incident))
         .route("/api/token", post(token))
         .fallback(file)
         .layer(DefaultBodyLimit::max(MAX_BODY))
@@ -151,20 +152,50 @@ fn found(asset: Option<&Asset>, path: &str) -> Response {
 }
 
 async fn scene(State(served): Ours, method: Method, headers: HeaderMap) -> Response {
+    match refusal(&served, &method, &headers) {
+        Some(refused) => refused,
+        None => json(served.site.hub.scene().to_string()),
+    }
+}
+
+/// One incident, as the launcher wrote it.
+async fn incident(
+    State(served): Ours,
+    method: Method,
+    headers: HeaderMap,
+    number: Result<Path<u32>, PathRejection>,
+) -> Response {
+    if let Some(refused) = refusal(&served, &method, &headers) {
+        return refused;
+    }
+    let kept = served.site.kept.as_ref();
+    let found = match (kept, number) {
+        // From a disk, but less than a megabyte.
+        (Some(kept), Ok(Path(number))) => kept.incidents.bytes(number).ok(),
+        _ => None,
+    };
+    match found {
+        Some(text) => json(text),
+        None => plain::line(StatusCode::NOT_FOUND, "no such incident is kept\n"),
+    }
+}
+
+/// Of a request for data that is no GET, or comes without a role.
+fn refusal(served: &Served, method: &Method, headers: &HeaderMap) -> Option<Response> {
     if method != Method::GET {
-        return plain::line(StatusCode::METHOD_NOT_ALLOWED, "only GET\n");
+        return Some(plain::line(StatusCode::METHOD_NOT_ALLOWED, "only GET\n"));
     }
-    if served.site.gate.role(&headers).is_none() {
-        return plain::line(
-            StatusCode::UNAUTHORIZED,
-            "a cookie or a bearer token is needed\n",
-        );
-    }
-    let kind = [
+    let needed = "a cookie or a bearer token is needed\n";
+    let is_known = served.site.gate.role(headers).is_some();
+    (!is_known).then(|| plain::line(StatusCode::UNAUTHORIZED, needed))
+}
+
+fn json(text: impl Into<Body>) -> Response {
+    let headers = [
         (header::CONTENT_TYPE, "application/json"),
         (header::CACHE_CONTROL, "no-store"),
     ];
-    (kind, served.site.hub.scene().to_string()).into_response()
+    (headers, text.into()).into_response()
 }
 
 #[derive(Deserialize)]

@@ -11,7 +11,7 @@ use tokio::sync::Semaphore;
 use super::link::LimitedListener;
 use super::routes;
 use super::site::Served;
-pub use super::site::Site;
+pub use super::site::{Kept, Site};
 use super::slots::Idle;
 
 /// Websockets at a time.

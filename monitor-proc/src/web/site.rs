@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use cell_model::runs::incident::Incidents;
 use tokio::sync::Semaphore;
 
 use super::files::Files;
@@ -27,8 +28,16 @@ pub struct Site {
     pub desk: Arc<dyn Desk>,
     /// Names commands can use.
     pub names: Names,
-    /// The recording to look back into, when this is a live cell.
-    pub past: Option<OpenPast>,
+    /// What was kept of its past, when this is a live cell.
+    pub kept: Option<Kept>,
+}
+
+/// What is kept while a cell runs.
+pub struct Kept {
+    /// The recording to look back into.
+    pub past: OpenPast,
+    /// Failures.
+    pub incidents: Incidents,
 }
 
 /// A site with the places of its websockets.

@@ -297,7 +297,8 @@ impl Reader {
 
     /// Another time: of a live cell for this page alone, of a replay for all.
     async fn seek(&mut self, id: u64, order: PlayOrder) {
-        let Some(open) = self.served.site.past.clone() else {
+        let kept = self.served.site.kept.as_ref();
+        let Some(open) = kept.map(|kept| kept.past.clone()) else {
             return self.order(id, Order::Play(order), "").await;
         };
         let Some(time_s) = order.time_s else {

@@ -353,3 +353,19 @@ fn the_link_of_an_operator_works_once_and_the_next_one_is_in_the_file() {
         assert_eq!(status(&link(VIEWER, "")), 303, "for several viewers");
     }
 }
+
+#[test]
+fn an_incident_is_shown_to_who_may_look_and_nothing_else_is_read() {
+    let bench = Bench::start();
+    assert_eq!(status(&bench.get("/api/incidents/3", "")), 401);
+    let shown = bench.get("/api/incidents/3", &bearer(VIEWER));
+    assert_eq!(status(&shown), 200);
+    assert!(shown.ends_with("what was kept"), "{shown}");
+    for path in ["4", "-1", "3/incident.json", "..%2F3", "4294967296"] {
+        let answer = bench.get(&format!("/api/incidents/{path}"), &bearer(OPERATOR));
+        assert_eq!(status(&answer), 404, "{path}");
+    }
+    let replay = Bench::with(Files::default(), false);
+    let answer = replay.get("/api/incidents/3", &bearer(OPERATOR));
+    assert_eq!(status(&answer), 404, "a recording has none");
+}

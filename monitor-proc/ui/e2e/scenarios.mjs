@@ -193,6 +193,8 @@ async function restarts({ page, look, until, robocell, forgive }) {
   const text = await page.locator("#right").innerText();
   robocell("restart", "task");
   await until("a new task", (r) => r.store.status.processes.find((p) => p.name === "task").generation === 2);
+  process.kill(await look((r) => r.store.status.processes.find((p) => p.name === "task").pid), "SIGKILL");
+  await opensIncident(page);
   robocell("restart", "monitor");
   await until("the connection is lost", (r) => !r.store.connected);
   // Nothing that was there is taken away meanwhile.
@@ -210,6 +212,20 @@ async function restarts({ page, look, until, robocell, forgive }) {
   const tick = await look((r) => r.store.snapshot.tick);
   await until("the picture moves", (r, tick) => r.store.snapshot.tick > tick, tick);
   forgive(CLOSED);
+}
+
+/** The mark of an incident on the timeline opens its sheet. */
+async function opensIncident(page) {
+  await page.locator(".marks button[data-mark=incident]").click();
+  const sheet = page.locator("dialog.incident");
+  const text = await sheet.innerText();
+  for (const part of ["Incident 1: task was killed (SIGKILL)", "controller-0: ", "End of the log of task"]) {
+    if (!text.includes(part)) throw new Error(`the incident's sheet lacks "${part}": ${text}`);
+  }
+  if ((await sheet.locator("canvas").count()) < 4) throw new Error("the incident's sheet has no plots");
+  if (process.env.PAGE_SHOT) await page.screenshot({ path: `${process.env.PAGE_SHOT}-incident.png` });
+  await sheet.getByRole("button", { name: "Close" }).click();
+  await sheet.waitFor({ state: "detached" });
 }
 
 /** Back to what just happened, and forth to now. */

@@ -26,6 +26,7 @@ fn help_lists_what_works_and_nothing_else() {
         "down",
         "doctor",
         "logs",
+        "incident",
         "load",
         "record",
         "replay",

@@ -18,6 +18,7 @@ mod descriptor_common;
 mod descriptor_schema;
 mod equipment;
 mod hold_times;
+mod incidents;
 mod kill_sweep;
 mod licences;
 mod lockstep;

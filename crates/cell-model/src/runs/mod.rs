@@ -1,6 +1,7 @@
 //! What a run of a cell is, for the processes that take part in it.
 
 pub mod children;
+pub mod incident;
 pub mod record;
 pub mod script_report;
 pub mod secrets;

@@ -104,6 +104,9 @@ pub struct RunSpec {
     pub page: Option<PageSpec>,
     /// The flight recorder.
     pub record: RecordSpec,
+    /// Where incidents of the cell are kept.
+    #[serde(default)]
+    pub incidents_dir: PathBuf,
 }
 
 /// Where the page is served.

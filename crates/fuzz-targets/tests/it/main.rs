@@ -42,6 +42,22 @@ fn short(name: &str) {
     }
 }
 
+/// `ROBOCELL_FUZZ_CORPUS=DIR` writes the corpora where cargo-fuzz reads them.
+#[test]
+fn write_the_corpora() {
+    let Some(dir) = std::env::var_os("ROBOCELL_FUZZ_CORPUS") else {
+        eprintln!("not asked: ROBOCELL_FUZZ_CORPUS names no directory");
+        return;
+    };
+    for target in &TARGETS {
+        let dir = std::path::Path::new(&dir).join(target.name);
+        std::fs::create_dir_all(&dir).unwrap();
+        for (number, input) in (target.corpus)().iter().enumerate() {
+            std::fs::write(dir.join(format!("valid-{number}")), input).unwrap();
+        }
+    }
+}
+
 macro_rules! short {
     ($($name:ident)*) => {
         $(#[test]

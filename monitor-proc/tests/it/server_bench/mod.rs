@@ -15,6 +15,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use cell_model::runs::incident::Incidents;
 use cell_model::runs::spec::PageSecrets;
 use monitor_proc::hub::{Hello, Hub, RunInfo};
 use monitor_proc::page::command::{Names, Order};
@@ -22,7 +23,7 @@ use monitor_proc::page::desk::{Answer, Desk, Reply, send};
 use monitor_proc::scrub::Past;
 use monitor_proc::web::files::Files;
 use monitor_proc::web::gate::Gate;
-use monitor_proc::web::{Site, bind};
+use monitor_proc::web::{Kept, Site, bind};
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
@@ -72,6 +73,8 @@ pub struct Bench {
     pub desk: Arc<FakeDesk>,
     pub address: SocketAddr,
     server: Option<std::thread::JoinHandle<()>>,
+    /// Of incidents: number 3 is there.
+    _kept: tempfile::TempDir,
 }
 
 impl Bench {
@@ -92,6 +95,10 @@ impl Bench {
 
     fn serve(files: Files, live: bool, set_up: impl FnOnce(Gate) -> Gate + Send + 'static) -> Self {
         let name = "<script>alert(1)</script>";
+        let kept = tempfile::tempdir().unwrap();
+        let incidents = Incidents::at(kept.path().to_owned());
+        std::fs::create_dir(incidents.path(3)).unwrap();
+        std::fs::write(incidents.path(3).join("incident.json"), "what was kept").unwrap();
         let hello = Hello {
             live,
             run: RunInfo {
@@ -129,7 +136,10 @@ impl Bench {
                         objects: vec!["red_cube".to_owned(), name.to_owned()],
                         arms: 1,
                     },
-                    past: live.then_some(Arc::new(|| Ok(Box::new(FakePast) as Box<dyn Past>))),
+                    kept: live.then(|| Kept {
+                        past: Arc::new(|| Ok(Box::new(FakePast) as Box<dyn Past>)),
+                        incidents,
+                    }),
                 };
                 tokio::select! {
                     served = listening.serve(site) => served.unwrap(),
@@ -142,6 +152,7 @@ impl Bench {
             desk,
             address: told.recv().unwrap(),
             server: Some(server),
+            _kept: kept,
         }
     }
 

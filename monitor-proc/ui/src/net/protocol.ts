@@ -195,6 +195,8 @@ export interface LogLine {
   kind: "log" | "transition" | "lifecycle";
   text: string;
   mark: string | null;
+  /** Number of the incident this line is about. */
+  incident?: number;
 }
 
 export type TextMessage =

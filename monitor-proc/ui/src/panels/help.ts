@@ -23,6 +23,7 @@ const COMMANDS: [string, string][] = [
   ["robocell restart task --policy bt", "begin a process anew"],
   ["robocell load franka-stack --seed 7", "another scene"],
   ["robocell record last 60s", "keep what just happened"],
+  ["robocell incident 3", "what was kept of a failure"],
   ["robocell top", "all of this in the terminal"],
 ];
 

@@ -1,9 +1,11 @@
 // What the flight recorder holds, with marks for what happened; dragging looks
 // back.
+import type { LogLine } from "../net/protocol";
 import { FLAG } from "../net/snapshot";
 import { button, setIcon } from "./button";
 import type { Desk } from "./desk";
 import { el, setAttr, setText } from "./dom";
+import { openIncident } from "./incident/index";
 
 const SEEKS_A_SECOND = 12;
 const MARKS: [string, string][] = [
@@ -14,6 +16,7 @@ const MARKS: [string, string][] = [
   ["restart", "process restarted"],
   ["done", "done"],
   ["fault", "fault"],
+  ["incident", "incident: click to open"],
 ];
 
 export function mountTimeline(desk: Desk, host: HTMLElement): void {
@@ -62,7 +65,7 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
     const { first, last } = span();
     const seen = store.log.filter((line) => line.mark !== null && line.time_s >= first && line.time_s <= last);
     const nodes = seen.map((line) => {
-      const node = el("i", { "data-mark": line.mark ?? "", title: `${line.time_s.toFixed(2)} s  ${line.text}` });
+      const node = markOf(desk, line);
       node.style.left = `${100 * share(line.time_s)}%`;
       return node;
     });
@@ -93,6 +96,19 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
     el("div", { class: "legend dim" }, ...legend),
   );
   show();
+}
+
+/** A mark on the bar; one of an incident opens it. */
+function markOf(desk: Desk, line: LogLine): HTMLElement {
+  const about = { "data-mark": line.mark ?? "", title: `${line.time_s.toFixed(2)} s  ${line.text}` };
+  const number = line.incident;
+  if (number === undefined) return el("i", about);
+  const node = el("button", { type: "button", "aria-label": line.text, ...about });
+  // The bar under it would look back.
+  node.addEventListener("pointerdown", (event) => event.stopPropagation());
+  node.addEventListener("keydown", (event) => event.stopPropagation());
+  node.addEventListener("click", () => void openIncident(desk, number));
+  return node;
 }
 
 function past(desk: Desk, time: number, last: number): string {

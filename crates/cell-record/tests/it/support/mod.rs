@@ -37,6 +37,7 @@ pub(crate) fn run() -> RunSpec {
         real_time: false,
         page: None,
         record: RecordSpec::default(),
+        incidents_dir: std::path::PathBuf::new(),
     }
 }
 

@@ -2,6 +2,7 @@
 import type { LogLine } from "../../net/protocol";
 import type { Desk } from "../desk";
 import { el, setAttr } from "../dom";
+import { openIncident } from "../incident/index";
 
 const SHOWN = 400;
 const KINDS = ["log", "transition", "lifecycle"] as const;
@@ -53,8 +54,16 @@ function row(desk: Desk, line: LogLine): HTMLElement {
   const time = el("button", { type: "button", class: "event-time num", title: "Look at this moment" });
   time.textContent = line.time_s.toFixed(2);
   time.addEventListener("click", () => desk.send({ do: "seek", time_s: line.time_s }));
-  const node = el("div", { class: "event", "data-kind": line.kind }, time, el("span", {}, line.text));
+  const node = el("div", { class: "event", "data-kind": line.kind }, time, el("span", {}, words(desk, line)));
   node.dataset.time = String(line.time_s);
   if (line.mark !== null) node.dataset.mark = line.mark;
   return node;
+}
+
+function words(desk: Desk, line: LogLine): HTMLElement | string {
+  const number = line.incident;
+  if (number === undefined) return line.text;
+  const open = el("button", { type: "button", class: "event-open" }, line.text);
+  open.addEventListener("click", () => void openIncident(desk, number));
+  return open;
 }

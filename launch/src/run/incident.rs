@@ -1,0 +1,352 @@
+//! Incidents: when a process or an arm fails, the last cycles of every loop, the end of
+//! the log and the state files of the process are kept, before a successor starts.
+
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, SystemTime};
+
+use cell_model::runs::incident::{
+    Event, Head, Incident, Incidents, LogTail, LoopTrace, ring_path, value_names,
+};
+use cell_model::runs::spec::RunSpec;
+use cell_rt::priority::set_other;
+use cell_rt::{BlackBox, BoxedCycle};
+use ipc_types::topic::Process;
+
+use super::watch::Watch;
+use crate::child::last_words;
+use crate::lock::utc;
+use crate::rundir::RunDir;
+use crate::say;
+
+/// How long before its first event an incident begins, and after it ends (ns).
+const BEFORE_NS: u64 = 3_000_000_000;
+const AFTER_NS: u64 = 1_000_000_000;
+/// Events of one incident.
+const EVENTS: usize = 64;
+/// Lines of a log.
+const LINES: usize = 40;
+/// Largest state file that is kept (bytes).
+const STATE_FILE: u64 = 8 << 20;
+/// How long the end of a run waits for a disk.
+const WRITE_LIMIT: Duration = Duration::from_secs(2);
+
+/// Keeps the incidents of one run. What is slow is done by a thread of its own.
+pub(super) struct IncidentRecorder {
+    dir: RunDir,
+    processes: Vec<Process>,
+    head: Head,
+    recording: std::path::PathBuf,
+    open: Option<Open>,
+    /// Which start of each process worked last, in the order of `processes`.
+    generations: Vec<u32>,
+    faults: u32,
+    writer: Sender<Draft>,
+    done: Receiver<()>,
+}
+
+/// An incident of which the second after it is not over.
+struct Open {
+    first_ns: u64,
+    events: Vec<Event>,
+    about: Vec<Process>,
+}
+
+/// An incident to be written.
+struct Draft {
+    incident: Incident,
+    first_ns: u64,
+    rings: Vec<(Process, Vec<BoxedCycle>)>,
+    /// State files, by name.
+    files: Vec<(&'static str, Vec<u8>)>,
+}
+
+impl IncidentRecorder {
+    /// Of a run of `processes` in `dir`.
+    pub(super) fn new(spec: &RunSpec, dir: &RunDir, processes: &[Process]) -> Self {
+        let incidents = Incidents::at(spec.incidents_dir.clone());
+        let newest = incidents.numbers().last().copied().unwrap_or(0);
+        let (writer, drafts) = channel();
+        let (finished, done) = channel();
+        let work = move || {
+            // The launcher's priority is not for a disk.
+            set_other().ok();
+            write_all(&incidents, &drafts);
+            finished.send(()).ok();
+        };
+        let thread = std::thread::Builder::new().name("incidents".to_owned());
+        if let Err(error) = thread.spawn(work) {
+            say::warn(format_args!("incidents are not kept: {error}"));
+        }
+        Self {
+            dir: dir.clone(),
+            processes: processes.to_vec(),
+            head: Head {
+                number: newest,
+                what: String::new(),
+                at: String::new(),
+                sim_time_s: 0.0,
+                run: spec.run,
+                demo: spec.demo.clone(),
+                policy: spec.policy.clone(),
+                seed: spec.seed,
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+                complete: false,
+            },
+            recording: spec.record.flight_dir.clone(),
+            open: None,
+            generations: vec![1; processes.len()],
+            faults: 0,
+            writer,
+            done,
+        }
+    }
+
+    /// `process` failed, in words. The number of the incident that has it.
+    pub(super) fn failed(&mut self, now_ns: u64, process: Process, what: &str) -> u32 {
+        let is_first = self.open.is_none();
+        if is_first {
+            self.head.number += 1;
+            what.clone_into(&mut self.head.what);
+            self.head.at = wall_clock();
+            self.head.complete = false;
+        }
+        let open = self.open.get_or_insert_with(|| Open {
+            first_ns: now_ns,
+            events: Vec::new(),
+            about: Vec::new(),
+        });
+        open.add(now_ns, what.to_owned());
+        if !open.about.contains(&process) {
+            open.about.push(process);
+        }
+        let state_file = match process {
+            Process::Task => Some("task.slots"),
+            Process::Physics => Some("physics.slots"),
+            _ => None,
+        };
+        let files = state_file.and_then(|name| Some((name, self.state_file(name)?)));
+        if is_first || files.is_some() {
+            self.write(files.into_iter().collect());
+        }
+        self.head.number
+    }
+
+    /// Takes note of what was heard, and completes an incident when its time is over.
+    pub(super) fn turn(&mut self, now_ns: u64, watch: &Watch) {
+        if let Some(state) = watch.state() {
+            self.head.sim_time_s = state.header.sim_time_ns as f64 * 1.0e-9;
+            let count = (state.arm_count as usize).min(state.arms.len());
+            let at_fault = |arm: &usize| state.arms[*arm].fault != 0;
+            let faults = (0..count)
+                .filter(at_fault)
+                .fold(0, |bits, arm| bits | 1 << arm);
+            let new = faults & !std::mem::replace(&mut self.faults, faults);
+            for arm in (0..count).filter(|arm| new >> arm & 1 == 1) {
+                let what = format!("arm {arm} is at fault until the scene is reset");
+                let number = self.failed(now_ns, Process::Physics, &what);
+                say::warn(format_args!("{what}; {}", self.hint(number)));
+            }
+        }
+        for (index, process) in self.processes.iter().enumerate() {
+            let generation = watch.health(*process).map_or(0, |h| h.header.generation);
+            if generation > self.generations[index] {
+                self.generations[index] = generation;
+                if let Some(open) = &mut self.open {
+                    let name = process.name();
+                    open.add(now_ns, format!("{name} works again, start {generation}"));
+                }
+            }
+        }
+        let over = |open: &Open| now_ns.saturating_sub(open.first_ns) > AFTER_NS;
+        if self.open.as_ref().is_some_and(over) {
+            self.complete();
+        }
+    }
+
+    /// How an incident is looked at.
+    pub(super) fn hint(&self, number: u32) -> String {
+        let cell = self.dir.path().file_name().unwrap_or_default();
+        match cell.to_str() {
+            Some(cell) if cell != crate::cli_common::DEFAULT_CELL => {
+                format!("`robocell incident {number} --cell {cell}` shows it")
+            }
+            _ => format!("`robocell incident {number}` shows it"),
+        }
+    }
+
+    /// The run ends: what is open is written, if the disk takes it in time.
+    pub(super) fn end(mut self) {
+        if self.open.is_some() {
+            self.complete();
+        }
+        let Self { writer, done, .. } = self;
+        drop(writer);
+        if done.recv_timeout(WRITE_LIMIT).is_err() {
+            say::warn("the last incident could not be written within 2 s");
+        }
+    }
+
+    fn complete(&mut self) {
+        self.head.complete = true;
+        self.write(Vec::new());
+        self.open = None;
+    }
+
+    /// Hands what is there now to the writer.
+    fn write(&mut self, files: Vec<(&'static str, Vec<u8>)>) {
+        let Some(open) = &self.open else {
+            return;
+        };
+        let ring = |process: &Process| {
+            let path = ring_path(self.dir.path(), &process.name());
+            // A process that could not make its ring has said so.
+            Some((*process, BlackBox::read(&path).ok()?))
+        };
+        let log = |process: &Process| LogTail {
+            process: process.name(),
+            lines: last_words(&self.dir.log(&process.name()), LINES),
+        };
+        let draft = Draft {
+            incident: Incident {
+                head: self.head.clone(),
+                events: open.events.clone(),
+                loops: Vec::new(),
+                logs: open.about.iter().map(log).collect(),
+                recording: self.recording.clone(),
+            },
+            first_ns: open.first_ns,
+            rings: self.processes.iter().filter_map(ring).collect(),
+            files,
+        };
+        // Without its thread, which was said, nothing is kept.
+        self.writer.send(draft).ok();
+    }
+
+    fn state_file(&self, name: &str) -> Option<Vec<u8>> {
+        let path = self.dir.path().join(name);
+        let is_small = std::fs::metadata(&path).ok()?.len() <= STATE_FILE;
+        is_small.then(|| std::fs::read(path).ok()).flatten()
+    }
+}
+
+impl Open {
+    fn add(&mut self, now_ns: u64, what: String) {
+        if self.events.len() < EVENTS {
+            let at_ms = ms(now_ns, self.first_ns);
+            self.events.push(Event { at_ms, what });
+        }
+    }
+}
+
+#[expect(
+    clippy::disallowed_methods,
+    reason = "people compare it with their clock; nothing is computed with it"
+)]
+fn wall_clock() -> String {
+    utc(SystemTime::now())
+}
+
+/// Writes drafts until there will be no more.
+fn write_all(incidents: &Incidents, drafts: &Receiver<Draft>) {
+    let mut said = false;
+    for draft in drafts {
+        let number = draft.incident.head.number;
+        if let Err(error) = draft.save(incidents)
+            && !std::mem::replace(&mut said, true)
+        {
+            say::warn(format_args!(
+                "incident {number} is not kept: {error}: {}",
+                incidents.path(number).display()
+            ));
+        }
+    }
+}
+
+impl Draft {
+    fn save(mut self, incidents: &Incidents) -> std::io::Result<()> {
+        let first_ns = self.first_ns;
+        let trace = |(process, ring): &(Process, Vec<BoxedCycle>)| trace(*process, ring, first_ns);
+        self.incident.loops = self.rings.iter().map(trace).collect();
+        incidents.save(&self.incident)?;
+        for (name, bytes) in &self.files {
+            std::fs::write(incidents.path(self.incident.head.number).join(name), bytes)?;
+        }
+        Ok(())
+    }
+}
+
+/// The cycles of `ring` around `first_ns`.
+fn trace(process: Process, ring: &[BoxedCycle], first_ns: u64) -> LoopTrace {
+    let mut trace = LoopTrace {
+        process: process.name(),
+        ..LoopTrace::default()
+    };
+    let names = value_names(process);
+    let names = names
+        .iter()
+        .enumerate()
+        .filter(|(_, name)| !name.is_empty());
+    let span = first_ns.saturating_sub(BEFORE_NS)..=first_ns + AFTER_NS;
+    for cycle in ring.iter().filter(|cycle| span.contains(&cycle.began_ns)) {
+        if let Some(cause) = cycle.cause {
+            let overrun = (trace.tick.len(), cause.name().to_owned());
+            trace.overruns.push(overrun);
+        }
+        trace.generation.push(cycle.generation);
+        trace.tick.push(cycle.tick);
+        trace.at_ms.push(ms(cycle.began_ns, first_ns));
+        trace.late_us.push(us(cycle.late_ns));
+        trace.body_us.push(us(cycle.body_ns));
+        for (index, name) in names.clone() {
+            let values = trace.values.entry((*name).to_owned()).or_default();
+            values.push(rounded(cycle.values[index]));
+        }
+    }
+    trace
+}
+
+/// From `zero_ns` to `ns`, in milliseconds with three decimals.
+fn ms(ns: u64, zero_ns: u64) -> f64 {
+    let us = |ns: u64| (ns / 1_000) as f64;
+    (us(ns) - us(zero_ns)) / 1_000.0
+}
+
+fn us(ns: u32) -> f64 {
+    f64::from(ns / 100) / 10.0
+}
+
+/// With four decimals: an incident is read by people, too.
+fn rounded(value: f32) -> f64 {
+    (f64::from(value) * 10_000.0).round() / 10_000.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cell_rt::overrun::Cause;
+
+    #[test]
+    fn a_trace_has_the_cycles_around_the_first_event() {
+        let second = 1_000_000_000;
+        let cycle = |began_ns, cause| BoxedCycle {
+            began_ns,
+            late_ns: 1_234_567,
+            body_ns: 50_000,
+            cause,
+            values: [5.0, 0.123_45, 0.0, 0.0],
+            ..BoxedCycle::default()
+        };
+        let ring = [
+            cycle(second, None),
+            cycle(8 * second, Some(Cause::Preemption)),
+            cycle(10 * second + 2_500_000, None),
+            cycle(12 * second, None),
+        ];
+        let trace = trace(Process::Physics, &ring, 10 * second);
+        assert_eq!(trace.at_ms, [-2000.0, 2.5]);
+        assert_eq!((trace.late_us[0], trace.body_us[1]), (1234.5, 50.0));
+        assert_eq!(trace.overruns, [(0, "preemption".to_owned())]);
+        assert_eq!(trace.values["arm 0 fastest joint (rad/s)"], [0.1235; 2]);
+        assert_eq!(trace.values.len(), 4);
+    }
+}

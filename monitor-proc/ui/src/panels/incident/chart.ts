@@ -1,0 +1,40 @@
+// One column of a loop over time, with a line at each event.
+import uPlot from "uplot";
+import { el } from "../dom";
+
+const HEIGHT = 90;
+const AXIS = "#93a1b1";
+const GRID = { stroke: "#232c36", width: 1 };
+const LINE = "#58a6ff";
+const EVENT = "#ff7b72";
+
+export function chart(
+  at_ms: number[],
+  values: number[],
+  { width, span, marks }: { width: number; span: [number, number]; marks: number[] },
+): HTMLElement {
+  const host = el("div", { class: "incident-chart" });
+  const axis = { stroke: AXIS, grid: GRID, ticks: GRID, font: "10px system-ui" };
+  const options: uPlot.Options = {
+    width: Math.max(width - 24, 200),
+    height: HEIGHT,
+    legend: { show: false },
+    cursor: { y: false },
+    scales: { x: { time: false, range: () => span } },
+    axes: [
+      { ...axis, size: 24, values: (_, ticks) => ticks.map((tick) => `${tick} ms`) },
+      { ...axis, size: 46 },
+    ],
+    series: [{}, { stroke: LINE, width: 1, points: { show: false } }],
+    hooks: {
+      draw: [
+        ({ ctx, bbox, valToPos }) => {
+          ctx.fillStyle = EVENT;
+          for (const mark of marks) ctx.fillRect(valToPos(mark, "x", true), bbox.top, 1, bbox.height);
+        },
+      ],
+    },
+  };
+  new uPlot(options, [at_ms, values], host);
+  return host;
+}

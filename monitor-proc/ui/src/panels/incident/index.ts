@@ -1,0 +1,120 @@
+// What was kept of a failure: events, the loops' last seconds, the end of logs.
+import "uplot/dist/uPlot.min.css";
+import type { Desk } from "../desk";
+import { el } from "../dom";
+import { chart } from "./chart";
+
+interface LoopTrace {
+  process: string;
+  generation: number[];
+  tick: number[];
+  at_ms: number[];
+  late_us: number[];
+  body_us: number[];
+  overruns: [number, string][];
+  values: Record<string, number[]>;
+}
+
+interface Incident {
+  number: number;
+  what: string;
+  at: string;
+  sim_time_s: number;
+  demo: string;
+  policy: string;
+  seed: number;
+  complete: boolean;
+  events: { at_ms: number; what: string }[];
+  loops: LoopTrace[];
+  logs: { process: string; lines: string[] }[];
+}
+
+const LISTED = 8;
+/** The second after the incident is written by then. */
+const COMPLETE_MS = 1500;
+
+async function load(desk: Desk, number: number): Promise<Incident | null> {
+  const answer = await fetch(`/api/incidents/${number}`).catch(() => null);
+  if (answer?.ok === true) return (await answer.json()) as Incident;
+  desk.say(`incident ${number}: ${answer === null ? "the monitor is away" : await answer.text()}`, true);
+  return null;
+}
+
+/** Opens the sheet of incident `number`. */
+export async function openIncident(desk: Desk, number: number): Promise<void> {
+  const incident = await load(desk, number);
+  if (incident === null) return;
+  const close = el("button", { type: "button", class: "button" }, "Close");
+  const body = el("div", { class: "incident-body scroll", tabindex: 0 });
+  const dialog = el(
+    "dialog",
+    { class: "incident", "aria-label": `Incident ${number}` },
+    el("header", {}, el("h2", {}, `Incident ${number}: ${incident.what}`), close),
+    body,
+  );
+  close.addEventListener("click", () => dialog.close());
+  dialog.addEventListener("click", (event) => {
+    if (event.target === dialog) dialog.close();
+  });
+  dialog.addEventListener("close", () => dialog.remove());
+  document.body.append(dialog);
+  dialog.showModal();
+  // Plots need to know how wide they are.
+  const show = (shown: Incident) => body.replaceChildren(...content(desk, shown, body.clientWidth));
+  show(incident);
+  if (incident.complete) return;
+  setTimeout(() => {
+    if (dialog.open) void load(desk, number).then((whole) => whole !== null && dialog.open && show(whole));
+  }, COMPLETE_MS);
+}
+
+function content(desk: Desk, incident: Incident, width: number): HTMLElement[] {
+  const { number, at, sim_time_s, demo, policy, seed } = incident;
+  const facts = `${at}, ${demo} with policy ${policy}, seed ${seed}, ${sim_time_s.toFixed(3)} s of simulated time`;
+  const marks = incident.events.map((event) => event.at_ms);
+  const parts = [
+    el("p", { class: "dim" }, facts),
+    el("p", { class: "dim" }, "The same on the command line: ", el("code", {}, desk.onCell(`robocell incident ${number}`))),
+    list("Events", incident.events.map((event) => `${event.at_ms.toFixed(1)} ms  ${event.what}`)),
+  ];
+  if (!incident.complete) parts.push(el("p", { class: "dim" }, "The second after it is not kept yet."));
+  const span: [number, number] = [
+    Math.min(-1, ...incident.loops.map((loop) => loop.at_ms[0] ?? 0)),
+    Math.max(1, ...incident.loops.map((loop) => loop.at_ms.at(-1) ?? 0)),
+  ];
+  for (const loop of incident.loops) parts.push(loopPart(loop, { width, span, marks }));
+  for (const log of incident.logs) {
+    const lines = log.lines.length > 0 ? log.lines : ["(it wrote nothing)"];
+    parts.push(list(`End of the log of ${log.process}`, lines));
+  }
+  return parts;
+}
+
+function loopPart(loop: LoopTrace, view: { width: number; span: [number, number]; marks: number[] }): HTMLElement {
+  const starts = [...new Set(loop.generation)].join(", ");
+  const part = el("section", {}, el("h3", {}, `${loop.process}: ${loop.tick.length} cycles of start ${starts}`));
+  if (loop.overruns.length > 0) part.append(list(`${loop.overruns.length} overruns`, worst(loop)));
+  const columns = { "late (µs)": loop.late_us, "work (µs)": loop.body_us, ...loop.values };
+  for (const [name, values] of Object.entries(columns)) {
+    // A flat line says nothing.
+    if (values.every((value) => value === values[0])) continue;
+    part.append(el("div", { class: "dim" }, name), chart(loop.at_ms, values, view));
+  }
+  return part;
+}
+
+/** The overruns that took longest, in the order of time. */
+function worst(loop: LoopTrace): string[] {
+  const loss = (index: number) => (loop.late_us[index] ?? 0) + (loop.body_us[index] ?? 0);
+  const longest = [...loop.overruns].sort((a, b) => loss(b[0]) - loss(a[0])).slice(0, LISTED);
+  return longest
+    .sort((a, b) => a[0] - b[0])
+    .map(([index, cause]) => {
+      const [at, late, work] = [loop.at_ms, loop.late_us, loop.body_us].map((column) => column[index] ?? 0);
+      return `${at?.toFixed(1)} ms  tick ${loop.tick[index]}  late ${late?.toFixed(0)} µs  work ${work?.toFixed(0)} µs  ${cause}`;
+    });
+}
+
+function list(title: string, lines: string[]): HTMLElement {
+  return el("section", {}, el("h3", {}, title), el("pre", {}, lines.join("\n")));
+}
