@@ -151,7 +151,7 @@ fn remove_segments(dir: &RunDir) -> Result<(), Failure> {
 }
 
 /// Removes a file or a directory; what is gone already is fine.
-fn remove(path: &std::path::Path) -> io::Result<()> {
+pub(crate) fn remove(path: &std::path::Path) -> io::Result<()> {
     let result = match fs::symlink_metadata(path) {
         Ok(meta) if meta.is_dir() => fs::remove_dir_all(path),
         Ok(_) => fs::remove_file(path),

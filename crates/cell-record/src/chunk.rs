@@ -55,7 +55,37 @@ pub(crate) fn read(
     unpack(&packed, names).map_err(|error| refuse(format!("a chunk that cannot be read: {error}")))
 }
 
+/// Refuses a record that is longer than the uncompressed chunk around it: `mcap` 0.26
+/// subtracts without a check there, which ends the process or reads what follows.
+fn check_records(packed: &[u8]) -> Result<(), String> {
+    // Opcode, length, first and last time, uncompressed size, checksum.
+    const COMPRESSION: usize = 1 + 8 + 8 + 8 + 8 + 4;
+    let early = || "it ends in its header".to_owned();
+    let number = |at: usize, bytes: usize| {
+        let mut word = [0; 8];
+        word[..bytes].copy_from_slice(packed.get(at..at + bytes)?);
+        usize::try_from(u64::from_le_bytes(word)).ok()
+    };
+    if number(COMPRESSION, 4).ok_or_else(early)? != 0 {
+        // The length of what is unpacked is checked there.
+        return Ok(());
+    }
+    let at = COMPRESSION + 4;
+    let length = number(at, 8).ok_or_else(early)?;
+    let mut records = packed[at + 8..].get(..length).ok_or_else(early)?;
+    while let Some((head, rest)) = records.split_first_chunk::<9>() {
+        let [opcode, length @ ..] = *head;
+        let length = u64::from_le_bytes(length);
+        let after = usize::try_from(length).ok().and_then(|n| rest.get(n..));
+        records = after.ok_or_else(|| {
+            format!("its record of kind {opcode} and {length} bytes is longer than the chunk")
+        })?;
+    }
+    Ok(())
+}
+
 fn unpack(packed: &[u8], names: &mut Names) -> Result<Vec<Entry>, String> {
+    check_records(packed)?;
     let text = |error: mcap::McapError| error.to_string();
     let options = LinearReaderOptions::default()
         .with_skip_start_magic(true)
@@ -146,5 +176,40 @@ mod tests {
         )
         .unwrap();
         assert!(entries.is_empty());
+    }
+
+    /// A chunk of `length` bytes that is not compressed and says so of `records`.
+    fn chunk(length: usize, records: &[u8]) -> Vec<u8> {
+        let mut chunk = vec![mcap::records::op::CHUNK];
+        let body = 8 + 8 + 8 + 4 + 4 + 8 + records.len();
+        chunk.extend((body as u64).to_le_bytes());
+        chunk.extend([0; 16]);
+        chunk.extend((length as u64).to_le_bytes());
+        chunk.extend([0; 4 + 4]);
+        chunk.extend((length as u64).to_le_bytes());
+        chunk.extend(records);
+        chunk
+    }
+
+    #[test]
+    fn a_record_longer_than_its_chunk_is_an_error() {
+        let record = |length: u64| {
+            let mut record = vec![mcap::records::op::MESSAGE];
+            record.extend(length.to_le_bytes());
+            record.extend([0; 30]);
+            record
+        };
+        // Found by fuzzing: mcap read past the chunk.
+        for length in [31, 0x1fff_ffff, u64::MAX] {
+            let said = unpack(&chunk(39, &record(length)), &mut Names::new()).unwrap_err();
+            assert!(said.contains("longer than the chunk"), "{said}");
+        }
+        let said = unpack(&chunk(39, &record(30)), &mut Names::new()).unwrap_err();
+        assert!(said.contains("channel 0"), "{said}");
+        let said = unpack(&chunk(40, &record(30)), &mut Names::new()).unwrap_err();
+        assert!(said.contains("ends"), "{said}");
+        for end in 0..60 {
+            unpack(&chunk(39, &record(30))[..end], &mut Names::new()).unwrap_err();
+        }
     }
 }

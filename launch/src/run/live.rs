@@ -17,15 +17,17 @@ use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED};
 use ipc_types::{Decision, Wire};
 
 use super::bus_thread::BusThread;
-use super::faults::{FaultStep, Faults, named};
+use super::faults::{FaultStep, Faults};
 use super::half_made::HalfMadeSweep;
 use super::incident::IncidentRecorder;
-use super::plan::{Plan, choose};
+use super::plan::Plan;
 use super::recording::RecordWatch;
+use super::standstill::Standstill;
 use super::starvation::Starvation;
 use super::watch::Watch;
+use super::wish::{Wish, consider};
 use crate::child::{Children, last_words};
-use crate::control::{Reply, Request, Server};
+use crate::control::{Reply, Server};
 use crate::failure::{Context, Failure};
 use crate::lock::Lock;
 use crate::programs::Programs;
@@ -70,29 +72,6 @@ pub struct LiveCell {
     standstill: Standstill,
     end: Option<End>,
     _lock: Lock,
-}
-
-/// How long lockstep may wait for an answer (ns): longer than any restart takes.
-const STANDSTILL_NS: u64 = 20_000_000_000;
-
-/// Since when the same tick is waited with.
-#[derive(Debug, Default)]
-struct Standstill {
-    tick: u64,
-    since_ns: Option<u64>,
-}
-
-impl Standstill {
-    /// Takes note of the present tick; whether it has been waited with for too
-    /// long.
-    fn lasts(&mut self, tick: u64, waits: bool, now_ns: u64) -> bool {
-        if tick != self.tick || !waits {
-            self.tick = tick;
-            self.since_ns = None;
-        }
-        let since_ns = *self.since_ns.get_or_insert(now_ns);
-        waits && now_ns.saturating_sub(since_ns) > STANDSTILL_NS
-    }
 }
 
 impl LiveCell {
@@ -310,11 +289,35 @@ impl LiveCell {
         for event in self.watch.take(news) {
             self.tell(now, event);
         }
-        if self.bus.deaf_ns(now) > DEAF_LIMIT_NS {
+        if self.bus.deaf_ns(now) <= DEAF_LIMIT_NS {
+            return;
+        }
+        if self.supervisor.has_left_bus() {
             let message = "the launcher has heard nothing from the cell's bus for 30 s: its shared \
                            memory is damaged; start the cell again";
             self.finish_with(End::GaveUp(message.to_owned()));
+        } else {
+            self.tell(now, Event::BusLost);
         }
+    }
+
+    /// Replaces the bus on which processes could not work. None of them runs.
+    fn new_bus(&mut self) -> Result<(), Failure> {
+        let spec = &mut self.plan.spec;
+        let old_root = spec.root.clone();
+        (spec.root, spec.prefix) = self.plan.dir.site(spec.run.wrapping_add(1));
+        spec.save(&self.plan.dir.spec())
+            .map_err(Failure::configuration)?;
+        let site = RunSite {
+            root: spec.root.clone(),
+            prefix: spec.prefix.clone(),
+        };
+        let bus = BusThread::start(site.clone(), spec.run, &self.processes)?;
+        drop(std::mem::replace(&mut self.bus, bus));
+        self.watch = Watch::new(&self.processes);
+        self.sweep = HalfMadeSweep::new(site);
+        leftovers::sweep(&self.plan.dir, &self.plan.spec.prefix);
+        leftovers::remove(&old_root).cannot(format!("remove {}", old_root.display()))
     }
 
     /// The processes that exist, with generation and pid.
@@ -348,6 +351,19 @@ impl LiveCell {
                                 why,
                             },
                         );
+                    }
+                }
+                Action::LeaveBus { reason } => {
+                    let what = format!("the cell's shared memory is replaced: {reason}");
+                    let number = self.incidents.failed(now, Process::Physics, &what);
+                    let hint = self.incidents.hint(number);
+                    say::warn(format_args!(
+                        "{what}; every process is started again; {hint}"
+                    ));
+                }
+                Action::NewBus => {
+                    if let Err(failure) = self.new_bus() {
+                        self.finish_with(End::GaveUp(failure.to_string()));
                     }
                 }
                 Action::Terminate { process } => self.children.terminate(process),
@@ -505,72 +521,5 @@ impl LiveCell {
                 }
             }
         }
-    }
-}
-
-/// What a client asked for and gets.
-enum Wish {
-    End(End),
-    Restart(Vec<Process>),
-}
-
-/// Whether a client's wish can be fulfilled, and what to say about it. Another
-/// policy is written down where the next start of the task reads it.
-fn consider(
-    plan: &mut Plan,
-    processes: &[Process],
-    request: Request,
-) -> Result<(Wish, String), Failure> {
-    match request {
-        Request::Down => Ok((Wish::End(End::Stopped), "stopping".to_owned())),
-        Request::Load {
-            demo,
-            policy,
-            seed,
-            speed,
-        } => {
-            let speed = speed.parse().map_err(Failure::usage)?;
-            let next = plan.replaced(&demo, policy.as_deref(), seed, speed)?;
-            let message = format!("setting up {}", super::banner::title(&next.spec));
-            Ok((Wish::End(End::Replaced(Box::new(next))), message))
-        }
-        Request::Restart { process, policy } => {
-            let which = named(processes, &process);
-            if which.is_empty() {
-                let message = format!("this cell has no process `{process}`");
-                return Err(Failure::configuration(message));
-            }
-            if let Some(policy) = policy {
-                take_over(plan, &process, &policy)?;
-            }
-            Ok((Wish::Restart(which), format!("restarting {process}")))
-        }
-    }
-}
-
-fn take_over(plan: &mut Plan, process: &str, policy: &str) -> Result<(), Failure> {
-    if process != "task" {
-        let message = "--policy goes with `restart task` only";
-        return Err(Failure::configuration(message));
-    }
-    plan.spec.policy = choose(Some(policy), &plan.policies, "", &plan.spec.demo)?;
-    plan.spec
-        .save(&plan.dir.spec())
-        .map_err(Failure::configuration)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_the_same_tick_for_a_long_time_is_a_standstill() {
-        let mut standstill = Standstill::default();
-        assert!(!standstill.lasts(5, true, 0));
-        assert!(!standstill.lasts(5, true, STANDSTILL_NS));
-        assert!(standstill.lasts(5, true, STANDSTILL_NS + 1));
-        assert!(!standstill.lasts(6, true, STANDSTILL_NS + 2));
-        assert!(!standstill.lasts(6, false, 3 * STANDSTILL_NS));
-        assert!(!standstill.lasts(6, true, 3 * STANDSTILL_NS + 1));
     }
 }

@@ -11,8 +11,10 @@ mod phases;
 pub(crate) mod plan;
 pub(crate) mod preflight;
 mod recording;
+mod standstill;
 mod starvation;
 mod watch;
+mod wish;
 
 use cell_model::runs::spec::RecordSpec;
 use cell_model::runs::summary::{RunOutcome, RunSummary};

@@ -78,6 +78,8 @@ pub enum Event {
         /// Of which process.
         process: Process,
     },
+    /// The launcher's own ports hear nothing any more.
+    BusLost,
     /// The run ends by itself: processes leave and are not started again.
     Ending,
     /// Stop everything in order.
@@ -96,6 +98,14 @@ pub enum Action {
         /// From 1 up.
         generation: u32,
     },
+    /// The shared memory of the bus is given up: all processes end, and start again on a
+    /// new bus, once in a run.
+    LeaveBus {
+        /// Why, in words.
+        reason: String,
+    },
+    /// No process runs: the new bus is made now, and starts follow.
+    NewBus,
     /// Ask it to end (SIGTERM).
     Terminate {
         /// Which.

@@ -12,7 +12,7 @@ mod tests;
 pub use event::{Action, Event, Exit, Rules};
 
 use ipc_types::topic::Process;
-use slot::{Lifecycle, Slot};
+use slot::{Lifecycle, MAX_HUNG_STARTS, Slot};
 
 /// Nanoseconds in a millisecond.
 pub(crate) const MS: u64 = 1_000_000;
@@ -22,6 +22,8 @@ pub(crate) const MS: u64 = 1_000_000;
 enum Phase {
     /// Keeping every process up.
     Keeping,
+    /// Ending every process, to start again on a new bus.
+    LeavingBus,
     /// The run ended by itself: whoever leaves is not brought back.
     Ending,
     /// Stopping in reverse order.
@@ -34,6 +36,8 @@ pub struct Supervisor {
     rules: Rules,
     phase: Phase,
     was_ready: bool,
+    /// The bus was replaced: it is not done twice.
+    left_bus: bool,
     slots: Vec<Slot>,
 }
 
@@ -45,6 +49,7 @@ impl Supervisor {
             rules,
             phase: Phase::Keeping,
             was_ready: false,
+            left_bus: false,
             slots,
         }
     }
@@ -52,6 +57,11 @@ impl Supervisor {
     /// Whether every process has shown itself since the start of the cell.
     pub fn is_ready(&self) -> bool {
         self.was_ready
+    }
+
+    /// Whether the bus was replaced: it is not done twice.
+    pub fn has_left_bus(&self) -> bool {
+        self.left_bus
     }
 
     /// Whether no process is left.
@@ -122,6 +132,11 @@ impl Supervisor {
             }
             Event::Restart { process } => self.restart(now, process, true),
             Event::KillAndRestart { process } => self.restart(now, process, false),
+            Event::BusLost => {
+                if self.phase == Phase::Keeping && !self.left_bus {
+                    self.leave_bus("the launcher hears nothing on it", out);
+                }
+            }
             Event::Ending => {
                 if self.phase == Phase::Keeping {
                     self.phase = Phase::Ending;
@@ -136,6 +151,7 @@ impl Supervisor {
     pub fn poll(&mut self, now: u64, out: &mut Vec<Action>) {
         match self.phase {
             Phase::Keeping => self.keep(now, out),
+            Phase::LeavingBus => self.new_bus(out),
             Phase::Ending => self.slots.iter_mut().for_each(Slot::forget_plans),
             Phase::Stopping => self.stop_next(now, out),
         }
@@ -162,14 +178,42 @@ impl Supervisor {
         exit: Exit,
         out: &mut Vec<Action>,
     ) {
-        let keeping = self.phase == Phase::Keeping;
+        let (phase, left_bus) = (self.phase, self.left_bus);
         let Some(slot) = self.slot(process, generation) else {
             return;
         };
-        if keeping {
-            slot.exited(now, exit, out);
-        } else {
-            slot.state = Lifecycle::Down;
+        match phase {
+            Phase::Keeping if slot.never_works() && !left_bus => {
+                slot.state = Lifecycle::NotStarted;
+                let name = process.name();
+                let reason = format!("{name} gave no sign of life in {MAX_HUNG_STARTS} starts");
+                self.leave_bus(&reason, out);
+            }
+            Phase::Keeping => slot.exited(now, exit, out),
+            Phase::LeavingBus => slot.state = Lifecycle::NotStarted,
+            Phase::Ending | Phase::Stopping => slot.state = Lifecycle::Down,
+        }
+    }
+
+    /// The last resort against damaged shared memory.
+    fn leave_bus(&mut self, reason: &str, out: &mut Vec<Action>) {
+        self.left_bus = true;
+        self.phase = Phase::LeavingBus;
+        out.push(Action::LeaveBus {
+            reason: reason.to_owned(),
+        });
+        self.slots
+            .iter_mut()
+            .filter(|slot| slot.runs())
+            .for_each(|slot| slot.kill(out));
+    }
+
+    /// As soon as no process is left on the old bus.
+    fn new_bus(&mut self, out: &mut Vec<Action>) {
+        if !self.slots.iter().any(Slot::runs) {
+            self.slots.iter_mut().for_each(Slot::begin_again);
+            self.phase = Phase::Keeping;
+            out.push(Action::NewBus);
         }
     }
 

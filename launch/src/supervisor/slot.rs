@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use cell_rt::process::SIGKILL;
 use ipc_types::topic::Process;
 
 use super::{Action, Exit, MS, Rules};
@@ -23,7 +24,7 @@ const BACKOFF_MAX: u64 = 2_000 * MS;
 const MAX_CRASHES: usize = 5;
 /// So many starts in a row without a sign of life, and it is given up: they
 /// take too long to fill the window.
-const MAX_HUNG_STARTS: u32 = 3;
+pub(super) const MAX_HUNG_STARTS: u32 = 3;
 /// The window crashes are counted in.
 const CRASH_WINDOW: u64 = 10_000 * MS;
 /// A process that is asked to end and gets no core may take this much longer.
@@ -186,9 +187,24 @@ impl Slot {
         }
     }
 
+    /// Whether it gave no sign of life in so many starts that something in its way has to
+    /// be taken for damaged. A monitor is no reason to touch the others.
+    pub(super) fn never_works(&self) -> bool {
+        self.hung_starts >= MAX_HUNG_STARTS && self.process != Process::Monitor
+    }
+
+    /// As before its first start, but for its generation: what it kept is resumed.
+    pub(super) fn begin_again(&mut self) {
+        *self = Self {
+            generation: self.generation,
+            ..Self::new(self.process)
+        };
+    }
+
     pub(super) fn exited(&mut self, now: u64, exit: Exit, out: &mut Vec<Action>) {
         let process = self.process;
         let hung = self.state == Lifecycle::Killed;
+        let worked = self.state == Lifecycle::Up;
         self.wanted = None;
         if self.commanded {
             self.commanded = false;
@@ -199,7 +215,7 @@ impl Slot {
             self.retry_later(now);
             return;
         }
-        if let Some(reason) = self.verdict(now, exit) {
+        if let Some(reason) = self.verdict(now, exit, worked) {
             self.give_up(now, reason, out);
             return;
         }
@@ -232,7 +248,7 @@ impl Slot {
     }
 
     /// Why another start would be useless, if it would.
-    fn verdict(&mut self, now: u64, exit: Exit) -> Option<String> {
+    fn verdict(&mut self, now: u64, exit: Exit, worked: bool) -> Option<String> {
         if let Exit::Code(2 | 3) = exit {
             return Some(format!("it {}", describe(exit)));
         }
@@ -241,9 +257,13 @@ impl Slot {
                 "{MAX_HUNG_STARTS} starts in a row gave no sign of life within 2 s"
             ));
         }
-        self.crashes.push_back(now);
         let is_short = now.saturating_sub(self.spawned_at) < LONG_LIFE;
         self.short_lives = if is_short { self.short_lives + 1 } else { 0 };
+        // A process that is killed while it works, by a person or by the kernel for lack of
+        // memory, says nothing about the next start.
+        if is_short || !worked || exit != Exit::Signal(SIGKILL) {
+            self.crashes.push_back(now);
+        }
         while self
             .crashes
             .front()
@@ -347,7 +367,7 @@ impl Slot {
         });
     }
 
-    fn kill(&mut self, out: &mut Vec<Action>) {
+    pub(super) fn kill(&mut self, out: &mut Vec<Action>) {
         self.state = Lifecycle::Killed;
         out.push(Action::Kill {
             process: self.process,

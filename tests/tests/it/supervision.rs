@@ -1,5 +1,6 @@
 //! The launcher as the keeper of its processes.
 
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
@@ -266,4 +267,50 @@ fn two_cells_run_side_by_side() {
     );
     assert!(other.wait().unwrap().success());
     assert!(cell.status().is_some());
+}
+
+/// Starts that hang may be due to shared memory that cannot be repaired: after three
+/// all processes start again on a new bus, and resume.
+#[test]
+fn a_process_that_never_works_on_one_bus_is_tried_on_another() {
+    let base = base();
+    let task = base.path().join("task.sh");
+    let program = robocell_tests::program::built("task-proc");
+    // Works the fourth time.
+    let script = format!(
+        "#!/bin/sh\n[ \"$1\" = --spec ] && [ \"$4\" -lt 4 ] && exec sleep 1000\nexec {} \"$@\"\n",
+        program.display()
+    );
+    std::fs::write(&task, script).unwrap();
+    std::fs::set_permissions(&task, std::fs::Permissions::from_mode(0o700)).unwrap();
+    let arguments = [
+        "franka-stack",
+        "--headless",
+        "--task",
+        task.to_str().unwrap(),
+    ];
+    let cell = TestCell::start_in(base, &arguments);
+    let status = cell.wait_status("the second bus", |status| {
+        generation(status, "task") == 4 && generation(status, "physics") == 2
+    });
+    let resumed = status["tick"].as_u64().unwrap();
+    assert!(
+        resumed > 3_000,
+        "physics starts from the beginning: {resumed}"
+    );
+    cell.wait_status("work", |status| status["outcome"] == "running");
+    // Nothing of the first bus is left.
+    let prefix = prefix(&cell.run_dir());
+    let family = &prefix[..8];
+    let foreign = |name: &String| !name.starts_with(&prefix);
+    assert!(!segments(family).iter().any(foreign));
+    let roots = std::fs::read_dir(cell.run_dir()).unwrap();
+    let roots = roots.filter(|entry| {
+        let name = entry.as_ref().unwrap().file_name();
+        let name = name.to_str().unwrap();
+        name.len() == 5 && name.starts_with('b')
+    });
+    assert_eq!(roots.count(), 1);
+    let said = std::fs::read_to_string(cell.base().join("stderr")).unwrap();
+    assert!(said.contains("shared memory is replaced: task"), "{said}");
 }

@@ -1,0 +1,60 @@
+//! What a client of the control socket asks for.
+
+use ipc_types::topic::Process;
+
+use super::faults::named;
+use super::live::End;
+use super::plan::{Plan, choose};
+use crate::control::Request;
+use crate::failure::Failure;
+
+/// What a client asked for and gets.
+pub(super) enum Wish {
+    End(End),
+    Restart(Vec<Process>),
+}
+
+/// Whether a client's wish can be fulfilled, and what to say about it. Another
+/// policy is written down where the next start of the task reads it.
+pub(super) fn consider(
+    plan: &mut Plan,
+    processes: &[Process],
+    request: Request,
+) -> Result<(Wish, String), Failure> {
+    match request {
+        Request::Down => Ok((Wish::End(End::Stopped), "stopping".to_owned())),
+        Request::Load {
+            demo,
+            policy,
+            seed,
+            speed,
+        } => {
+            let speed = speed.parse().map_err(Failure::usage)?;
+            let next = plan.replaced(&demo, policy.as_deref(), seed, speed)?;
+            let message = format!("setting up {}", super::banner::title(&next.spec));
+            Ok((Wish::End(End::Replaced(Box::new(next))), message))
+        }
+        Request::Restart { process, policy } => {
+            let which = named(processes, &process);
+            if which.is_empty() {
+                let message = format!("this cell has no process `{process}`");
+                return Err(Failure::configuration(message));
+            }
+            if let Some(policy) = policy {
+                take_over(plan, &process, &policy)?;
+            }
+            Ok((Wish::Restart(which), format!("restarting {process}")))
+        }
+    }
+}
+
+fn take_over(plan: &mut Plan, process: &str, policy: &str) -> Result<(), Failure> {
+    if process != "task" {
+        let message = "--policy goes with `restart task` only";
+        return Err(Failure::configuration(message));
+    }
+    plan.spec.policy = choose(Some(policy), &plan.policies, "", &plan.spec.demo)?;
+    plan.spec
+        .save(&plan.dir.spec())
+        .map_err(Failure::configuration)
+}
