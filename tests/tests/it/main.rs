@@ -31,6 +31,7 @@ mod restart_latency;
 mod resume;
 mod rogue;
 mod scripts;
+mod series;
 mod stacking;
 mod supervision;
 mod task_program;
