@@ -5,8 +5,9 @@
 //! budget of its own. Then the viewer sends a command every 20 ms, as a hand that
 //! drags does: round trips, and the processor time again. Then 16 clients flood
 //! the page in every second of ten pairs of blocks, and controllers say how late
-//! their cycles began.
+//! their cycles began. Last, in as many blocks, the monitor is killed.
 
+mod blocks;
 mod client;
 mod threads;
 
@@ -17,9 +18,12 @@ use std::time::Duration;
 use crate::report::{Report, Row};
 use cell_model::runs::spec::PageSecrets;
 use cell_rt::clock::monotonic_ns;
+use cell_rt::process::{SIGKILL, kill};
+use ipc_types::Health;
 use ipc_types::health::Scheduling;
 use ipc_types::topic::Process;
 
+use blocks::Blocks;
 use client::{Flood, Viewer};
 use launch::failure::{Code, Failure};
 use launch::run::{End, LiveCell, Plan};
@@ -28,10 +32,9 @@ use threads::Usage;
 const SECOND_NS: u64 = 1_000_000_000;
 /// The first seconds hold the start.
 const WARM_UP_NS: u64 = 3 * SECOND_NS;
-/// Health speaks of the last second; a block has to be longer.
-const BLOCK_NS: u64 = 2 * SECOND_NS;
-/// Pairs of blocks, without and with the flood.
-const PAIRS: usize = 10;
+/// Time between two kills of the monitor: one that lived shorter would be in a crash
+/// loop.
+const KILL_NS: u64 = SECOND_NS + SECOND_NS / 10;
 /// Clients that flood.
 const FLOODERS: usize = 16;
 
@@ -70,13 +73,6 @@ fn plan() -> Result<Plan, Failure> {
     }
 }
 
-/// Controllers' lateness p99 (us) and missed cycles in blocks of one kind.
-#[derive(Default)]
-struct Blocks {
-    lateness_us: Vec<f64>,
-    missed: u64,
-}
-
 struct Bench {
     address: std::net::SocketAddr,
     token: String,
@@ -90,9 +86,11 @@ struct Bench {
     costs: Vec<[f64; 2]>,
     flood: Arc<AtomicBool>,
     flooders: Vec<Flood>,
-    block: usize,
-    block_began: (u64, u64),
-    blocks: [Blocks; 2],
+    flooded: Blocks,
+    is_flooded: bool,
+    killed: Blocks,
+    next_kill_ns: u64,
+    kills: u64,
     round_trips_ns: Vec<u64>,
     frames: u64,
     refused: u64,
@@ -114,9 +112,11 @@ impl Bench {
             costs: Vec::new(),
             flood: Arc::new(AtomicBool::new(false)),
             flooders: Vec::new(),
-            block: 0,
-            block_began: (0, 0),
-            blocks: Default::default(),
+            flooded: Blocks::default(),
+            is_flooded: false,
+            killed: Blocks::default(),
+            next_kill_ns: 0,
+            kills: 0,
             round_trips_ns: Vec::new(),
             frames: 0,
             refused: 0,
@@ -141,7 +141,32 @@ impl Bench {
                 self.end_look(now, live);
             }
         }
-        self.flood_in_turn(now, live)
+        let Some(health) = live.watch().health(Process::Controller(0)) else {
+            return false;
+        };
+        self.fifo = health.scheduling == Scheduling::Fifo.code();
+        if !self.is_flooded {
+            self.is_flooded = self.flood_in_turn(now, health);
+            return false;
+        }
+        match self.killed.turn(now, health) {
+            Some(true) => {
+                self.kill_monitor(now, live);
+                false
+            }
+            Some(false) => false,
+            None => true,
+        }
+    }
+
+    fn kill_monitor(&mut self, now: u64, live: &LiveCell) {
+        if now < self.next_kill_ns {
+            return;
+        }
+        if let Some(pid) = monitor(live) {
+            self.next_kill_ns = now + KILL_NS;
+            self.kills += u64::from(kill(pid, SIGKILL).is_ok());
+        }
     }
 
     fn look(&mut self, now: u64, live: &LiveCell, asks: bool) {
@@ -168,30 +193,19 @@ impl Bench {
         }
     }
 
-    fn flood_in_turn(&mut self, now: u64, live: &LiveCell) -> bool {
-        let Some(health) = live.watch().health(Process::Controller(0)) else {
-            return false;
-        };
-        self.fifo = health.scheduling == Scheduling::Fifo.code();
+    /// True when all blocks are over.
+    fn flood_in_turn(&mut self, now: u64, health: &Health) -> bool {
         if self.flooders.is_empty() {
             let start = |_| Flood::start(self.address, self.token.clone(), Arc::clone(&self.flood));
             self.flooders = (0..FLOODERS).map(start).collect();
-            self.block_began = (now, health.missed_cycles);
         }
-        if now - self.block_began.0 < BLOCK_NS {
-            return false;
+        let block = self.flooded.turn(now, health);
+        let floods = block == Some(true);
+        self.flood.store(floods, Ordering::Relaxed);
+        if block.is_none() {
+            self.refused = self.flooders.drain(..).map(Flood::stop).sum();
         }
-        let blocks = &mut self.blocks[self.block % 2];
-        blocks.lateness_us.push(health.lateness_p99_ns * 1.0e-3);
-        blocks.missed += health.missed_cycles.saturating_sub(self.block_began.1);
-        self.block += 1;
-        self.block_began = (now, health.missed_cycles);
-        self.flood.store(self.block % 2 == 1, Ordering::Relaxed);
-        if self.block < 2 * PAIRS {
-            return false;
-        }
-        self.refused = self.flooders.drain(..).map(Flood::stop).sum();
-        true
+        block.is_none()
     }
 
     fn print(self, json: bool) -> Result<(), Failure> {
@@ -211,7 +225,11 @@ impl Bench {
             format!(
                 "missed cycles of the controller without and with {FLOODERS} flooding clients: {} and {}; \
                  {} times the monitor closed on one of them",
-                self.blocks[0].missed, self.blocks[1].missed, self.refused
+                self.flooded.missed[0], self.flooded.missed[1], self.refused
+            ),
+            format!(
+                "the same without and with {} kills of the monitor: {} and {}",
+                self.kills, self.killed.missed[0], self.killed.missed[1]
             ),
         ];
         let mut report = Report::new("monitor", self.fifo, &notes);
@@ -229,10 +247,9 @@ impl Bench {
             }
         }
         let names = ["controller lateness p99", "the same, flooded"];
-        for (name, blocks) in names.into_iter().zip(self.blocks) {
-            report.rows.push(median_row(name, blocks.lateness_us));
-        }
-        report.compare(names[1], names[0]);
+        self.flooded.report(&mut report, names);
+        let names = ["controller lateness p99 again", "the same, monitor killed"];
+        self.killed.report(&mut report, names);
         report
             .write(&mut std::io::stdout().lock(), json)
             .map_err(Failure::configuration)
@@ -242,16 +259,4 @@ impl Bench {
 fn monitor(live: &LiveCell) -> Option<u32> {
     let mut pids = live.pids().into_iter();
     pids.find(|(process, _)| *process == Process::Monitor)?.1
-}
-
-/// The blocks' figures: median, and the worst for all the others.
-fn median_row(name: &str, mut figures: Vec<f64>) -> Row {
-    figures.sort_by(f64::total_cmp);
-    let median = figures.get(figures.len() / 2).copied().unwrap_or(0.0);
-    let worst = figures.last().copied().unwrap_or(0.0);
-    Row::new(
-        name.to_owned(),
-        figures.len(),
-        [median, worst, worst, worst],
-    )
 }

@@ -11,6 +11,7 @@ mod clearance;
 mod cube;
 mod file_jobs;
 mod fill_bin;
+mod operator;
 mod palletize;
 mod pyramid;
 mod restart;
