@@ -12,6 +12,7 @@ mod piles;
 mod report;
 mod transport;
 
+use std::io::Write as _;
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
@@ -76,7 +77,7 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("robocell bench: {error}");
+            writeln!(std::io::stderr(), "robocell bench: {error}").ok();
             ExitCode::from(3)
         }
     }

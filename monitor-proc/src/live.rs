@@ -68,7 +68,7 @@ impl Trouble {
 
     /// Says what is wrong, here and in the log of the process.
     pub fn set(&self, note: String) {
-        eprintln!("warning: {note}");
+        cell_worker::warn(format_args!("{note}"));
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(note);
     }
 }

@@ -218,7 +218,7 @@ impl PhysicsProcess {
     fn keep(&mut self) {
         let faults = self.plant.world().faults();
         if std::mem::replace(&mut self.faults, faults) < faults {
-            eprintln!("warning: {}", self.plant.world().fault_words());
+            cell_worker::warn(format_args!("{}", self.plant.world().fault_words()));
         }
         self.resume.turn(&self.plant);
         self.report.turn(&self.plant);

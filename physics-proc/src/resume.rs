@@ -47,9 +47,9 @@ impl Resume {
         let file = SlotFile::open(&path, room);
         let file = file.map_err(|error| {
             let path = path.display();
-            eprintln!(
-                "warning: {path}: {error}; physics starts from the beginning if it is killed"
-            );
+            cell_worker::warn(format_args!(
+                "{path}: {error}; physics starts from the beginning if it is killed"
+            ));
         });
         if let (true, Ok(file)) = (was_one, &file) {
             resume(file, run, plant);
@@ -111,16 +111,18 @@ fn resume(file: &SlotFile, run: u64, plant: &mut Plant) {
         (head == run.to_le_bytes()).then_some(state)
     });
     if file.was_damaged() {
-        eprintln!(
-            "warning: {FILE} in the run directory is damaged: physics may start from the beginning"
-        );
+        cell_worker::warn(format_args!(
+            "{FILE} in the run directory is damaged: physics may start from the beginning"
+        ));
     }
     let Some(state) = ours else {
-        eprintln!("warning: physics before this one kept no state; the scene starts again");
+        cell_worker::warn(format_args!(
+            "physics before this one kept no state; the scene starts again"
+        ));
         return;
     };
     if let Err(error) = plant.restore(state) {
-        eprintln!("warning: {error}");
+        cell_worker::warn(format_args!("{error}"));
     }
 }
 
@@ -131,10 +133,10 @@ fn writer(mut file: SlotFile) -> Option<(SyncSender<Vec<u8>>, JoinHandle<()>)> {
         for state in to_write {
             seq += 1;
             if !file.write(seq, &state) {
-                eprintln!(
-                    "warning: a state of {} bytes is too long to be kept",
+                cell_worker::warn(format_args!(
+                    "a state of {} bytes is too long to be kept",
                     state.len()
-                );
+                ));
             }
         }
     };

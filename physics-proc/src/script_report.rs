@@ -28,7 +28,9 @@ impl ScriptReport {
         let work = move || {
             for replies in to_write {
                 if let Err(error) = save(&replies, &run_dir) {
-                    eprintln!("warning: the replies to the script are not kept: {error}");
+                    cell_worker::warn(format_args!(
+                        "the replies to the script are not kept: {error}"
+                    ));
                 }
             }
         };

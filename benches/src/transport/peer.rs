@@ -1,6 +1,7 @@
 //! What both processes of the bench open, and the part of the second one.
 
 use std::fs::File;
+use std::io::Write as _;
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
@@ -127,7 +128,7 @@ pub(crate) fn main() -> Option<ExitCode> {
     Some(match run(dir.as_ref(), &prefix) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("robocell-bench peer: {error}");
+            writeln!(std::io::stderr(), "robocell-bench peer: {error}").ok();
             ExitCode::from(3)
         }
     })

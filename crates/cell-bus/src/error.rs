@@ -27,7 +27,7 @@ pub enum BusError {
     },
     /// Shared memory is too small; a write to it would end the process.
     #[error(
-        "{path} has {free} bytes free, a cell of {arms} arms needs {needed}: remove leftovers \
+        "{path} has {free} bytes free, a cell with {arms} arm(s) needs {needed}: remove leftovers \
          (`robocell doctor` lists them) or enlarge it (`mount -o remount,size=256M {path}`; \
          in a container `--shm-size 256m`)", path = path.display()
     )]

@@ -68,7 +68,9 @@ impl HealthReporter {
         .code();
         let black_box = BlackBox::open(&ring_path(&start.spec.run_dir, &process.name()));
         if let Err(error) = &black_box {
-            eprintln!("warning: no black box, incidents will not show this process: {error}");
+            crate::warn(format_args!(
+                "no black box, incidents will not show this process: {error}"
+            ));
         }
         let (late_ns, body_ns) = limits(process, start.spec.speed.is_lockstep());
         Ok(Self {

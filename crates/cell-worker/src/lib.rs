@@ -5,6 +5,8 @@
 mod health;
 mod orphan;
 mod start;
+mod warn;
 
 pub use health::HealthReporter;
 pub use start::{RunError, SetupError, Start, main};
+pub use warn::warn;

@@ -81,7 +81,7 @@ impl Start {
         let core = (priority::core_count() > 1).then_some(core % priority::core_count());
         let granted = priority::request(fifo_priority, core);
         for line in &granted.refused {
-            eprintln!("warning: no {line}");
+            crate::warn(format_args!("no {line}"));
         }
         granted.fifo
     }
@@ -94,9 +94,9 @@ impl Start {
         }
         let granted = priority::set_fifo(fifo_priority);
         if let Err(error) = &granted {
-            eprintln!(
-                "warning: no SCHED_FIFO {fifo_priority}: {error}; `robocell doctor` says more"
-            );
+            crate::warn(format_args!(
+                "no SCHED_FIFO {fifo_priority}: {error}; `robocell doctor` says more"
+            ));
         }
         granted.is_ok()
     }
@@ -129,7 +129,7 @@ impl RunError for BusError {
 /// pass, and the launcher tries again.
 pub fn main<E: RunError>(name: &str, run: impl FnOnce(&Start) -> Result<(), E>) -> ExitCode {
     let fail = |error: &dyn std::fmt::Display, code: u8| {
-        eprintln!("{name}: {error}");
+        crate::warn::line(format_args!("{name}: {error}"));
         ExitCode::from(code)
     };
     match Start::from_arguments() {

@@ -1,6 +1,8 @@
 //! A task program with a defect for every day of the week: what the cell does
 //! about each is tested with it.
 
+#![allow(clippy::print_stderr, reason = "its last words are one of the defects")]
+
 use std::process::ExitCode;
 
 use robocell_task::{ArmIntent, Job, Observation, Outcome, Output, Policies, Policy, Pose};

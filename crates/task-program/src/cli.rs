@@ -173,7 +173,7 @@ pub(crate) fn main(program: &Program) -> ExitCode {
     match run(program) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("{error}");
+            writeln!(std::io::stderr(), "{error}").ok();
             ExitCode::from(CONFIGURATION)
         }
     }
@@ -189,7 +189,7 @@ fn run(program: &Program) -> Result<ExitCode, CliError> {
                 }
             })?;
             for refused in summary.script_replies.iter().filter(|r| !r.accepted) {
-                eprintln!("warning: {refused}");
+                cell_worker::warn(refused);
             }
             print_summary(&summary);
             Ok(code(summary.outcome == RunOutcome::Done))
@@ -332,6 +332,8 @@ fn print_report(report: &Report, json: bool) {
 fn print_summary(summary: &RunSummary) {
     match serde_json::to_string(summary) {
         Ok(line) => say(format_args!("{line}")),
-        Err(error) => eprintln!("the summary cannot be written: {error}"),
+        Err(error) => {
+            writeln!(std::io::stderr(), "the summary cannot be written: {error}").ok();
+        }
     }
 }

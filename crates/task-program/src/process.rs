@@ -182,7 +182,7 @@ impl TaskProcess {
             Ok(()) => self.say(tick, "[task] resumed from its checkpoint"),
             Err(error) => {
                 // What happened before is lost; what is seen is not.
-                eprintln!("warning: {error}");
+                cell_worker::warn(format_args!("{error}"));
                 self.say(tick, "[task] started without a checkpoint");
                 return;
             }
@@ -205,7 +205,7 @@ impl TaskProcess {
         let restored = saved.is_some_and(|saved| {
             let restored = self.task.restore(&saved.checkpoint);
             if let Err(error) = &restored {
-                eprintln!("warning: {error}");
+                cell_worker::warn(format_args!("{error}"));
             }
             restored.is_ok()
         });

@@ -70,10 +70,10 @@ impl Slots {
             let file = SlotFile::with_slots(&path, capacity, slots);
             if file.as_ref().is_ok_and(SlotFile::was_damaged) {
                 let path = path.display();
-                eprintln!(
-                    "warning: {path} is damaged: without its newest checkpoint the task decides \
+                cell_worker::warn(format_args!(
+                    "{path} is damaged: without its newest checkpoint the task decides \
                      from what it sees"
-                );
+                ));
             }
             file.map_err(|source| SlotsError { path, source })
         };

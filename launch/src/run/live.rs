@@ -22,6 +22,7 @@ use super::half_made::HalfMadeSweep;
 use super::incident::IncidentRecorder;
 use super::plan::Plan;
 use super::recording::RecordWatch;
+use super::room::Room;
 use super::standstill::Standstill;
 use super::starvation::Starvation;
 use super::watch::Watch;
@@ -62,6 +63,8 @@ pub struct LiveCell {
     starvation: Starvation,
     recording: RecordWatch,
     incidents: IncidentRecorder,
+    room: Room,
+    has_room: bool,
     control: Server,
     supervisor: Supervisor,
     faults: Faults,
@@ -136,6 +139,8 @@ impl LiveCell {
             starvation: Starvation::default(),
             recording: RecordWatch::default(),
             incidents: IncidentRecorder::new(&plan.spec, &plan.dir, &processes),
+            room: Room::new(plan.dir.path(), plan.spec.arms),
+            has_room: true,
             control,
             supervisor: Supervisor::new(&order, rules),
             faults: Faults::new(&plan.spec.script, &processes),
@@ -252,6 +257,7 @@ impl LiveCell {
         let ended = self.children.reap();
         let silence_ns = self.supervisor.longest_silence();
         self.sweep.turn(now, !ended.is_empty(), silence_ns);
+        self.look_for_room(now);
         for (process, generation, exit) in ended {
             self.tell(
                 now,
@@ -318,6 +324,22 @@ impl LiveCell {
         self.sweep = HalfMadeSweep::new(site);
         leftovers::sweep(&self.plan.dir, &self.plan.spec.prefix);
         leftovers::remove(&old_root).cannot(format!("remove {}", old_root.display()))
+    }
+
+    /// Without room a process could not start; the others hold what they hold.
+    fn look_for_room(&mut self, now: u64) {
+        let lack = self.room.lack();
+        if lack.is_none() == self.has_room {
+            return;
+        }
+        self.has_room = lack.is_none();
+        match lack {
+            Some(lack) => say::warn(format_args!(
+                "{lack}: a process that ends is started again when there is room"
+            )),
+            None => say::warn("there is room again for a process to start"),
+        }
+        self.tell(now, Event::Room(self.has_room));
     }
 
     /// The processes that exist, with generation and pid.

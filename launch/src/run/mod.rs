@@ -11,6 +11,7 @@ mod phases;
 pub(crate) mod plan;
 pub(crate) mod preflight;
 mod recording;
+mod room;
 mod standstill;
 mod starvation;
 mod watch;

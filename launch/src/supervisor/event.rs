@@ -78,6 +78,8 @@ pub enum Event {
         /// Of which process.
         process: Process,
     },
+    /// Whether there is room for a process to start, in memory and in the run directory.
+    Room(bool),
     /// The launcher's own ports hear nothing any more.
     BusLost,
     /// The run ends by itself: processes leave and are not started again.

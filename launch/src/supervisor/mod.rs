@@ -38,6 +38,8 @@ pub struct Supervisor {
     was_ready: bool,
     /// The bus was replaced: it is not done twice.
     left_bus: bool,
+    /// Without room no process starts, and none that ends is to blame.
+    has_room: bool,
     slots: Vec<Slot>,
 }
 
@@ -50,6 +52,7 @@ impl Supervisor {
             phase: Phase::Keeping,
             was_ready: false,
             left_bus: false,
+            has_room: true,
             slots,
         }
     }
@@ -132,6 +135,7 @@ impl Supervisor {
             }
             Event::Restart { process } => self.restart(now, process, true),
             Event::KillAndRestart { process } => self.restart(now, process, false),
+            Event::Room(has_room) => self.has_room = has_room,
             Event::BusLost => {
                 if self.phase == Phase::Keeping && !self.left_bus {
                     self.leave_bus("the launcher hears nothing on it", out);
@@ -178,7 +182,7 @@ impl Supervisor {
         exit: Exit,
         out: &mut Vec<Action>,
     ) {
-        let (phase, left_bus) = (self.phase, self.left_bus);
+        let (phase, left_bus, has_room) = (self.phase, self.left_bus, self.has_room);
         let Some(slot) = self.slot(process, generation) else {
             return;
         };
@@ -189,6 +193,7 @@ impl Supervisor {
                 let reason = format!("{name} gave no sign of life in {MAX_HUNG_STARTS} starts");
                 self.leave_bus(&reason, out);
             }
+            Phase::Keeping if !has_room => slot.ended_without_room(now, exit, out),
             Phase::Keeping => slot.exited(now, exit, out),
             Phase::LeavingBus => slot.state = Lifecycle::NotStarted,
             Phase::Ending | Phase::Stopping => slot.state = Lifecycle::Down,
@@ -240,9 +245,9 @@ impl Supervisor {
 
     /// Starts what is due, in order, and looks for hangs.
     fn keep(&mut self, now: u64, out: &mut Vec<Action>) {
-        let mut may_start = true;
+        let mut may_start = self.has_room;
         for slot in &mut self.slots {
-            slot.keep(now, self.rules, may_start, out);
+            slot.keep(now, self.rules, may_start, self.has_room, out);
             // A cell runs without a monitor that was given up.
             may_start &= slot.state == Lifecycle::Up || slot.is_given_up();
         }

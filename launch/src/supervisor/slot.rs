@@ -201,6 +201,19 @@ impl Slot {
         };
     }
 
+    /// It ended while there was no room for what it writes: that is no crash.
+    pub(super) fn ended_without_room(&mut self, now: u64, exit: Exit, out: &mut Vec<Action>) {
+        let hung = self.state == Lifecycle::Killed;
+        (self.wanted, self.commanded) = (None, false);
+        self.state = Lifecycle::Waiting(now);
+        if !hung {
+            out.push(Action::Lost {
+                process: self.process,
+                what: describe(exit),
+            });
+        }
+    }
+
     pub(super) fn exited(&mut self, now: u64, exit: Exit, out: &mut Vec<Action>) {
         let process = self.process;
         let hung = self.state == Lifecycle::Killed;
@@ -288,10 +301,17 @@ impl Slot {
         }
     }
 
-    pub(super) fn keep(&mut self, now: u64, rules: Rules, may_start: bool, out: &mut Vec<Action>) {
+    pub(super) fn keep(
+        &mut self,
+        now: u64,
+        rules: Rules,
+        may_start: bool,
+        has_room: bool,
+        out: &mut Vec<Action>,
+    ) {
         match self.state {
             Lifecycle::NotStarted if may_start => self.spawn(now, out),
-            Lifecycle::Waiting(until) if now >= until => self.spawn(now, out),
+            Lifecycle::Waiting(until) if now >= until && has_room => self.spawn(now, out),
             Lifecycle::Leaving(until) if now >= until => self.kill(out),
             Lifecycle::Starting | Lifecycle::Up => self.watch(now, rules, out),
             _ => {}

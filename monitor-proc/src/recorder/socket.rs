@@ -23,7 +23,9 @@ pub(super) fn serve(path: &Path, desk: &Desk) {
         Ok(listener) => listener,
         Err(error) => {
             let path = path.display();
-            eprintln!("warning: `robocell record` will not work: {path}: {error}");
+            cell_worker::warn(format_args!(
+                "`robocell record` will not work: {path}: {error}"
+            ));
             lock(&desk.shared.status).note = format!("{path}: {error}");
             return;
         }

@@ -1,5 +1,6 @@
 //! `monitor-proc replay`: a process that shows a recording.
 
+use std::io::Write as _;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::mpsc;
@@ -49,7 +50,7 @@ pub fn main(arguments: impl Iterator<Item = String>) -> ExitCode {
     match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("monitor-proc: {error}");
+            writeln!(std::io::stderr(), "monitor-proc: {error}").ok();
             ExitCode::from(EXIT_CONFIGURATION)
         }
     }

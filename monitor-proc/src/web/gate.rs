@@ -157,10 +157,10 @@ impl Gate {
         match role {
             Some(Role::Operator) => {
                 if let Err(error) = keys.replace_operator_token() {
-                    eprintln!(
-                        "warning: the next link to the page cannot be written: {error}; \
+                    cell_worker::warn(format_args!(
+                        "the next link to the page cannot be written: {error}; \
                          `robocell restart monitor` makes the last one valid again"
-                    );
+                    ));
                 }
                 Exchange::Role(Role::Operator)
             }
