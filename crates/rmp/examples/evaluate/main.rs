@@ -5,7 +5,11 @@
 //! `cargo run --release -p robocell-rmp --example evaluate -- CASE.json`
 //!
 //! Exit code 0 with one JSON object on stdout, or 2 with one error on stderr.
-#![allow(clippy::print_stdout, reason = "the answer goes to stdout")]
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "the answer goes to stdout"
+)]
 
 mod case;
 
