@@ -62,6 +62,7 @@ pub fn run(start: &Start, controllers: &Controllers) -> Result<(), ProcessError>
     let fifo = start.real_time(CONTROLLER_PRIORITY, 1 + usize::from(start.arm));
     let bus = start.join(Process::Controller(start.arm))?;
     let mut process = ControllerProcess::new(start, &bus, cycle, fifo)?;
+    start.populate();
     while !stop_requested() {
         process.turn();
     }

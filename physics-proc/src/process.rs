@@ -69,6 +69,7 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
     }
     let bus = start.join(Process::Physics)?;
     let mut process = PhysicsProcess::new(start, &bus, (plant, resume, report), fifo)?;
+    start.populate();
     match start.spec.speed {
         Speed::RealTime => process.real_time(fifo),
         Speed::Max => process.lockstep(0),

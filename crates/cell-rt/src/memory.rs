@@ -66,6 +66,36 @@ pub fn keep_heap() {
     }
 }
 
+/// Gives every page of the writable mappings of files whose path starts with `prefix` to
+/// this process now: later, a write to a page that a full tmpfs cannot supply would end
+/// it by SIGBUS. Bytes that there was no room for, or that an older kernel (before 5.14)
+/// cannot give.
+pub fn populate(prefix: &str) -> io::Result<u64> {
+    let mut missing = 0;
+    for line in std::fs::read_to_string("/proc/self/maps")?.lines() {
+        // As in `7f00-7f10 rw-s 00000000 00:19 42   /dev/shm/name`.
+        let mut words = line.split_ascii_whitespace();
+        let (Some(range), Some(rights)) = (words.next(), words.next()) else {
+            continue;
+        };
+        let is_ours = words.nth(3).is_some_and(|path| path.starts_with(prefix));
+        let ends = range.split_once('-').and_then(|(from, to)| {
+            let parse = |hex| usize::from_str_radix(hex, 16).ok();
+            Some((parse(from)?, parse(to)?))
+        });
+        let (true, true, Some((from, to))) = (is_ours, rights.starts_with("rw"), ends) else {
+            continue;
+        };
+        let address = core::ptr::without_provenance_mut::<libc::c_void>(from);
+        // SAFETY: this populates pages and changes none; a range that was unmapped
+        // meanwhile is an error.
+        if unsafe { libc::madvise(address, to - from, libc::MADV_POPULATE_WRITE) } != 0 {
+            missing += (to - from) as u64;
+        }
+    }
+    Ok(missing)
+}
+
 /// Free bytes of the file system `path` lies on, for this user.
 pub fn free_bytes(path: &std::path::Path) -> io::Result<u64> {
     use std::os::unix::ffi::OsStrExt;
@@ -103,6 +133,20 @@ mod tests {
         assert!(free_bytes(Path::new("/dev/shm")).unwrap() > 0);
         assert!(!is_tmpfs(Path::new("/proc")).unwrap());
         assert!(free_bytes(Path::new("/no/such/place")).is_err());
+    }
+
+    #[test]
+    fn pages_of_a_mapping_are_there_before_they_are_written() {
+        let path = format!("/dev/shm/robocell-populate-{}", std::process::id());
+        let words = crate::shared::SharedWords::open(Path::new(&path), 1 << 16).unwrap();
+        assert_eq!(populate("/dev/shm/robocell-populate-none").unwrap(), 0);
+        assert_eq!(populate(&path).unwrap(), 0);
+        let maps = std::fs::read_to_string("/proc/self/smaps").unwrap();
+        let mut of_ours = maps.lines().skip_while(|line| !line.ends_with(&path));
+        let resident = of_ours.find(|line| line.starts_with("Rss:")).unwrap();
+        assert!(resident.contains("512 kB"), "{resident}");
+        drop(words);
+        std::fs::remove_file(&path).unwrap();
     }
 
     #[test]

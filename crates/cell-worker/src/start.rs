@@ -101,6 +101,20 @@ impl Start {
         granted.is_ok()
     }
 
+    /// Gives this process all the shared memory its ports may use, so that it works on
+    /// while there is no room. After all of them are made.
+    pub fn populate(&self) {
+        let prefix = format!("/dev/shm/{}", self.spec.prefix);
+        match cell_rt::memory::populate(&prefix) {
+            Ok(0) => {}
+            Ok(bytes) => crate::warn(format_args!(
+                "{bytes} bytes of shared memory are not there yet: without room in /dev/shm a \
+                 write to them ends this process"
+            )),
+            Err(error) => crate::warn(format_args!("/proc/self/maps: {error}")),
+        }
+    }
+
     /// Joins the run as `process`.
     pub fn join(&self, process: Process) -> Result<Bus, BusError> {
         let site = RunSite {

@@ -68,6 +68,7 @@ pub fn run(start: &Start, policies: &Policies) -> Result<(), ProcessError> {
     let slots = Slots::open(&start.spec.run_dir, start.spec.run)?;
     let bus = start.join(Process::Task)?;
     let mut process = TaskProcess::new(&bus, task, slots, start)?;
+    start.populate();
     while !stop_requested() {
         process.turn();
     }

@@ -1,7 +1,8 @@
 //! Incidents: when a process or an arm fails, the last cycles of every loop, the end of
 //! the log and the state files of the process are kept, before a successor starts.
 
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::time::{Duration, SystemTime};
 
 use cell_model::runs::incident::{
@@ -27,6 +28,8 @@ const EVENTS: usize = 64;
 const LINES: usize = 40;
 /// Largest state file that is kept (bytes).
 const STATE_FILE: u64 = 8 << 20;
+/// Drafts that wait for a disk; while it takes no more, newer ones are not kept.
+const DRAFTS: usize = 8;
 /// How long the end of a run waits for a disk.
 const WRITE_LIMIT: Duration = Duration::from_secs(2);
 
@@ -35,12 +38,12 @@ pub(super) struct IncidentRecorder {
     dir: RunDir,
     processes: Vec<Process>,
     head: Head,
-    recording: std::path::PathBuf,
+    recording: PathBuf,
     open: Option<Open>,
     /// Which start of each process worked last, in the order of `processes`.
     generations: Vec<u32>,
     faults: u32,
-    writer: Sender<Draft>,
+    writer: SyncSender<Draft>,
     done: Receiver<()>,
 }
 
@@ -55,7 +58,9 @@ struct Open {
 struct Draft {
     incident: Incident,
     first_ns: u64,
-    rings: Vec<(Process, Vec<BoxedCycle>)>,
+    /// Where the last cycles of each loop are. A successor appends to them, so the
+    /// writer has seconds to read them.
+    rings: Vec<(Process, PathBuf)>,
     /// State files, by name.
     files: Vec<(&'static str, Vec<u8>)>,
 }
@@ -65,7 +70,7 @@ impl IncidentRecorder {
     pub(super) fn new(spec: &RunSpec, dir: &RunDir, processes: &[Process]) -> Self {
         let incidents = Incidents::at(spec.incidents_dir.clone());
         let newest = incidents.numbers().last().copied().unwrap_or(0);
-        let (writer, drafts) = channel();
+        let (writer, drafts) = sync_channel(DRAFTS);
         let (finished, done) = channel();
         let work = move || {
             // The launcher's priority is not for a disk.
@@ -199,8 +204,7 @@ impl IncidentRecorder {
         };
         let ring = |process: &Process| {
             let path = ring_path(self.dir.path(), &process.name());
-            // A process that could not make its ring has said so.
-            Some((*process, BlackBox::read(&path).ok()?))
+            (*process, path)
         };
         let log = |process: &Process| LogTail {
             process: process.name(),
@@ -215,11 +219,11 @@ impl IncidentRecorder {
                 recording: self.recording.clone(),
             },
             first_ns: open.first_ns,
-            rings: self.processes.iter().filter_map(ring).collect(),
+            rings: self.processes.iter().map(ring).collect(),
             files,
         };
         // Without its thread, which was said, nothing is kept.
-        self.writer.send(draft).ok();
+        self.writer.try_send(draft).ok();
     }
 
     fn state_file(&self, name: &str) -> Option<Vec<u8>> {
@@ -265,8 +269,12 @@ fn write_all(incidents: &Incidents, drafts: &Receiver<Draft>) {
 impl Draft {
     fn save(mut self, incidents: &Incidents) -> std::io::Result<()> {
         let first_ns = self.first_ns;
-        let trace = |(process, ring): &(Process, Vec<BoxedCycle>)| trace(*process, ring, first_ns);
-        self.incident.loops = self.rings.iter().map(trace).collect();
+        let trace = |(process, path): &(Process, PathBuf)| {
+            // A process that could not make its ring has said so.
+            let ring = BlackBox::read(path).ok()?;
+            Some(trace(*process, &ring, first_ns))
+        };
+        self.incident.loops = self.rings.iter().filter_map(trace).collect();
         incidents.save(&self.incident)?;
         for (name, bytes) in &self.files {
             std::fs::write(incidents.path(self.incident.head.number).join(name), bytes)?;

@@ -23,6 +23,7 @@ mod incidents;
 mod kill_sweep;
 mod licences;
 mod lockstep;
+mod machine;
 mod new_project;
 mod page;
 mod page_serving;
