@@ -73,7 +73,9 @@ fn check_records(packed: &[u8]) -> Result<(), String> {
     let at = COMPRESSION + 4;
     let length = number(at, 8).ok_or_else(early)?;
     let mut records = packed[at + 8..].get(..length).ok_or_else(early)?;
-    while let Some((head, rest)) = records.split_first_chunk::<9>() {
+    while !records.is_empty() {
+        let cut = || "its last record ends in its header".to_owned();
+        let (head, rest) = records.split_first_chunk::<9>().ok_or_else(cut)?;
         let [opcode, length @ ..] = *head;
         let length = u64::from_le_bytes(length);
         let after = usize::try_from(length).ok().and_then(|n| rest.get(n..));
@@ -208,6 +210,11 @@ mod tests {
         assert!(said.contains("channel 0"), "{said}");
         let said = unpack(&chunk(40, &record(30)), &mut Names::new()).unwrap_err();
         assert!(said.contains("ends"), "{said}");
+        // Also found by fuzzing.
+        for length in 1..9 {
+            let said = unpack(&chunk(length, &record(30)), &mut Names::new()).unwrap_err();
+            assert!(said.contains("ends in its header"), "{said}");
+        }
         for end in 0..60 {
             unpack(&chunk(39, &record(30))[..end], &mut Names::new()).unwrap_err();
         }

@@ -116,7 +116,7 @@ mod tests {
         let free = 64 << 10;
         refused(
             Granted { free, ..ENOUGH },
-            "/run has 64 KiB free, a run needs 4096 KiB",
+            "/run has 64 KiB free, a run needs 5120 KiB",
         );
     }
 }

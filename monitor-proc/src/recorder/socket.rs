@@ -6,12 +6,15 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use cell_rt::is_readable;
 use serde_json::json;
 
 use super::{Desk, RecorderRequest, lock};
 
 /// Longest request (bytes).
 const MAX_LINE: u64 = 1 << 16;
+/// How often it is looked whether the recorder ends.
+const LOOK: Duration = Duration::from_millis(200);
 /// Whoever connects says what they want within this.
 const PATIENCE: Duration = Duration::from_secs(1);
 
@@ -30,7 +33,14 @@ pub(super) fn serve(path: &Path, desk: &Desk) {
             return;
         }
     };
-    for stream in listener.incoming() {
+    while !desk.shared.ending.load(Ordering::Acquire) {
+        // With a limit: where the socket's file is gone, nobody can wake this thread.
+        match is_readable(&listener, LOOK) {
+            Ok(true) => {}
+            Ok(false) => continue,
+            Err(_) => break,
+        }
+        let stream = listener.accept().map(|(stream, _)| stream);
         if desk.shared.ending.load(Ordering::Acquire) {
             break;
         }

@@ -179,6 +179,21 @@ fn a_stopped_process_does_not_outlive_a_launcher_that_was_killed() {
     }
 }
 
+/// Nobody can wake a thread that waits for a connection to a file that is gone.
+#[test]
+fn processes_end_with_their_launcher_when_the_run_directory_is_gone_too() {
+    let cell = idle_cell();
+    let status = cell.wait_up();
+    let pids: Vec<u32> = NAMES.iter().map(|name| pid(&status, name)).collect();
+    let left = prefix(&cell.run_dir());
+    std::fs::remove_dir_all(cell.run_dir()).unwrap();
+    let _base = cell.crash();
+    all_gone(&pids);
+    for segment in segments(&left) {
+        std::fs::remove_file(Path::new("/dev/shm").join(segment)).unwrap();
+    }
+}
+
 /// `robocell ARGUMENTS` in a shell that runs `before` first.
 fn after(before: &str, base: &Path, arguments: &[&str]) -> Command {
     let ours = robocell(base, arguments);
