@@ -9,7 +9,7 @@ use ipc_types::topic::{Process, TopicId};
 use ipc_types::{ArmStatus, Decision, Health, WorldState};
 use serde_json::Value;
 
-use crate::hub::Hub;
+use crate::hub::{Hub, Timeline};
 use crate::misses::Misses;
 use crate::pace::Pace;
 use crate::scene;
@@ -161,8 +161,8 @@ impl Feed {
             self.hub.set_policy(decision.policy.as_str());
         }
         self.hub.tell_status(&message);
-        if let Some((from_s, to_s)) = recorder.span_s {
-            self.hub.tell_timeline(from_s, to_s);
+        if let Some(timeline) = &recorder.timeline {
+            self.hub.tell_timeline(timeline);
         }
     }
 }
@@ -172,8 +172,8 @@ impl Feed {
 pub struct RecorderNews {
     /// `recorder` and `latency` of the message.
     pub told: Option<(Value, Value)>,
-    /// What the flight recorder holds, when it is time to say it (s).
-    pub span_s: Option<(f64, f64)>,
+    /// What the flight recorder holds, when it is time to say it.
+    pub timeline: Option<Timeline>,
     /// Whether a file is being written.
     pub to_file: bool,
 }

@@ -3,7 +3,7 @@
 use ipc_types::{ArmStatus, Decision, TraceLine, WorldState};
 use serde_json::{Value, json};
 
-use crate::scrub::Past;
+use crate::scrub::{Past, Span, When};
 use crate::snapshot::{FLAG_NOT_LIVE, Moment, encode};
 use crate::status::{self, StatusInput};
 use crate::story::Story;
@@ -25,7 +25,10 @@ pub struct Still {
 
 /// A recording that is read.
 pub trait Film {
-    /// First and last moment (simulated seconds).
+    /// Shows the history of `epoch` from now on, or of the newest.
+    fn show_epoch(&mut self, epoch: Option<u32>);
+
+    /// First and last moment of that history (simulated seconds).
     fn span_s(&self) -> (f64, f64);
 
     /// The newest moment at or before `time_s`.
@@ -102,7 +105,9 @@ impl<F: Film> Projector<F> {
 }
 
 impl<F: Film> Past for Projector<F> {
-    fn frame(&mut self, time_s: f64) -> Result<Vec<u8>, String> {
+    fn frame(&mut self, when: When) -> Result<Vec<u8>, String> {
+        let time_s = when.time_s;
+        self.film.show_epoch(when.epoch);
         let (from_s, to_s) = self.film.span_s();
         // The caller opens anew what may have gone on in the meantime.
         if !(from_s..=to_s).contains(&time_s) {
@@ -112,7 +117,9 @@ impl<F: Film> Past for Projector<F> {
         Ok(self.film.still(time_s)?.frame(&self.fingers, 0.0, 0))
     }
 
-    fn told(&mut self, time_s: f64) -> Value {
+    fn told(&mut self, when: When) -> Value {
+        let time_s = when.time_s;
+        self.film.show_epoch(when.epoch);
         let story = self.story(time_s);
         let still = self.film.still(time_s).ok();
         let mut told = status::past(&StatusInput {
@@ -125,12 +132,33 @@ impl<F: Film> Past for Projector<F> {
         });
         told["t"] = json!("past");
         told["time_s"] = json!(time_s);
+        told["epoch"] = json!(when.epoch);
         told["story"] = json!(story.picture());
         told
+    }
+
+    fn frames(&mut self, span: &Span) -> Result<Vec<u8>, String> {
+        self.film.show_epoch(span.epoch);
+        let (from_s, to_s) = self.film.span_s();
+        let (mut frames, mut last) = (Vec::new(), None);
+        for time_s in span.times_s().filter(|at| (from_s..=to_s).contains(at)) {
+            // Where a recording begins, there may be no whole state yet.
+            let Ok(still) = self.film.still(time_s) else {
+                continue;
+            };
+            if last.replace(still.world.header.tick) != Some(still.world.header.tick) {
+                frames.extend(still.frame(&self.fingers, 0.0, 0));
+            }
+        }
+        Ok(frames)
     }
 }
 
 impl Film for cell_record::Recording {
+    fn show_epoch(&mut self, epoch: Option<u32>) {
+        Self::show_epoch(self, epoch);
+    }
+
     fn span_s(&self) -> (f64, f64) {
         Self::span_s(self)
     }

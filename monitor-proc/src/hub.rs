@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use axum::body::Bytes;
 use axum::extract::ws::Utf8Bytes;
 use cell_model::runs::incident::Head;
+use cell_record::EpochSpan;
 use ipc_types::TraceLine;
 use ipc_types::trace::TraceEvent;
 use serde::Serialize;
@@ -60,6 +61,17 @@ pub struct Hello {
     pub demos: Vec<DemoInfo>,
     /// Name of the replayed file.
     pub source: Option<String>,
+}
+
+/// Simulated time that the recorder holds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Timeline {
+    /// First time of the newest epoch's history (s).
+    pub from_s: f64,
+    /// Last time of it (s).
+    pub to_s: f64,
+    /// Every epoch, oldest first: generations of physics.
+    pub epochs: Vec<EpochSpan>,
 }
 
 /// Last state of all that is told.
@@ -128,6 +140,11 @@ impl Hub {
         });
     }
 
+    /// Says that what follows is of `epoch`, a generation of physics.
+    pub fn set_epoch(&self, epoch: u32) {
+        self.lock().story.set_epoch(epoch);
+    }
+
     /// Takes a line of the task's trace; [`Self::tell_news`] tells it.
     pub fn take_line(&self, line: &TraceLine) {
         let mut known = self.lock();
@@ -180,10 +197,11 @@ impl Hub {
         known.status = Some(self.tell(status));
     }
 
-    /// Tells what the recorder holds (simulated seconds).
-    pub fn tell_timeline(&self, from_s: f64, to_s: f64) {
+    /// Tells what the recorder holds.
+    pub fn tell_timeline(&self, timeline: &Timeline) {
         let mut known = self.lock();
-        let message = json!({ "t": "timeline", "from_s": from_s, "to_s": to_s });
+        let mut message = json!(timeline);
+        message["t"] = json!("timeline");
         known.timeline = Some(self.tell(&message));
     }
 

@@ -33,15 +33,11 @@ pub fn record(recorder: &Recorder, spec: &RunSpec, order: RecordOrder) -> Result
     })
 }
 
-/// `recordings` beside the folder of the flight recorders.
+/// `recordings` of all cells: in `STATE`, of a ring in `STATE/flight/CELL`; in `BASE`, of
+/// one in `BASE/CELL/flight`. The next run of the cell empties `BASE/CELL`.
 fn folder(flight: &Path) -> PathBuf {
-    let parent = flight.parent().unwrap_or(flight);
-    let all = if parent.ends_with("flight") {
-        parent.parent().unwrap_or(parent)
-    } else {
-        parent
-    };
-    all.join("recordings")
+    let all = flight.parent().and_then(Path::parent);
+    all.unwrap_or(flight).join("recordings")
 }
 
 /// `DEMO.mcap`, or the first of `DEMO-2.mcap`, ... that is free.
@@ -66,6 +62,6 @@ mod tests {
         assert!(free(dir.path(), "reach").ends_with("reach-2.mcap"));
         let (cell, run) = (Path::new("/s/flight/cell"), Path::new("/r/cell/flight"));
         assert_eq!(folder(cell), Path::new("/s/recordings"));
-        assert_eq!(folder(run), Path::new("/r/cell/recordings"));
+        assert_eq!(folder(run), Path::new("/r/recordings"));
     }
 }

@@ -18,10 +18,10 @@ use crate::page::command::Names;
 use crate::page::desk::Desk;
 use crate::recorder::{Recorder, RecorderRequest};
 use crate::scene::{self, SceneError};
-use crate::scrub::Past;
+use crate::scrub::{OpenPast, Past};
 use crate::web::files::Files;
 use crate::web::gate::Gate;
-use crate::web::{self, Kept, Site};
+use crate::web::{self, Site};
 
 /// Folder with `meshes/ROBOT/LINK.glb`.
 const ENV_CACHE: &str = "ROBOCELL_CACHE_DIR";
@@ -120,11 +120,9 @@ pub fn prepare(
         let projector = Projector::new(film, fingers.clone(), objects.clone(), before);
         Ok(Box::new(projector) as Box<dyn Past>)
     };
-    let kept = Kept {
-        past: Arc::new(open),
-        incidents: Incidents::at(start.spec.incidents_dir.clone()),
-    };
-    prepare_page(page, hub, Arc::new(desk), names, Some(kept))
+    let incidents = Incidents::at(start.spec.incidents_dir.clone());
+    let shown = (hub, names, Arc::new(open) as OpenPast);
+    prepare_page(page, shown, Arc::new(desk), Some(incidents))
 }
 
 /// All of a site for `page`.
@@ -134,14 +132,13 @@ pub fn prepare(
 /// When the secrets cannot be read.
 pub fn prepare_page(
     page: &PageSpec,
-    hub: Arc<Hub>,
+    (hub, names, past): (Arc<Hub>, Names, OpenPast),
     desk: Arc<dyn Desk>,
-    names: Names,
-    kept: Option<Kept>,
+    incidents: Option<Incidents>,
 ) -> Result<Prepared, PageError> {
     let secrets = read_secrets(&page.secrets)?;
     // Of a live cell `robocell status` prints a new link; of a recording nothing does.
-    let one_time_links = kept.is_some().then(|| page.secrets.clone());
+    let one_time_links = incidents.is_some().then(|| page.secrets.clone());
     let files = Files::page(page.dist.as_deref(), &page.hint);
     let (hint, fed) = (page.hint.clone(), hub.clone());
     let site = move |gate| Site {
@@ -152,7 +149,8 @@ pub fn prepare_page(
         hub: fed,
         desk,
         names,
-        kept,
+        past: Some(past),
+        incidents,
     };
     Ok(Prepared {
         hub,

@@ -134,8 +134,8 @@ fn news(recorder: &Recorder, now_ns: u64, due_ns: &mut u64) -> RecorderNews {
     }
     RecorderNews {
         told: Some((json!(status), json!(recorder.latency()))),
-        span_s: due.then_some((status.from_s, status.to_s)),
         to_file: status.file.is_some(),
+        timeline: due.then_some(status.timeline),
     }
 }
 
@@ -186,11 +186,14 @@ impl MonitorProcess {
 
     fn turn(&mut self) {
         let began_ns = monotonic_ns();
-        self.drain();
         if let Some(state) = self.state.take() {
             self.tick = state.header.tick;
             self.ending = state.has(FLAG_ENDING);
+            if let Some(page) = &self.page {
+                page.hub.set_epoch(state.header.generation);
+            }
         }
+        self.drain();
         self.write_down(began_ns);
         if let Some(page) = &self.page {
             for head in self.incidents.news(began_ns) {

@@ -6,22 +6,71 @@ use std::sync::mpsc;
 
 use axum::body::Bytes;
 use axum::extract::ws::Utf8Bytes;
+use serde::Deserialize;
 use serde_json::Value;
 use tokio::sync::watch;
 
 use crate::page::desk::{Answer, Reply, send};
 
+/// A moment of the run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct When {
+    /// Generation of physics whose history is looked at; the newest without one.
+    pub epoch: Option<u32>,
+    /// Simulated time (s).
+    pub time_s: f64,
+}
+
+/// Longest span that is read at once (s).
+const MAX_SPAN_S: f64 = 600.0;
+/// Most frames that are read at once.
+const MAX_FRAMES: u32 = 1000;
+
+/// Equally spaced moments of the run.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+pub struct Span {
+    /// The first (simulated s).
+    pub from_s: f64,
+    /// The last (simulated s).
+    pub to_s: f64,
+    /// Generation of physics; the newest without one.
+    pub epoch: Option<u32>,
+    /// How many.
+    pub count: u32,
+}
+
+impl Span {
+    /// Whether it can be read at once.
+    pub fn is_valid(&self) -> bool {
+        let length_s = self.to_s - self.from_s;
+        (2..=MAX_FRAMES).contains(&self.count) && (0.0..=MAX_SPAN_S).contains(&length_s)
+    }
+
+    /// Its moments (simulated s).
+    pub fn times_s(&self) -> impl Iterator<Item = f64> {
+        let step_s = (self.to_s - self.from_s) / f64::from(self.count - 1);
+        (0..self.count).map(move |at| self.from_s + step_s * f64::from(at))
+    }
+}
+
 /// What was recorded. Made and used on one thread.
 pub trait Past {
-    /// The frame of the newest state at or before `time_s`.
+    /// The frame of the newest state at or before `when`.
     ///
     /// # Errors
     ///
     /// Why there is none, for people.
-    fn frame(&mut self, time_s: f64) -> Result<Vec<u8>, String>;
+    fn frame(&mut self, when: When) -> Result<Vec<u8>, String>;
 
     /// What task and equipment said then (`past` of docs/page-protocol.md).
-    fn told(&mut self, time_s: f64) -> Value;
+    fn told(&mut self, when: When) -> Value;
+
+    /// The frames of `span`, one behind the other.
+    ///
+    /// # Errors
+    ///
+    /// Why there are none, for people.
+    fn frames(&mut self, span: &Span) -> Result<Vec<u8>, String>;
 }
 
 /// A moment of the past for one page; empty before the first.
@@ -38,7 +87,7 @@ pub type OpenPast = Arc<dyn Fn() -> Result<Box<dyn Past>, String> + Send + Sync>
 
 /// Looks into the past on a thread of its own, which ends with this.
 pub struct Scrubber {
-    times: mpsc::Sender<(f64, Answer)>,
+    times: mpsc::Sender<(When, Answer)>,
     glimpses: watch::Receiver<Glimpse>,
 }
 
@@ -58,9 +107,9 @@ impl Scrubber {
         Ok(Self { times, glimpses })
     }
 
-    /// Shows `time_s` next.
-    pub fn seek(&self, time_s: f64, answer: Answer) {
-        if let Err(mpsc::SendError((_, answer))) = self.times.send((time_s, answer)) {
+    /// Shows `when` next.
+    pub fn seek(&self, when: When, answer: Answer) {
+        if let Err(mpsc::SendError((_, answer))) = self.times.send((when, answer)) {
             send(
                 answer,
                 Reply::refused("the recording cannot be read any more"),
@@ -74,15 +123,15 @@ impl Scrubber {
     }
 }
 
-fn look(open: &OpenPast, wanted: &mpsc::Receiver<(f64, Answer)>, shown: &watch::Sender<Glimpse>) {
+fn look(open: &OpenPast, wanted: &mpsc::Receiver<(When, Answer)>, shown: &watch::Sender<Glimpse>) {
     let mut past = None;
-    while let Ok((mut time_s, mut answer)) = wanted.recv() {
+    while let Ok((mut when, mut answer)) = wanted.recv() {
         // A hand that drags a slider asks for more times than can be shown.
-        while let Ok((newer_s, newer)) = wanted.try_recv() {
+        while let Ok((later, newer)) = wanted.try_recv() {
             send(answer, Reply::done());
-            (time_s, answer) = (newer_s, newer);
+            (when, answer) = (later, newer);
         }
-        let reply = match glimpse(open, &mut past, time_s) {
+        let reply = match glimpse(open, &mut past, when) {
             Ok(glimpse) => {
                 shown.send_replace(glimpse);
                 Reply::done()
@@ -98,18 +147,18 @@ fn look(open: &OpenPast, wanted: &mpsc::Receiver<(f64, Answer)>, shown: &watch::
 fn glimpse(
     open: &OpenPast,
     past: &mut Option<Box<dyn Past>>,
-    time_s: f64,
+    when: When,
 ) -> Result<Glimpse, String> {
     let of = |past: &mut Box<dyn Past>, frame: Vec<u8>| Glimpse {
         frame: Bytes::from(frame),
-        told: Utf8Bytes::from(past.told(time_s).to_string()),
+        told: Utf8Bytes::from(past.told(when).to_string()),
     };
     if let Some(known) = past
-        && let Ok(frame) = known.frame(time_s)
+        && let Ok(frame) = known.frame(when)
     {
         return Ok(of(known, frame));
     }
     let opened = past.insert(open()?);
-    let frame = opened.frame(time_s)?;
+    let frame = opened.frame(when)?;
     Ok(of(opened, frame))
 }

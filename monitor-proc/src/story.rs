@@ -48,9 +48,16 @@ pub struct Story {
     pictures: Vec<Picture>,
     log: VecDeque<Value>,
     news: News,
+    /// Generation of physics that lines belong to; not known of a recording.
+    epoch: Option<u32>,
 }
 
 impl Story {
+    /// Says that lines belong to `epoch`, a generation of physics, from now on.
+    pub fn set_epoch(&mut self, epoch: u32) {
+        self.epoch = Some(epoch);
+    }
+
     /// Takes one line; what makes no sense is left out.
     pub fn take(&mut self, line: &TraceLine) {
         let (graph, node) = (line.graph as usize, line.node as usize);
@@ -102,7 +109,8 @@ impl Story {
         }));
     }
 
-    fn keep(&mut self, line: Value) {
+    fn keep(&mut self, mut line: Value) {
+        line["epoch"] = json!(self.epoch);
         self.news.lines.push(line.clone());
         if self.news.lines.len() > KEPT_LINES {
             self.news.lines.remove(0);

@@ -30,6 +30,8 @@ pub enum Channel {
     Health(Process),
     /// What was not recorded (JSON).
     Gaps,
+    /// Generation of physics from here on (JSON); begins a chunk.
+    Epoch,
     /// `foxglove.FrameTransforms` (JSON).
     Transforms,
     /// `foxglove.SceneUpdate` (JSON).
@@ -61,7 +63,7 @@ impl Channel {
         }
         all.push(Self::Keyframe(Process::Task));
         all.extend(Process::all(arms).into_iter().map(Self::Health));
-        all.extend([Self::Run, Self::Scene, Self::Gaps]);
+        all.extend([Self::Run, Self::Scene, Self::Gaps, Self::Epoch]);
         all.extend([Self::Transforms, Self::SceneUpdate, Self::FoxgloveLog]);
         all
     }
@@ -80,6 +82,7 @@ impl Channel {
             Self::Scene => "scene".to_owned(),
             Self::Health(process) => format!("health/{}", process.name()),
             Self::Gaps => "gaps".to_owned(),
+            Self::Epoch => "epoch".to_owned(),
             Self::Transforms => "/tf".to_owned(),
             Self::SceneUpdate => "/scene".to_owned(),
             Self::JointStates(arm) => format!("/joint_states/{arm}"),
@@ -107,6 +110,7 @@ impl Channel {
             | Self::Scene
             | Self::Health(_)
             | Self::Gaps
+            | Self::Epoch
             | Self::Transforms
             | Self::SceneUpdate
             | Self::JointStates(_)
@@ -144,6 +148,7 @@ impl Channel {
             Self::Scene => json("robocell.Scene", r#"{"type":"object"}"#),
             Self::Health(_) => json("robocell.Health", HEALTH),
             Self::Gaps => json("robocell.Gap", GAP),
+            Self::Epoch => json("robocell.Epoch", EPOCH),
             Self::Transforms => json("foxglove.FrameTransforms", foxglove::FRAME_TRANSFORMS),
             Self::SceneUpdate => json("foxglove.SceneUpdate", foxglove::SCENE_UPDATE),
             Self::JointStates(_) => json("foxglove.JointStates", foxglove::JOINT_STATES),
@@ -154,6 +159,8 @@ impl Channel {
 
 const HEALTH: &str = r#"{"type":"object","properties":{"pid":{"type":"integer"},"generation":{"type":"integer"},"cycles":{"type":"integer"},"missed":{"type":"integer"},"rejected":{"type":"integer"},"fenced":{"type":"integer"},"rate_hz":{"type":"number"},"late_p50_us":{"type":"number"},"late_p99_us":{"type":"number"},"late_max_us":{"type":"number"},"body_p50_us":{"type":"number"},"body_p99_us":{"type":"number"},"note":{"type":"string"}}}"#;
 const GAP: &str = r#"{"type":"object","properties":{"channel":{"type":"string"},"count":{"type":"integer"},"before_seq":{"type":"integer"},"why":{"type":"string"}}}"#;
+const EPOCH: &str =
+    r#"{"type":"object","properties":{"epoch":{"type":"integer"}},"required":["epoch"]}"#;
 
 #[cfg(test)]
 mod tests {

@@ -28,6 +28,8 @@ pub(crate) struct Chunk {
     pub(crate) end_ns: u64,
     /// Channels that have messages in it; empty where that is not known.
     pub(crate) channels: Vec<u16>,
+    /// Generation of physics.
+    pub(crate) epoch: u32,
 }
 
 /// Channels by their number in the file; `None` for those we do not know.

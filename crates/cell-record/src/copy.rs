@@ -31,7 +31,8 @@ impl Recording {
     fn copy_to(&self, to: &mut RecordingWriter, from_s: f64, to_s: f64) -> Result<(), RecordError> {
         let ns = |time_s: f64| (time_s * 1.0e9).round().max(0.0) as u64;
         let span = ns(from_s).saturating_sub(LEAD_NS)..=ns(to_s);
-        for entry in self.messages_from(*span.start()) {
+        let (mut entries, mut epoch) = (self.messages_from(*span.start()), None);
+        while let Some(entry) = entries.next() {
             let entry = match entry {
                 Ok(entry) => entry,
                 // The ring goes on meanwhile: its oldest file may be gone.
@@ -44,11 +45,16 @@ impl Recording {
             };
             let is_preamble = matches!(
                 entry.channel,
-                Channel::Run | Channel::Scene | Channel::SceneUpdate
+                Channel::Run | Channel::Scene | Channel::SceneUpdate | Channel::Epoch
             );
-            if span.contains(&entry.time_ns) && !is_preamble {
-                to.add(&entry.message())?;
+            let of = entries.epoch();
+            if !span.contains(&entry.time_ns) || is_preamble || !self.shows(of, &entry) {
+                continue;
             }
+            if epoch.replace(of) != Some(of) {
+                to.begin_epoch(of, entry.time_ns)?;
+            }
+            to.add(&entry.message())?;
         }
         Ok(())
     }

@@ -7,7 +7,9 @@ use serde_json::json;
 
 use crate::channel::Channel;
 use crate::entry::Message;
+use crate::epoch::{self, EpochSpan, Line, Span};
 use crate::error::RecordError;
+use crate::index::FileIndex;
 use crate::storage::Storage;
 use crate::writer::{Preamble, RecordingWriter};
 
@@ -26,14 +28,14 @@ const ENDING: &str = ".mcap";
 struct Segment {
     path: PathBuf,
     bytes: u64,
-    /// Simulated; `None` for what an earlier start left.
-    span_ns: Option<(u64, u64)>,
+    /// What is in it; nothing of another run.
+    spans: Vec<Span>,
 }
 
 struct Open {
     writer: RecordingWriter,
     path: PathBuf,
-    span_ns: (u64, u64),
+    span: Span,
 }
 
 /// Keeps the newest messages, as many as fit into a number of bytes. A disk that
@@ -45,6 +47,7 @@ pub struct Flight {
     run: u64,
     limit_bytes: u64,
     preamble: Preamble,
+    epoch: u32,
     closed: VecDeque<Segment>,
     open: Option<Open>,
     number: u64,
@@ -68,14 +71,15 @@ impl Flight {
         let mut found: Vec<_> = storage
             .list(dir)
             .into_iter()
-            .filter_map(|(path, bytes)| Some((number_and_run(&path)?.0, path, bytes)))
+            .filter_map(|(path, bytes)| Some((number_and_run(&path)?, path, bytes)))
             .collect();
         found.sort();
-        let number = found.last().map_or(0, |(number, _, _)| number + 1);
-        let closed = found.into_iter().map(|(_, path, bytes)| Segment {
-            path,
-            bytes,
-            span_ns: None,
+        let number = found.last().map_or(0, |((number, _), _, _)| number + 1);
+        // Segments of an earlier start of the recorder are still looked into.
+        let closed = found.into_iter().map(|((_, of), path, bytes)| {
+            let index = (of == run).then(|| FileIndex::scan(&path).ok()).flatten();
+            let spans = index.map_or_else(Vec::new, |index| epoch::merged(index.spans()));
+            Segment { path, bytes, spans }
         });
         Self {
             storage,
@@ -83,6 +87,7 @@ impl Flight {
             run,
             limit_bytes,
             preamble,
+            epoch: 0,
             closed: closed.collect(),
             open: None,
             number,
@@ -128,14 +133,28 @@ impl Flight {
         }
     }
 
-    /// Simulated time held, of this start of the recorder (s).
+    /// Says that what follows is of `epoch`, a generation of physics.
+    pub fn begin_epoch(&mut self, epoch: u32) {
+        self.close();
+        self.preamble.set_epoch(epoch);
+        self.epoch = epoch;
+    }
+
+    /// Simulated time held of the history of the newest epoch (s).
     pub fn span_s(&self) -> (f64, f64) {
-        let open = self.open.as_ref().map(|open| open.span_ns);
-        let closed = self.closed.iter().filter_map(|segment| segment.span_ns);
-        let spans = || closed.clone().chain(open);
-        let from = spans().map(|(from, _)| from).min().unwrap_or(0);
-        let to = spans().map(|(_, to)| to).max().unwrap_or(0);
+        let (from, to) = Line::of(&self.spans(), None).span_ns;
         (from as f64 / 1.0e9, to as f64 / 1.0e9)
+    }
+
+    /// The epochs held, oldest first.
+    pub fn epochs(&self) -> Vec<EpochSpan> {
+        self.spans().into_iter().map(EpochSpan::from).collect()
+    }
+
+    fn spans(&self) -> Vec<Span> {
+        let closed = self.closed.iter().flat_map(|segment| &segment.spans);
+        let open = self.open.iter().map(|open| &open.span);
+        epoch::merged(closed.chain(open).copied())
     }
 
     /// Bytes on the disk.
@@ -162,7 +181,7 @@ impl Flight {
             self.closed.push_back(Segment {
                 path: open.path,
                 bytes,
-                span_ns: Some(open.span_ns),
+                spans: vec![open.span],
             });
         }
     }
@@ -179,10 +198,11 @@ impl Flight {
         };
         let added = open.writer.add_packed(message);
         added.map_err(|e| e.to_string())?;
-        let (from, to) = open.span_ns;
-        open.span_ns = (from.min(message.time_ns), to.max(message.time_ns));
+        let span = &mut open.span;
+        span.from_ns = span.from_ns.min(message.time_ns);
+        span.to_ns = span.to_ns.max(message.time_ns);
         let limit = SEGMENT_BYTES.min(self.limit_bytes / LEAST_SEGMENTS);
-        let long = open.span_ns.1 - open.span_ns.0 >= SEGMENT_NS;
+        let long = span.to_ns - span.from_ns >= SEGMENT_NS;
         if long || open.writer.bytes() >= limit {
             self.close();
             self.make_room();
@@ -216,7 +236,11 @@ impl Flight {
         self.open = Some(Open {
             writer,
             path,
-            span_ns: (time_ns, time_ns),
+            span: Span {
+                epoch: self.epoch,
+                from_ns: time_ns,
+                to_ns: time_ns,
+            },
         });
         Ok(())
     }

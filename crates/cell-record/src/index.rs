@@ -7,7 +7,10 @@ use std::path::{Path, PathBuf};
 use mcap::records::op;
 
 use crate::PROFILE;
+use crate::channel::Channel;
 use crate::chunk::{self, Chunk, MAX_CHUNK_BYTES, Names};
+use crate::entry::Entry;
+use crate::epoch::Span;
 use crate::error::RecordError;
 
 /// More chunks than any recording of ours has.
@@ -46,11 +49,35 @@ impl FileIndex {
         scan.begin(path)?;
         index.cut = index.go_through(&mut scan).err();
         let mut file = scan.file.into_inner();
-        // The first chunk names the channels.
-        if let Some(first) = index.chunks.first().cloned() {
-            chunk::read(&mut file, path, &first, &mut index.names)?;
-        }
+        index.read_epochs(&mut file)?;
         Ok(index)
+    }
+
+    /// Reads the chunks that begin an epoch. The first one names the channels.
+    fn read_epochs(&mut self, file: &mut File) -> Result<(), RecordError> {
+        let mut epoch = 0;
+        for (number, chunk) in self.chunks.iter_mut().enumerate() {
+            let begins = |id: &u16| self.names.get(id) == Some(&Some(Channel::Epoch));
+            if number == 0 {
+                let entries = chunk::read(file, &self.path, chunk, &mut self.names)?;
+                epoch = epoch_of(&entries).unwrap_or(0);
+            } else if chunk.channels.is_empty() || chunk.channels.iter().any(begins) {
+                // One that cannot be read is reported when its messages are.
+                let entries = chunk::read(file, &self.path, chunk, &mut self.names);
+                epoch = entries.ok().and_then(|e| epoch_of(&e)).unwrap_or(epoch);
+            }
+            chunk.epoch = epoch;
+        }
+        Ok(())
+    }
+
+    /// Time in each chunk.
+    pub(crate) fn spans(&self) -> impl Iterator<Item = Span> {
+        self.chunks.iter().map(|chunk| Span {
+            epoch: chunk.epoch,
+            from_ns: chunk.start_ns,
+            to_ns: chunk.end_ns,
+        })
     }
 
     fn go_through(&mut self, scan: &mut Scan) -> Result<(), String> {
@@ -78,6 +105,13 @@ impl FileIndex {
             scan.skip_to(offset + 9 + length)?;
         }
     }
+}
+
+/// The epoch that `entries` begin.
+fn epoch_of(entries: &[Entry]) -> Option<u32> {
+    let begins = entries.iter().find(|e| e.channel == Channel::Epoch)?;
+    let said: serde_json::Value = serde_json::from_slice(&begins.bytes).ok()?;
+    u32::try_from(said.get("epoch")?.as_u64()?).ok()
 }
 
 struct Scan {
@@ -141,6 +175,7 @@ impl Scan {
             start_ns,
             end_ns,
             channels: Vec::new(),
+            epoch: 0,
         })
     }
 

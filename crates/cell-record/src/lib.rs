@@ -14,6 +14,7 @@ mod chunk;
 mod container;
 mod copy;
 mod entry;
+mod epoch;
 mod error;
 mod flight;
 pub mod foxglove;
@@ -27,6 +28,7 @@ mod writer;
 
 pub use channel::Channel;
 pub use entry::{Entry, Message, wire_bytes};
+pub use epoch::EpochSpan;
 pub use error::RecordError;
 pub use flight::{Flight, gap, gap_message};
 pub use frame::Frame;

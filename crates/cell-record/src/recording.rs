@@ -12,6 +12,7 @@ use serde_json::Value;
 use crate::channel::Channel;
 use crate::chunk::{self, Chunk};
 use crate::entry::Entry;
+use crate::epoch::{self, EpochSpan, Line, Span};
 use crate::error::RecordError;
 use crate::flight;
 use crate::frame::{Backwards, Frame};
@@ -30,7 +31,8 @@ pub struct Recording {
     places: Vec<(usize, usize)>,
     run: RunSpec,
     scene: Value,
-    span_ns: (u64, u64),
+    epochs: Vec<Span>,
+    line: Line,
     kept: VecDeque<(usize, Arc<Vec<Entry>>)>,
 }
 
@@ -73,16 +75,15 @@ impl Recording {
         let refuse = |error: serde_json::Error| nothing(format!("of another version: {error}"));
         let run = serde_json::from_slice(&json(Channel::Run)?.bytes).map_err(refuse)?;
         let scene = serde_json::from_slice(&json(Channel::Scene)?.bytes).map_err(refuse)?;
-        let chunks = || files.iter().flat_map(|file| &file.chunks);
-        let from = chunks().map(|chunk| chunk.start_ns).min().unwrap_or(0);
-        let to = chunks().map(|chunk| chunk.end_ns).max().unwrap_or(0);
+        let epochs = epoch::merged(files.iter().flat_map(FileIndex::spans));
         Ok(Self {
+            line: Line::of(&epochs, None),
+            epochs,
             path: path.to_owned(),
             files,
             places,
             run,
             scene,
-            span_ns: (from, to),
             kept: VecDeque::new(),
         })
     }
@@ -92,9 +93,20 @@ impl Recording {
         &self.path
     }
 
-    /// First and last simulated time (s).
+    /// The epochs in it, oldest first.
+    pub fn epochs(&self) -> Vec<EpochSpan> {
+        self.epochs.iter().copied().map(EpochSpan::from).collect()
+    }
+
+    /// Shows the history of `epoch` from now on, a generation of physics; that of
+    /// the newest one where that is `None` or not recorded.
+    pub fn show_epoch(&mut self, epoch: Option<u32>) {
+        self.line = Line::of(&self.epochs, epoch);
+    }
+
+    /// First and last simulated time of the history shown (s).
     pub fn span_s(&self) -> (f64, f64) {
-        let (from, to) = self.span_ns;
+        let (from, to) = self.line.span_ns;
         (from as f64 / 1.0e9, to as f64 / 1.0e9)
     }
 
@@ -123,13 +135,16 @@ impl Recording {
         let arms = usize::from(self.run.arms);
         let (mut look, mut back) = (Backwards::at(time_ns), 0);
         for place in (0..self.places.len()).rev() {
-            if self.chunk(place).is_none_or(|c| c.start_ns > time_ns) {
+            let Some(epoch) = self.epoch_of(place, |c| c.start_ns <= time_ns) else {
                 continue;
-            }
-            self.unpacked(place)?
+            };
+            let entries = self.unpacked(place)?;
+            let shown = |entry: &&Entry| self.line.has(epoch, entry.time_ns);
+            entries
                 .iter()
                 .rev()
-                .for_each(|entry| look.take(entry));
+                .filter(shown)
+                .for_each(|e| look.take(e));
             back += 1;
             // A task that has not decided yet is not looked for for long.
             if look.is_complete(arms) || back >= MAX_BACK || (look.has_world() && back > 8) {
@@ -154,13 +169,13 @@ impl Recording {
         let wanted = |c: &Chunk| c.end_ns > from && c.start_ns <= to;
         let mut lines = Vec::new();
         for place in 0..self.places.len() {
-            if !self.chunk(place).is_some_and(wanted) {
+            let Some(epoch) = self.epoch_of(place, wanted) else {
                 continue;
-            }
+            };
             for entry in self.unpacked(place)?.iter() {
                 let time = entry.time_ns;
                 let is_trace = matches!(entry.channel, Channel::Trace | Channel::Log);
-                if is_trace && time > from && time <= to {
+                if is_trace && time > from && time <= to && self.line.has(epoch, time) {
                     lines.push(entry.read()?);
                 }
             }
@@ -180,11 +195,13 @@ impl Recording {
             if lines.len() >= count {
                 break;
             }
-            if !self.has_log(place) || self.chunk(place).is_none_or(|c| c.start_ns > to) {
+            let epoch = self.epoch_of(place, |c| c.start_ns <= to);
+            let Some(epoch) = epoch.filter(|_| self.has_log(place)) else {
                 continue;
-            }
+            };
             for entry in self.unpacked(place)?.iter().rev() {
-                if entry.channel == Channel::Log && entry.time_ns <= to && lines.len() < count {
+                let wanted = entry.channel == Channel::Log && entry.time_ns <= to;
+                if wanted && lines.len() < count && self.line.has(epoch, entry.time_ns) {
                     lines.push(entry.read()?);
                 }
             }
@@ -205,13 +222,21 @@ impl Recording {
             recording: self,
             next: 0,
             from_ns: time_ns,
+            epoch: 0,
             waiting: Vec::new().into_iter(),
         }
     }
 
-    fn chunk(&self, place: usize) -> Option<&Chunk> {
-        let (file, chunk) = *self.places.get(place)?;
-        self.files.get(file)?.chunks.get(chunk)
+    /// Whether `entry` of `epoch` is part of the history shown.
+    pub(crate) fn shows(&self, epoch: u32, entry: &Entry) -> bool {
+        self.line.has(epoch, entry.time_ns)
+    }
+
+    /// Epoch of a chunk that is `wanted` and may be part of the history shown.
+    fn epoch_of(&self, place: usize, wanted: impl FnOnce(&Chunk) -> bool) -> Option<u32> {
+        let (_, chunk) = self.file_and_chunk(place)?;
+        let wanted = wanted(chunk) && self.line.has(chunk.epoch, chunk.start_ns);
+        wanted.then_some(chunk.epoch)
     }
 
     fn file_and_chunk(&self, place: usize) -> Option<(&FileIndex, &Chunk)> {
@@ -248,7 +273,15 @@ pub struct Entries<'a> {
     recording: &'a Recording,
     next: usize,
     from_ns: u64,
+    epoch: u32,
     waiting: std::vec::IntoIter<Entry>,
+}
+
+impl Entries<'_> {
+    /// Epoch of the message that came last.
+    pub(crate) fn epoch(&self) -> u32 {
+        self.epoch
+    }
 }
 
 impl Iterator for Entries<'_> {
@@ -265,7 +298,10 @@ impl Iterator for Entries<'_> {
                 continue;
             }
             match entries(file, chunk) {
-                Ok(entries) => self.waiting = entries.into_iter(),
+                Ok(entries) => {
+                    self.epoch = chunk.epoch;
+                    self.waiting = entries.into_iter();
+                }
                 Err(error) => return Some(Err(error)),
             }
         }

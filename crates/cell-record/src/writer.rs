@@ -22,6 +22,7 @@ pub struct Preamble {
     run: Vec<u8>,
     scene: Vec<u8>,
     update: Vec<u8>,
+    epoch: u32,
 }
 
 impl Preamble {
@@ -32,7 +33,13 @@ impl Preamble {
             run: serde_json::to_vec(run).unwrap_or_default(),
             scene: scene.to_string().into_bytes(),
             update: foxglove::scene_update(scene).to_string().into_bytes(),
+            epoch: 0,
         }
+    }
+
+    /// The same for files that begin in `epoch`, a generation of physics.
+    pub fn set_epoch(&mut self, epoch: u32) {
+        self.epoch = epoch;
     }
 }
 
@@ -97,6 +104,9 @@ impl RecordingWriter {
     /// As [`Self::add`].
     pub fn add_packed(&mut self, message: &Message<'_>) -> Result<(), RecordError> {
         self.begin_at(message.time_ns)?;
+        if message.channel == Channel::Epoch {
+            self.flush()?;
+        }
         self.put(message)
     }
 
@@ -111,6 +121,20 @@ impl RecordingWriter {
             Some(preamble) => self.begin(&preamble, time_ns),
             None => Ok(()),
         }
+    }
+
+    /// Says that what follows is of `epoch`, from simulated time `time_ns` on.
+    ///
+    /// # Errors
+    ///
+    /// When the disk does not take it.
+    pub fn begin_epoch(&mut self, epoch: u32, time_ns: u64) -> Result<(), RecordError> {
+        if let Some(preamble) = &mut self.preamble {
+            preamble.epoch = epoch;
+            return Ok(());
+        }
+        self.flush()?;
+        self.put_epoch(epoch, time_ns)
     }
 
     /// Ends the chunk: all that was added is readable from now on.
@@ -141,7 +165,7 @@ impl RecordingWriter {
         self.container.finish().map_err(RecordError::write)
     }
 
-    /// Run and scene, in a chunk of their own: with them on the disk, the rest
+    /// Run, scene and epoch, in a chunk of their own: with them on the disk, the rest
     /// can be read.
     fn begin(&mut self, preamble: &Preamble, time_ns: u64) -> Result<(), RecordError> {
         for (channel, bytes) in [
@@ -157,7 +181,19 @@ impl RecordingWriter {
                 bytes,
             })?;
         }
+        self.put_epoch(preamble.epoch, time_ns)?;
         self.flush()
+    }
+
+    fn put_epoch(&mut self, epoch: u32, time_ns: u64) -> Result<(), RecordError> {
+        let said = serde_json::json!({ "epoch": epoch }).to_string();
+        self.put(&Message {
+            channel: Channel::Epoch,
+            time_ns,
+            publish_ns: time_ns,
+            seq: 0,
+            bytes: said.as_bytes(),
+        })
     }
 
     fn put(&mut self, message: &Message<'_>) -> Result<(), RecordError> {

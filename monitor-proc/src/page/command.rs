@@ -56,6 +56,8 @@ pub enum RecordOrder {
 pub struct PlayOrder {
     /// Go to this time (s).
     pub time_s: Option<f64>,
+    /// Of the history of this generation of physics; the newest without one.
+    pub epoch: Option<u32>,
     /// Go on, or stand still.
     pub play: Option<bool>,
     /// Seconds of the recording per second.
@@ -297,6 +299,10 @@ fn seek(fields: &Fields<'_>) -> Result<PlayOrder, String> {
     let mut order = PlayOrder::default();
     if !fields.is_missing("time_s") {
         order.time_s = Some(fields.number("time_s", 0.0, MAX_TIME_S)?);
+    }
+    if !fields.is_missing("epoch") {
+        let epoch = fields.whole("epoch", 0, u64::from(u32::MAX))?;
+        order.epoch = u32::try_from(epoch).ok();
     }
     if !fields.is_missing("play") {
         order.play = Some(fields.flag("play")?);

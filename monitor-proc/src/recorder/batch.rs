@@ -59,6 +59,16 @@ impl Batch {
         self.add(source, channel, &said, from);
     }
 
+    /// Takes in that the state with `header` is the first of `epoch`.
+    pub(super) fn put_epoch(&mut self, source: usize, header: &Header, epoch: u32) {
+        let from = self.bytes.len();
+        let begins = Header {
+            seq: u64::from(epoch),
+            ..*header
+        };
+        self.add(source, Channel::Epoch, &begins, from);
+    }
+
     /// Takes in that `count` messages of `channel` were missed, the last of them
     /// before number `before_seq`.
     pub(super) fn put_gap(&mut self, source: usize, channel: Channel, count: u64, before_seq: u64) {

@@ -24,6 +24,7 @@ use cell_worker::Start;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::hub::Timeline;
 pub use latency::HopLatency;
 
 /// The recorder answers within this, unless the disk stands still.
@@ -68,10 +69,9 @@ pub struct RecorderStatus {
     pub gaps: u64,
     /// What is wrong; empty for nothing.
     pub note: String,
-    /// First simulated time in the ring (s).
-    pub from_s: f64,
-    /// Last simulated time in the ring (s).
-    pub to_s: f64,
+    /// Simulated time in the ring.
+    #[serde(skip)]
+    pub timeline: Timeline,
 }
 
 type Answer = mpsc::Sender<Result<String, String>>;

@@ -4,11 +4,14 @@ use std::path::{Path, PathBuf};
 
 use cell_model::runs::record::RecordReport;
 use cell_model::runs::spec::RunSpec;
-use cell_record::{Disk, Flight, Message, Preamble, RecordingWriter};
+use cell_record::{Channel, Disk, Flight, Message, Preamble, RecordingWriter};
 use serde_json::Value;
 
 /// The open file is readable up to this long ago (ns).
 const FLUSH_NS: u64 = 1_000_000_000;
+
+/// An answer may be read before the state it answers by this much (simulated ns).
+const EARLY_NS: u64 = 100_000_000;
 
 struct Kept {
     path: PathBuf,
@@ -29,6 +32,8 @@ pub(super) struct Sink {
     closed_bytes: u64,
     missed: u64,
     now_ns: u64,
+    /// Time of the newest state (simulated ns).
+    state_ns: u64,
 }
 
 impl Sink {
@@ -50,6 +55,7 @@ impl Sink {
             closed_bytes: 0,
             missed: 0,
             now_ns: 0,
+            state_ns: u64::MAX,
         }
     }
 
@@ -60,6 +66,13 @@ impl Sink {
 
     /// Writes down a packed message.
     pub(super) fn put(&mut self, message: &Message<'_>) {
+        match message.channel {
+            Channel::Epoch => return self.begin_epoch(message),
+            Channel::World => self.state_ns = message.time_ns,
+            // An answer to a state of the epoch before leads nowhere.
+            _ if message.time_ns > self.state_ns.saturating_add(EARLY_NS) => return,
+            _ => {}
+        }
         self.flight.append_packed(message, self.now_ns);
         let Some(kept) = &mut self.kept else {
             return;
@@ -68,6 +81,19 @@ impl Sink {
         kept.from_s.get_or_insert(time_s);
         kept.to_s = kept.to_s.max(time_s);
         if let Err(error) = kept.writer.add_packed(message) {
+            self.give_up(&error.to_string());
+        }
+    }
+
+    /// What follows was set back to the time of `message`.
+    fn begin_epoch(&mut self, message: &Message<'_>) {
+        let epoch = u32::try_from(message.seq).unwrap_or(u32::MAX);
+        self.state_ns = message.time_ns;
+        self.flight.begin_epoch(epoch);
+        self.preamble.set_epoch(epoch);
+        let begun = self.kept.as_mut();
+        let begun = begun.map(|kept| kept.writer.begin_epoch(epoch, message.time_ns));
+        if let Some(Err(error)) = begun {
             self.give_up(&error.to_string());
         }
     }

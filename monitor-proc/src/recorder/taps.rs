@@ -85,6 +85,7 @@ pub(super) struct Taps {
     missed: u64,
     names: foxglove::Names,
     whole: Box<WorldState>,
+    epoch: Option<u32>,
     health_ns: u64,
 }
 
@@ -122,6 +123,7 @@ impl Taps {
             missed: 0,
             names: foxglove::Names::of(scene),
             whole: Box::new(WorldState::zeroed()),
+            epoch: None,
             health_ns: 0,
         })
     }
@@ -175,8 +177,12 @@ impl Taps {
     }
 
     fn drain_world(&mut self, hops: &mut Hops) -> f64 {
-        let (whole, names) = (&mut self.whole, &self.names);
+        let (whole, names, epoch) = (&mut self.whole, &self.names, &mut self.epoch);
         let taken = self.world.drain(&mut self.batch, |batch, source, piece| {
+            let of = piece.state.generation;
+            if epoch.replace(of) != Some(of) {
+                batch.put_epoch(source, &piece.header, of);
+            }
             batch.put(source, Channel::World, &piece.header, wire_bytes(piece));
             if piece.piece == 0 {
                 hops.state(piece);

@@ -17,6 +17,7 @@ use super::report::Report;
 use super::sink::Sink;
 use super::taps::Taps;
 use super::{Answer, Ask, RecorderRequest, RecorderStatus, Shared, lock};
+use crate::hub::Timeline;
 
 /// Pause between two looks in real time (ms), and when all runs as fast as it
 /// can. A task on a busy machine sends a state record with every decision, and
@@ -155,7 +156,10 @@ fn status(job: &Job, sink: &Sink) -> RecorderStatus {
         file: sink.file(),
         gaps: sink.gaps(),
         note: trouble.unwrap_or_default().to_owned(),
-        from_s,
-        to_s,
+        timeline: Timeline {
+            from_s,
+            to_s,
+            epochs: flight.epochs(),
+        },
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::clock::Clock;
 use crate::film::Film;
-use crate::hub::Hub;
+use crate::hub::{Hub, Timeline};
 use crate::page::command::PlayOrder;
 use crate::status::{StatusInput, status};
 use crate::story::{KEPT_LINES, Story};
@@ -74,7 +74,11 @@ impl<F: Film> Player<F> {
         if due {
             self.next_status_s = now_s + STATUS_S;
             let (from_s, to_s) = self.film.span_s();
-            self.hub.tell_timeline(from_s, to_s);
+            self.hub.tell_timeline(&Timeline {
+                from_s,
+                to_s,
+                epochs: Vec::new(),
+            });
         }
         self.hub.tell_news();
     }

@@ -15,10 +15,12 @@ use serde_json::Value;
 use super::args::{ReplayArgs, ReplayArgsError};
 use super::desk::ReplayDesk;
 use super::player::Player;
+use crate::film::Projector;
 use crate::hub::{Hello, Hub};
 use crate::live::{self, PageError, Prepared, Trouble};
 use crate::page::command::Names;
 use crate::scene;
+use crate::scrub::{OpenPast, Past};
 
 /// Configuration that cannot be used.
 const EXIT_CONFIGURATION: u8 = 3;
@@ -115,7 +117,16 @@ fn prepare(args: &ReplayArgs, film: &Recording, desk: ReplayDesk) -> Result<Prep
         secrets: args.secrets.clone(),
     };
     let hub = Hub::new(hello, with_meshes(film.scene().clone()));
-    Ok(live::prepare_page(&page, hub, Arc::new(desk), names, None)?)
+    let (file, fingers) = (args.file.clone(), scene::fingers_of(film.scene()));
+    let objects = names.objects.clone();
+    let open = move || {
+        let film = Recording::open(&file).map_err(|error| error.to_string())?;
+        let unheard = Box::new(|_| None);
+        let projector = Projector::new(film, fingers.clone(), objects.clone(), unheard);
+        Ok(Box::new(projector) as Box<dyn Past>)
+    };
+    let shown = (hub, names, Arc::new(open) as OpenPast);
+    Ok(live::prepare_page(&page, shown, Arc::new(desk), None)?)
 }
 
 fn player(film: Recording, hub: Arc<Hub>) -> Player<Recording> {

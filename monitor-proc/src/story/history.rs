@@ -22,8 +22,8 @@ impl History {
     /// Says that a line of `time_s` comes next, and what is known before it.
     pub fn next(&mut self, time_s: f64, story: &Story) {
         if time_s < self.heard_s {
-            // The scene was put back to its beginning.
-            self.kept.clear();
+            // Physics was restarted: it resumed at an earlier time.
+            self.kept.retain(|(at, _)| *at <= time_s);
         } else if time_s > self.heard_s {
             let last_s = self.kept.back().map_or(f64::NEG_INFINITY, |(at, _)| *at);
             if self.heard_s >= last_s + SPACING_S {
@@ -69,8 +69,9 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_that_begins_anew_has_no_past() {
-        let history = heard([1.0, 10.0, 20.0, 30.0, 0.5]);
-        assert_eq!(at(&history, 25.0), None);
+    fn what_came_after_the_time_physics_resumed_at_is_forgotten() {
+        let history = heard([1.0, 10.0, 20.0, 30.0, 19.0]);
+        assert_eq!(at(&history, 25.0), Some(10.0));
+        assert_eq!(at(&heard([1.0, 10.0, 20.0, 0.5]), 25.0), Some(0.0));
     }
 }

@@ -10,4 +10,4 @@ mod site;
 mod slots;
 mod socket;
 
-pub use serve::{Kept, Listening, Site, bind};
+pub use serve::{Listening, Site, bind};

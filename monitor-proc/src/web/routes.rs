@@ -21,6 +21,7 @@ use super::gate::Exchange;
 use super::site::Served;
 use super::slots::Idle;
 use super::{plain, socket};
+use crate::scrub::Span;
 
 /// Largest body of a request (bytes).
 const MAX_BODY: usize = 4096;
@@ -38,6 +39,7 @@ pub(super) fn router(served: Arc<Served>) -> Router {
         .route("/ws", any(websocket))
         .route("/api/scene", any(scene))
         .route("/api/incidents/{number}", any(incident))
+        .route("/api/past", any(past))
         .route("/api/token", post(token))
         .fallback(file)
         .layer(DefaultBodyLimit::max(MAX_BODY))
@@ -168,15 +170,52 @@ async fn incident(
     if let Some(refused) = refusal(&served, &method, &headers) {
         return refused;
     }
-    let kept = served.site.kept.as_ref();
-    let found = match (kept, number) {
+    let found = match (&served.site.incidents, number) {
         // From a disk, but less than a megabyte.
-        (Some(kept), Ok(Path(number))) => kept.incidents.bytes(number).ok(),
+        (Some(incidents), Ok(Path(number))) => incidents.bytes(number).ok(),
         _ => None,
     };
     match found {
         Some(text) => json(text),
         None => plain::line(StatusCode::NOT_FOUND, "no such incident is kept\n"),
+    }
+}
+
+/// Frames of a span of what was recorded, one behind the other.
+async fn past(
+    State(served): Ours,
+    method: Method,
+    headers: HeaderMap,
+    span: Result<Query<Span>, QueryRejection>,
+) -> Response {
+    if let Some(refused) = refusal(&served, &method, &headers) {
+        return refused;
+    }
+    let Some(open) = served.site.past.clone() else {
+        return plain::line(StatusCode::NOT_FOUND, "nothing is recorded\n");
+    };
+    let Some(span) = span.ok().map(|Query(span)| span).filter(Span::is_valid) else {
+        return plain::line(
+            StatusCode::BAD_REQUEST,
+            "from_s, to_s (at most 600 s) and count (2 to 1000) are needed\n",
+        );
+    };
+    let Ok(_place) = served.readers.try_acquire() else {
+        return plain::line(
+            StatusCode::SERVICE_UNAVAILABLE,
+            "another page reads; try again\n",
+        );
+    };
+    // Reading takes a tenth of a second, which nobody else waits for.
+    let read = tokio::task::spawn_blocking(move || open()?.frames(&span)).await;
+    match read {
+        Ok(Ok(frames)) => {
+            let kind = [(header::CONTENT_TYPE, "application/octet-stream")];
+            let mut response = (kind, frames).into_response();
+            plain::no_store(&mut response);
+            response
+        }
+        _ => plain::line(StatusCode::NOT_FOUND, "this time is not recorded\n"),
     }
 }
 

@@ -11,11 +11,13 @@ use tokio::sync::Semaphore;
 use super::link::LimitedListener;
 use super::routes;
 use super::site::Served;
-pub use super::site::{Kept, Site};
+pub use super::site::Site;
 use super::slots::Idle;
 
 /// Websockets at a time.
 pub(super) const MAX_SOCKETS: usize = 16;
+/// Pages that read what was recorded at once.
+const MAX_READERS: usize = 2;
 /// Connections that wait to be accepted.
 const BACKLOG: u32 = 1024;
 /// A small buffer: what a slow reader has not taken is replaced by the newest,
@@ -77,6 +79,7 @@ impl Listening {
         let served = Arc::new(Served {
             site,
             sockets: Arc::new(Semaphore::new(MAX_SOCKETS)),
+            readers: Semaphore::new(MAX_READERS),
         });
         let router = routes::router(served);
         let service = router.into_make_service_with_connect_info::<Idle>();

@@ -28,20 +28,16 @@ pub struct Site {
     pub desk: Arc<dyn Desk>,
     /// Names commands can use.
     pub names: Names,
-    /// What was kept of its past, when this is a live cell.
-    pub kept: Option<Kept>,
-}
-
-/// What is kept while a cell runs.
-pub struct Kept {
-    /// The recording to look back into.
-    pub past: OpenPast,
-    /// Failures.
-    pub incidents: Incidents,
+    /// What was recorded: of a live cell by its flight recorder, else the file.
+    pub past: Option<OpenPast>,
+    /// Failures that were kept, when this is a live cell.
+    pub incidents: Option<Incidents>,
 }
 
 /// A site with the places of its websockets.
 pub(super) struct Served {
     pub(super) site: Site,
     pub(super) sockets: Arc<Semaphore>,
+    /// Places of those who read what was recorded.
+    pub(super) readers: Semaphore,
 }

@@ -19,7 +19,7 @@ use crate::page::command::{self, Command, Order, PlayOrder};
 use crate::page::desk::{Answer, Reply};
 use crate::page::rate::RateLimit;
 use crate::page::role::Role;
-use crate::scrub::{Glimpse, Scrubber};
+use crate::scrub::{Glimpse, Scrubber, When};
 
 /// Largest message of a page (bytes).
 const MAX_MESSAGE: usize = 64 << 10;
@@ -297,8 +297,8 @@ impl Reader {
 
     /// Another time: of a live cell for this page alone, of a replay for all.
     async fn seek(&mut self, id: u64, order: PlayOrder) {
-        let kept = self.served.site.kept.as_ref();
-        let Some(open) = kept.map(|kept| kept.past.clone()) else {
+        let site = &self.served.site;
+        let (Some(open), Some(_)) = (site.past.clone(), &site.incidents) else {
             return self.order(id, Order::Play(order), "").await;
         };
         let Some(time_s) = order.time_s else {
@@ -318,7 +318,8 @@ impl Reader {
         if let Some(answer) = self.promise(id).await
             && let Some(scrubber) = &self.scrubber
         {
-            scrubber.seek(time_s, answer);
+            let epoch = order.epoch;
+            scrubber.seek(When { epoch, time_s }, answer);
         }
     }
 

@@ -355,6 +355,28 @@ fn the_link_of_an_operator_works_once_and_the_next_one_is_in_the_file() {
 }
 
 #[test]
+fn a_span_of_the_past_is_read_by_who_may_look_and_has_limits() {
+    let bench = Bench::start();
+    let span = "/api/past?from_s=1&to_s=2&count=3";
+    assert_eq!(status(&bench.get(span, "")), 401);
+    let read = bench.get(span, &bearer(VIEWER));
+    assert_eq!(status(&read), 200);
+    assert!(read.ends_with("1 1.5 2"), "{read}");
+    for wrong in [
+        "",
+        "from_s=2&to_s=1&count=3",
+        "from_s=0&to_s=601&count=3",
+        "from_s=NaN&to_s=2&count=3",
+        "from_s=0&to_s=1&count=1",
+        "from_s=0&to_s=1&count=1001",
+        "from_s=0&to_s=1&count=3&epoch=-1",
+    ] {
+        let answer = bench.get(&format!("/api/past?{wrong}"), &bearer(OPERATOR));
+        assert_eq!(status(&answer), 400, "{wrong}");
+    }
+}
+
+#[test]
 fn an_incident_is_shown_to_who_may_look_and_nothing_else_is_read() {
     let bench = Bench::start();
     assert_eq!(status(&bench.get("/api/incidents/3", "")), 401);

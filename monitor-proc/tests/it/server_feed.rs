@@ -4,6 +4,7 @@ use crate::server_bench;
 
 use ipc_types::trace::{TraceEvent, TraceKind};
 use ipc_types::{Text, TraceLine, Wire};
+use monitor_proc::hub::Timeline;
 use monitor_proc::page::command::Order;
 use serde_json::json;
 use server_bench::{Bench, OPERATOR, VIEWER, ask, frame, last_word, text};
@@ -31,7 +32,11 @@ fn a_late_joiner_is_told_everything_and_then_what_is_new() {
     bench
         .hub
         .tell_status(&json!({ "t": "status", "rt": "fifo" }));
-    bench.hub.tell_timeline(0.5, 1.5);
+    bench.hub.tell_timeline(&Timeline {
+        from_s: 0.5,
+        to_s: 1.5,
+        epochs: Vec::new(),
+    });
     bench.hub.frame(b"first".to_vec());
     let mut late = bench.socket(VIEWER).unwrap();
     let hello = text(&mut late, "hello");

@@ -1,4 +1,5 @@
 // What a person does on the page, and what has to come of it.
+import { existsSync } from "node:fs";
 import { bins, flip, manual, pallet } from "./bins.mjs";
 import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
 
@@ -178,11 +179,17 @@ async function buttons({ page, look, until, press, robocell, same, forgive }) {
     (r, n) => r.store.status.processes.find((p) => p.name === "task").generation > n,
     task,
   );
+  // What is kept outlives the scene it was recorded in.
+  await page.getByRole("button", { name: "More of the recorder" }).click();
+  await press("robocell record last 10s");
+  const said = await page.locator(".toast", { hasText: ".mcap" }).innerText();
+  const kept = said.match(/\/\S*\.mcap/)[0];
   // Another scene on the same page.
   await page.selectOption("select.demo", "franka-pyramid");
   await press("robocell load franka-pyramid");
   await until("the other scene", (r) => r.store.scene.demo === "franka-pyramid" && r.store.snapshot.arms.length === 2);
   await until("it waits for Play", flag(PAUSED));
+  if (!existsSync(kept)) throw new Error(`${kept} was deleted with the scene`);
   forgive(CLOSED);
 }
 
@@ -257,6 +264,45 @@ async function scrub({ page, look, until, same }) {
   await page.evaluate(() => window.robocell.store.command({ do: "seek", time_s: null }));
   await until("it is live again", noFlag(NOT_LIVE));
   await until("so is the task", (r, t) => r.store.past === null && r.store.letters[0]?.includes("R") && r.store.snapshot.time > t + 1, time);
+}
+
+/** Plots show the past that is looked at, and the last seconds afterwards. */
+async function plots({ page, look, until, same }) {
+  // Two plots with this many samples that are numbers, and the moment they mark.
+  const shown = () =>
+    page.evaluate(() =>
+      [...document.querySelectorAll(".plot")].map(({ plot }) => {
+        const [times, ...columns] = plot.data();
+        const numbers = (columns[0] ?? []).filter((value) => value !== null).length;
+        return { from: times[0], to: times.at(-1), numbers, cursor: plot.cursor() };
+      }),
+    );
+  const until_shown = async (what, fits) => {
+    for (let look = 0; look < 200; look++) {
+      const now = await shown();
+      if (now.length === 2 && now.every(fits)) return now;
+      await page.waitForTimeout(50);
+    }
+    throw new Error(`${what}: ${JSON.stringify(await shown())}`);
+  };
+  await page.getByRole("tab", { name: "Plots" }).click();
+  await until("ten seconds are recorded", (r) => r.store.timeline?.to_s > 10);
+  // A page that was opened late shows what came before.
+  await page.reload();
+  await until("the page shows the cell", (r) => r !== undefined && r.settled());
+  await until_shown("the past of a late page", ({ from, to, numbers }) => to - from > 9 && numbers > 100);
+  await page.evaluate(() => window.robocell.store.command({ do: "seek", time_s: 5 }));
+  await until("the past is shown", flag(NOT_LIVE));
+  await until_shown("the past", (one) => one.from < 5 && one.to > 5 && one.numbers > 100 && Math.abs(one.cursor - 5) < 0.1);
+  // A click on a plot looks at that moment.
+  await page.locator(".plot .u-over").first().click({ position: { x: 60, y: 20 } });
+  await until("another moment is shown", (r) => Math.abs(r.store.snapshot.time - 5) > 0.5);
+  const [{ cursor }] = await until_shown("the moment clicked at", (one) => Math.abs(one.cursor - 5) > 0.5);
+  same("the moment of the plot and of the view", Math.abs(cursor - (await look((r) => r.store.snapshot.time))) < 0.05, true);
+  if (process.env.PAGE_SHOT) await page.screenshot({ path: `${process.env.PAGE_SHOT}-plots.png` });
+  await page.evaluate(() => window.robocell.store.command({ do: "seek", time_s: null }));
+  await until("it is live again", noFlag(NOT_LIVE));
+  await until_shown("what was missed meanwhile", ({ from, to, numbers, cursor }) => to - from > 10 && numbers > 100 && cursor === null);
 }
 
 /** Who has the viewer's link looks on, until the operator's token is presented. */
@@ -364,6 +410,6 @@ async function frames({ page, look, until, robocell }) {
 }
 
 export const scenarios = {
-  meshes, draws, drag, gizmo, buttons, restarts, scrub, viewer, names,
+  meshes, draws, drag, gizmo, buttons, restarts, scrub, plots, viewer, names,
   manual, flip, pallet, bins, frames,
 };

@@ -161,6 +161,11 @@ fn the_page_outlives_the_task_and_the_monitor() {
 }
 
 #[test]
+fn plots_show_the_past_and_what_was_missed_meanwhile() {
+    browse("plots", &["franka-stack"]);
+}
+
+#[test]
 fn the_page_goes_back_to_what_just_happened() {
     browse("scrub", &["franka-stack"]);
 }

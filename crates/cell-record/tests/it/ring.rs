@@ -51,6 +51,56 @@ fn the_oldest_goes_and_the_rest_is_readable_without_an_end() {
     assert!(bytes_in(dir.path()) <= limit);
 }
 
+#[test]
+fn time_that_was_set_back_is_an_epoch_of_its_own() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut flight = ring(Box::new(Disk), dir.path(), 64 << 20);
+    flight.begin_epoch(1);
+    say(&mut flight, 0..60_400);
+    // Physics was killed and resumed from its snapshot.
+    flight.begin_epoch(2);
+    say(&mut flight, 60_000..61_000);
+    assert_eq!(flight.span_s(), (0.0, 60.999));
+    // Here it had no snapshot.
+    flight.begin_epoch(3);
+    say(&mut flight, 0..7100);
+    assert_eq!(flight.span_s(), (0.0, 7.099));
+    let epochs = flight.epochs();
+    let spans: Vec<_> = epochs.iter().map(|e| (e.epoch, e.from_s, e.to_s)).collect();
+    let known = [(1, 0.0, 60.399), (2, 60.0, 60.999), (3, 0.0, 7.099)];
+    assert_eq!(spans, known);
+    flight.close();
+    // A recorder that was started again knows them, too.
+    let again = ring(Box::new(Disk), dir.path(), 64 << 20);
+    assert_eq!(again.epochs(), epochs);
+    let mut read = Recording::open(dir.path()).unwrap();
+    assert_eq!(read.epochs(), epochs);
+    assert_eq!(read.span_s(), (0.0, 7.099));
+    assert_eq!(read.at(60.2).unwrap().world.header.tick, 7099);
+    assert_eq!(
+        read.log_until(60.2, 1).unwrap()[0].text.as_str(),
+        "line 7000"
+    );
+    let lines = |read: &mut Recording, from_s, to_s| read.trace(from_s, to_s).unwrap().len();
+    assert_eq!(lines(&mut read, 1.0, 2.0), 10);
+    read.show_epoch(Some(2));
+    assert_eq!(read.span_s(), (0.0, 60.999));
+    assert_eq!(read.at(60.2).unwrap().world.header.tick, 60_200);
+    assert_eq!(lines(&mut read, 59.5, 60.5), 10);
+    // The last minute of a file is the last of the newest epoch.
+    read.show_epoch(None);
+    let file = dir.path().join("last.mcap");
+    read.copy_span(0.0, 7.0, &file).unwrap();
+    let copy = Recording::open(&file).unwrap();
+    assert_eq!((copy.span_s(), copy.epochs().len()), ((0.0, 7.0), 1));
+    read.show_epoch(Some(2));
+    let file = dir.path().join("both.mcap");
+    read.copy_span(59.0, 60.5, &file).unwrap();
+    let copy = Recording::open(&file).unwrap();
+    let epochs: Vec<_> = copy.epochs().iter().map(|e| e.epoch).collect();
+    assert_eq!((copy.span_s().1, epochs), (60.5, vec![1, 2]));
+}
+
 /// A disk somebody else fills.
 struct Shared {
     full: Arc<AtomicBool>,

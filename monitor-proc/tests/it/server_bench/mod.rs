@@ -20,10 +20,10 @@ use cell_model::runs::spec::PageSecrets;
 use monitor_proc::hub::{Hello, Hub, RunInfo};
 use monitor_proc::page::command::{Names, Order};
 use monitor_proc::page::desk::{Answer, Desk, Reply, send};
-use monitor_proc::scrub::Past;
+use monitor_proc::scrub::{OpenPast, Past, Span, When};
 use monitor_proc::web::files::Files;
 use monitor_proc::web::gate::Gate;
-use monitor_proc::web::{Kept, Site, bind};
+use monitor_proc::web::{Site, bind};
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
@@ -56,15 +56,20 @@ impl Desk for FakeDesk {
 struct FakePast;
 
 impl Past for FakePast {
-    fn frame(&mut self, time_s: f64) -> Result<Vec<u8>, String> {
-        if time_s > 10.0 {
+    fn frame(&mut self, when: When) -> Result<Vec<u8>, String> {
+        if when.time_s > 10.0 {
             return Err("not recorded".to_owned());
         }
-        Ok(format!("past {time_s}").into_bytes())
+        Ok(format!("past {}", when.time_s).into_bytes())
     }
 
-    fn told(&mut self, time_s: f64) -> Value {
-        json!({ "t": "past", "time_s": time_s })
+    fn told(&mut self, when: When) -> Value {
+        json!({ "t": "past", "time_s": when.time_s, "epoch": when.epoch })
+    }
+
+    fn frames(&mut self, span: &Span) -> Result<Vec<u8>, String> {
+        let times = span.times_s().map(|time_s| time_s.to_string());
+        Ok(times.collect::<Vec<_>>().join(" ").into_bytes())
     }
 }
 
@@ -136,10 +141,8 @@ impl Bench {
                         objects: vec!["red_cube".to_owned(), name.to_owned()],
                         arms: 1,
                     },
-                    kept: live.then(|| Kept {
-                        past: Arc::new(|| Ok(Box::new(FakePast) as Box<dyn Past>)),
-                        incidents,
-                    }),
+                    past: Some(Arc::new(|| Ok(Box::new(FakePast) as Box<dyn Past>)) as OpenPast),
+                    incidents: live.then_some(incidents),
                 };
                 tokio::select! {
                     served = listening.serve(site) => served.unwrap(),

@@ -1,4 +1,5 @@
 // The messages of docs/page-protocol.md.
+import type { EpochSpan } from "./epochs";
 
 export type Vec3 = [number, number, number];
 /** x, y, z (m), then w, x, y, z, in the world frame. */
@@ -195,6 +196,8 @@ export interface LogLine {
   kind: "log" | "transition" | "lifecycle";
   text: string;
   mark: string | null;
+  /** Generation of physics; null where that is not known. */
+  epoch: number | null;
   /** Number of the incident this line is about. */
   incident?: number;
 }
@@ -209,15 +212,24 @@ export type TextMessage =
   | { t: "keys"; graph: number; values: Record<string, string> }
   | { t: "guards"; graph: number; values: Record<string, boolean> }
   | { t: "log"; lines: LogLine[]; all?: boolean }
-  | { t: "timeline"; from_s: number; to_s: number }
+  | ({ t: "timeline" } & Timeline)
   | ({ t: "ack" } & Ack)
   | ({ t: "past" } & Past)
   | { t: "now" }
   | { t: "gone"; what: string };
 
+/** What the flight recorder holds: the history of the newest epoch, and every epoch, oldest first. */
+export interface Timeline {
+  from_s: number;
+  to_s: number;
+  epochs: EpochSpan[];
+}
+
 /** What task and equipment said at a moment of the past. */
 export interface Past {
   time_s: number;
+  /** Generation of physics that was asked for. */
+  epoch: number | null;
   story: TextMessage[];
   task: Status["task"];
   equipment: EquipmentStatus | null;
@@ -247,4 +259,4 @@ export type Command =
   | { do: "restart"; process: string; policy?: string }
   | { do: "load"; demo: string; policy?: string; seed: number; speed: string }
   | { do: "record"; what: "start" | "stop" | "last"; seconds?: number }
-  | { do: "seek"; time_s: number | null; play?: boolean };
+  | { do: "seek"; time_s: number | null; epoch?: number; play?: boolean };

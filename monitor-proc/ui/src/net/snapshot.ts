@@ -54,6 +54,21 @@ export interface Snapshot {
   objects: { pose: Pose; flags: number }[];
 }
 
+/** The snapshots in `bytes`, one behind the other, up to what is none. */
+export function decodeAll(bytes: ArrayBuffer): Snapshot[] {
+  const all: Snapshot[] = [];
+  for (let at = 0; at + HEADER_BYTES <= bytes.byteLength; ) {
+    const view = new DataView(bytes, at);
+    const words = view.getUint32(32, true) * ARM_WORDS + view.getUint32(36, true) * OBJECT_WORDS;
+    const end = at + HEADER_BYTES + 4 * words;
+    const snapshot = decode(bytes.slice(at, end));
+    if (snapshot === null) break;
+    all.push(snapshot);
+    at = end;
+  }
+  return all;
+}
+
 /** The snapshot in `frame`, or null if it is none. */
 export function decode(frame: ArrayBuffer): Snapshot | null {
   if (frame.byteLength < HEADER_BYTES) return null;

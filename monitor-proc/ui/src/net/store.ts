@@ -9,7 +9,9 @@ import type {
   Scene,
   Status,
   TextMessage,
+  Timeline,
 } from "./protocol";
+import { isCurrent } from "./epochs";
 import { decode, type Snapshot } from "./snapshot";
 
 const KEPT_LINES = 2000;
@@ -27,7 +29,7 @@ export interface Events {
   /** Graph whose statuses, edge, keys or guards changed. */
   graph: number;
   log: LogLine[];
-  timeline: { from_s: number; to_s: number };
+  timeline: Timeline;
   /** Something to tell the person. */
   notice: { text: string; bad: boolean };
 }
@@ -46,7 +48,7 @@ export class Store {
   keys: Record<string, string>[] = [];
   guards: Record<string, boolean>[] = [];
   log: LogLine[] = [];
-  timeline: { from_s: number; to_s: number } | null = null;
+  timeline: Timeline | null = null;
   /** The moment of the past that is shown in the place of what is now. */
   past: Past | null = null;
 
@@ -68,6 +70,11 @@ export class Store {
     for (const listener of this.listeners.get(what) ?? []) {
       (listener as Listener<K>)(value);
     }
+  }
+
+  /** Whether `line` is part of the history that led to now. */
+  isCurrent(line: { epoch: number | null; time_s: number }): boolean {
+    return isCurrent(this.timeline?.epochs ?? [], line.epoch, line.time_s);
   }
 
   /** Sends a command and tells the person when it was refused. */
@@ -137,8 +144,8 @@ export class Store {
         for (const index of this.graphs.keys()) this.tell("graph", index);
         break;
       case "timeline":
-        this.timeline = { from_s: message.from_s, to_s: message.to_s };
-        this.tell("timeline", this.timeline);
+        this.timeline = message;
+        this.tell("timeline", message);
         break;
       case "gone":
         this.tell("notice", { text: `the monitor closed the connection: ${message.what}`, bad: true });

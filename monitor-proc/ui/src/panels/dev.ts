@@ -114,7 +114,7 @@ export function fakeFeed(store: Store): void {
   let step = 0;
   const say = (text: string, kind: LogLine["kind"], mark: string | null) => {
     const time_s = store.snapshot?.time ?? 0;
-    store.takeText({ t: "log", lines: [{ time_s, kind, text, mark }] });
+    store.takeText({ t: "log", lines: [{ time_s, kind, text, mark, epoch: null }] });
   };
   const advance = () => {
     step += 1;
@@ -142,7 +142,7 @@ export function fakeFeed(store: Store): void {
   setInterval(advance, 900);
   setInterval(() => {
     store.takeText({ t: "status", ...status(CUBES.slice(0, Math.floor(step / 9) % 5), RING[step % 8] ?? "HOLD") });
-    store.takeText({ t: "timeline", from_s: 0, to_s: store.snapshot?.time ?? 0 });
+    store.takeText({ t: "timeline", from_s: 0, to_s: store.snapshot?.time ?? 0, epochs: [] });
   }, 250);
   for (let i = 0; i < 12; i++) advance();
   store.on("snapshot", ({ arms, time }) => {

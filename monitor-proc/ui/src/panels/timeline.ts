@@ -63,7 +63,8 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
 
   const drawMarks = () => {
     const { first, last } = span();
-    const seen = store.log.filter((line) => line.mark !== null && line.time_s >= first && line.time_s <= last);
+    const fits = (line: LogLine) => line.time_s >= first && line.time_s <= last && store.isCurrent(line);
+    const seen = store.log.filter((line) => line.mark !== null && fits(line));
     const nodes = seen.map((line) => {
       const node = markOf(desk, line);
       node.style.left = `${100 * share(line.time_s)}%`;
@@ -77,7 +78,7 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
     cursor.style.left = `${100 * share(time)}%`;
     setText(from, `${first.toFixed(1)} s`);
     setText(to, `${last.toFixed(1)} s`);
-    setText(now, past(desk, time, last));
+    setText(now, shownTime(desk, time, last));
     setAttr(bar, "aria-valuemin", first.toFixed(2));
     setAttr(bar, "aria-valuemax", last.toFixed(2));
     setAttr(bar, "aria-valuenow", time.toFixed(2));
@@ -111,8 +112,12 @@ function markOf(desk: Desk, line: LogLine): HTMLElement {
   return node;
 }
 
-function past(desk: Desk, time: number, last: number): string {
+function shownTime(desk: Desk, time: number, last: number): string {
   if (!desk.flag(FLAG.notLive) || desk.store.hello?.live === false) return `${time.toFixed(2)} s`;
+  const { past, timeline } = desk.store;
+  const newest = timeline?.epochs.at(-1)?.epoch;
+  // What came after the time that physics resumed at.
+  if (past?.epoch != null && past.epoch !== newest) return `${time.toFixed(2)} s (before physics restarted)`;
   return `${time.toFixed(2)} s (${(time - last).toFixed(1)} s)`;
 }
 

@@ -21,9 +21,13 @@ export function plotsTab(desk: Desk): HTMLElement {
     active = plot;
     for (const one of plots) one.root.classList.toggle("active", one === plot);
   };
+  const seek = (time_s: number) => {
+    const epoch = desk.store.past?.epoch ?? null;
+    void desk.send({ do: "seek", time_s: Math.max(0, time_s), ...(epoch === null ? {} : { epoch }) });
+  };
   const add = (keys: string[]) => {
     if (plots.length >= MOST_PLOTS) return;
-    const plot: Plot = new Plot(history, keys, keep, () => {
+    const plot: Plot = new Plot(history, keys, keep, seek, () => {
       plots.splice(plots.indexOf(plot), 1);
       plot.root.remove();
       activate(plots[0] ?? null);
@@ -41,6 +45,7 @@ export function plotsTab(desk: Desk): HTMLElement {
     active?.add(key);
     keep();
   });
+  const span = el("span", { class: "dim" });
   const more = el("button", { type: "button", class: "button small" }, "Add plot");
   more.addEventListener("click", () => add([]));
   const hold = el("button", { type: "button", class: "button small", title: "Hold the picture; the signals go on behind it" }, "Hold");
@@ -55,24 +60,43 @@ export function plotsTab(desk: Desk): HTMLElement {
     if (begun || history.signals.length === 0 || desk.store.scene === null) return;
     begun = true;
     const kept = getHash("plots");
+    const wanted = kept === null ? usual() : kept.split("|").map((one) => one.split("~").filter(Boolean));
+    fill(wanted);
+  };
+  const fill = (wanted: string[][]) => {
+    for (const keys of wanted.slice(0, MOST_PLOTS)) add(keys);
+    activate(plots[0] ?? null);
+  };
+  const usual = (): string[][] => {
     const first = history.signals.find(({ name }) => name === FIRST)?.key;
     const heights = history.signals.filter(({ group }) => group === "objects").slice(0, MOST_HEIGHTS);
     const joints = history.signals.filter(({ name }) => name.endsWith("position")).slice(0, 7);
     const load = history.signals.filter(({ name }) => name === "suction load");
     const second = [load, heights, joints].find((one) => one.length > 0) ?? [];
-    const usual = [first === undefined ? [] : [first], second.map(({ key }) => key)];
-    const wanted = kept === null ? usual : kept.split("|").map((one) => one.split("~").filter(Boolean));
-    for (const keys of wanted.slice(0, MOST_PLOTS)) add(keys);
-    activate(plots[0] ?? null);
+    return [first === undefined ? [] : [first], second.map(({ key }) => key)];
   };
-  history.on(begin);
+  // Another scene has other signals.
+  let demo = desk.store.scene?.demo;
+  const follow = () => {
+    const scene = desk.store.scene;
+    if (!begun || scene === null || scene.demo === demo) return begin();
+    demo = scene.demo;
+    const left = plots.filter((plot) => plot.prune());
+    if (left.length === plots.length) return keep();
+    for (const plot of plots.splice(0)) plot.root.remove();
+    fill(left.length > 0 ? left.map(({ keys }) => keys) : usual());
+    keep();
+  };
+  history.on(follow);
   begin();
   desk.pulse.add(stack, () => {
     more.disabled = plots.length >= MOST_PLOTS;
+    setText(span, history.cursor === null ? "last 30 s" : `30 s around ${history.cursor.toFixed(2)} s`);
     if (held) return;
+    history.follow();
     for (const plot of plots) plot.show();
   });
-  return el("div", { class: "plots-tab column" }, el("div", { class: "row" }, more, hold, el("span", { class: "dim" }, "last 30 s")), stack, list);
+  return el("div", { class: "plots-tab column" }, el("div", { class: "row" }, more, hold, span), stack, list);
 }
 
 function signalList(history: History, onPick: (key: string) => void): HTMLElement {

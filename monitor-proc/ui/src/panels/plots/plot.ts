@@ -7,6 +7,7 @@ import type { History } from "./history";
 /** Told apart also by those who see few colours. */
 const COLOURS = ["#58a6ff", "#f0a53a", "#4cc38a", "#d2a8ff", "#ff7b72", "#79e0e8", "#e3d26f", "#c9d1d9"];
 const AXIS = "#93a1b1";
+const CURSOR = "#ffffff";
 const GRID = { stroke: "#232c36", width: 1 };
 const TYPE = "text/x-robocell-signal";
 
@@ -21,6 +22,7 @@ export class Plot {
     private readonly history: History,
     keys: string[],
     private readonly changed: () => void,
+    private readonly seek: (time: number) => void,
     onRemove: () => void,
   ) {
     this.keys = keys;
@@ -37,6 +39,8 @@ export class Plot {
       event.preventDefault();
       this.add(key);
     });
+    // For browser tests.
+    Object.assign(this.root, { plot: { data: () => this.chart?.data ?? [[]], cursor: () => this.history.cursor } });
     this.rebuild();
   }
 
@@ -45,6 +49,13 @@ export class Plot {
     this.keys.push(key);
     this.rebuild();
     this.changed();
+  }
+
+  /** Takes out the signals that are none of this scene; whether one is left. */
+  prune(): boolean {
+    this.keys = this.keys.filter((key) => this.history.find(key) !== undefined);
+    this.rebuild();
+    return this.keys.length > 0;
   }
 
   show(): void {
@@ -88,9 +99,34 @@ export class Plot {
         { ...axis, size: 30, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
         { ...axis, size: 46 },
       ],
+      hooks: { draw: [(chart) => this.drawCursor(chart)], ready: [(chart) => this.listen(chart)] },
       series: [{}, ...this.keys.map((_, index) => ({ stroke: COLOURS[index] ?? AXIS, width: 1.5, points: { show: false } }))],
     };
     this.chart = new uPlot(options, this.history.window(this.keys) as uPlot.AlignedData, this.area);
+  }
+
+  /** The moment of the past that is looked at. */
+  private drawCursor(chart: uPlot): void {
+    const { cursor } = this.history;
+    if (cursor === null) return;
+    const { ctx, bbox } = chart;
+    const x = chart.valToPos(cursor, "x", true);
+    if (x < bbox.left || x > bbox.left + bbox.width) return;
+    ctx.save();
+    ctx.strokeStyle = CURSOR;
+    ctx.beginPath();
+    ctx.moveTo(x, bbox.top);
+    ctx.lineTo(x, bbox.top + bbox.height);
+    ctx.stroke();
+    ctx.restore();
+  }
+
+  /** A click looks at that moment. */
+  private listen(chart: uPlot): void {
+    chart.over.title = "Click to look at this moment";
+    chart.over.addEventListener("click", (event) => {
+      this.seek(chart.posToVal(event.offsetX, "x"));
+    });
   }
 }
 

@@ -53,7 +53,11 @@ export function eventLog(desk: Desk): HTMLElement {
 function row(desk: Desk, line: LogLine): HTMLElement {
   const time = el("button", { type: "button", class: "event-time num", title: "Look at this moment" });
   time.textContent = line.time_s.toFixed(2);
-  time.addEventListener("click", () => desk.send({ do: "seek", time_s: line.time_s }));
+  time.addEventListener("click", () => {
+    const { time_s, epoch } = line;
+    const other = epoch !== null && !desk.store.isCurrent(line);
+    void desk.send({ do: "seek", time_s, ...(other ? { epoch } : {}) });
+  });
   const node = el("div", { class: "event", "data-kind": line.kind }, time, el("span", {}, words(desk, line)));
   node.dataset.time = String(line.time_s);
   if (line.mark !== null) node.dataset.mark = line.mark;

@@ -1,0 +1,18 @@
+// Spans of what was recorded (`/api/past` of docs/page-protocol.md).
+import { decodeAll, type Snapshot } from "./snapshot";
+
+/** A span of simulated time; of the newest epoch's history where `epoch` is null. */
+export interface Span {
+  from_s: number;
+  to_s: number;
+  epoch: number | null;
+}
+
+/** At most `count` snapshots of `span`; none where nothing of it is recorded. */
+export async function snapshotsOf(span: Span, count: number): Promise<Snapshot[]> {
+  const { from_s, to_s, epoch } = span;
+  const query = new URLSearchParams({ from_s: String(from_s), to_s: String(to_s), count: String(count) });
+  if (epoch !== null) query.set("epoch", String(epoch));
+  const answer = await fetch(`/api/past?${query}`).catch(() => null);
+  return answer?.ok === true ? decodeAll(await answer.arrayBuffer()) : [];
+}
