@@ -89,6 +89,8 @@ wire! {
         pub code: u32,
         /// Zero.
         pub reserved: u32,
+        /// Tick at which a step is done; 0 of other requests.
+        pub until_tick: u64,
         /// What to tell the person, empty when accepted.
         pub message: Text<120>,
     }

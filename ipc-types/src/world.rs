@@ -4,7 +4,7 @@ use crate::equipment::EquipmentState;
 use crate::header::Header;
 use crate::pose::{Pose, Twist};
 use crate::validate::{
-    Check, Invalid, MAX_EFFORT, MAX_JOINT_POSITION, MAX_JOINT_VELOCITY, Validate,
+    Check, Invalid, MAX_EFFORT, MAX_JOINT_POSITION, MAX_JOINT_VELOCITY, Validate, code,
 };
 use crate::wire::wire;
 use crate::{MAX_ARMS, MAX_JOINTS, MAX_OBJECTS};
@@ -27,6 +27,20 @@ pub const OBJECT_DRAGGED: u32 = 4;
 pub const OBJECT_ASLEEP: u32 = 8;
 /// [`ObjectState::flags`]: controllers may keep away from it.
 pub const OBJECT_OBSTACLE: u32 = 16;
+
+code! {
+    /// Why simulated time is paused.
+    pub enum PauseCause {
+        /// It is not.
+        None = 0,
+        /// The scene was set up paused.
+        Start = 1,
+        /// A person, or a script, asked for it.
+        Operator = 2,
+        /// The ticks of a step are done.
+        Step = 3,
+    }
+}
 
 wire! {
     /// The gripper as measured.
@@ -137,8 +151,8 @@ wire! {
         pub task_start: u32,
         /// 1 from a start request until the next reset of the task.
         pub task_started: u32,
-        /// Zero.
-        pub reserved: u32,
+        /// [`PauseCause`] of the pause that is in force.
+        pub pause_cause: u32,
         /// Counts reset requests to the task.
         pub task_reset: u32,
         /// 1 while the operator has paused the task.
@@ -283,6 +297,11 @@ impl OperatorPanel {
         if self.target_seq > 0 {
             self.target.check()?;
         }
+        Check::code(
+            "panel.pause_cause",
+            self.pause_cause,
+            PauseCause::from_code(self.pause_cause).is_some(),
+        )?;
         Check::count("panel.target_arm", self.target_arm, MAX_ARMS - 1)?;
         Check::code(
             "panel.gripper",

@@ -387,6 +387,12 @@ pub struct TargetArgs {
     #[arg(value_names = ["X", "Y", "Z", "R", "P", "YAW"], num_args = 3..=6, required = true,
           allow_negative_numbers = true, value_parser = finite)]
     pub values: Vec<f64>,
+    /// Roll, pitch and yaw are in degrees
+    #[arg(long)]
+    pub deg: bool,
+    /// Return at once; without it, when the arm is at rest
+    #[arg(long)]
+    pub no_wait: bool,
     /// Arm by its place in the cell file
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = count)]
     pub arm: u32,

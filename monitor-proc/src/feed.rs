@@ -12,8 +12,10 @@ use serde_json::Value;
 use crate::hub::{Hub, Timeline};
 use crate::misses::Misses;
 use crate::pace::Pace;
+use crate::reset::Reset;
 use crate::scene;
 use crate::snapshot::{FLAG_RECORDING, Moment, encode};
+use crate::starts::Starts;
 use crate::status::{StatusInput, status};
 
 /// 60 frames a second.
@@ -35,6 +37,8 @@ pub struct Feed {
     fingers: Vec<usize>,
     objects: Vec<String>,
     policy: String,
+    starts: Starts,
+    reset: Reset,
     recording: bool,
     next_frame_ns: u64,
     next_status_ns: u64,
@@ -64,6 +68,8 @@ impl Feed {
             fingers: scene::fingers(&start.cell),
             objects: start.cell.objects.iter().map(|o| o.name.clone()).collect(),
             policy: start.spec.policy.clone(),
+            starts: Starts::default(),
+            reset: Reset::default(),
             recording: false,
             next_frame_ns: 0,
             next_status_ns: 0,
@@ -90,17 +96,18 @@ impl Feed {
         self.world.get()
     }
 
-    /// Tells what is due at `now_ns`.
-    pub fn turn(&mut self, now_ns: u64, recorder: impl FnOnce() -> RecorderNews) {
+    /// Tells what is due at `now_ns`; the lines of the log that are new.
+    pub fn turn(&mut self, now_ns: u64, recorder: impl FnOnce() -> RecorderNews) -> Vec<Value> {
         if self.hub.is_watched() && now_ns >= self.next_frame_ns {
             self.next_frame_ns = after(self.next_frame_ns, FRAME_NS, now_ns);
             self.frame(now_ns);
         }
-        self.hub.tell_news();
+        let lines = self.hub.tell_news();
         if now_ns >= self.next_status_ns {
             self.next_status_ns = after(self.next_status_ns, STATUS_NS, now_ns);
             self.tell_status(now_ns, recorder());
         }
+        lines
     }
 
     fn look(&mut self) {
@@ -116,11 +123,13 @@ impl Feed {
         let Some(world) = self.world.get() else {
             return;
         };
+        let decision = self.decision.get();
+        let decision = decision.filter(|decision| self.reset.is_after(Some(world), decision));
         let status: Vec<Option<&ArmStatus>> = self.status.iter().map(Latest::get).collect();
         let moment = Moment {
             world,
             status: &status,
-            decision: self.decision.get(),
+            decision,
             real_time_factor: self.pace.look(now_ns, world.header.sim_time_ns),
             flags: if self.recording { FLAG_RECORDING } else { 0 },
         };
@@ -144,7 +153,11 @@ impl Feed {
         let world = self.world.get();
         let time_s = world.map_or(0.0, |w| w.header.sim_time_ns as f64 * 1.0e-9);
         let missed = self.misses.look(&processes, time_s, now_ns);
+        for text in self.starts.look(&processes) {
+            self.hub.restarted(time_s, &text);
+        }
         let decision = self.decision.get();
+        let decision = decision.filter(|decision| self.reset.is_after(world, decision));
         let mut message = status(&StatusInput {
             processes: &processes,
             missed: &missed,

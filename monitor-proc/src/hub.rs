@@ -166,9 +166,17 @@ impl Hub {
         known.story.say(time_s, kind, TraceEvent::None, text);
     }
 
+    /// Adds a line about a process that was restarted to the log.
+    pub fn restarted(&self, time_s: f64, text: &str) {
+        let mut known = self.lock();
+        known
+            .story
+            .say(time_s, "lifecycle", TraceEvent::Restart, text);
+    }
+
     /// Adds an incident to the log.
-    pub fn incident(&self, head: &Head) {
-        self.lock().story.incident(head);
+    pub fn incident(&self, head: &Head, what: &str) {
+        self.lock().story.incident(head, what);
     }
 
     /// Forgets what the task said: another past is shown from now on.
@@ -183,12 +191,22 @@ impl Hub {
         known.story.news();
     }
 
-    /// Tells what is new in the task's story.
-    pub fn tell_news(&self) {
+    /// Lines that an earlier start of the monitor told.
+    pub fn recall(&self, lines: Vec<Value>) {
+        self.lock().story.recall(lines);
+    }
+
+    /// Tells what is new in the task's story; the lines of the log that are.
+    pub fn tell_news(&self) -> Vec<Value> {
         let mut known = self.lock();
+        let mut lines = Vec::new();
         for message in known.story.news() {
             self.tell(&message);
+            if let Some(new) = message["lines"].as_array() {
+                lines.extend(new.iter().cloned());
+            }
         }
+        lines
     }
 
     /// Tells how everybody is doing.

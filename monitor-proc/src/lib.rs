@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 pub mod desk;
+pub mod events;
 pub mod feed;
 pub mod film;
 pub mod hub;
@@ -20,9 +21,11 @@ pub mod page;
 pub mod process;
 pub mod recorder;
 pub mod replay;
+mod reset;
 pub mod scene;
 pub mod scrub;
 pub mod snapshot;
+mod starts;
 pub mod status;
 pub mod story;
 pub mod web;

@@ -5,7 +5,7 @@ use std::sync::{Arc, mpsc};
 use std::thread::{self, Scope};
 
 use cell_bus::{Bus, BusError, Subscriber};
-use cell_model::runs::spec::PageSpec;
+use cell_model::runs::spec::{PageSpec, RunSpec};
 use cell_rt::{monotonic_ns, signal::stop_requested, sleep_until};
 use cell_worker::{HealthReporter, RunError, Start};
 use ipc_types::topic::{Process, TopicId};
@@ -14,6 +14,7 @@ use ipc_types::{TICK_NS, TraceLine, WorldState};
 use serde_json::{Value, json};
 
 use crate::desk::{LiveDesk, serve_errands, serve_physics};
+use crate::events::EventFile;
 use crate::feed::{Feed, RecorderNews};
 use crate::incidents::IncidentWatch;
 use crate::journal::{Journal, Said};
@@ -57,6 +58,7 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
     let logs = start.spec.run_dir.join("logs");
     std::fs::create_dir_all(&logs)?;
     let journal = Journal::open(&logs)?;
+    let (events, lines) = EventFile::open(&logs);
     let trouble = Trouble::default();
     let scene = live::scene(start).unwrap_or_else(|error| {
         trouble.set(error.to_string());
@@ -72,6 +74,7 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
         });
         let bus = start.join(Process::Monitor)?;
         let mut process = MonitorProcess::new(&bus, start, journal, page)?;
+        process.recall(events, lines, &start.spec);
         process.trouble = trouble;
         process.recorder = Some(recorder.clone());
         while !stop_requested() {
@@ -152,6 +155,7 @@ struct MonitorProcess {
     recorder: Option<Arc<Recorder>>,
     next_timeline_ns: u64,
     incidents: IncidentWatch,
+    events: Option<EventFile>,
     said: Said,
     health: HealthReporter,
 }
@@ -178,10 +182,24 @@ impl MonitorProcess {
             trouble: Trouble::default(),
             recorder: None,
             next_timeline_ns: 0,
-            incidents: IncidentWatch::new(&start.spec),
+            incidents: IncidentWatch::new(&start.spec, 0, 0),
+            events: None,
             said: Said::default(),
             health: HealthReporter::new(start, bus, Process::Monitor, false)?,
         })
+    }
+
+    /// Goes on with the log of an earlier start.
+    fn recall(&mut self, events: EventFile, lines: Vec<Value>, spec: &RunSpec) {
+        let told = || lines.iter().filter_map(|line| line["incident"].as_u64());
+        let newest = told().max().unwrap_or(0);
+        let of_newest = told().filter(|number| *number == newest).count();
+        let number = u32::try_from(newest).unwrap_or(0);
+        self.incidents = IncidentWatch::new(spec, number, of_newest);
+        self.events = Some(events);
+        if let Some(page) = &self.page {
+            page.hub.recall(lines);
+        }
     }
 
     fn turn(&mut self) {
@@ -196,16 +214,19 @@ impl MonitorProcess {
         self.drain();
         self.write_down(began_ns);
         if let Some(page) = &self.page {
-            for head in self.incidents.news(began_ns) {
-                page.hub.incident(&head);
+            for (head, what) in self.incidents.news(began_ns) {
+                page.hub.incident(&head, &what);
             }
         }
         if let Some(feed) = &mut self.feed {
             let recorder = self.recorder.as_deref();
             let due = &mut self.next_timeline_ns;
-            feed.turn(began_ns, || {
+            let lines = feed.turn(began_ns, || {
                 recorder.map_or_else(RecorderNews::default, |r| news(r, began_ns, due))
             });
+            if let Some(events) = &mut self.events {
+                events.append(&lines);
+            }
         }
         self.health.cycle(self.tick, began_ns, 0, [0.0; 4]);
         let now_ns = monotonic_ns();

@@ -5,7 +5,7 @@ use ipc_types::decision::Outcome;
 use ipc_types::equipment::{BreakCause, BreakLimit, SuctionRefusal, SupplyRefusal};
 use ipc_types::health::Scheduling;
 use ipc_types::topic::Process;
-use ipc_types::world::FLAG_LOCKSTEP;
+use ipc_types::world::{FLAG_LOCKSTEP, PauseCause};
 use ipc_types::{Decision, GripperState, Health, WorldState};
 use serde_json::{Value, json};
 
@@ -37,6 +37,7 @@ pub fn status(look: &StatusInput<'_>) -> Value {
         "t": "status",
         "processes": processes,
         "task": task(look),
+        "pause_cause": look.world.map_or("", pause_cause),
         "equipment": look.world.map(|world| equipment(world, look.objects)),
         "latency": [],
         "recorder": {
@@ -52,6 +53,16 @@ pub fn past(look: &StatusInput<'_>) -> Value {
         "task": task(look),
         "equipment": look.world.map(|world| equipment(world, look.objects)),
     })
+}
+
+/// Why simulated time is paused; empty while it is not.
+fn pause_cause(world: &WorldState) -> &'static str {
+    match PauseCause::from_code(world.panel.pause_cause) {
+        Some(PauseCause::Start) => "start",
+        Some(PauseCause::Operator) => "operator",
+        Some(PauseCause::Step) => "step",
+        Some(PauseCause::None) | None => "",
+    }
 }
 
 fn process(process: Process, health: Option<&Health>, missed_why: &str) -> Value {

@@ -100,13 +100,18 @@ impl Story {
     }
 
     /// Adds an incident to the log, with the number the page opens it by.
-    pub fn incident(&mut self, head: &Head) {
-        let (number, what) = (head.number, &head.what);
+    pub fn incident(&mut self, head: &Head, what: &str) {
+        let number = head.number;
         self.keep(json!({
             "time_s": head.sim_time_s, "kind": "lifecycle",
             "text": format!("incident {number}: {what}"),
             "mark": "incident", "incident": number,
         }));
+    }
+
+    /// Puts lines of an earlier start of the monitor at the beginning of the log.
+    pub fn recall(&mut self, lines: Vec<Value>) {
+        self.log.extend(lines);
     }
 
     fn keep(&mut self, mut line: Value) {

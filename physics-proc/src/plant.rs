@@ -9,7 +9,7 @@ use cell_model::runs::script_report::ScriptReply;
 use cell_model::runs::spec::RunSpec;
 use ipc_types::decision::Outcome;
 use ipc_types::operator::{OperatorAction, ReplyCode};
-use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED};
+use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED, PauseCause};
 use ipc_types::{
     Decision, GripperGoal, Header, OperatorReply, OperatorRequest, Pose, TICK_NS, Text, WorldState,
 };
@@ -31,10 +31,6 @@ pub enum Next {
 }
 
 /// The world, and whether it goes on.
-#[expect(
-    clippy::struct_excessive_bools,
-    reason = "four independent switches, two of them fixed for a run"
-)]
 pub struct Plant {
     world: World,
     script: ScriptRunner,
@@ -42,7 +38,7 @@ pub struct Plant {
     lockstep: bool,
     until_done: bool,
     limit_tick: u64,
-    paused: bool,
+    pause: Option<PauseCause>,
     steps_left: Option<u64>,
     ending: bool,
     /// A script line the launcher has to act on.
@@ -61,7 +57,7 @@ pub struct Plant {
 #[derive(Serialize, Deserialize)]
 struct Saved {
     script: ScriptRunner,
-    paused: bool,
+    pause_cause: u32,
     steps_left: Option<u64>,
     waiting: Option<(u32, ScriptAction)>,
     replies: Vec<ScriptReply>,
@@ -83,7 +79,7 @@ impl Plant {
             lockstep: spec.speed.is_lockstep(),
             until_done: spec.until_done,
             limit_tick: spec.time_limit_s.map_or(u64::MAX, ticks),
-            paused: spec.paused,
+            pause: spec.paused.then_some(PauseCause::Start),
             steps_left: None,
             ending: false,
             waiting: None,
@@ -98,7 +94,7 @@ impl Plant {
     pub(crate) fn save(&self) -> Vec<u8> {
         let saved = Saved {
             script: self.script.clone(),
-            paused: self.paused,
+            pause_cause: self.pause_cause(),
             steps_left: self.steps_left,
             waiting: self.waiting.clone(),
             replies: self.replies.clone(),
@@ -123,7 +119,8 @@ impl Plant {
         let saved: Saved = serde_json::from_slice(saved).map_err(damaged)?;
         self.world.restore(world.get(1..).unwrap_or_default())?;
         self.script = saved.script;
-        self.paused = saved.paused;
+        let cause = PauseCause::from_code(saved.pause_cause);
+        self.pause = cause.filter(|cause| *cause != PauseCause::None);
         self.steps_left = saved.steps_left;
         self.waiting = saved.waiting;
         self.replies = saved.replies;
@@ -134,7 +131,7 @@ impl Plant {
     /// What people switched.
     pub(crate) fn switches(&self) -> Switches {
         Switches {
-            paused: self.paused,
+            paused: self.pause.is_some(),
             requests: self.requests,
         }
     }
@@ -155,15 +152,12 @@ impl Plant {
         self.run_script(decision);
         self.check_end(decision);
         let held = self.waiting.is_some() && self.lockstep;
-        if self.paused || self.ending || held {
+        if self.pause.is_some() || self.ending || held {
             return Next::Wait;
         }
-        if let Some(left) = &mut self.steps_left {
-            *left -= 1;
-            self.paused = *left == 0;
-        }
-        if self.paused {
-            self.steps_left = None;
+        if let Some(left) = self.steps_left {
+            self.steps_left = left.checked_sub(1).filter(|left| *left > 0);
+            self.pause = self.steps_left.is_none().then_some(PauseCause::Step);
         }
         Next::Step
     }
@@ -176,7 +170,8 @@ impl Plant {
     /// Writes the present state, all but what the publisher stamps.
     pub fn write_state(&self, state: &mut WorldState) {
         self.world.write_state(state);
-        state.flags = if self.paused { FLAG_PAUSED } else { 0 }
+        state.panel.pause_cause = self.pause_cause();
+        state.flags = if self.pause.is_some() { FLAG_PAUSED } else { 0 }
             | if self.lockstep { FLAG_LOCKSTEP } else { 0 }
             | if self.ending { FLAG_ENDING } else { 0 };
         state.script_line = self.waiting.as_ref().map_or(0, |(line, _)| *line);
@@ -213,10 +208,14 @@ impl Plant {
             None | Some(OperatorAction::Ping | OperatorAction::Drag | OperatorAction::ScriptDone)
         );
         self.requests += u64::from(is_kept && code == ReplyCode::Accepted);
+        let is_step = request.action == OperatorAction::Step.code();
+        let left = self.steps_left.filter(|_| is_step);
+        let until_tick = left.map_or(0, |left| self.world.tick() + left);
         OperatorReply {
             header: Header::caused_by::<OperatorReply>(self.world.tick()),
             code: code.code(),
             reserved: 0,
+            until_tick,
             message: Text::new(&message),
         }
     }
@@ -226,13 +225,13 @@ impl Plant {
             OperatorAction::Ping => {}
             OperatorAction::Pause => self.pause(),
             OperatorAction::Resume => {
-                self.paused = false;
+                self.pause = None;
                 self.steps_left = None;
             }
             OperatorAction::Step => {
-                let steps = u64::from(request.count.max(1));
-                self.paused = false;
-                self.steps_left = Some(steps);
+                let left = self.steps_left.unwrap_or(0);
+                self.pause = None;
+                self.steps_left = Some(left + u64::from(request.count.max(1)));
             }
             OperatorAction::ScriptDone => {
                 let done = self.waiting.take_if(|(line, _)| *line == request.count);
@@ -246,8 +245,12 @@ impl Plant {
         (ReplyCode::Accepted, String::new())
     }
 
+    fn pause_cause(&self) -> u32 {
+        self.pause.unwrap_or(PauseCause::None).code()
+    }
+
     fn pause(&mut self) {
-        self.paused = true;
+        self.pause = Some(PauseCause::Operator);
         self.steps_left = None;
     }
 

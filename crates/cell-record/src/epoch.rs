@@ -35,7 +35,7 @@ impl From<Span> for EpochSpan {
     }
 }
 
-/// One span for each epoch, oldest first, of `pieces` in the order of recording.
+/// One span for each epoch, oldest first, of `pieces` in any order.
 pub(crate) fn merged(pieces: impl IntoIterator<Item = Span>) -> Vec<Span> {
     let mut merged: Vec<Span> = Vec::new();
     for piece in pieces {
@@ -47,6 +47,7 @@ pub(crate) fn merged(pieces: impl IntoIterator<Item = Span>) -> Vec<Span> {
             None => merged.push(piece),
         }
     }
+    merged.sort_by_key(|span| span.epoch);
     merged
 }
 
@@ -105,7 +106,7 @@ mod tests {
 
     #[test]
     fn a_resumed_epoch_takes_over_where_it_resumed() {
-        let epochs = merged([span(1, 0, 10), span(1, 10, 30), span(2, 25, 40)]);
+        let epochs = merged([span(2, 25, 40), span(1, 0, 10), span(1, 10, 30)]);
         assert_eq!(epochs, [span(1, 0, 30), span(2, 25, 40)]);
         let line = Line::of(&epochs, None);
         assert_eq!(line.span_ns, (0, 40));

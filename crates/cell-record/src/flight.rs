@@ -66,7 +66,7 @@ impl Flight {
         dir: &Path,
         run: u64,
         limit_bytes: u64,
-        preamble: Preamble,
+        mut preamble: Preamble,
     ) -> Self {
         let mut found: Vec<_> = storage
             .list(dir)
@@ -81,14 +81,19 @@ impl Flight {
             let spans = index.map_or_else(Vec::new, |index| epoch::merged(index.spans()));
             Segment { path, bytes, spans }
         });
+        let closed: VecDeque<Segment> = closed.collect();
+        // Until the first state says otherwise, physics is the one it was.
+        let spans = closed.iter().flat_map(|segment| &segment.spans);
+        let epoch = spans.map(|span| span.epoch).max().unwrap_or(0);
+        preamble.set_epoch(epoch);
         Self {
             storage,
             dir: dir.to_owned(),
             run,
             limit_bytes,
             preamble,
-            epoch: 0,
-            closed: closed.collect(),
+            epoch,
+            closed,
             open: None,
             number,
             flush_ns: 0,
@@ -144,6 +149,11 @@ impl Flight {
     pub fn span_s(&self) -> (f64, f64) {
         let (from, to) = Line::of(&self.spans(), None).span_ns;
         (from as f64 / 1.0e9, to as f64 / 1.0e9)
+    }
+
+    /// Last simulated time held (ns).
+    pub fn end_ns(&self) -> u64 {
+        Line::of(&self.spans(), None).span_ns.1
     }
 
     /// The epochs held, oldest first.

@@ -119,7 +119,7 @@ layouts! {
     OperatorPanel {
         task_start: u32,
         task_started: u32,
-        reserved: u32,
+        pause_cause: u32,
         task_reset: u32,
         task_paused: u32,
         target_arm: u32,

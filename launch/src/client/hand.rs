@@ -1,15 +1,15 @@
 //! An arm led by hand from the command line.
 
-use std::time::{Duration, Instant};
-
 use ipc_types::operator::OperatorAction;
-use ipc_types::topic::TopicId;
 use ipc_types::{GripperGoal, Pose, WorldState};
 
 use super::Session;
-use super::operate::{PATIENCE, request, send};
+use super::approach::{Approach, Arrival, MOST_S};
+use super::follow::Follower;
+use super::operate::{ask_physics, request, tell};
 use crate::cli::{GripperArgs, GripperVerb, TargetArgs};
-use crate::failure::{Context, Failure};
+use crate::failure::Failure;
+use crate::say;
 
 /// The policy that goes where the operator points, paused or not.
 const FOLLOWS: &str = "follow";
@@ -18,20 +18,22 @@ const FOLLOWS: &str = "follow";
 pub(crate) fn gripper(args: &GripperArgs) -> Result<(), Failure> {
     let mut wish = request(OperatorAction::Gripper);
     wish.arm = args.arm;
-    wish.count = match args.verb {
-        GripperVerb::Open => GripperGoal::Open.code(),
-        GripperVerb::Close => GripperGoal::Close.code(),
+    let (goal, done) = match args.verb {
+        GripperVerb::Open => (GripperGoal::Open, "gripper opening"),
+        GripperVerb::Close => (GripperGoal::Close, "gripper closing"),
     };
+    wish.count = goal.code();
     let session = Session::of(&args.cell.cell)?;
-    must_lead(&session)?;
-    send(&session, wish)
+    let bus = session.join()?;
+    must_lead(&session, &Follower::new(&session, &bus)?.now()?)?;
+    tell(&session, wish, done)
 }
 
-/// `robocell target X Y Z [R P Y]`.
+/// `robocell target X Y Z [R P Y]`: returns when the arm is there, or at rest elsewhere.
 pub(crate) fn target(args: &TargetArgs) -> Result<(), Failure> {
     let (position, angles) = match *args.values.as_slice() {
         [x, y, z] => ([x, y, z], None),
-        [x, y, z, roll, pitch, yaw] => ([x, y, z], Some([roll, pitch, yaw])),
+        [x, y, z, roll, pitch, yaw] => ([x, y, z], Some(radians([roll, pitch, yaw], args.deg)?)),
         _ => {
             return Err(Failure::usage(
                 "a target has three values, or six with roll, pitch and yaw",
@@ -39,7 +41,10 @@ pub(crate) fn target(args: &TargetArgs) -> Result<(), Failure> {
         }
     };
     let session = Session::of(&args.cell.cell)?;
-    let state = must_lead(&session)?;
+    let bus = session.join()?;
+    let mut world = Follower::new(&session, &bus)?;
+    let state = world.now()?;
+    must_lead(&session, &state)?;
     let orientation_wxyz = match angles {
         None => present_orientation(&state, args.arm)?,
         Some([roll, pitch, yaw]) => quaternion(roll, pitch, yaw),
@@ -50,32 +55,84 @@ pub(crate) fn target(args: &TargetArgs) -> Result<(), Failure> {
         position,
         orientation_wxyz,
     };
-    send(&session, wish)
+    let asked = ask_physics(&bus, wish)?;
+    if args.no_wait {
+        let time_s = asked.header.sim_time_ns as f64 * 1.0e-9;
+        say::line(format_args!("target set at {time_s:.3} s"));
+        return Ok(());
+    }
+    let mut approach = Approach::new(wish.pose, asked.header.tick);
+    let (end, time_s) = world.until(|state| {
+        let end = approach.look(state, args.arm)?;
+        Some((end, state.header.sim_time_ns as f64 * 1.0e-9))
+    })?;
+    report(end, time_s)
 }
 
-/// The newest state, unless the task leads the arm: it would not hear a hand.
-fn must_lead(session: &Session) -> Result<WorldState, Failure> {
-    let state = newest_state(session)?;
+/// Says how the arm came to rest.
+fn report(end: Arrival, time_s: f64) -> Result<(), Failure> {
+    let away = |(distance_m, angle): (f64, f64)| {
+        format!(
+            "{:.1} mm and {:.1} deg",
+            1.0e3 * distance_m,
+            angle.to_degrees()
+        )
+    };
+    match end {
+        Arrival::Reached(error) => {
+            say::line(format_args!(
+                "target reached at {time_s:.3} s, {} away",
+                away(error)
+            ));
+            Ok(())
+        }
+        Arrival::AtRest(error) => Err(Failure::configuration(format!(
+            "not reachable: the arm came to rest {} away from the target at {time_s:.3} s",
+            away(error)
+        ))),
+        Arrival::Moving(error) => {
+            say::line(format_args!(
+                "the arm still moves after {MOST_S} s, {} away from the target",
+                away(error)
+            ));
+            Ok(())
+        }
+        Arrival::Paused => {
+            say::line(format_args!(
+                "target set at {time_s:.3} s; the arm moves when simulated time is resumed"
+            ));
+            Ok(())
+        }
+        Arrival::Replaced => {
+            say::line(format_args!("another target was given at {time_s:.3} s"));
+            Ok(())
+        }
+    }
+}
+
+/// The angles of the command line in radians; those that look like degrees are refused.
+fn radians(angles: [f64; 3], in_degrees: bool) -> Result<[f64; 3], Failure> {
+    if in_degrees {
+        return Ok(angles.map(f64::to_radians));
+    }
+    let limit = 2.0 * std::f64::consts::PI;
+    match angles.iter().find(|angle| angle.abs() > limit) {
+        None => Ok(angles),
+        Some(angle) => Err(Failure::usage(format!(
+            "{angle} rad is more than a turn; angles are in radians, from -{limit:.4} to \
+             {limit:.4}: give `--deg` for degrees"
+        ))),
+    }
+}
+
+/// The task leads the arm: it would not hear a hand.
+fn must_lead(session: &Session, state: &WorldState) -> Result<(), Failure> {
     if state.panel.task_paused == 0 && session.spec.policy != FOLLOWS {
         return Err(Failure::configuration(
             "refused: the task leads the arm; `robocell task pause` gives it to you",
         ));
     }
-    Ok(state)
-}
-
-fn newest_state(session: &Session) -> Result<WorldState, Failure> {
-    let bus = session.join()?;
-    let mut latest = bus
-        .latest::<WorldState>(TopicId::WorldState)
-        .cannot("read the world")?;
-    let until = Instant::now() + PATIENCE;
-    while !latest.refresh() && Instant::now() < until {
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    let silent = "physics publishes no state; `robocell status` says more";
-    let state = latest.get().copied();
-    state.ok_or_else(|| Failure::configuration(silent))
+    Ok(())
 }
 
 /// The orientation the operator gave last, or the one the tool has.
@@ -107,12 +164,21 @@ fn quaternion(roll: f64, pitch: f64, yaw: f64) -> [f64; 4] {
 
 #[cfg(test)]
 mod tests {
-    use super::quaternion;
+    use super::{quaternion, radians};
 
     #[test]
     fn roll_by_half_a_turn_points_the_tool_down() {
         let [w, x, y, z] = quaternion(std::f64::consts::PI, 0.0, 0.0);
         assert!(w.abs() < 1e-12 && (x - 1.0).abs() < 1e-12 && y.abs() < 1e-12 && z.abs() < 1e-12);
+    }
+
+    #[test]
+    fn degrees_that_were_meant_as_such_are_not_taken_for_radians() {
+        let pi = std::f64::consts::PI;
+        assert_eq!(radians([0.0, 180.0, 0.0], true).unwrap(), [0.0, pi, 0.0]);
+        assert_eq!(radians([0.0, pi, -pi], false).unwrap(), [0.0, pi, -pi]);
+        let said = radians([0.0, 180.0, 0.0], false).unwrap_err().message;
+        assert!(said.contains("180 rad") && said.contains("--deg"), "{said}");
     }
 
     #[test]

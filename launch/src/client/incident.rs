@@ -255,6 +255,7 @@ mod tests {
         Incident {
             head: Head {
                 number: 3,
+                also: Vec::new(),
                 what: "task was killed (SIGKILL)".to_owned(),
                 at: "2026-01-02 03:04:05 UTC".to_owned(),
                 sim_time_s: 12.5,

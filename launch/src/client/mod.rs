@@ -1,7 +1,9 @@
 //! Commands that talk to a running cell.
 
+mod approach;
 mod behaviour;
 mod doctor;
+mod follow;
 mod hand;
 mod incident;
 mod list;
@@ -10,6 +12,7 @@ mod logs;
 mod measure;
 mod operate;
 pub(crate) mod picture;
+mod restart;
 mod scene;
 mod status;
 mod top;
@@ -22,7 +25,8 @@ pub(crate) use incident::incident;
 pub(crate) use list::list;
 pub(crate) use load::load;
 pub(crate) use logs::logs;
-pub(crate) use operate::{add_bin, down, drag, drop_parts, plain, restart, step, task};
+pub(crate) use operate::{add_bin, down, drag, drop_parts, plain, step, task};
+pub(crate) use restart::restart;
 pub(crate) use status::status;
 pub(crate) use top::top;
 

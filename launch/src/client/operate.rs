@@ -2,35 +2,66 @@
 
 use std::time::{Duration, Instant};
 
-use cell_model::runs::spec::RunSpec;
-use ipc_types::OperatorRequest;
+use cell_bus::Bus;
 use ipc_types::operator::{OperatorAction, ReplyCode};
+use ipc_types::world::{FLAG_PAUSED, OBJECT_DRAGGED, PauseCause};
+use ipc_types::{OperatorReply, OperatorRequest, WorldState};
 
 use super::Session;
-use crate::cli::{
-    AddBinArgs, CellArgs, DragArgs, DropPartsArgs, ProcessName, RestartArgs, StepArgs, TaskArgs,
-    TaskVerb,
-};
+use super::follow::Follower;
+use crate::cli::{AddBinArgs, CellArgs, DragArgs, DropPartsArgs, StepArgs, TaskArgs, TaskVerb};
 use crate::control::{Reply, Request, ask};
 use crate::failure::{Context, Failure};
-use crate::run::plan::{choose, did_you_mean, load};
-use crate::{say, task_program};
+use crate::run::plan::{did_you_mean, load};
+use crate::say;
 
 /// Physics answers within a tick; a busy machine needs longer.
 pub(super) const PATIENCE: Duration = Duration::from_secs(2);
+/// A request shows in the state within this many ticks.
+const TAKES_EFFECT_TICKS: u64 = 20;
 /// An orderly stop takes at most a second for each process.
 const DOWN_PATIENCE: Duration = Duration::from_secs(15);
 
 /// A request without a value.
 pub(crate) fn plain(args: &CellArgs, action: OperatorAction) -> Result<(), Failure> {
-    send(&Session::of(&args.cell)?, request(action))
+    tell(&Session::of(&args.cell)?, request(action), done(action))
 }
 
-/// `robocell step N`.
+/// What an accepted request did.
+fn done(action: OperatorAction) -> &'static str {
+    match action {
+        OperatorAction::Pause => "paused",
+        OperatorAction::Resume => "resumed",
+        OperatorAction::Reset => "scene reset",
+        OperatorAction::TaskStart => "start event given to the task",
+        OperatorAction::TaskPause => "task paused",
+        OperatorAction::TaskResume => "task resumed",
+        OperatorAction::TaskReset => "task reset",
+        _ => "accepted",
+    }
+}
+
+/// `robocell step N`: returns when the ticks are done.
 pub(crate) fn step(args: &StepArgs) -> Result<(), Failure> {
     let mut wish = request(OperatorAction::Step);
     wish.count = args.ticks;
-    send(&Session::of(&args.cell.cell)?, wish)
+    let session = Session::of(&args.cell.cell)?;
+    let bus = session.join()?;
+    let until = ask_physics(&bus, wish)?.until_tick;
+    let stopped = |state: &WorldState| {
+        let is_done = state.header.tick >= until;
+        let is_paused = state.panel.pause_cause == PauseCause::Operator.code();
+        (is_done || is_paused).then_some(*state)
+    };
+    let state = Follower::new(&session, &bus)?.until(stopped)?;
+    let reached = format!("tick {} ({:.3} s)", state.header.tick, seconds(&state));
+    if state.header.tick < until {
+        return Err(Failure::configuration(format!(
+            "paused at {reached}, before tick {until} was reached"
+        )));
+    }
+    say::line(format_args!("stepped to {reached}"));
+    Ok(())
 }
 
 /// `robocell task VERB`.
@@ -48,17 +79,17 @@ pub(crate) fn task(args: &TaskArgs) -> Result<(), Failure> {
 pub(crate) fn drop_parts(args: &DropPartsArgs) -> Result<(), Failure> {
     let mut wish = request(OperatorAction::DropParts);
     wish.count = args.count.unwrap_or(0);
-    send(&Session::of(&args.cell.cell)?, wish)
+    tell(&Session::of(&args.cell.cell)?, wish, "parts dropped")
 }
 
 /// `robocell add-bin [--flipped]`.
 pub(crate) fn add_bin(args: &AddBinArgs) -> Result<(), Failure> {
     let mut wish = request(OperatorAction::AddBin);
     wish.count = u32::from(args.flipped);
-    send(&Session::of(&args.cell.cell)?, wish)
+    tell(&Session::of(&args.cell.cell)?, wish, "bin added")
 }
 
-/// `robocell drag OBJECT --to X Y Z`.
+/// `robocell drag OBJECT --to X Y Z`: returns when the object is released.
 pub(crate) fn drag(args: &DragArgs) -> Result<(), Failure> {
     let session = Session::of(&args.cell.cell)?;
     let spec = &session.spec;
@@ -81,7 +112,29 @@ pub(crate) fn drag(args: &DragArgs) -> Result<(), Failure> {
     wish.object = u32::try_from(index).unwrap_or(u32::MAX);
     wish.pose.position.copy_from_slice(&args.to);
     wish.seconds = args.seconds;
-    send(&session, wish)
+    let bus = session.join()?;
+    let asked = ask_physics(&bus, wish)?;
+    let mut world = Follower::new(&session, &bus)?;
+    let of = |state: &WorldState| state.objects().get(index).copied();
+    let mut was_pulled = false;
+    let released = world.until(|state| {
+        let is_pulled = of(state).is_some_and(|object| object.flags & OBJECT_DRAGGED != 0);
+        was_pulled |= is_pulled;
+        // One that has arrived at once was never seen to be pulled.
+        let is_over = was_pulled || state.header.tick > asked.header.tick + TAKES_EFFECT_TICKS;
+        (state.has(FLAG_PAUSED) || (is_over && !is_pulled)).then_some(*state)
+    })?;
+    let [x, y, z] = of(&released).map_or([0.0; 3], |object| object.pose.position);
+    let place = format!("{x:.3} {y:.3} {z:.3}");
+    if released.has(FLAG_PAUSED) {
+        say::line(format_args!(
+            "{} is at {place}; it is pulled when simulated time is resumed",
+            args.object
+        ));
+    } else {
+        say::line(format_args!("{} released at {place}", args.object));
+    }
+    Ok(())
 }
 
 pub(super) fn request(action: OperatorAction) -> OperatorRequest {
@@ -91,8 +144,16 @@ pub(super) fn request(action: OperatorAction) -> OperatorRequest {
     }
 }
 
-pub(super) fn send(session: &Session, wish: OperatorRequest) -> Result<(), Failure> {
-    let bus = session.join()?;
+/// Hands `wish` to physics, and says what was `done` and when.
+pub(super) fn tell(session: &Session, wish: OperatorRequest, done: &str) -> Result<(), Failure> {
+    let reply = ask_physics(&session.join()?, wish)?;
+    let time_s = reply.header.sim_time_ns as f64 * 1.0e-9;
+    say::line(format_args!("{done} at {time_s:.3} s"));
+    Ok(())
+}
+
+/// Hands `wish` to physics; a refusal is an error.
+pub(super) fn ask_physics(bus: &Bus, wish: OperatorRequest) -> Result<OperatorReply, Failure> {
     let mut client = bus
         .operator_client()
         .cannot("reach the operator's service")?;
@@ -100,13 +161,7 @@ pub(super) fn send(session: &Session, wish: OperatorRequest) -> Result<(), Failu
         .request(wish, PATIENCE)
         .cannot("get an answer of physics")?;
     match ReplyCode::from_code(reply.code) {
-        Some(ReplyCode::Accepted) => {
-            say::line(format_args!(
-                "accepted at {:.3} s",
-                reply.header.sim_time_ns as f64 * 1.0e-9
-            ));
-            Ok(())
-        }
+        Some(ReplyCode::Accepted) => Ok(reply),
         _ => Err(Failure::configuration(format!(
             "refused: {}",
             reply.message
@@ -114,43 +169,15 @@ pub(super) fn send(session: &Session, wish: OperatorRequest) -> Result<(), Failu
     }
 }
 
-/// `robocell restart PROC`.
-pub(crate) fn restart(args: &RestartArgs) -> Result<(), Failure> {
-    let process = match args.process {
-        ProcessName::Task => "task",
-        ProcessName::Controller => "controller",
-        ProcessName::Physics => "physics",
-        ProcessName::Monitor => "monitor",
-    };
-    let session = Session::of(&args.cell.cell)?;
-    if args.process == ProcessName::Task {
-        check_task(&session.spec, args.policy.as_deref())?;
-    }
-    let wish = Request::Restart {
-        process: process.to_owned(),
-        policy: args.policy.clone(),
-    };
-    accepted(ask(&session.dir.control(), &wish)?)
-}
-
-/// Nothing that runs is stopped for a task that would not start.
-fn check_task(spec: &RunSpec, policy: Option<&str>) -> Result<(), Failure> {
-    let data = spec.data_dir.as_deref();
-    let kept = |failure: Failure| Failure {
-        message: format!("{}\nthe task that runs was left alone", failure.message),
-        ..failure
-    };
-    let cell = load(data, &spec.demo, spec.seed, spec.robot.as_ref()).map_err(kept)?;
-    let policy = choose(policy, &cell.policies, &spec.policy, &spec.demo)?;
-    task_program::check_policy(spec.task_program.as_deref(), &spec.demo, &policy, data)
-        .map(drop)
-        .map_err(kept)
+/// Simulated time of `state` (s).
+fn seconds(state: &WorldState) -> f64 {
+    state.header.sim_time_ns as f64 * 1.0e-9
 }
 
 /// `robocell down`: returns when nothing of the cell runs any more.
 pub(crate) fn down(args: &CellArgs) -> Result<(), Failure> {
     let session = Session::of(&args.cell)?;
-    accepted(ask(&session.dir.control(), &Request::Down)?)?;
+    say::line(accepted(ask(&session.dir.control(), &Request::Down)?)?);
     let until = Instant::now() + DOWN_PATIENCE;
     while session
         .dir
@@ -168,10 +195,10 @@ pub(crate) fn down(args: &CellArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-fn accepted(reply: Reply) -> Result<(), Failure> {
+/// What the launcher answers; a refusal is an error.
+pub(super) fn accepted(reply: Reply) -> Result<String, Failure> {
     if reply.ok {
-        say::line(reply.message);
-        return Ok(());
+        return Ok(reply.message);
     }
     Err(Failure::configuration(reply.message))
 }

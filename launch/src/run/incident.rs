@@ -87,6 +87,7 @@ impl IncidentRecorder {
             processes: processes.to_vec(),
             head: Head {
                 number: newest,
+                also: Vec::new(),
                 what: String::new(),
                 at: String::new(),
                 sim_time_s: 0.0,
@@ -112,8 +113,11 @@ impl IncidentRecorder {
         if is_first {
             self.head.number += 1;
             what.clone_into(&mut self.head.what);
+            self.head.also.clear();
             self.head.at = wall_clock();
             self.head.complete = false;
+        } else {
+            self.head.also.push(what.to_owned());
         }
         let open = self.open.get_or_insert_with(|| Open {
             first_ns: now_ns,
@@ -130,9 +134,7 @@ impl IncidentRecorder {
             _ => None,
         };
         let files = state_file.and_then(|name| Some((name, self.state_file(name)?)));
-        if is_first || files.is_some() {
-            self.write(files.into_iter().collect());
-        }
+        self.write(files.into_iter().collect());
         self.head.number
     }
 

@@ -38,7 +38,7 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     fragment.push("quality=0".to_owned());
     // A cell that was started for the picture stands at the time already.
     if let (Some(time), None) = (args.time, &args.demo) {
-        fragment.push(format!("time={time}"));
+        fragment.push(format!("t={time}"));
     }
     browser.open(&format!("{}#{}", entry.url, fragment.join("&")))?;
     let since = Instant::now();

@@ -32,6 +32,8 @@ pub(super) struct Sink {
     closed_bytes: u64,
     missed: u64,
     now_ns: u64,
+    /// Time at which the epoch, or this recorder, began (simulated ns).
+    begin_ns: u64,
     /// Time of the newest state (simulated ns).
     state_ns: u64,
 }
@@ -48,6 +50,8 @@ impl Sink {
             preamble.clone(),
         );
         Self {
+            // A process that has not seen a state says that it is tick 0.
+            begin_ns: flight.end_ns(),
             flight,
             preamble,
             kept: None,
@@ -73,6 +77,10 @@ impl Sink {
             _ if message.time_ns > self.state_ns.saturating_add(EARLY_NS) => return,
             _ => {}
         }
+        let message = &Message {
+            time_ns: message.time_ns.max(self.begin_ns),
+            ..*message
+        };
         self.flight.append_packed(message, self.now_ns);
         let Some(kept) = &mut self.kept else {
             return;
@@ -88,7 +96,7 @@ impl Sink {
     /// What follows was set back to the time of `message`.
     fn begin_epoch(&mut self, message: &Message<'_>) {
         let epoch = u32::try_from(message.seq).unwrap_or(u32::MAX);
-        self.state_ns = message.time_ns;
+        (self.begin_ns, self.state_ns) = (message.time_ns, message.time_ns);
         self.flight.begin_epoch(epoch);
         self.preamble.set_epoch(epoch);
         let begun = self.kept.as_mut();

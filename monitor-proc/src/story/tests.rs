@@ -110,9 +110,12 @@ fn an_incident_is_a_line_with_its_number() {
         "demo": "", "policy": "", "seed": 0, "version": "", "complete": false
     });
     let mut story = Story::default();
-    story.incident(&serde_json::from_value(head).unwrap());
+    story.incident(
+        &serde_json::from_value(head).unwrap(),
+        "task was killed (SIGKILL)",
+    );
     let line = &story.news()[0]["lines"][0];
-    assert_eq!(line["text"], "incident 3: task was killed");
+    assert_eq!(line["text"], "incident 3: task was killed (SIGKILL)");
     assert_eq!(
         (&line["mark"], &line["incident"]),
         (&"incident".into(), &3.into())

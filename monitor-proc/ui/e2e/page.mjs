@@ -6,7 +6,7 @@ import { spawnSync } from "node:child_process";
 import { chromium } from "playwright-core";
 import { scenarios } from "./scenarios.mjs";
 
-const PATIENCE_MS = 120_000;
+const PATIENCE_MS = Number(process.env.PAGE_PATIENCE_MS ?? 120_000);
 
 const FLAGS = [
   "--use-gl=angle",

@@ -2,6 +2,7 @@
 import { existsSync } from "node:fs";
 import { bins, flip, manual, pallet } from "./bins.mjs";
 import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
+import { windows } from "./windows.mjs";
 
 /** What a browser says while the monitor is away. */
 const CLOSED = /WebSocket connection to|ERR_CONNECTION_REFUSED/;
@@ -185,6 +186,7 @@ async function buttons({ page, look, until, press, robocell, same, forgive }) {
   const said = await page.locator(".toast", { hasText: ".mcap" }).innerText();
   const kept = said.match(/\/\S*\.mcap/)[0];
   // Another scene on the same page.
+  await page.locator(".scene-open").click();
   await page.selectOption("select.demo", "franka-pyramid");
   await press("robocell load franka-pyramid");
   await until("the other scene", (r) => r.store.scene.demo === "franka-pyramid" && r.store.snapshot.arms.length === 2);
@@ -218,6 +220,47 @@ async function restarts({ page, look, until, robocell, forgive }) {
   );
   const tick = await look((r) => r.store.snapshot.tick);
   await until("the picture moves", (r, tick) => r.store.snapshot.tick > tick, tick);
+  forgive(CLOSED);
+}
+
+/** Every process that is killed is told of at once: a toast, a line, a mark, a reason. */
+async function crashes({ page, look, until, same, forgive }) {
+  const lines = (text) => look((r, text) => r.store.log.filter((line) => line.text.includes(text)).length, text);
+  await until("the task works", (r) => r.store.status.task.outcome === "running");
+  await until("some seconds are recorded", (r) => r.store.timeline?.to_s > 3);
+  const kill = async (name) => {
+    const pid = await look((r, n) => r.store.status.processes.find((p) => p.name === n).pid, name);
+    process.kill(pid, "SIGKILL");
+    await page.locator(".toast.bad", { hasText: `${name} was killed (SIGKILL)` }).waitFor();
+  };
+  await kill("physics");
+  await until("the restart of physics is told", (r) => r.store.log.some(({ text, mark }) => mark === "restart" && text.includes("physics restarted: start 2")));
+  // Time was set back to the snapshot: the timeline ends with what is recorded now.
+  await until("the new epoch is recorded", (r) => r.store.timeline.epochs.length === 2);
+  const epochs = await look((r) => r.store.timeline.epochs);
+  same("the newest epoch resumed within the first", epochs[1].from_s > 0 && epochs[1].from_s <= epochs[0].to_s, true);
+  same("the timeline begins with the first", (await look((r) => r.store.timeline.from_s)) < epochs[1].from_s, true);
+  await kill("controller-0");
+  await until("the restart of the controller is told", (r) => r.store.log.some(({ text }) => text.includes("controller-0 restarted")));
+  // The log outlives the monitor and a reload, and so does the moment looked at.
+  const pid = await look((r) => r.store.status.processes.find((p) => p.name === "monitor").pid);
+  process.kill(pid, "SIGKILL");
+  await until("the connection is lost", (r) => !r.store.connected);
+  await until("it is back", (r) => r.store.connected && r.store.log.some(({ text }) => text.includes("monitor restarted: start 2")));
+  same("how often it is told that physics was killed", await lines("physics was killed"), 1);
+  const seek = async (time_s) => {
+    const ack = await page.evaluate((time_s) => window.robocell.store.command({ do: "seek", time_s }), time_s);
+    if (!ack.ok) throw new Error(`seek: ${ack.message}`);
+  };
+  await seek(2);
+  await until("the past is shown", flag(NOT_LIVE));
+  await page.reload();
+  await until("the same moment is shown", (r) => r?.store.snapshot !== null && Math.abs(r.store.snapshot.time - 2) < 0.05 && r.store.past !== null);
+  same("how often it is told after a reload", await lines("physics was killed"), 1);
+  same("lines of the list", await page.locator(".event", { hasText: "physics was killed" }).count(), 1);
+  await seek(null);
+  await until("it is live again", noFlag(NOT_LIVE));
+  if ((await page.evaluate(() => location.hash)).includes("t=")) throw new Error("the URL still names the moment");
   forgive(CLOSED);
 }
 
@@ -410,6 +453,6 @@ async function frames({ page, look, until, robocell }) {
 }
 
 export const scenarios = {
-  meshes, draws, drag, gizmo, buttons, restarts, scrub, plots, viewer, names,
-  manual, flip, pallet, bins, frames,
+  meshes, draws, drag, gizmo, buttons, restarts, crashes, scrub, plots, viewer, names,
+  manual, flip, pallet, bins, windows, frames,
 };

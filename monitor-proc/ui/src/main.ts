@@ -1,6 +1,7 @@
 // Starts the page: the store, the 3D view, the panels around it, the connection.
 import "./style.css";
 import { connect } from "./net/link";
+import { followMoment } from "./net/moment";
 import { Store } from "./net/store";
 import { mountPanels } from "./panels/index";
 import { settled } from "./settled";
@@ -31,6 +32,7 @@ if (element === null) throw new Error("the page has no #view");
 const store = new Store();
 const view = makeView(store, element);
 window.robocell = { store, view, settled: settled(store) };
+followMoment(store);
 mountPanels(store, view);
 
 if (import.meta.env.DEV && new URLSearchParams(location.search).has("demo")) {

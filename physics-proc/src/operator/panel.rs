@@ -44,7 +44,8 @@ impl Panel {
         OperatorPanel {
             task_start: self.task_start,
             task_started: u32::from(self.task_started),
-            reserved: 0,
+            // The plant knows it.
+            pause_cause: 0,
             task_reset: self.task_reset,
             task_paused: u32::from(self.task_paused),
             target_arm: self.target_arm,

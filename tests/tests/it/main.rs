@@ -7,6 +7,7 @@
     reason = "a test that cannot continue has failed"
 )]
 
+mod answers;
 mod bad_input;
 mod behaviours;
 mod bins_in_real_time;

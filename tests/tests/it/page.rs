@@ -166,6 +166,16 @@ fn plots_show_the_past_and_what_was_missed_meanwhile() {
 }
 
 #[test]
+fn every_crash_is_told_with_its_reason_and_nothing_told_is_lost() {
+    browse("crashes", &["franka-stack"]);
+}
+
+#[test]
+fn the_page_fits_every_window_and_works_by_the_keyboard() {
+    browse("windows", &["franka-stack"]);
+}
+
+#[test]
 fn the_page_goes_back_to_what_just_happened() {
     browse("scrub", &["franka-stack"]);
 }

@@ -59,6 +59,9 @@ pub struct Head {
     pub number: u32,
     /// What failed first.
     pub what: String,
+    /// What failed in the second after it.
+    #[serde(default)]
+    pub also: Vec<String>,
     /// Wall clock, UTC, for people.
     pub at: String,
     /// Simulated time (s).
@@ -213,6 +216,7 @@ mod tests {
         Incident {
             head: Head {
                 number,
+                also: Vec::new(),
                 what: "task was killed (SIGKILL)".to_owned(),
                 at: String::new(),
                 sim_time_s: 1.5,

@@ -71,15 +71,18 @@ fn time_that_was_set_back_is_an_epoch_of_its_own() {
     assert_eq!(spans, known);
     flight.close();
     // A recorder that was started again knows them, too.
-    let again = ring(Box::new(Disk), dir.path(), 64 << 20);
+    let mut again = ring(Box::new(Disk), dir.path(), 64 << 20);
     assert_eq!(again.epochs(), epochs);
+    // What it hears before a state is of the newest.
+    say(&mut again, 7100..7101);
+    again.close();
+    assert_eq!((again.epochs().len(), again.span_s()), (3, (0.0, 7.1)));
     let mut read = Recording::open(dir.path()).unwrap();
-    assert_eq!(read.epochs(), epochs);
-    assert_eq!(read.span_s(), (0.0, 7.099));
-    assert_eq!(read.at(60.2).unwrap().world.header.tick, 7099);
+    assert_eq!(read.span_s(), (0.0, 7.1));
+    assert_eq!(read.at(60.2).unwrap().world.header.tick, 7100);
     assert_eq!(
         read.log_until(60.2, 1).unwrap()[0].text.as_str(),
-        "line 7000"
+        "line 7100"
     );
     let lines = |read: &mut Recording, from_s, to_s| read.trace(from_s, to_s).unwrap().len();
     assert_eq!(lines(&mut read, 1.0, 2.0), 10);

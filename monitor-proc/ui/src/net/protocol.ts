@@ -165,6 +165,8 @@ export interface Status {
     limit_violations: number;
     io: { conveyor_running: boolean };
   };
+  /** Why simulated time is paused; empty while it is not. */
+  pause_cause: "" | "start" | "operator" | "step";
   equipment: EquipmentStatus | null;
   latency: HopLatency[];
   recorder: {

@@ -54,6 +54,19 @@ export interface Snapshot {
   objects: { pose: Pose; flags: number }[];
 }
 
+/** An arm at rest this far from its target does not get there (m). */
+const AWAY_M = 0.01;
+/** Slower than this is at rest (rad/s or m/s; rad/s² or m/s²). */
+const REST_RATE = 2e-3;
+const REST_ACCELERATION = 0.02;
+
+/** Whether the arm is at rest away from the target it follows. */
+export function isUnreachable(arm: ArmState): boolean {
+  const slow = (values: Float32Array, limit: number) => values.every((value) => Math.abs(value) < limit);
+  const rests = slow(arm.velocities, REST_RATE) && slow(arm.accelerations, REST_ACCELERATION);
+  return arm.goalActive && arm.targetValid && arm.positionError > AWAY_M && rests;
+}
+
 /** The snapshots in `bytes`, one behind the other, up to what is none. */
 export function decodeAll(bytes: ArrayBuffer): Snapshot[] {
   const all: Snapshot[] = [];

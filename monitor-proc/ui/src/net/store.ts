@@ -18,6 +18,12 @@ const KEPT_LINES = 2000;
 /** Messages that tell how the task's pictures stand. */
 const STORY = new Set(["graphs", "statuses", "edge", "keys", "guards"]);
 
+/** Why a connection ends in normal operation. */
+const GONE: Record<string, string> = {
+  restart: "the monitor restarts; the page connects again",
+  end: "the cell has ended",
+};
+
 /** What can change. */
 export interface Events {
   connection: boolean;
@@ -29,7 +35,11 @@ export interface Events {
   /** Graph whose statuses, edge, keys or guards changed. */
   graph: number;
   log: LogLine[];
+  /** Lines that were said just now. */
+  said: LogLine[];
   timeline: Timeline;
+  /** The moment of the past that is looked at from now on; null for now. */
+  moment: Past | null;
   /** Something to tell the person. */
   notice: { text: string; bad: boolean };
 }
@@ -100,13 +110,19 @@ export class Store {
   private take(message: TextMessage): void {
     switch (message.t) {
       case "hello":
-        // Another run tells its own story; the same one tells it again.
-        this.log = [];
+        // Another run tells its own story; the same one tells it again, and meanwhile
+        // nothing that was there is taken away.
+        if (this.hello?.run.id !== message.run.id) {
+          this.log = [];
+          this.timeline = null;
+        }
         this.past = null;
         this.hello = message;
         this.tell("hello", message);
         break;
       case "scene":
+        // Another demo has another task.
+        if (this.scene?.demo !== message.scene.demo) this.takeGraphs([]);
         this.scene = message.scene;
         this.tell("scene", message.scene);
         break;
@@ -142,13 +158,14 @@ export class Store {
         this.past = null;
         this.forgetStory();
         for (const index of this.graphs.keys()) this.tell("graph", index);
+        this.tell("moment", null);
         break;
       case "timeline":
         this.timeline = message;
         this.tell("timeline", message);
         break;
       case "gone":
-        this.tell("notice", { text: `the monitor closed the connection: ${message.what}`, bad: true });
+        this.tell("notice", { text: GONE[message.what] ?? `the monitor closed the connection: ${message.what}`, bad: !(message.what in GONE) });
         break;
       case "ack":
         break;
@@ -169,6 +186,7 @@ export class Store {
     this.log.splice(0, this.log.length - KEPT_LINES);
     // Nothing new was said where all is told once more.
     this.tell("log", all && known > 0 ? [] : lines);
+    if (!all) this.tell("said", lines);
   }
 
   private takePast(past: Past): void {
@@ -180,6 +198,7 @@ export class Store {
     }
     for (const index of this.graphs.keys()) this.tell("graph", index);
     if (this.status !== null) this.takeStatus(this.status);
+    this.tell("moment", past);
   }
 
   private forgetStory(): void {

@@ -1,13 +1,17 @@
 // Buttons that say why they do nothing, and what would do the same on the
 // command line.
 import type { Desk } from "./desk";
-import { el, setAttr, setTitle } from "./dom";
+import { el, setAttr, setText, setTitle } from "./dom";
 import { type IconName, icon } from "./icons";
 
 export interface ButtonSpec {
   label?: string;
   icon?: IconName;
   class?: string;
+  /** Its label as things are now. */
+  name?: () => string;
+  /** Whether it is what can be done next. */
+  primary?: () => boolean;
   /** What it does, in words. */
   about: () => string;
   /** The same on the command line, or null where there is nothing like it. */
@@ -22,11 +26,14 @@ export function button(desk: Desk, spec: ButtonSpec): HTMLButtonElement {
   const { label, class: kind = "" } = spec;
   const node = el("button", { type: "button", class: `button ${kind}` });
   if (spec.icon !== undefined) node.append(icon(spec.icon));
-  if (label !== undefined) node.append(el("span", {}, label));
+  const name = label === undefined ? null : el("span", {}, label);
+  if (name !== null) node.append(name);
   const why = () => spec.why?.() ?? null;
   const refresh = () => {
     const reason = why();
     setAttr(node, "aria-disabled", reason === null ? null : "true");
+    if (spec.name !== undefined && name !== null) setText(name, spec.name());
+    if (spec.primary !== undefined) node.classList.toggle("primary", spec.primary());
     const twin = spec.twin();
     const lines = [spec.about(), twin === null ? "" : `$ ${desk.onCell(twin)}`];
     if (reason !== null) lines.push(`Not now: ${reason}`);
@@ -38,7 +45,7 @@ export function button(desk: Desk, spec: ButtonSpec): HTMLButtonElement {
     if (event.detail > 0) node.blur();
     const reason = why();
     if (reason === null) spec.run();
-    else desk.say(reason, true);
+    else desk.say(`not now: ${reason}`);
     refresh();
   });
   desk.pulse.add(node, refresh);

@@ -72,6 +72,7 @@ function status(placed: string[], phase: string): Status {
     latency: [hop("state to command", 0, 180), hop("command to drives", 0, 90), hop("state to decision", null, 420), hop("decision to controller", 0, 130)],
     recorder: { state: "on", bytes: 84e6, limit_bytes: 256e6, file: null, gaps: 0, note: "" },
     rt: "other",
+    pause_cause: "",
   };
 }
 

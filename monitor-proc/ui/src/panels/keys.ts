@@ -15,7 +15,7 @@ export function mountKeys(desk: Desk, act: Actions, help: () => void): void {
   const press = (spec: ButtonSpec) => {
     const reason = spec.why?.() ?? null;
     if (reason === null) spec.run();
-    else desk.say(reason, true);
+    else desk.say(`not now: ${reason}`);
   };
   const keys: Record<string, () => void> = {
     " ": () => press(act.playPause),

@@ -63,6 +63,9 @@ function splitter({ name, least, most }: Side, host: HTMLElement): void {
     const step = { ArrowLeft: -KEY_STEP_PX, ArrowRight: KEY_STEP_PX }[event.key];
     if (step !== undefined) set(host.clientWidth + (name === "left" ? step : -step));
   });
+  setAttr(bar, "aria-valuemin", String(least));
+  setAttr(bar, "aria-valuemax", String(most));
+  setAttr(bar, "aria-valuenow", String(host.clientWidth));
   const width = Number(remembered(`robocell-${name}`));
   if (width > 0) set(width);
   document.body.append(bar);

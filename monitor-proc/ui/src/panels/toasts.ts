@@ -8,6 +8,14 @@ const MOST = 4;
 export function mountToasts(store: Store): void {
   const place = el("div", { class: "toasts", role: "status", "aria-live": "polite" });
   document.body.append(place);
+  // What happened to the processes is said at once, with its reason.
+  store.on("said", (lines) => {
+    if (store.past !== null) return;
+    for (const { mark, text } of lines) {
+      if (mark === "incident") store.tell("notice", { text, bad: true });
+      if (mark === "restart") store.tell("notice", { text: text.replace(/^\[\w+\] /, ""), bad: false });
+    }
+  });
   store.on("notice", ({ text, bad }) => {
     const last = place.lastElementChild;
     if (last?.firstChild?.textContent === text) last.remove();

@@ -10,10 +10,11 @@ export function latencyTab(desk: Desk): HTMLElement {
   const missed = el("div", { class: "missed" });
   const root = el(
     "div",
-    { class: "latency-tab column scroll" },
+    { class: "latency-tab column scroll", tabindex: 0 },
     el("h3", {}, "Cycles of each process"),
     missed,
     el("h3", {}, "Hops"),
+    el("p", { class: "dim hop-legend" }, el("i", { class: "p50" }), "p50", el("i", { class: "p99" }), "p99; both axes are in powers of ten"),
     hops,
     el("p", { class: "dim" }, "The same in the terminal: ", el("code", {}, "robocell top"), ", ", el("code", {}, "robocell bench e2e")),
   );

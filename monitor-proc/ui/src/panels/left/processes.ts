@@ -52,22 +52,27 @@ function processRow(desk: Desk, name: string): Row {
   return { root, show: (status) => show(status, { root, dot, rate, late, more }) };
 }
 
+/** Scheduling in words. */
+const PRIORITY: Record<string, string> = { fifo: "real-time priority", other: "normal priority" };
+
 function show(
   status: ProcessStatus,
   at: { root: HTMLElement; dot: HTMLElement; rate: HTMLElement; late: HTMLElement; more: HTMLElement },
 ): void {
   const running = status.state === "running";
-  setAttr(at.dot, "data-tone", running ? "ok" : "bad");
-  setTitle(at.dot, status.state);
+  const idle = running && status.rate_hz < 0.5;
+  setAttr(at.dot, "data-tone", running ? (idle ? "warn" : "ok") : "bad");
+  setTitle(at.dot, idle ? "running, but no cycle in the last second" : status.state);
   setText(at.rate, running ? `${status.rate_hz.toFixed(0)} Hz` : status.state);
   setText(at.late, running && status.late_p99_us > 0 ? micros(status.late_p99_us) : "–");
   setTitle(
     at.late,
     `lateness p50 ${micros(status.late_p50_us)}, p99 ${micros(status.late_p99_us)}, max ${micros(status.late_max_us)}`,
   );
-  const facts = [`gen ${status.generation ?? "–"}`];
-  if (status.scheduling !== null) facts.push(status.scheduling);
-  if (status.missed > 0) facts.push(`${status.missed} missed`);
+  const restarts = (status.generation ?? 1) - 1;
+  const facts = [PRIORITY[status.scheduling ?? ""] ?? "no report yet"];
+  if (restarts > 0) facts.push(`restarted ${restarts}×`);
+  if (status.missed > 0) facts.push(status.missed === 1 ? "1 cycle missed" : `${status.missed} cycles missed`);
   if (status.rejected > 0) facts.push(`${status.rejected} rejected`);
   if (status.fenced > 0) facts.push(`${status.fenced} fenced`);
   if (status.note !== "") facts.push(status.note);

@@ -42,7 +42,10 @@ function addArm(
   const spec = scene.arms[arm];
   if (spec === undefined) return;
   const { name: group } = spec;
-  add(group, "position error", "mm", (s) => 1000 * (s.arms[arm]?.positionError ?? NaN));
+  add(group, "position error", "mm", (s) => {
+    const state = s.arms[arm];
+    return state?.targetValid === true ? 1000 * state.positionError : NaN;
+  });
   add(group, "clearance", "mm", (s) => {
     const clearance = s.arms[arm]?.clearance ?? NaN;
     return clearance > 999 ? NaN : 1000 * clearance;

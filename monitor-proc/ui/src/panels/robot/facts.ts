@@ -1,5 +1,5 @@
 // One arm in a few lines: what holds it back, what it holds, how far it is.
-import type { ArmState } from "../../net/snapshot";
+import { type ArmState, isUnreachable } from "../../net/snapshot";
 import type { Desk } from "../desk";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { millimetres } from "../format";
@@ -12,16 +12,17 @@ export function facts(desk: Desk, arm: number): HTMLElement {
   const controller = stopBadge("controller");
   const physics = stopBadge("drives");
   const rows: [string, (state: ArmState) => string][] = [
-    ["goal", (state) => (state.goalActive ? (state.targetValid ? "followed" : "followed, no pose") : "none")],
+    ["goal", (state) => goalWords(state)],
     ["position error", (state) => (state.targetValid ? millimetres(state.positionError) : "–")],
     ["clearance", (state) => (state.clearance > NO_OBSTACLE_M ? "no obstacle" : millimetres(state.clearance, 0))],
     ["holds", (state) => (state.held === null ? "nothing" : (desk.store.scene?.objects[state.held]?.name ?? "?"))],
     ...gripperRows(desk, arm),
-    ["TCP", (state) => state.tcp.slice(0, 3).map((value) => value.toFixed(3)).join(", ")],
+    ["TCP (m)", (state) => state.tcp.slice(0, 3).map((value) => value.toFixed(3)).join(", ")],
   ];
   const cells = rows.map(([name, text]) => {
     const value = el("b", { class: "num" }, "–");
-    return { value, text, node: el("div", { class: "fact" }, el("span", { class: "dim" }, name), value) };
+    const kind = name.startsWith("TCP") ? "fact wide" : "fact";
+    return { value, text, node: el("div", { class: kind }, el("span", { class: "dim" }, name), value) };
   });
   const root = el(
     "div",
@@ -37,6 +38,13 @@ export function facts(desk: Desk, arm: number): HTMLElement {
     for (const { value, text } of cells) setText(value, text(state));
   });
   return root;
+}
+
+/** What became of the goal; an arm at rest away from it does not get there. */
+function goalWords(state: ArmState): string {
+  if (!state.goalActive) return "none";
+  if (!state.targetValid) return "followed, no pose";
+  return isUnreachable(state) ? "not reachable" : "followed";
 }
 
 function gripperRows(desk: Desk, arm: number): [string, (state: ArmState) => string][] {

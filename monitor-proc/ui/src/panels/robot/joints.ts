@@ -22,7 +22,7 @@ export function joints(desk: Desk, arm: number, spec: ArmSpec): HTMLElement {
     el("span", {}, "limits"),
     el("span", { class: "num" }, "measured"),
     el("span", { class: "num", title: "measured minus setpoint" }, "error"),
-    el("span", {}, "effort"),
+    el("span", { title: "Share of the drive's limit in use; hover for N m or N" }, "effort"),
   );
   const root = el("div", { class: "joints" }, head, ...rows.map((row) => row.root));
   desk.pulse.add(root, () => {
@@ -61,7 +61,7 @@ function jointRow(joint: JointSpec, short: string, index: number, careful: boole
     const q = state.positions[index] ?? 0;
     const setpoint = state.setpoints[index] ?? q;
     setText(value, `${(scale * q).toFixed(1)}${unit}`);
-    setText(error, (scale * (q - setpoint)).toFixed(2));
+    setText(error, `${(scale * (q - setpoint)).toFixed(joint.kind === "prismatic" ? 1 : 2)}${unit}`);
     if (bounded) {
       const at = share(q);
       needle.style.left = `${100 * at}%`;

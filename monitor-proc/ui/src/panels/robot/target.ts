@@ -34,8 +34,8 @@ export function targetForm(desk: Desk): HTMLElement {
     class: "primary",
     about: () => "Lead the tool to this target (metres and degrees, world frame)",
     twin: () => {
-      const all = numbers().map((v, index) => (index < 3 ? v : v * RAD));
-      return `robocell target ${all.map((v) => (Number.isFinite(v) ? v.toFixed(4) : "?")).join(" ")}${which()}`;
+      const all = numbers();
+      return `robocell target ${all.map((v) => (Number.isFinite(v) ? v.toFixed(4) : "?")).join(" ")}${which()} --deg`;
     },
     why,
     run: () => {
@@ -59,7 +59,7 @@ export function targetForm(desk: Desk): HTMLElement {
     "form",
     { class: "target-form", "aria-label": "Target of the tool" },
     el("h3", {}, "Target of the tool"),
-    el("div", { class: "target-fields" }, ...FIELDS.map((name, index) => el("label", {}, name, inputs[index] ?? ""))),
+    el("div", { class: "target-fields" }, ...FIELDS.map((name, index) => el("label", {}, `${name} (${index < 3 ? "m" : "°"})`, inputs[index] ?? ""))),
     el("div", { class: "row" }, here, go, reason),
   );
   form.addEventListener("submit", (event) => {

@@ -1,29 +1,45 @@
-// Perform Task, Pause Task or Resume Task, Reset Task.
+// Perform Task (or Run again), Pause Task or Resume Task, Reset Task.
 import { FLAG } from "../../net/snapshot";
 import { button } from "../button";
 import type { Desk } from "../desk";
-import { el, setText } from "../dom";
+import { el } from "../dom";
 
 export function taskButtons(desk: Desk): HTMLElement {
   const why = () => desk.cellRefusal();
   const paused = () => desk.flag(FLAG.taskPaused);
-  const perform = button(desk, {
+  const outcome = () => desk.store.status?.task.outcome ?? "idle";
+  const ended = () => outcome() === "done" || outcome() === "failed";
+  const waits = () => desk.store.scene?.start_event === true;
+  const begun = (): string | null => {
+    if (paused()) return "the task is paused: resume it";
+    if (outcome() === "running") return "the task is running";
+    return waits() || ended() ? null : "this task begins without a start event: press Play";
+  };
+  const again = async () => {
+    const start = waits() ? ([{ do: "task_start" }] as const) : [];
+    if (await desk.send({ do: "reset" }, { do: "resume" }, ...start)) desk.say("the scene was reset; the task begins again");
+  };
+  const perform = async () => {
+    if (!(await desk.send({ do: "task_start" }))) return;
+    desk.say(desk.paused ? "start event given; the task begins when time is resumed" : "start event given");
+  };
+  const start = button(desk, {
     label: "Perform Task",
-    class: "primary",
-    about: () =>
-      desk.store.scene?.start_event === false
-        ? "Give the start event; this task begins without it, too"
-        : "Give the start event: the task waits for it",
-    twin: () => "robocell task start",
-    why,
-    run: () => desk.send({ do: "task_start" }),
+    name: () => (ended() ? "Run again" : "Perform Task"),
+    primary: () => !desk.paused && !paused() && why() === null && begun() === null,
+    about: () => (ended() ? "Reset the scene and run the task again" : "Give the start event: the task waits for it"),
+    twin: () => (ended() ? `robocell reset; robocell resume${waits() ? "; robocell task start" : ""}` : "robocell task start"),
+    why: () => why() ?? begun(),
+    run: () => (ended() ? again() : perform()),
   });
   const pause = button(desk, {
     label: "Pause Task",
+    name: () => (paused() ? "Resume Task" : "Pause Task"),
+    primary: () => !desk.paused && paused() && why() === null,
     about: () =>
-      paused() ? "Let the task go on from where it is" : "Pause the task: you lead arm and gripper",
+      paused() ? "Let the task continue from where it is" : "Pause the task: you lead arm and gripper",
     twin: () => `robocell task ${paused() ? "resume" : "pause"}`,
-    why,
+    why: () => why() ?? (!paused() && outcome() !== "running" ? "the task is not running" : null),
     run: () => desk.send({ do: paused() ? "task_resume" : "task_pause" }),
   });
   const reset = button(desk, {
@@ -31,12 +47,9 @@ export function taskButtons(desk: Desk): HTMLElement {
     about: () => "Put the task back to its beginning; the scene stays as it is",
     twin: () => "robocell task reset",
     why,
-    run: () => desk.send({ do: "task_reset" }),
+    run: async () => {
+      if (await desk.send({ do: "task_reset" })) desk.say("the task was reset");
+    },
   });
-  const name = pause.querySelector("span");
-  desk.pulse.add(pause, () => {
-    if (name !== null) setText(name, paused() ? "Resume Task" : "Pause Task");
-    pause.classList.toggle("warn", paused());
-  });
-  return el("div", { class: "row task-buttons" }, perform, pause, reset);
+  return el("div", { class: "row task-buttons" }, start, pause, reset);
 }

@@ -15,16 +15,25 @@ export function eventLog(desk: Desk): HTMLElement {
   const fits = (line: LogLine) =>
     wanted.has(line.kind) && line.text.toLowerCase().includes(filter.value.trim().toLowerCase());
 
+  // The newest line is in view, unless a person scrolled away from it.
+  let follows = true;
+  const follow = () => {
+    if (follows && list.clientHeight > 0) list.scrollTop = list.scrollHeight;
+  };
+  list.addEventListener("scroll", () => {
+    if (list.clientHeight > 0) follows = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
+  });
+  new ResizeObserver(follow).observe(list);
+  list.addEventListener("keydown", (event) => moveFocus(list, event));
   const append = (lines: LogLine[]) => {
-    const atEnd = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
     list.append(...lines.filter(fits).slice(-SHOWN).map((line) => row(desk, line)));
     while (list.childElementCount > SHOWN) list.firstElementChild?.remove();
-    if (atEnd) list.scrollTop = list.scrollHeight;
+    follow();
   };
   const rebuild = () => {
     list.replaceChildren();
+    follows = true;
     append(store.log);
-    list.scrollTop = list.scrollHeight;
   };
   filter.addEventListener("input", rebuild);
   const chips = KINDS.map((kind) => {
@@ -50,8 +59,20 @@ export function eventLog(desk: Desk): HTMLElement {
   return el("div", { class: "events" }, el("div", { class: "row event-bar" }, filter, ...chips), list);
 }
 
+/** One tab stop for all lines: the arrows go from one to the next. */
+function moveFocus(list: HTMLElement, event: KeyboardEvent): void {
+  const step = { ArrowUp: -1, ArrowDown: 1 }[event.key];
+  if (step === undefined) return;
+  const all = [...list.querySelectorAll<HTMLElement>("button")];
+  const now = all.indexOf(document.activeElement as HTMLElement);
+  const next = now < 0 ? all.at(-1) : all[now + step];
+  if (next === undefined) return;
+  event.preventDefault();
+  next.focus();
+}
+
 function row(desk: Desk, line: LogLine): HTMLElement {
-  const time = el("button", { type: "button", class: "event-time num", title: "Look at this moment" });
+  const time = el("button", { type: "button", class: "event-time num", title: "Look at this moment", tabindex: -1 });
   time.textContent = line.time_s.toFixed(2);
   time.addEventListener("click", () => {
     const { time_s, epoch } = line;
@@ -67,7 +88,7 @@ function row(desk: Desk, line: LogLine): HTMLElement {
 function words(desk: Desk, line: LogLine): HTMLElement | string {
   const number = line.incident;
   if (number === undefined) return line.text;
-  const open = el("button", { type: "button", class: "event-open" }, line.text);
+  const open = el("button", { type: "button", class: "event-open", tabindex: -1 }, line.text);
   open.addEventListener("click", () => void openIncident(desk, number));
   return open;
 }

@@ -50,7 +50,7 @@ export function machineView(store: Store, at: number, onNode: (node: number) => 
 
 function drawing(store: Store, at: number, onNode: (node: number) => void): GraphView {
   const graph = store.graphs[at];
-  const root = svg("svg", { class: "machine", role: "img" });
+  const root = svg("svg", { class: "machine", role: "group" });
   if (graph === undefined) return { root, show: () => {}, follow: () => {} };
   const { left, top, width, height, nodes, holds, edges } = layout(graph);
   setAttr(root, "viewBox", `${left} ${top} ${width} ${height}`);

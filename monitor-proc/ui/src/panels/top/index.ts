@@ -4,12 +4,14 @@ import type { Actions } from "../actions";
 import { button, setIcon } from "../button";
 import type { Desk } from "../desk";
 import { el, setAttr, setText, setTitle } from "../dom";
+import { drawerButtons } from "../drawers";
 import { badges } from "./badges";
 import { sceneForm } from "./scene-form";
 
 export function mountTop(desk: Desk, host: HTMLElement, act: Actions, steps: HTMLInputElement, help: () => void): void {
   const clock = el("output", { class: "clock", title: "Simulated time" }, "–");
   const factor = el("output", { class: "factor", title: "Simulated seconds per second" }, "–");
+  const cause = el("span", { class: "cause dim" });
   const play = button(desk, act.playPause);
   const helpButton = button(desk, {
     label: "?",
@@ -20,7 +22,8 @@ export function mountTop(desk: Desk, host: HTMLElement, act: Actions, steps: HTM
   });
   setAttr(helpButton, "aria-label", "Help");
   host.replaceChildren(
-    el("div", { class: "brand" }, "robocell"),
+    el("h1", { class: "brand" }, "robocell"),
+    drawerButtons(),
     sceneForm(desk),
     el(
       "div",
@@ -31,7 +34,7 @@ export function mountTop(desk: Desk, host: HTMLElement, act: Actions, steps: HTM
       steps,
       button(desk, act.reset),
     ),
-    el("div", { class: "group time" }, clock, factor),
+    el("div", { class: "group time" }, clock, factor, cause),
     el("div", { class: "spacer" }),
     badges(desk),
     helpButton,
@@ -45,9 +48,18 @@ export function mountTop(desk: Desk, host: HTMLElement, act: Actions, steps: HTM
     setTitle(clock, `Simulated time; tick ${snapshot.tick}`);
     const still = desk.paused;
     setText(factor, still ? "paused" : `× ${snapshot.realTimeFactor.toFixed(2)}`);
+    setTitle(factor, still ? pausedWhy(desk) : "Simulated seconds per second");
+    setText(cause, still ? pausedWhy(desk) : "");
     const slow = !still && !desk.flag(FLAG.lockstep) && snapshot.realTimeFactor < 0.95;
     factor.classList.toggle("amber", slow);
   });
+}
+
+/** Why simulated time does not advance. */
+function pausedWhy(desk: Desk): string {
+  if (desk.store.hello?.live === false) return "";
+  const causes = { start: "set up; Play starts it", operator: "by an operator", step: "the step is done", "": "" };
+  return causes[desk.store.status?.pause_cause ?? ""];
 }
 
 /** How many ticks a step runs. */

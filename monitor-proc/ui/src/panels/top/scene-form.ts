@@ -1,7 +1,7 @@
 // Which demo, with which policy, seed and speed, and the button that sets it up.
 import { button } from "../button";
 import type { Desk } from "../desk";
-import { el, setOptions, setTitle } from "../dom";
+import { el, setAttr, setOptions, setText, setTitle } from "../dom";
 
 const SPEEDS = ["1", "max", "0.1", "0.5", "2", "5", "10", "50"];
 
@@ -29,10 +29,18 @@ export function sceneForm(desk: Desk): HTMLElement {
     setOptions(speed, SPEEDS.includes(run.speed) ? SPEEDS : [run.speed, ...SPEEDS], run.speed);
   });
 
+  // What was chosen and is not what runs is not in force yet.
+  const pending = () => {
+    const run = desk.store.hello?.run;
+    if (run === undefined || desk.cellRefusal() !== null) return false;
+    const chosen = [demo.value, policy.value, seed.value, speed.value];
+    return chosen.join() !== [run.demo, desk.store.status?.task.policy || run.policy, run.seed, run.speed].join();
+  };
   const create = button(desk, {
     label: "Create scene",
     class: "create",
-    about: () => "Set this scene up in the place of the one that runs; it waits for Play",
+    name: () => (pending() ? "Create scene *" : "Create scene"),
+    about: () => `Replace the scene that runs by this one, which waits for Play${pending() ? ". The choices are not applied yet" : ""}`,
     twin: () =>
       `robocell load ${demo.value} --policy ${policy.value} --seed ${seed.value} --speed ${speed.value}`,
     why: () => desk.cellRefusal() ?? (demo.value === "" ? "no demo is known yet" : null),
@@ -47,7 +55,7 @@ export function sceneForm(desk: Desk): HTMLElement {
       if (done) desk.say(`${demo.value} is being set up; Play starts it`);
     },
   });
-  return el(
+  const form = el(
     "div",
     { class: "group scene-form", role: "group", "aria-label": "Scene" },
     demo,
@@ -56,4 +64,33 @@ export function sceneForm(desk: Desk): HTMLElement {
     el("label", {}, "speed", speed),
     create,
   );
+  const opener = el("button", { type: "button", class: "button scene-open", title: "Choose demo, policy, seed and speed" });
+  const open = (on: boolean) => {
+    form.classList.toggle("open", on);
+    setAttr(opener, "aria-expanded", String(on));
+  };
+  open(false);
+  opener.addEventListener("click", () => open(!form.classList.contains("open")));
+  document.addEventListener("pointerdown", (event) => {
+    if (!event.composedPath().includes(form) && !event.composedPath().includes(opener)) open(false);
+  });
+  form.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape") return;
+    open(false);
+    opener.focus();
+  });
+  desk.store.on("scene", () => open(false));
+  // A task that was restarted with another policy runs that one.
+  let policyNow = "";
+  desk.store.on("status", ({ task }) => {
+    if (task.policy === "" || task.policy === policyNow) return;
+    policyNow = task.policy;
+    if (demo.value === desk.store.hello?.run.demo) policies(task.policy);
+  });
+  desk.pulse.add(null, () => {
+    const run = desk.store.hello?.run;
+    setText(opener, run === undefined ? "Scene ▾" : `${run.demo} · ${policyNow || run.policy} ▾`);
+    create.classList.toggle("pending", pending());
+  });
+  return el("div", { class: "scene" }, opener, form);
 }

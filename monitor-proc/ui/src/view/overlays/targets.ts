@@ -1,9 +1,10 @@
 // The target's frame, the measured tool frame, and the way between them.
 import { Group, type Mesh, Vector3 } from "three";
 import type { Pose } from "../../net/protocol";
-import type { Snapshot } from "../../net/snapshot";
+import { isUnreachable, type Snapshot } from "../../net/snapshot";
 import { place } from "../body";
 import type { Cell } from "../cell";
+import type { Labels } from "../labels";
 import type { Overlay } from "./overlay";
 import { Strokes } from "./strokes";
 import { triad } from "./triad";
@@ -25,7 +26,7 @@ export class Targets implements Overlay {
     this.root.add(this.ways.lines);
   }
 
-  update(_: Cell, snapshot: Snapshot): void {
+  update(cell: Cell, snapshot: Snapshot, labels: Labels): void {
     this.ways.clear();
     snapshot.arms.forEach((arm, index) => {
       if (index >= MOST_ARMS) return;
@@ -36,6 +37,10 @@ export class Targets implements Overlay {
       if (!arm.targetValid) return;
       place(goal, arm.target);
       this.ways.add(point(arm.tcp), point(arm.target));
+      if (!isUnreachable(arm)) return;
+      const name = cell.scene.arms[index]?.name ?? String(index);
+      const away = `not reachable: ${(1000 * arm.positionError).toFixed(0)} mm away`;
+      labels.say(`unreachable ${name}`, away, point(arm.target), "number");
     });
   }
 
