@@ -16,7 +16,7 @@ use ipc_types::topic::Process;
 
 use kills::{Kills, Sighting, strike};
 use launch::cli::{Cli, Command};
-use launch::failure::{Code, Failure};
+use launch::failure::Failure;
 use launch::run::{End, LiveCell, Plan};
 
 /// What the bench runs.
@@ -107,11 +107,8 @@ pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
             live.stop();
         }
     });
-    if let End::GaveUp(message) = end {
-        return Err(Failure {
-            code: Code::GaveUp,
-            message,
-        });
+    if let End::GaveUp(failure) = end {
+        return Err(failure);
     }
     print(&probe, kills, json)
 }

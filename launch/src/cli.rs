@@ -494,6 +494,9 @@ pub struct ShowArgs {
     /// Print the running cell's policy whenever something in it changes
     #[arg(long, conflicts_with_all = ["what", "policy", "format"])]
     pub live: bool,
+    /// With `--live`: only the picture of this arm
+    #[arg(long, requires = "live", value_name = "NAME")]
+    pub arm: Option<String>,
     /// With `--live`: print once
     #[arg(long, requires = "live")]
     pub once: bool,

@@ -36,6 +36,14 @@ impl Failure {
         }
     }
 
+    /// A process could not be kept running.
+    pub fn gave_up(message: impl fmt::Display) -> Self {
+        Self {
+            code: Code::GaveUp,
+            message: message.to_string(),
+        }
+    }
+
     /// Something on the command line is wrong.
     pub fn usage(message: impl fmt::Display) -> Self {
         Self {

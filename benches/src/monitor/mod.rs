@@ -25,7 +25,7 @@ use ipc_types::topic::Process;
 
 use blocks::Blocks;
 use client::{Flood, Viewer};
-use launch::failure::{Code, Failure};
+use launch::failure::Failure;
 use launch::run::{End, LiveCell, Plan};
 use threads::Usage;
 
@@ -51,11 +51,8 @@ pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
             live.stop();
         }
     });
-    if let End::GaveUp(message) = end {
-        return Err(Failure {
-            code: Code::GaveUp,
-            message,
-        });
+    if let End::GaveUp(failure) = end {
+        return Err(failure);
     }
     bench.print(json)
 }

@@ -1,6 +1,6 @@
 //! Checks that more than one kind of `[task]` makes.
 
-use cell_model::{Cell, Checker, ModelError, suggest};
+use cell_model::{ArmSpec, Cell, Checker, ModelError, suggest};
 
 /// Most objects a stack may be made of.
 pub const MAX_STACK: usize = 16;
@@ -31,6 +31,30 @@ pub(crate) fn order(
         return Err(at.refuse(key, format!("{} names", order.len()), allowed));
     }
     Ok(())
+}
+
+/// Refuses a place on the floor that is further than `reach_m` from the base of `arm`,
+/// in the plane: the job could only end there.
+pub(crate) fn within_reach(
+    at: &Checker<'_>,
+    key: &str,
+    arm: Option<&ArmSpec>,
+    [x, y]: [f64; 2],
+    reach_m: f64,
+) -> Result<(), ModelError> {
+    let Some(arm) = arm else {
+        return Ok(());
+    };
+    let base = arm.base.translation.vector;
+    let distance_m = (x - base.x).hypot(y - base.y);
+    if distance_m <= reach_m {
+        return Ok(());
+    }
+    let allowed = format!(
+        "it is {distance_m:.2} m from the base of '{}', which reaches {reach_m} m",
+        arm.name
+    );
+    Err(at.refuse(key, format!("[{x}, {y}]"), allowed))
 }
 
 /// Refuses a `name` that is none of `names`; `what` says of what.

@@ -42,9 +42,9 @@ pub(crate) fn chaos(args: &ChaosArgs) -> Result<(), Failure> {
         report.leftovers += Leftovers::find(&dir).count();
         match end {
             End::Finished(summary) => report.job(&summary),
-            End::GaveUp(message) => {
+            End::GaveUp(failure) => {
                 report.jobs_failed += 1;
-                say::warn(format_args!("job {job}: {message}"));
+                say::warn(format_args!("job {job}: {failure}"));
             }
             End::Stopped | End::Replaced(_) => {}
         }

@@ -16,6 +16,8 @@ const LOOK: Duration = Duration::from_millis(100);
 /// The pictures are sent once a second; who has not heard one after this long
 /// will not.
 const LOOKS_FOR_PICTURES: usize = 30;
+/// Marks a running node in a picture.
+const RUNS: &str = " *";
 /// Clears a terminal.
 const CLEAR: &str = "\x1b[2J\x1b[H";
 
@@ -87,12 +89,22 @@ fn live(args: &ShowArgs) -> Result<(), Failure> {
     let mut shown = String::new();
     for looks in 0_usize.. {
         view.update();
-        let frame = frame(&view);
+        // What the nodes do is told once a second; a task that never worked has told nothing.
+        let waits = !view.trace.has_statuses() && looks < LOOKS_FOR_PICTURES;
+        let frame = if waits {
+            String::new()
+        } else {
+            frame(&view, args)?
+        };
         if !frame.is_empty() && frame != shown {
             if in_place {
                 write!(std::io::stdout(), "{CLEAR}").ok();
             }
-            say::line(&frame);
+            say::line(if in_place {
+                on_screen(&frame)
+            } else {
+                frame.clone()
+            });
             shown = frame;
             if args.once {
                 return Ok(());
@@ -114,18 +126,68 @@ fn live(args: &ShowArgs) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The part of `frame` that fits a terminal: where something runs, and what is around it.
+fn on_screen(frame: &str) -> String {
+    let rows = crossterm::terminal::size().map_or(usize::MAX, |(_, rows)| usize::from(rows));
+    around_active(frame, rows.saturating_sub(1).max(3))
+}
+
+/// `rows` lines of `frame`, with the last one that runs in their middle.
+fn around_active(frame: &str, rows: usize) -> String {
+    let lines: Vec<&str> = frame.lines().collect();
+    if lines.len() <= rows {
+        return frame.to_owned();
+    }
+    let runs = lines.iter().rposition(|line| line.contains(RUNS));
+    let middle = runs.unwrap_or(0);
+    // Two rows say what is left out.
+    let kept = rows - 2;
+    let from = middle.saturating_sub(kept / 2).min(lines.len() - kept);
+    let shown = lines[from..from + kept].join("\n");
+    let below = lines.len() - kept - from;
+    format!("({from} lines above)\n{shown}\n({below} lines below)")
+}
+
 /// The pictures without their ports, which do not change; nothing before all of
 /// them were heard.
-fn frame(view: &View) -> String {
+fn frame(view: &View, args: &ShowArgs) -> Result<String, Failure> {
     if !view.trace.is_complete() {
-        return String::new();
+        return Ok(String::new());
     }
+    let pictures = &view.trace.pictures;
+    if let Some(arm) = &args.arm
+        && !pictures.iter().any(|picture| picture.graph.name == *arm)
+    {
+        let names: Vec<&str> = pictures.iter().map(|p| p.graph.name.as_str()).collect();
+        return Err(Failure::configuration(format!(
+            "--arm {arm}: this policy has no such picture; it has {}",
+            names.join(", ")
+        )));
+    }
+    let wanted = |name: &str| args.arm.as_deref().is_none_or(|arm| arm == name);
     let mut drawn = Vec::new();
-    for picture in &view.trace.pictures {
+    for picture in pictures.iter().filter(|p| wanted(&p.graph.name)) {
         let mut graph = picture.graph.clone();
         graph.nodes.iter_mut().for_each(|n| n.detail.clear());
         let text = behavior::views::text(&graph, Some(&picture.statuses));
         drawn.push(format!("{}:\n{text}", graph.name));
     }
-    drawn.join("\n")
+    Ok(drawn.join("\n"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::around_active;
+
+    #[test]
+    fn a_picture_higher_than_the_screen_shows_what_runs() {
+        let lines: Vec<String> = (0..60)
+            .map(|n| format!("node {n}{}", if n == 41 { " *" } else { "" }))
+            .collect();
+        let shown = around_active(&lines.join("\n"), 12);
+        assert_eq!(shown.lines().count(), 12);
+        assert!(shown.contains("node 41 *"), "{shown}");
+        assert!(shown.starts_with("(36 lines above)") && shown.ends_with("(14 lines below)"));
+        assert_eq!(around_active("a\nb", 12), "a\nb");
+    }
 }

@@ -17,6 +17,8 @@ const MAX_NODES: usize = 4096;
 pub(crate) struct Watched {
     pub(crate) graph: Graph,
     pub(crate) statuses: Vec<NodeStatus>,
+    /// Whether a status was heard.
+    heard: bool,
 }
 
 /// The trace of a task, as far as it was heard.
@@ -57,12 +59,12 @@ impl Trace {
     }
 
     fn status(&mut self, graph: usize, node: usize, status: NodeStatus) {
-        let slot = self
-            .pictures
-            .get_mut(graph)
-            .and_then(|p| p.statuses.get_mut(node));
-        if let Some(slot) = slot {
+        let picture = self.pictures.get_mut(graph);
+        if let Some(picture) = picture
+            && let Some(slot) = picture.statuses.get_mut(node)
+        {
             *slot = status;
+            picture.heard = true;
         }
     }
 
@@ -80,6 +82,7 @@ impl Trace {
                     edges: Vec::new(),
                 },
                 statuses: Vec::new(),
+                heard: false,
             });
         }
         let Some(picture) = self.pictures.get_mut(graph) else {
@@ -126,6 +129,11 @@ impl Trace {
     /// Whether there is a picture, and each is whole.
     pub(crate) fn is_complete(&self) -> bool {
         !self.pictures.is_empty() && self.pictures.iter().all(Watched::is_complete)
+    }
+
+    /// Whether it was heard of each picture what its nodes do.
+    pub(crate) fn has_statuses(&self) -> bool {
+        self.pictures.iter().all(|picture| picture.heard)
     }
 
     /// Names of the nodes at work: the running ones that no running one is part
@@ -208,7 +216,9 @@ mod tests {
             2,
             "bt\u{1f}lift\u{1f}action\u{1f}Lift\u{1f}LIFT",
         ));
+        assert!(trace.is_complete() && !trace.has_statuses());
         trace.take(&line(TraceKind::Statuses, 0, 0, 0, "RR"));
+        assert!(trace.has_statuses());
         assert_eq!(trace.active(), ["Lift"]);
         trace.take(&line(TraceKind::Status, 1, 1, 2, ""));
         assert_eq!(trace.active(), ["Root"]);

@@ -49,8 +49,8 @@ pub enum End {
     Stopped,
     /// Because another scene was asked for.
     Replaced(Box<Plan>),
-    /// Because a process could not be kept running.
-    GaveUp(String),
+    /// Because a process could not be kept running, or refused the cell.
+    GaveUp(Failure),
 }
 
 /// A cell that runs. Fields are dropped in this order: first the processes
@@ -301,7 +301,7 @@ impl LiveCell {
         if self.supervisor.has_left_bus() {
             let message = "the launcher has heard nothing from the cell's bus for 30 s: its shared \
                            memory is damaged; start the cell again";
-            self.finish_with(End::GaveUp(message.to_owned()));
+            self.finish_with(End::GaveUp(Failure::gave_up(message)));
         } else {
             self.tell(now, Event::BusLost);
         }
@@ -385,7 +385,7 @@ impl LiveCell {
                 }
                 Action::NewBus => {
                     if let Err(failure) = self.new_bus() {
-                        self.finish_with(End::GaveUp(failure.to_string()));
+                        self.finish_with(End::GaveUp(Failure::gave_up(failure)));
                     }
                 }
                 Action::Terminate { process } => self.children.terminate(process),
@@ -406,9 +406,30 @@ impl LiveCell {
                     self.incidents.failed(now, process, &report);
                     say::warn(report);
                 }
-                Action::GaveUp { process, reason } => self.give_up(now, process, &reason),
+                Action::GaveUp {
+                    process,
+                    refused: true,
+                    ..
+                } if process != Process::Monitor && !self.is_ready() => self.refused(process),
+                Action::GaveUp {
+                    process, reason, ..
+                } => self.give_up(now, process, &reason),
             }
         }
+    }
+
+    /// A process found at its start that the cell cannot exist: that is the answer.
+    fn refused(&mut self, process: Process) {
+        let name = process.name();
+        let prefix = format!("{}-proc: ", name.split('-').next().unwrap_or_default());
+        let lines = last_words(&self.plan.dir.log(&name), 1);
+        let said = lines.last().map_or("(it wrote nothing)", |line| {
+            line.strip_prefix(&prefix).unwrap_or(line)
+        });
+        self.finish_with(End::GaveUp(Failure::configuration(format!(
+            "{}: {said}",
+            self.plan.spec.demo
+        ))));
     }
 
     /// Without its monitor a cell still works; without any other it does not.
@@ -428,9 +449,9 @@ impl LiveCell {
                  is tried again in 30 s, or by `robocell restart monitor`. Its last words:\n  {log}"
             ));
         } else {
-            self.finish_with(End::GaveUp(format!(
+            self.finish_with(End::GaveUp(Failure::gave_up(format!(
                 "{name} is given up: {reason}. Its last words:\n  {log}"
-            )));
+            ))));
         }
     }
 
@@ -485,7 +506,7 @@ impl LiveCell {
             let health = self.watch.health(Process::Physics);
             let note = health.map_or("", |health| health.note.as_str());
             let message = format!("the cell stands still: {note}; `robocell logs` says more");
-            self.finish_with(End::GaveUp(message));
+            self.finish_with(End::GaveUp(Failure::gave_up(message)));
         }
     }
 

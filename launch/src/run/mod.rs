@@ -77,10 +77,7 @@ fn report(end: &End, record: &RecordSpec, json: bool) -> Result<(), Failure> {
             Ok(())
         }
         End::Stopped | End::Replaced(_) => Ok(()),
-        End::GaveUp(message) => Err(Failure {
-            code: Code::GaveUp,
-            message: message.clone(),
-        }),
+        End::GaveUp(failure) => Err(failure.clone()),
     }
 }
 

@@ -143,5 +143,7 @@ pub enum Action {
         process: Process,
         /// Why, in words.
         reason: String,
+        /// It never worked, and said that what it was given cannot be used.
+        refused: bool,
     },
 }

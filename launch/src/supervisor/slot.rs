@@ -229,7 +229,8 @@ impl Slot {
             return;
         }
         if let Some(reason) = self.verdict(now, exit, worked) {
-            self.give_up(now, reason, out);
+            let refused = exit == Exit::Code(3) && !worked;
+            self.end(now, reason, refused, out);
             return;
         }
         self.state = Lifecycle::Waiting(now.max(self.spawned_at + MIN_RUN) + self.backoff());
@@ -243,13 +244,21 @@ impl Slot {
 
     /// Nothing of a cell depends on its monitor, so that one is tried again.
     pub(super) fn give_up(&mut self, now: u64, reason: String, out: &mut Vec<Action>) {
+        self.end(now, reason, false, out);
+    }
+
+    fn end(&mut self, now: u64, reason: String, refused: bool, out: &mut Vec<Action>) {
         let process = self.process;
         if process == Process::Monitor {
             self.retry_later(now);
         } else {
             self.state = Lifecycle::Down;
         }
-        out.push(Action::GaveUp { process, reason });
+        out.push(Action::GaveUp {
+            process,
+            reason,
+            refused,
+        });
     }
 
     fn retry_later(&mut self, now: u64) {

@@ -156,11 +156,7 @@ fn every_button_does_what_its_command_does() {
 }
 
 #[test]
-fn the_page_outlives_the_task_and_the_monitor() {
-    browse("restarts", &["franka-stack"]);
-}
-
-#[test]
+#[ignore = "slow: .ci/long"]
 fn plots_show_the_past_and_what_was_missed_meanwhile() {
     browse("plots", &["franka-stack"]);
 }
@@ -171,6 +167,7 @@ fn every_crash_is_told_with_its_reason_and_nothing_told_is_lost() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn the_page_fits_every_window_and_works_by_the_keyboard() {
     browse("windows", &["franka-stack"]);
 }

@@ -8,7 +8,7 @@ use robocell_task::Settings;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::check::{MAX_STACK, object_names, order};
+use crate::check::{MAX_STACK, object_names, order, within_reach};
 
 /// Take a pyramid of cubes apart; every arm builds a stack of its own.
 ///
@@ -92,7 +92,10 @@ impl Settings for PyramidTask {
                 let key = format!("task.robot.{name}");
                 return Err(at.refuse(&key, "here", format!("no such arm; {advice}")));
             }
-            pyramid_arm(at, &format!("task.robot.{name}"), arm, cell)?;
+            let key = format!("task.robot.{name}");
+            pyramid_arm(at, &key, arm, cell)?;
+            let spec = cell.arms.iter().find(|arm| arm.name == *name);
+            within_reach(at, &format!("{key}.goal_m"), spec, arm.goal_m, self.reach_m)?;
         }
         if let Some(missing) = arms.iter().find(|name| !self.robot.contains_key(**name)) {
             let allowed = format!("write what [task.robot.{missing}] shall do");

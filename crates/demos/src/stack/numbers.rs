@@ -6,7 +6,7 @@ use robocell_task::Settings;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::check::{object_names, order};
+use crate::check::{object_names, order, within_reach};
 
 /// Stack cubes on one spot in a given order.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -83,7 +83,15 @@ pub struct StackTask {
 
 impl Settings for StackTask {
     fn check(&self, cell: &Cell, at: &Checker<'_>) -> Result<(), ModelError> {
-        order(at, "task.order", &self.order, &object_names(cell))
+        order(at, "task.order", &self.order, &object_names(cell))?;
+        let key = "task.stack_position_m";
+        within_reach(
+            at,
+            key,
+            cell.arms.first(),
+            self.stack_position_m,
+            self.reach_m,
+        )
     }
 
     fn grip_force_n(&self, _cell: &Cell) -> f64 {
