@@ -12,7 +12,7 @@ pub use crate::cli_page::{
     AssetsArgs, AssetsVerb, LoadArgs, RecordArgs, RecordVerb, ReplayArgs, ShotArgs,
 };
 use crate::cli_values::{
-    cell_name, count, finite, minutes, positive_seconds, rate, seed, seed_range,
+    cell_name, count, finite, host_name, minutes, positive_seconds, rate, seed, seed_range,
 };
 
 /// Runs simulated robot cells.
@@ -147,6 +147,9 @@ pub struct RunArgs {
     /// Address (or ADDRESS:PORT) the page listens at; loopback otherwise
     #[arg(long, value_name = "ADDR", conflicts_with = "headless")]
     pub listen: Option<String>,
+    /// Name of this machine in links for others, with `--listen`
+    #[arg(long, value_name = "NAME", requires = "listen", value_parser = host_name)]
+    pub host: Option<String>,
     /// Set the scene up and wait for `robocell resume`
     #[arg(long, conflicts_with = "one_process")]
     pub paused: bool,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use crate::cli_common::{CellArgs, DataArgs};
-use crate::cli_values::{picture_size, positive_seconds, seconds_back, seed};
+use crate::cli_values::{host_name, picture_size, positive_seconds, seconds_back, seed};
 
 /// `robocell load`.
 #[derive(Clone, Debug, Args)]
@@ -131,6 +131,9 @@ pub struct ReplayArgs {
     /// Address (or ADDRESS:PORT) the page listens at; loopback otherwise
     #[arg(long, value_name = "ADDR", conflicts_with = "verify")]
     pub listen: Option<String>,
+    /// Name of this machine in links for others, with `--listen`
+    #[arg(long, value_name = "NAME", requires = "listen", value_parser = host_name)]
+    pub host: Option<String>,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub data: DataArgs,

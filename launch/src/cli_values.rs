@@ -9,6 +9,18 @@ pub(crate) fn cell_name(text: &str) -> Result<String, String> {
     Err("a cell's name has 1 to 24 letters, digits, `-` or `_`".to_owned())
 }
 
+/// Name of a machine, as it is in a link.
+pub(crate) fn host_name(text: &str) -> Result<String, String> {
+    let fine = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '.');
+    if (1..=253).contains(&text.len()) && text.chars().all(fine) {
+        return Ok(text.to_owned());
+    }
+    Err(
+        "the name of a machine has letters, digits, `-` and `.`, without `http://` and port"
+            .to_owned(),
+    )
+}
+
 /// A coordinate or an angle.
 pub(crate) fn finite(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use crate::child::{ENV_CACHE_DIR, cache_dir};
 use crate::cli::ReplayArgs;
-use crate::failure::{Context, Failure};
+use crate::failure::{Code, Context, Failure};
 use crate::programs::beside;
 use crate::rundir::RunDir;
 use crate::{page, say, task_program};
@@ -19,7 +19,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     }
     let dir = RunDir::of(&format!("replay-{}", std::process::id()));
     let lock = dir.take("replay")?;
-    let shown = page::Page::new(args.listen.as_deref())?;
+    let shown = page::Page::new(args.listen.as_deref(), args.host.as_deref())?;
     shown.save(&dir)?;
     let page = shown.spec(&dir);
     // Nothing else says the link of a recording, so it can be used again.
@@ -40,6 +40,9 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
         .arg(&page.hint);
     if let Some(cache) = cache_dir() {
         command.env(ENV_CACHE_DIR, cache);
+    }
+    if let Some(host) = &page.host {
+        command.arg("--host").arg(host);
     }
     if let Some(dist) = &page.dist {
         command.arg("--dist").arg(dist);
@@ -68,9 +71,8 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     if status.success() {
         Ok(())
     } else {
-        Err(Failure::configuration(
-            "the recording is not shown, see above",
-        ))
+        // The page's process has said why.
+        Err(Failure::silent(Code::Configuration))
     }
 }
 

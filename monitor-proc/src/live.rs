@@ -49,6 +49,7 @@ pub struct Prepared {
     /// What feeds the page.
     pub hub: Arc<Hub>,
     secrets: PageSecrets,
+    host: Option<String>,
     one_time_links: Option<PathBuf>,
     site: Box<dyn FnOnce(Gate) -> Site + Send>,
 }
@@ -155,6 +156,7 @@ pub fn prepare_page(
     Ok(Prepared {
         hub,
         secrets,
+        host: page.host.clone(),
         one_time_links,
         site: Box::new(site),
     })
@@ -217,7 +219,7 @@ pub fn serve(prepared: Prepared, address: SocketAddr, trouble: &Trouble) {
 
 async fn listen(prepared: Prepared, address: SocketAddr) -> std::io::Result<()> {
     let listening = web::bind(address).await?;
-    let mut gate = Gate::new(listening.address(), prepared.secrets);
+    let mut gate = Gate::new(listening.address(), prepared.secrets).with_host(prepared.host);
     if let Some(file) = prepared.one_time_links {
         gate = gate.with_one_time_links(file);
     }

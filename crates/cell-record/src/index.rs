@@ -126,8 +126,11 @@ impl Scan {
             path: path.to_owned(),
             reason: reason.to_owned(),
         };
-        let magic = self.array::<8>().map_err(|_| refuse("it is empty"))?;
-        if magic != *mcap::MAGIC {
+        if self.size == 0 {
+            return Err(refuse("it is empty"));
+        }
+        let magic = self.array::<8>().ok();
+        if magic.is_none_or(|magic| magic != *mcap::MAGIC) {
             return Err(refuse("it is no MCAP file"));
         }
         let header = self.header();

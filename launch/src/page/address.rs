@@ -1,6 +1,6 @@
 //! Where the page listens.
 
-use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, UdpSocket};
 use std::rc::Rc;
 
 use cell_rt::lock::Lock;
@@ -61,6 +61,23 @@ pub(crate) fn place(listen: Option<&str>) -> Result<ListenAddress, Failure> {
             PORTS.end - 1
         ))
     })
+}
+
+/// Addresses that other machines reach this one by: those of the routes to networks far
+/// away. A route is looked up; nothing is sent.
+pub(crate) fn of_this_machine() -> Vec<IpAddr> {
+    // Kept free for documentation (RFC 5737, RFC 3849): every default route leads there.
+    let routes = [("0.0.0.0:0", "192.0.2.1:9"), ("[::]:0", "[2001:db8::1]:9")];
+    let own = routes.into_iter().filter_map(|(from, to)| {
+        let socket = UdpSocket::bind(from).ok()?;
+        socket.connect(to).ok()?;
+        Some(socket.local_addr().ok()?.ip())
+    });
+    let mut own: Vec<IpAddr> = own.filter(|ip| !ip.is_loopback()).collect();
+    if own.is_empty() {
+        own.push(IpAddr::V4(Ipv4Addr::LOCALHOST));
+    }
+    own
 }
 
 fn is_free(ip: IpAddr, port: u16) -> bool {

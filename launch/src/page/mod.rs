@@ -18,14 +18,17 @@ use dist::built;
 #[derive(Clone, Debug)]
 pub(crate) struct Page {
     place: ListenAddress,
+    host: Option<String>,
     secrets: PageSecrets,
 }
 
 impl Page {
-    /// A page that listens where `listen` says, or on loopback.
-    pub(crate) fn new(listen: Option<&str>) -> Result<Self, Failure> {
+    /// A page that listens where `listen` says, or on loopback; `host` names this
+    /// machine in links for others.
+    pub(crate) fn new(listen: Option<&str>, host: Option<&str>) -> Result<Self, Failure> {
         Ok(Self {
             place: place(listen)?,
+            host: host.map(str::to_owned),
             secrets: PageSecrets::random().cannot("make the token of the page")?,
         })
     }
@@ -35,6 +38,7 @@ impl Page {
         let (dist, hint) = built();
         PageSpec {
             address: self.place.address,
+            host: self.host.clone(),
             dist,
             hint,
             secrets: dir.page(),
@@ -89,15 +93,44 @@ pub(crate) struct Entry {
 pub(crate) fn lines(page: &PageSpec, secrets: &PageSecrets) -> Vec<String> {
     let mut lines = vec![link_with(page.address, &secrets.operator_token)];
     if !page.address.ip().is_loopback() {
+        let port = page.address.port();
+        let hosts = network_hosts(page);
+        let links = |token: &str| {
+            let links = hosts.iter();
+            let links = links.map(|host| format!("http://{host}:{port}/?token={token}"));
+            links.collect::<Vec<_>>().join(" ")
+        };
+        lines.push(format!(
+            "from other machines: {}",
+            links(&secrets.operator_token)
+        ));
         lines.push(format!(
             "warning: the page listens at {} and can be reached from the network; it is not encrypted. \
-             Who has the link above can move the arms. A link to look only: {}",
+             Who has a link above can move the arms. A link to look only: {}",
             page.address,
-            link_with(page.address, &secrets.viewer_token)
+            links(&secrets.viewer_token)
         ));
     }
     lines.extend((!page.hint.is_empty()).then(|| format!("note: {}", page.hint)));
     lines
+}
+
+/// What other machines call this one: its name, where one was given, or its addresses.
+fn network_hosts(page: &PageSpec) -> Vec<String> {
+    if let Some(host) = &page.host {
+        return vec![host.clone()];
+    }
+    let ip = page.address.ip();
+    let ips = if ip.is_unspecified() {
+        address::of_this_machine()
+    } else {
+        vec![ip]
+    };
+    let text = |ip: IpAddr| match ip {
+        IpAddr::V4(v4) => v4.to_string(),
+        IpAddr::V6(v6) => format!("[{v6}]"),
+    };
+    ips.into_iter().map(text).collect()
 }
 
 /// An address that means every interface is no place to go to: from this
@@ -128,6 +161,7 @@ mod tests {
         };
         let mut page = PageSpec {
             address: ([127, 0, 0, 1], 8600).into(),
+            host: None,
             dist: None,
             hint: String::new(),
             secrets: "page.json".into(),
@@ -136,6 +170,14 @@ mod tests {
         page.address = ([0, 0, 0, 0], 8600).into();
         let said = lines(&page, &secrets);
         assert_eq!(said[0], "http://127.0.0.1:8600/?token=aa");
-        assert!(said[1].contains("warning") && said[1].contains("token=bb"));
+        assert!(
+            said[1].starts_with("from other machines: http://"),
+            "{said:?}"
+        );
+        assert!(said[2].contains("warning") && said[2].contains("token=bb"));
+        page.host = Some("lab-3.local".to_owned());
+        let said = lines(&page, &secrets);
+        let link = "from other machines: http://lab-3.local:8600/?token=aa";
+        assert_eq!(said[1], link);
     }
 }

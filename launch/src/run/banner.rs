@@ -68,27 +68,47 @@ pub(crate) fn outcome(summary: &RunSummary) -> String {
         .as_ref()
         .map(|r| format!(" ({r})"))
         .unwrap_or_default();
+    let mut parts = Vec::new();
+    if !summary.placed.is_empty() {
+        parts.push(format!("placed {}", summary.placed.join(" ")));
+    }
+    parts.push(recoveries(summary));
+    parts.extend(many(summary.task_restarts, "task restart", "task restarts"));
+    parts.push(format!("{} limit violations", summary.limit_violations));
+    parts.push(format!("state {}", summary.state_hash));
+    let left = many(summary.script_left, "line", "lines");
+    parts.extend(left.map(|lines| format!("{lines} of the script were not reached")));
     format!(
-        "{what}{reason} after {:.2} s simulated in {:.2} s: placed {}, {} drops, {} resyncs, {} aborts, \
-         {} task restarts, {} limit violations, state {}{}",
+        "{what}{reason} after {:.2} s simulated in {:.2} s: {}",
         summary.sim_time_s,
         summary.wall_time_s,
-        if summary.placed.is_empty() {
-            "nothing".to_owned()
-        } else {
-            summary.placed.join(" ")
-        },
-        summary.drops,
-        summary.resyncs,
-        summary.aborts,
-        summary.task_restarts,
-        summary.limit_violations,
-        summary.state_hash,
-        match summary.script_left {
-            0 => String::new(),
-            left => format!("; {left} lines of the script were not reached"),
-        }
+        parts.join("; ")
     )
+}
+
+/// What had to be done again.
+fn recoveries(summary: &RunSummary) -> String {
+    let counts = [
+        many(summary.drops, "drop", "drops"),
+        many(summary.resyncs, "resync", "resyncs"),
+        many(summary.aborts, "abort", "aborts"),
+        many(summary.recoveries, "other recovery", "other recoveries"),
+    ];
+    let counts: Vec<String> = counts.into_iter().flatten().collect();
+    match (counts.is_empty(), summary.outcome) {
+        (true, _) => "nothing had to be recovered".to_owned(),
+        (false, RunOutcome::Done) => format!("recovered from {}", counts.join(", ")),
+        (false, _) => counts.join(", "),
+    }
+}
+
+/// A count with its word; nothing for none.
+fn many(count: u32, one: &str, more: &str) -> Option<String> {
+    match count {
+        0 => None,
+        1 => Some(format!("1 {one}")),
+        _ => Some(format!("{count} {more}")),
+    }
 }
 
 #[cfg(test)]
@@ -114,5 +134,32 @@ mod tests {
         assert!(!said(&state).contains("script"));
         state.script_left = 2;
         assert!(said(&state).contains("; 2 lines of the script were not reached"));
+    }
+
+    #[test]
+    fn what_was_recovered_from_is_counted_and_does_not_read_as_a_failure() {
+        let facts = RunFacts {
+            demo: "ur10-fill-bin",
+            policy: "matrix",
+            seed: 0,
+            objects: &[],
+            wall_time_s: 1.0,
+            task_restarts: 1,
+            missed_cycles: 0,
+        };
+        let mut decision = Decision::zeroed();
+        let said = |decision: &Decision| {
+            let mut summary = RunSummary::new(&facts, &WorldState::zeroed(), decision);
+            summary.outcome = RunOutcome::Done;
+            outcome(&summary)
+        };
+        assert!(said(&decision).contains(": nothing had to be recovered; 1 task restart; "));
+        (decision.drops, decision.recoveries) = (1, 2);
+        let text = said(&decision);
+        assert!(
+            text.contains(": recovered from 1 drop, 2 other recoveries; "),
+            "{text}"
+        );
+        assert!(!text.contains("nothing"), "{text}");
     }
 }

@@ -43,7 +43,7 @@ impl Plan {
     /// Resolves the command line; the first thing that is wrong is the error.
     pub fn resolve(args: &RunArgs) -> Result<Self, Failure> {
         let page = (!args.headless && !args.one_process)
-            .then(|| Page::new(args.listen.as_deref()))
+            .then(|| Page::new(args.listen.as_deref(), args.host.as_deref()))
             .transpose()?;
         Self::with_page(args, page)
     }

@@ -1,4 +1,4 @@
-//! `monitor-proc replay FILE --address A --secrets S [--dist D] [--hint H]`.
+//! `monitor-proc replay FILE --address A --secrets S [--host N] [--dist D] [--hint H]`.
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -10,6 +10,8 @@ pub struct ReplayArgs {
     pub file: PathBuf,
     /// Address and port to listen at.
     pub address: SocketAddr,
+    /// Name by which other machines reach it.
+    pub host: Option<String>,
     /// File with what opens the page.
     pub secrets: PathBuf,
     /// The built page; the embedded one where missing.
@@ -35,7 +37,8 @@ impl ReplayArgs {
     pub fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Self, ReplayArgsError> {
         let missing = |what: &str| ReplayArgsError(format!("{what} is missing"));
         let file = arguments.next().ok_or_else(|| missing("the file"))?;
-        let (mut address, mut secrets, mut dist, mut hint) = (None, None, None, String::new());
+        let (mut address, mut host, mut secrets, mut dist) = (None, None, None, None);
+        let mut hint = String::new();
         while let Some(name) = arguments.next() {
             let value = arguments.next();
             let value = value.ok_or_else(|| ReplayArgsError(format!("{name} has no value")))?;
@@ -44,6 +47,7 @@ impl ReplayArgs {
                     let wrong = || ReplayArgsError(format!("--address is {value:?}, not IP:PORT"));
                     address = Some(value.parse().map_err(|_| wrong())?);
                 }
+                "--host" => host = Some(value),
                 "--secrets" => secrets = Some(PathBuf::from(value)),
                 "--dist" => dist = Some(PathBuf::from(value)),
                 "--hint" => hint = value,
@@ -53,6 +57,7 @@ impl ReplayArgs {
         Ok(Self {
             file: PathBuf::from(file),
             address: address.ok_or_else(|| missing("--address"))?,
+            host,
             secrets: secrets.ok_or_else(|| missing("--secrets"))?,
             dist,
             hint,

@@ -52,7 +52,8 @@ pub fn main(arguments: impl Iterator<Item = String>) -> ExitCode {
     match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            writeln!(std::io::stderr(), "monitor-proc: {error}").ok();
+            // `robocell replay` says no more.
+            writeln!(std::io::stderr(), "robocell: {error}").ok();
             ExitCode::from(EXIT_CONFIGURATION)
         }
     }
@@ -112,6 +113,7 @@ fn prepare(args: &ReplayArgs, film: &Recording, desk: ReplayDesk) -> Result<Prep
     };
     let page = PageSpec {
         address: args.address,
+        host: args.host.clone(),
         dist: args.dist.clone(),
         hint: args.hint.clone(),
         secrets: args.secrets.clone(),

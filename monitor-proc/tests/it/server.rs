@@ -26,6 +26,24 @@ fn built_page() -> (tempfile::TempDir, Files) {
 }
 
 #[test]
+fn a_name_that_was_given_is_answered_and_no_other() {
+    let bench = Bench::with_host("lab-3.local");
+    let port = bench.address.port();
+    for (host, expected) in [
+        (format!("lab-3.local:{port}"), 200),
+        (format!("LAB-3.local:{port}"), 200),
+        ("lab-3.local".to_owned(), 403),
+        (format!("lab-4.local:{port}"), 403),
+    ] {
+        let head = format!(
+            "GET /api/scene HTTP/1.1\r\nHost: {host}\r\n{}",
+            bearer(OPERATOR)
+        );
+        assert_eq!(status(&bench.raw(&head, "")), expected, "{host}");
+    }
+}
+
+#[test]
 fn another_host_name_is_refused_before_tokens_and_files() {
     let bench = Bench::start();
     for host in ["evil.example", "localhost:1", "127.0.0.1.evil.example:80"] {

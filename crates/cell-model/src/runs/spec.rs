@@ -114,6 +114,9 @@ pub struct RunSpec {
 pub struct PageSpec {
     /// Address and port to listen at.
     pub address: std::net::SocketAddr,
+    /// Name by which other machines reach it, beside its addresses.
+    #[serde(default)]
+    pub host: Option<String>,
     /// The built page; the embedded one where missing.
     pub dist: Option<PathBuf>,
     /// What to do when there is no page, for people.

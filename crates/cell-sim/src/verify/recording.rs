@@ -26,7 +26,11 @@ pub fn verify_file(
     let mut spec = recording.run().clone();
     spec.data_dir = data.or(spec.data_dir);
     let cell = spec.load_cell_from(&program.data)?;
-    Ok(verify(program, &cell, &spec.policy, &recording)?)
+    let report = verify(program, &cell, &spec.policy, &recording)?;
+    Ok(Report {
+        cut: recording.cut().map(str::to_owned),
+        ..report
+    })
 }
 
 impl Recorded for Recording {

@@ -65,6 +65,9 @@ pub struct Report {
     pub unreadable_count: u64,
     /// What is wrong with the first of them.
     pub unreadable: Vec<String>,
+    /// Why the recording ends before its end was written; what came later is not
+    /// compared.
+    pub cut: Option<String>,
     /// The difference with the smallest tick.
     pub first_difference: Option<Difference>,
     /// First and last tick that were compared.
@@ -200,6 +203,10 @@ impl std::fmt::Display for Report {
         }
         for what in &self.unreadable {
             writeln!(f, "unreadable: {what}")?;
+        }
+        if let Some(cut) = &self.cut {
+            let last_s = self.ticks.map_or(0.0, |(_, last)| last as f64 * 1.0e-3);
+            writeln!(f, "the file ends early, at {last_s:.3} s: {cut}")?;
         }
         match (self.verdict(), &self.first_difference) {
             (_, Some(d)) => write!(

@@ -72,6 +72,7 @@ fn a_file_is_verified_and_an_altered_one_is_not() {
         (report.commands.compared, report.decisions.compared),
         (3_005, 301)
     );
+    assert_eq!(report.cut, None);
     for message in &mut bench.recorded {
         if let Message::Decision(decision) = message
             && decision.header.tick == 2_000
@@ -97,6 +98,9 @@ fn a_file_that_ends_early_is_verified_as_far_as_it_goes() {
     let report = verify_file(&crate::program(), &file.0, None).expect("a report");
     assert_eq!(report.verdict(), Verdict::Same, "{report}");
     assert!(report.commands.compared > 1_000, "{report}");
+    let said = report.to_string();
+    assert!(said.contains("the file ends early, at "), "{said}");
+    assert!(said.contains("in the middle of a record"), "{said}");
     assert!(verify_file(&crate::program(), Path::new("/nowhere.mcap"), None).is_err());
 }
 

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use robocell_skills::geometry::plane_distance;
 use robocell_skills::{Condition, World};
 use robocell_task::job::Placement;
-use robocell_task::{ArmIntent, Job, Observation, Output};
+use robocell_task::{ArmIntent, Job, Observation, Output, TraceEvent};
 
 use super::phase::{HOLD, Phase};
 use super::setup::{ARM, STACK, StackSetup};
@@ -205,6 +205,13 @@ impl<'w> Turn<'w> {
         } else {
             Outcome::Running
         };
+        for cube in self.cubes() {
+            let object = self.object(cube);
+            let is_held = self.world.job.held == Some(object);
+            if self.was_placed(object) && !is_held && !self.at_goal(cube) {
+                self.note_displaced(cube);
+            }
+        }
         self.world.job.placed.clear();
         for cube in self.cubes() {
             let object = self.object(cube);
@@ -213,6 +220,22 @@ impl<'w> Turn<'w> {
                 self.world.job.placed.push(object);
             }
         }
+    }
+
+    /// Whether the decision before counted `object` as placed.
+    fn was_placed(&self, object: usize) -> bool {
+        let placed = self.world.job.placed.iter();
+        placed
+            .copied()
+            .any(|known| usize::try_from(known) == Ok(object))
+    }
+
+    /// Something took a cube out of the stack that the arm does not hold.
+    fn note_displaced(&mut self, cube: usize) {
+        self.world.job.counters.recoveries += 1;
+        let name = self.name(cube);
+        let line = format_args!("[recover] {name} is not in its place any more");
+        self.world.out.event(TraceEvent::Recover, line);
     }
 }
 

@@ -98,6 +98,11 @@ impl Bench {
         })
     }
 
+    pub fn with_host(name: &str) -> Self {
+        let name = Some(name.to_owned());
+        Self::serve(Files::default(), true, |gate| gate.with_host(name))
+    }
+
     fn serve(files: Files, live: bool, set_up: impl FnOnce(Gate) -> Gate + Send + 'static) -> Self {
         let name = "<script>alert(1)</script>";
         let kept = tempfile::tempdir().unwrap();
