@@ -612,8 +612,8 @@ pub struct BenchArgs {
 pub struct EvalArgs {
     /// Name of the demo
     pub demo: String,
-    /// First and last seed
-    #[arg(long, value_name = "A..B", allow_hyphen_values = true, value_parser = seed_range)]
+    /// First and last seed, or how many from 0 on
+    #[arg(long, value_name = "A..B|N", allow_hyphen_values = true, value_parser = seed_range)]
     pub seeds: (u64, u64),
     /// Policy of the task; the demo's default otherwise
     #[arg(long, value_name = "P")]

@@ -65,16 +65,17 @@ pub(crate) fn minutes(text: &str) -> Result<f64, String> {
     }
 }
 
-/// How far back, as in `60s` or `2min`.
+/// How far back, as in `60s`, `2m` or `2min`.
 pub(crate) fn seconds_back(text: &str) -> Result<f64, String> {
-    let (number, factor) = if let Some(minutes) = text.strip_suffix("min") {
+    let minutes = text.strip_suffix("min").or_else(|| text.strip_suffix('m'));
+    let (number, factor) = if let Some(minutes) = minutes {
         (minutes, 60.0)
     } else {
         (text.strip_suffix('s').unwrap_or(text), 1.0)
     };
     positive_seconds(number)
         .map(|value| value * factor)
-        .map_err(|_| "a time as in 60s or 2min".to_owned())
+        .map_err(|_| "a time as in 60s or 2m".to_owned())
 }
 
 /// Pixels, as in `1600x900`.
@@ -87,7 +88,13 @@ pub(crate) fn picture_size(text: &str) -> Result<(u32, u32), String> {
 
 /// `A..B`, both ends included.
 pub(crate) fn seed_range(text: &str) -> Result<(u64, u64), String> {
-    let wanted = || "A..B with A up to B, for example 1..50".to_owned();
+    let wanted = || "A..B with A up to B, for example 1..50, or how many from 0 on".to_owned();
+    if let Ok(count) = text.parse::<u64>() {
+        return count
+            .checked_sub(1)
+            .map(|last| (0, last))
+            .ok_or_else(wanted);
+    }
     let (first, end) = text.split_once("..").ok_or_else(wanted)?;
     let parse = |part: &str| part.parse::<u64>().map_err(|_| wanted());
     let (first, end) = (parse(first)?, parse(end)?);
@@ -156,6 +163,7 @@ mod tests {
     fn a_time_back_has_a_unit_or_means_seconds() {
         assert_eq!(seconds_back("60s"), Ok(60.0));
         assert_eq!(seconds_back("2min"), Ok(120.0));
+        assert_eq!(seconds_back("5m"), Ok(300.0));
         assert_eq!(seconds_back("0.5"), Ok(0.5));
         for bad in ["", "s", "-3s", "1h", "nan"] {
             assert!(seconds_back(bad).is_err(), "{bad}");
@@ -166,7 +174,8 @@ mod tests {
     fn seeds_are_a_range_with_both_ends() {
         assert_eq!(seed_range("3..10"), Ok((3, 10)));
         assert_eq!(seed_range("5..5"), Ok((5, 5)));
-        for bad in ["3", "9..2", "..", "a..b"] {
+        assert_eq!(seed_range("5"), Ok((0, 4)));
+        for bad in ["0", "9..2", "..", "a..b"] {
             assert!(seed_range(bad).is_err(), "{bad}");
         }
     }

@@ -7,6 +7,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::runs::summary::{RunOutcome, RunSummary};
 
+use serde::Serialize;
+
 use crate::run::to_the_end;
 use crate::{Program, SimError};
 
@@ -51,15 +53,63 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
     }
 }
 
+/// What became of all runs.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct EvalSummary {
+    /// Name of the demo.
+    pub demo: String,
+    /// Name of the policy.
+    pub policy: String,
+    /// First and last seed.
+    pub seeds: [u64; 2],
+    /// Runs.
+    pub runs: u64,
+    /// Of these, those that ended done.
+    pub done: u64,
+    /// Held objects that were lost, in all.
+    pub drops: u64,
+    /// Pick-ups begun again, in all.
+    pub resyncs: u64,
+    /// Transfers turned back, in all.
+    pub aborts: u64,
+    /// Recoveries of any other kind, in all.
+    pub recoveries: u64,
+    /// Commands and positions outside the limits of a joint, in all.
+    pub limit_violations: u64,
+    /// Simulated time of all runs (s).
+    pub sim_time_s: f64,
+    /// Of the longest (s).
+    pub longest_s: f64,
+}
+
+impl EvalSummary {
+    fn add(&mut self, row: &RunSummary) {
+        self.runs += 1;
+        self.done += u64::from(row.outcome == RunOutcome::Done);
+        self.drops += u64::from(row.drops);
+        self.resyncs += u64::from(row.resyncs);
+        self.aborts += u64::from(row.aborts);
+        self.recoveries += u64::from(row.recoveries);
+        self.limit_violations += row.limit_violations;
+        self.sim_time_s += row.sim_time_s;
+        self.longest_s = self.longest_s.max(row.sim_time_s);
+    }
+}
+
 /// Runs every seed once; `on_row` gets each row as it comes, in any order.
-/// Returns how many ended done.
+/// Returns what became of all.
 pub fn evaluate(
     program: &Program,
     plan: &Plan,
     on_row: impl Fn(&RunSummary) + Sync,
-) -> Result<(u64, u64), SimError> {
+) -> Result<EvalSummary, SimError> {
     let next = AtomicU64::new(*plan.seeds.start());
-    let counts = Mutex::new((0_u64, 0_u64));
+    let counts = Mutex::new(EvalSummary {
+        demo: plan.spec.demo.clone(),
+        policy: plan.spec.policy.clone(),
+        seeds: [*plan.seeds.start(), *plan.seeds.end()],
+        ..EvalSummary::default()
+    });
     let worker = || -> Result<(), SimError> {
         loop {
             let seed = next.fetch_add(1, Ordering::Relaxed);
@@ -78,8 +128,7 @@ pub fn evaluate(
             let mut counts = counts
                 .lock()
                 .unwrap_or_else(std::sync::PoisonError::into_inner);
-            counts.0 += u64::from(summary.outcome == RunOutcome::Done);
-            counts.1 += 1;
+            counts.add(&summary);
         }
     };
     std::thread::scope(|scope| {

@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use cell_model::Data;
 use cell_model::runs::spec::RunSpec;
-use cell_model::runs::summary::{RunOutcome, RunSummary};
+use cell_model::runs::summary::RunOutcome;
 use cell_record::Recording;
 use cell_sim::verify::{Report, Verdict, verify_file};
 use cell_sim::{Program, SimError, eval, run};
@@ -191,7 +191,11 @@ fn run(program: &Program) -> Result<ExitCode, CliError> {
             for refused in summary.script_replies.iter().filter(|r| !r.accepted) {
                 cell_worker::warn(refused);
             }
-            print_summary(&summary);
+            if json {
+                print_json(&summary);
+            } else {
+                say(format_args!("{summary}"));
+            }
             Ok(code(summary.outcome == RunOutcome::Done))
         }
         Command::Eval {
@@ -269,9 +273,9 @@ fn inspect(program: &Program, verb: BehaviourVerb) -> Result<ExitCode, InspectEr
 }
 
 fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode, SimError> {
-    let (done, all) = eval::evaluate(program, plan, |row| {
+    let counts = eval::evaluate(program, plan, |row| {
         if json {
-            print_summary(row);
+            print_json(row);
         } else {
             say(format_args!(
                 "seed {:5}  {:8}  {:6.2} s  placed {}  drops {}  resyncs {}  aborts {}  violations {}  {}",
@@ -287,10 +291,12 @@ fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode
             ));
         }
     })?;
-    if !json {
-        say(format_args!("{done} of {all} done"));
+    if json {
+        print_json(&counts);
+    } else {
+        say(format_args!("{} of {} done", counts.done, counts.runs));
     }
-    Ok(code(done == all))
+    Ok(code(counts.done == counts.runs))
 }
 
 /// The task program of a recorded run, where it is not the built-in one. A
@@ -329,8 +335,8 @@ fn print_report(report: &Report, json: bool) {
     ));
 }
 
-fn print_summary(summary: &RunSummary) {
-    match serde_json::to_string(summary) {
+fn print_json(value: &impl serde::Serialize) {
+    match serde_json::to_string(value) {
         Ok(line) => say(format_args!("{line}")),
         Err(error) => {
             writeln!(std::io::stderr(), "the summary cannot be written: {error}").ok();

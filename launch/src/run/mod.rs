@@ -67,7 +67,7 @@ fn report(end: &End, record: &RecordSpec, json: bool) -> Result<(), Failure> {
             if json {
                 say::line(serde_json::to_string(summary).map_err(Failure::configuration)?);
             } else {
-                say::line(banner::outcome(summary));
+                say::line(summary);
             }
             code_of(summary)?;
             if recording::failed(record, summary) {

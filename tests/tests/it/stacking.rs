@@ -182,8 +182,14 @@ fn seeds_in_one_process_are_rows_that_end_done() {
             .lines()
             .map(|l| serde_json::from_str(l).expect("a row"))
             .collect();
+        let (all, rows) = rows.split_last().expect("a summary");
         assert_eq!(rows.len(), 3);
         rows.iter().for_each(assert_stacked);
+        assert_eq!(
+            (&all["runs"], &all["done"]),
+            (&3.into(), &3.into()),
+            "{all}"
+        );
     }
 }
 

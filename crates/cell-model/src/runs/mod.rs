@@ -7,6 +7,7 @@ pub mod script_report;
 pub mod secrets;
 pub mod spec;
 pub mod summary;
+mod summary_text;
 pub mod worker_args;
 
 use std::fs::{self, OpenOptions};

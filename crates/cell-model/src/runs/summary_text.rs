@@ -1,0 +1,112 @@
+//! The summary of a run in one line, for people.
+
+use std::fmt::{Display, Formatter, Result};
+
+use super::summary::{RunOutcome, RunSummary};
+
+impl Display for RunSummary {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        let what = match self.outcome {
+            RunOutcome::Done => "done",
+            RunOutcome::Failed => "failed",
+            RunOutcome::Timeout => "out of time",
+        };
+        f.write_str(what)?;
+        if let Some(reason) = &self.reason {
+            write!(f, " ({reason})")?;
+        }
+        let (simulated_s, wall_s) = (self.sim_time_s, self.wall_time_s);
+        write!(f, " after {simulated_s:.2} s simulated in {wall_s:.2} s: ")?;
+        if !self.placed.is_empty() {
+            write!(f, "placed {}; ", self.placed.join(" "))?;
+        }
+        f.write_str(&recoveries(self))?;
+        if let Some(restarts) = many(self.task_restarts, "task restart", "task restarts") {
+            write!(f, "; {restarts}")?;
+        }
+        let (violations, hash) = (self.limit_violations, &self.state_hash);
+        write!(f, "; {violations} limit violations; state {hash}")?;
+        if let Some(lines) = many(self.script_left, "line", "lines") {
+            write!(f, "; {lines} of the script were not reached")?;
+        }
+        Ok(())
+    }
+}
+
+/// What had to be done again.
+fn recoveries(summary: &RunSummary) -> String {
+    let counts = [
+        many(summary.drops, "drop", "drops"),
+        many(summary.resyncs, "resync", "resyncs"),
+        many(summary.aborts, "abort", "aborts"),
+        many(summary.recoveries, "other recovery", "other recoveries"),
+    ];
+    let counts: Vec<String> = counts.into_iter().flatten().collect();
+    match (counts.is_empty(), summary.outcome) {
+        (true, _) => "nothing had to be recovered".to_owned(),
+        (false, RunOutcome::Done) => format!("recovered from {}", counts.join(", ")),
+        (false, _) => counts.join(", "),
+    }
+}
+
+/// A count with its word; nothing for none.
+fn many(count: u32, one: &str, more: &str) -> Option<String> {
+    match count {
+        0 => None,
+        1 => Some(format!("1 {one}")),
+        _ => Some(format!("{count} {more}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runs::summary::RunFacts;
+    use ipc_types::{Decision, Wire, WorldState};
+
+    #[test]
+    fn lines_of_a_script_that_never_came_are_said() {
+        let facts = RunFacts {
+            demo: "reach",
+            policy: "follow",
+            seed: 0,
+            objects: &[],
+            wall_time_s: 1.0,
+            task_restarts: 0,
+            missed_cycles: 0,
+        };
+        let mut state = WorldState::zeroed();
+        let said =
+            |state: &WorldState| RunSummary::new(&facts, state, &Decision::zeroed()).to_string();
+        assert!(!said(&state).contains("script"));
+        state.script_left = 2;
+        assert!(said(&state).contains("; 2 lines of the script were not reached"));
+    }
+
+    #[test]
+    fn what_was_recovered_from_is_counted_and_does_not_read_as_a_failure() {
+        let facts = RunFacts {
+            demo: "ur10-fill-bin",
+            policy: "matrix",
+            seed: 0,
+            objects: &[],
+            wall_time_s: 1.0,
+            task_restarts: 1,
+            missed_cycles: 0,
+        };
+        let mut decision = Decision::zeroed();
+        let said = |decision: &Decision| {
+            let mut summary = RunSummary::new(&facts, &WorldState::zeroed(), decision);
+            summary.outcome = RunOutcome::Done;
+            summary.to_string()
+        };
+        assert!(said(&decision).contains(": nothing had to be recovered; 1 task restart; "));
+        (decision.drops, decision.recoveries) = (1, 2);
+        let text = said(&decision);
+        assert!(
+            text.contains(": recovered from 1 drop, 2 other recoveries; "),
+            "{text}"
+        );
+        assert!(!text.contains("nothing"), "{text}");
+    }
+}
