@@ -127,6 +127,7 @@ fn task(look: &StatusInput<'_>) -> Value {
         "resyncs": count(|d| d.resyncs),
         "aborts": count(|d| d.aborts),
         "recoveries": count(|d| d.recoveries),
+        "started": look.world.is_some_and(|world| world.panel.task_started == 1),
         "placed": placed(decision, look.objects),
         // A tick is a millisecond.
         "decision_age_ms": ticks,

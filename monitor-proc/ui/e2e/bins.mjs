@@ -109,7 +109,7 @@ async function firstBin(test, end_m) {
   };
   await press("robocell resume");
   await until("the cell runs", noFlag(PAUSED));
-  await press("robocell task start");
+  if (await look((r) => r.store.scene.start_event)) await press("robocell task start");
   await until("a bin comes down the belt", `(r, end) => (${here})(r, end) >= 0`, end_m);
   await press("robocell task pause");
   await until("the task is paused", flag(TASK_PAUSED));

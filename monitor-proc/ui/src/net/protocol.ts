@@ -160,6 +160,8 @@ export interface Status {
     resyncs: number;
     aborts: number;
     recoveries: number;
+    /** Whether the start event was given since the task was reset. */
+    started: boolean;
     placed: string[];
     decision_age_ms: number;
     limit_violations: number;

@@ -12,8 +12,9 @@ export function taskButtons(desk: Desk): HTMLElement {
   const waits = () => desk.store.scene?.start_event === true;
   const begun = (): string | null => {
     if (paused()) return "the task is paused: resume it";
-    if (outcome() === "running") return "the task is running";
-    return waits() || ended() ? null : "this task begins without a start event: press Play";
+    if (ended()) return null;
+    if (waits()) return desk.store.status?.task.started === true ? "the start event was given" : null;
+    return outcome() === "running" ? "the task is running" : "this task begins without a start event: press Play";
   };
   const again = async () => {
     const start = waits() ? ([{ do: "task_start" }] as const) : [];
@@ -39,7 +40,7 @@ export function taskButtons(desk: Desk): HTMLElement {
     about: () =>
       paused() ? "Let the task continue from where it is" : "Pause the task: you lead arm and gripper",
     twin: () => `robocell task ${paused() ? "resume" : "pause"}`,
-    why: () => why() ?? (!paused() && outcome() !== "running" ? "the task is not running" : null),
+    why,
     run: () => desk.send({ do: paused() ? "task_resume" : "task_pause" }),
   });
   const reset = button(desk, {
