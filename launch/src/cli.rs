@@ -8,6 +8,7 @@ use clap_complete::Shell;
 
 use crate::chaos::FaultKind;
 pub use crate::cli_common::{CellArgs, DataArgs};
+pub use crate::cli_hand::{GripperArgs, GripperVerb, TargetArgs};
 pub use crate::cli_page::{
     AssetsArgs, AssetsVerb, LoadArgs, RecordArgs, RecordVerb, ReplayArgs, ShotArgs,
 };
@@ -377,50 +378,6 @@ pub enum TaskVerb {
 pub struct TaskArgs {
     /// What to do
     pub verb: TaskVerb,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// `robocell target`.
-#[derive(Clone, Debug, Args)]
-pub struct TargetArgs {
-    /// Position in metres, then roll, pitch, yaw in radians (world frame);
-    /// without an orientation the tool keeps the one it has
-    #[arg(value_names = ["X", "Y", "Z", "R", "P", "YAW"], num_args = 3..=6, required = true,
-          allow_negative_numbers = true, value_parser = finite)]
-    pub values: Vec<f64>,
-    /// Roll, pitch and yaw are in degrees
-    #[arg(long)]
-    pub deg: bool,
-    /// Return at once; without it, when the arm is at rest
-    #[arg(long)]
-    pub no_wait: bool,
-    /// Arm by its place in the cell file
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = count)]
-    pub arm: u32,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// What to do with the gripper.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum GripperVerb {
-    /// Open fully, or let go.
-    Open,
-    /// Close, or switch suction on.
-    Close,
-}
-
-/// `robocell gripper`.
-#[derive(Clone, Debug, Args)]
-pub struct GripperArgs {
-    /// What to do
-    pub verb: GripperVerb,
-    /// Arm by its place in the cell file
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = count)]
-    pub arm: u32,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub cell: CellArgs,

@@ -7,6 +7,7 @@ pub mod chaos;
 mod child;
 pub mod cli;
 mod cli_common;
+mod cli_hand;
 mod cli_page;
 mod cli_values;
 mod client;

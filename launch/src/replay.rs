@@ -2,7 +2,7 @@
 
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, ExitStatus};
 
 use crate::child::{ENV_CACHE_DIR, cache_dir};
 use crate::cli::ReplayArgs;
@@ -47,25 +47,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     if let Some(dist) = &page.dist {
         command.arg("--dist").arg(dist);
     }
-    // In a group of its own, so that Ctrl-C comes here: what is left is removed
-    // after the server has ended.
-    cell_rt::signal::install_stop_handler().cannot("listen to signals")?;
-    let status = command
-        .process_group(0)
-        .spawn()
-        .and_then(|mut child| {
-            let pid = child.id();
-            loop {
-                if let Some(status) = child.try_wait()? {
-                    return Ok(status);
-                }
-                if cell_rt::signal::stop_requested() {
-                    cell_rt::process::kill(pid, cell_rt::process::SIGTERM).ok();
-                }
-                std::thread::sleep(std::time::Duration::from_millis(20));
-            }
-        })
-        .cannot(format!("start {}", program.display()))?;
+    let status = to_its_end(&mut command).cannot(format!("start {}", program.display()))?;
     std::fs::remove_dir_all(dir.path()).ok();
     drop(lock);
     if status.success() {
@@ -73,6 +55,23 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     } else {
         // The page's process has said why.
         Err(Failure::silent(Code::Configuration))
+    }
+}
+
+/// Runs the page's process until it ends, or Ctrl-C ends it.
+fn to_its_end(command: &mut Command) -> std::io::Result<ExitStatus> {
+    // In a group of its own, so that Ctrl-C comes here: what is left is removed
+    // after the server has ended.
+    cell_rt::signal::install_stop_handler()?;
+    let mut child = command.process_group(0).spawn()?;
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(status);
+        }
+        if cell_rt::signal::stop_requested() {
+            cell_rt::process::kill(child.id(), cell_rt::process::SIGTERM).ok();
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
     }
 }
 

@@ -189,7 +189,7 @@ impl MonitorProcess {
         })
     }
 
-    /// Goes on with the log of an earlier start.
+    /// Continues the log of an earlier start.
     fn recall(&mut self, events: EventFile, lines: Vec<Value>, spec: &RunSpec) {
         let told = || lines.iter().filter_map(|line| line["incident"].as_u64());
         let newest = told().max().unwrap_or(0);

@@ -140,7 +140,7 @@ fn around_active(frame: &str, rows: usize) -> String {
     }
     let runs = lines.iter().rposition(|line| line.contains(RUNS));
     let middle = runs.unwrap_or(0);
-    // Two rows say what is left out.
+    // Two rows are for the counts of the lines left out.
     let kept = rows - 2;
     let from = middle.saturating_sub(kept / 2).min(lines.len() - kept);
     let shown = lines[from..from + kept].join("\n");

@@ -31,10 +31,12 @@ pub(crate) use status::status;
 pub(crate) use top::top;
 
 use cell_bus::{Bus, RunSite};
+use cell_model::Cell;
 use cell_model::runs::spec::RunSpec;
 
 use crate::failure::{Context, Failure};
 use crate::lock::Holder;
+use crate::run::plan;
 use crate::rundir::RunDir;
 
 /// A running cell, seen from outside.
@@ -52,6 +54,13 @@ impl Session {
         // A cell that starts at this moment has no run file yet.
         let spec = RunSpec::load(&dir.spec()).map_err(Failure::configuration)?;
         Ok(Self { dir, spec, holder })
+    }
+
+    /// The cell it was started with.
+    pub(crate) fn load_cell(&self) -> Result<Cell, Failure> {
+        let spec = &self.spec;
+        let data = spec.data_dir.as_deref();
+        plan::load(data, &spec.demo, spec.seed, spec.robot.as_ref())
     }
 
     /// Joins its bus as a reader and asker.

@@ -12,7 +12,7 @@ use super::follow::Follower;
 use crate::cli::{AddBinArgs, CellArgs, DragArgs, DropPartsArgs, StepArgs, TaskArgs, TaskVerb};
 use crate::control::{Reply, Request, ask};
 use crate::failure::{Context, Failure};
-use crate::run::plan::{did_you_mean, load};
+use crate::run::plan::did_you_mean;
 use crate::say;
 
 /// Physics answers within a tick; a busy machine needs longer.
@@ -92,13 +92,7 @@ pub(crate) fn add_bin(args: &AddBinArgs) -> Result<(), Failure> {
 /// `robocell drag OBJECT --to X Y Z`: returns when the object is released.
 pub(crate) fn drag(args: &DragArgs) -> Result<(), Failure> {
     let session = Session::of(&args.cell.cell)?;
-    let spec = &session.spec;
-    let cell = load(
-        spec.data_dir.as_deref(),
-        &spec.demo,
-        spec.seed,
-        spec.robot.as_ref(),
-    )?;
+    let cell = session.load_cell()?;
     let names: Vec<String> = cell.objects.iter().map(|o| o.name.clone()).collect();
     let Some(index) = names.iter().position(|name| *name == args.object) else {
         let near = did_you_mean(&args.object, &names);

@@ -13,7 +13,7 @@ use super::operate::accepted;
 use crate::cli::{ProcessName, RestartArgs};
 use crate::control::{Request, ask};
 use crate::failure::{Context, Failure};
-use crate::run::plan::{choose, load};
+use crate::run::plan::choose;
 use crate::{say, task_program};
 
 /// A process that was asked to restart is back within this, or something is wrong.
@@ -117,14 +117,8 @@ fn task_details(
     bus: &Bus,
     log: &mut Subscriber<TraceLine>,
 ) -> Result<String, Failure> {
-    let spec = &session.spec;
     let state = Follower::new(session, bus)?.now()?;
-    let cell = load(
-        spec.data_dir.as_deref(),
-        &spec.demo,
-        spec.seed,
-        spec.robot.as_ref(),
-    )?;
+    let cell = session.load_cell()?;
     let held = state.arms().iter().filter_map(|arm| {
         let index = (arm.gripper.held_object as usize).checked_sub(1)?;
         cell.objects.get(index)
@@ -159,7 +153,7 @@ fn check_task(session: &Session, policy: Option<&str>) -> Result<(), Failure> {
         message: format!("{}\nthe task that runs was left alone", failure.message),
         ..failure
     };
-    let cell = load(data, &spec.demo, spec.seed, spec.robot.as_ref()).map_err(kept)?;
+    let cell = session.load_cell().map_err(kept)?;
     let policy = choose(policy, &cell.policies, &spec.policy, &spec.demo)?;
     task_program::check_policy(spec.task_program.as_deref(), &spec.demo, &policy, data)
         .map(drop)

@@ -206,7 +206,7 @@ async fn past(
             "another page reads; try again\n",
         );
     };
-    // Reading takes a tenth of a second, which nobody else waits for.
+    // Reading takes a tenth of a second; the other pages do not wait for it.
     let read = tokio::task::spawn_blocking(move || open()?.frames(&span)).await;
     match read {
         Ok(Ok(frames)) => {

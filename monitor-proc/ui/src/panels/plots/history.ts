@@ -74,7 +74,7 @@ export class History {
     return [shown.map(({ snapshot }) => snapshot.time), ...columns];
   }
 
-  /** Reads what the window lacks; for whoever shows it. */
+  /** Reads what the window lacks. */
   follow(): void {
     if (this.reading) return;
     if (this.looksBack) this.readAround();
