@@ -60,7 +60,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
 
 /// Runs the page's process until it ends, or Ctrl-C ends it.
 fn to_its_end(command: &mut Command) -> std::io::Result<ExitStatus> {
-    // In a group of its own, so that Ctrl-C comes here: what is left is removed
+    // In a group of its own, so that Ctrl-C comes here: the files of the run are removed
     // after the server has ended.
     cell_rt::signal::install_stop_handler()?;
     let mut child = command.process_group(0).spawn()?;

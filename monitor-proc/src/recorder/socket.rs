@@ -34,7 +34,7 @@ pub(super) fn serve(path: &Path, desk: &Desk) {
         }
     };
     while !desk.shared.ending.load(Ordering::Acquire) {
-        // With a limit: where the socket's file is gone, nobody can wake this thread.
+        // With a limit: without the socket's file no connection can wake this thread.
         match is_readable(&listener, LOOK) {
             Ok(true) => {}
             Ok(false) => continue,

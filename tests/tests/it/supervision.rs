@@ -179,7 +179,7 @@ fn a_stopped_process_does_not_outlive_a_launcher_that_was_killed() {
     }
 }
 
-/// Nobody can wake a thread that waits for a connection to a file that is gone.
+/// No connection can wake a thread that waits at a socket whose file was deleted.
 #[test]
 fn processes_end_with_their_launcher_when_the_run_directory_is_gone_too() {
     let cell = idle_cell();

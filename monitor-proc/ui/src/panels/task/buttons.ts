@@ -18,7 +18,7 @@ export function taskButtons(desk: Desk): HTMLElement {
   };
   const again = async () => {
     const start = waits() ? ([{ do: "task_start" }] as const) : [];
-    if (await desk.send({ do: "reset" }, { do: "resume" }, ...start)) desk.say("the scene was reset; the task begins again");
+    if (await desk.send({ do: "reset" }, { do: "resume" }, ...start)) desk.say("the scene was reset; the task restarts");
   };
   const perform = async () => {
     if (!(await desk.send({ do: "task_start" }))) return;
