@@ -7,6 +7,7 @@ import type {
   LogLine,
   Past,
   Scene,
+  Span,
   Status,
   TextMessage,
   Timeline,
@@ -38,6 +39,7 @@ export interface Events {
   /** Lines that were said just now. */
   said: LogLine[];
   timeline: Timeline;
+  lanes: Span[];
   /** The moment of the past that is looked at from now on; null for now. */
   moment: Past | null;
   /** Something to tell the person. */
@@ -45,6 +47,14 @@ export interface Events {
 }
 
 type Listener<K extends keyof Events> = (value: Events[K]) => void;
+
+/** One with the lane, epoch and beginning of a known one takes its place. */
+function withSpans(known: Span[], spans: Span[]): Span[] {
+  const key = (span: Span) => `${span.lane} ${span.epoch} ${span.from_s}`;
+  const all = new Map(known.map((span) => [key(span), span]));
+  for (const span of spans) all.set(key(span), span);
+  return [...all.values()].sort((one, other) => one.from_s - other.from_s);
+}
 
 export class Store {
   connected = false;
@@ -59,6 +69,8 @@ export class Store {
   guards: Record<string, boolean>[] = [];
   log: LogLine[] = [];
   timeline: Timeline | null = null;
+  /** What lasted from when to when, oldest first in each lane. */
+  lanes: Span[] = [];
   /** The moment of the past that is shown in the place of what is now. */
   past: Past | null = null;
 
@@ -115,6 +127,7 @@ export class Store {
         if (this.hello?.run.id !== message.run.id) {
           this.log = [];
           this.timeline = null;
+          this.lanes = [];
         }
         this.past = null;
         this.hello = message;
@@ -159,6 +172,10 @@ export class Store {
         this.forgetStory();
         for (const index of this.graphs.keys()) this.tell("graph", index);
         this.tell("moment", null);
+        break;
+      case "lanes":
+        this.lanes = withSpans(message.all ? [] : this.lanes, message.spans);
+        this.tell("lanes", this.lanes);
         break;
       case "timeline":
         this.timeline = message;
