@@ -22,6 +22,7 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Record(args) => record::record(args),
         Command::Replay(args) => replay::replay(args),
         Command::Shot(args) => shot::shot(args),
+        Command::Film(args) => shot::film(args),
         Command::Assets(args) => assets(args),
         Command::Restart(args) => client::restart(args),
         Command::Pause(args) => client::plain(args, OperatorAction::Pause),

@@ -10,7 +10,8 @@ use crate::chaos::FaultKind;
 pub use crate::cli_common::{CellArgs, DataArgs};
 pub use crate::cli_hand::{GripperArgs, GripperVerb, JointsArgs, TargetArgs};
 pub use crate::cli_page::{
-    AssetsArgs, AssetsVerb, LoadArgs, RecordArgs, RecordVerb, ReplayArgs, ShotArgs,
+    AssetsArgs, AssetsVerb, FilmArgs, FilmPart, LoadArgs, RecordArgs, RecordVerb, ReplayArgs,
+    ShotArgs,
 };
 use crate::cli_values::{
     cell_name, count, finite, host_name, minutes, positive_seconds, rate, seed, seed_range,
@@ -62,6 +63,8 @@ pub enum Command {
     Replay(ReplayArgs),
     /// Take a picture of the page, without a window
     Shot(ShotArgs),
+    /// Make a film of the page (needs ffmpeg)
+    Film(FilmArgs),
     /// Fetch the robots' real meshes for the page
     Assets(AssetsArgs),
     /// Stop one process of a running cell and start it again

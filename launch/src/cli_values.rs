@@ -41,6 +41,14 @@ pub(crate) fn count(text: &str) -> Result<u32, String> {
         .map_err(|_| format!("a whole number from 0 to {}", u32::MAX))
 }
 
+/// Simulated seconds a second of a film.
+pub(crate) fn film_speed(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.01..=100.0).contains(&value) => Ok(value),
+        _ => Err("a number from 0.01 to 100".to_owned()),
+    }
+}
+
 /// A duration.
 pub(crate) fn positive_seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

@@ -107,7 +107,16 @@ impl Browser {
 
     /// The page as PNG.
     pub(crate) fn picture(&mut self) -> Result<Vec<u8>, Failure> {
-        let answer = self.call("Page.captureScreenshot", &json!({"format": "png"}))?;
+        self.picture_of(None)
+    }
+
+    /// A part of the page as PNG.
+    pub(crate) fn picture_of(&mut self, clip: Option<&Value>) -> Result<Vec<u8>, Failure> {
+        let mut ask = json!({"format": "png"});
+        if let Some(clip) = clip {
+            ask["clip"] = clip.clone();
+        }
+        let answer = self.call("Page.captureScreenshot", &ask)?;
         let data = answer["data"].as_str().unwrap_or_default();
         STANDARD.decode(data).cannot("read the browser's picture")
     }

@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 
 use ipc_types::world::FLAG_PAUSED;
 
-use crate::cli::ShotArgs;
 use crate::client::Session;
 use crate::client::picture::Picture;
 use crate::failure::{Code, Context, Failure};
@@ -14,6 +13,18 @@ use crate::rundir::RunDir;
 
 /// Starting a cell, or computing some minutes of it, takes a while.
 const PATIENCE: Duration = Duration::from_secs(180);
+
+/// What a picture is taken of.
+pub(crate) struct Subject<'a> {
+    /// Started for the picture; of the running cell without one.
+    pub(crate) demo: Option<&'a str>,
+    pub(crate) policy: Option<&'a str>,
+    pub(crate) seed: u64,
+    /// Simulated time the demo is run to (s).
+    pub(crate) time: Option<f64>,
+    /// Name of the running cell.
+    pub(crate) cell: &'a str,
+}
 
 /// See the module. A cell that was started for the picture ends with it.
 pub(crate) struct Shown {
@@ -27,22 +38,22 @@ struct Own {
 }
 
 impl Shown {
-    /// The cell `args` name.
-    pub(crate) fn of(args: &ShotArgs) -> Result<Self, Failure> {
-        let Some(demo) = &args.demo else {
+    /// The cell of `subject`.
+    pub(crate) fn of(subject: &Subject<'_>) -> Result<Self, Failure> {
+        let Some(demo) = subject.demo else {
             return Ok(Self {
-                entry: entry(&Session::of(&args.cell.cell)?)?,
+                entry: entry(&Session::of(subject.cell)?)?,
                 _own: None,
             });
         };
-        let mut own = Own::start(args, demo)?;
+        let mut own = Own::start(subject, demo)?;
         let session = own.wait("its start", |session| {
             Picture::open(session).is_ok_and(|mut picture| {
                 picture.fill();
                 picture.state().is_some() && picture.decision().is_some()
             })
         })?;
-        let ticks = Duration::from_secs_f64(args.time.unwrap_or(0.0)).as_millis();
+        let ticks = Duration::from_secs_f64(subject.time.unwrap_or(0.0)).as_millis();
         let ticks = u64::try_from(ticks).unwrap_or(u64::MAX);
         if ticks > 0 {
             own.run_to(ticks)?;
@@ -69,9 +80,9 @@ fn entry(session: &Session) -> Result<Entry, Failure> {
 }
 
 impl Own {
-    fn start(args: &ShotArgs, demo: &str) -> Result<Self, Failure> {
+    fn start(subject: &Subject<'_>, demo: &str) -> Result<Self, Failure> {
         let name = format!("shot-{}", std::process::id());
-        let seed = args.seed.to_string();
+        let seed = subject.seed.to_string();
         let program = std::env::current_exe().map_err(Failure::configuration)?;
         let mut command = Command::new(program);
         command
@@ -79,7 +90,7 @@ impl Own {
             .args(["--seed", &seed])
             .stdin(Stdio::null())
             .stdout(Stdio::null());
-        if let Some(policy) = &args.policy {
+        if let Some(policy) = subject.policy {
             command.args(["--policy", policy]);
         }
         let launcher = command.spawn().cannot("start the cell")?;

@@ -2,20 +2,24 @@
 
 mod browser;
 mod cell;
+mod film;
+
+pub(crate) use film::film;
 
 use std::time::{Duration, Instant};
 
 use crate::cli::ShotArgs;
 use crate::failure::{Code, Context, Failure};
+use crate::page::Entry;
 use crate::run::plan::new_file;
 use crate::say;
 use browser::Browser;
-use cell::Shown;
+use cell::{Shown, Subject};
 
 /// A browser without a GPU draws the first picture slowly.
 const PATIENCE: Duration = Duration::from_secs(60);
 /// Between two questions whether the page is settled.
-const NAP: Duration = Duration::from_millis(100);
+const NAP: Duration = Duration::from_millis(20);
 
 /// True when the page shows what it was asked for.
 const SETTLED: &str = "window.robocell !== undefined && window.robocell.settled()";
@@ -25,24 +29,47 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     let out = new_file(&args.out)?;
     // Whoever stops us shall not leave a cell's memory and a browser's profile.
     cell_rt::signal::install_stop_handler().cannot("listen to signals")?;
-    let shown = Shown::of(args)?;
+    let shown = Shown::of(&Subject {
+        demo: args.demo.as_deref(),
+        policy: args.policy.as_deref(),
+        seed: args.seed,
+        time: args.time,
+        cell: &args.cell.cell,
+    })?;
     let (width, height) = args.size;
     // A browser without a GPU takes every core for seconds; the cell goes first. The
     // browser inherits this.
     cell_rt::priority::set_idle().ok();
     let mut browser = Browser::start(width, height)?;
-    let entry = shown.entry();
+    // A cell that was started for the picture is at that time already.
+    let time = args.time.filter(|_| args.demo.is_none());
+    let fragment = args.view.iter().cloned();
+    let fragment = fragment.chain(time.map(|time| format!("t={time}")));
+    open_page(&mut browser, shown.entry(), fragment)?;
+    let picture = browser.picture()?;
+    std::fs::write(&out, picture).cannot(format!("write {}", out.display()))?;
+    say::line(format_args!("{}: {width} x {height}", out.display()));
+    Ok(())
+}
+
+/// Opens the page with `fragment` in its address, and waits until it shows that.
+fn open_page(
+    browser: &mut Browser,
+    entry: &Entry,
+    fragment: impl Iterator<Item = String>,
+) -> Result<(), Failure> {
     browser.set_cookie(&entry.url, &entry.cookie_name, &entry.cookie)?;
-    let mut fragment: Vec<String> = args.view.iter().cloned().collect();
+    let mut fragment: Vec<String> = fragment.collect();
     // The first of a name counts.
-    fragment.push("quality=0".to_owned());
-    // A cell that was started for the picture stands at the time already.
-    if let (Some(time), None) = (args.time, &args.demo) {
-        fragment.push(format!("t={time}"));
-    }
+    fragment.extend(["quality=0".to_owned(), "shot".to_owned()]);
     browser.open(&format!("{}#{}", entry.url, fragment.join("&")))?;
+    wait_for(browser, SETTLED, "the page")
+}
+
+/// Waits until a JavaScript expression is true.
+fn wait_for(browser: &mut Browser, expression: &str, what: &str) -> Result<(), Failure> {
     let since = Instant::now();
-    while browser.evaluate(SETTLED)? != serde_json::Value::Bool(true) {
+    while browser.evaluate(expression)? != serde_json::Value::Bool(true) {
         not_stopped()?;
         if since.elapsed() > PATIENCE {
             let title = browser
@@ -50,7 +77,7 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
             return Err(Failure {
                 code: Code::GaveUp,
                 message: format!(
-                    "the page does not come up within {} s; it says: {}",
+                    "{what} does not come up within {} s; the page says: {}",
                     PATIENCE.as_secs(),
                     title.as_str().unwrap_or_default()
                 ),
@@ -58,9 +85,6 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
         }
         std::thread::sleep(NAP);
     }
-    let picture = browser.picture()?;
-    std::fs::write(&out, picture).cannot(format!("write {}", out.display()))?;
-    say::line(format_args!("{}: {width} x {height}", out.display()));
     Ok(())
 }
 
