@@ -2,6 +2,7 @@
 
 mod approach;
 mod behaviour;
+mod columns;
 mod doctor;
 mod follow;
 mod hand;
@@ -12,6 +13,7 @@ mod logs;
 mod measure;
 mod operate;
 pub(crate) mod picture;
+mod process_table;
 mod restart;
 mod scene;
 mod status;
@@ -19,16 +21,16 @@ mod top;
 mod watched;
 
 pub(crate) use behaviour::{behaviour, schema};
-pub(crate) use doctor::doctor;
+pub(crate) use doctor::{DoctorReport, doctor};
 pub(crate) use hand::{gripper, target};
-pub(crate) use incident::incident;
-pub(crate) use list::list;
+pub(crate) use incident::{IncidentList, incident};
+pub(crate) use list::{List, list};
 pub(crate) use load::load;
-pub(crate) use logs::logs;
+pub(crate) use logs::{LogLine, logs};
 pub(crate) use operate::{add_bin, down, drag, drop_parts, plain, step, task};
 pub(crate) use restart::restart;
-pub(crate) use status::status;
-pub(crate) use top::top;
+pub(crate) use status::{Status, status};
+pub(crate) use top::{Snapshot, top};
 
 use cell_bus::{Bus, RunSite};
 use cell_model::Cell;
