@@ -43,13 +43,17 @@ enum Kind {
 #[command(name = "robocell-bench")]
 struct Arguments {
     /// What to measure.
-    kind: Kind,
+    #[arg(required_unless_present = "schema")]
+    kind: Option<Kind>,
     /// Length of a bench with a running cell (s).
     #[arg(long, default_value_t = 10.0)]
     seconds: f64,
     /// One JSON object as the last line.
     #[arg(long)]
     json: bool,
+    /// Prints the JSON Schema of what `--json` prints.
+    #[arg(long)]
+    schema: bool,
     /// Does the work of one row of `behavior` so many times, for an instruction
     /// counter.
     #[arg(long, hide = true, num_args = 2, value_names = ["ROW", "TIMES"])]
@@ -62,7 +66,12 @@ fn main() -> ExitCode {
     }
     let arguments = Arguments::parse();
     let json = arguments.json;
-    let done: Result<(), Box<dyn std::error::Error>> = match arguments.kind {
+    let Some(kind) = arguments.kind.filter(|_| !arguments.schema) else {
+        let schema = cell_model::runs::output::schema::<report::Report>();
+        writeln!(std::io::stdout(), "{schema:#}").ok();
+        return ExitCode::SUCCESS;
+    };
+    let done: Result<(), Box<dyn std::error::Error>> = match kind {
         Kind::Ipc => transport::ipc::run(json).map_err(Into::into),
         Kind::Loop => transport::loop_::run(json).map_err(Into::into),
         Kind::E2e => e2e::run(arguments.seconds, json).map_err(Into::into),

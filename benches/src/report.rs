@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Durations in nanoseconds, all of them: percentiles are exact.
@@ -37,7 +38,7 @@ impl Samples {
 }
 
 /// One line of a bench.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct Row {
     /// What was measured.
     pub(crate) name: String,
@@ -91,7 +92,7 @@ impl Row {
 }
 
 /// All rows of one run.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Report {
     /// Name of the bench.
     pub(crate) bench: &'static str,

@@ -1,11 +1,11 @@
 //! From the command line to what does it.
 
-use clap::{CommandFactory, ValueEnum};
+use clap::ValueEnum;
 use ipc_types::operator::OperatorAction;
 
 use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, EvalArgs};
 use crate::failure::{Context, Failure};
-use crate::{chaos, client, new, record, replay, run, say, shot, task_program};
+use crate::{chaos, client, complete, man, new, record, replay, run, shot, task_program};
 
 /// Does what the command line says.
 pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
@@ -46,19 +46,14 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Eval(args) => eval(args),
         Command::New(args) => new::new(args),
         Command::Completions { shell } => {
-            let mut script = Vec::new();
-            clap_complete::generate(*shell, &mut Cli::command(), "robocell", &mut script);
-            say::raw(&script);
+            complete::script(*shell);
             Ok(())
         }
-        Command::Man => {
-            let mut page = Vec::new();
-            clap_mangen::Man::new(Cli::command())
-                .render(&mut page)
-                .cannot("print the manual page")?;
-            say::raw(&page);
+        Command::Complete(args) => {
+            complete::names(args);
             Ok(())
         }
+        Command::Man(args) => man::man(args),
     }
 }
 

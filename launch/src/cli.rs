@@ -7,7 +7,10 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use crate::chaos::FaultKind;
-pub use crate::cli_common::{CellArgs, DataArgs};
+pub use crate::cli_behaviour::{
+    BehaviourArgs, BehaviourVerb, CheckArgs, PictureFormat, SchemaArgs, SchemaKind, ShowArgs,
+};
+pub use crate::cli_common::{CellArgs, CompleteArgs, DataArgs, ManArgs};
 pub use crate::cli_hand::{GripperArgs, GripperVerb, JointsArgs, TargetArgs};
 pub use crate::cli_page::{
     AssetsArgs, AssetsVerb, FilmArgs, FilmPart, LoadArgs, RecordArgs, RecordVerb, ReplayArgs,
@@ -114,8 +117,11 @@ pub enum Command {
         /// The shell.
         shell: Shell,
     },
-    /// Print the manual page
-    Man,
+    /// Print the names a shell completes
+    #[command(hide = true)]
+    Complete(CompleteArgs),
+    /// Print the manual page of robocell or of a command, or write all pages to files
+    Man(ManArgs),
 }
 
 /// `robocell run`.
@@ -145,6 +151,15 @@ pub struct RunArgs {
     /// End with the task
     #[arg(long)]
     pub until_done: bool,
+    /// When the task has ended, play the next seed after 5 s of simulated time
+    #[arg(long = "loop", conflicts_with_all = ["until_done", "one_process", "record", "timeout", "json"])]
+    pub again: bool,
+    /// Open the page in a browser
+    #[arg(long, conflicts_with_all = ["headless", "one_process"])]
+    pub open: bool,
+    /// Describe the arms: joints, tool frame, collision spheres and tuning
+    #[arg(short, long)]
+    pub verbose: bool,
     /// End at this simulated time at the latest
     #[arg(long, value_name = "SIM_S", allow_negative_numbers = true, value_parser = positive_seconds)]
     pub timeout: Option<f64>,
@@ -299,6 +314,9 @@ pub struct TopArgs {
     /// Print one frame as text and end
     #[arg(long)]
     pub once: bool,
+    /// Print one snapshot as a JSON object and end
+    #[arg(long, conflicts_with = "once")]
+    pub json: bool,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub cell: CellArgs,
@@ -313,6 +331,9 @@ pub struct LogsArgs {
     /// Only this process
     #[arg(value_name = "PROC")]
     pub process: Option<String>,
+    /// Print one JSON object a line
+    #[arg(long)]
+    pub json: bool,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub cell: CellArgs,
@@ -324,7 +345,7 @@ pub struct IncidentArgs {
     /// Number of the incident; all are listed otherwise
     #[arg(value_name = "N")]
     pub number: Option<u32>,
-    /// Print JSON
+    /// Print one JSON object
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -458,116 +479,6 @@ pub struct DragArgs {
     pub cell: CellArgs,
 }
 
-/// `robocell bt` and `robocell fsm`.
-#[derive(Clone, Debug, Args)]
-pub struct BehaviourArgs {
-    /// What to do with it.
-    #[command(subcommand)]
-    pub verb: BehaviourVerb,
-}
-
-/// What to do with a behaviour.
-#[derive(Clone, Debug, Subcommand)]
-pub enum BehaviourVerb {
-    /// Print it as text, mermaid or dot, or as it runs
-    Show(ShowArgs),
-    /// Say what in a file is wrong, and what is probably not meant
-    Check(CheckArgs),
-}
-
-/// `show`.
-#[derive(Clone, Debug, Args)]
-pub struct ShowArgs {
-    /// A demo, or a file; the running cell's policy without
-    #[arg(value_name = "DEMO|FILE")]
-    pub what: Option<String>,
-    /// Policy of the demo; its default otherwise
-    #[arg(long, value_name = "P")]
-    pub policy: Option<String>,
-    /// How to print it
-    #[arg(long, value_enum, default_value_t = PictureFormat::Text)]
-    pub format: PictureFormat,
-    /// Print the running cell's policy whenever something in it changes
-    #[arg(long, conflicts_with_all = ["what", "policy", "format"])]
-    pub live: bool,
-    /// With `--live`: only the picture of this arm
-    #[arg(long, requires = "live", value_name = "NAME")]
-    pub arm: Option<String>,
-    /// With `--live`: print once
-    #[arg(long, requires = "live")]
-    pub once: bool,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub data: DataArgs,
-}
-
-/// `check`.
-#[derive(Clone, Debug, Args)]
-pub struct CheckArgs {
-    /// A tree (JSON), or a machine or matrix (TOML or JSON)
-    pub file: PathBuf,
-    /// Task program that knows what the file names
-    #[arg(long, value_name = "PROGRAM")]
-    pub task: Option<String>,
-}
-
-/// How a behaviour is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum PictureFormat {
-    /// For the terminal
-    Text,
-    /// For markdown
-    Mermaid,
-    /// For graphviz
-    Dot,
-}
-
-impl PictureFormat {
-    /// The word on the command line.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Text => "text",
-            Self::Mermaid => "mermaid",
-            Self::Dot => "dot",
-        }
-    }
-}
-
-/// `robocell schema`.
-#[derive(Clone, Debug, Args)]
-pub struct SchemaArgs {
-    /// Which kind of file
-    pub what: SchemaKind,
-    /// Task program whose jobs are described
-    #[arg(long, value_name = "PROGRAM")]
-    pub task: Option<String>,
-}
-
-/// A kind of file with a schema.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum SchemaKind {
-    /// Behaviour trees, with the node types of the demos
-    Tree,
-    /// State machines and matrices
-    Machine,
-    /// `cells/NAME.toml`
-    Cell,
-}
-
-impl SchemaKind {
-    /// The word on the command line.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Tree => "tree",
-            Self::Machine => "machine",
-            Self::Cell => "cell",
-        }
-    }
-}
-
 /// What to measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BenchKind {
@@ -614,7 +525,7 @@ pub struct EvalArgs {
     /// Runs at the same time
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]
     pub jobs: u32,
-    /// Print one JSON object a seed
+    /// Print one JSON object a seed, and one for all seeds as the last line
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::cli_values::cell_name;
+use crate::complete::NameKind;
 
 /// Name of a cell when nothing else is said.
 pub(crate) const DEFAULT_CELL: &str = "cell";
@@ -27,4 +28,25 @@ pub struct DataArgs {
     /// robocell or on PATH; that of the cell file otherwise
     #[arg(long, value_name = "PROGRAM")]
     pub task: Option<String>,
+}
+
+/// `robocell man`.
+#[derive(Clone, Debug, Args)]
+pub struct ManArgs {
+    /// The command, as in `man bt show`
+    #[arg(value_name = "COMMAND", conflicts_with = "dir")]
+    pub command: Vec<String>,
+    /// Write all pages into this directory, as `robocell-COMMAND.1`
+    #[arg(long, value_name = "DIR")]
+    pub dir: Option<PathBuf>,
+}
+
+/// `robocell complete`.
+#[derive(Clone, Debug, Args)]
+pub struct CompleteArgs {
+    /// What to name
+    pub kind: NameKind,
+    /// The command line so far
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    pub words: Vec<String>,
 }

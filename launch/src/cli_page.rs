@@ -39,6 +39,9 @@ pub struct RecordArgs {
     /// What to keep
     #[command(subcommand)]
     pub verb: RecordVerb,
+    /// Print one JSON object
+    #[arg(long, global = true)]
+    pub json: bool,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub cell: CellArgs,
@@ -63,6 +66,9 @@ pub enum RecordVerb {
         /// File to write (MCAP); a name is made up otherwise
         #[arg(value_name = "FILE.mcap")]
         file: Option<PathBuf>,
+        /// Overwrite FILE
+        #[arg(long, requires = "file")]
+        force: bool,
     },
 }
 

@@ -5,13 +5,14 @@ use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::cli::{RecordArgs, RecordVerb};
 use crate::client::Session;
 use crate::failure::{Context, Failure};
 use crate::run::plan::new_file;
-use crate::say;
+use crate::{output, say};
 
 /// Copying minutes of a recording takes seconds.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -25,6 +26,34 @@ enum Request {
     Last { seconds: f64, file: PathBuf },
 }
 
+/// The result of `robocell record --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct Recorded {
+    /// `start`, `stop` or `last`.
+    #[serde(rename = "do")]
+    action: &'static str,
+    /// The file that is written; unknown for `stop`.
+    #[schemars(with = "Option<String>")]
+    file: Option<PathBuf>,
+    /// What the recorder answered.
+    message: String,
+}
+
+impl Recorded {
+    fn new(request: Request, message: String) -> Self {
+        let (action, file) = match request {
+            Request::Start { file } => ("start", Some(file)),
+            Request::Stop => ("stop", None),
+            Request::Last { file, .. } => ("last", Some(file)),
+        };
+        Self {
+            action,
+            file,
+            message,
+        }
+    }
+}
+
 #[derive(Debug, Deserialize)]
 struct Reply {
     ok: bool,
@@ -34,6 +63,7 @@ struct Reply {
 /// Does what the command line says.
 pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     let session = Session::of(&args.cell.cell)?;
+    let mut replaced = None;
     let file = |file: &Option<PathBuf>| match file {
         Some(file) => new_file(file),
         None => new_file(&made_up(&session.spec.demo)),
@@ -41,20 +71,61 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     let request = match &args.verb {
         RecordVerb::Start { file: to } => Request::Start { file: file(to)? },
         RecordVerb::Stop => Request::Stop,
-        RecordVerb::Last { span, file: to } => Request::Last {
-            seconds: *span,
-            file: file(to)?,
-        },
+        RecordVerb::Last {
+            span,
+            file: to,
+            force,
+        } => {
+            replaced = to.as_deref().filter(|_| *force).and_then(Replaced::of);
+            let draft = replaced.as_ref().map(|replaced| replaced.draft.clone());
+            Request::Last {
+                seconds: *span,
+                file: file(&draft.or_else(|| to.clone()))?,
+            }
+        }
     };
     let socket = session.dir.record();
     let reply = ask(&socket, &request).cannot(
         "reach the recorder; it lives in the monitor, `robocell status` says whether that runs",
     )?;
-    if reply.ok {
-        say::line(reply.message);
+    if !reply.ok {
+        return Err(Failure::configuration(reply.message));
+    }
+    let mut recorded = Recorded::new(request, reply.message);
+    if let Some(replaced) = replaced {
+        replaced.put_in_place(&mut recorded)?;
+    }
+    if args.json {
+        return output::print(&recorded);
+    }
+    say::line(recorded.message);
+    Ok(())
+}
+
+/// A file that is overwritten, once its successor is complete.
+struct Replaced {
+    file: PathBuf,
+    draft: PathBuf,
+}
+
+impl Replaced {
+    /// Of a file that is there; everything else is refused or made as without `--force`.
+    fn of(file: &Path) -> Option<Self> {
+        let is_file = std::fs::symlink_metadata(file).is_ok_and(|meta| meta.is_file());
+        let file = std::fs::canonicalize(file).ok().filter(|_| is_file)?;
+        let name = format!(".robocell-{}.mcap", std::process::id());
+        let draft = file.with_file_name(name);
+        Some(Self { file, draft })
+    }
+
+    fn put_in_place(self, recorded: &mut Recorded) -> Result<(), Failure> {
+        let Self { file, draft } = self;
+        let what = format!("overwrite {}", file.display());
+        std::fs::rename(&draft, &file).cannot(what)?;
+        let [from, to] = [&draft, &file].map(|path| path.display().to_string());
+        recorded.message = recorded.message.replace(&from, &to);
+        recorded.file = Some(file);
         Ok(())
-    } else {
-        Err(Failure::configuration(reply.message))
     }
 }
 

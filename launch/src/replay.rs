@@ -19,6 +19,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
     }
     let dir = RunDir::of(&format!("replay-{}", std::process::id()));
     let lock = dir.take("replay")?;
+    dir.set_recording(&file).cannot("note what is replayed")?;
     let shown = page::Page::new(args.listen.as_deref(), args.host.as_deref())?;
     shown.save(&dir)?;
     let page = shown.spec(&dir);

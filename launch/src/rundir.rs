@@ -30,6 +30,9 @@ const MARKED: &str =
 /// What a run directory holds before it is marked, and keeps when it is emptied.
 pub(crate) const KEPT: [&str; 2] = [MARKER, "lock"];
 
+/// A link to the recording that is replayed.
+const RECORDING: &str = "recording";
+
 /// Start of every prefix of ours in shared memory.
 const FAMILY: &str = "rc";
 
@@ -111,6 +114,16 @@ impl RunDir {
     /// The rings of the last cycles of each process.
     pub fn black_boxes(&self) -> PathBuf {
         self.path.join("blackbox")
+    }
+
+    /// The recording that is replayed; none in a cell.
+    pub(crate) fn recording(&self) -> Option<PathBuf> {
+        fs::read_link(self.path.join(RECORDING)).ok()
+    }
+
+    /// Notes that `file` is replayed.
+    pub(crate) fn set_recording(&self, file: &Path) -> io::Result<()> {
+        std::os::unix::fs::symlink(file, self.path.join(RECORDING))
     }
 
     /// Socket between the launcher and the commands that talk to it.

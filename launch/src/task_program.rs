@@ -158,3 +158,28 @@ pub(crate) fn check_policy(
     let text = String::from_utf8_lossy(&said.stderr);
     Err(Failure::configuration(text.trim()))
 }
+
+/// Names of the nodes and states of `policy`.
+pub(crate) fn node_names(
+    program: Option<&Path>,
+    demo: &str,
+    policy: &str,
+    data_dir: Option<&Path>,
+) -> Result<Vec<String>, Failure> {
+    let path = task_program(program)?;
+    let mut command = Command::new(&path);
+    command.args(["behaviour", "show", "bt", demo, "--policy", policy]);
+    command.args(["--format", "names"]);
+    if let Some(dir) = data_dir {
+        command.arg("--data").arg(dir);
+    }
+    let said = command.output();
+    let said = said.cannot(format!("start {}", path.display()))?;
+    let text = String::from_utf8_lossy(&said.stdout);
+    let is_good = said.status.success();
+    Ok(text
+        .lines()
+        .filter(|_| is_good)
+        .map(str::to_owned)
+        .collect())
+}

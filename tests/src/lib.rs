@@ -17,6 +17,7 @@ pub mod fault;
 pub mod http;
 pub mod program;
 pub mod recording;
+pub mod schema;
 
 /// A number from 0 to 1. Small, repeatable, good enough to choose instants with.
 pub fn random(state: &mut u64) -> f64 {

@@ -106,6 +106,17 @@ impl Data {
         }
     }
 
+    /// Name of a file for messages: the path that opens it, where it is in a directory.
+    pub fn name_of(&self, path: &str) -> String {
+        if let Some(robots) = self.robots.as_ref().filter(|_| !self.has_robot_of(path)) {
+            return robots.name_of(path);
+        }
+        match &self.origin {
+            Origin::Dir(dir) => dir.join(path).display().to_string(),
+            Origin::BuiltIn(_) => path.to_owned(),
+        }
+    }
+
     /// Name and one-line description of every demo, by name. A cell file that
     /// cannot be read is listed with the reason.
     pub fn demos(&self) -> Vec<(String, String)> {

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::runs::summary::{RunOutcome, RunSummary};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::run::to_the_end;
@@ -54,7 +55,7 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
 }
 
 /// What became of all runs.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct EvalSummary {
     /// Name of the demo.
     pub demo: String,
@@ -80,6 +81,16 @@ pub struct EvalSummary {
     pub sim_time_s: f64,
     /// Of the longest (s).
     pub longest_s: f64,
+}
+
+/// One line of `eval --json`: each run as it ends, then the summary of all.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum EvalLine {
+    /// A run.
+    Run(Box<RunSummary>),
+    /// All runs.
+    All(EvalSummary),
 }
 
 impl EvalSummary {

@@ -8,13 +8,16 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use cell_model::Data;
+use cell_model::runs::output::schema;
 use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::RunOutcome;
 use cell_record::Recording;
-use cell_sim::verify::{Report, Verdict, verify_file};
+use cell_sim::eval::EvalLine;
+use cell_sim::verify::{Report, Verdict, Verified, verify_file};
 use cell_sim::{Program, SimError, eval, run};
 use clap::{Parser, Subcommand};
 
+use crate::checked::Checked;
 use crate::inspect::{self, InspectError, Kind};
 
 /// A task that failed or timed out; a recording that differs.
@@ -71,7 +74,7 @@ enum Command {
     },
     /// Print the JSON Schema of a kind of file.
     Schema {
-        /// tree, machine or cell.
+        /// tree, machine or cell; eval, verify or check for what is printed as JSON.
         what: String,
     },
     /// Compute a recorded run again and compare it bit for bit.
@@ -99,7 +102,7 @@ enum BehaviourVerb {
         kind: Kind,
         /// A demo or a file.
         what: String,
-        /// text, mermaid or dot.
+        /// text, mermaid, dot or names.
         #[arg(long, default_value = "text")]
         format: String,
         /// Policy of the demo.
@@ -116,6 +119,9 @@ enum BehaviourVerb {
         kind: Kind,
         /// The file.
         file: PathBuf,
+        /// One JSON object.
+        #[arg(long)]
+        json: bool,
     },
 }
 
@@ -220,7 +226,10 @@ fn run(program: &Program) -> Result<ExitCode, CliError> {
         }
         Command::Behaviour { verb } => Ok(inspect(program, verb)?),
         Command::Schema { what } => {
-            let schema = inspect::schema(program, &what)?;
+            let schema = match output_schema(&what) {
+                Some(schema) => schema,
+                None => inspect::schema(program, &what)?,
+            };
             say(format_args!("{schema:#}"));
             Ok(ExitCode::SUCCESS)
         }
@@ -257,8 +266,18 @@ fn inspect(program: &Program, verb: BehaviourVerb) -> Result<ExitCode, InspectEr
                 inspect::draw(&graphs, &format).trim_end()
             ));
         }
-        BehaviourVerb::Check { kind, file } => {
-            let findings = inspect::check(program, kind, &file)?;
+        BehaviourVerb::Check { kind, file, json } => {
+            let found = inspect::check(program, kind, &file);
+            if json {
+                let checked = Checked::new(&file, &found);
+                print_json(&checked);
+                return Ok(if checked.ok {
+                    ExitCode::SUCCESS
+                } else {
+                    ExitCode::from(CONFIGURATION)
+                });
+            }
+            let findings = found?;
             for finding in &findings {
                 say(format_args!("warning: {finding}"));
             }
@@ -328,11 +347,20 @@ fn print_report(report: &Report, json: bool) {
         say(format_args!("{report}"));
         return;
     }
-    let verdict = report.verdict();
-    say(format_args!(
-        "{}",
-        serde_json::json!({ "verdict": verdict, "report": report })
-    ));
+    print_json(&Verified {
+        verdict: report.verdict(),
+        report,
+    });
+}
+
+/// The schema of what a subcommand prints as JSON.
+fn output_schema(what: &str) -> Option<serde_json::Value> {
+    match what {
+        "eval" => Some(schema::<EvalLine>()),
+        "verify" => Some(schema::<Verified<'_>>()),
+        "check" => Some(schema::<Checked>()),
+        _ => None,
+    }
 }
 
 fn print_json(value: &impl serde::Serialize) {

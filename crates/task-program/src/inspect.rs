@@ -1,6 +1,7 @@
 //! Pictures, checks and schemas of behaviours: those of a policy, and those in
 //! files.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use behavior::descriptor::Source;
@@ -54,8 +55,13 @@ pub fn graphs(
     Ok(program.policies.task(&cell, policy)?.graphs().to_vec())
 }
 
-/// Draws pictures in `format`: text, mermaid or dot.
+/// Draws pictures in `format`: text, mermaid or dot; or names their nodes, one a line.
 pub fn draw(graphs: &[Graph], format: &str) -> String {
+    if format == "names" {
+        let nodes = graphs.iter().flat_map(|graph| &graph.nodes);
+        let names: BTreeSet<&str> = nodes.map(|node| node.name.as_str()).collect();
+        return names.into_iter().collect::<Vec<_>>().join("\n");
+    }
     let one = |graph: &Graph| match format {
         "mermaid" => views::mermaid(graph, None),
         "dot" => views::dot(graph, None),

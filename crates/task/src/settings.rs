@@ -45,7 +45,8 @@ pub struct SetupError(String);
 impl SetupError {
     /// Of `cell`; `problem` says what is wrong and what to do.
     pub fn new(cell: &Cell, problem: impl Into<String>) -> Self {
-        Self(format!("cells/{}.toml: {}", cell.name, problem.into()))
+        let file = cell.name_of(&format!("{}.toml", cell.name));
+        Self(format!("{file}: {}", problem.into()))
     }
 
     /// Of a file that the cell names; `problem` begins with its name.

@@ -13,11 +13,12 @@ use crate::cli::{ChaosArgs, Cli, Command};
 use crate::failure::{Code, Failure};
 use crate::leftovers::Leftovers;
 use crate::run::{End, LiveCell, Plan};
-use crate::say;
+use crate::{output, say};
 pub use fault::FaultKind;
 use fault::{Begun, Faults, Struck};
 use random::Random;
-use report::{Recovery, Report};
+use report::Recovery;
+pub(crate) use report::Report;
 
 const SECOND_NS: u64 = 1_000_000_000;
 /// A process that is not back after this is counted with it (ns).
@@ -46,18 +47,18 @@ pub(crate) fn chaos(args: &ChaosArgs) -> Result<(), Failure> {
                 report.jobs_failed += 1;
                 say::warn(format_args!("job {job}: {failure}"));
             }
-            End::Stopped | End::Replaced(_) => {}
+            End::Stopped(_) | End::Replaced(_) => {}
         }
         if !args.json {
             say::line(format_args!(
                 "job {job}: {} finished, {} failed, {} parts lost",
-                report.jobs_finished, report.jobs_failed, report.parts_lost
+                report.jobs_done, report.jobs_failed, report.parts_lost
             ));
         }
     }
     report.recovery_ms = Recovery::of(injector.recoveries_ms);
     if args.json {
-        say::line(serde_json::to_string(&report).map_err(Failure::configuration)?);
+        output::print(&report)?;
     } else {
         say::raw(report.table().as_bytes());
         injector.impossible.iter().for_each(|kind| {

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use cell_model::runs::summary::{RunOutcome, RunSummary};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Percentiles of the time until a process was back (ms).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(super) struct Recovery {
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub(crate) struct Recovery {
     pub(super) p50: f64,
     pub(super) p99: f64,
     pub(super) max: f64,
@@ -30,15 +31,15 @@ impl Recovery {
 }
 
 /// The result of `robocell chaos --json`; the keys are a contract.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Report {
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub(crate) struct Report {
     pub(super) demo: String,
     pub(super) seed: u64,
     pub(super) minutes: f64,
     /// How many of each kind were injected.
     pub(super) faults: BTreeMap<String, u32>,
     pub(super) recovery_ms: Recovery,
-    pub(super) jobs_finished: u32,
+    pub(super) jobs_done: u32,
     pub(super) jobs_failed: u32,
     /// Parts fewer in their places than in the fullest job.
     pub(super) parts_lost: u32,
@@ -57,7 +58,7 @@ impl Report {
             minutes,
             faults: BTreeMap::new(),
             recovery_ms: Recovery::default(),
-            jobs_finished: 0,
+            jobs_done: 0,
             jobs_failed: 0,
             parts_lost: 0,
             limit_violations: 0,
@@ -73,7 +74,7 @@ impl Report {
             self.jobs_failed += 1;
             return;
         }
-        self.jobs_finished += 1;
+        self.jobs_done += 1;
         self.placed.push(summary.placed.len());
         let most = self.placed.iter().copied().max().unwrap_or(0);
         let lost: usize = self.placed.iter().map(|placed| most - placed).sum();
@@ -87,7 +88,7 @@ impl Report {
         let faults: Vec<_> = faults.collect();
         let recovery = &self.recovery_ms;
         let rows = [
-            ("jobs finished", self.jobs_finished.to_string()),
+            ("jobs finished", self.jobs_done.to_string()),
             ("jobs failed", self.jobs_failed.to_string()),
             ("faults", faults.join(", ")),
             (
@@ -144,7 +145,7 @@ mod tests {
         report.job(&summary(Outcome::Failed, 0));
         report.job(&summary(Outcome::Done, 4));
         assert_eq!(
-            (report.jobs_finished, report.jobs_failed, report.parts_lost),
+            (report.jobs_done, report.jobs_failed, report.parts_lost),
             (3, 1, 1)
         );
     }
@@ -156,7 +157,7 @@ mod tests {
         report.recovery_ms = Recovery::of(vec![30.0, 10.0, 20.0]);
         assert_eq!(
             serde_json::to_string(&report).unwrap(),
-            r#"{"demo":"franka-stack","seed":7,"minutes":0.5,"faults":{"kill":2},"recovery_ms":{"p50":20.0,"p99":30.0,"max":30.0},"jobs_finished":0,"jobs_failed":0,"parts_lost":0,"limit_violations":0,"leftovers":0}"#
+            r#"{"demo":"franka-stack","seed":7,"minutes":0.5,"faults":{"kill":2},"recovery_ms":{"p50":20.0,"p99":30.0,"max":30.0},"jobs_done":0,"jobs_failed":0,"parts_lost":0,"limit_violations":0,"leftovers":0}"#
         );
         assert!(report.table().contains("kill 2"));
     }

@@ -5,11 +5,13 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::top::View;
-use crate::cli::{BehaviourArgs, BehaviourVerb, CheckArgs, DataArgs, SchemaArgs, ShowArgs};
+use crate::cli::{
+    BehaviourArgs, BehaviourVerb, CheckArgs, DataArgs, SchemaArgs, SchemaKind, ShowArgs,
+};
 use crate::client::Session;
 use crate::failure::{Context, Failure};
 use crate::run::plan;
-use crate::{say, task_program};
+use crate::{output, say, task_program};
 
 /// How often a running behaviour is looked at.
 const LOOK: Duration = Duration::from_millis(100);
@@ -32,6 +34,13 @@ pub(crate) fn behaviour(kind: &str, args: &BehaviourArgs) -> Result<(), Failure>
 
 /// Prints the JSON Schema of a kind of file.
 pub(crate) fn schema(args: &SchemaArgs) -> Result<(), Failure> {
+    if args.what == SchemaKind::Output {
+        return output::print_schema(args.name, args.task.as_deref());
+    }
+    if args.name.is_some() {
+        let what = args.what.word();
+        return Err(Failure::usage(format!("`schema {what}` takes no name")));
+    }
     let program = found(args.task.as_deref())?;
     task_program::run(program.as_deref(), &["schema", args.what.word()])
 }
@@ -39,7 +48,9 @@ pub(crate) fn schema(args: &SchemaArgs) -> Result<(), Failure> {
 fn checked(kind: &str, args: &CheckArgs) -> Result<(), Failure> {
     let file = args.file.display().to_string();
     let program = found(args.task.as_deref())?;
-    task_program::run(program.as_deref(), &["behaviour", "check", kind, &file])
+    let mut arguments = vec!["behaviour", "check", kind, &file];
+    arguments.extend(args.json.then_some("--json"));
+    task_program::run(program.as_deref(), &arguments)
 }
 
 fn draw(kind: &str, args: &ShowArgs) -> Result<(), Failure> {

@@ -1,9 +1,12 @@
-//! `robocell doctor`: what this machine lacks, and the fix for each.
+//! `robocell doctor`: what this machine lacks, what that costs, and the fix for each.
+
+mod machine;
 
 use std::path::Path;
 
 use cell_rt::memory::{free_bytes, is_tmpfs};
 use cell_rt::priority::{PHYSICS_PRIORITY, probe_fifo};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::measure::{Measured, measure};
@@ -12,7 +15,7 @@ use crate::failure::{Code, Failure};
 use crate::leftovers::Leftovers;
 use crate::programs::beside;
 use crate::rundir::{RunDir, base};
-use crate::say;
+use crate::{output, say};
 
 /// Where shared memory lives.
 const SHM: &str = "/dev/shm";
@@ -21,7 +24,7 @@ const SHM: &str = "/dev/shm";
 const SECONDS: u64 = 10;
 
 /// How a check went.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum Severity {
     Ok,
@@ -31,37 +34,58 @@ enum Severity {
     Fail,
 }
 
-#[derive(Debug, Serialize)]
+/// One thing that was looked at.
+#[derive(Debug, Serialize, JsonSchema)]
 struct Check {
     name: &'static str,
     verdict: Severity,
     found: String,
+    /// What does not work, or works worse, until then; null where nothing is missing.
+    cost: Option<String>,
+    /// What to do; null where nothing is missing.
     fix: Option<String>,
 }
 
 impl Check {
+    /// Something that is there.
+    fn ok(name: &'static str, found: impl Into<String>) -> Self {
+        Self {
+            name,
+            verdict: Severity::Ok,
+            found: found.into(),
+            cost: None,
+            fix: None,
+        }
+    }
+
+    /// [`Check::ok`] where it is `fine`; else what that costs, and what to do about it.
     fn new(
         name: &'static str,
         fine: bool,
         otherwise: Severity,
         found: impl Into<String>,
-        fix: &str,
+        (cost, fix): (&str, &str),
     ) -> Self {
-        let verdict = if fine { Severity::Ok } else { otherwise };
+        let check = Self::ok(name, found);
+        if fine {
+            return check;
+        }
         Self {
-            name,
-            verdict,
-            found: found.into(),
-            fix: (!fine).then(|| fix.to_owned()),
+            verdict: otherwise,
+            cost: Some(cost.to_owned()),
+            fix: Some(fix.to_owned()),
+            ..check
         }
     }
 }
 
-/// With `--measure --json`.
-#[derive(Serialize)]
-struct Report<'a> {
+/// The result of `robocell doctor --json`.
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct DoctorReport<'a> {
+    /// What was looked at.
     checks: &'a [Check],
-    measured: &'a Measured,
+    /// With `--measure`.
+    measured: Option<&'a Measured>,
 }
 
 /// Checks this machine. Exit code 3 where a cell could not run at all.
@@ -71,20 +95,20 @@ pub(crate) fn doctor(args: &DoctorArgs) -> Result<(), Failure> {
         real_time(),
         locked_memory(),
         cores(),
+        machine::governor(),
         shared_memory(),
         run_directory(),
         leftovers(&args.report),
+        machine::node(),
+        machine::npm(),
+        machine::browser(),
     ];
     let measured = args.measure.then(|| measure(SECONDS)).transpose()?;
     if args.report.json {
-        let text = match &measured {
-            None => serde_json::to_string(&checks),
-            Some(measured) => serde_json::to_string(&Report {
-                checks: &checks,
-                measured,
-            }),
-        };
-        say::line(text.map_err(Failure::configuration)?);
+        output::print(&DoctorReport {
+            checks: &checks,
+            measured: measured.as_ref(),
+        })?;
     } else {
         checks.iter().for_each(print);
         measured.iter().for_each(say::line);
@@ -105,6 +129,9 @@ fn print(check: &Check) {
         Severity::Fail => "FAIL",
     };
     say::line(format_args!("{mark}  {:<20} {}", check.name, check.found));
+    if let Some(cost) = &check.cost {
+        say::line(format_args!("      {:<20} cost: {cost}", ""));
+    }
     if let Some(fix) = &check.fix {
         say::line(format_args!("      {:<20} fix: {fix}", ""));
     }
@@ -131,7 +158,7 @@ fn programs() -> Check {
         missing.is_empty(),
         Severity::Fail,
         found,
-        "cargo build --release --workspace --bins",
+        ("no cell runs", "cargo build --release --workspace --bins"),
     )
 }
 
@@ -140,11 +167,18 @@ fn real_time() -> Check {
     let found = if granted {
         "SCHED_FIFO is granted; a decision may be 30 ms old"
     } else {
-        "SCHED_FIFO is refused: cycles come late on a busy machine; a decision may be 100 ms old"
+        "SCHED_FIFO is refused"
     };
+    let cost = "cycles of 1 ms come late while other programs work; a decision may be 100 ms old";
     let fix = "add `@YOUR_GROUP - rtprio 90` to /etc/security/limits.conf and log in again \
                (in a container: --cap-add SYS_NICE --ulimit rtprio=90)";
-    Check::new("real-time priority", granted, Severity::Warn, found, fix)
+    Check::new(
+        "real-time priority",
+        granted,
+        Severity::Warn,
+        found,
+        (cost, fix),
+    )
 }
 
 /// The soft limit on locked memory in bytes; `None`: no limit.
@@ -165,13 +199,22 @@ fn locked_memory() -> Check {
     );
     let fix = "add `@YOUR_GROUP - memlock unlimited` to /etc/security/limits.conf and log in again \
                (in a container: --ulimit memlock=-1)";
-    Check::new("locked memory", fine, Severity::Warn, found, fix)
+    let cost = "a page of memory that was swapped out delays a cycle by milliseconds";
+    Check::new("locked memory", fine, Severity::Warn, found, (cost, fix))
 }
 
 fn cores() -> Check {
     let count = cell_rt::priority::core_count();
-    let fix = "physics and controller want a core each: give this machine or container two";
-    Check::new("cores", count >= 2, Severity::Warn, format!("{count}"), fix)
+    let cost = "physics and controllers wait for each other: real time is missed (lockstep, \
+                `--speed max`, is not affected)";
+    let fix = "give this machine or container two cores; four leave room for the page";
+    Check::new(
+        "cores",
+        count >= 2,
+        Severity::Warn,
+        format!("{count}"),
+        (cost, fix),
+    )
 }
 
 fn shared_memory() -> Check {
@@ -185,7 +228,13 @@ fn shared_memory() -> Check {
     );
     let fix = "free some (`ls -l /dev/shm`) or make it larger: mount -o remount,size=256M /dev/shm \
                (in a container: --shm-size=256m)";
-    Check::new("shared memory", free >= needed, Severity::Fail, found, fix)
+    Check::new(
+        "shared memory",
+        free >= needed,
+        Severity::Fail,
+        found,
+        ("no cell starts", fix),
+    )
 }
 
 fn run_directory() -> Check {
@@ -202,7 +251,10 @@ fn run_directory() -> Check {
         fast,
         Severity::Warn,
         found,
-        "processes start ten times slower on a disk: set ROBOCELL_RUN_DIR to a directory in /dev/shm",
+        (
+            "processes start ten times slower",
+            "set ROBOCELL_RUN_DIR to a directory in /dev/shm",
+        ),
     )
 }
 
@@ -223,5 +275,6 @@ fn leftovers(args: &ReportArgs) -> Check {
     let cell = &args.cell.cell;
     let fix =
         format!("the next `robocell run DEMO --cell NAME` removes those of NAME (now `{cell}`)");
-    Check::new("leftovers", fine, Severity::Warn, text, &fix)
+    let cost = "memory and files of cells that were killed are in use";
+    Check::new("leftovers", fine, Severity::Warn, text, (cost, &fix))
 }

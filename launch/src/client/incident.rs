@@ -2,12 +2,14 @@
 
 use std::fmt::Write as _;
 
-use cell_model::runs::incident::{Incident, Incidents, LoopTrace};
+use cell_model::runs::incident::{Head, Incident, Incidents, LoopTrace};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::cli::IncidentArgs;
 use crate::failure::{Context, Failure};
 use crate::rundir::RunDir;
-use crate::{flight, say};
+use crate::{flight, output, say};
 
 /// Columns of a plot.
 const COLUMNS: usize = 72;
@@ -15,6 +17,15 @@ const COLUMNS: usize = 72;
 const STEPS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 /// Overruns that are listed of each loop.
 const LISTED: usize = 5;
+
+/// The result of `robocell incident --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct IncidentList {
+    /// Name of the cell.
+    cell: String,
+    /// The oldest first.
+    incidents: Vec<Head>,
+}
 
 /// Lists the incidents of a cell, or prints one.
 pub(crate) fn incident(args: &IncidentArgs) -> Result<(), Failure> {
@@ -51,9 +62,10 @@ fn list(incidents: &Incidents, args: &IncidentArgs) -> Result<(), Failure> {
     // One that is just deleted, or of another version, is left out.
     let heads: Vec<_> = heads.filter_map(|n| incidents.head(n).ok()).collect();
     if args.json {
-        let text = serde_json::to_string(&heads).map_err(Failure::configuration)?;
-        say::line(text);
-        return Ok(());
+        return output::print(&IncidentList {
+            cell: args.cell.cell.clone(),
+            incidents: heads,
+        });
     }
     if heads.is_empty() {
         say::line(format_args!(

@@ -1,33 +1,52 @@
 //! `robocell list`.
 
+use std::path::PathBuf;
+
 use cell_model::runs::spec::RunSpec;
 use cell_model::{Cell, Data};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::cli::ListArgs;
 use crate::failure::Failure;
 use crate::rundir::RunDir;
-use crate::say;
+use crate::{output, say};
 
-#[derive(Debug, Serialize)]
+/// A cell file.
+#[derive(Debug, Serialize, JsonSchema)]
 struct Demo {
+    /// What `run` takes.
     name: String,
+    /// One line.
     description: String,
+    /// Policies of its task.
     policies: Vec<String>,
+    /// The one without `--policy`.
     default_policy: String,
 }
 
-#[derive(Debug, Serialize)]
+/// A cell or a replay that runs.
+#[derive(Debug, Serialize, JsonSchema)]
 struct Running {
+    /// What `--cell` takes.
     cell: String,
+    /// Name of the demo; none of a replay, and while the cell starts.
     demo: Option<String>,
+    /// The recording that is replayed.
+    #[schemars(with = "Option<String>")]
+    recording: Option<PathBuf>,
+    /// Process id of the launcher.
     pid: u32,
+    /// Wall clock, UTC.
     since: String,
 }
 
-#[derive(Debug, Serialize)]
-struct List {
+/// The result of `robocell list --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct List {
+    /// By name.
     demos: Vec<Demo>,
+    /// By name.
     running: Vec<Running>,
 }
 
@@ -43,8 +62,7 @@ pub(crate) fn list(args: &ListArgs) -> Result<(), Failure> {
         running: running(args.cell.as_deref()),
     };
     if args.json {
-        say::line(serde_json::to_string(&list).map_err(Failure::configuration)?);
-        return Ok(());
+        return output::print(&list);
     }
     for demo in &list.demos {
         let policies = demo.policies.join(", ");
@@ -57,9 +75,13 @@ pub(crate) fn list(args: &ListArgs) -> Result<(), Failure> {
         say::line("No cell is running.");
     }
     for cell in &list.running {
-        let demo = cell.demo.as_deref().unwrap_or("starting");
+        let what = match (&cell.demo, &cell.recording) {
+            (_, Some(recording)) => format!("replay of {}", recording.display()),
+            (Some(demo), None) => demo.clone(),
+            (None, None) => "starting".to_owned(),
+        };
         say::line(format_args!(
-            "running: cell {} ({demo}), pid {}, since {}",
+            "running: cell {} ({what}), pid {}, since {}",
             cell.cell, cell.pid, cell.since
         ));
     }
@@ -88,6 +110,7 @@ fn running(only: Option<&str>) -> Vec<Running> {
         Some(Running {
             cell,
             demo,
+            recording: dir.recording(),
             pid: holder.pid,
             since: holder.since,
         })

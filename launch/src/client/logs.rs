@@ -5,15 +5,28 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 use std::time::Duration;
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::cli::LogsArgs;
 use crate::failure::{Context, Failure};
 use crate::run::plan::did_you_mean;
 use crate::rundir::RunDir;
 
+/// A line of `robocell logs --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct LogLine<'a> {
+    /// The process that wrote it.
+    process: &'a str,
+    /// Without the end of the line.
+    text: &'a str,
+}
+
 /// One log, and how far it was printed.
 struct Tail {
     name: String,
     file: File,
+    json: bool,
 }
 
 impl Tail {
@@ -25,7 +38,13 @@ impl Tail {
         let mut out = io::stdout().lock();
         while let Some(end) = partial.find('\n') {
             let line: String = partial.drain(..=end).collect();
-            write!(out, "{:<14} {line}", self.name)?;
+            let (process, text) = (self.name.as_str(), line.trim_end_matches('\n'));
+            if self.json {
+                serde_json::to_writer(&mut out, &LogLine { process, text })?;
+                writeln!(out)?;
+            } else {
+                writeln!(out, "{process:<14} {text}")?;
+            }
         }
         out.flush()?;
         Ok(!bytes.is_empty())
@@ -46,7 +65,8 @@ pub(crate) fn logs(args: &LogsArgs) -> Result<(), Failure> {
     let mut tails = Vec::new();
     for name in wanted {
         let file = File::open(dir.log(&name)).cannot(format!("open the log of {name}"))?;
-        tails.push((Tail { name, file }, String::new()));
+        let json = args.json;
+        tails.push((Tail { name, file, json }, String::new()));
     }
     loop {
         for (tail, partial) in &mut tails {

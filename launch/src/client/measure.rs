@@ -3,6 +3,7 @@
 use cell_rt::overrun::{Cause, OverrunWatch};
 use cell_rt::priority::{PHYSICS_PRIORITY, request};
 use cell_rt::{Grid, Histogram, monotonic_ns};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::failure::{Context, Failure};
@@ -19,14 +20,14 @@ const FIT: f64 = 0.999;
 const USABLE: f64 = 0.95;
 
 /// What the loop met.
-#[derive(Debug, Default, Serialize)]
+#[derive(Debug, Default, Serialize, JsonSchema)]
 pub(super) struct Measured {
     cycles: u64,
     fifo: bool,
     late_cycles: u64,
-    lateness_p50_us: f64,
-    lateness_p99_us: f64,
-    lateness_max_us: f64,
+    late_p50_us: f64,
+    late_p99_us: f64,
+    late_max_us: f64,
     /// Late cycles by cause.
     causes: std::collections::BTreeMap<&'static str, u64>,
     pub(super) verdict: &'static str,
@@ -63,9 +64,9 @@ fn run(cycles: u64) -> Measured {
         }
     }
     let us = |ns: u64| ns as f64 * 1.0e-3;
-    measured.lateness_p50_us = us(lateness.percentile(50.0));
-    measured.lateness_p99_us = us(lateness.percentile(99.0));
-    measured.lateness_max_us = us(lateness.max());
+    measured.late_p50_us = us(lateness.percentile(50.0));
+    measured.late_p99_us = us(lateness.percentile(99.0));
+    measured.late_max_us = us(lateness.max());
     measured.judge();
     measured
 }
@@ -73,7 +74,7 @@ fn run(cycles: u64) -> Measured {
 impl Measured {
     fn judge(&mut self) {
         let in_time = 1.0 - self.late_cycles as f64 / self.cycles.max(1) as f64;
-        let holds = self.lateness_max_us * 1.0e3 > HOLD_NS as f64;
+        let holds = self.late_max_us * 1.0e3 > HOLD_NS as f64;
         self.verdict = match in_time {
             _ if holds => "unfit",
             share if share >= FIT => "fit",
@@ -113,11 +114,7 @@ impl std::fmt::Display for Measured {
             f,
             "{} cycles of 1 ms, {class}: late by {:.0} us (p50), {:.0} us (p99), {:.0} us (max); \
              {} by more than 500 us",
-            self.cycles,
-            self.lateness_p50_us,
-            self.lateness_p99_us,
-            self.lateness_max_us,
-            self.late_cycles
+            self.cycles, self.late_p50_us, self.late_p99_us, self.late_max_us, self.late_cycles
         )?;
         for (name, count) in &self.causes {
             writeln!(f, "  {name:<12} {count}")?;
@@ -134,7 +131,7 @@ mod tests {
         let mut measured = Measured {
             cycles: 10_000,
             late_cycles,
-            lateness_max_us: max_us,
+            late_max_us: max_us,
             causes: [(cause.name(), late_cycles)].into(),
             ..Measured::default()
         };
@@ -161,7 +158,7 @@ mod tests {
     fn a_short_measurement_counts_every_cycle() {
         let measured = run(50);
         assert_eq!(measured.cycles, 50);
-        assert!(measured.lateness_p50_us <= measured.lateness_max_us);
+        assert!(measured.late_p50_us <= measured.late_max_us);
         let causes: u64 = measured.causes.values().sum();
         assert_eq!(causes, measured.late_cycles);
     }

@@ -3,7 +3,9 @@
 use std::time::{Duration, Instant};
 
 use cell_bus::{Bus, Latest};
+use ipc_types::TICK_NS;
 use ipc_types::topic::{Process, TopicId};
+use ipc_types::world::FLAG_PAUSED;
 use ipc_types::{ArmStatus, Decision, Health, WorldState};
 
 use super::{Session, scene};
@@ -87,6 +89,22 @@ impl Picture {
         let statuses = self.statuses.iter().map(Latest::get);
         let stop = |status: &ArmStatus| scene::stop(status.stop_action, Some(status.stop_cause));
         statuses.map(|status| status.and_then(stop)).collect()
+    }
+
+    /// Simulated time in a second of wall time, of the last second; none while physics is
+    /// silent.
+    pub(crate) fn real_time_factor(&self) -> Option<f64> {
+        let mut healths = self.healths();
+        let physics = healths
+            .find(|(process, _)| *process == Process::Physics)?
+            .1?;
+        let is_paused = self.state()?.has(FLAG_PAUSED);
+        let tick_s = TICK_NS as f64 * 1.0e-9;
+        Some(if is_paused {
+            0.0
+        } else {
+            physics.rate_hz * tick_s
+        })
     }
 
     pub(crate) fn decision(&self) -> Option<&Decision> {

@@ -5,10 +5,11 @@ use ipc_types::arm::{StopAction, StopCause};
 use ipc_types::equipment::SuctionRefusal;
 use ipc_types::world::{OBJECT_DRAGGED, OBJECT_ENABLED};
 use ipc_types::{ArmState, Pose, WorldState};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Position (m) and orientation in the world frame.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Place {
     position: [f64; 3],
     orientation_wxyz: [f64; 4],
@@ -24,13 +25,15 @@ impl From<&Pose> for Place {
 }
 
 /// An arm as measured.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct ArmReport {
     name: String,
     joint_positions: Vec<f64>,
     tcp: Place,
     /// The object in the gripper.
     holds: Option<String>,
+    /// Whether the arm has a gripper or a cup.
+    has_gripper: bool,
     /// What stops the arm, if anything does.
     stop: Option<String>,
     suction: Option<SuctionReport>,
@@ -38,7 +41,7 @@ pub(super) struct ArmReport {
 }
 
 /// A suction gripper.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct SuctionReport {
     on: bool,
     attached: bool,
@@ -51,7 +54,7 @@ struct SuctionReport {
 }
 
 /// An object that is in the cell.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct ObjectReport {
     name: String,
     #[serde(flatten)]
@@ -75,6 +78,7 @@ pub(super) fn arms(cell: &Cell, state: &WorldState, stops: &[Option<String>]) ->
             tcp: (&arm.tcp).into(),
             holds: held(cell, arm).map(|object| object.name.clone()),
             stop: ours.or_else(|| stops.get(index).cloned().flatten()),
+            has_gripper: has_cup || spec.robot.gripper.is_some(),
             suction: has_cup.then(|| suction(arm)),
             limit_violations: arm.limit_violations,
         }
@@ -147,8 +151,12 @@ pub(super) fn objects(cell: &Cell, state: &WorldState) -> Vec<ObjectReport> {
 impl std::fmt::Display for ArmReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let ([x, y, z], name) = (self.tcp.position, &self.name);
-        write!(f, "arm {name}: tool at {x:.3} {y:.3} {z:.3} m, holds ")?;
-        f.write_str(self.holds.as_deref().unwrap_or("nothing"))?;
+        write!(f, "arm {name}: tool at {x:.3} {y:.3} {z:.3} m, ")?;
+        match &self.holds {
+            _ if !self.has_gripper => f.write_str("no gripper")?,
+            None => f.write_str("holds nothing")?,
+            Some(object) => write!(f, "holds {object}")?,
+        }
         if let Some(cup) = &self.suction {
             write!(f, ", suction {}", if cup.on { "on" } else { "off" })?;
             if let Some(why) = cup.refused_because {

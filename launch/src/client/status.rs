@@ -1,41 +1,54 @@
 //! `robocell status`.
 
 use cell_model::Cell;
-use ipc_types::WorldState;
 use ipc_types::decision::Outcome;
 use ipc_types::health::Scheduling;
 use ipc_types::world::FLAG_PAUSED;
+use ipc_types::{Decision, WorldState};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Session;
+use super::columns::terminal_width;
 use super::picture::Picture;
+use super::process_table;
 use super::scene::{self, ArmReport, ObjectReport};
 use super::top::equipment::Names;
 use crate::cli::ReportArgs;
 use crate::failure::Failure;
-use crate::say;
+use crate::{output, say};
 
-/// How a cell is doing.
-#[derive(Debug, Serialize)]
-struct Status {
+/// How a cell is doing: the result of `robocell status --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct Status {
     cell: String,
     demo: String,
+    /// Name of the policy that works.
     policy: String,
     seed: u64,
+    /// Process id of the launcher.
     pid: u32,
+    /// Wall clock, UTC.
     since: String,
     /// Link to the page, for who may command.
     page: Option<String>,
     paused: bool,
+    /// None while physics publishes nothing.
     tick: Option<u64>,
     sim_time_s: Option<f64>,
+    /// Simulated time in a second, of the last second.
+    real_time_factor: Option<f64>,
+    /// `idle`, `running`, `done`, `failed` or `paused`; none while the task publishes nothing.
     outcome: Option<String>,
     phase: Option<String>,
+    /// Stable name of the reason, if any.
     reason: Option<String>,
-    placed: u32,
+    /// Objects in place, by name.
+    placed: Vec<String>,
     drops: u32,
     resyncs: u32,
     aborts: u32,
+    recoveries: u32,
     limit_violations: u64,
     processes: Vec<ProcessStatus>,
     arms: Vec<ArmReport>,
@@ -48,7 +61,7 @@ struct Status {
 }
 
 /// A conveyor.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Conveyor {
     speed_m_s: f64,
     bins_supplied: u32,
@@ -57,18 +70,22 @@ struct Conveyor {
 }
 
 /// How a process is doing; without a pid it is silent.
-#[derive(Debug, Serialize)]
-struct ProcessStatus {
-    name: String,
-    pid: Option<u32>,
-    generation: Option<u32>,
-    scheduling: Option<&'static str>,
-    rate_hz: Option<f64>,
-    lateness_p50_us: Option<f64>,
-    lateness_p99_us: Option<f64>,
-    missed_cycles: Option<u64>,
-    rejected: Option<u64>,
-    note: Option<String>,
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct ProcessStatus {
+    pub(super) name: String,
+    pub(super) pid: Option<u32>,
+    /// Which start of the process.
+    pub(super) generation: Option<u32>,
+    /// `fifo` or `other`.
+    pub(super) scheduling: Option<&'static str>,
+    pub(super) rate_hz: Option<f64>,
+    pub(super) late_p50_us: Option<f64>,
+    pub(super) late_p99_us: Option<f64>,
+    pub(super) missed_cycles: Option<u64>,
+    /// Messages that were refused.
+    pub(super) refused: Option<u64>,
+    /// Newest trouble in words.
+    pub(super) note: Option<String>,
 }
 
 /// Prints how the cell is doing.
@@ -79,10 +96,9 @@ pub(crate) fn status(args: &ReportArgs) -> Result<(), Failure> {
     let cell = session.spec.load_cell().map_err(Failure::configuration)?;
     let status = describe(&session, &picture, &cell);
     if args.json {
-        say::line(serde_json::to_string(&status).map_err(Failure::configuration)?);
-    } else {
-        print(&status);
+        return output::print(&status);
     }
+    print(&status);
     Ok(())
 }
 
@@ -101,7 +117,7 @@ pub(crate) fn waits_for(outcome: &str) -> &'static str {
     }
 }
 
-fn describe(session: &Session, picture: &Picture, cell: &Cell) -> Status {
+pub(super) fn describe(session: &Session, picture: &Picture, cell: &Cell) -> Status {
     let (state, decision) = (picture.state(), picture.decision());
     let idle = decision.is_some_and(|d| d.outcome == Outcome::Idle.code());
     let conveyor = |state: &WorldState| Conveyor {
@@ -124,15 +140,17 @@ fn describe(session: &Session, picture: &Picture, cell: &Cell) -> Status {
         paused: state.is_some_and(|s| s.has(FLAG_PAUSED)),
         tick: state.map(|s| s.header.tick),
         sim_time_s: state.map(|s| s.header.sim_time_ns as f64 * 1.0e-9),
+        real_time_factor: picture.real_time_factor(),
         outcome: decision.map(|d| word(d.outcome)),
         phase: decision.map(|d| d.phase.as_str().to_owned()),
         reason: decision
             .map(|d| d.reason.as_str().to_owned())
             .filter(|r| !r.is_empty()),
-        placed: decision.map_or(0, |d| d.placed_count),
+        placed: decision.map_or_else(Vec::new, |d| placed(cell, d)),
         drops: decision.map_or(0, |d| d.drops),
         resyncs: decision.map_or(0, |d| d.resyncs),
         aborts: decision.map_or(0, |d| d.aborts),
+        recoveries: decision.map_or(0, |d| d.recoveries),
         limit_violations: state.map_or(0, |s| s.arms().iter().map(|a| a.limit_violations).sum()),
         processes: processes(picture),
         arms: state.map_or_else(Vec::new, |s| scene::arms(cell, s, &picture.stops())),
@@ -142,7 +160,14 @@ fn describe(session: &Session, picture: &Picture, cell: &Cell) -> Status {
     }
 }
 
-fn processes(picture: &Picture) -> Vec<ProcessStatus> {
+/// Names of the objects in place.
+fn placed(cell: &Cell, decision: &Decision) -> Vec<String> {
+    let count = (decision.placed_count as usize).min(decision.placed.len());
+    let name = |index: &u32| Some(cell.objects.get(*index as usize)?.name.clone());
+    decision.placed[..count].iter().filter_map(name).collect()
+}
+
+pub(super) fn processes(picture: &Picture) -> Vec<ProcessStatus> {
     let describe = |(process, health): (ipc_types::topic::Process, Option<&ipc_types::Health>)| {
         ProcessStatus {
             name: process.name(),
@@ -156,10 +181,10 @@ fn processes(picture: &Picture) -> Vec<ProcessStatus> {
                 }
             }),
             rate_hz: health.map(|h| h.rate_hz),
-            lateness_p50_us: health.map(|h| h.lateness_p50_ns * 1.0e-3),
-            lateness_p99_us: health.map(|h| h.lateness_p99_ns * 1.0e-3),
+            late_p50_us: health.map(|h| h.lateness_p50_ns * 1.0e-3),
+            late_p99_us: health.map(|h| h.lateness_p99_ns * 1.0e-3),
             missed_cycles: health.map(|h| h.missed_cycles),
-            rejected: health.map(|h| h.rejected),
+            refused: health.map(|h| h.rejected),
             note: health
                 .map(|h| h.note.as_str().to_owned())
                 .filter(|n| !n.is_empty()),
@@ -168,13 +193,19 @@ fn processes(picture: &Picture) -> Vec<ProcessStatus> {
     picture.healths().map(describe).collect()
 }
 
+/// `, 0.98 x real time`; nothing where it is not known.
+pub(super) fn pace(factor: Option<f64>) -> String {
+    factor.map_or_else(String::new, |factor| format!(", {factor:.2} x real time"))
+}
+
 fn print(status: &Status) {
     let pause = if status.paused { ", paused" } else { "" };
     let time = status
         .sim_time_s
         .map_or_else(|| "no state of physics".to_owned(), |t| format!("{t:.3} s"));
+    let pace = pace(status.real_time_factor);
     say::line(format_args!(
-        "cell {}: {}, policy {}, seed {}, {time}{pause}; launcher pid {} since {}",
+        "cell {}: {}, policy {}, seed {}, {time}{pace}{pause}; launcher pid {} since {}",
         status.cell, status.demo, status.policy, status.seed, status.pid, status.since
     ));
     if let Some(page) = &status.page {
@@ -190,7 +221,7 @@ fn print(status: &Status) {
     say::line(format_args!(
         "task: {outcome}{waits}{reason}, phase {}, {} placed, {} drops, {} resyncs, {} aborts; {} limit violations",
         status.phase.as_deref().unwrap_or("-"),
-        status.placed,
+        status.placed.len(),
         status.drops,
         status.resyncs,
         status.aborts,
@@ -208,29 +239,6 @@ fn print(status: &Status) {
         say::line("objects:");
         status.objects.iter().for_each(say::line);
     }
-    say::line(
-        "process        pid      start  rate Hz  late p50 us  late p99 us  missed  refused  scheduling",
-    );
-    for process in &status.processes {
-        say::line(row(process));
-    }
-}
-
-fn row(process: &ProcessStatus) -> String {
-    let (Some(pid), Some(generation)) = (process.pid, process.generation) else {
-        return format!("{:<14} silent", process.name);
-    };
-    format!(
-        "{:<14} {pid:<8} {generation:>5} {:>8.1} {:>12.1} {:>12.1} {:>7} {:>8}  {} {}",
-        process.name,
-        process.rate_hz.unwrap_or(0.0),
-        process.lateness_p50_us.unwrap_or(0.0),
-        process.lateness_p99_us.unwrap_or(0.0),
-        process.missed_cycles.unwrap_or(0),
-        process.rejected.unwrap_or(0),
-        process.scheduling.unwrap_or("-"),
-        process.note.as_deref().unwrap_or("")
-    )
-    .trim_end()
-    .to_owned()
+    let lines = process_table::lines(&status.processes, terminal_width());
+    lines.iter().for_each(say::line);
 }

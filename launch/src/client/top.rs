@@ -4,6 +4,7 @@ mod draw;
 mod earlier;
 pub(super) mod equipment;
 
+use std::io::IsTerminal;
 use std::time::Duration;
 
 use cell_bus::Subscriber;
@@ -12,13 +13,16 @@ use ipc_types::TraceLine;
 use ipc_types::topic::TopicId;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::Session;
 use super::picture::Picture;
+use super::status::{Status, describe};
 use super::watched::Trace;
 use crate::cli::TopArgs;
 use crate::failure::{Context, Failure};
-use crate::say;
+use crate::{output, say};
 
 /// How often a frame is drawn.
 const FRAME: Duration = Duration::from_millis(100);
@@ -84,17 +88,53 @@ fn was_read(trace: &Trace, line: &TraceLine) -> bool {
     newest.any(|(at, said)| (at - time_s).abs() < HALF_A_TICK_S && said == line.text.as_str())
 }
 
+/// The result of `robocell top --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct Snapshot {
+    #[serde(flatten)]
+    status: Status,
+    /// The nodes or states at work, by picture of the policy.
+    active: Vec<String>,
+    /// The last lines of the task, the oldest first.
+    log: Vec<TaskLine>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct TaskLine {
+    sim_time_s: f64,
+    text: String,
+}
+
+impl Snapshot {
+    fn of(view: &View) -> Result<Self, Failure> {
+        let cell = view.session.load_cell()?;
+        let lines = view.trace.log.iter().map(|(at, text)| TaskLine {
+            sim_time_s: *at,
+            text: text.clone(),
+        });
+        Ok(Self {
+            status: describe(&view.session, &view.picture, &cell),
+            active: view.trace.active(),
+            log: lines.collect(),
+        })
+    }
+}
+
 /// Shows the cell until `q`, or prints one frame.
 pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
     let mut view = View::open(&args.cell.cell)?;
     view.picture.fill();
-    if args.once {
+    if args.once || args.json || !std::io::stdout().is_terminal() {
         for _ in 0..FRAMES_FOR_PICTURES {
             view.update();
             if view.trace.is_complete() {
                 break;
             }
             std::thread::sleep(FRAME);
+        }
+        view.picture.fill();
+        if args.json {
+            return output::print(&Snapshot::of(&view)?);
         }
         return once(&view);
     }

@@ -1,6 +1,7 @@
 //! The page of a run: where it is served, what opens it, and what is served.
 
 mod address;
+mod browser;
 mod dist;
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
@@ -11,6 +12,7 @@ use crate::failure::{Context, Failure};
 use crate::rundir::RunDir;
 
 use address::{ListenAddress, place};
+pub(crate) use browser::open;
 use dist::built;
 
 /// The page of a run, from its choice of an address to its end, and of those

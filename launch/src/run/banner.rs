@@ -1,6 +1,6 @@
 //! What `run` tells a person.
 
-use cell_model::runs::spec::{RunSpec, Speed};
+use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use ipc_types::health::Scheduling;
 
 use super::LiveCell;
@@ -17,6 +17,28 @@ pub(crate) fn title(spec: &RunSpec) -> String {
         "{}, policy {}, seed {}, {speed} (cell `{}`)",
         spec.demo, spec.policy, spec.seed, spec.cell
     )
+}
+
+/// ` --cell NAME` for commands about the cell; empty for the default name.
+pub(super) fn cell_option(spec: &RunSpec) -> String {
+    if spec.cell == crate::cli_common::DEFAULT_CELL {
+        String::new()
+    } else {
+        format!(" --cell {}", spec.cell)
+    }
+}
+
+/// Where the run is recorded, once it has ended; nothing where no recording is left.
+pub(super) fn recording(spec: &RecordSpec) -> Option<String> {
+    let file = spec.file.as_deref().filter(|file| file.is_file());
+    let (what, path) = match file {
+        Some(file) => ("recording", file),
+        None => ("recording of the last minutes", spec.flight_dir.as_path()),
+    };
+    let is_there =
+        file.is_some() || std::fs::read_dir(path).is_ok_and(|mut all| all.next().is_some());
+    let path = path.display();
+    is_there.then(|| format!("{what}: {path} (`robocell replay {path}` shows it)"))
 }
 
 /// The processes, and what to do next.
@@ -40,13 +62,9 @@ pub(crate) fn ready(live: &LiveCell) {
             "no real-time scheduling was granted: expect late cycles; `robocell doctor` says how to get it",
         );
     }
-    let cell = if spec.cell == crate::cli_common::DEFAULT_CELL {
-        String::new()
-    } else {
-        format!(" --cell {}", spec.cell)
-    };
+    let cell = cell_option(spec);
     if spec.paused {
-        say::line(format_args!("Paused: `robocell resume{cell}` starts it."));
+        say::line(format_args!("waiting for: `robocell resume{cell}`"));
     }
     say::line(format_args!(
         "Ctrl-C stops it. From another terminal, with `robocell ...{cell}`:\n  \

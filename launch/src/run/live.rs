@@ -5,7 +5,7 @@ use std::time::Duration;
 use cell_bus::RunSite;
 use cell_model::runs::script_report;
 use cell_model::runs::spec::{PageSecrets, RunSpec};
-use cell_model::runs::summary::{RunFacts, RunSummary};
+use cell_model::runs::summary::{RunFacts, RunOutcome, RunSummary};
 use cell_rt::clock::monotonic_ns;
 use cell_rt::priority::{LAUNCHER_PRIORITY, set_fifo, set_other};
 use cell_rt::process::{SIGCONT, SIGSTOP, private_umask};
@@ -45,8 +45,8 @@ const DEAF_LIMIT_NS: u64 = 30_000_000_000;
 pub enum End {
     /// With the task, or at its time limit.
     Finished(Box<RunSummary>),
-    /// Because somebody asked.
-    Stopped,
+    /// On request, with what was reached by then; nothing where physics never ran.
+    Stopped(Option<Box<RunSummary>>),
     /// Because another scene was asked for.
     Replaced(Box<Plan>),
     /// Because a process could not be kept running, or refused the cell.
@@ -157,6 +157,7 @@ impl LiveCell {
     /// What is started, and where its page is.
     pub fn announce(&self) {
         say::line(super::banner::title(&self.plan.spec));
+        self.plan.about_arms.iter().for_each(say::line);
         if let (Some(spec), Some(page)) = (&self.plan.spec.page, &self.plan.page) {
             page::lines(spec, page.secrets())
                 .into_iter()
@@ -199,7 +200,7 @@ impl LiveCell {
 
     /// Stops the cell from outside, as Ctrl-C would.
     pub fn stop(&mut self) {
-        self.finish_with(End::Stopped);
+        self.finish_with(End::Stopped(None));
     }
 
     /// Whether every process has shown itself.
@@ -238,7 +239,7 @@ impl LiveCell {
         incidents.end();
         sweep.turn(monotonic_ns(), true, 0);
         drop((bus, control));
-        if let Some(End::Finished(summary)) = &mut end {
+        if let Some(End::Finished(summary) | End::Stopped(Some(summary))) = &mut end {
             recording.end(&plan.dir, &plan.spec.record, summary);
             summary.script_replies = script_report::load(plan.dir.path());
             for refused in summary.script_replies.iter().filter(|r| !r.accepted) {
@@ -248,7 +249,7 @@ impl LiveCell {
         if let Err(failure) = leftovers::tidy(&plan.dir, &plan.spec.root) {
             say::warn(failure);
         }
-        end.unwrap_or(End::Stopped)
+        end.unwrap_or(End::Stopped(None))
     }
 
     /// One look at everything.
@@ -279,7 +280,7 @@ impl LiveCell {
         self.answer_clients(now);
         match stop_count() {
             0 => {}
-            1 => self.finish_with(End::Stopped),
+            1 => self.finish_with(End::Stopped(None)),
             _ => self.tell(now, Event::Abort),
         }
         let mut actions = Vec::new();
@@ -456,8 +457,11 @@ impl LiveCell {
     }
 
     /// The first end counts; then everything stops in order.
-    fn finish_with(&mut self, end: End) {
+    fn finish_with(&mut self, mut end: End) {
         if self.end.is_none() {
+            if let End::Stopped(summary) = &mut end {
+                *summary = self.summary().map(Box::new);
+            }
             self.end = Some(end);
             self.supervisor
                 .handle(monotonic_ns(), Event::Stop, &mut Vec::new());
@@ -472,24 +476,52 @@ impl LiveCell {
         let Some(state) = self.watch.state() else {
             return;
         };
+        let gives_start = self.plan.spec.until_done || self.plan.loops();
         if state.has(FLAG_ENDING) {
-            let objects = &self.plan.objects;
-            let facts = RunFacts {
-                demo: &self.plan.spec.demo,
-                policy: &self.plan.spec.policy,
-                seed: self.plan.spec.seed,
-                objects,
-                wall_time_s: (monotonic_ns() - self.started_ns) as f64 * 1.0e-9,
-                task_restarts: self.supervisor.restarts(Process::Task),
-                missed_cycles: self.watch.missed_cycles(),
-            };
-            let none = Decision::zeroed();
-            let decision = self.watch.decision().unwrap_or(&none);
-            let summary = RunSummary::new(&facts, state, decision);
-            self.finish_with(End::Finished(Box::new(summary)));
-        } else if self.plan.spec.until_done && !self.start_event_given && self.supervisor.is_ready()
-        {
+            if let Some(summary) = self.summary() {
+                self.finish_with(End::Finished(Box::new(summary)));
+            }
+        } else if gives_start && !self.start_event_given && self.supervisor.is_ready() {
             self.give_start_event();
+        }
+    }
+
+    /// What was reached so far.
+    fn summary(&self) -> Option<RunSummary> {
+        let state = self.watch.state()?;
+        let objects = &self.plan.objects;
+        let facts = RunFacts {
+            demo: &self.plan.spec.demo,
+            policy: &self.plan.spec.policy,
+            seed: self.plan.spec.seed,
+            objects,
+            wall_time_s: (monotonic_ns() - self.started_ns) as f64 * 1.0e-9,
+            task_restarts: self.supervisor.restarts(Process::Task),
+            missed_cycles: self.watch.missed_cycles(),
+        };
+        let none = Decision::zeroed();
+        let decision = self.watch.decision().unwrap_or(&none);
+        let mut summary = RunSummary::new(&facts, state, decision);
+        let is_over = state.has(FLAG_ENDING) || summary.outcome != RunOutcome::Timeout;
+        if !is_over {
+            summary.outcome = RunOutcome::Stopped;
+        }
+        Some(summary)
+    }
+
+    /// Names of the objects in place.
+    pub(crate) fn names(&self, decision: &Decision) -> Vec<String> {
+        let count = (decision.placed_count as usize).min(decision.placed.len());
+        let objects = &self.plan.objects;
+        let name = |index: &u32| objects.get(*index as usize).cloned();
+        decision.placed[..count].iter().filter_map(name).collect()
+    }
+
+    /// Sets the same scene up again with the next seed.
+    pub(crate) fn play_next_seed(&mut self) {
+        match self.plan.next_seed() {
+            Ok(plan) => self.finish_with(End::Replaced(Box::new(plan))),
+            Err(failure) => self.finish_with(End::GaveUp(failure)),
         }
     }
 

@@ -1,11 +1,13 @@
 //! `robocell run`: one cell from its first file to its last line.
 
+mod arms;
 mod banner;
 mod bus_thread;
 mod faults;
 mod half_made;
 mod incident;
 mod live;
+mod narrator;
 mod one_process;
 mod phases;
 pub(crate) mod plan;
@@ -22,10 +24,14 @@ use cell_model::runs::summary::{RunOutcome, RunSummary};
 
 use crate::cli::RunArgs;
 use crate::failure::{Code, Failure};
-use crate::say;
+use crate::{output, page, say};
 pub use live::{End, LiveCell};
+use narrator::Narrator;
 pub use plan::Plan;
 pub use watch::Watch;
+
+/// With `--loop`: from the end of the task to the next seed (ticks of 1 ms).
+const LOOP_TICKS: u64 = 5000;
 
 /// Runs a cell as the command line says.
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
@@ -33,23 +39,23 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     if args.one_process {
         return one_process::run(&plan, args.json);
     }
+    let mut open = args.open;
     loop {
         let until_done = plan.spec.until_done;
-        let mut greet = plan.stays && !args.json;
         let record = plan.spec.record.clone();
+        let mut turns = Turns::new(args, &plan);
         let live = LiveCell::start(plan)?;
         if !args.json {
             live.announce();
         }
-        let end = live.stay(|live| {
-            if greet && live.is_ready() {
-                greet = false;
-                banner::ready(live);
-            }
-        });
+        if std::mem::take(&mut open) {
+            page::open(live.spec().page.as_ref());
+        }
+        let end = live.stay(|live| turns.look(live));
         match end {
             End::Replaced(next) => plan = *next,
-            End::Stopped if until_done => {
+            End::Stopped(_) if until_done => {
+                report(&end, &record, args.json)?;
                 return Err(Failure {
                     code: Code::TaskFailed,
                     message: "stopped before the task was done".to_owned(),
@@ -60,15 +66,71 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     }
 }
 
+/// What `run` does beside keeping the cell running.
+struct Turns {
+    greets: bool,
+    talks: bool,
+    loops: bool,
+    narrator: Narrator,
+    /// With `--loop`: the tick the task ended at.
+    over_tick: Option<u64>,
+}
+
+impl Turns {
+    fn new(args: &RunArgs, plan: &Plan) -> Self {
+        Self {
+            greets: plan.stays && !args.json,
+            talks: plan.stays && !args.json,
+            loops: args.again,
+            narrator: Narrator::default(),
+            over_tick: None,
+        }
+    }
+
+    fn look(&mut self, live: &mut LiveCell) {
+        if !live.is_ready() {
+            return;
+        }
+        if std::mem::take(&mut self.greets) {
+            banner::ready(live);
+        }
+        if let Some(line) = self.narrator.look(live).filter(|_| self.talks) {
+            say::line(line);
+        }
+        if self.loops {
+            self.begin_again(live);
+        }
+    }
+
+    /// The next seed, some time after the task has ended.
+    fn begin_again(&mut self, live: &mut LiveCell) {
+        if !self.narrator.is_over() {
+            self.over_tick = None;
+            return;
+        }
+        let Some(tick) = live.watch().state().map(|state| state.header.tick) else {
+            return;
+        };
+        let over_tick = *self.over_tick.get_or_insert(tick);
+        if tick >= over_tick + LOOP_TICKS {
+            self.loops = false;
+            live.play_next_seed();
+        }
+    }
+}
+
 /// The last words of a run, and its exit code.
 fn report(end: &End, record: &RecordSpec, json: bool) -> Result<(), Failure> {
+    if let End::Finished(summary) | End::Stopped(Some(summary)) = end {
+        if json {
+            output::print(summary)?;
+        } else {
+            say::line(summary);
+            banner::recording(record).iter().for_each(say::line);
+        }
+    }
     match end {
         End::Finished(summary) => {
-            if json {
-                say::line(serde_json::to_string(summary).map_err(Failure::configuration)?);
-            } else {
-                say::line(summary);
-            }
             code_of(summary)?;
             if recording::failed(record, summary) {
                 // It is said already.
@@ -76,7 +138,7 @@ fn report(end: &End, record: &RecordSpec, json: bool) -> Result<(), Failure> {
             }
             Ok(())
         }
-        End::Stopped | End::Replaced(_) => Ok(()),
+        End::Stopped(_) | End::Replaced(_) => Ok(()),
         End::GaveUp(failure) => Err(failure.clone()),
     }
 }
@@ -85,6 +147,8 @@ fn report(end: &End, record: &RecordSpec, json: bool) -> Result<(), Failure> {
 pub(crate) fn code_of(summary: &RunSummary) -> Result<(), Failure> {
     match summary.outcome {
         RunOutcome::Done => Ok(()),
-        RunOutcome::Failed | RunOutcome::Timeout => Err(Failure::silent(Code::TaskFailed)),
+        RunOutcome::Failed | RunOutcome::Timeout | RunOutcome::Stopped => {
+            Err(Failure::silent(Code::TaskFailed))
+        }
     }
 }

@@ -8,12 +8,15 @@ use cell_model::cells::script::{self, ScriptLine};
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::{Cell, Data, RobotFiles};
 
-use super::phases;
+use super::{arms, phases};
 use crate::cli::RunArgs;
 use crate::failure::{Context, Failure};
 use crate::page::Page;
 use crate::rundir::RunDir;
 use crate::{flight, say, task_program};
+
+/// The demo for arms that users bring.
+const REACH: &str = "reach";
 
 /// A file system with less room than this takes no recording (bytes).
 const LEAST_FREE_BYTES: u64 = 1 << 20;
@@ -35,6 +38,8 @@ pub struct Plan {
     pub(crate) watchdog: bool,
     /// Its page.
     pub(crate) page: Option<Page>,
+    /// The arms in a few lines, where they are of interest.
+    pub(crate) about_arms: Vec<String>,
     /// What was asked for.
     args: RunArgs,
 }
@@ -63,6 +68,13 @@ impl Plan {
         for warning in phases::unknown(&script, &drawing, &args.demo) {
             say::warn(warning);
         }
+        // An arm that is not of the demo is what the run is about.
+        let shows_arms = args.verbose || robot.is_some() || args.demo == REACH;
+        let about_arms = if shows_arms {
+            arms::lines(&cell, robot.as_ref())
+        } else {
+            Vec::new()
+        };
         let dir = RunDir::of(&args.cell.cell);
         let limit = args
             .timeout
@@ -102,8 +114,28 @@ impl Plan {
             stays: limit.is_none(),
             watchdog: !args.no_watchdog,
             page,
+            about_arms,
             args: args.clone(),
         })
+    }
+
+    /// Whether another seed follows the end of the task.
+    pub(crate) fn loops(&self) -> bool {
+        self.args.again
+    }
+
+    /// The same run with the next seed.
+    pub(crate) fn next_seed(&self) -> Result<Self, Failure> {
+        let args = RunArgs {
+            seed: self.args.seed.wrapping_add(1),
+            ..self.args.clone()
+        };
+        Self::with_page(&args, self.kept_page())
+    }
+
+    fn kept_page(&self) -> Option<Page> {
+        let page = self.page.clone();
+        page.map(|page| page.with_secrets_of(&self.dir))
     }
 
     /// The run of another scene in place of this one, on the same page; it waits
@@ -122,6 +154,7 @@ impl Plan {
             speed,
             paused: true,
             until_done: false,
+            again: false,
             timeout: None,
             script: None,
             record: None,
@@ -129,11 +162,7 @@ impl Plan {
             robot: self.args.robot.clone().filter(|_| demo == self.args.demo),
             ..self.args.clone()
         };
-        let page = self
-            .page
-            .clone()
-            .map(|page| page.with_secrets_of(&self.dir));
-        Self::with_page(&args, page)
+        Self::with_page(&args, self.kept_page())
     }
 }
 

@@ -22,7 +22,7 @@ pub(super) fn consider(
     request: Request,
 ) -> Result<(Wish, String), Failure> {
     match request {
-        Request::Down => Ok((Wish::End(End::Stopped), "stopping".to_owned())),
+        Request::Down => Ok((Wish::End(End::Stopped(None)), "stopping".to_owned())),
         Request::Load {
             demo,
             policy,

@@ -15,7 +15,7 @@ use tungstenite::{Message, WebSocket};
 use crate::failure::{Context, Failure};
 
 /// Names under which distributions install it.
-const PROGRAMS: [&str; 5] = [
+pub(crate) const PROGRAMS: [&str; 5] = [
     "chromium",
     "chromium-browser",
     "google-chrome",
@@ -37,6 +37,8 @@ const FLAGS: [&str; 12] = [
     "--disable-sync",
     "--hide-scrollbars",
 ];
+/// Longest wait before it is looked whether the user stopped us.
+const LOOK: Duration = Duration::from_millis(200);
 /// Start, and each answer.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -133,8 +135,12 @@ impl Browser {
             .cannot(&what)?;
         let since = Instant::now();
         while since.elapsed() < PATIENCE {
-            let Message::Text(text) = self.socket.read().cannot(&what)? else {
-                continue;
+            super::not_stopped()?;
+            let text = match self.socket.read() {
+                Ok(Message::Text(text)) => text,
+                Ok(_) => continue,
+                Err(tungstenite::Error::Io(error)) if is_no_end(error.kind()) => continue,
+                Err(error) => return Err(error).cannot(&what),
             };
             let mut answer: Value = serde_json::from_str(&text).cannot(&what)?;
             if answer["id"] != json!(self.last) {
@@ -181,11 +187,20 @@ fn spawn(profile: &std::path::Path, width: u32, height: u32) -> Result<Child, Fa
     ))
 }
 
+/// Nothing came within [`LOOK`], or a signal arrived.
+fn is_no_end(kind: ErrorKind) -> bool {
+    matches!(
+        kind,
+        ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
+    )
+}
+
 /// The browser writes port and path of its socket to a file of its profile.
 fn connect(profile: &std::path::Path, child: &mut Child) -> Result<WebSocket<TcpStream>, Failure> {
     let file = profile.join("DevToolsActivePort");
     let since = Instant::now();
     loop {
+        super::not_stopped()?;
         let text = fs::read_to_string(&file).unwrap_or_default();
         let mut lines = text.lines();
         if let (Some(port), Some(path)) = (lines.next(), lines.next()) {
@@ -194,6 +209,8 @@ fn connect(profile: &std::path::Path, child: &mut Child) -> Result<WebSocket<Tcp
             stream.set_read_timeout(Some(PATIENCE)).cannot(what)?;
             let url = format!("ws://127.0.0.1:{port}{path}");
             let (socket, _) = tungstenite::client(url, stream).cannot(what)?;
+            let within = socket.get_ref().set_read_timeout(Some(LOOK));
+            within.cannot(what)?;
             return Ok(socket);
         }
         if let Some(status) = child.try_wait().cannot("look at the browser")? {

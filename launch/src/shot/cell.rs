@@ -8,6 +8,7 @@ use ipc_types::world::FLAG_PAUSED;
 use crate::client::Session;
 use crate::client::picture::Picture;
 use crate::failure::{Code, Context, Failure};
+use crate::flight;
 use crate::page::{self, Entry};
 use crate::rundir::RunDir;
 
@@ -137,17 +138,32 @@ impl Own {
         })
     }
 
+    /// Waits for a command about the cell to end, or ends it with us.
+    fn wait_for(&mut self, mut child: Child) -> Result<(), Failure> {
+        let ended = loop {
+            if let Err(stopped) = self.still_runs("the time asked for") {
+                break Err(stopped);
+            }
+            match child.try_wait().cannot("talk to the cell") {
+                Ok(Some(_)) => return Ok(()),
+                Ok(None) => std::thread::sleep(Duration::from_millis(20)),
+                Err(failure) => break Err(failure),
+            }
+        };
+        child.kill().ok();
+        child.wait().ok();
+        ended
+    }
+
     /// Lets the task work for so many ticks, then stops time.
     fn run_to(&mut self, ticks: u64) -> Result<(), Failure> {
         let count = ticks.to_string();
         for words in [&["task", "start"][..], &["step", &count]] {
             let program = std::env::current_exe().map_err(Failure::configuration)?;
-            let status = Command::new(program)
-                .args(words)
-                .args(["--cell", &self.name])
-                .stdout(Stdio::null())
-                .status();
-            status.cannot("talk to the cell")?;
+            let mut command = Command::new(program);
+            command.args(words).args(["--cell", &self.name]);
+            let child = command.stdout(Stdio::null()).spawn();
+            self.wait_for(child.cannot("talk to the cell")?)?;
         }
         let session = self.wait("its start", |_| true)?;
         let mut picture = Picture::open(&session)?;
@@ -167,6 +183,14 @@ impl Drop for Own {
         cell_rt::process::kill(self.launcher.id(), cell_rt::process::SIGTERM).ok();
         self.launcher.wait().ok();
         // Nobody comes back to a cell of this name; its recorder's files are large.
-        std::fs::remove_dir_all(RunDir::of(&self.name).path()).ok();
+        let dir = RunDir::of(&self.name);
+        let kept = [
+            flight::ring(&self.name, &dir).flight_dir,
+            flight::incidents(&self.name, &dir),
+            dir.path().to_owned(),
+        ];
+        for path in kept {
+            std::fs::remove_dir_all(path).ok();
+        }
     }
 }

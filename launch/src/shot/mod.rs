@@ -1,6 +1,6 @@
 //! `robocell shot`: a picture of the page, taken by a browser without a window.
 
-mod browser;
+pub(crate) mod browser;
 mod cell;
 mod film;
 

@@ -34,8 +34,22 @@ fn a_policy_is_shown_as_text_mermaid_and_dot() {
     };
     let text = show("text");
     assert_eq!(text.lines().count(), 26, "{text}");
-    assert!(text.contains("StackBelowBroken"), "{text}");
-    assert!(show("mermaid").contains("StackBelowBroken"));
+    for (format, text) in [
+        ("text", &text),
+        ("mermaid", &show("mermaid")),
+        ("dot", &show("dot")),
+    ] {
+        let of = |kind: &str| text.matches(kind).count();
+        assert!(
+            text.contains("StackBelowBroken (condition)"),
+            "{format}: {text}"
+        );
+        assert_eq!(
+            (of("(condition)"), of("(action)")),
+            (3, 17),
+            "{format}: {text}"
+        );
+    }
     assert!(show("dot").starts_with("digraph"));
     let fsm = ask(&["fsm", "show", "franka-stack", "--policy", "fsm"]);
     assert!(fsm.stdout.contains("PRE_GRASP"), "{fsm:?}");

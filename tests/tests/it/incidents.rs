@@ -28,7 +28,7 @@ fn a_killed_process_leaves_the_last_seconds_of_every_loop_and_who_came_after() {
     kill_and_wait(&cell, "task");
     let said = wait_for("a complete incident", || {
         let all = incident(cell.base(), &[]);
-        let head = all.as_array()?.first()?.clone();
+        let head = all["incidents"].as_array()?.first()?.clone();
         head["complete"].as_bool()?.then_some(head)
     });
     assert_eq!(said["what"], "task was killed (SIGKILL)");
@@ -83,7 +83,10 @@ fn evidence_is_kept_before_the_successor_starts_also_when_the_launcher_is_killed
     kill_and_wait(&cell, "controller-0");
     let base = cell.crash();
     let all = incident(base.path(), &[]);
-    assert_eq!(all[0]["what"], "controller-0 was killed (SIGKILL)", "{all}");
+    assert_eq!(
+        all["incidents"][0]["what"], "controller-0 was killed (SIGKILL)",
+        "{all}"
+    );
     let whole = incident(base.path(), &["1"]);
     let ticks = looped(&whole, "controller-0")["tick"].as_array().unwrap();
     assert!(!ticks.is_empty());
@@ -104,7 +107,7 @@ fn a_run_that_is_given_up_completes_its_incident() {
     let said = cell.wait_end();
     assert!(said.stderr.contains("task is given up"), "{}", said.stderr);
     let all = incident(cell.base(), &[]);
-    let last = all.as_array().unwrap().last().unwrap();
+    let last = all["incidents"].as_array().unwrap().last().unwrap();
     assert_eq!(last["complete"], true, "{all}");
     let whole = incident(cell.base(), &[&last["number"].to_string()]);
     let events = whole["events"].to_string();

@@ -26,6 +26,7 @@ mod licences;
 mod lockstep;
 mod machine;
 mod new_project;
+mod outputs;
 mod page;
 mod page_serving;
 mod random_kills;

@@ -149,7 +149,7 @@ impl Cell {
         }
         let file = format!("cells/{demo}.toml");
         let text = data.read(&file)?;
-        Self::from_text(data, demo, &file, &text, seed, robot)
+        Self::from_text(data, demo, &data.name_of(&file), &text, seed, robot)
     }
 
     /// Loads a cell from the text of its file; `file` is its name in messages.
@@ -223,6 +223,11 @@ impl Cell {
         self.data.read(&format!("cells/{name}"))
     }
 
+    /// Name for messages of another file in `cells/`; see [`Data::name_of`].
+    pub fn name_of(&self, name: &str) -> String {
+        self.data.name_of(&format!("cells/{name}"))
+    }
+
     /// Index of an object by name.
     ///
     /// # Errors
@@ -254,7 +259,7 @@ impl Cell {
                 0 => "this cell has no bins".to_owned(),
                 most => format!("1 to {most} are allowed"),
             };
-            let file = format!("cells/{}.toml", self.name);
+            let file = self.name_of(&format!("{}.toml", self.name));
             return Err(ModelError::value(
                 crate::error::Location::line(&file, None),
                 "--bins",

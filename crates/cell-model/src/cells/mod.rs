@@ -7,5 +7,6 @@ mod check_file;
 pub mod file;
 pub mod script;
 mod script_check;
+mod script_keys;
 mod script_line;
 pub mod task_table;

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cells::cell::Cell;
 use crate::cells::script_check;
+use crate::cells::script_keys::{TRIGGER_KEYS, check_keys};
 
 pub use crate::cells::script_line::{GripperWord, ScriptAction, ScriptLine, Trigger};
 
@@ -70,11 +71,10 @@ fn parse_line(line: &str) -> Result<ScriptLine, String> {
     let Some(object) = value.as_object() else {
         return Err("not a JSON object".to_owned());
     };
-    let trigger_keys = ["at_s", "at_phase", "nth", "after_s"];
     let part = |of_trigger: bool| {
         object
             .iter()
-            .filter(|(key, _)| trigger_keys.contains(&key.as_str()) == of_trigger)
+            .filter(|(key, _)| TRIGGER_KEYS.contains(&key.as_str()) == of_trigger)
             .map(|(key, value)| (key.clone(), value.clone()))
             .collect::<serde_json::Map<_, _>>()
     };
@@ -85,6 +85,7 @@ fn parse_line(line: &str) -> Result<ScriptLine, String> {
     {
         return Err("nth and after_s belong to at_phase, not to at_s".to_owned());
     }
+    check_keys(object)?;
     let trigger: Trigger = serde_json::from_value(part(true).into()).map_err(|e| e.to_string())?;
     let action: ScriptAction =
         serde_json::from_value(part(false).into()).map_err(|e| e.to_string())?;

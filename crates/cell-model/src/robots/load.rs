@@ -19,9 +19,14 @@ impl Robot {
         let dir = format!("robots/{name}");
         let file = format!("{dir}/robot.toml");
         let text = data.read(&file)?;
+        let file = data.name_of(&file);
         let table = file::parse(&file, &text)?;
-        let urdf_file = format!("{dir}/{}", table.urdf);
-        let urdf = urdf::parse(&urdf_file, &data.read(&urdf_file)?)?;
+        let part = |name: &str| -> Result<_, ModelError> {
+            let path = format!("{dir}/{name}");
+            Ok((data.name_of(&path), data.read(&path)?))
+        };
+        let (urdf_file, urdf) = part(&table.urdf)?;
+        let urdf = urdf::parse(&urdf_file, &urdf)?;
         let mut robot = Loader {
             file: &file,
             text: &text,
@@ -29,13 +34,10 @@ impl Robot {
             urdf,
         }
         .finish()?;
-        let xrdf_file = format!("{dir}/{}", table.xrdf);
-        robot.take_xrdf(
-            &xrdf_file,
-            &xrdf::parse(&xrdf_file, &data.read(&xrdf_file)?)?,
-        )?;
-        let tuning_file = format!("{dir}/{}", table.rmpflow);
-        robot.take_tuning(&tuning_file, &data.read(&tuning_file)?)?;
+        let (xrdf_file, text) = part(&table.xrdf)?;
+        robot.take_xrdf(&xrdf_file, &xrdf::parse(&xrdf_file, &text)?)?;
+        let (tuning_file, text) = part(&table.rmpflow)?;
+        robot.take_tuning(&tuning_file, &text)?;
         Ok(robot)
     }
 }

@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use ipc_types::topic::Process;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Incidents that are kept of one cell; the oldest is deleted.
@@ -37,7 +38,7 @@ pub fn value_names(process: Process) -> [&'static str; 4] {
 }
 
 /// One incident. Times are milliseconds after its first event.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Incident {
     /// What it is about.
     #[serde(flatten)]
@@ -49,11 +50,12 @@ pub struct Incident {
     /// The last lines of the logs of the processes it is about.
     pub logs: Vec<LogTail>,
     /// The flight recorder's ring, which has the messages of that time.
+    #[schemars(with = "String")]
     pub recording: PathBuf,
 }
 
 /// What an incident is about.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Head {
     /// From 1 up, in one cell.
     pub number: u32,
@@ -81,7 +83,7 @@ pub struct Head {
 }
 
 /// Something that happened.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Event {
     /// When.
     pub at_ms: f64,
@@ -90,7 +92,7 @@ pub struct Event {
 }
 
 /// Cycles of one loop, as columns of the same length, the oldest first.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LoopTrace {
     /// Process of the loop.
     pub process: String,
@@ -111,7 +113,7 @@ pub struct LoopTrace {
 }
 
 /// The end of a log.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LogTail {
     /// Whose.
     pub process: String,

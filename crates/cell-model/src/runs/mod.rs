@@ -2,6 +2,7 @@
 
 pub mod children;
 pub mod incident;
+pub mod output;
 pub mod record;
 pub mod script_report;
 pub mod secrets;

@@ -2,13 +2,14 @@
 
 use ipc_types::decision::Outcome;
 use ipc_types::{Decision, TICK_NS, WorldState};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::record::RecordReport;
 use super::script_report::ScriptReply;
 
 /// How a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RunOutcome {
     /// The task finished.
@@ -17,11 +18,13 @@ pub enum RunOutcome {
     Failed,
     /// The time limit came first.
     Timeout,
+    /// The run was stopped before the task ended.
+    Stopped,
 }
 
 /// The last line of a run with `--json`; the keys and their order are a
 /// contract.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RunSummary {
     /// Name of the demo.
     pub demo: String,

@@ -10,6 +10,7 @@ impl Display for RunSummary {
             RunOutcome::Done => "done",
             RunOutcome::Failed => "failed",
             RunOutcome::Timeout => "out of time",
+            RunOutcome::Stopped => "stopped",
         };
         f.write_str(what)?;
         if let Some(reason) = &self.reason {

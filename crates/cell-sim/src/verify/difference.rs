@@ -2,10 +2,11 @@
 
 use std::fmt::Debug;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// The first difference of a recording from what is computed.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Difference {
     /// `decision`, `command of arm 0`, `status of arm 0`, `record of task`, ...
     pub message: String,

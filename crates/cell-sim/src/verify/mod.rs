@@ -23,7 +23,7 @@ use crate::Program;
 pub use difference::Difference;
 pub use message::{Message, Messages, Recorded};
 pub use recording::verify_file;
-pub use report::{Count, Gap, Report, Verdict};
+pub use report::{Count, Gap, Report, Verdict, Verified};
 
 use controller::ArmCheck;
 use inputs::{Checkpoints, Inputs};

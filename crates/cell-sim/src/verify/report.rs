@@ -1,6 +1,7 @@
 //! The verdict, for people and for programs.
 
 use ipc_types::header::Message;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::difference::{Difference, first_field};
@@ -10,7 +11,7 @@ use super::shelf::Missing;
 const LISTED: usize = 20;
 
 /// How many messages of a kind were compared.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Count {
     /// Computed again and compared.
     pub compared: u64,
@@ -29,7 +30,7 @@ impl Count {
 }
 
 /// Messages of a topic that were not recorded.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Gap {
     /// Name of the topic.
     pub topic: String,
@@ -44,7 +45,7 @@ pub struct Gap {
 }
 
 /// What verification came to.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Report {
     /// Commands of all arms.
     pub commands: Count,
@@ -75,7 +76,7 @@ pub struct Report {
 }
 
 /// The verdict in a word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// All that was compared is the same to the last bit.
@@ -84,6 +85,15 @@ pub enum Verdict {
     Different,
     /// Nothing could be compared.
     Nothing,
+}
+
+/// The verdict with its reasons, as JSON.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Verified<'a> {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// What it is based on.
+    pub report: &'a Report,
 }
 
 impl Report {

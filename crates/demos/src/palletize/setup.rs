@@ -182,8 +182,8 @@ fn obstacles(cell: &Cell) -> Result<ObstacleBits, SetupError> {
 fn behaviour(task: &PalletizeTask, cell: &Cell) -> Result<Table, SetupError> {
     let file = &task.behaviour;
     let text = behaviour_text(cell, file)?;
-    let table = Definition::load(&format!("cells/{file}"), &text, &table::vocabulary())
-        .map_err(|problems| SetupError::new(cell, problems.to_string()))?;
+    let table = Definition::load(&cell.name_of(file), &text, &table::vocabulary())
+        .map_err(|problems| SetupError::in_file(problems.to_string()))?;
     let mut needed = table::State::NAMES.iter();
     match needed.find(|name| table.state(name).is_none()) {
         Some(name) => Err(SetupError::new(

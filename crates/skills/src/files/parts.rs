@@ -60,7 +60,7 @@ impl<'c> Loader<'c> {
         let text = behaviour_text(cell, file)?;
         let loader = Self {
             read: Box::new(|name| behaviour_text(cell, name).map(Cow::into_owned)),
-            file: format!("cells/{file}"),
+            file: cell.name_of(file),
             library: library(setup, &cell.data, &[file.to_owned()]),
             shared: Board::new(),
         };
@@ -82,7 +82,7 @@ impl<'c> Loader<'c> {
         let text = read(file)?;
         let loader = Self {
             read: Box::new(read),
-            file: format!("cells/{file}"),
+            file: data.name_of(&format!("cells/{file}")),
             library: library(setup, data, open),
             shared: Board::new(),
         };

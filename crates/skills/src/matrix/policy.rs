@@ -31,8 +31,8 @@ pub fn policy<J: MatrixJob>(
     file: &str,
 ) -> Result<Box<dyn AnyPolicy>, SetupError> {
     let text = behaviour_text(cell, file)?;
-    let loaded = load::<J>(&format!("cells/{file}"), &text);
-    let (table, arm, own) = loaded.map_err(|why| SetupError::new(cell, why))?;
+    let loaded = load::<J>(&cell.name_of(file), &text);
+    let (table, arm, own) = loaded.map_err(SetupError::in_file)?;
     let fixed = Fixed {
         setup: Setup::new(cell, []),
         job,

@@ -1,18 +1,18 @@
 //! One frame of `top`.
 
 use ipc_types::equipment::BreakLimit;
-use ipc_types::health::Scheduling;
 use ipc_types::world::FLAG_PAUSED;
-use ipc_types::{ArmState, GripperState, Health};
+use ipc_types::{ArmState, GripperState};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::Line;
-use ratatui::widgets::{Block, Paragraph, Row, Table};
+use ratatui::widgets::{Block, Paragraph};
 
 use super::View;
 use super::equipment::Names;
-use crate::client::status::{waits_for, word};
+use crate::client::process_table;
+use crate::client::status::{pace, processes, waits_for, word};
 
 /// Draws everything.
 pub(super) fn draw(frame: &mut Frame<'_>, view: &View) {
@@ -59,13 +59,14 @@ fn headline(view: &View, active: &[String]) -> Vec<Line<'static>> {
         || "no state".to_owned(),
         |s| format!("{:.2} s", s.header.sim_time_ns as f64 * 1e-9),
     );
+    let pace = pace(view.picture.real_time_factor());
     let pause = if state.is_some_and(|s| s.has(FLAG_PAUSED)) {
         "  PAUSED"
     } else {
         ""
     };
     let first = format!(
-        "{}  cell {}  seed {}  {time}{pause}  (q quits)",
+        "{}  cell {}  seed {}  {time}{pace}{pause}  (q quits)",
         spec.demo, spec.cell, spec.seed
     );
     let second = decision.map_or_else(
@@ -90,44 +91,14 @@ fn headline(view: &View, active: &[String]) -> Vec<Line<'static>> {
 }
 
 fn draw_processes(frame: &mut Frame<'_>, area: Rect, view: &View) {
-    let header = [
-        "process",
-        "pid",
-        "start",
-        "rate Hz",
-        "late p50 us",
-        "p99 us",
-        "missed",
-        "refused",
-        "class",
-        "note",
-    ];
-    let widths = [13, 8, 6, 8, 12, 9, 7, 8, 6, 16].map(Constraint::Length);
-    let rows = view.picture.healths().map(|(process, health)| {
-        let mut cells = vec![process.name()];
-        cells.extend(health.map_or_else(|| vec!["silent".to_owned()], figures));
-        Row::new(cells)
-    });
-    let head = Row::new(header).style(Style::new().add_modifier(Modifier::BOLD));
-    let table = Table::new(rows, widths)
-        .header(head)
-        .block(Block::bordered().title("processes"));
-    frame.render_widget(table, area);
-}
-
-fn figures(health: &Health) -> Vec<String> {
-    let fifo = health.scheduling == Scheduling::Fifo.code();
-    vec![
-        health.pid.to_string(),
-        health.header.generation.to_string(),
-        format!("{:.1}", health.rate_hz),
-        format!("{:.1}", health.lateness_p50_ns * 1e-3),
-        format!("{:.1}", health.lateness_p99_ns * 1e-3),
-        health.missed_cycles.to_string(),
-        health.rejected.to_string(),
-        if fifo { "fifo" } else { "other" }.to_owned(),
-        health.note.as_str().to_owned(),
-    ]
+    let width = usize::from(area.width.saturating_sub(2));
+    let lines = process_table::lines(&processes(&view.picture), width);
+    let mut lines: Vec<Line<'_>> = lines.into_iter().map(Line::from).collect();
+    if let Some(titles) = lines.first_mut() {
+        *titles = std::mem::take(titles).style(Style::new().add_modifier(Modifier::BOLD));
+    }
+    let block = Block::bordered().title("processes");
+    frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
 fn draw_arms(frame: &mut Frame<'_>, area: Rect, view: &View) {
@@ -177,7 +148,11 @@ fn arm_lines(index: usize, arm: &ArmState, names: &Names) -> [Line<'static>; 4] 
             "  tcp {x:.3} {y:.3} {z:.3} m, limit violations {}",
             arm.limit_violations
         )),
-        Line::from(format!("  {gripper}, holds {held}")),
+        Line::from(if names.has_no_gripper(index) {
+            "  no gripper".to_owned()
+        } else {
+            format!("  {gripper}, holds {held}")
+        }),
     ]
 }
 

@@ -14,6 +14,8 @@ pub(crate) struct Names {
     has_dispenser: bool,
     /// By arm: it holds by suction.
     suction: Vec<bool>,
+    /// By arm: it has a gripper with fingers.
+    fingers: Vec<bool>,
 }
 
 impl Names {
@@ -26,6 +28,11 @@ impl Names {
             has_belt: cell.conveyor.is_some(),
             has_supply: supply.is_some(),
             has_dispenser: cell.dispenser.is_some(),
+            fingers: cell
+                .arms
+                .iter()
+                .map(|arm| arm.robot.gripper.is_some())
+                .collect(),
             suction: cell
                 .arms
                 .iter()
@@ -45,6 +52,12 @@ impl Names {
     /// Whether that arm holds by suction.
     pub(super) fn has_suction(&self, arm: usize) -> bool {
         self.suction.get(arm).copied().unwrap_or_default()
+    }
+
+    /// Whether that arm is known to have no gripper of any kind.
+    pub(super) fn has_no_gripper(&self, arm: usize) -> bool {
+        let has = |list: &[bool]| list.get(arm).copied() != Some(false);
+        !has(&self.suction) && !has(&self.fingers)
     }
 
     /// How the equipment stands, one device a line; nothing where there is none.
@@ -114,6 +127,7 @@ mod tests {
         let mut state = EquipmentState::zeroed();
         assert!(names("franka-stack").lines(&state).is_empty());
         assert!(!names("franka-stack").has_suction(0));
+        assert!(!names("franka-stack").has_no_gripper(0));
         (state.conveyor_speed, state.bins_supplied) = (0.3, 2);
         (state.parts_dropped, state.parts_waiting) = (12, 3);
         for (demo, words) in [

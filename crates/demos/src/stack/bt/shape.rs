@@ -2,6 +2,7 @@
 
 use behavior::Status;
 use behavior::board::Board;
+use behavior::tree::check::CONDITION;
 use behavior::tree::{Memory, Node, Tree, TreeError};
 
 use super::leaves::{
@@ -20,10 +21,10 @@ type Part = Node<StackHost>;
 /// [`TreeError`], which would be a mistake in here.
 pub fn tree() -> Result<Tree<StackHost>, TreeError> {
     let drop_recovery = vec![
-        once("CubeDropped", cube_dropped),
+        condition("CubeDropped", cube_dropped),
         once("ClearDropped", clear_dropped),
     ];
-    let mut stack_recovery = vec![once("StackBelowBroken", stack_below_broken)];
+    let mut stack_recovery = vec![condition("StackBelowBroken", stack_below_broken)];
     let back = [
         "LiftBack",
         "TransportBack",
@@ -47,7 +48,7 @@ pub fn tree() -> Result<Tree<StackHost>, TreeError> {
         Node::sequence("Place", Memory::Yes, place),
     ];
     let branches = vec![
-        once("AllStacked", all_stacked),
+        condition("AllStacked", all_stacked),
         Node::sequence("DropRecovery", Memory::Yes, drop_recovery),
         Node::sequence("StackRecovery", Memory::Yes, stack_recovery),
         Node::sequence("Normal", Memory::Yes, normal),
@@ -67,6 +68,10 @@ fn phase(name: &'static str, phase: Phase, back: bool) -> Part {
     let mut node = Node::leaf(name, "action", PhaseLeaf { name, phase, back });
     phase.name().clone_into(&mut node.detail);
     node
+}
+
+fn condition(id: &str, leaf: fn(&mut StackWorld<'_>) -> Status) -> Part {
+    Node::leaf(id, CONDITION, Once(leaf))
 }
 
 fn once(id: &str, leaf: fn(&mut StackWorld<'_>) -> Status) -> Part {

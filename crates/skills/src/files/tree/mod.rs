@@ -320,7 +320,7 @@ fn load(
 ) -> Result<Tree<Station>, SetupError> {
     let text = behaviour_text(cell, file)?;
     let include = |name: &str| cell.read(name).ok().map(Cow::into_owned);
-    let file = format!("cells/{file}");
+    let file = cell.name_of(file);
     let source = Source {
         file: &file,
         text: &text,

@@ -1,0 +1,127 @@
+//! The command line of behaviours and of schemas.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand, ValueEnum};
+
+use crate::cli_common::{CellArgs, DataArgs};
+use crate::output::OutputName;
+
+/// `robocell bt` and `robocell fsm`.
+#[derive(Clone, Debug, Args)]
+pub struct BehaviourArgs {
+    /// What to do with it.
+    #[command(subcommand)]
+    pub verb: BehaviourVerb,
+}
+
+/// What to do with a behaviour.
+#[derive(Clone, Debug, Subcommand)]
+pub enum BehaviourVerb {
+    /// Print it as text, mermaid or dot, or as it runs
+    Show(ShowArgs),
+    /// Say what in a file is wrong, and what is probably not meant
+    Check(CheckArgs),
+}
+
+/// `show`.
+#[derive(Clone, Debug, Args)]
+pub struct ShowArgs {
+    /// A demo, or a file; the running cell's policy without
+    #[arg(value_name = "DEMO|FILE")]
+    pub what: Option<String>,
+    /// Policy of the demo; its default otherwise
+    #[arg(long, value_name = "P")]
+    pub policy: Option<String>,
+    /// How to print it
+    #[arg(long, value_enum, default_value_t = PictureFormat::Text)]
+    pub format: PictureFormat,
+    /// Print the running cell's policy whenever something in it changes
+    #[arg(long, conflicts_with_all = ["what", "policy", "format"])]
+    pub live: bool,
+    /// With `--live`: only the picture of this arm
+    #[arg(long, requires = "live", value_name = "NAME")]
+    pub arm: Option<String>,
+    /// With `--live`: print once
+    #[arg(long, requires = "live")]
+    pub once: bool,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub data: DataArgs,
+}
+
+/// `check`.
+#[derive(Clone, Debug, Args)]
+pub struct CheckArgs {
+    /// A tree (JSON), or a machine or matrix (TOML or JSON)
+    pub file: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+    /// Task program that knows what the file names
+    #[arg(long, value_name = "PROGRAM")]
+    pub task: Option<String>,
+}
+
+/// How a behaviour is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PictureFormat {
+    /// For the terminal
+    Text,
+    /// For markdown
+    Mermaid,
+    /// For graphviz
+    Dot,
+}
+
+impl PictureFormat {
+    /// The word on the command line.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Text => "text",
+            Self::Mermaid => "mermaid",
+            Self::Dot => "dot",
+        }
+    }
+}
+
+/// `robocell schema`.
+#[derive(Clone, Debug, Args)]
+pub struct SchemaArgs {
+    /// What it describes
+    pub what: SchemaKind,
+    /// With `output`: the command; all are listed otherwise
+    #[arg(value_name = "NAME")]
+    pub name: Option<OutputName>,
+    /// Task program whose jobs are described
+    #[arg(long, value_name = "PROGRAM")]
+    pub task: Option<String>,
+}
+
+/// Something with a schema.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SchemaKind {
+    /// Behaviour trees, with the node types of the demos
+    Tree,
+    /// State machines and matrices
+    Machine,
+    /// `cells/NAME.toml`
+    Cell,
+    /// What a command prints with `--json`
+    Output,
+}
+
+impl SchemaKind {
+    /// The word on the command line.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Tree => "tree",
+            Self::Machine => "machine",
+            Self::Cell => "cell",
+            Self::Output => "output",
+        }
+    }
+}
