@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::cli::ShotArgs;
 use crate::failure::{Code, Context, Failure};
+use crate::progress::Progress;
 use crate::run::plan::new_file;
 use crate::say;
 use browser::Browser;
@@ -23,9 +24,11 @@ const SETTLED: &str = "window.robocell !== undefined && window.robocell.settled(
 /// Takes the picture.
 pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     let out = new_file(&args.out)?;
-    // Whoever stops us shall not leave a cell's memory and a browser's profile.
+    // A signal must not leave the memory of a cell and the profile of a browser behind.
     cell_rt::signal::install_stop_handler().cannot("listen to signals")?;
+    let progress = Progress::new("starting the cell");
     let shown = Shown::of(args)?;
+    progress.say("starting the browser");
     let (width, height) = args.size;
     // A browser without a GPU takes every core for seconds; the cell goes first. The
     // browser inherits this.
@@ -36,10 +39,11 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     let mut fragment: Vec<String> = args.view.iter().cloned().collect();
     // The first of a name counts.
     fragment.push("quality=0".to_owned());
-    // A cell that was started for the picture stands at the time already.
+    // A cell that was started for the picture is at that time already.
     if let (Some(time), None) = (args.time, &args.demo) {
         fragment.push(format!("t={time}"));
     }
+    progress.say("loading the page");
     browser.open(&format!("{}#{}", entry.url, fragment.join("&")))?;
     let since = Instant::now();
     while browser.evaluate(SETTLED)? != serde_json::Value::Bool(true) {
@@ -60,6 +64,7 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     }
     let picture = browser.picture()?;
     std::fs::write(&out, picture).cannot(format!("write {}", out.display()))?;
+    drop(progress);
     say::line(format_args!("{}: {width} x {height}", out.display()));
     Ok(())
 }

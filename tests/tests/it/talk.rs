@@ -12,7 +12,9 @@ fn stdout(cell: &TestCell) -> String {
 
 /// Waits until `words` are on the stdout of the launcher.
 fn wait_said(cell: &TestCell, words: &str) -> String {
-    wait_for(words, || Some(stdout(cell)).filter(|said| said.contains(words)))
+    wait_for(words, || {
+        Some(stdout(cell)).filter(|said| said.contains(words))
+    })
 }
 
 #[test]
@@ -43,14 +45,28 @@ fn a_cell_that_waits_says_for_what_and_the_arm_of_reach_is_described() {
     wait_said(&cell, "waiting for: `robocell task start`");
     let cell = TestCell::start(&["reach", "--headless", "--paused"]);
     let said = wait_said(&cell, "waiting for: `robocell resume`");
-    for words in ["joints  ", "panda_joint1", "tool frame  ", "collision spheres  ", "tuning  "] {
+    for words in [
+        "joints  ",
+        "panda_joint1",
+        "tool frame  ",
+        "collision spheres  ",
+        "tuning  ",
+    ] {
         assert!(said.contains(words), "no {words:?}: {said}");
     }
 }
 
 #[test]
 fn a_loop_plays_the_next_seed_until_it_is_stopped() {
-    let words = ["cube", "--headless", "--speed", "max", "--loop", "--seed", "4"];
+    let words = [
+        "cube",
+        "--headless",
+        "--speed",
+        "max",
+        "--loop",
+        "--seed",
+        "4",
+    ];
     let mut cell = TestCell::start(&words);
     let said = wait_said(&cell, "seed 6,");
     assert!(said.contains("seed 5,"), "{said}");
@@ -71,13 +87,19 @@ fn program(dir: &Path, name: &str, script: &str) {
 fn open_hands_the_link_to_the_browser_or_says_what_is_missing() {
     let base = base();
     let (bin, opened) = (base.path().join("bin"), base.path().join("opened"));
-    program(&bin, "xdg-open", &format!("echo \"$1\" > {}", opened.display()));
+    program(
+        &bin,
+        "xdg-open",
+        &format!("echo \"$1\" > {}", opened.display()),
+    );
     let run = ["reach", "--paused", "--open"];
     let cell = TestCell::start_with(base, &run, |command| {
         command.env("PATH", format!("{}:/usr/bin:/bin", bin.display()));
     });
     let link = wait_for("the link", || {
-        std::fs::read_to_string(&opened).ok().filter(|link| link.ends_with('\n'))
+        std::fs::read_to_string(&opened)
+            .ok()
+            .filter(|link| link.ends_with('\n'))
     });
     assert!(stdout(&cell).contains(link.trim()), "{link}");
     drop(cell);
@@ -86,7 +108,8 @@ fn open_hands_the_link_to_the_browser_or_says_what_is_missing() {
     });
     wait_for("a message", || {
         let said = std::fs::read_to_string(cell.base().join("stderr")).ok()?;
-        said.contains("--open: neither xdg-open nor open is installed").then_some(())
+        said.contains("--open: neither xdg-open nor open is installed")
+            .then_some(())
     });
 }
 
@@ -99,13 +122,18 @@ fn an_error_in_a_file_of_data_names_a_path_that_can_be_opened() {
     let cell = std::fs::read_to_string(format!("{shipped}cube.toml")).expect("a cell");
     let file = cells.join("mine.toml");
     std::fs::write(&file, cell.replace("time_limit_s", "time_limits_s")).expect("a file");
-    let mut command = robocell(base.path(), &["run", "mine", "--data", "mine", "--headless"]);
+    let mut command = robocell(
+        base.path(),
+        &["run", "mine", "--data", "mine", "--headless"],
+    );
     command.current_dir(base.path());
     let said = finish(command);
     let path = said.stderr.split(':').nth(1).expect("a path").trim();
     assert!(base.path().join(path).is_file(), "{path} in {said:?}");
     let tree = std::fs::read_to_string(format!("{shipped}franka-pyramid.tree.json"));
-    let tree = tree.expect("a tree").replace("\"SetGripper\"", "\"SetGriper\"");
+    let tree = tree
+        .expect("a tree")
+        .replace("\"SetGripper\"", "\"SetGriper\"");
     std::fs::write(cells.join("franka-pyramid.tree.json"), tree).expect("a file");
     std::fs::copy(
         format!("{shipped}franka-pyramid.toml"),
@@ -128,7 +156,10 @@ fn an_arm_without_a_gripper_does_not_hold_nothing() {
     let cell = TestCell::start(&["reach", "--headless", "--robot", ARM]);
     cell.wait_up();
     let said = cell.ask(&["status"]).stdout;
-    assert!(said.contains("no gripper") && !said.contains("holds nothing"), "{said}");
+    assert!(
+        said.contains("no gripper") && !said.contains("holds nothing"),
+        "{said}"
+    );
     let top = cell.ask(&["top"]);
     assert!(top.code == 0 && !top.stdout.contains('\u{1b}'), "{top:?}");
     assert!(top.stdout.contains("no gripper"), "{top:?}");
@@ -136,17 +167,24 @@ fn an_arm_without_a_gripper_does_not_hold_nothing() {
 }
 
 /// An arm without a hand.
-const ARM: &str = concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/../robots/ur10/ur10.urdf"
-);
+const ARM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../robots/ur10/ur10.urdf");
 
 #[test]
 fn a_replay_is_listed_as_one() {
     let base = base();
     let file = base.path().join("kept.mcap");
     let name = file.display().to_string();
-    let run = ["run", "cube", "--headless", "--speed", "max", "--timeout", "1", "--record", &name];
+    let run = [
+        "run",
+        "cube",
+        "--headless",
+        "--speed",
+        "max",
+        "--timeout",
+        "1",
+        "--record",
+        &name,
+    ];
     finish(robocell(base.path(), &run));
     assert!(file.is_file());
     let replay = TestCell::launch(base, &["replay", &name], |_| {});
@@ -171,16 +209,26 @@ fn a_shot_that_is_stopped_leaves_nothing() {
         command.env("TMPDIR", &temporary);
     });
     let profiles = || {
-        let entries = std::fs::read_dir(&temporary).into_iter().flatten().flatten();
+        let entries = std::fs::read_dir(&temporary)
+            .into_iter()
+            .flatten()
+            .flatten();
         let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
-        names.filter(|name| name.starts_with("robocell-browser")).count()
+        names
+            .filter(|name| name.starts_with("robocell-browser"))
+            .count()
     };
     wait_for("a browser", || (profiles() == 1).then_some(()));
     cell_rt::process::kill(shot.launcher(), cell_rt::process::SIGTERM).expect("a signal");
     let said = shot.wait_end();
-    assert!(said.code == 3 && said.stderr.contains("no picture was taken"), "{said:?}");
+    assert!(
+        said.code == 3 && said.stderr.contains("no picture was taken"),
+        "{said:?}"
+    );
     assert_eq!(profiles(), 0);
-    let left = std::fs::read_dir(shot.base()).expect("a directory").flatten();
+    let left = std::fs::read_dir(shot.base())
+        .expect("a directory")
+        .flatten();
     let left: Vec<_> = left.map(|entry| entry.file_name()).collect();
     let of_shot = |name: &std::ffi::OsString| name.to_string_lossy().starts_with("shot-");
     assert!(!left.iter().any(of_shot), "{left:?}");
