@@ -5,6 +5,7 @@ use ipc_types::operator::OperatorAction;
 
 use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, EvalArgs};
 use crate::failure::{Context, Failure};
+use crate::progress::Progress;
 use crate::{chaos, client, complete, man, new, record, replay, run, shot, task_program};
 
 /// Does what the command line says.
@@ -67,6 +68,7 @@ fn run_bench(args: &BenchArgs) -> Result<(), Failure> {
     let seconds = args.seconds.to_string();
     let mut arguments: Vec<String> = [kind, "--seconds", &seconds].map(str::to_owned).to_vec();
     arguments.extend(args.json.then(|| "--json".to_owned()));
+    let _progress = Progress::new(format!("bench {kind}"));
     task_program::run_other("robocell-bench", &arguments)
 }
 

@@ -42,75 +42,75 @@ pub struct Cli {
 /// One command.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Start a cell and stay with it until it ends or Ctrl-C
+    /// Run a cell until it ends or Ctrl-C is pressed
     Run(Box<RunArgs>),
-    /// List the demos with their policies, and the cells that run
+    /// List the demos with their policies, and the running cells
     List(ListArgs),
-    /// Say how a running cell is doing (exit code 4 when nothing runs)
+    /// Show the status of a running cell
     Status(ReportArgs),
     /// Watch a running cell in the terminal
     Top(TopArgs),
     /// Stop a running cell
     Down(CellArgs),
-    /// Check this machine and say how to fix what is missing
+    /// Check this machine: what is missing, what it costs and how to fix it
     Doctor(DoctorArgs),
-    /// Print what the processes of a cell wrote
+    /// Print the logs of the processes of a cell
     Logs(LogsArgs),
-    /// List the failures that were kept, or print and plot one
+    /// List the kept failures of a cell, or print and plot one
     Incident(IncidentArgs),
-    /// Put another scene in the place of the one that runs; it waits for `resume`
+    /// Replace the running scene; the new one starts paused
     Load(LoadArgs),
-    /// Keep what the recorder heard
+    /// Save recorded data to a file
     Record(RecordArgs),
-    /// Show a recording on the page, or compute it again and compare
+    /// Show a recording on the page, or recompute it and compare
     Replay(ReplayArgs),
-    /// Take a picture of the page, without a window
+    /// Save a picture of the page (needs Chromium)
     Shot(ShotArgs),
-    /// Make a film of the page (needs ffmpeg)
+    /// Save a film of the page (needs Chromium and ffmpeg)
     Film(FilmArgs),
-    /// Fetch the robots' real meshes for the page
+    /// Fetch the meshes of the robots for the page
     Assets(AssetsArgs),
-    /// Stop one process of a running cell and start it again
+    /// Restart one process of a running cell
     Restart(RestartArgs),
-    /// Stop simulated time
+    /// Pause simulated time
     Pause(CellArgs),
-    /// Let simulated time go on
+    /// Resume simulated time
     Resume(CellArgs),
-    /// Run some ticks of 1 ms, then pause
+    /// Run a number of ticks of 1 ms, then pause
     Step(StepArgs),
-    /// Change how fast simulated time passes in a running cell
+    /// Change the speed of simulated time in a running cell
     Speed(SpeedArgs),
-    /// Pause when the task reaches a node, state or guard; list or remove breakpoints
+    /// Set, list or remove breakpoints on nodes, states and guards of the task
     Break(BreakArgs),
-    /// Put the scene back to its beginning
+    /// Reset the scene to its start
     Reset(CellArgs),
     /// Start, pause, resume or reset the task
     Task(TaskArgs),
-    /// Lead the arm: set the target of the tool
+    /// Set the target of the tool (while the task is paused, or with `reach`)
     Target(TargetArgs),
-    /// Lead the arm: set a joint target
+    /// Set a joint target (while the task is paused, or with `reach`)
     Joints(JointsArgs),
     /// Open or close the gripper (while the task is paused, or with `reach`)
     Gripper(GripperArgs),
-    /// Pull an object to a place by a bounded spring
+    /// Drag an object to a position with a spring of bounded force
     Drag(DragArgs),
-    /// Drop parts from the dispenser, at any time
+    /// Drop parts from the dispenser
     DropParts(DropPartsArgs),
-    /// Let the conveyor bring another bin
+    /// Have the conveyor bring another bin
     AddBin(AddBinArgs),
     /// Show or check a behaviour tree
     Bt(BehaviourArgs),
     /// Show or check a state machine or an event x state matrix
     Fsm(BehaviourArgs),
-    /// Print the JSON Schema of a kind of file, for your editor
+    /// Print the JSON Schema of a kind of file, or of an output
     Schema(SchemaArgs),
     /// Measure, and print a table or one JSON object
     Bench(BenchArgs),
-    /// Run jobs back to back under faults, and count what became of them
+    /// Run jobs one after the other under injected faults and count the results
     Chaos(ChaosArgs),
-    /// Run many seeds in one process and count what became of them
+    /// Run many seeds and count the results
     Eval(EvalArgs),
-    /// Make a project of your own: a cell, a policy and a test
+    /// Create a project: a cell, a policy and a test
     New(NewArgs),
     /// Print completions for a shell
     Completions {
@@ -133,7 +133,7 @@ pub enum Command {
 pub struct RunArgs {
     /// Name of the demo; `robocell list` names them
     pub demo: String,
-    /// Policy of the task; the demo's default otherwise
+    /// Policy of the task [default: that of the demo]
     #[arg(long, value_name = "P")]
     pub policy: Option<String>,
     /// Varies poses and friction within the bounds of the cell file
@@ -145,10 +145,10 @@ pub struct RunArgs {
     /// Start no page
     #[arg(long)]
     pub headless: bool,
-    /// Everything in one process, without shared memory
+    /// Run everything in one process, without shared memory
     #[arg(long)]
     pub one_process: bool,
-    /// End with the task
+    /// End when the task ends
     #[arg(long)]
     pub until_done: bool,
     /// When the task has ended, play the next seed after 5 s of simulated time
@@ -160,37 +160,37 @@ pub struct RunArgs {
     /// Describe the arms: joints, tool frame, collision spheres and tuning
     #[arg(short, long)]
     pub verbose: bool,
-    /// End at this simulated time at the latest
+    /// End at this simulated time at the latest (s)
     #[arg(long, value_name = "SIM_S", allow_negative_numbers = true, value_parser = positive_seconds)]
     pub timeout: Option<f64>,
-    /// Things to do at given times or phases, one JSON object a line
+    /// Script: what to do at which time or phase, one JSON object per line
     #[arg(long, value_name = "FILE.jsonl")]
     pub script: Option<PathBuf>,
-    /// Keep the whole run in this file (MCAP), whatever the ring forgets
+    /// Record the whole run to this file (MCAP)
     #[arg(long, value_name = "FILE.mcap", conflicts_with = "one_process")]
     pub record: Option<PathBuf>,
-    /// Address (or ADDRESS:PORT) the page listens at; loopback otherwise
+    /// Address (or ADDRESS:PORT) the page listens at [default: loopback]
     #[arg(long, value_name = "ADDR", conflicts_with = "headless")]
     pub listen: Option<String>,
     /// Name of this machine in links for others, with `--listen`
     #[arg(long, value_name = "NAME", requires = "listen", value_parser = host_name)]
     pub host: Option<String>,
-    /// Set the scene up and wait for `robocell resume`
+    /// Start paused; `robocell resume` starts it
     #[arg(long, conflicts_with = "one_process")]
     pub paused: bool,
-    /// Bins the job is about, where it is about bins; all of the cell otherwise
+    /// Number of bins of the job [default: all bins of the cell]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     pub bins: Option<u32>,
-    /// Robot to use in place of the demo's
+    /// Robot to use instead of that of the demo
     #[arg(long, value_name = "URDF")]
     pub robot: Option<PathBuf>,
-    /// Its collision spheres and limits
+    /// Collision spheres and limits of that robot (XRDF)
     #[arg(long, value_name = "FILE", requires = "robot")]
     pub xrdf: Option<PathBuf>,
-    /// Its tuning, a file of `format: rmpflow`
+    /// Tuning of that robot, a file of `format: rmpflow`
     #[arg(long, value_name = "FILE", requires = "robot")]
     pub rmpflow: Option<PathBuf>,
-    /// Print one JSON object when the run has ended
+    /// Print the summary as one JSON object at the end
     #[arg(long)]
     pub json: bool,
     /// Never kill a process that seems to hang (for debuggers)
@@ -209,7 +209,7 @@ pub struct RunArgs {
 pub struct ChaosArgs {
     /// Name of the demo
     pub demo: String,
-    /// Policy of the task; the demo's default otherwise
+    /// Policy of the task [default: that of the demo]
     #[arg(long, value_name = "P")]
     pub policy: Option<String>,
     /// Faults a minute, on average
@@ -223,13 +223,13 @@ pub struct ChaosArgs {
         default_value = "kill,stop,starve,flood,fill,corrupt"
     )]
     pub faults: Vec<FaultKind>,
-    /// Chooses the faults, and the scenes of the jobs from it up
+    /// Seed of the faults and of the first scene
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = seed)]
     pub seed: u64,
-    /// How long
+    /// Duration (min)
     #[arg(long, value_name = "M", allow_negative_numbers = true, default_value = "5", value_parser = minutes)]
     pub minutes: f64,
-    /// Name of the cell, so that several run side by side
+    /// Name of the cell
     #[arg(long, value_name = "NAME", default_value = "chaos", value_parser = cell_name)]
     pub cell: String,
     /// Print one JSON object
@@ -265,8 +265,7 @@ pub struct NewArgs {
     /// How its task is written; docs/choosing.md compares the six ways
     #[arg(long = "as", value_enum, value_name = "WAY")]
     pub way: Way,
-    /// Checkout whose packages a project in Rust is built with; the one this program
-    /// was built from otherwise
+    /// Checkout whose packages a project in Rust is built with [default: that of this program]
     #[arg(long, value_name = "DIR")]
     pub crates: Option<PathBuf>,
 }
@@ -299,8 +298,8 @@ pub struct ReportArgs {
 /// `robocell doctor`.
 #[derive(Clone, Debug, Args)]
 pub struct DoctorArgs {
-    /// Run a loop of 1 kHz for ten seconds, and judge whether this machine keeps time (exit
-    /// code 3 where it does not)
+    /// Run a loop of 1 kHz for ten seconds and judge whether this machine keeps real time
+    /// (exit code 3 where it does not)
     #[arg(long)]
     pub measure: bool,
     #[command(flatten)]
@@ -311,10 +310,10 @@ pub struct DoctorArgs {
 /// `robocell top`.
 #[derive(Clone, Debug, Args)]
 pub struct TopArgs {
-    /// Print one frame as text and end
+    /// Print one frame as text and exit
     #[arg(long)]
     pub once: bool,
-    /// Print one snapshot as a JSON object and end
+    /// Print one snapshot as a JSON object and exit
     #[arg(long, conflicts_with = "once")]
     pub json: bool,
     #[command(flatten)]
@@ -325,13 +324,13 @@ pub struct TopArgs {
 /// `robocell logs`.
 #[derive(Clone, Debug, Args)]
 pub struct LogsArgs {
-    /// Go on printing what is added
+    /// Keep printing what is added
     #[arg(short, long)]
     pub follow: bool,
     /// Only this process
     #[arg(value_name = "PROC")]
     pub process: Option<String>,
-    /// Print one JSON object a line
+    /// Print one JSON object per line
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -342,7 +341,7 @@ pub struct LogsArgs {
 /// `robocell incident`.
 #[derive(Clone, Debug, Args)]
 pub struct IncidentArgs {
-    /// Number of the incident; all are listed otherwise
+    /// Number of the incident [default: list all]
     #[arg(value_name = "N")]
     pub number: Option<u32>,
     /// Print one JSON object
@@ -362,7 +361,7 @@ pub enum ProcessName {
     Controller,
     /// The robot and the world.
     Physics,
-    /// Window and hands.
+    /// Page and recorder.
     Monitor,
 }
 
@@ -371,7 +370,7 @@ pub enum ProcessName {
 pub struct RestartArgs {
     /// Which one
     pub process: ProcessName,
-    /// Go on with another policy (task only)
+    /// Restart with another policy (task only)
     #[arg(long, value_name = "P")]
     pub policy: Option<String>,
     #[command(flatten)]
@@ -424,9 +423,9 @@ pub enum TaskVerb {
     Start,
     /// Pause it: the operator leads.
     Pause,
-    /// Let it go on.
+    /// Resume it.
     Resume,
-    /// Put it back to its beginning.
+    /// Reset it to its start.
     Reset,
 }
 
@@ -443,7 +442,7 @@ pub struct TaskArgs {
 /// `robocell drop-parts`.
 #[derive(Clone, Debug, Args)]
 pub struct DropPartsArgs {
-    /// How many; as many as the dispenser drops at a time otherwise
+    /// How many [default: as many as the dispenser drops at a time]
     #[arg(value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=100))]
     pub count: Option<u32>,
     #[command(flatten)]
@@ -454,7 +453,7 @@ pub struct DropPartsArgs {
 /// `robocell add-bin`.
 #[derive(Clone, Debug, Args)]
 pub struct AddBinArgs {
-    /// Upside down; as the seed has it otherwise
+    /// Upside down [default: decided by the seed]
     #[arg(long)]
     pub flipped: bool,
     #[command(flatten)]
@@ -467,11 +466,11 @@ pub struct AddBinArgs {
 pub struct DragArgs {
     /// Name of the object in the cell file
     pub object: String,
-    /// Where to, metres in the world frame
+    /// Position to drag it to (m, world frame)
     #[arg(long, value_names = ["X", "Y", "Z"], num_args = 3, required = true,
           allow_negative_numbers = true, value_parser = finite)]
     pub to: Vec<f64>,
-    /// Let go after this many seconds at the latest
+    /// Release it after this time at the latest (s)
     #[arg(long = "for", value_name = "S", allow_negative_numbers = true, default_value_t = 2.0, value_parser = positive_seconds)]
     pub seconds: f64,
     #[command(flatten)]
@@ -494,7 +493,7 @@ pub enum BenchKind {
     Physics,
     /// Trees, machines and the task's record
     Behavior,
-    /// What the page and the recorder cost
+    /// Cost of the page and the recorder
     Monitor,
 }
 
@@ -506,7 +505,7 @@ pub struct BenchArgs {
     /// Print one JSON object as the last line
     #[arg(long)]
     pub json: bool,
-    /// How long `e2e` and `monitor` measure
+    /// How long `e2e` and `monitor` measure (s)
     #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 5.0, value_parser = positive_seconds)]
     pub seconds: f64,
 }
@@ -516,16 +515,16 @@ pub struct BenchArgs {
 pub struct EvalArgs {
     /// Name of the demo
     pub demo: String,
-    /// First and last seed, or how many from 0 on
+    /// First and last seed, or a count of seeds from 0
     #[arg(long, value_name = "A..B|N", allow_hyphen_values = true, value_parser = seed_range)]
     pub seeds: (u64, u64),
-    /// Policy of the task; the demo's default otherwise
+    /// Policy of the task [default: that of the demo]
     #[arg(long, value_name = "P")]
     pub policy: Option<String>,
     /// Runs at the same time
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]
     pub jobs: u32,
-    /// Print one JSON object a seed, and one for all seeds as the last line
+    /// Print one JSON object per seed, and one for all seeds as the last line
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]

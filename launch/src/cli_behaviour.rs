@@ -18,25 +18,25 @@ pub struct BehaviourArgs {
 /// What to do with a behaviour.
 #[derive(Clone, Debug, Subcommand)]
 pub enum BehaviourVerb {
-    /// Print it as text, mermaid or dot, or as it runs
+    /// Print it as text, mermaid or dot, or live
     Show(ShowArgs),
-    /// Say what in a file is wrong, and what is probably not meant
+    /// Check a file: errors, and what is probably not meant
     Check(CheckArgs),
 }
 
 /// `show`.
 #[derive(Clone, Debug, Args)]
 pub struct ShowArgs {
-    /// A demo, or a file; the running cell's policy without
+    /// A demo or a file [default: the policy of the running cell]
     #[arg(value_name = "DEMO|FILE")]
     pub what: Option<String>,
-    /// Policy of the demo; its default otherwise
+    /// Policy of the demo [default: that of the demo]
     #[arg(long, value_name = "P")]
     pub policy: Option<String>,
     /// How to print it
     #[arg(long, value_enum, default_value_t = PictureFormat::Text)]
     pub format: PictureFormat,
-    /// Print the running cell's policy whenever something in it changes
+    /// Print the policy of the running cell whenever something in it changes
     #[arg(long, conflicts_with_all = ["what", "policy", "format"])]
     pub live: bool,
     /// With `--live`: only the picture of this arm
@@ -93,7 +93,7 @@ impl PictureFormat {
 pub struct SchemaArgs {
     /// What it describes
     pub what: SchemaKind,
-    /// With `output`: the command; all are listed otherwise
+    /// With `output`: the command [default: list all]
     #[arg(value_name = "NAME")]
     pub name: Option<OutputName>,
     /// Task program whose jobs are described

@@ -13,7 +13,7 @@ pub(crate) const DEFAULT_CELL: &str = "cell";
 /// Which cell.
 #[derive(Clone, Debug, Args)]
 pub struct CellArgs {
-    /// Name of the cell; its run directory bears the same name
+    /// Name of the cell
     #[arg(long, value_name = "NAME", default_value = DEFAULT_CELL, value_parser = cell_name)]
     pub cell: String,
 }
@@ -24,8 +24,8 @@ pub struct DataArgs {
     /// Directory with `cells/`, and with `robots/` beside the built-in ones
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
-    /// Program that does the task: a path, or a name beside the cell, beside
-    /// robocell or on PATH; that of the cell file otherwise
+    /// Task program: a path, or a name beside the cell, beside robocell or on PATH
+    /// [default: that of the cell file]
     #[arg(long, value_name = "PROGRAM")]
     pub task: Option<String>,
 }

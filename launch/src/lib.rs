@@ -23,6 +23,7 @@ mod new;
 mod output;
 mod page;
 mod programs;
+mod progress;
 mod record;
 mod replay;
 pub mod run;

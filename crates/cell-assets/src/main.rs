@@ -50,12 +50,15 @@ impl CacheArgs {
     }
 }
 
+/// Something that cannot be used, as for all commands of `robocell`.
+const CONFIGURATION: u8 = 3;
+
 fn main() -> ExitCode {
     match run(Cli::parse().command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            say(&mut std::io::stderr(), &format!("error: {error}"));
-            ExitCode::FAILURE
+            say(&mut std::io::stderr(), &format!("robocell: {error}"));
+            ExitCode::from(CONFIGURATION)
         }
     }
 }

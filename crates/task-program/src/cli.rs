@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use cell_model::Data;
 use cell_model::runs::output::schema;
 use cell_model::runs::spec::RunSpec;
-use cell_model::runs::summary::RunOutcome;
+use cell_model::runs::summary::{RunOutcome, RunSummary};
 use cell_record::Recording;
 use cell_sim::eval::EvalLine;
 use cell_sim::verify::{Report, Verdict, Verified, verify_file};
@@ -19,6 +19,7 @@ use clap::{Parser, Subcommand};
 
 use crate::checked::Checked;
 use crate::inspect::{self, InspectError, Kind};
+use crate::progress::Progress;
 
 /// A task that failed or timed out; a recording that differs.
 const TASK_FAILED: u8 = 5;
@@ -242,11 +243,22 @@ fn run(program: &Program) -> Result<ExitCode, CliError> {
             if let Some(other) = recorded_program(&file).filter(|_| !here) {
                 return Ok(verify_by(&other)?);
             }
-            let report = verify_file(program, &file, data)?;
-            print_report(&report, json);
-            Ok(code(report.verdict() == Verdict::Same))
+            Ok(verify(program, &file, data, json)?)
         }
     }
+}
+
+fn verify(
+    program: &Program,
+    file: &Path,
+    data: Option<PathBuf>,
+    json: bool,
+) -> Result<ExitCode, SimError> {
+    let progress = Progress::of_time("verify");
+    let report = verify_file(program, file, data, &|tick| progress.tick(tick))?;
+    drop(progress);
+    print_report(&report, json);
+    Ok(code(report.verdict() == Verdict::Same))
 }
 
 fn inspect(program: &Program, verb: BehaviourVerb) -> Result<ExitCode, InspectError> {
@@ -292,7 +304,9 @@ fn inspect(program: &Program, verb: BehaviourVerb) -> Result<ExitCode, InspectEr
 }
 
 fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode, SimError> {
-    let counts = eval::evaluate(program, plan, |row| {
+    let total = plan.seeds.end() - plan.seeds.start();
+    let progress = Progress::of_runs(total.saturating_add(1));
+    let print = |row: &RunSummary| {
         if json {
             print_json(row);
         } else {
@@ -309,7 +323,9 @@ fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode
                 row.reason.as_deref().unwrap_or_default(),
             ));
         }
-    })?;
+    };
+    let counts = eval::evaluate(program, plan, |row| progress.run(|| print(row)))?;
+    drop(progress);
     if json {
         print_json(&counts);
     } else {

@@ -12,6 +12,7 @@ mod checked;
 mod cli;
 pub mod inspect;
 pub mod process;
+mod progress;
 pub mod slots;
 
 use std::path::Path;

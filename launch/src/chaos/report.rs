@@ -67,7 +67,7 @@ impl Report {
         }
     }
 
-    /// A job ended by itself.
+    /// A job that was not stopped has ended.
     pub(super) fn job(&mut self, summary: &RunSummary) {
         self.limit_violations += summary.limit_violations;
         if summary.outcome != RunOutcome::Done {

@@ -32,7 +32,7 @@ pub(crate) fn load(args: &LoadArgs) -> Result<(), Failure> {
             now.spec.run != session.spec.run && now.dir.control().exists() && now.join().is_ok()
         });
         if there {
-            say::line("It is stopped: `robocell resume` starts it.");
+            say::line("Paused: `robocell resume` starts it.");
             return Ok(());
         }
     }

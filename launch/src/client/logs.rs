@@ -71,7 +71,7 @@ pub(crate) fn logs(args: &LogsArgs) -> Result<(), Failure> {
     loop {
         for (tail, partial) in &mut tails {
             if tail.print(partial).is_err() {
-                // Whoever read us has gone.
+                // The reader has closed the pipe.
                 return Ok(());
             }
         }

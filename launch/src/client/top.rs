@@ -80,7 +80,7 @@ impl View {
     }
 }
 
-/// Whether a line stands among the last ones already: what was said while the log
+/// Whether a line is among the last ones already: what was said while the log
 /// was being read comes twice.
 fn was_read(trace: &Trace, line: &TraceLine) -> bool {
     let time_s = line.header.sim_time_ns as f64 * 1.0e-9;

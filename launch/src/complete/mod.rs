@@ -2,6 +2,7 @@
 
 use clap::{CommandFactory, ValueEnum};
 use clap_complete::Shell;
+use ipc_types::topic::Process;
 
 use crate::cli::{Cli, CompleteArgs};
 use crate::cli_common::DEFAULT_CELL;
@@ -57,7 +58,7 @@ fn zsh(text: &str) -> String {
         let kind = kind.iter().find(|(start, _)| line_start.starts_with(start));
         match kind {
             Some((_, kind)) => {
-                out.push_str(&line.replace(":_default'", &format!(":_robocell_{kind}'")))
+                out.push_str(&line.replace(":_default'", &format!(":_robocell_{kind}'")));
             }
             None => out.push_str(line),
         }
@@ -134,6 +135,6 @@ fn cells() -> Vec<String> {
 
 fn processes(words: &Words<'_>) -> Result<Vec<String>, Failure> {
     let arms = Session::of(words.cell)?.spec.arms;
-    let all = ipc_types::topic::Process::all(arms).into_iter();
-    Ok(all.map(|process| process.name()).collect())
+    let all = Process::all(arms).into_iter();
+    Ok(all.map(Process::name).collect())
 }

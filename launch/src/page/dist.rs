@@ -8,6 +8,7 @@ use std::time::{Duration, SystemTime};
 
 use cell_rt::lock::Lock;
 
+use crate::progress::Progress;
 use crate::say;
 
 /// Names the directory of the page's sources, in place of that of the checkout.
@@ -40,7 +41,7 @@ pub(crate) fn built() -> (Option<PathBuf>, String) {
     }
 }
 
-/// `monitor-proc/ui` of the checkout our executable lies in.
+/// `monitor-proc/ui` of the checkout that holds our executable.
 fn checkout() -> Option<PathBuf> {
     if let Some(ui) = std::env::var_os(ENV_UI).filter(|ui| !ui.is_empty()) {
         return Some(PathBuf::from(ui));
@@ -88,7 +89,7 @@ fn build(ui: &Path) -> Result<(), String> {
             "--emptyOutDir",
         ],
     )?;
-    // Put in place at once, so that nobody is served half a page.
+    // Put in place at once, so that half a page is never served.
     let (new, dist) = (ui.join("dist.new"), ui.join("dist"));
     fs::remove_dir_all(&dist).ok();
     fs::rename(&new, &dist).map_err(|error| format!("cannot put the built page in place: {error}."))
@@ -149,6 +150,7 @@ fn knows(program: &str) -> bool {
 }
 
 fn npm(ui: &Path, arguments: &[&str]) -> Result<(), String> {
+    let _progress = Progress::new(format!("npm {}", arguments.join(" ")));
     let said = Command::new("npm")
         .args(arguments)
         .current_dir(ui)

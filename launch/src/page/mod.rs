@@ -67,7 +67,7 @@ impl Page {
     }
 }
 
-/// The link to the page for whoever may command; `None` when it cannot be read.
+/// The link to the page for operators; `None` when it cannot be read.
 pub(crate) fn link(page: &PageSpec) -> Option<String> {
     let secrets = PageSecrets::load(&page.secrets).ok()?;
     Some(link_with(page.address, &secrets.operator_token))

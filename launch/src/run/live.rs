@@ -1,11 +1,13 @@
 //! A running cell: the launcher's loop around the supervisor.
 
+mod result;
+
 use std::time::Duration;
 
 use cell_bus::RunSite;
 use cell_model::runs::script_report;
 use cell_model::runs::spec::{PageSecrets, RunSpec};
-use cell_model::runs::summary::{RunFacts, RunOutcome, RunSummary};
+use cell_model::runs::summary::RunSummary;
 use cell_rt::clock::monotonic_ns;
 use cell_rt::priority::{LAUNCHER_PRIORITY, set_fifo, set_other};
 use cell_rt::process::{SIGCONT, SIGSTOP, private_umask};
@@ -14,7 +16,6 @@ use ipc_types::decision::Outcome;
 use ipc_types::operator::OperatorAction;
 use ipc_types::topic::Process;
 use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED};
-use ipc_types::{Decision, Wire};
 
 use super::bus_thread::BusThread;
 use super::faults::{FaultStep, Faults};
@@ -486,46 +487,7 @@ impl LiveCell {
         }
     }
 
-    /// What was reached so far.
-    fn summary(&self) -> Option<RunSummary> {
-        let state = self.watch.state()?;
-        let objects = &self.plan.objects;
-        let facts = RunFacts {
-            demo: &self.plan.spec.demo,
-            policy: &self.plan.spec.policy,
-            seed: self.plan.spec.seed,
-            objects,
-            wall_time_s: (monotonic_ns() - self.started_ns) as f64 * 1.0e-9,
-            task_restarts: self.supervisor.restarts(Process::Task),
-            missed_cycles: self.watch.missed_cycles(),
-        };
-        let none = Decision::zeroed();
-        let decision = self.watch.decision().unwrap_or(&none);
-        let mut summary = RunSummary::new(&facts, state, decision);
-        let is_over = state.has(FLAG_ENDING) || summary.outcome != RunOutcome::Timeout;
-        if !is_over {
-            summary.outcome = RunOutcome::Stopped;
-        }
-        Some(summary)
-    }
-
-    /// Names of the objects in place.
-    pub(crate) fn names(&self, decision: &Decision) -> Vec<String> {
-        let count = (decision.placed_count as usize).min(decision.placed.len());
-        let objects = &self.plan.objects;
-        let name = |index: &u32| objects.get(*index as usize).cloned();
-        decision.placed[..count].iter().filter_map(name).collect()
-    }
-
-    /// Sets the same scene up again with the next seed.
-    pub(crate) fn play_next_seed(&mut self) {
-        match self.plan.next_seed() {
-            Ok(plan) => self.finish_with(End::Replaced(Box::new(plan))),
-            Err(failure) => self.finish_with(End::GaveUp(failure)),
-        }
-    }
-
-    /// In lockstep everybody waits for everybody: one that lives but never
+    /// In lockstep all processes wait for each other: one that lives but never
     /// answers is named, and the run fails.
     fn look_for_a_standstill(&mut self) {
         let Some(state) = self.watch.state() else {
@@ -538,7 +500,7 @@ impl LiveCell {
         if self.standstill.lasts(tick, waits, now_ns) {
             let health = self.watch.health(Process::Physics);
             let note = health.map_or("", |health| health.note.as_str());
-            let message = format!("the cell stands still: {note}; `robocell logs` says more");
+            let message = format!("the cell makes no progress: {note}; `robocell logs` says more");
             self.finish_with(End::GaveUp(Failure::gave_up(message)));
         }
     }

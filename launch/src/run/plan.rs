@@ -68,18 +68,12 @@ impl Plan {
         for warning in phases::unknown(&script, &drawing, &args.demo) {
             say::warn(warning);
         }
-        // An arm that is not of the demo is what the run is about.
-        let shows_arms = args.verbose || robot.is_some() || args.demo == REACH;
-        let about_arms = if shows_arms {
-            arms::lines(&cell, robot.as_ref())
-        } else {
-            Vec::new()
-        };
         let dir = RunDir::of(&args.cell.cell);
         let limit = args
             .timeout
             .or(args.until_done.then_some(cell.time_limit_s));
         let (run, root, prefix) = site_of(&dir)?;
+        let about_arms = about_arms(args, &cell, robot.as_ref());
         let spec = RunSpec {
             run,
             cell: args.cell.cell.clone(),
@@ -163,6 +157,15 @@ impl Plan {
             ..self.args.clone()
         };
         Self::with_page(&args, self.kept_page())
+    }
+}
+
+/// The arms in a few lines, where the run is about them.
+fn about_arms(args: &RunArgs, cell: &Cell, robot: Option<&RobotFiles>) -> Vec<String> {
+    if args.verbose || robot.is_some() || args.demo == REACH {
+        arms::lines(cell, robot)
+    } else {
+        Vec::new()
     }
 }
 

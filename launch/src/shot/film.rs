@@ -11,6 +11,7 @@ use super::cell::{Shown, Subject};
 use super::{not_stopped, open_page, wait_for};
 use crate::cli::{FilmArgs, FilmPart};
 use crate::failure::{Context, Failure};
+use crate::progress::Progress;
 use crate::run::plan::new_file;
 use crate::say;
 
@@ -25,6 +26,7 @@ pub(crate) fn film(args: &FilmArgs) -> Result<(), Failure> {
     let times = times(args)?;
     let encoder_words = encoder_words(&args.out, args.fps)?;
     cell_rt::signal::install_stop_handler().cannot("listen to signals")?;
+    let progress = Progress::new("starting the cell");
     let shown = Shown::of(&Subject {
         demo: args.demo.as_deref(),
         policy: args.policy.as_deref(),
@@ -47,13 +49,15 @@ pub(crate) fn film(args: &FilmArgs) -> Result<(), Failure> {
         FilmPart::View => Some(place_of_view(&mut browser)?),
     };
     let mut encoder = Encoder::start(&encoder_words, &out)?;
-    for time in &times {
+    for (frame, time) in times.iter().enumerate() {
         not_stopped()?;
+        progress.say(&format!("frame {} of {}", frame + 1, times.len()));
         seek(&mut browser, *time)?;
         let frame = browser.picture_of(clip.as_ref())?;
         encoder.take(&frame)?;
     }
     encoder.end()?;
+    drop(progress);
     let (frames, speed) = (times.len(), args.speed);
     say::line(format_args!(
         "{}: {frames} frames, {:.1} s of the cell at {speed} times its speed",

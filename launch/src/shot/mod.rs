@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use crate::cli::ShotArgs;
 use crate::failure::{Code, Context, Failure};
 use crate::page::Entry;
+use crate::progress::Progress;
 use crate::run::plan::new_file;
 use crate::say;
 use browser::Browser;
@@ -27,8 +28,9 @@ const SETTLED: &str = "window.robocell !== undefined && window.robocell.settled(
 /// Takes the picture.
 pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     let out = new_file(&args.out)?;
-    // Whoever stops us shall not leave a cell's memory and a browser's profile.
+    // A signal must not leave the memory of a cell and the profile of a browser behind.
     cell_rt::signal::install_stop_handler().cannot("listen to signals")?;
+    let progress = Progress::new("starting the cell");
     let shown = Shown::of(&Subject {
         demo: args.demo.as_deref(),
         policy: args.policy.as_deref(),
@@ -36,6 +38,7 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
         time: args.time,
         cell: &args.cell.cell,
     })?;
+    progress.say("starting the browser");
     let (width, height) = args.size;
     // A browser without a GPU takes every core for seconds; the cell goes first. The
     // browser inherits this.
@@ -45,9 +48,11 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     let time = args.time.filter(|_| args.demo.is_none());
     let fragment = args.view.iter().cloned();
     let fragment = fragment.chain(time.map(|time| format!("t={time}")));
+    progress.say("loading the page");
     open_page(&mut browser, shown.entry(), fragment)?;
     let picture = browser.picture()?;
     std::fs::write(&out, picture).cannot(format!("write {}", out.display()))?;
+    drop(progress);
     say::line(format_args!("{}: {width} x {height}", out.display()));
     Ok(())
 }

@@ -181,7 +181,7 @@ fn offered(base: &std::path::Path, words: &str) -> String {
     let last = words.split(' ').count() - 1;
     let script = format!(
         "PATH={bin}:$PATH; source <(robocell completions bash); COMP_WORDS=({words}); \
-         COMP_CWORD={last}; _robocell_names; echo \"${{COMPREPLY[*]}}\""
+         COMP_CWORD={last}; _robocell_names robocell \"${{COMP_WORDS[-1]}}\" \"${{COMP_WORDS[-2]}}\"; echo \"${{COMPREPLY[*]}}\""
     );
     let mut bash = std::process::Command::new("bash");
     bash.args(["--norc", "-c", &script])

@@ -39,5 +39,6 @@ mod scripts;
 mod series;
 mod stacking;
 mod supervision;
+mod talk;
 mod task_program;
 mod zombie;

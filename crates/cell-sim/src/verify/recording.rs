@@ -13,7 +13,7 @@ use crate::{Program, SimError};
 
 /// Verifies the recording at `path`, a file or the directory of a flight
 /// recorder, with the cell and the behaviours in `data`; where that is missing,
-/// with those the run itself used.
+/// with those the run itself used. `on_tick` is told how far the work has come.
 ///
 /// # Errors
 /// [`SimError`] where the recording cannot be read, or its cell is not there.
@@ -21,21 +21,38 @@ pub fn verify_file(
     program: &Program,
     path: &Path,
     data: Option<PathBuf>,
+    on_tick: &dyn Fn(u64),
 ) -> Result<Report, SimError> {
     let recording = Recording::open(path).map_err(VerifyError::from)?;
     let mut spec = recording.run().clone();
     spec.data_dir = data.or(spec.data_dir);
     let cell = spec.load_cell_from(&program.data)?;
-    let report = verify(program, &cell, &spec.policy, &recording)?;
+    let recorded = Followed {
+        recording: &recording,
+        on_tick,
+    };
+    let report = verify(program, &cell, &spec.policy, &recorded)?;
     Ok(Report {
         cut: recording.cut().map(str::to_owned),
         ..report
     })
 }
 
-impl Recorded for Recording {
+/// A recording that tells how far it was read.
+struct Followed<'a> {
+    recording: &'a Recording,
+    on_tick: &'a dyn Fn(u64),
+}
+
+impl Recorded for Followed<'_> {
     fn messages(&self) -> Messages<'_> {
-        Box::new(Self::messages(self).filter_map(|entry| message(&entry).transpose()))
+        let entries = Recording::messages(self.recording);
+        let told = entries.inspect(|entry| {
+            if let Ok(entry) = entry {
+                (self.on_tick)(entry.tick);
+            }
+        });
+        Box::new(told.filter_map(|entry| message(&entry).transpose()))
     }
 }
 

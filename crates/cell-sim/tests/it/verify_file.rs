@@ -66,7 +66,7 @@ fn a_file_is_verified_and_an_altered_one_is_not() {
     bench.run(3_005);
     let file = Scratch::new("whole");
     write(&bench, &file.0);
-    let report = verify_file(&crate::program(), &file.0, None).expect("a report");
+    let report = verify_file(&crate::program(), &file.0, None, &|_| {}).expect("a report");
     assert_eq!(report.verdict(), Verdict::Same, "{report}");
     assert_eq!(
         (report.commands.compared, report.decisions.compared),
@@ -82,7 +82,7 @@ fn a_file_is_verified_and_an_altered_one_is_not() {
     }
     let other = Scratch::new("altered");
     write(&bench, &other.0);
-    let report = verify_file(&crate::program(), &other.0, None).expect("a report");
+    let report = verify_file(&crate::program(), &other.0, None, &|_| {}).expect("a report");
     let first = report.first_difference.expect("a difference");
     assert_eq!((first.tick, first.field.as_str()), (2_000, "drops"));
 }
@@ -95,13 +95,13 @@ fn a_file_that_ends_early_is_verified_as_far_as_it_goes() {
     write(&bench, &file.0);
     let bytes = std::fs::read(&file.0).expect("the file");
     std::fs::write(&file.0, &bytes[..bytes.len() * 2 / 3]).expect("a shorter file");
-    let report = verify_file(&crate::program(), &file.0, None).expect("a report");
+    let report = verify_file(&crate::program(), &file.0, None, &|_| {}).expect("a report");
     assert_eq!(report.verdict(), Verdict::Same, "{report}");
     assert!(report.commands.compared > 1_000, "{report}");
     let said = report.to_string();
     assert!(said.contains("the file ends early, at "), "{said}");
     assert!(said.contains("in the middle of a record"), "{said}");
-    assert!(verify_file(&crate::program(), Path::new("/nowhere.mcap"), None).is_err());
+    assert!(verify_file(&crate::program(), Path::new("/nowhere.mcap"), None, &|_| {}).is_err());
 }
 
 #[test]
@@ -114,6 +114,6 @@ fn a_file_that_was_flushed_before_anything_was_said_is_verified() {
     let mut writer = RecordingWriter::create(&file.0, &preamble).expect("a new file");
     writer.flush().expect("room on the disk");
     fill(&bench, writer);
-    let report = verify_file(&crate::program(), &file.0, None).expect("a report");
+    let report = verify_file(&crate::program(), &file.0, None, &|_| {}).expect("a report");
     assert_eq!(report.verdict(), Verdict::Same, "{report}");
 }

@@ -60,7 +60,7 @@ impl Names {
         !has(&self.suction) && !has(&self.fingers)
     }
 
-    /// How the equipment stands, one device a line; nothing where there is none.
+    /// State of the equipment, one device per line; nothing where there is none.
     pub(crate) fn lines(&self, state: &EquipmentState) -> Vec<String> {
         let mut lines = Vec::new();
         if self.has_belt {

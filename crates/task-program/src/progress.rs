@@ -1,0 +1,59 @@
+//! A line on the terminal about work that takes long; nothing where stderr is none.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// See the module. The line disappears with its value.
+pub(crate) struct Progress {
+    bar: ProgressBar,
+    /// Simulated seconds shown last.
+    shown_s: AtomicU64,
+}
+
+impl Progress {
+    /// Of `total` runs.
+    pub(crate) fn of_runs(total: u64) -> Self {
+        let template = "{bar:30} {pos} of {len} runs, {per_sec}, {eta} left";
+        Self::new(ProgressBar::new(total), template)
+    }
+
+    /// Of work on simulated time.
+    pub(crate) fn of_time(what: &'static str) -> Self {
+        let bar = ProgressBar::new_spinner().with_prefix(what);
+        Self::new(
+            bar,
+            "{spinner} {prefix}: {msg} of simulated time ({elapsed})",
+        )
+    }
+
+    fn new(bar: ProgressBar, template: &str) -> Self {
+        let style = ProgressStyle::with_template(template);
+        let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+        Self {
+            bar: bar.with_style(style),
+            shown_s: AtomicU64::new(0),
+        }
+    }
+
+    /// One more run; `print` writes to stdout.
+    pub(crate) fn run(&self, print: impl FnOnce()) {
+        self.bar.suspend(print);
+        self.bar.inc(1);
+    }
+
+    /// Work has come to `tick`.
+    pub(crate) fn tick(&self, tick: u64) {
+        let time_s = tick / 1000;
+        if self.shown_s.swap(time_s, Ordering::Relaxed) != time_s {
+            self.bar.set_message(format!("{time_s} s"));
+            self.bar.tick();
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

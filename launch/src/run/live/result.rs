@@ -1,0 +1,50 @@
+//! What a cell has reached.
+
+use cell_model::runs::summary::{RunFacts, RunOutcome, RunSummary};
+use cell_rt::clock::monotonic_ns;
+use ipc_types::topic::Process;
+use ipc_types::world::FLAG_ENDING;
+use ipc_types::{Decision, Wire};
+
+use super::{End, LiveCell};
+
+impl LiveCell {
+    /// What was reached so far.
+    pub(super) fn summary(&self) -> Option<RunSummary> {
+        let state = self.watch.state()?;
+        let objects = &self.plan.objects;
+        let facts = RunFacts {
+            demo: &self.plan.spec.demo,
+            policy: &self.plan.spec.policy,
+            seed: self.plan.spec.seed,
+            objects,
+            wall_time_s: (monotonic_ns() - self.started_ns) as f64 * 1.0e-9,
+            task_restarts: self.supervisor.restarts(Process::Task),
+            missed_cycles: self.watch.missed_cycles(),
+        };
+        let none = Decision::zeroed();
+        let decision = self.watch.decision().unwrap_or(&none);
+        let mut summary = RunSummary::new(&facts, state, decision);
+        let is_over = state.has(FLAG_ENDING) || summary.outcome != RunOutcome::Timeout;
+        if !is_over {
+            summary.outcome = RunOutcome::Stopped;
+        }
+        Some(summary)
+    }
+
+    /// Names of the objects in place.
+    pub(crate) fn names(&self, decision: &Decision) -> Vec<String> {
+        let count = (decision.placed_count as usize).min(decision.placed.len());
+        let objects = &self.plan.objects;
+        let name = |index: &u32| objects.get(*index as usize).cloned();
+        decision.placed[..count].iter().filter_map(name).collect()
+    }
+
+    /// Sets the same scene up again with the next seed.
+    pub(crate) fn play_next_seed(&mut self) {
+        match self.plan.next_seed() {
+            Ok(plan) => self.finish_with(End::Replaced(Box::new(plan))),
+            Err(failure) => self.finish_with(End::GaveUp(failure)),
+        }
+    }
+}
