@@ -168,7 +168,11 @@ export interface Status {
     io: { conveyor_running: boolean };
   };
   /** Why simulated time is paused; empty while it is not. */
-  pause_cause: "" | "start" | "operator" | "step";
+  pause_cause: "" | "start" | "operator" | "step" | "breakpoint";
+  /** Name of the breakpoint that was reached. */
+  pause_detail?: string;
+  /** Not told by a replay. */
+  breaks?: { name: string; hits: number }[];
   equipment: EquipmentStatus | null;
   latency: HopLatency[];
   recorder: {
@@ -217,6 +221,7 @@ export type TextMessage =
   | { t: "guards"; graph: number; values: Record<string, boolean> }
   | { t: "log"; lines: LogLine[]; all?: boolean }
   | ({ t: "timeline" } & Timeline)
+  | { t: "lanes"; all: boolean; spans: LaneSpan[] }
   | ({ t: "ack" } & Ack)
   | ({ t: "past" } & Past)
   | { t: "now" }
@@ -227,6 +232,17 @@ export interface Timeline {
   from_s: number;
   to_s: number;
   epochs: EpochSpan[];
+}
+
+/** A span ends where the next one of its lane begins, in the same epoch. */
+export interface LaneSpan {
+  lane: string;
+  kind: "phase" | "task" | "grip" | "process" | "recording";
+  from_s: number;
+  epoch: number | null;
+  /** Empty for a gap. */
+  label: string;
+  tone: "ok" | "info" | "warn" | "bad" | "dim";
 }
 
 /** What task and equipment said at a moment of the past. */
@@ -249,6 +265,7 @@ export interface Ack {
 export type Command =
   | { do: "pause" | "resume" | "reset" | "again" }
   | { do: "step"; count: number }
+  | { do: "break"; name: string; on: boolean }
   | { do: "task_start" | "task_pause" | "task_resume" | "task_reset" }
   | { do: "drag"; object: string; to: Vec3; for_s: number }
   | {

@@ -4,6 +4,7 @@ import type {
   Command,
   Graph,
   Hello,
+  LaneSpan,
   LogLine,
   Past,
   Scene,
@@ -11,10 +12,12 @@ import type {
   TextMessage,
   Timeline,
 } from "./protocol";
+import { Ages } from "./ages";
 import { isCurrent } from "./epochs";
 import { decode, type Snapshot } from "./snapshot";
 
 const KEPT_LINES = 2000;
+const KEPT_SPANS = 20_000;
 /** Messages that tell how the task's pictures stand. */
 const STORY = new Set(["graphs", "statuses", "edge", "keys", "guards"]);
 
@@ -38,6 +41,7 @@ export interface Events {
   /** Lines that were said just now. */
   said: LogLine[];
   timeline: Timeline;
+  lanes: LaneSpan[];
   /** The moment of the past that is looked at from now on; null for now. */
   moment: Past | null;
   /** Something to tell the person. */
@@ -59,8 +63,12 @@ export class Store {
   guards: Record<string, boolean>[] = [];
   log: LogLine[] = [];
   timeline: Timeline | null = null;
+  /** Spans of all lanes, in the order in which they were told. */
+  lanes: LaneSpan[] = [];
   /** The moment of the past that is shown in the place of what is now. */
   past: Past | null = null;
+  /** How old what is known of guards and keys is. */
+  readonly ages = new Ages(() => this.snapshot?.time ?? null, this);
 
   /** Sends a command; set by the connection. */
   send: (command: Command) => Promise<Ack> = () =>
@@ -108,6 +116,7 @@ export class Store {
   }
 
   private take(message: TextMessage): void {
+    this.ages.take(message);
     switch (message.t) {
       case "hello":
         // Another run tells its own story; the same one tells it again, and meanwhile
@@ -115,6 +124,7 @@ export class Store {
         if (this.hello?.run.id !== message.run.id) {
           this.log = [];
           this.timeline = null;
+          this.lanes = [];
         }
         this.past = null;
         this.hello = message;
@@ -164,6 +174,10 @@ export class Store {
         this.timeline = message;
         this.tell("timeline", message);
         break;
+      case "lanes":
+        this.lanes = [...(message.all ? [] : this.lanes), ...message.spans].slice(-KEPT_SPANS);
+        this.tell("lanes", this.lanes);
+        break;
       case "gone":
         this.tell("notice", { text: GONE[message.what] ?? `the monitor closed the connection: ${message.what}`, bad: !(message.what in GONE) });
         break;
@@ -192,6 +206,7 @@ export class Store {
   private takePast(past: Past): void {
     this.past = past;
     this.forgetStory();
+    this.ages.retell();
     for (const message of past.story) {
       // A recording may have begun too late for the pictures: those of now stay.
       if (message.t !== "graphs" || message.graphs.length > 0) this.take(message);
@@ -206,6 +221,7 @@ export class Store {
     this.edges = [];
     this.keys = [];
     this.guards = [];
+    this.ages.forget();
   }
 
   private takeGraphs(graphs: Graph[]): void {
