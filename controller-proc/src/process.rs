@@ -8,7 +8,7 @@ use cell_rt::periodic::{SPIN_FIFO_NS, SPIN_OTHER_NS};
 use cell_rt::priority::CONTROLLER_PRIORITY;
 use cell_rt::signal::stop_requested;
 use cell_rt::{monotonic_ns, sleep_until};
-use cell_worker::{HealthReporter, RunError, Start};
+use cell_worker::{HealthReporter, LoopClass, RunError, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_LOCKSTEP;
 use ipc_types::{
@@ -88,6 +88,7 @@ struct ControllerProcess {
     /// Generation of physics and tick answered last.
     answered: Option<(u32, u64)>,
     lockstep: bool,
+    class: LoopClass,
     expected_ns: u64,
     /// Second of simulated time the checkpoint was sent in last.
     kept_in: Option<u64>,
@@ -119,6 +120,7 @@ impl ControllerProcess {
             decision_limit_ticks: limit,
             answered: None,
             lockstep: false,
+            class: LoopClass::new(CONTROLLER_PRIORITY, fifo),
             expected_ns: 0,
             kept_in: None,
         };
@@ -317,6 +319,8 @@ impl ControllerProcess {
             return false;
         };
         self.lockstep = state.has(FLAG_LOCKSTEP);
+        self.class.follow(self.lockstep);
+        self.health.set_lockstep(self.lockstep);
         true
     }
 }

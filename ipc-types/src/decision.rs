@@ -4,7 +4,7 @@ use crate::header::Header;
 use crate::pose::Pose;
 use crate::validate::{Check, Invalid, MAX_EFFORT, MAX_JOINT_POSITION, Validate, code};
 use crate::wire::wire;
-use crate::{MAX_ARMS, MAX_JOINTS, Text};
+use crate::{BreakName, MAX_ARMS, MAX_JOINTS, Text};
 
 /// Ids of placed objects a decision can name.
 pub const MAX_PLACED: usize = 48;
@@ -133,6 +133,11 @@ wire! {
         pub placed_count: u32,
         /// Objects that stand where they belong, by index in the cell file.
         pub placed: [u32; MAX_PLACED],
+        /// Tick at which the task reached a breakpoint last; 0: never. Physics pauses
+        /// when it changes.
+        pub break_tick: u64,
+        /// The breakpoint it reached.
+        pub break_name: BreakName,
     }
 }
 
@@ -170,6 +175,7 @@ impl Validate for Decision {
         }
         self.phase.check("phase")?;
         self.policy.check("policy")?;
-        self.reason.check("reason")
+        self.reason.check("reason")?;
+        self.break_name.check("break_name")
     }
 }

@@ -112,6 +112,7 @@ macro_rules! message {
 }
 message!(
     crate::WorldState,
+    crate::Contacts,
     crate::ArmCommand,
     crate::ArmStatus,
     crate::Decision,

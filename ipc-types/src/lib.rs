@@ -7,6 +7,7 @@
 //! that [`Validate`]s it needs nothing else to be safe.
 
 pub mod arm;
+pub mod contact;
 pub mod decision;
 pub mod equipment;
 pub mod header;
@@ -25,6 +26,7 @@ mod wire;
 pub mod world;
 
 pub use arm::{ArmCommand, ArmStatus, GripperCommand};
+pub use contact::Contacts;
 pub use decision::{ArmGoal, Decision, GripperGoal};
 pub use equipment::EquipmentState;
 pub use header::{Header, Input};
@@ -44,8 +46,12 @@ pub const MAX_ARMS: usize = 2;
 pub const MAX_JOINTS: usize = 16;
 /// Movable objects of one cell: 36 bins and 100 parts fit.
 pub const MAX_OBJECTS: usize = 160;
+/// Breakpoints of one task.
+pub const MAX_BREAKS: usize = 8;
 /// Inputs a message can name as its cause.
 pub const MAX_INPUTS: usize = 4;
+/// Name of a node, state or guard at which the task pauses the cell.
+pub type BreakName = Text<48>;
 /// Length of one simulated tick in nanoseconds (1 ms).
 pub const TICK_NS: u64 = 1_000_000;
 /// The task decides on every tick that is a multiple of this (100 Hz).

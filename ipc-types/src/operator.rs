@@ -2,9 +2,9 @@
 
 use crate::header::Header;
 use crate::pose::Pose;
-use crate::validate::{Check, Invalid, Validate, code};
+use crate::validate::{Check, Invalid, MAX_JOINT_POSITION, Validate, code};
 use crate::wire::{Wire, wire};
-use crate::{GripperGoal, Text};
+use crate::{BreakName, GripperGoal, MAX_JOINTS, Text};
 
 code! {
     /// What is asked for.
@@ -41,6 +41,13 @@ code! {
         ScriptDone = 14,
         /// Pause at tick `count` at the latest; used before a kill at a tick.
         End = 15,
+        /// Lead the arm: joint target in `joints`.
+        Joints = 16,
+        /// `count` 1: pause when the task reaches the node, state or guard named by
+        /// `name`; 0: no longer.
+        Break = 17,
+        /// Simulated seconds per second, in `seconds`; 0: as fast as it goes.
+        Speed = 18,
     }
 }
 
@@ -77,6 +84,10 @@ wire! {
         pub pose: Pose,
         /// See the action.
         pub seconds: f64,
+        /// Joint target, in the order of the controlled joints; rad or m.
+        pub joints: [f64; MAX_JOINTS],
+        /// See the action.
+        pub name: BreakName,
     }
 }
 
@@ -118,6 +129,8 @@ impl Validate for OperatorRequest {
             )?;
         }
         Check::within("seconds", &[self.seconds], 3600.0)?;
+        Check::within("joints", &self.joints, MAX_JOINT_POSITION)?;
+        self.name.check("name")?;
         self.pose.check()
     }
 }

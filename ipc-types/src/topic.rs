@@ -5,6 +5,8 @@
 pub enum TopicId {
     /// Physics to all, 1 kHz.
     WorldState,
+    /// Physics to monitor, 50 Hz: who touches whom.
+    Contacts,
     /// Controller of an arm to physics, 1 kHz.
     ArmCommand(u8),
     /// Controller of an arm to all, 1 kHz.
@@ -90,6 +92,7 @@ impl TopicId {
             Self::ArmStatusTap(arm) => 0x500 + u32::from(arm),
             Self::Keyframe(process) => 0x600 + process.code(),
             Self::Recorder => 6,
+            Self::Contacts => 7,
         }
     }
 
@@ -97,6 +100,7 @@ impl TopicId {
     pub fn service(self) -> String {
         match self {
             Self::WorldState => "world/state".to_owned(),
+            Self::Contacts => "world/contacts".to_owned(),
             Self::Decision => "task/decision".to_owned(),
             Self::Trace => "task/trace".to_owned(),
             Self::ArmCommand(arm) => format!("arm/{arm}/command"),

@@ -60,6 +60,8 @@ code! {
         /// The task was restarted: from a checkpoint, without one, or by the
         /// operator.
         Restart = 7,
+        /// The grip of a suction cup broke at a limit.
+        GripBroke = 8,
     }
 }
 
@@ -75,6 +77,7 @@ impl TraceEvent {
             Self::Done => Some("done"),
             Self::Fault => Some("fault"),
             Self::Restart => Some("restart"),
+            Self::GripBroke => Some("break"),
         }
     }
 }

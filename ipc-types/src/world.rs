@@ -7,7 +7,7 @@ use crate::validate::{
     Check, Invalid, MAX_EFFORT, MAX_JOINT_POSITION, MAX_JOINT_VELOCITY, Validate, code,
 };
 use crate::wire::wire;
-use crate::{MAX_ARMS, MAX_JOINTS, MAX_OBJECTS};
+use crate::{BreakName, MAX_ARMS, MAX_BREAKS, MAX_JOINTS, MAX_OBJECTS};
 
 /// [`WorldState::flags`]: the simulation is paused; the same tick is published
 /// again and again, and nobody's ages count.
@@ -39,6 +39,8 @@ code! {
         Operator = 2,
         /// The ticks of a step are done.
         Step = 3,
+        /// The task reached a breakpoint.
+        Breakpoint = 4,
     }
 }
 
@@ -172,8 +174,19 @@ wire! {
         /// Counts resets of the scene: whoever integrates or remembers starts
         /// again from what is measured.
         pub scene_reset: u32,
+        /// 1 where the newest target is `target_joints`, 0 where it is `target`.
+        pub target_is_joints: u32,
+        /// Valid entries of `breaks`.
+        pub break_count: u32,
         /// TCP target in the world frame, valid when `target_seq` > 0.
         pub target: Pose,
+        /// Joint target, in the order of the controlled joints; rad or m.
+        pub target_joints: [f64; MAX_JOINTS],
+        /// Simulated seconds per second that are asked for; 1: real time, 0: as fast
+        /// as it goes.
+        pub speed: f64,
+        /// Breakpoints: names of nodes, states and guards of the task's graphs.
+        pub breaks: [BreakName; MAX_BREAKS],
     }
 }
 
@@ -293,6 +306,11 @@ impl Validate for WorldState {
 }
 
 impl OperatorPanel {
+    /// The breakpoints.
+    pub fn breaks(&self) -> &[BreakName] {
+        &self.breaks[..(self.break_count as usize).min(MAX_BREAKS)]
+    }
+
     pub(crate) fn check(&self) -> Result<(), Invalid> {
         if self.target_seq > 0 {
             self.target.check()?;
@@ -303,6 +321,16 @@ impl OperatorPanel {
             PauseCause::from_code(self.pause_cause).is_some(),
         )?;
         Check::count("panel.target_arm", self.target_arm, MAX_ARMS - 1)?;
+        Check::within(
+            "panel.target_joints",
+            &self.target_joints,
+            MAX_JOINT_POSITION,
+        )?;
+        Check::within("panel.speed", &[self.speed], 50.0)?;
+        Check::count("panel.break_count", self.break_count, MAX_BREAKS)?;
+        for name in self.breaks() {
+            name.check("panel.breaks")?;
+        }
         Check::code(
             "panel.gripper",
             self.gripper,

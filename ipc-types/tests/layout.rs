@@ -10,6 +10,7 @@ fn sizes_are_the_published_ones() {
     let sizes = [
         ("Header", size_of::<Header>()),
         ("WorldState", size_of::<WorldState>()),
+        ("Contacts", size_of::<Contacts>()),
         ("ArmCommand", size_of::<ArmCommand>()),
         ("ArmStatus", size_of::<ArmStatus>()),
         ("Decision", size_of::<Decision>()),

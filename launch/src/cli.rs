@@ -8,7 +8,7 @@ use clap_complete::Shell;
 
 use crate::chaos::FaultKind;
 pub use crate::cli_common::{CellArgs, DataArgs};
-pub use crate::cli_hand::{GripperArgs, GripperVerb, TargetArgs};
+pub use crate::cli_hand::{GripperArgs, GripperVerb, JointsArgs, TargetArgs};
 pub use crate::cli_page::{
     AssetsArgs, AssetsVerb, LoadArgs, RecordArgs, RecordVerb, ReplayArgs, ShotArgs,
 };
@@ -72,12 +72,18 @@ pub enum Command {
     Resume(CellArgs),
     /// Run some ticks of 1 ms, then pause
     Step(StepArgs),
+    /// Change how fast simulated time passes in a running cell
+    Speed(SpeedArgs),
+    /// Pause when the task reaches a node, state or guard; list or remove breakpoints
+    Break(BreakArgs),
     /// Put the scene back to its beginning
     Reset(CellArgs),
     /// Start, pause, resume or reset the task
     Task(TaskArgs),
     /// Lead the arm: set the target of the tool
     Target(TargetArgs),
+    /// Lead the arm: set a joint target
+    Joints(JointsArgs),
     /// Open or close the gripper (while the task is paused, or with `reach`)
     Gripper(GripperArgs),
     /// Pull an object to a place by a bounded spring
@@ -355,6 +361,33 @@ pub struct StepArgs {
     /// Ticks of 1 ms
     #[arg(default_value_t = 1, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub ticks: u32,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// `robocell speed`.
+#[derive(Clone, Debug, Args)]
+pub struct SpeedArgs {
+    /// `1`: real time; `max` or another factor: lockstep
+    #[arg(value_name = "1|max|X", allow_negative_numbers = true, value_parser = str::parse::<Speed>)]
+    pub speed: Speed,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
+/// `robocell break`.
+#[derive(Clone, Debug, Args)]
+pub struct BreakArgs {
+    /// Name of a node, state or guard of the task; all breakpoints are listed otherwise
+    pub name: Option<String>,
+    /// Remove the breakpoint
+    #[arg(long, requires = "name")]
+    pub remove: bool,
+    /// Print one JSON object
+    #[arg(long, conflicts_with = "name")]
+    pub json: bool,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub cell: CellArgs,

@@ -27,6 +27,28 @@ pub struct TargetArgs {
     pub cell: CellArgs,
 }
 
+/// `robocell joints`.
+#[derive(Clone, Debug, Args)]
+pub struct JointsArgs {
+    /// Position of each joint of the arm, from the base on, in radians (metres for a
+    /// prismatic joint)
+    #[arg(value_name = "POSITION", required = true, num_args = 1..=16,
+          allow_negative_numbers = true, value_parser = finite)]
+    pub values: Vec<f64>,
+    /// Positions are in degrees
+    #[arg(long)]
+    pub deg: bool,
+    /// Return at once; without it, when the arm is at rest
+    #[arg(long)]
+    pub no_wait: bool,
+    /// Arm by its place in the cell file
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = count)]
+    pub arm: u32,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub cell: CellArgs,
+}
+
 /// What to do with the gripper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum GripperVerb {

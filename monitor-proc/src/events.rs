@@ -1,4 +1,4 @@
-//! The page's log as a file of the run: a monitor that was started again, and a page
+//! The page's log, and the lanes of its timeline, as files of the run: a monitor that was started again, and a page
 //! that was opened late, show what was said before.
 
 use std::fs::{self, File, OpenOptions};
@@ -9,8 +9,10 @@ use serde_json::Value;
 
 use crate::story::KEPT_LINES;
 
-/// Name of the file in the run's log folder.
-const FILE: &str = "events.jsonl";
+/// The log of the page.
+pub const EVENTS: &str = "events.jsonl";
+/// The lanes of its timeline.
+pub const LANES: &str = "lanes.jsonl";
 /// A file that grew to this size is cut to the lines that are shown (bytes).
 const LIMIT_BYTES: u64 = 1 << 20;
 
@@ -22,9 +24,9 @@ pub struct EventFile {
 }
 
 impl EventFile {
-    /// The file in `logs`, and the last lines of it.
-    pub fn open(logs: &Path) -> (Self, Vec<Value>) {
-        let path = logs.join(FILE);
+    /// The file `name` in `logs`, and the last lines of it.
+    pub fn open(logs: &Path, name: &str) -> (Self, Vec<Value>) {
+        let path = logs.join(name);
         let lines = last_lines(&path);
         let file = append_to(&path);
         (Self { path, file }, lines)
@@ -89,18 +91,18 @@ mod tests {
     #[test]
     fn the_last_lines_are_told_again_and_the_file_stays_small() {
         let dir = tempfile::tempdir().unwrap();
-        let (mut events, before) = EventFile::open(dir.path());
+        let (mut events, before) = EventFile::open(dir.path(), EVENTS);
         assert!(before.is_empty());
         let line = |number: u32| json!({ "time_s": number, "text": "x".repeat(2000) });
         for number in 0..2000 {
             events.append(&[line(number)]);
         }
-        let path = dir.path().join(FILE);
+        let path = dir.path().join(EVENTS);
         assert!(fs::metadata(&path).unwrap().len() <= LIMIT_BYTES);
         // Killed in the middle of a line.
         let mut file = OpenOptions::new().append(true).open(&path).unwrap();
         file.write_all(b"{\"time_s\": 3").unwrap();
-        let (_, lines) = EventFile::open(dir.path());
+        let (_, lines) = EventFile::open(dir.path(), EVENTS);
         assert_eq!(lines.len(), KEPT_LINES);
         assert_eq!(lines.last(), Some(&line(1999)));
     }

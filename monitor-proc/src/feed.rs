@@ -6,17 +6,19 @@ use std::sync::Arc;
 use cell_bus::{Bus, BusError, Latest};
 use cell_worker::Start;
 use ipc_types::topic::{Process, TopicId};
-use ipc_types::{ArmStatus, Decision, Health, WorldState};
+use ipc_types::{ArmStatus, Contacts, Decision, Health, WorldState};
 use serde_json::Value;
 
+use crate::breaks::Breaks;
 use crate::hub::{Hub, Timeline};
+use crate::lanes::{self, Row};
 use crate::misses::Misses;
 use crate::pace::Pace;
 use crate::reset::Reset;
 use crate::scene;
 use crate::snapshot::{FLAG_RECORDING, Moment, encode};
 use crate::starts::Starts;
-use crate::status::{StatusInput, status};
+use crate::status::{StatusInput, speed_text, status};
 
 /// 60 frames a second.
 const FRAME_NS: u64 = 16_666_667;
@@ -31,6 +33,7 @@ pub struct Feed {
     world: Latest<WorldState>,
     status: Vec<Latest<ArmStatus>>,
     decision: Latest<Decision>,
+    contacts: Latest<Contacts>,
     healths: Vec<(Process, Latest<Health>)>,
     misses: Misses,
     pace: Pace,
@@ -38,6 +41,10 @@ pub struct Feed {
     objects: Vec<String>,
     policy: String,
     starts: Starts,
+    breaks: Breaks,
+    arms: Vec<String>,
+    file: String,
+    gaps: u64,
     reset: Reset,
     recording: bool,
     next_frame_ns: u64,
@@ -62,6 +69,7 @@ impl Feed {
             world: bus.latest(TopicId::WorldState)?,
             status: status.collect::<Result<_, _>>()?,
             decision: bus.latest(TopicId::Decision)?,
+            contacts: bus.latest(TopicId::Contacts)?,
             healths,
             misses: Misses::default(),
             pace: Pace::default(),
@@ -69,6 +77,10 @@ impl Feed {
             objects: start.cell.objects.iter().map(|o| o.name.clone()).collect(),
             policy: start.spec.policy.clone(),
             starts: Starts::default(),
+            breaks: Breaks::default(),
+            arms: start.cell.arms.iter().map(|a| a.name.clone()).collect(),
+            file: String::new(),
+            gaps: 0,
             reset: Reset::default(),
             recording: false,
             next_frame_ns: 0,
@@ -102,6 +114,7 @@ impl Feed {
             self.next_frame_ns = after(self.next_frame_ns, FRAME_NS, now_ns);
             self.frame(now_ns);
         }
+        self.look_lanes();
         let lines = self.hub.tell_news();
         if now_ns >= self.next_status_ns {
             self.next_status_ns = after(self.next_status_ns, STATUS_NS, now_ns);
@@ -113,9 +126,26 @@ impl Feed {
     fn look(&mut self) {
         self.world.refresh();
         self.decision.refresh();
+        self.contacts.refresh();
         for status in &mut self.status {
             status.refresh();
         }
+    }
+
+    /// What the lanes of the timeline show now.
+    fn look_lanes(&mut self) {
+        self.world.refresh();
+        self.decision.refresh();
+        let Some(world) = self.world.get() else {
+            return;
+        };
+        let decision = self.decision.get();
+        let decision = decision.filter(|decision| self.reset.is_after(Some(world), decision));
+        self.breaks.look(world, decision);
+        let rows = lanes::rows(world, decision, &self.arms, &self.objects);
+        let (time_s, epoch) = moment(world);
+        self.hub
+            .change_lanes(|lanes| lanes.look(time_s, epoch, rows));
     }
 
     fn frame(&mut self, now_ns: u64) {
@@ -130,6 +160,7 @@ impl Feed {
             world,
             status: &status,
             decision,
+            contacts: self.contacts.get(),
             real_time_factor: self.pace.look(now_ns, world.header.sim_time_ns),
             flags: if self.recording { FLAG_RECORDING } else { 0 },
         };
@@ -153,8 +184,27 @@ impl Feed {
         let world = self.world.get();
         let time_s = world.map_or(0.0, |w| w.header.sim_time_ns as f64 * 1.0e-9);
         let missed = self.misses.look(&processes, time_s, now_ns);
-        for text in self.starts.look(&processes) {
-            self.hub.restarted(time_s, &text);
+        for started in self.starts.look(&processes, time_s) {
+            let epoch = world.map(|world| world.header.generation);
+            let (process, down_s) = (started.process, started.down_s.min(time_s));
+            self.hub
+                .change_lanes(|lanes| lanes.was_down(process, epoch, down_s, time_s));
+            if let Some(text) = started.line() {
+                self.hub.restarted(time_s, &text);
+            }
+        }
+        if let Some(world) = world {
+            let gaps = recorder.gaps();
+            let has_gap = std::mem::replace(&mut self.gaps, gaps) < gaps;
+            recorder.file().clone_into(&mut self.file);
+            let rows = processes.iter().map(|(process, health)| {
+                Row::process(*process, if health.is_some() { "" } else { "silent" })
+            });
+            let rows = rows.chain([Row::recording(&self.file, has_gap)]);
+            let (time_s, epoch) = moment(world);
+            self.hub
+                .change_lanes(|lanes| lanes.look(time_s, epoch, rows));
+            self.hub.set_speed(&speed_text(world.panel.speed));
         }
         let decision = self.decision.get();
         let decision = decision.filter(|decision| self.reset.is_after(world, decision));
@@ -164,6 +214,7 @@ impl Feed {
             world,
             decision,
             objects: &self.objects,
+            breaks: self.breaks.counts(),
             policy: &self.policy,
         });
         if let Some((recorder, latency)) = recorder.told {
@@ -189,6 +240,32 @@ pub struct RecorderNews {
     pub timeline: Option<Timeline>,
     /// Whether a file is being written.
     pub to_file: bool,
+}
+
+impl RecorderNews {
+    /// Name of the file that is written; empty for none.
+    fn file(&self) -> &str {
+        let file = self
+            .told
+            .as_ref()
+            .and_then(|(told, _)| told["file"].as_str());
+        file.unwrap_or_default()
+    }
+
+    /// Messages that were lost so far.
+    fn gaps(&self) -> u64 {
+        let gaps = self
+            .told
+            .as_ref()
+            .and_then(|(told, _)| told["gaps"].as_u64());
+        gaps.unwrap_or_default()
+    }
+}
+
+/// Simulated time (s) and generation of physics of `world`.
+fn moment(world: &WorldState) -> (f64, Option<u32>) {
+    let header = &world.header;
+    (header.sim_time_ns as f64 * 1.0e-9, Some(header.generation))
 }
 
 /// The next of a row of moments after `now_ns`; those missed are left out.

@@ -63,6 +63,7 @@ impl Still {
             world: &self.world,
             status: &status,
             decision: Some(&self.decision),
+            contacts: None,
             real_time_factor,
             flags: FLAG_NOT_LIVE | flags,
         };
@@ -128,6 +129,7 @@ impl<F: Film> Past for Projector<F> {
             world: still.as_ref().map(|still| still.world.as_ref()),
             decision: still.as_ref().map(|still| still.decision.as_ref()),
             objects: &self.objects,
+            breaks: &[],
             policy: "",
         });
         told["t"] = json!("past");

@@ -13,6 +13,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use tokio::sync::{broadcast, watch};
 
+use crate::lanes::{Lanes, Span};
 use crate::page::role::Role;
 use crate::story::Story;
 use crate::story::history::History;
@@ -80,6 +81,7 @@ struct Known {
     scene: Arc<Value>,
     story: Story,
     history: History,
+    lanes: Lanes,
     status: Option<Utf8Bytes>,
     timeline: Option<Utf8Bytes>,
 }
@@ -112,6 +114,7 @@ impl Hub {
             scene: Arc::new(scene),
             story: Story::default(),
             history: History::default(),
+            lanes: Lanes::default(),
             status: None,
             timeline: None,
         };
@@ -174,9 +177,34 @@ impl Hub {
             .say(time_s, "lifecycle", TraceEvent::Restart, text);
     }
 
-    /// Adds an incident to the log.
+    /// Adds an incident to the log, and the reason to the lane of the process.
     pub fn incident(&self, head: &Head, what: &str) {
-        self.lock().story.incident(head, what);
+        let mut known = self.lock();
+        known.story.incident(head, what);
+        known.lanes.explain(what);
+    }
+
+    /// Changes the lanes of the timeline; [`Self::tell_lanes`] tells it.
+    pub fn change_lanes(&self, change: impl FnOnce(&mut Lanes)) {
+        change(&mut self.lock().lanes);
+    }
+
+    /// Tells what is new in the lanes of the timeline; what that is.
+    pub fn tell_lanes(&self) -> Vec<Span> {
+        let mut known = self.lock();
+        let news = known.lanes.news();
+        if !news.is_empty() {
+            self.tell(&known.lanes.message(Some(&news)));
+        }
+        news
+    }
+
+    /// Shows other lanes.
+    pub fn replace_lanes(&self, lanes: Lanes) {
+        let mut known = self.lock();
+        known.lanes = lanes;
+        known.lanes.news();
+        self.tell(&known.lanes.message(None));
     }
 
     /// Forgets what the task said: another past is shown from now on.
@@ -228,6 +256,19 @@ impl Hub {
         let mut known = self.lock();
         if known.hello.run.policy != policy {
             policy.clone_into(&mut known.hello.run.policy);
+        }
+    }
+
+    /// The policy that runs now.
+    pub fn policy(&self) -> String {
+        self.lock().hello.run.policy.clone()
+    }
+
+    /// How simulated time passes now: that can be changed while the cell runs.
+    pub fn set_speed(&self, speed: &str) {
+        let mut known = self.lock();
+        if known.hello.run.speed != speed {
+            speed.clone_into(&mut known.hello.run.speed);
         }
     }
 
@@ -293,6 +334,7 @@ impl Known {
             text(&json!({ "t": "scene", "scene": *self.scene })),
         ];
         all.extend(self.story.everything().iter().map(text));
+        all.push(text(&self.lanes.message(None)));
         all.extend(self.status.clone());
         all.extend(self.timeline.clone());
         all

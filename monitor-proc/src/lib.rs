@@ -6,6 +6,7 @@
 //! pages go to a desk that carries them out.
 #![forbid(unsafe_code)]
 
+mod breaks;
 pub mod desk;
 pub mod events;
 pub mod feed;
@@ -14,10 +15,12 @@ pub mod hub;
 mod incidents;
 pub mod journal;
 pub mod keep;
+pub mod lanes;
 pub mod live;
 pub mod misses;
 pub mod pace;
 pub mod page;
+pub mod policy_file;
 pub mod process;
 pub mod recorder;
 pub mod replay;

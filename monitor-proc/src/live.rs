@@ -16,6 +16,7 @@ use crate::film::Projector;
 use crate::hub::{Hello, Hub, RunInfo};
 use crate::page::command::Names;
 use crate::page::desk::Desk;
+use crate::policy_file::PolicyFiles;
 use crate::recorder::{Recorder, RecorderRequest};
 use crate::scene::{self, SceneError};
 use crate::scrub::{OpenPast, Past};
@@ -123,7 +124,9 @@ pub fn prepare(
     };
     let incidents = Incidents::at(start.spec.incidents_dir.clone());
     let shown = (hub, names, Arc::new(open) as OpenPast);
-    prepare_page(page, shown, Arc::new(desk), Some(incidents))
+    let policies = PolicyFiles::new(&start.spec);
+    let kept = (Some(incidents), Some(policies));
+    prepare_page(page, shown, Arc::new(desk), kept)
 }
 
 /// All of a site for `page`.
@@ -135,7 +138,7 @@ pub fn prepare_page(
     page: &PageSpec,
     (hub, names, past): (Arc<Hub>, Names, OpenPast),
     desk: Arc<dyn Desk>,
-    incidents: Option<Incidents>,
+    (incidents, policies): (Option<Incidents>, Option<PolicyFiles>),
 ) -> Result<Prepared, PageError> {
     let secrets = read_secrets(&page.secrets)?;
     // Of a live cell `robocell status` prints a new link; of a recording nothing does.
@@ -151,6 +154,7 @@ pub fn prepare_page(
         desk,
         names,
         past: Some(past),
+        policies,
         incidents,
     };
     Ok(Prepared {

@@ -14,11 +14,12 @@ use ipc_types::{TICK_NS, TraceLine, WorldState};
 use serde_json::{Value, json};
 
 use crate::desk::{LiveDesk, serve_errands, serve_physics};
-use crate::events::EventFile;
+use crate::events::{self, EventFile};
 use crate::feed::{Feed, RecorderNews};
 use crate::incidents::IncidentWatch;
 use crate::journal::{Journal, Said};
 use crate::keep;
+use crate::lanes::Span;
 use crate::live::{self, PageError, Trouble};
 use crate::recorder::Recorder;
 
@@ -58,7 +59,8 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
     let logs = start.spec.run_dir.join("logs");
     std::fs::create_dir_all(&logs)?;
     let journal = Journal::open(&logs)?;
-    let (events, lines) = EventFile::open(&logs);
+    let (events, lines) = EventFile::open(&logs, events::EVENTS);
+    let (lanes, spans) = EventFile::open(&logs, events::LANES);
     let trouble = Trouble::default();
     let scene = live::scene(start).unwrap_or_else(|error| {
         trouble.set(error.to_string());
@@ -75,6 +77,7 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
         let bus = start.join(Process::Monitor)?;
         let mut process = MonitorProcess::new(&bus, start, journal, page)?;
         process.recall(events, lines, &start.spec);
+        process.recall_lanes(lanes, spans);
         process.trouble = trouble;
         process.recorder = Some(recorder.clone());
         while !stop_requested() {
@@ -156,6 +159,7 @@ struct MonitorProcess {
     next_timeline_ns: u64,
     incidents: IncidentWatch,
     events: Option<EventFile>,
+    lanes: Option<EventFile>,
     said: Said,
     health: HealthReporter,
 }
@@ -184,6 +188,7 @@ impl MonitorProcess {
             next_timeline_ns: 0,
             incidents: IncidentWatch::new(&start.spec, 0, 0),
             events: None,
+            lanes: None,
             said: Said::default(),
             health: HealthReporter::new(start, bus, Process::Monitor, false)?,
         })
@@ -199,6 +204,16 @@ impl MonitorProcess {
         self.events = Some(events);
         if let Some(page) = &self.page {
             page.hub.recall(lines);
+        }
+    }
+
+    /// Continues the lanes of the timeline of an earlier start.
+    fn recall_lanes(&mut self, file: EventFile, spans: Vec<Value>) {
+        self.lanes = Some(file);
+        if let Some(page) = &self.page {
+            let spans = spans.into_iter().map(serde_json::from_value);
+            let spans: Vec<Span> = spans.filter_map(Result::ok).collect();
+            page.hub.change_lanes(|lanes| lanes.recall(spans));
         }
     }
 
@@ -226,6 +241,10 @@ impl MonitorProcess {
             });
             if let Some(events) = &mut self.events {
                 events.append(&lines);
+            }
+            let spans: Vec<Value> = feed.hub().tell_lanes().iter().map(|s| json!(s)).collect();
+            if let Some(lanes) = &mut self.lanes {
+                lanes.append(&spans);
             }
         }
         self.health.cycle(self.tick, began_ns, 0, [0.0; 4]);

@@ -83,6 +83,7 @@ fn fixtures(cell: &Cell) -> Vec<Value> {
             "pose": pose(&fixture.pose),
             "colour": fixture.colour,
             "solid": fixture.solid,
+            "friction": fixture.friction,
             "obstacle": obstacle,
         })
     });
@@ -96,6 +97,7 @@ fn objects(cell: &Cell) -> Vec<Value> {
             "shape": shape(&object.shape),
             "colour": object.colour,
             "mass_kg": object.mass,
+            "friction": object.friction,
             "kind": object.kind,
         })
     });
@@ -172,11 +174,19 @@ pub fn fingers_of(scene: &Value) -> Vec<usize> {
         .collect()
 }
 
+/// Names of the arms of a scene that was told before.
+pub fn arm_names(scene: &Value) -> Vec<String> {
+    names(&scene["arms"])
+}
+
 /// Names of the objects of a scene that was told before.
 pub fn object_names(scene: &Value) -> Vec<String> {
-    let objects = scene["objects"].as_array().into_iter().flatten();
-    objects
-        .map(|object| object["name"].as_str().unwrap_or_default().to_owned())
+    names(&scene["objects"])
+}
+
+fn names(told: &Value) -> Vec<String> {
+    let told = told.as_array().into_iter().flatten();
+    told.map(|one| one["name"].as_str().unwrap_or_default().to_owned())
         .collect()
 }
 

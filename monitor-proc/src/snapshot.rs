@@ -1,16 +1,19 @@
 //! One moment of the cell as the page's binary frame (docs/page-protocol.md).
 
+use ipc_types::contact::Contact;
 use ipc_types::decision::GoalKind;
-use ipc_types::{ArmState, ArmStatus, Decision, ObjectState, Pose, WorldState};
+use ipc_types::{ArmState, ArmStatus, Contacts, Decision, ObjectState, Pose, WorldState};
 
 /// `RCS1`, little-endian.
 pub const MAGIC: u32 = 0x3153_4352;
 /// Bytes before the arms.
-pub const HEADER_BYTES: usize = 40;
+pub const HEADER_BYTES: usize = 48;
 /// Bytes of one arm.
 pub const ARM_BYTES: usize = 112 * 4;
 /// Bytes of one object.
-pub const OBJECT_BYTES: usize = 8 * 4;
+pub const OBJECT_BYTES: usize = 14 * 4;
+/// Bytes of one contact.
+pub const CONTACT_BYTES: usize = 8 * 4;
 
 /// The operator has paused the task.
 pub const FLAG_TASK_PAUSED: u32 = 8;
@@ -32,6 +35,8 @@ pub struct Moment<'a> {
     pub status: &'a [Option<&'a ArmStatus>],
     /// What the task said last.
     pub decision: Option<&'a Decision>,
+    /// Who touches whom, of a live cell.
+    pub contacts: Option<&'a Contacts>,
     /// Simulated seconds per second.
     pub real_time_factor: f64,
     /// [`FLAG_NOT_LIVE`] and [`FLAG_RECORDING`].
@@ -45,7 +50,11 @@ pub type Fingers<'a> = &'a [usize];
 pub fn encode(moment: &Moment<'_>, fingers: Fingers<'_>) -> Vec<u8> {
     let world = moment.world;
     let (arms, objects) = (world.arms(), world.objects());
-    let size = HEADER_BYTES + arms.len() * ARM_BYTES + objects.len() * OBJECT_BYTES;
+    let contacts = moment.contacts.map_or(&[][..], Contacts::list);
+    let size = HEADER_BYTES
+        + arms.len() * ARM_BYTES
+        + objects.len() * OBJECT_BYTES
+        + contacts.len() * CONTACT_BYTES;
     let mut out = Frame(Vec::with_capacity(size));
     out.u32(MAGIC);
     out.u32(flags(moment));
@@ -54,6 +63,8 @@ pub fn encode(moment: &Moment<'_>, fingers: Fingers<'_>) -> Vec<u8> {
     out.f64(moment.real_time_factor);
     out.u32(number(arms.len()));
     out.u32(number(objects.len()));
+    out.u32(number(contacts.len()));
+    out.u32(0);
     for (index, arm) in arms.iter().enumerate() {
         let status = moment.status.get(index).copied().flatten();
         let fingers = fingers.get(index).copied().unwrap_or(0);
@@ -69,6 +80,9 @@ pub fn encode(moment: &Moment<'_>, fingers: Fingers<'_>) -> Vec<u8> {
     }
     for object in objects {
         out.object(object);
+    }
+    for contact in contacts {
+        out.contact(contact);
     }
     out.0
 }
@@ -192,6 +206,15 @@ impl Frame {
     fn object(&mut self, object: &ObjectState) {
         self.pose(&object.pose);
         self.u32(object.flags);
+        self.all(&object.twist.linear);
+        self.all(&object.twist.angular);
+    }
+
+    fn contact(&mut self, contact: &Contact) {
+        self.u32(contact.a);
+        self.u32(contact.b);
+        self.all(&contact.position);
+        self.all(&contact.force);
     }
 }
 
@@ -226,15 +249,22 @@ mod tests {
         let mut decision = Decision::zeroed();
         decision.goals[1].kind = GoalKind::Pose.code();
         decision.goals[1].obstacle_mask = u64::MAX;
+        world.objects[2].twist.angular = [0.0, 0.0, 0.5];
+        let mut contacts = Contacts::zeroed();
+        (contacts.count, contacts.contacts[0].b) = (1, 2 << 16);
+        contacts.contacts[0].force = [0.0, 0.0, 9.5];
         let moment = Moment {
             world: &world,
             status: &[None, Some(&status)],
             decision: Some(&decision),
+            contacts: Some(&contacts),
             real_time_factor: 0.5,
             flags: FLAG_RECORDING,
         };
         let frame = encode(&moment, &[2, 2]);
-        assert_eq!(frame.len(), HEADER_BYTES + 2 * ARM_BYTES + 3 * OBJECT_BYTES);
+        let of_objects = HEADER_BYTES + 2 * ARM_BYTES + 3 * OBJECT_BYTES;
+        assert_eq!(frame.len(), of_objects + CONTACT_BYTES);
+        assert_eq!(word(&frame, 40), 1);
         assert_eq!(word(&frame, 4), 1 | FLAG_TASK_PAUSED | FLAG_RECORDING);
         assert_eq!(f64::from_le_bytes(frame[8..16].try_into().unwrap()), 1.5);
         let arm = HEADER_BYTES + ARM_BYTES;
@@ -252,6 +282,9 @@ mod tests {
         let object = HEADER_BYTES + 2 * ARM_BYTES + 2 * OBJECT_BYTES;
         assert_eq!(float(&frame, object + 12), 1.0);
         assert_eq!(word(&frame, object + 28), 5);
+        assert_eq!(float(&frame, object + 52), 0.5, "the twist");
+        assert_eq!(word(&frame, of_objects + 4), 2 << 16);
+        assert_eq!(float(&frame, of_objects + 28), 9.5, "the force");
     }
 
     #[test]
@@ -262,6 +295,7 @@ mod tests {
             world: &world,
             status: &[],
             decision: None,
+            contacts: None,
             real_time_factor: 0.0,
             flags: 0,
         };

@@ -7,39 +7,77 @@ use ipc_types::topic::Process;
 /// The newest start of each process.
 #[derive(Default)]
 pub(crate) struct Starts {
-    known: Vec<(Process, u32)>,
+    known: Vec<Known>,
+}
+
+struct Known {
+    process: Process,
+    start: u32,
+    /// When it was heard last (simulated s).
+    heard_s: f64,
+}
+
+/// A process that was started again.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Started {
+    pub(crate) process: Process,
+    /// When the start before was heard last (simulated s).
+    pub(crate) down_s: f64,
+    start: u32,
 }
 
 impl Starts {
-    /// A line for each process whose newest start was not seen before.
-    pub(crate) fn look(&mut self, processes: &[(Process, Option<&Health>)]) -> Vec<String> {
-        let mut lines = Vec::new();
+    /// Each process whose newest start was not seen before, at `time_s`.
+    pub(crate) fn look(
+        &mut self,
+        processes: &[(Process, Option<&Health>)],
+        time_s: f64,
+    ) -> Vec<Started> {
+        let mut new = Vec::new();
         for (process, health) in processes {
             let Some(health) = health else {
                 continue;
             };
-            let now = health.header.generation;
-            match self.known.iter_mut().find(|(known, _)| known == process) {
-                Some((_, known)) if *known < now => {
-                    *known = now;
-                    lines.extend(line(*process, now));
+            let start = health.header.generation;
+            let started = |down_s| Started {
+                process: *process,
+                down_s,
+                start,
+            };
+            match self
+                .known
+                .iter_mut()
+                .find(|known| known.process == *process)
+            {
+                Some(known) => {
+                    if known.start < start {
+                        new.push(started(known.heard_s));
+                    }
+                    (known.start, known.heard_s) = (start, time_s);
                 }
-                Some(_) => {}
                 None => {
-                    self.known.push((*process, now));
+                    self.known.push(Known {
+                        process: *process,
+                        start,
+                        heard_s: time_s,
+                    });
                     // The monitor does not see itself start.
-                    let own = *process == Process::Monitor && now > 1;
-                    lines.extend(own.then(|| line(*process, now)).flatten());
+                    if *process == Process::Monitor && start > 1 {
+                        new.push(started(time_s));
+                    }
                 }
             }
         }
-        lines
+        new
     }
 }
 
-fn line(process: Process, start: u32) -> Option<String> {
-    let name = process.name();
-    (process != Process::Task).then(|| format!("[cell] {name} restarted: start {start}"))
+impl Started {
+    /// A line for the log; the task writes its own.
+    pub(crate) fn line(&self) -> Option<String> {
+        let (name, start) = (self.process.name(), self.start);
+        (self.process != Process::Task).then(|| format!("[cell] {name} restarted: start {start}"))
+    }
 }
 
 #[cfg(test)]
@@ -57,17 +95,18 @@ mod tests {
         };
         let (one, two) = (health(1), health(2));
         let physics = Process::Physics;
-        assert!(starts.look(&[(physics, None)]).is_empty());
-        assert!(starts.look(&[(physics, Some(&one))]).is_empty());
-        assert!(starts.look(&[(physics, None)]).is_empty());
-        let lines = starts.look(&[(physics, Some(&two)), (Process::Task, Some(&one))]);
-        assert_eq!(lines, ["[cell] physics restarted: start 2"]);
-        assert!(
-            starts
-                .look(&[(physics, Some(&two)), (Process::Task, Some(&two))])
-                .is_empty()
-        );
-        let lines = starts.look(&[(Process::Monitor, Some(&two))]);
-        assert_eq!(lines, ["[cell] monitor restarted: start 2"]);
+        assert!(starts.look(&[(physics, None)], 1.0).is_empty());
+        assert!(starts.look(&[(physics, Some(&one))], 2.0).is_empty());
+        assert!(starts.look(&[(physics, None)], 3.0).is_empty());
+        let task = Process::Task;
+        let new = starts.look(&[(physics, Some(&two)), (task, Some(&one))], 4.0);
+        let line = Some("[cell] physics restarted: start 2".to_owned());
+        assert_eq!((new[0].line(), new[0].down_s, new.len()), (line, 2.0, 1));
+        let both = [(physics, Some(&two)), (task, Some(&two))];
+        // The task writes its own line.
+        assert_eq!(starts.look(&both, 5.0)[0].line(), None);
+        let new = starts.look(&[(Process::Monitor, Some(&two))], 6.0);
+        let line = Some("[cell] monitor restarted: start 2".to_owned());
+        assert_eq!(new[0].line(), line);
     }
 }

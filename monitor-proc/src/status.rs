@@ -22,6 +22,8 @@ pub struct StatusInput<'a> {
     pub decision: Option<&'a Decision>,
     /// Names of the objects in the order of the cell file.
     pub objects: &'a [String],
+    /// How often each breakpoint was reached since this monitor started, by name.
+    pub breaks: &'a [(String, u64)],
     /// Policy of the run, where the task has not said its own.
     pub policy: &'a str,
 }
@@ -38,6 +40,9 @@ pub fn status(look: &StatusInput<'_>) -> Value {
         "processes": processes,
         "task": task(look),
         "pause_cause": look.world.map_or("", pause_cause),
+        "pause_detail": pause_detail(look),
+        "speed": look.world.map(|world| speed_text(world.panel.speed)),
+        "breaks": breaks(look.breaks),
         "equipment": look.world.map(|world| equipment(world, look.objects)),
         "latency": [],
         "recorder": {
@@ -61,8 +66,32 @@ fn pause_cause(world: &WorldState) -> &'static str {
         Some(PauseCause::Start) => "start",
         Some(PauseCause::Operator) => "operator",
         Some(PauseCause::Step) => "step",
+        Some(PauseCause::Breakpoint) => "breakpoint",
         Some(PauseCause::None) | None => "",
     }
+}
+
+/// A speed as it is written on the command line.
+pub(crate) fn speed_text(factor: f64) -> String {
+    if factor == 0.0 {
+        "max".to_owned()
+    } else {
+        factor.to_string()
+    }
+}
+
+/// What paused it, for people; empty where the cause says all.
+fn pause_detail<'a>(look: &StatusInput<'a>) -> &'a str {
+    let at_break = PauseCause::Breakpoint.code();
+    let paused = look.world.is_some_and(|w| w.panel.pause_cause == at_break);
+    let decision = look.decision.filter(|_| paused);
+    decision.map_or("", |decision| decision.break_name.as_str())
+}
+
+fn breaks(breaks: &[(String, u64)]) -> Value {
+    let told = breaks.iter();
+    told.map(|(name, hits)| json!({ "name": name, "hits": hits }))
+        .collect()
 }
 
 fn process(process: Process, health: Option<&Health>, missed_why: &str) -> Value {
@@ -238,6 +267,7 @@ mod tests {
             world: Some(&world),
             decision: Some(&decision),
             objects: &objects,
+            breaks: &[],
             policy: "fsm",
         });
         assert_eq!(message["processes"][0]["late_p99_us"], 2.5);

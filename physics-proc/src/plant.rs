@@ -6,7 +6,7 @@
 use cell_model::Cell;
 use cell_model::cells::script::{GripperWord, ScriptAction, ScriptRunner};
 use cell_model::runs::script_report::ScriptReply;
-use cell_model::runs::spec::RunSpec;
+use cell_model::runs::spec::{RunSpec, Speed};
 use ipc_types::decision::Outcome;
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::world::{FLAG_ENDING, FLAG_LOCKSTEP, FLAG_PAUSED, PauseCause};
@@ -30,12 +30,12 @@ pub enum Next {
     Wait,
 }
 
-/// The world, and whether it goes on.
+/// The world, and whether simulated time passes.
 pub struct Plant {
     world: World,
     script: ScriptRunner,
     objects: Vec<String>,
-    lockstep: bool,
+    speed: Speed,
     until_done: bool,
     limit_tick: u64,
     pause: Option<PauseCause>,
@@ -51,6 +51,8 @@ pub struct Plant {
     requests: u64,
     /// Tick this start of physics began with.
     resumed_tick: u64,
+    /// When the task reached the breakpoint that paused last.
+    break_tick: u64,
 }
 
 /// What decides what follows besides the world and the run.
@@ -61,6 +63,7 @@ struct Saved {
     steps_left: Option<u64>,
     waiting: Option<(u32, ScriptAction)>,
     replies: Vec<ScriptReply>,
+    speed: Speed,
 }
 
 impl Plant {
@@ -76,7 +79,7 @@ impl Plant {
             world,
             script: ScriptRunner::new(&spec.script),
             objects: cell.objects.iter().map(|o| o.name.clone()).collect(),
-            lockstep: spec.speed.is_lockstep(),
+            speed: spec.speed,
             until_done: spec.until_done,
             limit_tick: spec.time_limit_s.map_or(u64::MAX, ticks),
             pause: spec.paused.then_some(PauseCause::Start),
@@ -87,6 +90,7 @@ impl Plant {
             policy: spec.policy.clone(),
             requests: 0,
             resumed_tick: 0,
+            break_tick: 0,
         })
     }
 
@@ -98,6 +102,7 @@ impl Plant {
             steps_left: self.steps_left,
             waiting: self.waiting.clone(),
             replies: self.replies.clone(),
+            speed: self.speed,
         };
         // Without its first line it is refused by `restore`.
         let mut bytes = serde_json::to_vec(&saved).unwrap_or_default();
@@ -124,6 +129,7 @@ impl Plant {
         self.steps_left = saved.steps_left;
         self.waiting = saved.waiting;
         self.replies = saved.replies;
+        self.speed = saved.speed;
         self.resumed_tick = self.world.tick();
         Ok(())
     }
@@ -141,6 +147,11 @@ impl Plant {
         self.world.set_decision_limit(ticks);
     }
 
+    /// How simulated time goes.
+    pub(crate) fn speed(&self) -> Speed {
+        self.speed
+    }
+
     /// The world.
     pub fn world(&self) -> &World {
         &self.world
@@ -151,7 +162,8 @@ impl Plant {
     pub fn before_step(&mut self, decision: Option<&Decision>) -> Next {
         self.run_script(decision);
         self.check_end(decision);
-        let held = self.waiting.is_some() && self.lockstep;
+        self.check_break(decision);
+        let held = self.waiting.is_some() && self.speed.is_lockstep();
         if self.pause.is_some() || self.ending || held {
             return Next::Wait;
         }
@@ -171,8 +183,13 @@ impl Plant {
     pub fn write_state(&self, state: &mut WorldState) {
         self.world.write_state(state);
         state.panel.pause_cause = self.pause_cause();
+        state.panel.speed = self.speed.factor();
         state.flags = if self.pause.is_some() { FLAG_PAUSED } else { 0 }
-            | if self.lockstep { FLAG_LOCKSTEP } else { 0 }
+            | if self.speed.is_lockstep() {
+                FLAG_LOCKSTEP
+            } else {
+                0
+            }
             | if self.ending { FLAG_ENDING } else { 0 };
         state.script_line = self.waiting.as_ref().map_or(0, |(line, _)| *line);
         state.script_left = self.script.left();
@@ -239,6 +256,10 @@ impl Plant {
                     self.note_script(line, &action, Ok(()));
                 }
             }
+            OperatorAction::Speed => match Speed::of_factor(request.seconds) {
+                Some(speed) => self.speed = speed,
+                None => return wrong_speed(request.seconds),
+            },
             OperatorAction::End => self.ending = true,
             other => return self.world.operate(other, request),
         }
@@ -313,6 +334,15 @@ impl Plant {
         self.ending |= (self.until_done && done) || self.world.tick() >= self.limit_tick;
     }
 
+    /// The task reached a breakpoint that it had not reached before.
+    fn check_break(&mut self, decision: Option<&Decision>) {
+        let reached = decision.map_or(0, |decision| decision.break_tick);
+        if reached != 0 && std::mem::replace(&mut self.break_tick, reached) != reached {
+            self.pause = Some(PauseCause::Breakpoint);
+            self.steps_left = None;
+        }
+    }
+
     fn request_of(&self, action: &ScriptAction) -> Option<OperatorRequest> {
         let mut request = OperatorRequest::zeroed_at_identity();
         let code = match action {
@@ -373,6 +403,14 @@ fn unit(pose: &Pose) -> Pose {
         orientation_wxyz: pose.orientation_wxyz.map(|q| q / length),
         ..*pose
     }
+}
+
+fn wrong_speed(factor: f64) -> (ReplyCode, String) {
+    let allowed = "0 (as fast as it goes), 1 (real time), or 0.01 to 50";
+    (
+        ReplyCode::OutOfRange,
+        format!("speed is {factor}; allowed are {allowed}"),
+    )
 }
 
 fn index_of(names: &[String], name: &str) -> Option<u32> {

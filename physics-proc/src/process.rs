@@ -8,9 +8,12 @@ use cell_model::stop::DECISION_AGE_OTHER_TICKS;
 use cell_rt::priority::PHYSICS_PRIORITY;
 use cell_rt::signal::stop_requested;
 use cell_rt::{Grid, monotonic_ns};
-use cell_worker::{HealthReporter, RunError, Start};
+use cell_worker::{HealthReporter, LoopClass, RunError, Start};
+use ipc_types::contact::CONTACT_TICKS;
 use ipc_types::topic::{Process, TopicId};
-use ipc_types::{ArmCommand, DECISION_TICKS, Decision, Header, MAX_ARMS, TICK_NS, WorldState};
+use ipc_types::{
+    ArmCommand, Contacts, DECISION_TICKS, Decision, Header, MAX_ARMS, TICK_NS, WorldState,
+};
 
 use crate::plant::{Next, Plant};
 use crate::recorder_pace::RecorderPace;
@@ -64,16 +67,23 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
     let resume = Resume::open(run_dir, run, was_one, &mut plant);
     let report = ScriptReport::new(run_dir);
     let fifo = start.real_time(PHYSICS_PRIORITY, 0);
-    if start.spec.speed == Speed::RealTime && !fifo {
+    if !fifo {
         plant.set_decision_limit(DECISION_AGE_OTHER_TICKS);
     }
     let bus = start.join(Process::Physics)?;
     let mut process = PhysicsProcess::new(start, &bus, (plant, resume, report), fifo)?;
     start.populate();
-    match start.spec.speed {
-        Speed::RealTime => process.real_time(fifo),
-        Speed::Max => process.lockstep(0),
-        Speed::Factor(factor) => process.lockstep(paced_period_ns(factor)),
+    let mut class = LoopClass::new(PHYSICS_PRIORITY, fifo);
+    // A change of speed ends the loop.
+    while !stop_requested() {
+        let speed = process.plant.speed();
+        class.follow(speed.is_lockstep());
+        process.health.set_lockstep(speed.is_lockstep());
+        match speed {
+            Speed::RealTime => process.real_time(fifo),
+            Speed::Max => process.lockstep(speed, 0),
+            Speed::Factor(factor) => process.lockstep(speed, paced_period_ns(factor)),
+        }
     }
     Ok(())
 }
@@ -86,6 +96,7 @@ struct PhysicsProcess {
     tick: u64,
     state: Publisher<WorldState>,
     tap: StateTap,
+    contacts: Publisher<Contacts>,
     commands: Vec<Latest<ArmCommand>>,
     decision: Latest<Decision>,
     recorder: RecorderPace,
@@ -95,6 +106,7 @@ struct PhysicsProcess {
     task_bell: Doorbell,
     monitor_bell: Doorbell,
     sleeper: Sleeper,
+    contacts_tick: Option<u64>,
     published_ns: [u64; PUBLISHED],
     overruns: u64,
     /// Arms at fault.
@@ -121,6 +133,7 @@ impl PhysicsProcess {
             generation: bus.generation(),
             state: bus.publisher(TopicId::WorldState)?,
             tap: StateTap::new(bus)?,
+            contacts: bus.publisher(TopicId::Contacts)?,
             commands: commands.collect::<Result<_, _>>()?,
             decision: bus.latest(TopicId::Decision)?,
             recorder: RecorderPace::new(bus, spec.record.file.is_some())?,
@@ -130,6 +143,7 @@ impl PhysicsProcess {
             task_bell: bus.doorbell(Process::Task)?,
             monitor_bell: bus.doorbell(Process::Monitor)?,
             sleeper: bus.sleeper(Process::Physics)?,
+            contacts_tick: None,
             published_ns: [0; PUBLISHED],
             overruns: 0,
             faults: 0,
@@ -140,10 +154,11 @@ impl PhysicsProcess {
     /// One tick each millisecond on an absolute grid; nobody is waited for.
     fn real_time(&mut self, fifo: bool) {
         let mut grid = Grid::new(TICK_NS, monotonic_ns(), fifo);
+        let before = self.overruns;
         self.publish();
-        while !stop_requested() {
+        while !stop_requested() && self.plant.speed() == Speed::RealTime {
             let wake = grid.wait();
-            self.overruns = grid.overruns();
+            self.overruns = before + grid.overruns();
             self.take_inputs();
             self.step();
             self.publish();
@@ -156,10 +171,10 @@ impl PhysicsProcess {
 
     /// A tick when everybody has answered the one before, at most one in
     /// `period_ns`.
-    fn lockstep(&mut self, period_ns: u64) {
+    fn lockstep(&mut self, speed: Speed, period_ns: u64) {
         let mut grid = Grid::new(period_ns.max(1), monotonic_ns(), false);
         self.publish();
-        while !stop_requested() {
+        while !stop_requested() && self.plant.speed() == speed {
             let began_ns = monotonic_ns();
             if !self.wait_for_answers() {
                 break;
@@ -251,6 +266,17 @@ impl PhysicsProcess {
         self.health.refused("decision", invalid, now_ns);
         self.ring();
         self.tap.publish(self.state.header());
+        self.publish_contacts();
+    }
+
+    /// For people, after everyone who controls has the state.
+    fn publish_contacts(&mut self) {
+        if self.tick.is_multiple_of(CONTACT_TICKS) && self.contacts_tick != Some(self.tick) {
+            self.contacts_tick = Some(self.tick);
+            let world = self.plant.world();
+            // Those of the next time replace what was not sent.
+            let _sent = self.contacts.publish(|out| world.write_contacts(out));
+        }
     }
 
     fn ring(&mut self) {

@@ -27,7 +27,7 @@ use crate::operator::drag;
 use crate::operator::requests::{self, Desk};
 use crate::state::memory::Memory;
 use crate::state::message::View;
-use crate::state::snapshot;
+use crate::state::{snapshot, touching};
 
 /// Input of one tick.
 #[derive(Clone, Copy, Default)]
@@ -325,6 +325,11 @@ impl World {
     /// time, the process flags and script.
     pub fn write_state(&self, out: &mut WorldState) {
         self.view().write(out);
+    }
+
+    /// Writes who touches whom in the present state.
+    pub fn write_contacts(&self, out: &mut ipc_types::Contacts) {
+        touching::write(&self.engine, self.memory.tick, out);
     }
 
     /// Hash over bodies, joints and tick: equal for equal runs.

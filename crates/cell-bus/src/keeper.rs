@@ -11,7 +11,7 @@ use iceoryx2::service::builder::Builder;
 use ipc_types::header::Message;
 use ipc_types::topic::{OPERATOR_SERVICE, Process, TopicId, doorbell};
 use ipc_types::{
-    ArmCommand, ArmStatus, Decision, Health, Keyframe, TraceLine, WorldPiece, WorldState,
+    ArmCommand, ArmStatus, Contacts, Decision, Health, Keyframe, TraceLine, WorldPiece, WorldState,
 };
 
 use crate::error::BusError;
@@ -94,6 +94,7 @@ impl Keeper {
     fn create_topic(&mut self, topic: TopicId) -> Result<(), BusError> {
         match topic {
             TopicId::WorldState => self.create_topic_of::<WorldState>(topic),
+            TopicId::Contacts => self.create_topic_of::<Contacts>(topic),
             TopicId::WorldTap => self.create_topic_of::<WorldPiece>(topic),
             TopicId::Keyframe(_) => self.create_topic_of::<Keyframe>(topic),
             TopicId::ArmCommand(_) | TopicId::ArmCommandTap(_) => {

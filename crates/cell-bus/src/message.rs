@@ -5,7 +5,7 @@ use core::any::Any;
 use ipc_types::header::Message;
 use ipc_types::probe::{Probe1K, Probe4K, Probe16K, Probe64};
 use ipc_types::{
-    ArmCommand, ArmStatus, Decision, Health, Keyframe, TraceLine, WorldPiece, WorldState,
+    ArmCommand, ArmStatus, Contacts, Decision, Health, Keyframe, TraceLine, WorldPiece, WorldState,
 };
 
 use crate::bus::Bus;
@@ -69,6 +69,6 @@ macro_rules! topic_messages {
 }
 
 topic_messages!(
-    WorldState, WorldPiece, Keyframe, ArmCommand, ArmStatus, Decision, TraceLine, Health, Probe64,
-    Probe1K, Probe4K, Probe16K,
+    WorldState, Contacts, WorldPiece, Keyframe, ArmCommand, ArmStatus, Decision, TraceLine, Health,
+    Probe64, Probe1K, Probe4K, Probe16K,
 );

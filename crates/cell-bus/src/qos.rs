@@ -2,7 +2,7 @@
 
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{
-    ArmCommand, ArmStatus, Decision, Health, Keyframe, TraceLine, WorldPiece, WorldState,
+    ArmCommand, ArmStatus, Contacts, Decision, Health, Keyframe, TraceLine, WorldPiece, WorldState,
 };
 
 /// One writer is legal (the fence sees to it); the rest is slack for slots of
@@ -38,6 +38,7 @@ pub(crate) fn topics(arms: u8) -> Vec<TopicId> {
     let taps: Vec<TopicId> = topics.iter().filter_map(|topic| topic.tap()).collect();
     topics.extend(taps);
     topics.extend([
+        TopicId::Contacts,
         TopicId::WorldTap,
         TopicId::Recorder,
         TopicId::Keyframe(Process::Task),
@@ -49,6 +50,7 @@ pub(crate) fn topics(arms: u8) -> Vec<TopicId> {
 fn message_size(topic: TopicId) -> usize {
     match topic {
         TopicId::WorldState => size_of::<WorldState>(),
+        TopicId::Contacts => size_of::<Contacts>(),
         TopicId::WorldTap => size_of::<WorldPiece>(),
         TopicId::Keyframe(_) => size_of::<Keyframe>(),
         TopicId::ArmCommand(_) | TopicId::ArmCommandTap(_) => size_of::<ArmCommand>(),

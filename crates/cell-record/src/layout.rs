@@ -6,8 +6,8 @@ use ipc_types::equipment::MAX_SENSORS;
 use ipc_types::tap::{KEYFRAME_BYTES, PIECE_OBJECTS, PieceObject};
 use ipc_types::{
     ArmCommand, ArmGoal, ArmState, ArmStatus, Decision, EquipmentState, GripperCommand,
-    GripperState, Header, Input, Keyframe, MAX_ARMS, MAX_INPUTS, MAX_JOINTS, ObjectState,
-    OperatorPanel, Pose, Text, TraceLine, Twist, WorldPiece,
+    GripperState, Header, Input, Keyframe, MAX_ARMS, MAX_BREAKS, MAX_INPUTS, MAX_JOINTS,
+    ObjectState, OperatorPanel, Pose, Text, TraceLine, Twist, WorldPiece,
 };
 use serde_json::{Map, Value, json};
 
@@ -129,7 +129,12 @@ layouts! {
         drop_parts: u32,
         add_bin: u32,
         scene_reset: u32,
+        target_is_joints: u32,
+        break_count: u32,
         target: Pose,
+        target_joints: f64 [MAX_JOINTS],
+        speed: f64,
+        breaks: Text48 [MAX_BREAKS],
     }
     PieceObject {
         index: u32,
@@ -242,6 +247,8 @@ layouts! {
         recoveries: u32,
         placed_count: u32,
         placed: u32 [MAX_PLACED],
+        break_tick: u64,
+        break_name: Text48,
     }
     TraceLine {
         header: Header,

@@ -108,6 +108,12 @@ impl OverrunWatch {
         }
     }
 
+    /// Changes what an overrun is, as in [`Self::of_this_thread`].
+    pub fn set_limits(&mut self, late_limit_ns: u64, body_limit_ns: u64) {
+        self.late_limit_ns = late_limit_ns;
+        self.body_limit_ns = body_limit_ns;
+    }
+
     /// The cause, for a cycle that is an overrun. Called after each cycle.
     pub fn cycle(&mut self, late_ns: u64, body_ns: u64) -> Option<Cause> {
         self.cycles += 1;

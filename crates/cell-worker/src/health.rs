@@ -31,6 +31,8 @@ pub struct HealthReporter {
     next_ns: u64,
     /// The newest message that was refused: its topic, why, and when it is forgotten.
     refused: Option<(&'static str, Invalid, u64)>,
+    process: Process,
+    lockstep: bool,
     overruns: OverrunWatch,
     /// None where the run directory has no room for it.
     black_box: Option<BlackBox>,
@@ -72,10 +74,13 @@ impl HealthReporter {
                 "no black box, incidents will not show this process: {error}"
             ));
         }
-        let (late_ns, body_ns) = limits(process, start.spec.speed.is_lockstep());
+        let lockstep = start.spec.speed.is_lockstep();
+        let (late_ns, body_ns) = limits(process, lockstep);
         Ok(Self {
             overruns: OverrunWatch::of_this_thread(late_ns, body_ns),
             black_box: black_box.ok(),
+            process,
+            lockstep,
             generation: u16::try_from(start.generation & 0xffff).unwrap_or(0),
             publisher: bus.publisher(TopicId::Health(process))?,
             message,
@@ -110,6 +115,14 @@ impl HealthReporter {
                 cause,
                 values: values.map(single),
             });
+        }
+    }
+
+    /// Says how simulated time passes now: in lockstep no cycle is late.
+    pub fn set_lockstep(&mut self, lockstep: bool) {
+        if std::mem::replace(&mut self.lockstep, lockstep) != lockstep {
+            let (late_ns, body_ns) = limits(self.process, lockstep);
+            self.overruns.set_limits(late_ns, body_ns);
         }
     }
 

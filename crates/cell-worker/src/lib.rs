@@ -3,10 +3,12 @@
 #![forbid(unsafe_code)]
 
 mod health;
+mod loop_class;
 mod orphan;
 mod start;
 mod warn;
 
 pub use health::HealthReporter;
+pub use loop_class::LoopClass;
 pub use start::{RunError, SetupError, Start, main};
 pub use warn::warn;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use cell_bus::{Bus, BusError, Doorbell, Gate, Publisher, Sleeper, Subscriber};
 use cell_rt::{monotonic_ns, priority::TASK_PRIORITY, signal::stop_requested};
-use cell_worker::{HealthReporter, RunError, Start};
+use cell_worker::{HealthReporter, LoopClass, RunError, Start};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::{TraceEvent, TraceKind};
 use ipc_types::world::FLAG_LOCKSTEP;
@@ -86,6 +86,7 @@ struct TaskProcess {
     lines: Vec<TraceLineText>,
     bells: Vec<Doorbell>,
     sleeper: Sleeper,
+    class: LoopClass,
     health: HealthReporter,
     message: Decision,
     /// Generation of physics and tick decided on last.
@@ -118,6 +119,7 @@ impl TaskProcess {
             lines: Vec::with_capacity(ROOM_FOR_LINES),
             bells,
             sleeper: bus.sleeper(Process::Task)?,
+            class: LoopClass::new(TASK_PRIORITY, fifo),
             health: HealthReporter::new(start, bus, Process::Task, fifo)?,
             message: Decision::zeroed(),
             decided: None,
@@ -155,6 +157,8 @@ impl TaskProcess {
         };
         let (generation, tick) = (state.header.generation, state.header.tick);
         let lockstep = state.has(FLAG_LOCKSTEP);
+        self.class.follow(lockstep);
+        self.health.set_lockstep(lockstep);
         if !self.begun {
             self.begun = true;
             self.begin(generation, tick);

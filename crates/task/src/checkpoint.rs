@@ -5,6 +5,7 @@ use bincode::Options as _;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use crate::breakpoints::Breakpoints;
 use crate::goal_book::GoalBook;
 use crate::job::Job;
 use crate::operator::PanelState;
@@ -12,7 +13,7 @@ use crate::time::PolicyClock;
 
 /// Version of the layout; another one is refused, and the task starts from what
 /// it observes.
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 
 /// A checkpoint is never longer, so a broken length cannot ask for more memory.
 pub const MAX_BYTES: u64 = 64 * 1024;
@@ -28,6 +29,7 @@ pub(crate) struct TaskCheckpoint {
     pub(crate) clock: PolicyClock,
     pub(crate) panel: PanelState,
     pub(crate) goals: GoalBook,
+    pub(crate) breakpoints: Breakpoints,
     pub(crate) unsure: bool,
     #[serde(with = "serde_bytes")]
     pub(crate) policy_state: Vec<u8>,

@@ -7,6 +7,7 @@
 //! from after SIGKILL, and the trace that people read.
 #![forbid(unsafe_code)]
 
+mod breakpoints;
 pub mod checkpoint;
 pub mod error;
 pub mod goal_book;

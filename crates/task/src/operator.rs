@@ -93,10 +93,12 @@ impl PanelState {
     }
 }
 
-/// The operator's TCP target as a goal.
+/// The operator's target, of the TCP or of the joints, as a goal.
 pub fn operator_target(panel: &OperatorPanel) -> ArmIntent {
+    let joints = (panel.target_is_joints == 1).then_some(panel.target_joints);
     ArmIntent {
-        kind: GoalKind::Pose,
+        kind: joints.map_or(GoalKind::Pose, |_| GoalKind::Joints),
+        posture: joints,
         key: OPERATOR_KEYS | u64::from(panel.target_seq),
         target: panel.target,
         ..ArmIntent::default()

@@ -9,6 +9,7 @@ use ipc_types::{
 };
 use serde::de::Error as _;
 
+use crate::breakpoints::{Breakpoints, Happened};
 use crate::checkpoint::{self, CheckpointError, TaskCheckpoint, VERSION};
 use crate::job::Job;
 use crate::observation::Observation;
@@ -39,6 +40,7 @@ pub struct Task {
     phase: Text<32>,
     clock: PolicyClock,
     panel: PanelState,
+    breakpoints: Breakpoints,
     out: Output,
     tracer: Tracer,
     /// Belief and world have to be compared before the next decision.
@@ -61,6 +63,7 @@ impl Task {
             phase: Text::EMPTY,
             clock: PolicyClock::default(),
             panel: PanelState::default(),
+            breakpoints: Breakpoints::default(),
             out: Output::default(),
             unsure: true,
         }
@@ -81,6 +84,7 @@ impl Task {
         let observation = Observation::new(state, status, now);
         self.out.begin();
         self.obey(change, &state.panel);
+        let (entries, from) = (self.job.counters.phase_entry, trace.len());
         let leads = self.panel.paused() && !self.policy.follows_operator();
         if leads {
             let (arm, intent) = self.panel.lead(&state.panel, self.grip_force);
@@ -98,7 +102,6 @@ impl Task {
                 self.policy
                     .reconcile(&observation, &mut self.job, &mut self.out);
             }
-            let entries = self.job.counters.phase_entry;
             self.work(&observation);
             self.count_phase(entries);
         }
@@ -108,6 +111,14 @@ impl Task {
         self.tracer.changes(self.policy.as_ref(), &mut self.out);
         self.out.finish(self.arm_count, out, trace);
         self.fill(state.header.tick, out);
+        let entered = self.job.counters.phase_entry != entries;
+        let happened = Happened {
+            graphs: self.tracer.graphs(),
+            lines: trace.get(from..).unwrap_or_default(),
+            entered: entered.then(|| self.out.phase.as_str()),
+        };
+        let (panel, tick) = (&state.panel, state.header.tick);
+        self.breakpoints.update(panel, tick, &happened, out);
         if let Err(invalid) = out.validate() {
             self.refuse(&invalid, out, trace);
         }
@@ -139,6 +150,7 @@ impl Task {
             clock: self.clock.clone(),
             panel: self.panel.clone(),
             goals: self.out.book().clone(),
+            breakpoints: self.breakpoints.clone(),
             unsure: self.unsure,
             policy_state: self.policy.save(),
         })
@@ -178,6 +190,7 @@ impl Task {
         self.job.take(saved.job);
         self.clock = saved.clock;
         self.panel = saved.panel;
+        self.breakpoints = saved.breakpoints;
         *self.out.book_mut() = saved.goals;
         self.unsure = saved.unsure || !same_policy;
         Ok(())

@@ -126,7 +126,7 @@ fn radians(angles: [f64; 3], in_degrees: bool) -> Result<[f64; 3], Failure> {
 }
 
 /// The task leads the arm: it would not hear a hand.
-fn must_lead(session: &Session, state: &WorldState) -> Result<(), Failure> {
+pub(super) fn must_lead(session: &Session, state: &WorldState) -> Result<(), Failure> {
     if state.panel.task_paused == 0 && session.spec.policy != FOLLOWS {
         return Err(Failure::configuration(
             "refused: the task leads the arm; `robocell task pause` gives it to you",

@@ -2,10 +2,12 @@
 
 mod approach;
 mod behaviour;
+mod breakpoints;
 mod doctor;
 mod follow;
 mod hand;
 mod incident;
+mod joints;
 mod list;
 mod load;
 mod logs;
@@ -19,13 +21,15 @@ mod top;
 mod watched;
 
 pub(crate) use behaviour::{behaviour, schema};
+pub(crate) use breakpoints::breakpoint;
 pub(crate) use doctor::doctor;
 pub(crate) use hand::{gripper, target};
 pub(crate) use incident::incident;
+pub(crate) use joints::joints;
 pub(crate) use list::list;
 pub(crate) use load::load;
 pub(crate) use logs::logs;
-pub(crate) use operate::{add_bin, down, drag, drop_parts, plain, step, task};
+pub(crate) use operate::{add_bin, down, drag, drop_parts, plain, speed, step, task};
 pub(crate) use restart::restart;
 pub(crate) use status::status;
 pub(crate) use top::top;

@@ -3,13 +3,16 @@
 use std::time::{Duration, Instant};
 
 use cell_bus::Bus;
+use cell_model::runs::spec::Speed;
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::world::{FLAG_PAUSED, OBJECT_DRAGGED, PauseCause};
 use ipc_types::{OperatorReply, OperatorRequest, WorldState};
 
 use super::Session;
 use super::follow::Follower;
-use crate::cli::{AddBinArgs, CellArgs, DragArgs, DropPartsArgs, StepArgs, TaskArgs, TaskVerb};
+use crate::cli::{
+    AddBinArgs, CellArgs, DragArgs, DropPartsArgs, SpeedArgs, StepArgs, TaskArgs, TaskVerb,
+};
 use crate::control::{Reply, Request, ask};
 use crate::failure::{Context, Failure};
 use crate::run::plan::did_you_mean;
@@ -62,6 +65,22 @@ pub(crate) fn step(args: &StepArgs) -> Result<(), Failure> {
     }
     say::line(format_args!("stepped to {reached}"));
     Ok(())
+}
+
+/// `robocell speed 1|max|X`.
+pub(crate) fn speed(args: &SpeedArgs) -> Result<(), Failure> {
+    let mut wish = request(OperatorAction::Speed);
+    wish.seconds = args.speed.factor();
+    let how = match args.speed {
+        Speed::RealTime => "real time".to_owned(),
+        Speed::Max => "as fast as it goes, in lockstep".to_owned(),
+        Speed::Factor(factor) => format!("{factor} times real time, in lockstep"),
+    };
+    tell(
+        &Session::of(&args.cell.cell)?,
+        wish,
+        &format!("speed: {how},"),
+    )
 }
 
 /// `robocell task VERB`.

@@ -499,6 +499,7 @@ impl LiveCell {
         let Some(state) = self.watch.state() else {
             return;
         };
+        self.supervisor.set_lockstep(state.has(FLAG_LOCKSTEP));
         let excused = state.has(FLAG_PAUSED) || state.has(FLAG_ENDING) || state.script_line > 0;
         let waits = state.has(FLAG_LOCKSTEP) && !excused && self.supervisor.is_ready();
         let (tick, now_ns) = (state.header.tick, monotonic_ns());

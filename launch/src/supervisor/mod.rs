@@ -57,6 +57,11 @@ impl Supervisor {
         }
     }
 
+    /// Whether physics waits for everybody, from now on.
+    pub fn set_lockstep(&mut self, lockstep: bool) {
+        self.rules.lockstep = lockstep;
+    }
+
     /// Whether every process has shown itself since the start of the cell.
     pub fn is_ready(&self) -> bool {
         self.was_ready

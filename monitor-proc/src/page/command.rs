@@ -2,7 +2,8 @@
 
 use cell_model::runs::spec::Speed;
 use ipc_types::operator::OperatorAction;
-use ipc_types::{GripperGoal, OperatorRequest, Pose, Wire};
+use ipc_types::validate::MAX_JOINT_POSITION;
+use ipc_types::{BreakName, GripperGoal, MAX_JOINTS, OperatorRequest, Pose, Wire};
 use serde_json::{Value, json};
 
 use super::fields::{Fields, MAX_WHOLE};
@@ -119,6 +120,9 @@ const VERBS: &[&str] = &[
     "task_reset",
     "drag",
     "target",
+    "joints",
+    "break",
+    "speed",
     "gripper",
     "drop_parts",
     "add_bin",
@@ -155,6 +159,9 @@ fn operate(verb: &str, fields: &Fields<'_>, names: &Names) -> Result<Command, St
         }
         "drag" => drag(&mut request, &mut said, fields, names)?,
         "target" => target(&mut request, fields, names)?,
+        "joints" => joints(&mut request, fields, names)?,
+        "break" => breakpoint(&mut request, &mut said, fields)?,
+        "speed" => speed(&mut request, &mut said, fields)?,
         _ => gripper(&mut request, &mut said, fields, names)?,
     };
     request.action = action.code();
@@ -217,6 +224,49 @@ fn target(
     }
     request.pose.orientation_wxyz = turn.map(|x| x / length);
     Ok(OperatorAction::Target)
+}
+
+fn joints(
+    request: &mut OperatorRequest,
+    fields: &Fields<'_>,
+    names: &Names,
+) -> Result<OperatorAction, String> {
+    request.arm = arm(fields, names)?;
+    let positions = fields.list("positions", MAX_JOINTS, MAX_JOINT_POSITION)?;
+    for (slot, position) in request.joints.iter_mut().zip(positions) {
+        *slot = position;
+    }
+    Ok(OperatorAction::Joints)
+}
+
+fn breakpoint(
+    request: &mut OperatorRequest,
+    said: &mut String,
+    fields: &Fields<'_>,
+) -> Result<OperatorAction, String> {
+    let allowed = "the name of a node, state or guard, at most 48 bytes";
+    let name = fields.text("name", allowed)?;
+    request.name = BreakName::new(name);
+    if name.is_empty() || request.name.as_str() != name {
+        return Err(fields.wrong("name", allowed));
+    }
+    let on = fields.flag("on")?;
+    request.count = u32::from(on);
+    *said = format!("break {}{name}", if on { "" } else { "--remove " });
+    Ok(OperatorAction::Break)
+}
+
+fn speed(
+    request: &mut OperatorRequest,
+    said: &mut String,
+    fields: &Fields<'_>,
+) -> Result<OperatorAction, String> {
+    let allowed = "1, max, or a factor from 0.01 to 50";
+    let text = fields.text("speed", allowed)?;
+    let speed = text.parse::<Speed>();
+    request.seconds = speed.map_err(|_| fields.wrong("speed", allowed))?.factor();
+    *said = format!("speed {text}");
+    Ok(OperatorAction::Speed)
 }
 
 fn gripper(

@@ -57,6 +57,22 @@ impl<'a> Fields<'a> {
         value.ok_or_else(|| self.wrong(key, &format!("a number from {from} to {to}")))
     }
 
+    /// At most `most` numbers within `limit`.
+    pub(super) fn list(&self, key: &str, most: usize, limit: f64) -> Result<Vec<f64>, String> {
+        let wrong = || {
+            self.wrong(
+                key,
+                &format!("1 to {most} numbers from -{limit} to {limit}"),
+            )
+        };
+        let list = self.get(key).as_array().ok_or_else(wrong)?;
+        let values: Option<Vec<f64>> = list.iter().map(Value::as_f64).collect();
+        let within = |values: &Vec<f64>| {
+            (1..=most).contains(&values.len()) && values.iter().all(|x| x.abs() <= limit)
+        };
+        values.filter(within).ok_or_else(wrong)
+    }
+
     pub(super) fn numbers<const N: usize>(
         &self,
         key: &str,

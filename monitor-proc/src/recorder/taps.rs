@@ -4,6 +4,7 @@ use cell_bus::{Bus, BusError, Subscriber, TopicMessage};
 use cell_record::{Channel, foxglove, wire_bytes};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::TraceKind;
+use ipc_types::world::FLAG_LOCKSTEP;
 use ipc_types::{
     ArmCommand, ArmStatus, Decision, Header, Health, Keyframe, TraceLine, Wire, WorldPiece,
     WorldState,
@@ -126,6 +127,12 @@ impl Taps {
             epoch: None,
             health_ns: 0,
         })
+    }
+
+    /// Whether physics waits for the recorder.
+    pub(super) fn is_lockstep(&self) -> bool {
+        let piece = self.world.port.current();
+        piece.is_some_and(|piece| piece.flags & FLAG_LOCKSTEP != 0)
     }
 
     /// Header of the newest state taken down.

@@ -77,15 +77,14 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
     let bus = Bus::join(&site, job.spec.run, job.generation, &name)?;
     let mut taps = Taps::new(&bus, job.spec.arms, &job.scene)?;
     let mut hops = Hops::new(usize::from(job.spec.arms));
-    let lockstep = job.spec.speed.is_lockstep();
-    let mut progress = lockstep.then(|| Progress::new(&bus)).transpose()?;
+    let mut progress = Progress::new(&bus)?;
     let (mut pause_ms, mut told_ns) = (PAUSE_MS.1, 0);
     loop {
         let now_ns = monotonic_ns();
         sink.at(now_ns);
         let mut fill = taps.drain(sink, &mut hops, now_ns);
         sink.flush_if_due();
-        if let (Some(progress), Some(state)) = (&mut progress, taps.newest()) {
+        if let Some(state) = taps.newest().filter(|_| taps.is_lockstep()) {
             fill = fill.max(progress.tell(state));
         }
         if now_ns >= told_ns {

@@ -120,6 +120,7 @@ impl<F: Film> Player<F> {
                 world: Some(&still.world),
                 decision: Some(&still.decision),
                 objects: &self.objects,
+                breaks: &[],
                 policy: &self.policy,
             });
             self.hub.tell_status(&message);

@@ -1,6 +1,7 @@
 //! `monitor-proc replay`: a process that shows a recording.
 
 use std::io::Write as _;
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::mpsc;
@@ -17,6 +18,7 @@ use super::desk::ReplayDesk;
 use super::player::Player;
 use crate::film::Projector;
 use crate::hub::{Hello, Hub};
+use crate::lanes;
 use crate::live::{self, PageError, Prepared, Trouble};
 use crate::page::command::Names;
 use crate::scene;
@@ -75,6 +77,10 @@ fn run(arguments: impl Iterator<Item = String>) -> Result<(), ReplayError> {
     let address = args.address;
     let mut player = player(film, hub.clone());
     thread::scope(|scope| {
+        let (file, shown) = (&args.file, &hub);
+        thread::Builder::new()
+            .name("lanes".to_owned())
+            .spawn_scoped(scope, move || show_lanes(file, shown))?;
         let told = trouble.clone();
         let serve = move || live::serve(prepared, address, &told);
         thread::Builder::new()
@@ -128,7 +134,27 @@ fn prepare(args: &ReplayArgs, film: &Recording, desk: ReplayDesk) -> Result<Prep
         Ok(Box::new(projector) as Box<dyn Past>)
     };
     let shown = (hub, names, Arc::new(open) as OpenPast);
-    Ok(live::prepare_page(&page, shown, Arc::new(desk), None)?)
+    Ok(live::prepare_page(
+        &page,
+        shown,
+        Arc::new(desk),
+        (None, None),
+    )?)
+}
+
+/// Reads what lasted from when to when, while the page shows the beginning.
+fn show_lanes(file: &Path, hub: &Hub) {
+    // One that cannot be read is said by the player.
+    if let Ok(mut film) = Recording::open(file) {
+        let arms = scene::arm_names(film.scene());
+        let objects = scene::object_names(film.scene());
+        hub.replace_lanes(lanes::of_film(
+            &mut film,
+            &arms,
+            &objects,
+            signal::stop_requested,
+        ));
+    }
 }
 
 fn player(film: Recording, hub: Arc<Hub>) -> Player<Recording> {

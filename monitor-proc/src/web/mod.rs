@@ -1,5 +1,6 @@
 //! The HTTP server of the page (docs/page-protocol.md).
 
+mod edit;
 pub mod files;
 pub mod gate;
 mod link;

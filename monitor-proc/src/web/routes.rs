@@ -13,14 +13,14 @@ use axum::extract::{DefaultBodyLimit, Path, Query, Request, State};
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{any, post};
+use axum::routing::{any, get, post};
 use serde::Deserialize;
 
 use super::files::Asset;
 use super::gate::Exchange;
 use super::site::Served;
 use super::slots::Idle;
-use super::{plain, socket};
+use super::{edit, plain, socket};
 use crate::scrub::Span;
 
 /// Largest body of a request (bytes).
@@ -40,6 +40,12 @@ pub(super) fn router(served: Arc<Served>) -> Router {
         .route("/api/scene", any(scene))
         .route("/api/incidents/{number}", any(incident))
         .route("/api/past", any(past))
+        .route(
+            "/api/policy",
+            get(edit::read)
+                .post(edit::write)
+                .layer(DefaultBodyLimit::max(edit::MAX_TEXT)),
+        )
         .route("/api/token", post(token))
         .fallback(file)
         .layer(DefaultBodyLimit::max(MAX_BODY))

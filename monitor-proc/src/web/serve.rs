@@ -80,6 +80,7 @@ impl Listening {
             site,
             sockets: Arc::new(Semaphore::new(MAX_SOCKETS)),
             readers: Semaphore::new(MAX_READERS),
+            edits: Semaphore::new(1),
         });
         let router = routes::router(served);
         let service = router.into_make_service_with_connect_info::<Idle>();

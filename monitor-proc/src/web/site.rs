@@ -10,6 +10,7 @@ use super::gate::Gate;
 use crate::hub::Hub;
 use crate::page::command::Names;
 use crate::page::desk::Desk;
+use crate::policy_file::PolicyFiles;
 use crate::scrub::OpenPast;
 
 /// What is served.
@@ -30,6 +31,8 @@ pub struct Site {
     pub names: Names,
     /// What was recorded: of a live cell by its flight recorder, else the file.
     pub past: Option<OpenPast>,
+    /// The policies of a live cell that are written in files.
+    pub policies: Option<PolicyFiles>,
     /// Failures that were kept, when this is a live cell.
     pub incidents: Option<Incidents>,
 }
@@ -40,4 +43,6 @@ pub(super) struct Served {
     pub(super) sockets: Arc<Semaphore>,
     /// Places of those who read what was recorded.
     pub(super) readers: Semaphore,
+    /// The place of the one whose text is checked.
+    pub(super) edits: Semaphore,
 }

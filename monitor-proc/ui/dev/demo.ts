@@ -117,6 +117,7 @@ function scene(kind: string): Scene {
       shape: { kind: "box", size_m: [0.05, 0.05, 0.05] },
       colour,
       mass_kg: 0.1,
+      friction: 0.9,
       kind: name,
     })),
     bins: 0,
@@ -130,6 +131,7 @@ function scene(kind: string): Scene {
         pose: [0.3, 0, -0.05, 1, 0, 0, 0],
         colour: [0.55, 0.55, 0.58],
         solid: true,
+        friction: 0.9,
         obstacle: null,
       },
       ...(kind === "pillar"
@@ -140,6 +142,7 @@ function scene(kind: string): Scene {
               pose: [0.55, 0.28, 0.25, 1, 0, 0, 0] as Scene["fixtures"][number]["pose"],
               colour: [0.75, 0.72, 0.62] as Vec3,
               solid: true,
+              friction: 0.9,
               obstacle: 0,
             },
           ]
@@ -209,7 +212,10 @@ function snapshot(cell: Scene, time: number, flags: number): Snapshot {
     objects: PLACES.map((place, index) => ({
       pose: [...place, 1, 0, 0, 0.1 * index] as Snapshot["objects"][number]["pose"],
       flags: index === 0 ? 3 : 1,
+      linear: [0, 0, 0] as Vec3,
+      angular: [0, 0, 0] as Vec3,
     })),
+    contacts: [],
   };
 }
 

@@ -71,7 +71,7 @@ fn other(
     match Tag::decode(collider.user_data) {
         Tag::Object(object) => Some(Touched::Object(object)),
         Tag::Link { arm: other, .. } => (other != arm).then_some(Touched::Arm(other)),
-        Tag::Fixture => {
+        Tag::Fixture(_) => {
             let ground = world.bodies.get(collider.parent()?)?;
             let place = ground.colliders().iter().position(|c| *c == handle)?;
             Some(Touched::Fixture(place))

@@ -17,12 +17,13 @@ pub(crate) struct Fixtures {
 /// One fixed body with everything that stands still.
 pub(crate) fn insert_fixtures(world: &mut PhysicsWorld, cell: &Cell) -> Fixtures {
     let ground = world.bodies.insert(RigidBodyBuilder::fixed().build());
-    let colliders = cell.fixtures.iter().map(|fixture| {
+    let fixtures = cell.fixtures.iter().enumerate();
+    let colliders = fixtures.map(|(index, fixture)| {
         let collider = collider(
             &fixture.shape,
             &fixture.pose,
             fixture.friction,
-            Tag::Fixture,
+            Tag::Fixture(index),
         );
         fixture.solid.then(|| {
             world

@@ -3,8 +3,8 @@
 /// Owner of a collider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Tag {
-    /// Something fixed.
-    Fixture,
+    /// Something fixed, by its place in the cell.
+    Fixture(usize),
     /// An object by its place in the cell.
     Object(usize),
     /// A link of an arm: 0 the base, then the children of the joints.
@@ -15,7 +15,7 @@ impl Tag {
     /// As user data.
     pub(crate) fn encode(self) -> u128 {
         match self {
-            Self::Fixture => 0,
+            Self::Fixture(index) => index as u128,
             Self::Object(index) => (1 << 64) | index as u128,
             Self::Link { arm, link } => (2 << 64) | ((arm as u128) << 32) | link as u128,
         }
@@ -34,7 +34,7 @@ impl Tag {
                 arm: (low >> 32) as usize,
                 link: (low & 0xffff_ffff) as usize,
             },
-            _ => Self::Fixture,
+            _ => Self::Fixture(low as usize),
         }
     }
 }
@@ -46,7 +46,7 @@ mod tests {
     #[test]
     fn tags_survive() {
         for tag in [
-            Tag::Fixture,
+            Tag::Fixture(3),
             Tag::Object(159),
             Tag::Link { arm: 1, link: 9 },
         ] {

@@ -201,7 +201,7 @@ fn is_taken(engine: &PhysicsWorld, spec: &ObjectSpec, pose: &Isometry3<f64>) -> 
         let there = *body.position() * own;
         let other = collider.shape();
         let meets = || intersection_test(&pose, &*shape, &there, other);
-        Tag::decode(collider.user_data) != Tag::Fixture
+        !matches!(Tag::decode(collider.user_data), Tag::Fixture(_))
             && other.compute_aabb(&there).intersects(&bounds)
             && meets().is_ok_and(|meeting| meeting.intersecting)
     })

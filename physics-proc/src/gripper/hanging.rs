@@ -22,7 +22,7 @@ pub(crate) fn with(
             match tag {
                 Tag::Object(other) if !reached.contains(&other) => reached.push(other),
                 Tag::Object(_) => {}
-                Tag::Fixture | Tag::Link { .. } => return None,
+                Tag::Fixture(_) | Tag::Link { .. } => return None,
             }
         }
     }

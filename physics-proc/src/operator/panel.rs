@@ -1,10 +1,10 @@
 //! The operator's panel: levels and counters of what people asked for.
 
-use ipc_types::OperatorPanel;
+use ipc_types::{MAX_BREAKS, MAX_JOINTS, OperatorPanel, Text};
 use serde::{Deserialize, Serialize};
 
 /// [`OperatorPanel`] as part of a snapshot.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Panel {
     pub(crate) task_start: u32,
     pub(crate) task_started: bool,
@@ -19,6 +19,10 @@ pub(crate) struct Panel {
     pub(crate) drop_parts: u32,
     pub(crate) add_bin: u32,
     pub(crate) scene_reset: u32,
+    /// In the place of the pose.
+    pub(crate) target_joints: Option<[f64; MAX_JOINTS]>,
+    /// Breakpoints of the task.
+    pub(crate) breaks: Vec<String>,
 }
 
 impl Panel {
@@ -37,15 +41,22 @@ impl Panel {
         drop_parts: 0,
         add_bin: 0,
         scene_reset: 0,
+        target_joints: None,
+        breaks: Vec::new(),
     };
 
     /// As it is published.
-    pub(crate) fn to_wire(self) -> OperatorPanel {
+    pub(crate) fn to_wire(&self) -> OperatorPanel {
+        let mut breaks = [Text::EMPTY; MAX_BREAKS];
+        for (slot, name) in breaks.iter_mut().zip(&self.breaks) {
+            *slot = Text::new(name);
+        }
         OperatorPanel {
             task_start: self.task_start,
             task_started: u32::from(self.task_started),
-            // The plant knows it.
+            // The plant knows these two.
             pause_cause: 0,
+            speed: 0.0,
             task_reset: self.task_reset,
             task_paused: u32::from(self.task_paused),
             target_arm: self.target_arm,
@@ -55,6 +66,10 @@ impl Panel {
             drop_parts: self.drop_parts,
             add_bin: self.add_bin,
             scene_reset: self.scene_reset,
+            target_is_joints: u32::from(self.target_joints.is_some()),
+            break_count: u32::try_from(self.breaks.len()).unwrap_or(0),
+            target_joints: self.target_joints.unwrap_or_default(),
+            breaks,
             target: ipc_types::Pose {
                 position: self.target_position,
                 orientation_wxyz: self.target_orientation_wxyz,

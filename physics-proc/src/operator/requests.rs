@@ -2,7 +2,7 @@
 
 use ipc_types::equipment::SupplyRefusal;
 use ipc_types::operator::{OperatorAction, ReplyCode};
-use ipc_types::{GripperGoal, OperatorRequest, Validate};
+use ipc_types::{GripperGoal, MAX_BREAKS, OperatorRequest, Validate};
 use nalgebra::Isometry3;
 use rapier3d_f64::prelude::PhysicsWorld;
 
@@ -42,6 +42,8 @@ impl Desk<'_> {
             OperatorAction::Ping => accepted(),
             OperatorAction::Drag => self.drag(request),
             OperatorAction::Target => self.target(request),
+            OperatorAction::Joints => self.joints(request),
+            OperatorAction::Break => self.breakpoint(request),
             OperatorAction::Gripper => self.gripper(request),
             OperatorAction::TaskStart => self.start_task(),
             OperatorAction::TaskReset => self.reset_task(),
@@ -54,6 +56,7 @@ impl Desk<'_> {
             | OperatorAction::Resume
             | OperatorAction::Step
             | OperatorAction::ScriptDone
+            | OperatorAction::Speed
             | OperatorAction::End => (
                 ReplyCode::NotInThisCell,
                 "the world has no clock of its own".to_owned(),
@@ -115,7 +118,67 @@ impl Desk<'_> {
         panel.target_arm = arm;
         panel.target_position = request.pose.position;
         panel.target_orientation_wxyz = request.pose.orientation_wxyz;
+        panel.target_joints = None;
         count(&mut panel.target_seq)
+    }
+
+    fn joints(&mut self, request: &OperatorRequest) -> Reply {
+        let arm = match self.arm_of(request) {
+            Ok(arm) => arm,
+            Err(reply) => return reply,
+        };
+        let robot = self.arms.get(arm as usize).map(|arm| &arm.robot);
+        let joints = robot.map_or(&[][..], |robot| &robot.arm_joints);
+        let specs = joints.iter().filter_map(|joint| robot?.joints.get(*joint));
+        for (place, (spec, position)) in specs.zip(&request.joints).enumerate() {
+            if !(spec.lower..=spec.upper).contains(position) {
+                let message = format!(
+                    "joint {} is {position:.4}; allowed are {:.4} to {:.4}",
+                    place + 1,
+                    spec.lower,
+                    spec.upper
+                );
+                return (ReplyCode::OutOfRange, message);
+            }
+        }
+        let here = convert::to_wire(&self.tcp(arm as usize));
+        let panel = &mut self.memory.panel;
+        // As for a pose.
+        if panel.target_arm != arm {
+            panel.gripper = GripperGoal::Keep.code();
+        }
+        panel.target_arm = arm;
+        panel.target_position = here.position;
+        panel.target_orientation_wxyz = here.orientation_wxyz;
+        panel.target_joints = Some(request.joints);
+        count(&mut panel.target_seq)
+    }
+
+    fn breakpoint(&mut self, request: &OperatorRequest) -> Reply {
+        let (name, breaks) = (request.name.as_str(), &mut self.memory.panel.breaks);
+        let known = breaks.iter().position(|known| known == name);
+        match (request.count, known) {
+            (_, _) if name.is_empty() => {
+                let message = "a breakpoint has the name of a node, state or guard".to_owned();
+                return (ReplyCode::OutOfRange, message);
+            }
+            (1, Some(_)) => {}
+            (1, None) if breaks.len() == MAX_BREAKS => {
+                let message = format!("there are {MAX_BREAKS} breakpoints; remove one");
+                return (ReplyCode::OutOfRange, message);
+            }
+            (1, None) => breaks.push(name.to_owned()),
+            (_, Some(place)) => {
+                breaks.remove(place);
+            }
+            (_, None) => {
+                return (
+                    ReplyCode::OutOfRange,
+                    format!("no breakpoint is named {name:?}"),
+                );
+            }
+        }
+        accepted()
     }
 
     fn gripper(&mut self, request: &OperatorRequest) -> Reply {
@@ -140,6 +203,7 @@ impl Desk<'_> {
             panel.target_arm = arm;
             panel.target_position = here.position;
             panel.target_orientation_wxyz = here.orientation_wxyz;
+            panel.target_joints = None;
         }
         self.memory.panel.gripper = request.count;
         count(&mut self.memory.panel.gripper_seq)

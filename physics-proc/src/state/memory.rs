@@ -42,7 +42,7 @@ impl Memory {
         let before = std::mem::replace(self, initial);
         self.tick = before.tick;
         self.panel = before.panel;
-        self.panel.scene_reset = before.panel.scene_reset.wrapping_add(1);
+        self.panel.scene_reset = self.panel.scene_reset.wrapping_add(1);
         self.quarantined = before.quarantined;
         self.equipment.carry_over(&before.equipment);
         for (arm, before) in self.arms.iter_mut().zip(&before.arms) {

@@ -5,3 +5,4 @@ pub(crate) mod memory;
 pub(crate) mod message;
 pub(crate) mod snapshot;
 pub(crate) mod tap;
+pub(crate) mod touching;

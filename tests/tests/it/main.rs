@@ -33,6 +33,7 @@ mod replay;
 mod restart_latency;
 mod resume;
 mod rogue;
+mod running;
 mod scripts;
 mod series;
 mod stacking;

@@ -17,7 +17,10 @@ use std::path::Path;
 
 /// Writes `bytes` to `path`, mode `mode`. A reader at any time sees the old or
 /// the new file, never a part.
-fn replace_file(path: &Path, bytes: &[u8], mode: u32) -> io::Result<()> {
+///
+/// # Errors
+/// When the folder or the file cannot be written.
+pub fn replace_file(path: &Path, bytes: &[u8], mode: u32) -> io::Result<()> {
     let draft = path.with_extension("draft");
     // A draft left by a process that was killed may have another mode.
     match fs::remove_file(&draft) {

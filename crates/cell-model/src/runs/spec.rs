@@ -31,6 +31,25 @@ impl Speed {
     pub fn is_lockstep(self) -> bool {
         self != Self::RealTime
     }
+
+    /// Simulated seconds per second; 0 for as fast as it goes.
+    pub fn factor(self) -> f64 {
+        match self {
+            Self::RealTime => 1.0,
+            Self::Max => 0.0,
+            Self::Factor(factor) => factor,
+        }
+    }
+
+    /// The speed whose [`Self::factor`] that is, if it is allowed.
+    pub fn of_factor(factor: f64) -> Option<Self> {
+        match factor {
+            0.0 => Some(Self::Max),
+            1.0 => Some(Self::RealTime),
+            _ if (0.01..=50.0).contains(&factor) => Some(Self::Factor(factor)),
+            _ => None,
+        }
+    }
 }
 
 impl std::str::FromStr for Speed {

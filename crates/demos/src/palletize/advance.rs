@@ -171,8 +171,17 @@ impl Palletizer {
 
     fn lost(&mut self, work: &Work, view: &View<'_>, job: &mut Job, out: &mut Output) {
         let name = view.setup.name(work.bin);
-        out.log(format_args!("[lost] {name} while {}", self.run.state()));
-        if view.setup.sequence(work.kind).holds(work.step) {
+        let held = view.setup.sequence(work.kind).holds(work.step);
+        let event = if held {
+            TraceEvent::Drop
+        } else {
+            TraceEvent::Recover
+        };
+        out.event(
+            event,
+            format_args!("[lost] {name} while {}", self.run.state()),
+        );
+        if held {
             job.counters.drops += 1;
             if count_failure(work, view, job) >= view.setup.task.max_attempts {
                 job.fail(Failure::BinCannotBeGripped.reason());
@@ -194,7 +203,7 @@ impl Palletizer {
         let sequence = view.setup.sequence(work.kind);
         let step = sequence.step(work.step).map_or("", |step| &step.phase);
         let name = view.setup.name(work.bin);
-        out.log(format_args!("[missed] {name}: {step}"));
+        out.event(TraceEvent::Recover, format_args!("[missed] {name}: {step}"));
         job.counters.recoveries += 1;
         let again = count_failure(work, view, job) < view.setup.task.max_attempts;
         if !again || failure == Failure::GripperBlocked {

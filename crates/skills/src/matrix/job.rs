@@ -182,7 +182,7 @@ impl<'t, J: MatrixJob> Turn<'t, J> {
         let (limit, cause) = (break_limit(gripper), break_cause(gripper));
         let (force, torque) = (gripper.peak_force, gripper.peak_torque);
         out.event(
-            TraceEvent::Drop,
+            TraceEvent::GripBroke,
             format_args!(
                 "[break] {name}: {limit} limit, by {cause} (peak {force:.1} N, {torque:.2} N m)"
             ),

@@ -146,6 +146,7 @@ impl Bench {
                         objects: vec!["red_cube".to_owned(), name.to_owned()],
                         arms: 1,
                     },
+                    policies: None,
                     past: Some(Arc::new(|| Ok(Box::new(FakePast) as Box<dyn Past>)) as OpenPast),
                     incidents: live.then_some(incidents),
                 };

@@ -52,7 +52,7 @@ export interface Scene {
   description: string;
   camera: { eye_m: Vec3; target_m: Vec3 };
   arms: ArmSpec[];
-  objects: { name: string; shape: Shape; colour: Vec3; mass_kg: number; kind: string }[];
+  objects: { name: string; shape: Shape; colour: Vec3; mass_kg: number; friction: number; kind: string }[];
   fixtures: {
     name: string;
     shape: Shape;
@@ -60,6 +60,7 @@ export interface Scene {
     colour: Vec3;
     /** False: it only keeps motion away. */
     solid: boolean;
+    friction: number;
     obstacle: number | null;
   }[];
   bins: number;
@@ -169,10 +170,11 @@ export interface Status {
   };
   /** Why simulated time is paused; empty while it is not. */
   pause_cause: "" | "start" | "operator" | "step" | "breakpoint";
-  /** Name of the breakpoint that was reached. */
-  pause_detail?: string;
-  /** Not told by a replay. */
-  breaks?: { name: string; hits: number }[];
+  /** The breakpoint that was reached; empty for none. */
+  pause_detail: string;
+  /** Asked for: `1`, `max` or a factor; null before the first state. */
+  speed: string | null;
+  breaks: { name: string; hits: number }[];
   equipment: EquipmentStatus | null;
   latency: HopLatency[];
   recorder: {
@@ -220,29 +222,29 @@ export type TextMessage =
   | { t: "keys"; graph: number; values: Record<string, string> }
   | { t: "guards"; graph: number; values: Record<string, boolean> }
   | { t: "log"; lines: LogLine[]; all?: boolean }
+  | { t: "lanes"; spans: Span[]; all: boolean }
   | ({ t: "timeline" } & Timeline)
-  | { t: "lanes"; all: boolean; spans: LaneSpan[] }
   | ({ t: "ack" } & Ack)
   | ({ t: "past" } & Past)
   | { t: "now" }
   | { t: "gone"; what: string };
+
+/** Lasts until the next span of its lane. */
+export interface Span {
+  lane: string;
+  kind: "task" | "phase" | "grip" | "process" | "recording";
+  from_s: number;
+  epoch: number | null;
+  /** Empty for nothing. */
+  label: string;
+  tone: "ok" | "info" | "warn" | "bad" | "dim";
+}
 
 /** What the flight recorder holds: the history of the newest epoch, and every epoch, oldest first. */
 export interface Timeline {
   from_s: number;
   to_s: number;
   epochs: EpochSpan[];
-}
-
-/** A span ends where the next one of its lane begins, in the same epoch. */
-export interface LaneSpan {
-  lane: string;
-  kind: "phase" | "task" | "grip" | "process" | "recording";
-  from_s: number;
-  epoch: number | null;
-  /** Empty for a gap. */
-  label: string;
-  tone: "ok" | "info" | "warn" | "bad" | "dim";
 }
 
 /** What task and equipment said at a moment of the past. */
@@ -265,7 +267,6 @@ export interface Ack {
 export type Command =
   | { do: "pause" | "resume" | "reset" | "again" }
   | { do: "step"; count: number }
-  | { do: "break"; name: string; on: boolean }
   | { do: "task_start" | "task_pause" | "task_resume" | "task_reset" }
   | { do: "drag"; object: string; to: Vec3; for_s: number }
   | {
@@ -274,10 +275,13 @@ export type Command =
       position: Vec3;
       orientation_wxyz: [number, number, number, number];
     }
+  | { do: "joints"; arm: number; positions: number[] }
+  | { do: "break"; name: string; on: boolean }
+  | { do: "speed"; speed: string }
   | { do: "gripper"; arm: number; to: "open" | "close" }
   | { do: "drop_parts"; count: number }
   | { do: "add_bin"; flipped: boolean }
   | { do: "restart"; process: string; policy?: string }
   | { do: "load"; demo: string; policy?: string; seed: number; speed: string }
   | { do: "record"; what: "start" | "stop" | "last"; seconds?: number }
-  | { do: "seek"; time_s: number | null; epoch?: number; play?: boolean };
+  | { do: "seek"; time_s: number | null; epoch?: number; play?: boolean; speed?: number };

@@ -1,10 +1,11 @@
 // The binary frame of docs/page-protocol.md.
-import type { Pose } from "./protocol";
+import type { Pose, Vec3 } from "./protocol";
 
 const MAGIC = 0x31534352;
-const HEADER_BYTES = 40;
+const HEADER_BYTES = 48;
 const ARM_WORDS = 112;
-const OBJECT_WORDS = 8;
+const OBJECT_WORDS = 14;
+const CONTACT_WORDS = 8;
 const MAX_JOINTS = 16;
 
 export const FLAG = {
@@ -45,13 +46,39 @@ export interface ArmState {
   obstacleMask: number;
 }
 
+export interface ObjectState {
+  pose: Pose;
+  flags: number;
+  /** m/s, world frame. */
+  linear: Vec3;
+  /** rad/s, world frame. */
+  angular: Vec3;
+}
+
+/** A body that takes part in a contact, by its place in the scene. */
+export interface ContactBody {
+  kind: "object" | "fixture" | "arm";
+  index: number;
+}
+
+export interface Contact {
+  a: ContactBody;
+  b: ContactBody;
+  /** m, world frame. */
+  position: Vec3;
+  /** Normal force on a (N, world frame); b feels its opposite. */
+  force: Vec3;
+}
+
 export interface Snapshot {
   flags: number;
   time: number;
   tick: number;
   realTimeFactor: number;
   arms: ArmState[];
-  objects: { pose: Pose; flags: number }[];
+  objects: ObjectState[];
+  /** Of a live cell, largest force first; of the past there are none. */
+  contacts: Contact[];
 }
 
 /** An arm at rest this far from its target does not get there (m). */
@@ -72,8 +99,7 @@ export function decodeAll(bytes: ArrayBuffer): Snapshot[] {
   const all: Snapshot[] = [];
   for (let at = 0; at + HEADER_BYTES <= bytes.byteLength; ) {
     const view = new DataView(bytes, at);
-    const words = view.getUint32(32, true) * ARM_WORDS + view.getUint32(36, true) * OBJECT_WORDS;
-    const end = at + HEADER_BYTES + 4 * words;
+    const end = at + HEADER_BYTES + 4 * wordsOf(view);
     const snapshot = decode(bytes.slice(at, end));
     if (snapshot === null) break;
     all.push(snapshot);
@@ -89,8 +115,8 @@ export function decode(frame: ArrayBuffer): Snapshot | null {
   if (view.getUint32(0, true) !== MAGIC) return null;
   const arms = view.getUint32(32, true);
   const objects = view.getUint32(36, true);
-  const words = arms * ARM_WORDS + objects * OBJECT_WORDS;
-  if (frame.byteLength !== HEADER_BYTES + 4 * words) return null;
+  const contacts = view.getUint32(40, true);
+  if (frame.byteLength !== HEADER_BYTES + 4 * wordsOf(view)) return null;
   let at = HEADER_BYTES;
   const snapshot: Snapshot = {
     flags: view.getUint32(4, true),
@@ -99,6 +125,7 @@ export function decode(frame: ArrayBuffer): Snapshot | null {
     realTimeFactor: view.getFloat64(24, true),
     arms: [],
     objects: [],
+    contacts: [],
   };
   for (let arm = 0; arm < arms; arm++) {
     snapshot.arms.push(decodeArm(view, at));
@@ -108,10 +135,37 @@ export function decode(frame: ArrayBuffer): Snapshot | null {
     snapshot.objects.push({
       pose: pose(view, at),
       flags: view.getUint32(at + 28, true),
+      linear: vec3(view, at + 32),
+      angular: vec3(view, at + 44),
     });
     at += 4 * OBJECT_WORDS;
   }
+  for (let contact = 0; contact < contacts; contact++) {
+    snapshot.contacts.push({
+      a: body(view.getUint32(at, true)),
+      b: body(view.getUint32(at + 4, true)),
+      position: vec3(view, at + 8),
+      force: vec3(view, at + 20),
+    });
+    at += 4 * CONTACT_WORDS;
+  }
   return snapshot;
+}
+
+/** Words after the header. */
+function wordsOf(view: DataView): number {
+  const [arms, objects, contacts] = [32, 36, 40].map((at) => view.getUint32(at, true)) as [number, number, number];
+  return arms * ARM_WORDS + objects * OBJECT_WORDS + contacts * CONTACT_WORDS;
+}
+
+const KINDS = ["object", "fixture", "arm"] as const;
+
+function body(code: number): ContactBody {
+  return { kind: KINDS[code >>> 16] ?? "fixture", index: code & 0xffff };
+}
+
+function vec3(view: DataView, at: number): Vec3 {
+  return [view.getFloat32(at, true), view.getFloat32(at + 4, true), view.getFloat32(at + 8, true)];
 }
 
 function decodeArm(view: DataView, at: number): ArmState {

@@ -4,10 +4,10 @@ import type {
   Command,
   Graph,
   Hello,
-  LaneSpan,
   LogLine,
   Past,
   Scene,
+  Span,
   Status,
   TextMessage,
   Timeline,
@@ -17,7 +17,6 @@ import { isCurrent } from "./epochs";
 import { decode, type Snapshot } from "./snapshot";
 
 const KEPT_LINES = 2000;
-const KEPT_SPANS = 20_000;
 /** Messages that tell how the task's pictures stand. */
 const STORY = new Set(["graphs", "statuses", "edge", "keys", "guards"]);
 
@@ -41,7 +40,7 @@ export interface Events {
   /** Lines that were said just now. */
   said: LogLine[];
   timeline: Timeline;
-  lanes: LaneSpan[];
+  lanes: Span[];
   /** The moment of the past that is looked at from now on; null for now. */
   moment: Past | null;
   /** Something to tell the person. */
@@ -49,6 +48,14 @@ export interface Events {
 }
 
 type Listener<K extends keyof Events> = (value: Events[K]) => void;
+
+/** One with the lane, epoch and beginning of a known one takes its place. */
+function withSpans(known: Span[], spans: Span[]): Span[] {
+  const key = (span: Span) => `${span.lane} ${span.epoch} ${span.from_s}`;
+  const all = new Map(known.map((span) => [key(span), span]));
+  for (const span of spans) all.set(key(span), span);
+  return [...all.values()].sort((one, other) => one.from_s - other.from_s);
+}
 
 export class Store {
   connected = false;
@@ -63,8 +70,8 @@ export class Store {
   guards: Record<string, boolean>[] = [];
   log: LogLine[] = [];
   timeline: Timeline | null = null;
-  /** Spans of all lanes, in the order in which they were told. */
-  lanes: LaneSpan[] = [];
+  /** What lasted from when to when, oldest first in each lane. */
+  lanes: Span[] = [];
   /** The moment of the past that is shown in the place of what is now. */
   past: Past | null = null;
   /** How old what is known of guards and keys is. */
@@ -170,13 +177,13 @@ export class Store {
         for (const index of this.graphs.keys()) this.tell("graph", index);
         this.tell("moment", null);
         break;
+      case "lanes":
+        this.lanes = withSpans(message.all ? [] : this.lanes, message.spans);
+        this.tell("lanes", this.lanes);
+        break;
       case "timeline":
         this.timeline = message;
         this.tell("timeline", message);
-        break;
-      case "lanes":
-        this.lanes = [...(message.all ? [] : this.lanes), ...message.spans].slice(-KEPT_SPANS);
-        this.tell("lanes", this.lanes);
         break;
       case "gone":
         this.tell("notice", { text: GONE[message.what] ?? `the monitor closed the connection: ${message.what}`, bad: !(message.what in GONE) });

@@ -74,6 +74,9 @@ function status(placed: string[], phase: string): Status {
     recorder: { state: "on", bytes: 84e6, limit_bytes: 256e6, file: null, gaps: 0, note: "" },
     rt: "other",
     pause_cause: "",
+    pause_detail: "",
+    speed: "1",
+    breaks: [],
   };
 }
 

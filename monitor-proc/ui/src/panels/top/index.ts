@@ -58,15 +58,15 @@ export function mountTop(desk: Desk, host: HTMLElement, act: Actions, steps: HTM
 /** Why simulated time does not advance. */
 function pausedWhy(desk: Desk): string {
   if (desk.store.hello?.live === false) return "";
-  const { pause_cause = "", pause_detail = "" } = desk.store.status ?? {};
+  const { status } = desk.store;
   const causes = {
     start: "set up; Play starts it",
     operator: "by an operator",
     step: "the step is done",
-    breakpoint: `at breakpoint ${pause_detail}`,
+    breakpoint: `${status?.pause_detail} was reached`,
     "": "",
   };
-  return causes[pause_cause];
+  return causes[status?.pause_cause ?? ""];
 }
 
 /** How many ticks a step runs. */

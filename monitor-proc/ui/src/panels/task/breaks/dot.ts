@@ -37,7 +37,7 @@ function watch(desk: Desk): void {
   watching.add(desk);
   let shown = "";
   desk.store.on("status", ({ breaks, pause_cause, pause_detail }) => {
-    const names = breaks?.map(({ name }) => name);
+    const names = breaks.map(({ name }) => name);
     const now = JSON.stringify([names, pause_cause, pause_detail, desk.cellRefusal() === null]);
     if (now === shown) return;
     shown = now;

@@ -2,20 +2,20 @@
 import type { Store } from "../../../net/store";
 import type { Desk } from "../../desk";
 
-/** Breakpoints by name; null where the cell has none to offer. */
-export function breaksOf(store: Store): Map<string, number> | null {
-  const breaks = store.status?.breaks;
-  return breaks === undefined ? null : new Map(breaks.map(({ name, hits }) => [name, hits]));
+/** Breakpoints by name; null where there is no cell that could have some. */
+export function breaksOf({ status, hello }: Store): Map<string, number> | null {
+  if (status === null || hello?.live === false) return null;
+  return new Map(status.breaks.map(({ name, hits }) => [name, hits]));
 }
 
 /** Name of the breakpoint that paused the cell, or null. */
 export function reached({ status }: Store): string | null {
-  return status?.pause_cause === "breakpoint" ? (status.pause_detail ?? "") : null;
+  return status?.pause_cause === "breakpoint" ? status.pause_detail : null;
 }
 
 /** Why no breakpoint can be set or removed now, or null. */
 export function breakRefusal(desk: Desk): string | null {
-  if (breaksOf(desk.store) === null) return "this cell has no breakpoints";
+  if (breaksOf(desk.store) === null) return "there is no cell to pause";
   return desk.cellRefusal();
 }
 

@@ -1,5 +1,5 @@
 // The states of the last minute as coloured spans, one row an arm.
-import type { LaneSpan } from "../../../net/protocol";
+import type { Span } from "../../../net/protocol";
 import type { Store } from "../../../net/store";
 import type { Desk } from "../../desk";
 import { el, setAttr, setTitle } from "../../dom";
@@ -10,14 +10,14 @@ const SHOWN_S = 60;
 const HUES = [210, 145, 35, 285, 0, 180, 60, 320, 95, 250];
 
 interface Drawn {
-  span: LaneSpan;
+  span: Span;
   to_s: number;
   node: HTMLElement;
 }
 
 /** Spans of the lane with their ends; that of the last is not known yet. */
-function ended(store: Store, lane: string): { span: LaneSpan; to_s: number }[] {
-  const time = ({ epoch, from_s }: LaneSpan) => ({ epoch, time_s: from_s });
+function ended(store: Store, lane: string): { span: Span; to_s: number }[] {
+  const time = ({ epoch, from_s }: Span) => ({ epoch, time_s: from_s });
   const spans = store.lanes.filter((span) => span.lane === lane && span.kind === "phase" && store.isCurrent(time(span)));
   return spans.map((span, index) => ({ span, to_s: spans[index + 1]?.from_s ?? Infinity }));
 }
@@ -32,7 +32,7 @@ export function stateStrip(desk: Desk): HTMLElement {
     return hue;
   };
   let drawn: Drawn[] = [];
-  let known: LaneSpan[] | null = null;
+  let known: Span[] | null = null;
   const build = (now: number) => {
     known = store.lanes;
     const lanes = [...new Set(known.filter(({ kind }) => kind === "phase").map(({ lane }) => lane))];

@@ -1,0 +1,112 @@
+//! Breakpoints: names of nodes, states and guards at which the task asks physics to
+//! pause.
+
+use behavior::{Graph, NodeStatus};
+use ipc_types::trace::TraceKind;
+use ipc_types::{BreakName, Decision, OperatorPanel};
+use serde::{Deserialize, Serialize};
+
+use crate::output::TraceLineText;
+
+/// The breakpoint that was reached last.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Breakpoints {
+    tick: u64,
+    name: String,
+}
+
+/// What happened in one decision.
+pub(crate) struct Happened<'a> {
+    pub(crate) graphs: &'a [Graph],
+    pub(crate) lines: &'a [TraceLineText],
+    /// The phase, where it was entered in this decision.
+    pub(crate) entered: Option<&'a str>,
+}
+
+impl Breakpoints {
+    /// Whether one of the panel's breakpoints is reached at `tick`; the decision says
+    /// so.
+    pub(crate) fn update(
+        &mut self,
+        panel: &OperatorPanel,
+        tick: u64,
+        happened: &Happened<'_>,
+        decision: &mut Decision,
+    ) {
+        let mut names = panel.breaks().iter().map(BreakName::as_str);
+        if let Some(name) = names.find(|name| happened.is_at(name)) {
+            self.tick = tick;
+            name.clone_into(&mut self.name);
+        }
+        decision.break_tick = self.tick;
+        decision.break_name = BreakName::new(&self.name);
+    }
+}
+
+impl Happened<'_> {
+    fn is_at(&self, name: &str) -> bool {
+        self.entered == Some(name) || self.lines.iter().any(|line| self.reaches(line, name))
+    }
+
+    /// A node begins to run, or has run within one tick; a guard is asked.
+    fn reaches(&self, line: &TraceLineText, name: &str) -> bool {
+        match line.kind {
+            TraceKind::Status => {
+                let ran = line.from == NodeStatus::Running as u32;
+                let runs = line.to != NodeStatus::Invalid as u32;
+                !ran && runs && self.is_node(line, name)
+            }
+            TraceKind::Guard => line.text.as_str() == name || self.is_node(line, name),
+            _ => false,
+        }
+    }
+
+    fn is_node(&self, line: &TraceLineText, name: &str) -> bool {
+        let graph = self.graphs.get(line.graph);
+        let node = graph.and_then(|graph| graph.nodes.get(line.node));
+        node.is_some_and(|node| node.id == name || node.name == name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ipc_types::{Text, Wire as _};
+
+    use super::*;
+
+    fn panel(name: &str) -> OperatorPanel {
+        let mut panel = OperatorPanel::zeroed();
+        panel.break_count = 1;
+        panel.breaks[0] = Text::new(name);
+        panel
+    }
+
+    fn at(name: &str, lines: &[TraceLineText], entered: Option<&str>) -> (u64, String) {
+        let mut decision = Decision::zeroed();
+        let happened = Happened {
+            graphs: &[],
+            lines,
+            entered,
+        };
+        Breakpoints::default().update(&panel(name), 70, &happened, &mut decision);
+        (decision.break_tick, decision.break_name.as_str().to_owned())
+    }
+
+    #[test]
+    fn a_state_is_reached_when_it_is_entered_and_not_while_it_lasts() {
+        assert_eq!(at("LIFT", &[], Some("LIFT")), (70, "LIFT".to_owned()));
+        assert_eq!(at("LIFT", &[], Some("LOWER")).0, 0);
+        assert_eq!(at("LIFT", &[], None).0, 0);
+    }
+
+    #[test]
+    fn a_guard_is_reached_whatever_it_answers() {
+        let mut out = crate::output::Output::default();
+        out.begin();
+        out.guard((0, 0), "attached", false);
+        let (mut decision, mut lines) = (Decision::zeroed(), Vec::new());
+        out.finish(1, &mut decision, &mut lines);
+        assert_eq!(at("attached", &lines, None).0, 70);
+        assert_eq!(at("detached", &lines, None).0, 0);
+    }
+}

@@ -1,0 +1,97 @@
+//! `robocell joints`: leads an arm to a joint configuration.
+
+use ipc_types::operator::OperatorAction;
+use ipc_types::world::FLAG_PAUSED;
+use ipc_types::{ArmState, MAX_JOINTS, WorldState};
+
+use super::Session;
+use super::follow::Follower;
+use super::hand::must_lead;
+use super::operate::{ask_physics, request};
+use crate::cli::JointsArgs;
+use crate::failure::Failure;
+use crate::say;
+
+/// Closer to the target than this is at it (rad or m).
+const NEAR: f64 = 5.0e-3;
+/// Slower than this is at rest (rad/s or m/s).
+const REST: f64 = 2.0e-3;
+/// An arm at rest for this long does not move on (ticks).
+const SETTLED_TICKS: u64 = 300;
+
+/// `robocell joints A1 A2 ...`: returns when the arm is at rest.
+pub(crate) fn joints(args: &JointsArgs) -> Result<(), Failure> {
+    let session = Session::of(&args.cell.cell)?;
+    let bus = session.join()?;
+    let mut world = Follower::new(&session, &bus)?;
+    let state = world.now()?;
+    must_lead(&session, &state)?;
+    let arm = state.arms().get(args.arm as usize);
+    let count = arm.map_or(0, |arm| arm.joint_count as usize);
+    if arm.is_none() || args.values.len() != count {
+        return Err(Failure::usage(format!(
+            "{} joint positions were given; arm {} of this cell has {count} joints",
+            args.values.len(),
+            args.arm
+        )));
+    }
+    let turn = |value: &f64| if args.deg { value.to_radians() } else { *value };
+    let mut target = [0.0; MAX_JOINTS];
+    for (slot, value) in target.iter_mut().zip(&args.values) {
+        *slot = turn(value);
+    }
+    let mut wish = request(OperatorAction::Joints);
+    (wish.arm, wish.joints) = (args.arm, target);
+    let asked = ask_physics(&bus, wish)?;
+    if args.no_wait {
+        let time_s = asked.header.sim_time_ns as f64 * 1.0e-9;
+        say::line(format_args!("joint target set at {time_s:.3} s"));
+        return Ok(());
+    }
+    let mut rest_since = asked.header.tick;
+    let (state, is_paused) = world.until(|state| {
+        let arm = state.arms().get(args.arm as usize)?;
+        if !rests(arm) {
+            rest_since = state.header.tick;
+        }
+        let settled = state.header.tick > rest_since + SETTLED_TICKS;
+        let is_paused = state.flags & FLAG_PAUSED != 0;
+        (settled || is_paused).then_some((*state, is_paused))
+    })?;
+    report(&state, args.arm, &target, is_paused)
+}
+
+fn rests(arm: &ArmState) -> bool {
+    arm.joint_velocities.iter().all(|rate| rate.abs() < REST)
+}
+
+fn report(
+    state: &WorldState,
+    arm: u32,
+    target: &[f64; MAX_JOINTS],
+    is_paused: bool,
+) -> Result<(), Failure> {
+    let time_s = state.header.sim_time_ns as f64 * 1.0e-9;
+    if is_paused {
+        say::line(format_args!(
+            "joint target set at {time_s:.3} s; the arm moves when simulated time is resumed"
+        ));
+        return Ok(());
+    }
+    let count = state.arms().get(arm as usize).map_or(0, |a| a.joint_count) as usize;
+    let measured = state.arms().get(arm as usize).map(|a| a.joint_positions);
+    let errors = measured.into_iter().flatten().zip(target).take(count);
+    let error = errors
+        .map(|(is, wanted)| (is - wanted).abs())
+        .fold(0.0, f64::max);
+    if error < NEAR {
+        say::line(format_args!(
+            "joint target reached at {time_s:.3} s, at most {error:.4} rad away"
+        ));
+        return Ok(());
+    }
+    Err(Failure::configuration(format!(
+        "not reachable: the arm came to rest {error:.4} rad away from the joint target at \
+         {time_s:.3} s"
+    )))
+}

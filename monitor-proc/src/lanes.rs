@@ -1,0 +1,298 @@
+//! What lasted from when to when, lane by lane, for the timeline of the page
+//! (docs/page-protocol.md, `lanes`).
+
+use std::collections::VecDeque;
+
+use ipc_types::decision::Outcome;
+use ipc_types::topic::Process;
+use ipc_types::{Decision, WorldState};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use crate::film::Film;
+
+/// Spans that are kept, of all lanes together.
+const KEPT: usize = 4000;
+
+/// From a moment on, until the next span of the lane.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Span {
+    /// Name of the lane.
+    pub lane: String,
+    /// What the lane is about.
+    pub kind: Kind,
+    /// Simulated time (s).
+    pub from_s: f64,
+    /// Generation of physics; `None` where that is not known.
+    pub epoch: Option<u32>,
+    /// What lasts; empty for nothing.
+    pub label: String,
+    /// How good that is.
+    pub tone: Tone,
+}
+
+/// What a lane is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Outcome of the task.
+    Task,
+    /// Phase of the policy.
+    Phase,
+    /// What an arm holds.
+    Grip,
+    /// A process that does not run.
+    Process,
+    /// The file that is written.
+    Recording,
+}
+
+/// How good something is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs, reason = "words of the page")]
+pub enum Tone {
+    Ok,
+    Info,
+    Warn,
+    Bad,
+    Dim,
+}
+
+/// What a lane shows now.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    lane: String,
+    kind: Kind,
+    label: String,
+    tone: Tone,
+}
+
+impl Row {
+    fn new(lane: impl Into<String>, kind: Kind, label: impl Into<String>, tone: Tone) -> Self {
+        Self {
+            lane: lane.into(),
+            kind,
+            label: label.into(),
+            tone,
+        }
+    }
+
+    /// A process; an empty `label` where it runs.
+    pub fn process(process: Process, label: &str) -> Self {
+        Self::new(process.name(), Kind::Process, label, Tone::Bad)
+    }
+
+    /// The file that is written, or a gap in what is recorded.
+    pub fn recording(file: &str, has_gap: bool) -> Self {
+        let (label, tone) = if has_gap {
+            ("gap", Tone::Bad)
+        } else {
+            (file, Tone::Info)
+        };
+        Self::new("recording", Kind::Recording, label, tone)
+    }
+}
+
+/// Rows of the task and of the grippers. `arms` and `objects` are names in the order
+/// of the cell file.
+pub fn rows(
+    world: &WorldState,
+    decision: Option<&Decision>,
+    arms: &[String],
+    objects: &[String],
+) -> Vec<Row> {
+    let outcome = decision.and_then(|decision| Outcome::from_code(decision.outcome));
+    let (label, tone) = match outcome.unwrap_or_default() {
+        Outcome::Idle => ("idle", Tone::Dim),
+        Outcome::Running => ("running", Tone::Info),
+        Outcome::Done => ("done", Tone::Ok),
+        Outcome::Failed => ("failed", Tone::Bad),
+        Outcome::Paused => ("paused", Tone::Warn),
+    };
+    let phase = decision.map_or("", |decision| decision.phase.as_str());
+    let mut rows = vec![
+        Row::new("task", Kind::Task, label, tone),
+        Row::new("phase", Kind::Phase, phase, Tone::Info),
+    ];
+    for (index, arm) in world.arms().iter().enumerate() {
+        let held = (arm.gripper.held_object as usize).checked_sub(1);
+        let held = held.and_then(|held| objects.get(held));
+        let lane = match arms.get(index) {
+            Some(name) if arms.len() > 1 => format!("grip {name}"),
+            _ => "grip".to_owned(),
+        };
+        let held = held.map_or("", String::as_str);
+        rows.push(Row::new(lane, Kind::Grip, held, Tone::Ok));
+    }
+    rows
+}
+
+/// All lanes.
+#[derive(Clone, Debug, Default)]
+pub struct Lanes {
+    spans: VecDeque<Span>,
+    /// The newest span of each lane, in the order to be drawn.
+    newest: Vec<Span>,
+    news: Vec<Span>,
+}
+
+impl Lanes {
+    /// Takes what all lanes show at `time_s` of `epoch`.
+    pub fn look(&mut self, time_s: f64, epoch: Option<u32>, rows: impl IntoIterator<Item = Row>) {
+        for row in rows {
+            let newest = self.newest.iter().find(|span| span.lane == row.lane);
+            let same =
+                |span: &Span| (span.epoch, &span.label, span.tone) == (epoch, &row.label, row.tone);
+            if !newest.is_some_and(same) {
+                self.add(Span {
+                    lane: row.lane,
+                    kind: row.kind,
+                    from_s: time_s,
+                    epoch,
+                    label: row.label,
+                    tone: row.tone,
+                });
+            }
+        }
+    }
+
+    /// Adds a span; one with the lane, epoch and beginning of a known one replaces it.
+    pub fn add(&mut self, span: Span) {
+        match self.newest.iter_mut().find(|known| known.lane == span.lane) {
+            Some(known) if known.epoch != span.epoch || known.from_s <= span.from_s => {
+                *known = span.clone();
+            }
+            Some(_) => {}
+            None => self.newest.push(span.clone()),
+        }
+        let place = |known: &Span| {
+            (&known.lane, known.epoch) == (&span.lane, span.epoch)
+                && known.from_s.to_bits() == span.from_s.to_bits()
+        };
+        self.news.push(span.clone());
+        match self.spans.iter_mut().rev().find(|known| place(known)) {
+            Some(known) => *known = span,
+            None => self.spans.push_back(span),
+        }
+        if self.spans.len() > KEPT {
+            self.spans.pop_front();
+        }
+    }
+
+    /// A process did not run from `from_s` on, and does at `to_s`.
+    pub fn was_down(&mut self, process: Process, epoch: Option<u32>, from_s: f64, to_s: f64) {
+        let row = |label| Row::process(process, label);
+        // One that was seen to be silent has a span already.
+        let name = process.name();
+        let newest = self.newest.iter().find(|span| span.lane == name);
+        if newest.is_none_or(|span| span.label.is_empty()) {
+            self.look(from_s, epoch, [row("restarted")]);
+        }
+        self.look(to_s.max(from_s), epoch, [row("")]);
+    }
+
+    /// Says why a process did not run, in the place of "restarted": `what` begins with
+    /// its name.
+    pub fn explain(&mut self, what: &str) {
+        let is_about = |span: &&Span| {
+            span.kind == Kind::Process && !span.label.is_empty() && what.starts_with(&span.lane)
+        };
+        if let Some(span) = self.spans.iter().rev().find(is_about).cloned() {
+            self.add(Span {
+                label: what.to_owned(),
+                ..span
+            });
+        }
+    }
+
+    /// Spans that an earlier start of the monitor told.
+    pub fn recall(&mut self, spans: impl IntoIterator<Item = Span>) {
+        spans.into_iter().for_each(|span| self.add(span));
+        self.news.clear();
+    }
+
+    /// What is new since the last call.
+    pub fn news(&mut self) -> Vec<Span> {
+        std::mem::take(&mut self.news)
+    }
+
+    /// The message about `spans`; about all where there are none.
+    pub fn message(&self, spans: Option<&[Span]>) -> Value {
+        match spans {
+            Some(spans) => json!({ "t": "lanes", "all": false, "spans": spans }),
+            None => json!({ "t": "lanes", "all": true, "spans": self.spans }),
+        }
+    }
+}
+
+/// Moments of a recording that are looked at, at most, and how far apart they are at
+/// least (s).
+const LOOKS: f64 = 4000.0;
+const LEAST_S: f64 = 0.05;
+
+/// The lanes of a recording; fewer where it `is_over` before all was read.
+pub fn of_film(
+    film: &mut impl Film,
+    arms: &[String],
+    objects: &[String],
+    is_over: impl Fn() -> bool,
+) -> Lanes {
+    let mut lanes = Lanes::default();
+    let (from_s, to_s) = film.span_s();
+    let step_s = ((to_s - from_s) / LOOKS).max(LEAST_S);
+    let mut time_s = from_s;
+    while time_s <= to_s && !is_over() {
+        // Where a recording begins, there may be no whole state yet.
+        if let Ok(still) = film.still(time_s) {
+            let decision = Some(still.decision.as_ref());
+            let at_s = still.world.header.sim_time_ns as f64 * 1.0e-9;
+            lanes.look(at_s, None, rows(&still.world, decision, arms, objects));
+        }
+        time_s += step_s;
+    }
+    lanes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn phase(label: &str) -> Row {
+        Row::new("phase", Kind::Phase, label, Tone::Info)
+    }
+
+    #[test]
+    fn a_span_begins_where_something_changes_and_in_each_epoch() {
+        let mut lanes = Lanes::default();
+        lanes.look(1.0, Some(1), [phase("PICK")]);
+        lanes.look(1.5, Some(1), [phase("PICK")]);
+        lanes.look(2.0, Some(1), [phase("LIFT")]);
+        lanes.look(1.2, Some(2), [phase("LIFT")]);
+        let told = lanes.news();
+        let begun: Vec<_> = told.iter().map(|s| (s.from_s, s.label.as_str())).collect();
+        assert_eq!(begun, [(1.0, "PICK"), (2.0, "LIFT"), (1.2, "LIFT")]);
+        assert!(lanes.news().is_empty());
+    }
+
+    #[test]
+    fn the_reason_of_a_restart_takes_the_place_of_its_name() {
+        let mut lanes = Lanes::default();
+        let physics = Process::Physics;
+        lanes.look(0.0, Some(1), [Row::process(physics, "")]);
+        lanes.was_down(physics, Some(1), 3.0, 3.1);
+        lanes.explain("physics was killed by signal 9");
+        let spans = lanes.message(None)["spans"].clone();
+        let labels: Vec<_> = spans
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|s| &s["label"])
+            .collect();
+        assert_eq!(labels, ["", "physics was killed by signal 9", ""]);
+        // It runs: nothing new to tell.
+        lanes.news();
+        lanes.look(4.0, Some(1), [Row::process(physics, "")]);
+        assert!(lanes.news().is_empty());
+    }
+}

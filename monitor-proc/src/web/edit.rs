@@ -1,0 +1,116 @@
+//! The policy of a live cell as a file: shown, checked and replaced.
+
+use std::sync::Arc;
+
+use axum::body::Body;
+use axum::extract::State;
+use axum::extract::rejection::JsonRejection;
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tokio::sync::oneshot;
+use tokio::task::spawn_blocking;
+
+use super::plain;
+use super::site::Served;
+use crate::page::command::Order;
+use crate::page::desk::Reply;
+use crate::page::role::Role;
+use crate::policy_file::Fault;
+
+/// Longest text (bytes).
+pub(super) const MAX_TEXT: usize = 1 << 20;
+
+#[derive(Deserialize)]
+pub(super) struct Edit {
+    text: String,
+    apply: bool,
+}
+
+/// The file of the policy that runs now.
+pub(super) async fn read(State(served): State<Arc<Served>>, headers: HeaderMap) -> Response {
+    if served.site.gate.role(&headers).is_none() {
+        return plain::line(
+            StatusCode::UNAUTHORIZED,
+            "a cookie or a bearer token is needed\n",
+        );
+    }
+    let Some(files) = served.site.policies.clone() else {
+        let why = "a recording has no policy to edit";
+        return answer(&json!({ "kind": null, "name": null, "why": why }));
+    };
+    let policy = served.site.hub.policy();
+    match spawn_blocking(move || files.read(&policy)).await {
+        Ok(told) => answer(&told),
+        Err(_) => plain::line(StatusCode::INTERNAL_SERVER_ERROR, "the file was not read\n"),
+    }
+}
+
+/// Checks a text; with `apply` it takes the place of the file, and the task is
+/// restarted.
+pub(super) async fn write(
+    State(served): State<Arc<Served>>,
+    headers: HeaderMap,
+    edit: Result<axum::Json<Edit>, JsonRejection>,
+) -> Response {
+    let gate = &served.site.gate;
+    if !gate.is_from_us(&headers) {
+        let text = "a page of another origin may not do this\n";
+        return plain::line(StatusCode::FORBIDDEN, text);
+    }
+    if gate.role(&headers) != Some(Role::Operator) {
+        return plain::line(StatusCode::FORBIDDEN, "a viewer may not do this\n");
+    }
+    let Ok(axum::Json(edit)) = edit else {
+        let text = "a JSON object with `text` and `apply`, at most 1 MiB, is needed\n";
+        return plain::line(StatusCode::BAD_REQUEST, text);
+    };
+    let Some(files) = served.site.policies.clone() else {
+        return plain::line(StatusCode::NOT_FOUND, "a recording has no policy to edit\n");
+    };
+    let Ok(_turn) = served.edits.try_acquire() else {
+        let text = "another text is being checked; try again\n";
+        return plain::line(StatusCode::SERVICE_UNAVAILABLE, text);
+    };
+    let (policy, apply) = (served.site.hub.policy(), edit.apply);
+    let checked = spawn_blocking(move || {
+        files.check(&policy, &edit.text)?;
+        if !apply {
+            return Ok("no errors".to_owned());
+        }
+        let written = files.write(&policy, &edit.text);
+        written.map_err(|message| vec![Fault::without_place(message)])
+    });
+    match checked.await {
+        Ok(Ok(message)) if apply => restart(&served, &message).await,
+        Ok(Ok(message)) => answer(&json!({ "ok": true, "message": message })),
+        Ok(Err(faults)) => answer(&json!({ "ok": false, "errors": faults })),
+        Err(_) => plain::line(
+            StatusCode::INTERNAL_SERVER_ERROR,
+            "the text was not checked\n",
+        ),
+    }
+}
+
+async fn restart(served: &Served, message: &str) -> Response {
+    let (answered, reply) = oneshot::channel();
+    let line = json!({ "ask": "restart", "process": "task", "policy": null });
+    let said = "edit of the policy, restart task";
+    served.site.desk.take(Order::Launch(line), said, answered);
+    let reply = reply
+        .await
+        .unwrap_or_else(|_| Reply::refused("the monitor is ending"));
+    if reply.ok {
+        return answer(&json!({ "ok": true, "message": message }));
+    }
+    let fault = Fault::without_place(format!("{message}, but: {}", reply.message));
+    answer(&json!({ "ok": false, "errors": [fault] }))
+}
+
+fn answer(told: &Value) -> Response {
+    let kind = [(header::CONTENT_TYPE, "application/json")];
+    let mut response = (kind, Body::from(told.to_string())).into_response();
+    plain::no_store(&mut response);
+    response
+}
