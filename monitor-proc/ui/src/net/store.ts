@@ -12,6 +12,7 @@ import type {
   TextMessage,
   Timeline,
 } from "./protocol";
+import { Ages } from "./ages";
 import { isCurrent } from "./epochs";
 import { decode, type Snapshot } from "./snapshot";
 
@@ -73,6 +74,8 @@ export class Store {
   lanes: Span[] = [];
   /** The moment of the past that is shown in the place of what is now. */
   past: Past | null = null;
+  /** How old what is known of guards and keys is. */
+  readonly ages = new Ages(() => this.snapshot?.time ?? null, this);
 
   /** Sends a command; set by the connection. */
   send: (command: Command) => Promise<Ack> = () =>
@@ -120,6 +123,7 @@ export class Store {
   }
 
   private take(message: TextMessage): void {
+    this.ages.take(message);
     switch (message.t) {
       case "hello":
         // Another run tells its own story; the same one tells it again, and meanwhile
@@ -209,6 +213,7 @@ export class Store {
   private takePast(past: Past): void {
     this.past = past;
     this.forgetStory();
+    this.ages.retell();
     for (const message of past.story) {
       // A recording may have begun too late for the pictures: those of now stay.
       if (message.t !== "graphs" || message.graphs.length > 0) this.take(message);
@@ -223,6 +228,7 @@ export class Store {
     this.edges = [];
     this.keys = [];
     this.guards = [];
+    this.ages.forget();
   }
 
   private takeGraphs(graphs: Graph[]): void {

@@ -4,8 +4,8 @@ import type { Store } from "../../net/store";
 import type { Desk } from "../desk";
 import { el, setAttr, setText } from "../dom";
 import { css } from "../format";
+import { Outline } from "../task/graph/outline";
 import { sharedKeys } from "../task/values";
-import { treeView } from "../task/tree";
 
 /** The value of key `name` on any shared board. */
 function keyed(store: Store, name: string): string | undefined {
@@ -18,7 +18,8 @@ function members(set: string): string[] {
   return set.replace(/[{}[\]()"']/g, " ").split(/[\s,]+/).filter((one) => one !== "" && one !== "unset");
 }
 
-export function mountPyramid({ store }: Desk, element: HTMLElement): () => void {
+export function mountPyramid(desk: Desk, element: HTMLElement): () => void {
+  const { store } = desk;
   const scene = store.scene;
   const arms = scene?.arms.map(({ name }) => name) ?? [];
   const owner = el("b", { class: "badge" }, "free");
@@ -63,7 +64,7 @@ export function mountPyramid({ store }: Desk, element: HTMLElement): () => void 
   };
   let views: { show: () => void }[] = [];
   const drawTrees = () => {
-    const drawn = store.graphs.map((_, index) => treeView(store, null, index, () => {}));
+    const drawn = store.graphs.map((graph, at) => new Outline({ desk, at, graph, name: "beside", onNode: () => {} }));
     views = drawn;
     trees.replaceChildren(...drawn.map(({ root }) => el("div", { class: "graph-body" }, root)));
     for (const view of drawn) view.show();

@@ -1,25 +1,48 @@
-// Guards and blackboard keys with their values; what changed lately flashes.
+// Guards and blackboard keys with their values; what changed lately flashes, and what
+// was not asked lately is dim and says how long ago it was.
 import type { Store } from "../../net/store";
-import { el, flash, setText } from "../dom";
+import type { Desk } from "../desk";
+import { el, flash, setText, setTitle } from "../dom";
+import { breakDot } from "./breaks/dot";
 import type { GraphChoice } from "./choice";
+
+/** A key that was set later than this needs no age (s). */
+const FRESH_S = 1;
+
+export interface Value {
+  text: string;
+  /** How old it is, in words; empty for one that is current. */
+  age: string;
+  dim: boolean;
+  about: string;
+}
+
+interface Row {
+  row: HTMLElement;
+  value: HTMLElement;
+  age: HTMLElement;
+}
 
 class Table {
   readonly root = el("div", { class: "values" });
-  private readonly cells = new Map<string, { row: HTMLElement; value: HTMLElement }>();
+  private readonly cells = new Map<string, Row>();
 
-  show(values: Record<string, string>): void {
+  constructor(private readonly gutter: ((name: string) => HTMLElement) | null) {}
+
+  show(values: Map<string, Value>): void {
     // What is not known of the moment that is shown goes.
     for (const [name, { row }] of this.cells) {
-      if (name in values) continue;
+      if (values.has(name)) continue;
       row.remove();
       this.cells.delete(name);
     }
-    for (const name of Object.keys(values).sort()) {
-      const text = values[name] ?? "";
+    for (const [name, { text, age, dim, about }] of [...values].sort(([a], [b]) => (a < b ? -1 : 1))) {
       const known = this.cells.get(name) ?? this.add(name);
+      known.row.classList.toggle("old", dim);
+      setText(known.age, age);
+      setTitle(known.value, about);
       if (known.value.textContent === text) continue;
       setText(known.value, text);
-      known.value.title = text;
       flash(known.row);
     }
   }
@@ -33,25 +56,28 @@ class Table {
     return this.cells.size;
   }
 
-  private add(name: string) {
+  private add(name: string): Row {
     const value = el("code", {});
-    const row = el("div", { class: "value-row" }, el("span", { class: "key", title: name }, name), value);
-    this.cells.set(name, { row, value });
+    const age = el("span", { class: "age num" });
+    const key = el("span", { class: "key", title: name }, this.gutter?.(name) ?? null, name);
+    const row = el("div", { class: "value-row" }, key, el("span", { class: "held" }, value, age));
+    const cell = { row, value, age };
+    this.cells.set(name, cell);
     const after = [...this.cells.keys()].sort();
     const next = after[after.indexOf(name) + 1];
     this.root.insertBefore(row, next === undefined ? null : (this.cells.get(next)?.row ?? null));
-    return { row, value };
+    return cell;
   }
 }
 
-export function valueTables(store: Store, choice: GraphChoice): HTMLElement {
-  const guards = new Table();
-  const keys = new Table();
+export function valueTables(desk: Desk, choice: GraphChoice): HTMLElement {
+  const { store } = desk;
+  const guards = new Table((name) => breakDot(desk, name));
+  const keys = new Table(null);
   const empty = el("p", { class: "dim hint" }, "No guard was asked and no key set yet.");
   const show = () => {
-    const held = Object.entries(store.guards[choice.index] ?? {});
-    guards.show(Object.fromEntries(held.map(([name, holds]) => [name, holds ? "true" : "false"])));
-    keys.show({ ...sharedKeys(store), ...store.keys[choice.index] });
+    guards.show(guardValues(store, choice));
+    keys.show(keyValues(store, choice.index));
     empty.hidden = guards.size + keys.size > 0;
   };
   const begin = () => {
@@ -59,11 +85,41 @@ export function valueTables(store: Store, choice: GraphChoice): HTMLElement {
     keys.clear();
     show();
   };
+  const head = (name: string, table: Table) => el("div", { class: "value-group" }, el("h4", {}, name), table.root);
+  const root = el("div", { class: "value-tables scroll", tabindex: 0 }, empty, head("Guards", guards), head("Keys", keys));
   choice.on(begin);
   store.on("graph", show);
+  desk.pulse.add(root, show);
   begin();
-  const head = (name: string, table: Table) => el("div", { class: "value-group" }, el("h4", {}, name), table.root);
-  return el("div", { class: "value-tables scroll" }, empty, head("Guards", guards), head("Keys", keys));
+  return root;
+}
+
+function guardValues(store: Store, choice: GraphChoice): Map<string, Value> {
+  const at = choice.index;
+  const held = Object.entries(store.guards[at] ?? {});
+  return new Map(
+    held.map(([name, holds]) => {
+      const dim = !store.ages.isCurrent(at, name, choice.graph, store.letters[at] ?? "");
+      const since = store.ages.ofGuard(at, name);
+      const age = dim ? (since === null ? ", earlier" : `, ${since.toFixed(1)} s ago`) : "";
+      const about = dim ? "Not asked since the state changed, or with the same answer" : "Asked in this state";
+      return [name, { text: holds ? "true" : "false", age, dim, about }];
+    }),
+  );
+}
+
+function keyValues(store: Store, at: number): Map<string, Value> {
+  const first = store.keys[0] ?? {};
+  const all = { ...sharedKeys(store), ...store.keys[at] };
+  return new Map(
+    Object.entries(all).map(([name, text]) => {
+      const own = name in (store.keys[at] ?? {}) || !(name in first);
+      const since = store.ages.ofKey(own ? at : 0, name);
+      const old = since !== null && since > FRESH_S;
+      const about = since === null ? text : `${text}\nset ${since.toFixed(1)} s ago (simulated time)`;
+      return [name, { text, age: old ? `${since.toFixed(0)} s` : "", dim: false, about }];
+    }),
+  );
 }
 
 /** Keys of boards that several trees share; they come with the first graph. */

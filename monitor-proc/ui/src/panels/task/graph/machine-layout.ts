@@ -1,6 +1,6 @@
 // Where the states of a machine and the ways between them are drawn.
 import dagre from "@dagrejs/dagre";
-import type { Graph } from "../../net/protocol";
+import type { Graph } from "../../../net/protocol";
 
 const CHAR_PX = 6.6;
 const LABEL_CHAR_PX = 5.2;

@@ -1,8 +1,8 @@
 // What a machine or a matrix does, as the table it was written as: the column of
 // the active state and the cell or row taken last stand out.
-import type { Graph } from "../../net/protocol";
-import type { Store } from "../../net/store";
-import { el, setAttr } from "../dom";
+import type { Graph } from "../../../net/protocol";
+import type { Store } from "../../../net/store";
+import { el, setAttr } from "../../dom";
 
 export interface LiveTable {
   root: HTMLElement;

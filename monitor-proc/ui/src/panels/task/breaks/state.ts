@@ -1,0 +1,39 @@
+// Breakpoints of the cell: all its pages see the same ones.
+import type { Store } from "../../../net/store";
+import type { Desk } from "../../desk";
+
+/** Breakpoints by name; null where there is no cell that could have some. */
+export function breaksOf({ status, hello }: Store): Map<string, number> | null {
+  if (status === null || hello?.live === false) return null;
+  return new Map(status.breaks.map(({ name, hits }) => [name, hits]));
+}
+
+/** Name of the breakpoint that paused the cell, or null. */
+export function reached({ status }: Store): string | null {
+  return status?.pause_cause === "breakpoint" ? status.pause_detail : null;
+}
+
+/** Why no breakpoint can be set or removed now, or null. */
+export function breakRefusal(desk: Desk): string | null {
+  if (breaksOf(desk.store) === null) return "there is no cell to pause";
+  return desk.cellRefusal();
+}
+
+/** The same on the command line. */
+export function breakTwin(desk: Desk, name: string): string {
+  const on = breaksOf(desk.store)?.has(name) !== true;
+  // A name of a shell's own characters would be something else there.
+  const word = /^[\w.-]+$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`;
+  return `robocell break ${on ? "" : "--remove "}${word}`;
+}
+
+/** Sets the breakpoint `name`, or removes it. */
+export function toggleBreak(desk: Desk, name: string): void {
+  const reason = breakRefusal(desk);
+  if (reason !== null) {
+    desk.say(`not now: ${reason}`);
+    return;
+  }
+  const on = breaksOf(desk.store)?.has(name) !== true;
+  void desk.send({ do: "break", name, on });
+}

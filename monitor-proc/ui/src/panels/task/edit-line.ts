@@ -1,0 +1,26 @@
+// How the policy is changed: in the editor of the page, or on disk and by a restart.
+import { button } from "../button";
+import type { Desk } from "../desk";
+import { el } from "../dom";
+import type { GraphChoice } from "./choice";
+
+export function editLine(desk: Desk, choice: GraphChoice): HTMLElement {
+  const restart = button(desk, {
+    label: "Restart task",
+    class: "small",
+    about: () => "Restart the task with its policy file as it is on disk now",
+    twin: () => "robocell restart task",
+    why: () => desk.cellRefusal(),
+    run: () => desk.send({ do: "restart", process: "task" }),
+  });
+  const about = el("span", {});
+  const tell = () => {
+    const kind = choice.graph?.kind ?? "";
+    const schema = kind === "tree" ? "tree" : "machine";
+    const words = ["Files on disk: ", el("code", {}, `robocell schema ${schema}`), "; a restart reads them again."];
+    about.replaceChildren(...(kind === "code" ? ["This policy is code."] : words));
+  };
+  choice.on(tell);
+  tell();
+  return el("div", { class: "edit-line dim" }, about, el("span", { class: "spacer" }), restart);
+}

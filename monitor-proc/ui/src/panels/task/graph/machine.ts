@@ -1,0 +1,112 @@
+// A machine or matrix: its drawing, where the active state and the way taken last are
+// highlighted, and under it the table it was drawn from.
+import { el, svg } from "../../dom";
+import { breakSpot } from "../breaks/dot";
+import { toggleBreak } from "../breaks/state";
+import { drawEdge, drawHead } from "./edge";
+import { type Layout, layout } from "./machine-layout";
+import { machineMode } from "./mode";
+import { aboutNode, type GraphView, keyOf, type Place } from "./place";
+import { liveTable } from "./table";
+import { Viewport } from "./viewport";
+
+export function machineView(place: Place): GraphView {
+  const drawing = new MachineDrawing(place);
+  const table = liveTable(place.desk.store, place.at, place.graph);
+  const below = el("div", { class: "table-box scroll", tabindex: 0, role: "region", "aria-label": `Table of ${place.graph.name}` }, table.root);
+  const shown = { graph: [drawing.root], table: [below] }[machineMode.name] ?? [drawing.root, below];
+  return {
+    root: el("div", { class: `machine-pane ${machineMode.name}` }, ...shown),
+    show: () => {
+      drawing.show();
+      table.show();
+    },
+    follow: () => {},
+    mark: (found) => drawing.mark(found),
+    select: (node) => drawing.select(node),
+  };
+}
+
+class MachineDrawing {
+  private readonly viewport: Viewport;
+  private readonly laid: Layout;
+  private readonly nodes: SVGGElement[];
+  private readonly edges: SVGGElement[];
+
+  constructor(private readonly place: Place) {
+    const { graph } = place;
+    this.laid = layout(graph);
+    const most = place.name === "large" ? 2 : 1.25;
+    this.viewport = new Viewport(`${place.name}/${keyOf(place)}`, `The ${graph.kind} ${graph.name}`, this.laid, most);
+    const { defs, head } = drawHead();
+    this.edges = this.laid.edges.map((edge) => drawEdge(edge, head));
+    this.nodes = graph.nodes.map((_, index) => this.node(index));
+    // Boxes are behind the edges, and these behind the states.
+    const { holds } = this.laid;
+    const boxes = this.nodes.filter((_, index) => holds[index]);
+    const states = this.nodes.filter((_, index) => !holds[index]);
+    this.viewport.world.classList.add("machine");
+    this.viewport.world.append(defs, ...boxes, ...this.edges, ...states);
+  }
+
+  get root(): HTMLElement {
+    return this.viewport.root;
+  }
+
+  show(): void {
+    const { desk, at, graph } = this.place;
+    const letters = desk.store.letters[at] ?? "";
+    for (const [index, node] of this.nodes.entries()) node.dataset.status = letters[index] ?? "I";
+    const last = desk.store.edges[at];
+    const { edges } = this.laid;
+    const named = edges.findIndex((edge) => edge.from === last?.from && edge.to === last.to && edge.label === last.label);
+    // All ways of a matrix from one state to another are one line.
+    const same = edges.findIndex((edge) => edge.from === last?.from && edge.to === last.to);
+    const taken = named < 0 && graph.kind === "matrix" ? same : named;
+    for (const [index, edge] of this.edges.entries()) edge.classList.toggle("last", index === taken);
+  }
+
+  mark(found: ReadonlySet<number>): void {
+    for (const [index, node] of this.nodes.entries()) node.classList.toggle("found", found.has(index));
+  }
+
+  select(index: number): void {
+    this.choose(index);
+    const box = this.laid.nodes[index];
+    if (box !== undefined) this.viewport.reveal(box.x, box.y);
+  }
+
+  private choose(index: number): void {
+    for (const [at, node] of this.nodes.entries()) node.classList.toggle("chosen", at === index);
+  }
+
+  private node(index: number): SVGGElement {
+    const { graph, desk, onNode } = this.place;
+    const box = this.laid.nodes[index] ?? { x: 0, y: 0, width: 0, height: 0 };
+    const isBox = this.laid.holds[index] === true;
+    const name = graph.nodes[index]?.name ?? "";
+    const [left, top] = [box.x - box.width / 2, box.y - box.height / 2];
+    const node = svg(
+      "g",
+      { class: isBox ? "state holds" : "state", tabindex: 0, role: "button" },
+      svg("title", {}, aboutNode(graph, index)),
+      svg("rect", { x: left, y: top, width: box.width, height: box.height, rx: 6 }),
+      svg("text", { x: box.x, y: isBox ? top + 12 : box.y + 4 }, name),
+      breakSpot(desk, name, left + 8, isBox ? top + 9 : box.y),
+    );
+    const choose = () => {
+      this.choose(index);
+      onNode(index);
+    };
+    node.addEventListener("click", choose);
+    node.addEventListener("keydown", (event) => {
+      if (event.ctrlKey || event.metaKey || event.altKey) return;
+      if (event.key === "Enter") choose();
+      else if (event.key === "b") toggleBreak(desk, name);
+      else return;
+      event.preventDefault();
+      event.stopPropagation();
+    });
+    return node;
+  }
+}

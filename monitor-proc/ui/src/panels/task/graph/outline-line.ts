@@ -1,0 +1,61 @@
+// One line of an outline: a node with its status, and what runs below it.
+import { breakDot } from "../breaks/dot";
+import { el, setAttr, setText } from "../../dom";
+import { aboutNode, type Place } from "./place";
+import { type Shape, signOf } from "./shape";
+
+const MARKS: Record<string, [string, string]> = {
+  R: ["▶", "running"],
+  S: ["✓", "succeeded"],
+  F: ["✗", "failed"],
+};
+
+export class Line {
+  readonly row: HTMLElement;
+  private readonly mark = el("span", { class: "mark", role: "img" });
+  private readonly time = el("span", { class: "num dim" });
+  private readonly inside = el("span", { class: "inside" });
+  /** Simulated time at which the node began to run. */
+  private since: number | null = null;
+
+  constructor(place: Place, shape: Shape, index: number) {
+    const { desk, graph } = place;
+    const { name = "?", kind = "" } = graph.nodes[index] ?? {};
+    const sign = signOf(kind);
+    const tellsKind = kind.toLowerCase() !== name.toLowerCase() && sign === "";
+    const isParent = (shape.children[index] ?? []).length > 0;
+    const depth = shape.depth[index] ?? 0;
+    this.row = el(
+      "div",
+      { class: "tree-node", role: "treeitem", tabindex: -1, "aria-level": depth + 1, title: aboutNode(graph, index) },
+      place.name === "beside" ? null : breakDot(desk, name),
+      el("span", { class: isParent ? "chevron" : "chevron none", "aria-hidden": "true" }),
+      this.mark,
+      el("span", { class: "sign" }, sign),
+      el("span", { class: "name" }, name),
+      el("span", { class: "dim kind" }, tellsKind ? kind : ""),
+      this.inside,
+      this.time,
+    );
+    this.row.style.setProperty("--depth", String(depth));
+  }
+
+  show(letter: string, now: number | null): void {
+    if (this.row.dataset.status === letter) return;
+    this.row.dataset.status = letter;
+    this.since = letter === "R" ? now : null;
+    const [sign, word] = MARKS[letter] ?? ["·", "not ticked"];
+    setText(this.mark, sign);
+    setAttr(this.mark, "aria-label", word);
+  }
+
+  /** Names the node that runs within the collapsed subtree of this one. */
+  tellInside(name: string | null): void {
+    setText(this.inside, name === null ? "" : `▶ ${name}`);
+  }
+
+  tellTime(now: number): void {
+    const { since } = this;
+    setText(this.time, since === null || now < since ? "" : `${(now - since).toFixed(1)} s`);
+  }
+}

@@ -1,0 +1,120 @@
+// The place of the graph: a tree or a machine with its tools, in the panel or large.
+import type { Desk } from "../../desk";
+import { el, setAttr } from "../../dom";
+import { icon } from "../../icons";
+import type { GraphChoice } from "../choice";
+import { NodeDetail } from "../node-detail";
+import { Finder } from "./find";
+import { machineView } from "./machine";
+import { machineMode, treeMode } from "./mode";
+import { Outline } from "./outline";
+import type { GraphView, Place } from "./place";
+import { stateStrip } from "./strip";
+import { TreeDrawing } from "./tree-drawing";
+
+function makeView(place: Place): GraphView {
+  if (place.graph.kind !== "tree") return machineView(place);
+  return treeMode.name === "tree" ? new TreeDrawing(place) : new Outline(place);
+}
+
+/** Calls `listener` when graphs are to be shown in another way. */
+function onMode(listener: () => void): () => void {
+  const off = [treeMode.on(listener), machineMode.on(listener)];
+  return () => off.forEach((one) => one());
+}
+
+/** One graph with its tools. */
+class Pane {
+  readonly body = el("div", { class: "graph-body" });
+  readonly tools = el("div", { class: "graph-tools row" });
+  view: GraphView | null = null;
+  private readonly finder: Finder;
+  private readonly tree = treeMode.buttons();
+  private readonly machine = machineMode.buttons();
+  private readonly strip: HTMLElement;
+
+  constructor(
+    private readonly desk: Desk,
+    private readonly index: () => number,
+    private readonly name: Place["name"],
+    private readonly onNode: (node: number) => void,
+    extra: HTMLElement[],
+  ) {
+    this.finder = new Finder(() => desk.store.graphs[index()], () => this.view);
+    this.strip = stateStrip(desk);
+    this.tools.append(this.finder.field, this.finder.count, this.tree, this.machine, el("span", { class: "spacer" }), ...extra);
+  }
+
+  get parts(): HTMLElement[] {
+    return [this.tools, this.strip, this.body];
+  }
+
+  listen(root: HTMLElement): void {
+    this.finder.listen(root);
+  }
+
+  draw(empty: HTMLElement): void {
+    const { desk, name, onNode } = this;
+    const at = this.index();
+    const graph = desk.store.graphs[at];
+    this.view = graph === undefined ? null : makeView({ desk, at, graph, name, onNode });
+    this.body.replaceChildren(this.view?.root ?? empty);
+    this.tools.hidden = this.view === null;
+    const isTree = graph?.kind === "tree";
+    this.tree.hidden = !isTree;
+    this.machine.hidden = isTree;
+    this.strip.classList.toggle("none", isTree);
+    this.finder.refresh();
+    this.view?.show();
+  }
+}
+
+export function graphPane(desk: Desk, choice: GraphChoice, onNode: (node: number) => void): HTMLElement {
+  const empty = el("p", { class: "dim hint" }, "The task has not shown its graph yet.");
+  const grow = el("button", { type: "button", class: "button icon-only quiet grow", title: "Show the graph large" });
+  setAttr(grow, "aria-label", "Show the graph large");
+  grow.append(icon("grow"));
+  grow.addEventListener("click", () => enlarge(desk, choice.index));
+  const pane = new Pane(desk, () => choice.index, "panel", onNode, [grow]);
+  const root = el("div", { class: "graph-pane" }, ...pane.parts);
+  pane.listen(root);
+  const draw = () => {
+    pane.draw(empty);
+    pane.view?.follow();
+  };
+  choice.on(draw);
+  onMode(draw);
+  desk.store.on("graph", (index) => {
+    if (index !== choice.index) return;
+    pane.view?.show();
+    // A person who reads is not led away.
+    if (!root.matches(":hover, :focus-within") && root.checkVisibility()) pane.view?.follow();
+  });
+  draw();
+  return root;
+}
+
+function enlarge(desk: Desk, index: number): void {
+  const { store } = desk;
+  const detail = new NodeDetail(desk, () => index);
+  const close = el("button", { type: "button", class: "button" }, "Close");
+  const pane = new Pane(desk, () => index, "large", (node) => detail.show(node), []);
+  const title = el("h2", {}, store.graphs[index]?.name ?? "");
+  const dialog = el("dialog", { class: "large-graph" }, el("header", {}, title, close), ...pane.parts, detail.root);
+  setAttr(dialog, "aria-label", `Graph ${store.graphs[index]?.name ?? ""}`);
+  pane.listen(dialog);
+  close.addEventListener("click", () => dialog.close());
+  const draw = () => pane.draw(el("p", {}));
+  const off = [
+    store.on("graph", (changed) => changed === index && pane.view?.show()),
+    store.on("graphs", () => dialog.close()),
+    onMode(draw),
+  ];
+  dialog.addEventListener("close", () => {
+    for (const one of off) one();
+    dialog.remove();
+  });
+  document.body.append(dialog);
+  draw();
+  dialog.showModal();
+}

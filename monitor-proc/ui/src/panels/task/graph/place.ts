@@ -1,0 +1,37 @@
+// Where a graph is shown, and what a picture of it can do.
+import type { Graph } from "../../../net/protocol";
+import type { Desk } from "../../desk";
+
+export interface Place {
+  desk: Desk;
+  /** Index of the graph. */
+  at: number;
+  graph: Graph;
+  /** Pictures of one graph in different places keep their own pan and zoom. */
+  name: "panel" | "large" | "beside";
+  /** A node was chosen. */
+  onNode: (node: number) => void;
+}
+
+export interface GraphView {
+  root: Element;
+  /** Shows the newest statuses and the last edge. */
+  show: () => void;
+  /** Brings the running node into sight. */
+  follow: () => void;
+  /** Marks the nodes that were found. */
+  mark: (found: ReadonlySet<number>) => void;
+  /** Selects a node and brings it into sight. */
+  select: (node: number) => void;
+}
+
+/** What is remembered of a picture is remembered by this. */
+export function keyOf({ desk, graph }: Place): string {
+  return `${desk.store.scene?.demo ?? ""}/${graph.name}`;
+}
+
+/** What a node does, in words. */
+export function aboutNode(graph: Graph, index: number): string {
+  const node = graph.nodes[index];
+  return [node?.kind ?? "", node?.detail ?? ""].join("\n").trim();
+}

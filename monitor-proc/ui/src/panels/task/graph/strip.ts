@@ -1,0 +1,95 @@
+// The states of the last minute as coloured spans, one row an arm.
+import type { Span } from "../../../net/protocol";
+import type { Store } from "../../../net/store";
+import type { Desk } from "../../desk";
+import { el, setAttr, setTitle } from "../../dom";
+import { words } from "../../format";
+
+const SHOWN_S = 60;
+/** Hues that are told apart, by the order in which states come up. */
+const HUES = [210, 145, 35, 285, 0, 180, 60, 320, 95, 250];
+
+interface Drawn {
+  span: Span;
+  to_s: number;
+  node: HTMLElement;
+}
+
+/** Spans of the lane with their ends; that of the last is not known yet. */
+function ended(store: Store, lane: string): { span: Span; to_s: number }[] {
+  const time = ({ epoch, from_s }: Span) => ({ epoch, time_s: from_s });
+  const spans = store.lanes.filter((span) => span.lane === lane && span.kind === "phase" && store.isCurrent(time(span)));
+  return spans.map((span, index) => ({ span, to_s: spans[index + 1]?.from_s ?? Infinity }));
+}
+
+export function stateStrip(desk: Desk): HTMLElement {
+  const { store } = desk;
+  const root = el("div", { class: "state-strip", hidden: true });
+  const hues = new Map<string, number>();
+  const hueOf = (label: string) => {
+    const hue = hues.get(label) ?? HUES[hues.size % HUES.length] ?? 0;
+    hues.set(label, hue);
+    return hue;
+  };
+  let drawn: Drawn[] = [];
+  let known: Span[] | null = null;
+  const build = (now: number) => {
+    known = store.lanes;
+    const lanes = [...new Set(known.filter(({ kind }) => kind === "phase").map(({ lane }) => lane))];
+    root.hidden = lanes.length === 0;
+    drawn = [];
+    root.replaceChildren(
+      ...lanes.map((lane) => {
+        const recent = ended(store, lane).filter(({ span, to_s }) => span.label !== "" && to_s > now - 2 * SHOWN_S);
+        const spans = recent.map(({ span, to_s }) => {
+          const node = el("span", { class: "state-span" }, words(span.label));
+          node.style.setProperty("--hue", String(hueOf(span.label)));
+          drawn.push({ span, to_s, node });
+          return node;
+        });
+        const row = el("div", { class: "state-row", role: "img" }, ...spans);
+        row.dataset.lane = lane;
+        return row;
+      }),
+    );
+  };
+  let shown = -1;
+  const show = () => {
+    const now = store.snapshot?.time ?? 0;
+    const isNew = known !== store.lanes;
+    if (!isNew && now === shown) return;
+    // Older spans are drawn only when the past is looked at.
+    if (isNew || Math.abs(now - shown) > SHOWN_S) build(now);
+    shown = now;
+    place(drawn, now);
+    for (const row of root.children) {
+      const lane = (row as HTMLElement).dataset.lane ?? "";
+      setAttr(row, "aria-label", `States of the last ${SHOWN_S} s, ${lane}: ${listed(drawn, row)}`);
+    }
+  };
+  // What is hidden has no pulse.
+  store.on("lanes", () => {
+    root.hidden = !store.lanes.some(({ kind }) => kind === "phase");
+  });
+  desk.pulse.add(root, show);
+  show();
+  return root;
+}
+
+function listed(drawn: Drawn[], row: Element): string {
+  const inside = drawn.filter(({ node }) => node.parentElement === row && !node.hidden);
+  return inside.map(({ span }) => span.label).join(", ");
+}
+
+/** Puts the spans where they are in the minute that ends at `now`. */
+function place(drawn: Drawn[], now: number): void {
+  const share = (time: number) => (100 * (Math.min(Math.max(time, now - SHOWN_S), now) - (now - SHOWN_S))) / SHOWN_S;
+  for (const { span, to_s, node } of drawn) {
+    const [left, right] = [share(span.from_s), share(to_s)];
+    node.hidden = right <= left;
+    node.style.left = `${left}%`;
+    node.style.width = `${right - left}%`;
+    const end = to_s > now ? now : to_s;
+    setTitle(node, `${span.label}: ${span.from_s.toFixed(2)} s to ${end.toFixed(2)} s (${(end - span.from_s).toFixed(1)} s)`);
+  }
+}

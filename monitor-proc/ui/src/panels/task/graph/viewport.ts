@@ -1,0 +1,187 @@
+// Pan and zoom of a drawing: drag, wheel, pinch, keys and buttons.
+import { el, setAttr, svg } from "../../dom";
+import { looksOf } from "./looks";
+
+export interface Bounds {
+  left: number;
+  top: number;
+  width: number;
+  height: number;
+}
+
+const [LEAST, MOST] = [0.1, 6];
+const STEP = 1.25;
+const WHEEL_RATE = 0.0015;
+/** Pixels of one line of a wheel that counts lines. */
+const LINE_PX = 16;
+const PAN_PX = 40;
+/** A pointer that moves less than this clicks. */
+const CLICK_PX = 4;
+const PAD_PX = 8;
+
+export class Viewport {
+  readonly root: HTMLElement;
+  /** What is drawn goes in here. */
+  readonly world = svg("g", { class: "world" });
+  private readonly look;
+  private readonly pointers = new Map<number, { x: number; y: number }>();
+  private dragged = false;
+
+  constructor(
+    key: string,
+    label: string,
+    private bounds: Bounds,
+    /** A small drawing is not made larger than this to fit. */
+    private readonly fitMost: number,
+  ) {
+    this.look = looksOf(key);
+    const drawing = svg("svg", { class: "drawing", role: "group", "aria-label": label }, this.world);
+    const keys = "arrows pan, plus and minus zoom, 0 fits";
+    this.root = el("div", { class: "viewport", tabindex: 0, role: "group", "aria-label": `${label}: ${keys}` });
+    this.root.append(drawing, this.buttons());
+    this.listen();
+    new ResizeObserver(() => this.apply()).observe(this.root);
+  }
+
+  /** The drawing has other bounds now. */
+  resize(bounds: Bounds): void {
+    this.bounds = bounds;
+    this.apply();
+  }
+
+  fit(): void {
+    this.look.fit = true;
+    this.apply();
+  }
+
+  /** Zooms by `factor` around a point of the element, its centre if none is given. */
+  zoom(factor: number, at = this.centre()): void {
+    const { look } = this;
+    const scale = Math.min(Math.max(look.scale * factor, LEAST), MOST);
+    const ratio = scale / look.scale;
+    Object.assign(look, { fit: false, scale, x: at.x - ratio * (at.x - look.x), y: at.y - ratio * (at.y - look.y) });
+    this.apply();
+  }
+
+  pan(x: number, y: number): void {
+    Object.assign(this.look, { fit: false, x: this.look.x + x, y: this.look.y + y });
+    this.apply();
+  }
+
+  /** Pans so that a point of the drawing is in the middle, where it is not well inside. */
+  reveal(x: number, y: number): void {
+    const { look } = this;
+    const [atX, atY] = [look.x + look.scale * x, look.y + look.scale * y];
+    const { clientWidth: width, clientHeight: height } = this.root;
+    const inside = atX > 0.15 * width && atX < 0.85 * width && atY > 0.15 * height && atY < 0.85 * height;
+    if (!inside && !look.fit) this.pan(width / 2 - atX, height / 2 - atY);
+  }
+
+  private centre(): { x: number; y: number } {
+    return { x: this.root.clientWidth / 2, y: this.root.clientHeight / 2 };
+  }
+
+  private apply(): void {
+    const { clientWidth: width, clientHeight: height } = this.root;
+    // What is not shown has no size; it gets one when it is.
+    if (width === 0 || height === 0) return;
+    const { look, bounds } = this;
+    if (look.fit) {
+      const fits = Math.min((width - 2 * PAD_PX) / bounds.width, (height - 2 * PAD_PX) / bounds.height);
+      look.scale = Math.min(Math.max(fits, LEAST), this.fitMost);
+      look.x = width / 2 - look.scale * (bounds.left + bounds.width / 2);
+      look.y = height / 2 - look.scale * (bounds.top + bounds.height / 2);
+    }
+    setAttr(this.world, "transform", `translate(${look.x.toFixed(2)} ${look.y.toFixed(2)}) scale(${look.scale.toFixed(4)})`);
+  }
+
+  private buttons(): HTMLElement {
+    const make = (text: string, about: string, run: () => void) => {
+      const node = el("button", { type: "button", class: "button small", title: about, "aria-label": about }, text);
+      node.addEventListener("click", run);
+      return node;
+    };
+    return el(
+      "div",
+      { class: "zoom-buttons segments", role: "group", "aria-label": "Zoom" },
+      make("−", "Zoom out (-)", () => this.zoom(1 / STEP)),
+      make("+", "Zoom in (+)", () => this.zoom(STEP)),
+      make("Fit", "Fit the drawing into its place (0)", () => this.fit()),
+      make("1:1", "Show the drawing in its own size", () => this.zoom(1 / this.look.scale)),
+    );
+  }
+
+  private point({ clientX, clientY }: MouseEvent): { x: number; y: number } {
+    const { left, top } = this.root.getBoundingClientRect();
+    return { x: clientX - left, y: clientY - top };
+  }
+
+  private listen(): void {
+    const { root } = this;
+    root.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+    root.addEventListener("keydown", (event) => this.press(event));
+    root.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0 || (event.target as Element).closest(".zoom-buttons") !== null) return;
+      if (this.pointers.size === 0) this.dragged = false;
+      this.pointers.set(event.pointerId, this.point(event));
+    });
+    root.addEventListener("pointermove", (event) => this.move(event));
+    for (const end of ["pointerup", "pointercancel"] as const) {
+      root.addEventListener(end, ({ pointerId }) => this.pointers.delete(pointerId));
+    }
+    // The end of a drag is no click on what is under it.
+    root.addEventListener("click", (event) => {
+      if (this.dragged) event.stopPropagation();
+      this.dragged = false;
+    }, { capture: true });
+  }
+
+  private wheel(event: WheelEvent): void {
+    event.preventDefault();
+    const pixels = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE_PX * event.deltaY : event.deltaY;
+    this.zoom(Math.exp(-WHEEL_RATE * pixels), this.point(event));
+  }
+
+  private move(event: PointerEvent): void {
+    const before = this.pointers.get(event.pointerId);
+    if (before === undefined) return;
+    if (event.buttons === 0) {
+      // It was let go outside.
+      this.pointers.delete(event.pointerId);
+      return;
+    }
+    const now = this.point(event);
+    const far = Math.hypot(now.x - before.x, now.y - before.y) >= CLICK_PX;
+    if (!this.dragged && !far) return;
+    if (!this.dragged) this.root.setPointerCapture(event.pointerId);
+    this.dragged = true;
+    this.pointers.set(event.pointerId, now);
+    const other = [...this.pointers].find(([id]) => id !== event.pointerId)?.[1];
+    if (other === undefined) {
+      this.pan(now.x - before.x, now.y - before.y);
+      return;
+    }
+    // Two fingers: their distance zooms, around the one that rests.
+    const apart = (point: { x: number; y: number }) => Math.max(Math.hypot(point.x - other.x, point.y - other.y), 1);
+    this.zoom(apart(now) / apart(before), other);
+  }
+
+  private press(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const keys: Record<string, () => void> = {
+      ArrowLeft: () => this.pan(PAN_PX, 0),
+      ArrowRight: () => this.pan(-PAN_PX, 0),
+      ArrowUp: () => this.pan(0, PAN_PX),
+      ArrowDown: () => this.pan(0, -PAN_PX),
+      "+": () => this.zoom(STEP),
+      "=": () => this.zoom(STEP),
+      "-": () => this.zoom(1 / STEP),
+      "0": () => this.fit(),
+    };
+    const run = keys[event.key];
+    if (run === undefined) return;
+    event.preventDefault();
+    event.stopPropagation();
+    run();
+  }
+}
