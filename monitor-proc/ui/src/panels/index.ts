@@ -38,6 +38,7 @@ export function mountPanels(store: Store, view: ViewApi | null): void {
       { key: "latency", name: "Latency", body: latencyTab(desk) },
     ]);
     demoTab(desk, all);
+    desk.openTab = all.open;
     host.replaceChildren(all.root);
   });
   place("bottom", (host) => mountTimeline(desk, host));
