@@ -2,6 +2,7 @@
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { el } from "../dom";
+import { ticks } from "../ticks";
 import type { History } from "./history";
 
 /** Told apart also by those who see few colours. */
@@ -96,8 +97,8 @@ export class Plot {
       cursor: { y: false, drag: { x: false, y: false } },
       scales: { x: { time: false } },
       axes: [
-        { ...axis, size: 30, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
-        { ...axis, size: 46 },
+        { ...axis, size: 30, values: ticks("s") },
+        { ...axis, size: (plot, labels) => widest(plot, labels), values: ticks() },
       ],
       hooks: { draw: [(chart) => this.drawCursor(chart)], ready: [(chart) => this.listen(chart)] },
       series: [{}, ...this.keys.map((_, index) => ({ stroke: COLOURS[index] ?? AXIS, width: 1.5, points: { show: false } }))],
@@ -128,6 +129,12 @@ export class Plot {
       this.seek(chart.posToVal(event.offsetX, "x"));
     });
   }
+}
+
+/** Room for the longest label of an axis (pixels). */
+function widest(_plot: uPlot, labels: string[] | null): number {
+  const longest = Math.max(0, ...(labels ?? []).map((label) => label.length));
+  return Math.max(46, 14 + 6 * longest);
 }
 
 /** Makes `node` a thing that carries signal `key` into a plot. */
