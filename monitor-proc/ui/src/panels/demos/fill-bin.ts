@@ -2,6 +2,8 @@
 import type { Desk } from "../desk";
 import { button } from "../button";
 import { el, setText } from "../dom";
+import { dropParts } from "./answers";
+import { loadChart } from "./load/chart";
 import { suctionGauge } from "./suction";
 
 export function mountFillBin(desk: Desk, element: HTMLElement): () => void {
@@ -9,6 +11,7 @@ export function mountFillBin(desk: Desk, element: HTMLElement): () => void {
   const parts = el("b", { class: "num" });
   const inBin = el("span", { class: "dim" });
   const total = store.scene?.objects.filter(({ shape }) => shape.kind !== "bin").length ?? 0;
+  const load = loadChart(desk);
   element.append(
     el("p", { class: "row" }, parts, ` of ${total} parts were dropped`, inBin),
     button(desk, {
@@ -16,10 +19,11 @@ export function mountFillBin(desk: Desk, element: HTMLElement): () => void {
       about: () => `Drop ${store.scene?.dispenser?.per_drop ?? 1} parts, at any time`,
       twin: () => "robocell drop-parts",
       why: () => desk.cellRefusal(),
-      run: () => desk.send({ do: "drop_parts", count: 0 }),
+      run: () => dropParts(desk),
     }),
     el("h3", {}, "Gripper"),
     suctionGauge(desk),
+    load.root,
   );
   const show = () => {
     const found = store.status?.equipment;
@@ -27,6 +31,6 @@ export function mountFillBin(desk: Desk, element: HTMLElement): () => void {
     setText(inBin, found && found.parts_waiting > 0 ? `, ${found.parts_waiting} to come` : "");
   };
   show();
-  const off = [store.on("status", show)];
+  const off = [store.on("status", show), load.stop];
   return () => off.forEach((one) => one());
 }

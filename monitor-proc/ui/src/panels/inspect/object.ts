@@ -9,6 +9,9 @@ import { list, poseRows, row, shapeWords } from "./rows";
 import { touchRows } from "./touches";
 
 const DEG = 180 / Math.PI;
+/** Slower than this is at rest. */
+const STILL_M_S = 2e-3;
+const STILL_RAD_S = 2e-2;
 
 export function objectCard(desk: Desk, index: number): Card | null {
   const spec = desk.store.scene?.objects[index];
@@ -23,13 +26,13 @@ export function objectCard(desk: Desk, index: number): Card | null {
   };
   const touches = touchRows(desk, { kind: "object", index });
   return {
-    kind: `object of the series ${spec.kind}`,
+    kind: spec.kind === spec.name ? "object" : `object of the series ${spec.kind}`,
     rows: [
       row("shape", "", () => shapeWords(spec.shape)),
       row("state", "", () => stateWords(state())),
       row("held by", "", () => (holder() < 0 ? "no arm" : desk.armName(holder()))),
       ...poseRows(pose),
-      row("velocity", "m/s", here(({ linear }) => `${list(linear, 3)}; ${norm(linear).toFixed(3)}`)),
+      row("velocity", "m/s", here(({ linear }) => list(linear, 3))),
       row("turn rate", "°/s", here(({ angular }) => list(angular.map((rate) => rate * DEG), 1))),
       row("mass", "kg", () => spec.mass_kg.toFixed(3)),
       row("friction", "", () => spec.friction.toFixed(2)),
@@ -42,5 +45,6 @@ export function objectCard(desk: Desk, index: number): Card | null {
 function stateWords(state: ObjectState | undefined): string {
   if (state === undefined || (state.flags & OBJECT.enabled) === 0) return "not in the scene";
   if ((state.flags & OBJECT.dragged) !== 0) return "dragged";
-  return (state.flags & OBJECT.asleep) !== 0 ? "at rest" : "moves";
+  const isStill = norm(state.linear) < STILL_M_S && norm(state.angular) < STILL_RAD_S;
+  return isStill || (state.flags & OBJECT.asleep) !== 0 ? "at rest" : "moves";
 }

@@ -32,7 +32,7 @@ export function poseRows(read: () => Pose | undefined, whose = ""): Row[] {
   return [
     row(`${whose}position`, "m", of((pose) => list(pose.slice(0, 3), 3))),
     row("roll, pitch, yaw", "°", of((pose) => list(anglesOf(pose), 1))),
-    row("quaternion", "wxyz", of((pose) => list(pose.slice(3), 3))),
+    row("w, x, y, z", "", of((pose) => list(pose.slice(3), 3))),
   ];
 }
 
