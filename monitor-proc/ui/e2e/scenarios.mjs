@@ -2,6 +2,10 @@
 import { existsSync } from "node:fs";
 import { bins, flip, manual, pallet } from "./bins.mjs";
 import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
+import { inspector } from "./inspect.mjs";
+import { answers, drawing, load } from "./jobs.mjs";
+import { joints, ticks } from "./joints.mjs";
+import { targets } from "./targets.mjs";
 import { windows } from "./windows.mjs";
 
 /** What a browser says while the monitor is away. */
@@ -439,5 +443,5 @@ async function frames({ page, look, until, robocell }) {
 
 export const scenarios = {
   meshes, draws, drag, gizmo, buttons, crashes, scrub, plots, viewer, names,
-  manual, flip, pallet, bins, windows, frames,
+  manual, flip, pallet, bins, windows, frames, inspector, joints, ticks, answers, drawing, load, targets,
 };

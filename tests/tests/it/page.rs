@@ -173,6 +173,54 @@ fn the_page_fits_every_window_and_works_by_the_keyboard() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
+fn a_card_tells_where_an_object_is_what_holds_it_and_what_it_touches() {
+    browse("inspector", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_slider_moves_its_joint_while_the_task_is_paused() {
+    browse("joints", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_labels_of_an_axis_differ() {
+    browse("ticks", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn bins_and_parts_that_are_asked_for_are_answered() {
+    for demo in ["ur10-palletize", "ur10-fill-bin"] {
+        browse("answers", &[demo]);
+    }
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_drawing_of_a_job_has_what_is_placed_and_in_flight() {
+    for demo in ["ur10-palletize", "ur10-bin-stack"] {
+        browse("drawing", &[demo, "--speed", "max"]);
+    }
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_load_of_the_cup_is_shown_up_to_the_break_and_of_the_past() {
+    browse("load", &["ur10-fill-bin", "--speed", "max"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn what_can_be_pressed_is_large_enough() {
+    for demo in ["franka-stack", "ur10-bin-stack"] {
+        browse("targets", &[demo, "--paused"]);
+    }
+}
+
+#[test]
 fn the_page_goes_back_to_what_just_happened() {
     browse("scrub", &["franka-stack"]);
 }

@@ -54,10 +54,11 @@ export function mountBins(desk: Desk, element: HTMLElement): () => void {
       setText(state, bin.place + side);
       setAttr(node, "data-state", STATES[bin.place]);
     }
-    drawing?.show(bins);
     setText(flight, flightWords(bins));
   };
   show();
+  // A bin in flight moves more often than status is told.
+  if (drawing !== null) desk.pulse.add(drawing.root, () => drawing.show(binsOf(store)));
   const off = [store.on("status", show)];
   return () => off.forEach((one) => one());
 }

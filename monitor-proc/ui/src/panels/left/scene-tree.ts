@@ -83,7 +83,7 @@ function objectState(flags: number, holder: string | null, z: number): string {
   else if ((flags & OBJECT.dragged) !== 0) words.push("dragged");
   else if ((flags & OBJECT.touched) !== 0) words.push("touched");
   else if ((flags & OBJECT.asleep) !== 0) words.push("at rest");
-  words.push(`z ${z.toFixed(3)}`);
+  words.push(`z ${z.toFixed(3)} m`);
   return words.join(" · ");
 }
 

@@ -18,6 +18,8 @@ export class Plot {
   private readonly chips = el("div", { class: "chips" });
   private readonly area = el("div", { class: "plot-area" });
   private chart: uPlot | null = null;
+  /** Labels of the value axis. */
+  private labels: string[] = [];
 
   constructor(
     private readonly history: History,
@@ -41,7 +43,7 @@ export class Plot {
       this.add(key);
     });
     // For browser tests.
-    Object.assign(this.root, { plot: { data: () => this.chart?.data ?? [[]], cursor: () => this.history.cursor } });
+    Object.assign(this.root, { plot: { data: () => this.chart?.data ?? [[]], cursor: () => this.history.cursor, labels: () => this.labels } });
     this.rebuild();
   }
 
@@ -98,7 +100,14 @@ export class Plot {
       scales: { x: { time: false } },
       axes: [
         { ...axis, size: 30, values: ticks("s") },
-        { ...axis, size: (plot, labels) => widest(plot, labels), values: ticks() },
+        {
+          ...axis,
+          size: (_, labels) => {
+            this.labels = labels ?? [];
+            return widest(this.labels);
+          },
+          values: ticks(),
+        },
       ],
       hooks: { draw: [(chart) => this.drawCursor(chart)], ready: [(chart) => this.listen(chart)] },
       series: [{}, ...this.keys.map((_, index) => ({ stroke: COLOURS[index] ?? AXIS, width: 1.5, points: { show: false } }))],
@@ -132,8 +141,8 @@ export class Plot {
 }
 
 /** Room for the longest label of an axis (pixels). */
-function widest(_plot: uPlot, labels: string[] | null): number {
-  const longest = Math.max(0, ...(labels ?? []).map((label) => label.length));
+function widest(labels: string[]): number {
+  const longest = Math.max(0, ...labels.map((label) => label.length));
   return Math.max(46, 14 + 6 * longest);
 }
 
