@@ -8,7 +8,7 @@ async function numbers(page, row) {
 }
 
 /** A click on an object tells where it is, what holds it and what it touches. */
-export async function inspector({ page, look, until, press, same, near }) {
+export async function inspector({ page, look, until, press, robocell, same, near }) {
   const objects = await look((r) => r.store.scene.objects.map(({ name }) => name));
   const name = objects[0];
   const [x, y] = await look((r, name) => r.view.screenOf(name), name);
@@ -38,7 +38,8 @@ export async function inspector({ page, look, until, press, same, near }) {
     const arm = arms.findIndex(({ held }) => held !== null);
     return [r.store.scene.objects[arms[arm].held].name, r.store.scene.arms[arm].name];
   });
-  await page.locator(`.tree-row[data-name="${held}"]`).click();
+  // A second click on a row closes the card.
+  if (held !== name) await page.locator(`.tree-row[data-name="${held}"]`).click();
   await card.getByRole("heading", { name: held }).waitFor();
   await card.locator('[data-row="held by"] b', { hasText: arm }).waitFor();
   await card.locator(".touches li", { hasText: arm }).first().waitFor();
@@ -51,12 +52,12 @@ export async function inspector({ page, look, until, press, same, near }) {
   same("the open tab", await page.getByRole("tab", { selected: true }).innerText(), "Robot");
   await page.keyboard.press("Escape");
   await card.waitFor({ state: "hidden" });
-  await dragged({ page, look, until, press });
+  await dragged({ page, look, until, press, robocell });
 }
 
 /** An object goes where the card's numbers send it. */
-async function dragged({ page, look, until, press }) {
-  await press("robocell task pause");
+async function dragged({ page, look, until, press, robocell }) {
+  robocell("task", "pause");
   await until("the task is paused", flag(TASK_PAUSED));
   const free = await look((r) => {
     const held = r.store.snapshot.arms.map(({ held }) => held);

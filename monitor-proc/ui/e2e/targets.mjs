@@ -6,9 +6,11 @@ function tooSmall() {
   const LEAST = 24;
   const kinds = "button, a[href], input, select, summary, textarea, [role=button], [role=tab], [role=slider], [tabindex='0'][data-id]";
   const shown = (node) => node.checkVisibility({ visibilityProperty: true });
+  // What is drawn is as large as it is zoomed to, and can be pressed in a list as well.
+  const isDrawn = (node) => node instanceof SVGElement;
   // A label is a part of its checkbox.
   const boxOf = (node) => (node.type === "checkbox" ? (node.closest("label") ?? node) : node).getBoundingClientRect();
-  const all = [...document.querySelectorAll(kinds)].filter(shown).map((node) => ({ node, box: boxOf(node) }));
+  const all = [...document.querySelectorAll(kinds)].filter((node) => shown(node) && !isDrawn(node)).map((node) => ({ node, box: boxOf(node) }));
   const here = all.filter(({ box }) => box.width > 0 && box.height > 0);
   const isSmall = ({ box }) => box.width < LEAST - 0.5 || box.height < LEAST - 0.5;
   const middle = ({ left, top, width, height }) => [left + width / 2, top + height / 2];

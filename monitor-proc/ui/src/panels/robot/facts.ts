@@ -5,6 +5,8 @@ import { el, setAttr, setText, setTitle } from "../dom";
 import { millimetres } from "../format";
 import { stopWords } from "../stop-words";
 
+/** Rows whose text needs the whole width. */
+const WIDE = /^(TCP|opening|suction)/;
 /** Clearance of an arm without obstacles (m). */
 const NO_OBSTACLE_M = 999;
 
@@ -21,7 +23,7 @@ export function facts(desk: Desk, arm: number): HTMLElement {
   ];
   const cells = rows.map(([name, text]) => {
     const value = el("b", { class: "num" }, "–");
-    const kind = name.startsWith("TCP") ? "fact wide" : "fact";
+    const kind = WIDE.test(name) ? "fact wide" : "fact";
     return { value, text, node: el("div", { class: kind }, el("span", { class: "dim" }, name), value) };
   });
   const root = el(

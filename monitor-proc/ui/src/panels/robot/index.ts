@@ -12,11 +12,14 @@ import { targetForm } from "./target";
 export function robotTab(desk: Desk, act: Actions): HTMLElement {
   const arms = el("div", { class: "segments", role: "group", "aria-label": "Arm", hidden: true });
   const body = el("div", { class: "column" });
+  const sliders = el("div");
   const choose = () => {
     for (const [index, node] of [...arms.children].entries()) {
       setAttr(node, "aria-pressed", String(index === desk.arm));
     }
     body.replaceChildren(...armPanel(desk));
+    const arm = desk.store.scene?.arms[desk.arm];
+    sliders.replaceChildren(...(arm === undefined ? [] : [jointForm(desk, desk.arm, arm)]));
   };
   desk.store.on("scene", (scene) => {
     const buttons = scene.arms.map((arm, index) => {
@@ -37,12 +40,12 @@ export function robotTab(desk: Desk, act: Actions): HTMLElement {
     if (name !== null) setText(name, gripperIsClosed(desk) ? "Open gripper" : "Close gripper");
   });
   choose();
-  return el("div", { class: "robot-tab column scroll" }, arms, body, targetForm(desk), el("div", { class: "row" }, gripper));
+  return el("div", { class: "robot-tab column scroll" }, arms, body, targetForm(desk), el("div", { class: "row" }, gripper), sliders);
 }
 
-/** Facts, joints and joint targets of the selected arm. */
+/** Facts and joints of the selected arm. */
 function armPanel(desk: Desk): HTMLElement[] {
   const arm = desk.store.scene?.arms[desk.arm];
   if (arm === undefined) return [el("p", { class: "dim hint" }, "No robot yet.")];
-  return [facts(desk, desk.arm), joints(desk, desk.arm, arm), jointForm(desk, desk.arm, arm)];
+  return [facts(desk, desk.arm), joints(desk, desk.arm, arm)];
 }

@@ -42,7 +42,7 @@ function jointRow(joint: JointSpec, short: string, index: number, careful: boole
   const error = el("span", { class: "num dim" });
   const effort = el("i", {});
   const clip = el("span", { class: "clip", title: "The acceleration was clipped to the joint's limit" }, "CLIP");
-  const unit = joint.kind === "prismatic" ? "mm" : "°";
+  const unit = joint.kind === "prismatic" ? " mm" : "°";
   const scale = joint.kind === "prismatic" ? 1000 : 180 / Math.PI;
   const range = joint.upper - joint.lower;
   const bounded = Number.isFinite(range) && range > 0;
