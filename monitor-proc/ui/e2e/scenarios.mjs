@@ -2,6 +2,8 @@
 import { existsSync } from "node:fs";
 import { bins, flip, manual, pallet } from "./bins.mjs";
 import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
+import { feedback, inspector, jog } from "./inspect.mjs";
+import { filter, lanes, replaySpeed, speed } from "./time.mjs";
 import { windows } from "./windows.mjs";
 
 /** What a browser says while the monitor is away. */
@@ -440,4 +442,5 @@ async function frames({ page, look, until, robocell }) {
 export const scenarios = {
   meshes, draws, drag, gizmo, buttons, crashes, scrub, plots, viewer, names,
   manual, flip, pallet, bins, windows, frames,
+  lanes, speed, filter, replaySpeed, inspector, jog, feedback,
 };

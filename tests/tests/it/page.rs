@@ -191,6 +191,59 @@ fn who_may_only_look_is_refused_until_he_presents_the_operators_token() {
     });
 }
 
+#[test]
+#[ignore = "slow: .ci/long"]
+fn lanes_tell_what_lasted_and_the_past_is_played() {
+    browse("lanes", &["franka-stack", "--paused", "--speed", "max"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_speed_of_a_running_cell_is_changed() {
+    browse("speed", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_events_are_filtered() {
+    browse("filter", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_recording_is_shown_at_another_speed() {
+    look_at("replaySpeed", || {
+        let base = base();
+        let file = base.path().join("run.mcap").display().to_string();
+        let arguments = ["run", "franka-stack", "--headless", "--speed", "max"];
+        let arguments = [&arguments[..], &["--timeout", "8", "--record", &file]].concat();
+        assert_eq!(finish(robocell(base.path(), &arguments)).code, 5);
+        let shown = TestCell::launch(base, &["replay", &file], |_| {});
+        let link = shown.link();
+        (shown, link)
+    });
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn an_object_is_inspected() {
+    browse("inspector", &["franka-stack", "--paused", "--speed", "max"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn joints_are_led_by_sliders() {
+    browse("jog", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn what_was_added_or_dropped_is_said() {
+    for demo in ["ur10-palletize", "ur10-fill-bin"] {
+        browse("feedback", &[demo, "--paused", "--speed", "max"]);
+    }
+}
+
 /// Cell files with such names are refused; a recording can come from anybody.
 #[test]
 fn names_like_tags_are_text() {

@@ -5,6 +5,7 @@ import { actions } from "./actions";
 import { demoTab } from "./demo-tab";
 import { Desk } from "./desk";
 import { helpSheet } from "./help";
+import { mountInspector } from "./inspector";
 import { mountKeys } from "./keys";
 import { latencyTab } from "./latency/index";
 import { mountLeft } from "./left/index";
@@ -40,6 +41,7 @@ export function mountPanels(store: Store, view: ViewApi | null): void {
     demoTab(desk, all);
     host.replaceChildren(all.root);
   });
+  place("view", (host) => mountInspector(desk, host));
   place("bottom", (host) => mountTimeline(desk, host));
   mountSplitters();
   mountToasts(store);

@@ -26,7 +26,9 @@ export function mountBins(desk: Desk, element: HTMLElement): () => void {
       about: () => (flipped ? "Let a bin come that opens downward" : "Let another bin come"),
       twin: () => (flipped ? "robocell add-bin --flipped" : "robocell add-bin"),
       why: () => desk.cellRefusal(),
-      run: () => desk.send({ do: "add_bin", flipped }),
+      run: async () => {
+        if (await desk.send({ do: "add_bin", flipped })) sayNext(desk, bins);
+      },
     });
   const map = slotMap(desk);
   element.append(
@@ -63,6 +65,22 @@ export function mountBins(desk: Desk, element: HTMLElement): () => void {
   return () => off.forEach((one) => one());
 }
 
+/** Says which bin comes, as soon as it is there. */
+function sayNext(desk: Desk, bins: { name: string; index: number }[]): void {
+  const isHere = (index: number) => ((desk.snapshot?.objects[index]?.flags ?? 0) & OBJECT.enabled) !== 0;
+  const before = new Set(bins.filter(({ index }) => isHere(index)).map(({ name }) => name));
+  const off = desk.store.on("snapshot", ({ objects }) => {
+    const added = bins.find(({ name, index }) => !before.has(name) && isHere(index));
+    if (added === undefined) return;
+    off();
+    const up = opensUp(objects[added.index]?.pose ?? []);
+    desk.say(`Added ${added.name}, ${up ? "opens up" : "upside down"}`);
+  });
+  setTimeout(off, WAIT_MS);
+}
+
+/** A bin that is not there by then was not added. */
+const WAIT_MS = 20_000;
 const SLOT_NEAR_M = 0.05;
 /** Columns along each side of a stack. */
 const STACK_SIDE = 3;

@@ -4,11 +4,15 @@ import { button } from "../button";
 import { el, setText } from "../dom";
 import { suctionGauge } from "./suction";
 
+/** Parts that did not fall by then were not dropped. */
+const WAIT_MS = 10_000;
+
 export function mountFillBin(desk: Desk, element: HTMLElement): () => void {
   const { store } = desk;
   const parts = el("b", { class: "num" });
   const inBin = el("span", { class: "dim" });
   const total = store.scene?.objects.filter(({ shape }) => shape.kind !== "bin").length ?? 0;
+  const dropped = () => store.status?.equipment?.parts_dropped ?? 0;
   element.append(
     el("p", { class: "row" }, parts, ` of ${total} parts were dropped`, inBin),
     button(desk, {
@@ -16,7 +20,16 @@ export function mountFillBin(desk: Desk, element: HTMLElement): () => void {
       about: () => `Drop ${store.scene?.dispenser?.per_drop ?? 1} parts, at any time`,
       twin: () => "robocell drop-parts",
       why: () => desk.cellRefusal(),
-      run: () => desk.send({ do: "drop_parts", count: 0 }),
+      run: async () => {
+        const before = dropped();
+        if (!(await desk.send({ do: "drop_parts", count: 0 }))) return;
+        const off = store.on("status", () => {
+          if (dropped() === before) return;
+          off();
+          desk.say(`Dropped parts: ${dropped()} of ${total} so far, ${store.status?.equipment?.parts_waiting ?? 0} to come`);
+        });
+        setTimeout(off, WAIT_MS);
+      },
     }),
     el("h3", {}, "Gripper"),
     suctionGauge(desk),

@@ -3,6 +3,7 @@ import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { el } from "../dom";
 import type { History } from "./history";
+import { tickTexts } from "./ticks";
 
 /** Told apart also by those who see few colours. */
 const COLOURS = ["#58a6ff", "#f0a53a", "#4cc38a", "#d2a8ff", "#ff7b72", "#79e0e8", "#e3d26f", "#c9d1d9"];
@@ -96,8 +97,8 @@ export class Plot {
       cursor: { y: false, drag: { x: false, y: false } },
       scales: { x: { time: false } },
       axes: [
-        { ...axis, size: 30, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
-        { ...axis, size: 46 },
+        { ...axis, size: 30, values: (_, ticks) => tickTexts(ticks).map((text) => `${text} s`) },
+        { ...axis, size: 46, values: (_, ticks) => tickTexts(ticks) },
       ],
       hooks: { draw: [(chart) => this.drawCursor(chart)], ready: [(chart) => this.listen(chart)] },
       series: [{}, ...this.keys.map((_, index) => ({ stroke: COLOURS[index] ?? AXIS, width: 1.5, points: { show: false } }))],
