@@ -1,5 +1,5 @@
 // The page in windows of every size, and for those who do not see it.
-import { readFileSync } from "node:fs";
+import { accessible, loadAxe } from "./axe.mjs";
 import { PAUSED, flag, noFlag } from "./flags.mjs";
 
 const SIZES = [
@@ -10,13 +10,10 @@ const SIZES = [
 ];
 /** A window that is narrower has drawers. */
 const DRAWERS_PX = 1100;
-/** axe-core's own words for what keeps people out. */
-const SERIOUS = ["serious", "critical"];
 
 /** Nothing is cut, the 3D view has room, drawers open, and axe-core finds nothing serious. */
 export async function windows({ page, look, until, robocell, forgive }) {
-  const axe = readFileSync(new URL("../node_modules/axe-core/axe.min.js", import.meta.url), "utf8");
-  await page.evaluate(axe);
+  await loadAxe(page);
   for (const [width, height] of SIZES) {
     await page.setViewportSize({ width, height });
     await page.waitForTimeout(300);
@@ -57,13 +54,6 @@ async function fits(page, width) {
     return wrong;
   }, DRAWERS_PX);
   if (wrong.length > 0) throw new Error(`at ${width} px: ${wrong.join("; ")}`);
-}
-
-async function accessible(page, where) {
-  const found = await page.evaluate("axe.run({ resultTypes: ['violations'] })");
-  const serious = found.violations.filter(({ impact }) => SERIOUS.includes(impact));
-  const told = serious.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html.slice(0, 120)).slice(0, 3).join(" | ")}`);
-  if (told.length > 0) throw new Error(`${where}: ${told.join("; ")}`);
 }
 
 /** What is paused says why. */

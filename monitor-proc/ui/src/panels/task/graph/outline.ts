@@ -111,6 +111,7 @@ export class Outline implements GraphView {
 
   private listen(): void {
     for (const [index, { row }] of this.lines.entries()) {
+      row.addEventListener("focus", () => this.choose(index, false));
       row.addEventListener("click", ({ target }) => {
         this.choose(index, true);
         const onChevron = target instanceof Element && target.closest(".chevron") !== null;
