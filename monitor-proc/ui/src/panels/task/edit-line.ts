@@ -18,8 +18,8 @@ export function editLine(desk: Desk, choice: GraphChoice): HTMLElement {
   const tell = () => {
     const kind = choice.graph?.kind ?? "";
     const schema = kind === "tree" ? "tree" : "machine";
-    const words = ["Schema: ", el("code", {}, `robocell schema ${schema}`)];
-    about.replaceChildren(...(kind === "code" ? ["This policy is code."] : words));
+    const twin = el("code", { title: "Prints the schema of the file, for another editor" }, `robocell schema ${schema}`);
+    about.replaceChildren(kind === "code" ? "This policy is code." : twin);
   };
   choice.on(tell);
   tell();
