@@ -61,6 +61,8 @@ export async function breakspots(test) {
   await page.locator(".break-list li", { hasText: "START" }).waitFor();
 }
 
+const generation = (r) => r.store.status.processes.find(({ name }) => name === "task").generation;
+const restarted = (r, before) => r.store.status.processes.find(({ name }) => name === "task").generation > before;
 const editor = (page) => page.locator("dialog.policy-sheet .cm-content");
 
 /** The policy's file is edited, checked and applied. */
@@ -97,14 +99,13 @@ export async function policy(test) {
   }
   await page.keyboard.press("Backspace");
   await sheet.locator(".policy-state", { hasText: "No errors" }).waitFor();
-  // What is applied is what runs: the graph has another name for the node.
-  const generation = () => look((r) => r.store.status.processes.find(({ name }) => name === "task").generation);
-  const before = await generation();
+  // What is applied is what runs, and what is edited next.
+  const before = await look(generation);
   await rename(page, "franka-pyramid", "my-pyramid");
   await sheet.locator(".policy-state", { hasText: "No errors" }).waitFor();
   await sheet.getByRole("button", { name: "Apply" }).click();
   await sheet.locator(".policy-state", { hasText: "the task restarts" }).waitFor();
-  await until("the task restarted", (r, n) => r.store.status.processes.find(({ name }) => name === "task").generation > n, before);
+  await until("the task restarted", restarted, before);
   await page.keyboard.press("Escape");
   await sheet.waitFor({ state: "detached" });
   same("the focus is back", await open.evaluate((node) => node === document.activeElement), true);
@@ -125,6 +126,22 @@ async function rename(page, from, to) {
   await page.keyboard.press("Enter");
   await page.keyboard.press("Escape");
   await page.keyboard.type(to);
+}
+
+/** With a folder of data, what is applied is saved, and says where. */
+export async function saved(test) {
+  const { page, look, until } = test;
+  await until("the policy is drawn", (r) => r.store.graphs.some(({ nodes }) => nodes.length > 1));
+  const before = await look(generation);
+  await page.getByRole("button", { name: "Edit policy" }).click();
+  const sheet = page.locator("dialog.policy-sheet");
+  await sheet.getByText("Applied texts are saved to").waitFor();
+  await editor(page).waitFor();
+  await rename(page, "franka-pyramid", "my-pyramid");
+  await sheet.locator(".policy-state", { hasText: "No errors" }).waitFor();
+  await sheet.getByRole("button", { name: "Apply" }).click();
+  await sheet.locator(".policy-state", { hasText: /Applied and saved to .*franka-pyramid\.tree\.json/ }).waitFor();
+  await until("the task restarted", restarted, before);
 }
 
 /** A policy of code has no file: the button says so. */

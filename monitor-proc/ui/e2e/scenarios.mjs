@@ -1,7 +1,7 @@
 // What a person does on the page, and what has to come of it.
 import { existsSync } from "node:fs";
 import { bins, flip, manual, pallet } from "./bins.mjs";
-import { breakpoints, breakspots, code, policy } from "./debug.mjs";
+import { breakpoints, breakspots, code, policy, saved } from "./debug.mjs";
 import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
 import { drawing, guards, outline } from "./graph.mjs";
 import { windows } from "./windows.mjs";
@@ -442,5 +442,5 @@ async function frames({ page, look, until, robocell }) {
 export const scenarios = {
   meshes, draws, drag, gizmo, buttons, crashes, scrub, plots, viewer, names,
   manual, flip, pallet, bins, windows, frames,
-  outline, drawing, guards, breakpoints, breakspots, policy, code,
+  outline, drawing, guards, breakpoints, breakspots, policy, saved, code,
 };

@@ -210,6 +210,25 @@ fn a_policy_is_edited_checked_and_applied_on_the_page() {
 
 #[test]
 #[ignore = "slow: .ci/long"]
+fn an_edited_policy_is_saved_to_the_folder_of_data() {
+    let data = base();
+    let cells = data.path().join("cells");
+    fs::create_dir_all(&cells).expect("a folder");
+    let built_in = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../cells"));
+    for name in ["franka-pyramid.toml", "franka-pyramid.tree.json"] {
+        fs::copy(built_in.join(name), cells.join(name)).expect("a copy");
+    }
+    let folder = data.path().display().to_string();
+    browse("saved", &["franka-pyramid", "--data", &folder]);
+    if browser().is_ok() {
+        let file = cells.join("franka-pyramid.tree.json");
+        let text = fs::read_to_string(file).expect("the file");
+        assert!(text.contains("\"my-pyramid\""), "the file is what it was");
+    }
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
 fn a_policy_of_code_cannot_be_edited_and_the_page_says_so() {
     browse("code", &["franka-stack"]);
 }

@@ -39,5 +39,13 @@ export async function sendPolicy(text: string, apply: boolean): Promise<Verdict>
   const nowhere = (message: string): Verdict => ({ ok: false, errors: [{ line: 0, column: 0, message }] });
   if (answer === null) return nowhere("the monitor does not answer");
   if (!answer.ok) return nowhere((await answer.text()).trim());
-  return (await answer.json()) as Verdict;
+  const verdict = (await answer.json()) as Verdict;
+  return verdict.ok ? verdict : { ok: false, errors: verdict.errors.map(placed) };
+}
+
+/** Some checks tell the place within the text, after the file: `FILE:LINE:COLUMN: WORDS`. */
+function placed(mistake: Mistake): Mistake {
+  const found = mistake.line === 0 ? /^\S.*?:(\d+):(\d+): (.*)$/s.exec(mistake.message) : null;
+  if (found === null) return mistake;
+  return { line: Number(found[1]), column: Number(found[2]), message: found[3] ?? "" };
 }
