@@ -64,7 +64,7 @@ async function pausedSaysWhy({ page, until, robocell }) {
   robocell("step", "3");
   await says("the step is done");
   robocell("resume");
-  await until("it goes on", noFlag(PAUSED));
+  await until("it continues", noFlag(PAUSED));
 }
 
 /** The keys lead to everything that is needed. */
