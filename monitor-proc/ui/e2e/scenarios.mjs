@@ -1,9 +1,11 @@
 // What a person does on the page, and what has to come of it.
 import { existsSync } from "node:fs";
 import { bins, flip, manual, pallet } from "./bins.mjs";
+import { breakpoints, breakspots, code, policy, saved } from "./debug.mjs";
 import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
 import { feedback, inspector, jog } from "./inspect.mjs";
 import { filter, lanes, replaySpeed, speed } from "./time.mjs";
+import { drawing, guards, outline } from "./graph.mjs";
 import { windows } from "./windows.mjs";
 
 /** What a browser says while the monitor is away. */
@@ -443,4 +445,5 @@ export const scenarios = {
   meshes, draws, drag, gizmo, buttons, crashes, scrub, plots, viewer, names,
   manual, flip, pallet, bins, windows, frames,
   lanes, speed, filter, replaySpeed, inspector, jog, feedback,
+  outline, drawing, guards, breakpoints, breakspots, policy, saved, code,
 };

@@ -173,6 +173,67 @@ fn the_page_fits_every_window_and_works_by_the_keyboard() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
+fn a_tree_is_an_outline_that_the_keyboard_collapses_and_searches() {
+    browse("outline", &["franka-stack", "--policy", "bt"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_drawing_of_a_tree_pans_zooms_and_collapses_and_keeps_its_look() {
+    browse("drawing", &["franka-stack", "--policy", "bt"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn guards_of_an_earlier_state_are_dim_with_their_age() {
+    browse("guards", &["ur10-bin-stack"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_breakpoint_pauses_the_cell_and_the_task_runs_decision_by_decision() {
+    browse("breakpoints", &["franka-stack", "--policy", "bt", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_state_and_a_guard_are_breakpoints_by_the_mouse() {
+    browse("breakspots", &["ur10-fill-bin"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_policy_is_edited_checked_and_applied_on_the_page() {
+    browse("policy", &["franka-pyramid"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn an_edited_policy_is_saved_to_the_folder_of_data() {
+    let data = base();
+    let cells = data.path().join("cells");
+    fs::create_dir_all(&cells).expect("a folder");
+    let built_in = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../cells"));
+    for name in ["franka-pyramid.toml", "franka-pyramid.tree.json"] {
+        fs::copy(built_in.join(name), cells.join(name)).expect("a copy");
+    }
+    let folder = data.path().display().to_string();
+    browse("saved", &["franka-pyramid", "--data", &folder]);
+    if browser().is_ok() {
+        let file = cells.join("franka-pyramid.tree.json");
+        let text = fs::read_to_string(file).expect("the file");
+        assert!(text.contains("\"my-pyramid\""), "the file is what it was");
+    }
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_policy_of_code_cannot_be_edited_and_the_page_says_so() {
+    browse("code", &["franka-stack"]);
+}
+
+#[test]
 fn the_page_goes_back_to_what_just_happened() {
     browse("scrub", &["franka-stack"]);
 }

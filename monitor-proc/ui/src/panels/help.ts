@@ -10,6 +10,8 @@ const KEYS: [string, string][] = [
   ["1 to 5", "camera: scene, top, front, …"],
   ["Shift + drag", "pull a body by a spring"],
   ["Esc", "let go, close"],
+  ["B", "breakpoint at the node that has the focus"],
+  ["Ctrl + F", "find in the graph of the task"],
   ["← →", "timeline: 0.1 s; Shift: 1 s"],
   ["?", "this sheet"],
 ];
@@ -20,6 +22,7 @@ const COMMANDS: [string, string][] = [
   ["robocell target 0.5 0 0.3", "lead the tool (task paused)"],
   ["robocell gripper open, close", "the gripper"],
   ["robocell drag red_cube --to 0.5 0.2 0.1", "pull an object"],
+  ["robocell break LIFT", "pause where the task gets there"],
   ["robocell restart task --policy bt", "begin a process anew"],
   ["robocell load franka-stack --seed 7", "another scene"],
   ["robocell record last 60s", "keep what just happened"],
