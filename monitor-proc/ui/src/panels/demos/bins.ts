@@ -80,7 +80,7 @@ function sayNext(desk: Desk, bins: { name: string; index: number }[]): void {
 }
 
 /** A bin that is not there by then was not added. */
-const WAIT_MS = 20_000;
+const WAIT_MS = 120_000;
 const SLOT_NEAR_M = 0.05;
 /** Columns along each side of a stack. */
 const STACK_SIDE = 3;

@@ -5,7 +5,7 @@ import { el, setText } from "../dom";
 import { suctionGauge } from "./suction";
 
 /** Parts that did not fall by then were not dropped. */
-const WAIT_MS = 10_000;
+const WAIT_MS = 120_000;
 
 export function mountFillBin(desk: Desk, element: HTMLElement): () => void {
   const { store } = desk;

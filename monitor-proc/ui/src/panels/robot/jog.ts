@@ -56,6 +56,7 @@ export function jogger(desk: Desk, arm: number, spec: ArmSpec): Jogger {
         min: limits?.lower ?? -Math.PI,
         max: limits?.upper ?? Math.PI,
         step: 0.001,
+        hidden: true,
         "aria-label": `Lead joint ${name} (${limits?.kind === "prismatic" ? "m" : "rad"})`,
       });
       inputs[joint] = input;
