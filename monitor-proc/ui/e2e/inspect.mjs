@@ -1,61 +1,73 @@
-// What a person finds out about objects, and joints led by hand.
-import { PAUSED, TASK_PAUSED, flag } from "./flags.mjs";
+// What a person asks of single objects, joints and panels.
+import { TASK_PAUSED, flag } from "./flags.mjs";
 
-/** The card of an object tells where it is, what it weighs on, and who holds it. */
-export async function inspector({ page, look, until, robocell, near }) {
-  robocell("step", "500");
-  await until("it rests", (r) => r.store.snapshot.tick >= 500 && r.store.snapshot.contacts.length > 0);
-  await page.setViewportSize({ width: 1600, height: 900 });
-  await page.locator('#left [data-name="red_cube"]').click();
-  const card = page.getByRole("region", { name: "Selected object" });
-  await card.getByText("red_cube", { exact: true }).waitFor();
-  await card.locator("dd", { hasText: /\d/ }).first().waitFor();
-  const value = async (name) => (await card.locator(`dt:has-text("${name}") + dd`).first().textContent()) ?? "";
-  const shown = (await value("position (m)")).split(" ").map(Number);
-  near("the position shown", shown, await look((r) => r.store.snapshot.objects[0].pose.slice(0, 3)), 2e-3);
-  const mass = Number(await value("mass (kg)"));
-  const force = Number.parseFloat(await value("table"));
-  if (!(Math.abs(force - 9.81 * mass) < 0.1)) throw new Error(`the table bears ${force} N of ${mass} kg`);
-  robocell("resume");
-  await until("it is held", (r) => r.store.snapshot.arms[0].held === 0);
-  for (const since = Date.now(); (await value("held by")) !== "panda"; ) {
-    if (Date.now() - since > 20_000) throw new Error(`held by ${await value("held by")}`);
-    await page.waitForTimeout(50);
-  }
+/** The numbers of a row of the card. */
+async function numbers(page, row) {
+  const text = await page.locator(`.inspect [data-row="${row}"] b`).innerText();
+  return text.split(/[,;]/).map(Number);
+}
+
+/** A click on an object tells where it is, what holds it and what it touches. */
+export async function inspector({ page, look, until, press, same, near }) {
+  const objects = await look((r) => r.store.scene.objects.map(({ name }) => name));
+  const name = objects[0];
+  const [x, y] = await look((r, name) => r.view.screenOf(name), name);
+  await page.mouse.click(x, y);
+  const card = page.locator(".inspect");
+  await card.getByRole("heading", { name }).waitFor();
+  const pose = await look((r) => r.store.snapshot.objects[0].pose);
+  near("the card's position", await numbers(page, "position"), pose.slice(0, 3), 2e-3);
+  const mass = await look((r) => r.store.scene.objects[0].mass_kg);
+  near("the card's mass", await numbers(page, "mass"), [mass], 1e-3);
+  // It rests on the table, which bears its weight.
+  const bears = async () => {
+    const line = card.locator(".touches li", { hasText: "N" }).first();
+    const force = Number((await line.locator("b").innerText()).replace(" N", ""));
+    return [await line.locator("span").innerText(), force];
+  };
+  await press("robocell resume");
+  await until("the weight is borne", (r) => r.store.snapshot.contacts.some(({ a, b }) => [a, b].some(({ kind, index }) => kind === "object" && index === 0)));
+  await card.locator(".touches li b", { hasText: "N" }).first().waitFor();
+  const [partner, force] = await bears();
+  same("the partner", partner, "table");
+  if (Math.abs(force - 9.81 * mass) > 0.3 * 9.81 * mass) throw new Error(`the table bears ${force} N of ${9.81 * mass} N`);
+  // The card follows what an arm carries.
+  await until("an object is held", (r) => r.store.snapshot.arms.some(({ held }) => held !== null));
+  const [held, arm] = await look((r) => {
+    const { arms } = r.store.snapshot;
+    const arm = arms.findIndex(({ held }) => held !== null);
+    return [r.store.scene.objects[arms[arm].held].name, r.store.scene.arms[arm].name];
+  });
+  await page.locator(`.tree-row[data-name="${held}"]`).click();
+  await card.getByRole("heading", { name: held }).waitFor();
+  await card.locator('[data-row="held by"] b', { hasText: arm }).waitFor();
+  await card.locator(".touches li", { hasText: arm }).first().waitFor();
+  // Fixtures and arms have a card, too.
+  await page.locator('.tree-row[data-name="table"]').click();
+  await card.getByRole("heading", { name: "table" }).waitFor();
+  await page.locator(`.tree-row[data-name="${arm}"]`).click();
+  await card.locator('[data-row="TCP position"]').waitFor();
+  await card.getByRole("button", { name: "Robot tab" }).click();
+  same("the open tab", await page.getByRole("tab", { selected: true }).innerText(), "Robot");
   await page.keyboard.press("Escape");
   await card.waitFor({ state: "hidden" });
+  await dragged({ page, look, until, press });
 }
 
-/** A slider leads a joint while the task is paused. */
-export async function jog({ page, look, until, press }) {
-  await page.setViewportSize({ width: 1600, height: 900 });
-  await press("robocell resume");
-  await page.getByRole("tab", { name: "Robot" }).click();
-  const slider = page.getByLabel("Lead joint joint1", { exact: false }).first();
-  if (await slider.isVisible()) throw new Error("a slider is offered while the task leads");
-  await page.getByRole("tab", { name: "Task" }).click();
+/** An object goes where the card's numbers send it. */
+async function dragged({ page, look, until, press }) {
   await press("robocell task pause");
   await until("the task is paused", flag(TASK_PAUSED));
-  await page.getByRole("tab", { name: "Robot" }).click();
-  await slider.waitFor();
-  const before = await look((r) => r.store.snapshot.arms[0].positions[0]);
-  const to = before > 0 ? before - 0.5 : before + 0.5;
-  await slider.fill(to.toFixed(3));
-  await until("the joint is there", (r, to) => Math.abs(r.store.snapshot.arms[0].positions[0] - to) < 0.01, to);
-  if (await look((r) => (r.store.snapshot.flags & 1) !== 0)) throw new Error(`paused: ${PAUSED}`);
-}
-
-/** What was added and dropped is said. */
-export async function feedback({ page, look, press, robocell, until }) {
-  const demo = await look((r) => r.store.scene.demo);
-  robocell("resume");
-  await until("it runs", (r) => r.store.snapshot.time > 0.2);
-  await page.locator("#right [role=tab]").last().click();
-  if (demo === "ur10-fill-bin") {
-    await press("robocell drop-parts");
-    await page.getByText(/Dropped parts: \d+ of \d+ so far/).waitFor();
-  } else {
-    await press("robocell add-bin --flipped");
-    await page.getByText(/Added bin_\d+, upside down/).waitFor();
+  const free = await look((r) => {
+    const held = r.store.snapshot.arms.map(({ held }) => held);
+    return r.store.scene.objects.findIndex((_, index) => !held.includes(index));
+  });
+  const [name, pose] = await look((r, i) => [r.store.scene.objects[i].name, r.store.snapshot.objects[i].pose], free);
+  await page.locator(`.tree-row[data-name="${name}"]`).click();
+  const to = [pose[0] + 0.05, pose[1], pose[2] + 0.02];
+  for (const [axis, label] of ["x (m)", "y (m)", "z (m)"].entries()) {
+    await page.locator(".inspect").getByLabel(label).fill(to[axis].toFixed(3));
   }
+  await press(`robocell drag ${name} --to`);
+  await until("it was pulled there", (r, [i, x]) => Math.abs(r.store.snapshot.objects[i].pose[0] - x) < 0.02, [free, to[0]]);
 }

@@ -3,9 +3,12 @@ import { existsSync } from "node:fs";
 import { bins, flip, manual, pallet } from "./bins.mjs";
 import { breakpoints, breakspots, code, policy, saved } from "./debug.mjs";
 import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
-import { feedback, inspector, jog } from "./inspect.mjs";
 import { filter, lanes, replaySpeed, speed } from "./time.mjs";
 import { drawing, guards, outline } from "./graph.mjs";
+import { inspector } from "./inspect.mjs";
+import { answers, drawing as jobDrawing, load } from "./jobs.mjs";
+import { joints, ticks } from "./joints.mjs";
+import { targets } from "./targets.mjs";
 import { windows } from "./windows.mjs";
 
 /** What a browser says while the monitor is away. */
@@ -444,6 +447,7 @@ async function frames({ page, look, until, robocell }) {
 export const scenarios = {
   meshes, draws, drag, gizmo, buttons, crashes, scrub, plots, viewer, names,
   manual, flip, pallet, bins, windows, frames,
-  lanes, speed, filter, replaySpeed, inspector, jog, feedback,
+  lanes, speed, filter, replaySpeed,
   outline, drawing, guards, breakpoints, breakspots, policy, saved, code,
+  inspector, joints, ticks, answers, jobDrawing, load, targets,
 };

@@ -193,7 +193,10 @@ fn guards_of_an_earlier_state_are_dim_with_their_age() {
 #[test]
 #[ignore = "slow: .ci/long"]
 fn a_breakpoint_pauses_the_cell_and_the_task_runs_decision_by_decision() {
-    browse("breakpoints", &["franka-stack", "--policy", "bt", "--paused"]);
+    browse(
+        "breakpoints",
+        &["franka-stack", "--policy", "bt", "--paused"],
+    );
 }
 
 #[test]
@@ -287,21 +290,49 @@ fn a_recording_is_shown_at_another_speed() {
 
 #[test]
 #[ignore = "slow: .ci/long"]
-fn an_object_is_inspected() {
-    browse("inspector", &["franka-stack", "--paused", "--speed", "max"]);
+fn a_card_tells_where_an_object_is_what_holds_it_and_what_it_touches() {
+    browse("inspector", &["franka-stack", "--paused"]);
 }
 
 #[test]
 #[ignore = "slow: .ci/long"]
-fn joints_are_led_by_sliders() {
-    browse("jog", &["franka-stack", "--paused"]);
+fn a_slider_moves_its_joint_while_the_task_is_paused() {
+    browse("joints", &["franka-stack", "--paused"]);
 }
 
 #[test]
 #[ignore = "slow: .ci/long"]
-fn what_was_added_or_dropped_is_said() {
+fn the_labels_of_an_axis_differ() {
+    browse("ticks", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn bins_and_parts_that_are_asked_for_are_answered() {
     for demo in ["ur10-palletize", "ur10-fill-bin"] {
-        browse("feedback", &[demo, "--paused", "--speed", "max"]);
+        browse("answers", &[demo]);
+    }
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_drawing_of_a_job_has_what_is_placed_and_in_flight() {
+    for demo in ["ur10-palletize", "ur10-bin-stack"] {
+        browse("jobDrawing", &[demo, "--speed", "max"]);
+    }
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_load_of_the_cup_is_shown_up_to_the_break_and_of_the_past() {
+    browse("load", &["ur10-fill-bin", "--speed", "max"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn what_can_be_pressed_is_large_enough() {
+    for demo in ["franka-stack", "ur10-bin-stack"] {
+        browse("targets", &[demo, "--paused"]);
     }
 }
 

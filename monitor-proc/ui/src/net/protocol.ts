@@ -28,7 +28,8 @@ export interface Gripper {
   kind: "parallel" | "suction";
   max_width_m: number;
   finger_joints: string[];
-  /** Of suction. */
+  /** Of suction; where the cup points, in the frame of the tool. */
+  axis?: Vec3;
   force_limit_n?: number;
   torque_limit_n_m?: number;
 }

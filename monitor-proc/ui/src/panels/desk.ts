@@ -12,6 +12,10 @@ export class Desk {
   readonly pulse = new Pulse();
   private selected = 0;
   private readonly armListeners = new Set<(arm: number) => void>();
+  private chosen: string | null = null;
+  private readonly selectListeners = new Set<(name: string | null) => void>();
+  /** Opens a tab of the right side. */
+  openTab: (key: string) => void = () => {};
 
   constructor(
     readonly store: Store,
@@ -20,10 +24,28 @@ export class Desk {
     store.on("scene", () => {
       this.arm = 0;
     });
-    view?.onSelect((name) => {
-      const arm = store.scene?.arms.findIndex((one) => one.name === name) ?? -1;
-      if (arm >= 0) this.arm = arm;
-    });
+    view?.onSelect((name) => this.choose(name));
+  }
+
+  /** The selected object, fixture or arm. */
+  get selection(): string | null {
+    return this.chosen;
+  }
+
+  select(name: string | null): void {
+    if (this.view === null) this.choose(name);
+    else this.view.select(name);
+  }
+
+  onSelect(listener: (name: string | null) => void): void {
+    this.selectListeners.add(listener);
+  }
+
+  private choose(name: string | null): void {
+    this.chosen = name;
+    const arm = this.store.scene?.arms.findIndex((one) => one.name === name) ?? -1;
+    if (arm >= 0) this.arm = arm;
+    for (const listener of this.selectListeners) listener(name);
   }
 
   /** The arm that target, gripper and joints speak of. */

@@ -7,25 +7,28 @@ const SIDES = [
   { name: "right", label: "Panels", about: "Task, robot, plots and latency" },
 ] as const;
 
+const isOpen = (name: string) => document.body.classList.contains(`show-${name}`);
+
+/** Opens one drawer, or closes both. */
+export function openDrawer(wanted: "left" | "right" | null): void {
+  for (const { name } of SIDES) {
+    document.body.classList.toggle(`show-${name}`, name === wanted);
+    const node = document.querySelector(`.drawer-buttons [aria-controls=${name}]`);
+    if (node !== null) setAttr(node, "aria-expanded", String(name === wanted));
+  }
+}
+
 /** Buttons that open the drawers; the style sheet shows them where there are any. */
 export function drawerButtons(): HTMLElement {
   const buttons = SIDES.map(({ name, label, about }) => {
-    const node = el("button", { type: "button", class: "button", title: about, "aria-controls": name }, label);
-    node.addEventListener("click", () => open(isOpen(name) ? null : name));
+    const attrs = { type: "button", class: "button", title: about, "aria-controls": name, "aria-expanded": "false" };
+    const node = el("button", attrs, label);
+    node.addEventListener("click", () => openDrawer(isOpen(name) ? null : name));
     return node;
   });
-  const isOpen = (name: string) => document.body.classList.contains(`show-${name}`);
-  const open = (wanted: string | null) => {
-    for (const [index, { name }] of SIDES.entries()) {
-      document.body.classList.toggle(`show-${name}`, name === wanted);
-      const node = buttons[index];
-      if (node !== undefined) setAttr(node, "aria-expanded", String(name === wanted));
-    }
-  };
-  open(null);
-  document.getElementById("view")?.addEventListener("pointerdown", () => open(null));
+  document.getElementById("view")?.addEventListener("pointerdown", () => openDrawer(null));
   addEventListener("keydown", (event) => {
-    if (event.key === "Escape") open(null);
+    if (event.key === "Escape") openDrawer(null);
   });
   return el("div", { class: "group drawer-buttons", role: "group", "aria-label": "Drawers" }, ...buttons);
 }

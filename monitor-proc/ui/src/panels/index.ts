@@ -5,7 +5,6 @@ import { actions } from "./actions";
 import { demoTab } from "./demo-tab";
 import { Desk } from "./desk";
 import { helpSheet } from "./help";
-import { mountInspector } from "./inspector";
 import { mountKeys } from "./keys";
 import { latencyTab } from "./latency/index";
 import { mountLeft } from "./left/index";
@@ -39,9 +38,9 @@ export function mountPanels(store: Store, view: ViewApi | null): void {
       { key: "latency", name: "Latency", body: latencyTab(desk) },
     ]);
     demoTab(desk, all);
+    desk.openTab = all.open;
     host.replaceChildren(all.root);
   });
-  place("view", (host) => mountInspector(desk, host));
   place("bottom", (host) => mountTimeline(desk, host));
   mountSplitters();
   mountToasts(store);

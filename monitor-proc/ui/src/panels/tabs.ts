@@ -13,6 +13,7 @@ export interface Tabs {
   /** Puts `tab` in the place of the one with its key, or behind the others. */
   put: (tab: Tab) => void;
   remove: (key: string) => void;
+  open: (key: string) => void;
 }
 
 export function tabs(first: Tab[]): Tabs {
@@ -64,7 +65,7 @@ export function tabs(first: Tab[]): Tabs {
   });
   addEventListener("hashchange", () => open(getHash("tab") ?? fallback));
   for (const tab of first) put(tab);
-  return { root: el("div", { class: "tabs" }, bar, body), put, remove };
+  return { root: el("div", { class: "tabs" }, bar, body), put, remove, open: choose };
 }
 
 /** Two or more panes in one place; on high screens CSS shows them all. */

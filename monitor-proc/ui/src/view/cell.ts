@@ -21,8 +21,17 @@ const ELBOW_ROOM_M = 0.45;
 /** How much of a table may be cut off, so that the arms are not drawn too small. */
 const TABLE_MARGIN = 0.15;
 
+/** What a part of the picture belongs to; all null for the room. */
+export interface Owner {
+  body: Body | null;
+  arm: number | null;
+  /** Name of a fixture. */
+  fixture: string | null;
+}
+
 export class Cell {
   readonly root = new Group();
+  private readonly fixtures: Group;
   readonly robots: Robot[] = [];
   readonly bodies: Body[] = [];
   readonly floor: number;
@@ -34,7 +43,8 @@ export class Cell {
     changed: () => void,
   ) {
     this.floor = floorHeight(scene);
-    this.root.add(furniture(scene, this.floor));
+    this.fixtures = furniture(scene, this.floor);
+    this.root.add(this.fixtures);
     for (const { name, shape, colour } of scene.objects) {
       const group = body(name, shape, colour);
       group.visible = false;
@@ -77,17 +87,18 @@ export class Cell {
     return this.bodies.find((item) => item.name === name) ?? null;
   }
 
-  /** The name of the object or of the arm that `object` is a part of. */
-  ownerOf(object: Object3D): { body: Body | null; arm: number | null } {
+  /** The object, arm or fixture that `object` is a part of. */
+  ownerOf(object: Object3D): Owner {
+    const none: Owner = { body: null, arm: null, fixture: null };
     for (let at: Object3D | null = object; at !== null; at = at.parent) {
       const item = this.bodies.find(({ group }) => group === at);
-      if (item !== undefined) return { body: item, arm: null };
+      if (item !== undefined) return { ...none, body: item };
       const robot = this.robots.find(({ root }) => root === at);
-      if (robot !== undefined) {
-        return { body: null, arm: this.scene.arms.indexOf(robot.spec) };
-      }
+      if (robot !== undefined) return { ...none, arm: this.scene.arms.indexOf(robot.spec) };
+      const name = at.parent === this.fixtures ? at.name : "";
+      if (name !== "" && this.scene.fixtures.some((one) => one.name === name)) return { ...none, fixture: name };
     }
-    return { body: null, arm: null };
+    return none;
   }
 
   /** Points that a picture of the whole cell has to hold (m). */

@@ -9,6 +9,7 @@ const OVERLAYS: Record<string, boolean> = {
   spheres: false,
   distances: false,
   contacts: true,
+  contact_forces: false,
   suction: true,
   trails: false,
   ghost: false,

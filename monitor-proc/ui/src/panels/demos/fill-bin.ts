@@ -2,17 +2,16 @@
 import type { Desk } from "../desk";
 import { button } from "../button";
 import { el, setText } from "../dom";
+import { dropParts } from "./answers";
+import { loadChart } from "./load/chart";
 import { suctionGauge } from "./suction";
-
-/** Parts that did not fall by then were not dropped. */
-const WAIT_MS = 120_000;
 
 export function mountFillBin(desk: Desk, element: HTMLElement): () => void {
   const { store } = desk;
   const parts = el("b", { class: "num" });
   const inBin = el("span", { class: "dim" });
   const total = store.scene?.objects.filter(({ shape }) => shape.kind !== "bin").length ?? 0;
-  const dropped = () => store.status?.equipment?.parts_dropped ?? 0;
+  const load = loadChart(desk);
   element.append(
     el("p", { class: "row" }, parts, ` of ${total} parts were dropped`, inBin),
     button(desk, {
@@ -20,19 +19,11 @@ export function mountFillBin(desk: Desk, element: HTMLElement): () => void {
       about: () => `Drop ${store.scene?.dispenser?.per_drop ?? 1} parts, at any time`,
       twin: () => "robocell drop-parts",
       why: () => desk.cellRefusal(),
-      run: async () => {
-        const before = dropped();
-        if (!(await desk.send({ do: "drop_parts", count: 0 }))) return;
-        const off = store.on("status", () => {
-          if (dropped() === before) return;
-          off();
-          desk.say(`Dropped parts: ${dropped()} of ${total} so far, ${store.status?.equipment?.parts_waiting ?? 0} to come`);
-        });
-        setTimeout(off, WAIT_MS);
-      },
+      run: () => dropParts(desk),
     }),
     el("h3", {}, "Gripper"),
     suctionGauge(desk),
+    load.root,
   );
   const show = () => {
     const found = store.status?.equipment;
@@ -40,6 +31,6 @@ export function mountFillBin(desk: Desk, element: HTMLElement): () => void {
     setText(inBin, found && found.parts_waiting > 0 ? `, ${found.parts_waiting} to come` : "");
   };
   show();
-  const off = [store.on("status", show)];
+  const off = [store.on("status", show), load.stop];
   return () => off.forEach((one) => one());
 }

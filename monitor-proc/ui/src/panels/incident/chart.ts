@@ -1,6 +1,7 @@
 // One column of a loop over time, with a line at each event.
 import uPlot from "uplot";
 import { el } from "../dom";
+import { ticks } from "../ticks";
 
 const HEIGHT = 90;
 const AXIS = "#93a1b1";
@@ -22,8 +23,8 @@ export function chart(
     cursor: { y: false },
     scales: { x: { time: false, range: () => span } },
     axes: [
-      { ...axis, size: 24, values: (_, ticks) => ticks.map((tick) => `${tick} ms`) },
-      { ...axis, size: 46 },
+      { ...axis, size: 24, values: ticks("ms") },
+      { ...axis, size: 46, values: ticks() },
     ],
     series: [{}, { stroke: LINE, width: 1, points: { show: false } }],
     hooks: {

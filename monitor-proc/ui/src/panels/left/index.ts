@@ -1,6 +1,7 @@
 // The left side: processes, the view's overlays, the scene.
 import type { Desk } from "../desk";
 import { el } from "../dom";
+import { inspector } from "../inspect/index";
 import { processes } from "./processes";
 import { sceneTree } from "./scene-tree";
 import { viewTools } from "./view-tools";
@@ -16,5 +17,6 @@ export function mountLeft(desk: Desk, host: HTMLElement): void {
       section("View", viewTools(desk)),
       section("Scene", sceneTree(desk)),
     ),
+    inspector(desk),
   );
 }

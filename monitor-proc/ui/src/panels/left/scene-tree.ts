@@ -22,9 +22,9 @@ export function sceneTree(desk: Desk): HTMLElement {
     for (const refresh of refreshes) refresh();
   });
   root.addEventListener("keydown", (event) => {
-    if (event.key === "Escape") desk.view?.select(null);
+    if (event.key === "Escape") desk.select(null);
   });
-  desk.view?.onSelect((name) => mark(root, name));
+  desk.onSelect((name) => mark(root, name));
   return root;
 }
 
@@ -36,11 +36,10 @@ function group(name: string, rows: HTMLElement[]): HTMLElement {
 function row(desk: Desk, name: string, colour: string | null, state: HTMLElement): HTMLElement {
   const swatch = el("i", { class: "swatch" });
   if (colour !== null) swatch.style.background = colour;
-  const attrs = { type: "button", class: "tree-row", "data-name": name, title: `Select ${name} in the view` };
+  const attrs = { type: "button", class: "tree-row", "data-name": name, title: `Select ${name}: what it is and where` };
   const node = el("button", attrs, swatch, el("span", { class: "name" }, name), state);
   node.addEventListener("click", () => {
-    const off = node.getAttribute("aria-current") === "true";
-    desk.view?.select(off ? null : name);
+    desk.select(desk.selection === name ? null : name);
   });
   return node;
 }
@@ -60,12 +59,7 @@ function arms(desk: Desk, scene: Scene, refreshes: Refresh[]): HTMLElement[] {
       const held = now?.held == null ? null : scene.objects[now.held]?.name;
       setText(state, now?.fault ? "fault" : held ? `holds ${held}` : arm.robot);
     });
-    const node = row(desk, arm.name, null, state);
-    // Without a view, too, this is the arm that the panels speak of.
-    node.addEventListener("click", () => {
-      desk.arm = index;
-    });
-    return node;
+    return row(desk, arm.name, null, state);
   });
 }
 
@@ -89,7 +83,7 @@ function objectState(flags: number, holder: string | null, z: number): string {
   else if ((flags & OBJECT.dragged) !== 0) words.push("dragged");
   else if ((flags & OBJECT.touched) !== 0) words.push("touched");
   else if ((flags & OBJECT.asleep) !== 0) words.push("at rest");
-  words.push(`z ${z.toFixed(3)}`);
+  words.push(`z ${z.toFixed(3)} m`);
   return words.join(" · ");
 }
 

@@ -2,8 +2,8 @@
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { el } from "../dom";
+import { ticks } from "../ticks";
 import type { History } from "./history";
-import { tickTexts } from "./ticks";
 
 /** Told apart also by those who see few colours. */
 const COLOURS = ["#58a6ff", "#f0a53a", "#4cc38a", "#d2a8ff", "#ff7b72", "#79e0e8", "#e3d26f", "#c9d1d9"];
@@ -18,6 +18,8 @@ export class Plot {
   private readonly chips = el("div", { class: "chips" });
   private readonly area = el("div", { class: "plot-area" });
   private chart: uPlot | null = null;
+  /** Labels of the value axis. */
+  private labels: string[] = [];
 
   constructor(
     private readonly history: History,
@@ -41,7 +43,7 @@ export class Plot {
       this.add(key);
     });
     // For browser tests.
-    Object.assign(this.root, { plot: { data: () => this.chart?.data ?? [[]], cursor: () => this.history.cursor } });
+    Object.assign(this.root, { plot: { data: () => this.chart?.data ?? [[]], cursor: () => this.history.cursor, labels: () => this.labels } });
     this.rebuild();
   }
 
@@ -97,8 +99,15 @@ export class Plot {
       cursor: { y: false, drag: { x: false, y: false } },
       scales: { x: { time: false } },
       axes: [
-        { ...axis, size: 30, values: (_, ticks) => tickTexts(ticks).map((text) => `${text} s`) },
-        { ...axis, size: 46, values: (_, ticks) => tickTexts(ticks) },
+        { ...axis, size: 30, values: ticks("s") },
+        {
+          ...axis,
+          size: (_, labels) => {
+            this.labels = labels ?? [];
+            return widest(this.labels);
+          },
+          values: ticks(),
+        },
       ],
       hooks: { draw: [(chart) => this.drawCursor(chart)], ready: [(chart) => this.listen(chart)] },
       series: [{}, ...this.keys.map((_, index) => ({ stroke: COLOURS[index] ?? AXIS, width: 1.5, points: { show: false } }))],
@@ -129,6 +138,12 @@ export class Plot {
       this.seek(chart.posToVal(event.offsetX, "x"));
     });
   }
+}
+
+/** Room for the longest label of an axis (pixels). */
+function widest(labels: string[]): number {
+  const longest = Math.max(0, ...labels.map((label) => label.length));
+  return Math.max(46, 14 + 6 * longest);
 }
 
 /** Makes `node` a thing that carries signal `key` into a plot. */

@@ -5,6 +5,7 @@ import { button } from "../button";
 import type { Desk } from "../desk";
 import { el, setAttr, setText } from "../dom";
 import { facts } from "./facts";
+import { jointForm } from "./joint-form";
 import { joints } from "./joints";
 import { targetForm } from "./target";
 
@@ -39,9 +40,9 @@ export function robotTab(desk: Desk, act: Actions): HTMLElement {
   return el("div", { class: "robot-tab column scroll" }, arms, body, targetForm(desk), el("div", { class: "row" }, gripper));
 }
 
-/** Facts and joints of the selected arm. */
+/** Facts, joints and joint targets of the selected arm. */
 function armPanel(desk: Desk): HTMLElement[] {
   const arm = desk.store.scene?.arms[desk.arm];
   if (arm === undefined) return [el("p", { class: "dim hint" }, "No robot yet.")];
-  return [facts(desk, desk.arm), joints(desk, desk.arm, arm)];
+  return [facts(desk, desk.arm), joints(desk, desk.arm, arm), jointForm(desk, desk.arm, arm)];
 }

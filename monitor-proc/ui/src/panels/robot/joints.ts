@@ -5,7 +5,6 @@ import type { ArmState } from "../../net/snapshot";
 import type { Desk } from "../desk";
 import { el, setAttr, setText, setTitle } from "../dom";
 import { shortNames } from "../joint-names";
-import { jogger } from "./jog";
 
 /** Shares of the range, from a limit, that are near and very near. */
 const NEAR = 0.1;
@@ -25,11 +24,7 @@ export function joints(desk: Desk, arm: number, spec: ArmSpec): HTMLElement {
     el("span", { class: "num", title: "measured minus setpoint" }, "error"),
     el("span", { title: "Share of the drive's limit in use; hover for N m or N" }, "effort"),
   );
-  const jog = jogger(desk, arm, spec);
-  for (const [index, row] of rows.entries()) {
-    if (index < spec.arm_joints) row.root.append(jog.slider(index, names[index] ?? ""));
-  }
-  const root = el("div", { class: "joints" }, head, ...rows.map((row) => row.root), jog.reason);
+  const root = el("div", { class: "joints" }, head, ...rows.map((row) => row.root));
   desk.pulse.add(root, () => {
     const state = desk.snapshot?.arms[arm];
     if (!state) return;

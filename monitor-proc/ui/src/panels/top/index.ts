@@ -31,7 +31,7 @@ export function mountTop(desk: Desk, host: HTMLElement, act: Actions, steps: HTM
       play,
       button(desk, act.stop),
       button(desk, act.step),
-      steps,
+      el("label", { class: "steps-field dim" }, steps, "ms"),
       button(desk, act.reset),
     ),
     el("div", { class: "group time" }, clock, factor, cause),

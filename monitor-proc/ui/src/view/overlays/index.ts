@@ -7,6 +7,7 @@ import type { Toggles } from "../toggles";
 import { Approach } from "./approach";
 import { Contacts } from "./contacts";
 import { Distances } from "./distances";
+import { Forces } from "./forces";
 import { Ghost } from "./ghost";
 import { Names } from "./names";
 import type { Overlay } from "./overlay";
@@ -22,6 +23,7 @@ export class Overlays {
     new Spheres(),
     new Distances(),
     new Contacts(),
+    new Forces(),
     new Suction(),
     new Trails(),
     new Ghost(),

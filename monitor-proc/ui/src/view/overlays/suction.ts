@@ -1,31 +1,55 @@
-// How much of what its suction can bear hangs at a tool.
-import { Group, Vector3 } from "three";
+// How near the load of a suction cup is to its break limit: a ring around the cup
+// and the percentage beside it.
+import { Group, Quaternion, Vector3 } from "three";
 import type { Snapshot } from "../../net/snapshot";
+import { place } from "../body";
 import type { Cell } from "../cell";
 import type { Labels } from "../labels";
 import type { Overlay } from "./overlay";
+import { Ring } from "./ring";
 
-const HIGH = 0.8;
+/** Shares of the limit from which the load is amber and red. */
+const TONES: [number, number, string][] = [
+  [0.8, 0xe5534b, "very"],
+  [0.5, 0xf0a53a, "near"],
+  [0, 0x3f9d6b, ""],
+];
 /** Beside the cup, which it does not cover (the style sheet shifts it). */
 const ABOVE_M = 0.05;
+const RING_AXIS = new Vector3(0, 0, 1);
 
 export class Suction implements Overlay {
   readonly name = "suction";
   readonly root = new Group();
+  private readonly rings: Ring[] = [];
 
   update(cell: Cell, snapshot: Snapshot, labels: Labels): void {
+    for (const { root } of this.rings) root.visible = false;
     cell.scene.arms.forEach(({ name, gripper }, index) => {
       const arm = snapshot.arms[index];
-      if (arm === undefined || gripper === null || gripper.finger_joints.length > 0) return;
-      const [x, y, z] = arm.tcp;
+      if (arm === undefined || gripper?.kind !== "suction" || !arm.attached) return;
       const load = Math.min(Math.max(arm.load, 0), 1);
-      if (!arm.attached) return;
-      const text = `load ${(100 * load).toFixed(0)} %`;
-      const kind = load > HIGH ? "load high" : "load";
-      const label = labels.say(`suction ${name}`, text, new Vector3(x, y, z + ABOVE_M), kind);
+      const [, colour = 0, tone = ""] = TONES.find(([from]) => load >= from) ?? [];
+      const ring = (this.rings[index] ??= this.ring());
+      ring.root.visible = true;
+      place(ring.root, arm.tcp);
+      const axis = new Vector3(...(gripper.axis ?? [1, 0, 0])).normalize();
+      ring.root.quaternion.multiply(new Quaternion().setFromUnitVectors(RING_AXIS, axis));
+      ring.show(load, colour);
+      const at = new Vector3(...arm.tcp.slice(0, 3)).setZ(arm.tcp[2] + ABOVE_M);
+      const label = labels.say(`suction ${name}`, `load ${(100 * load).toFixed(0)} % of the break limit`, at, `load ${tone}`);
       label.style.setProperty("--load", `${(100 * load).toFixed(0)}%`);
     });
   }
 
-  reset(): void {}
+  reset(): void {
+    this.root.clear();
+    this.rings.length = 0;
+  }
+
+  private ring(): Ring {
+    const ring = new Ring();
+    this.root.add(ring.root);
+    return ring;
+  }
 }

@@ -1,11 +1,9 @@
 // What lies under the pointer.
 import { Raycaster, Vector2, Vector3, type PerspectiveCamera, type Ray } from "three";
-import type { Body, Cell } from "../cell";
+import type { Cell, Owner } from "../cell";
 
-/** A body or an arm, and the point of it that was hit (m). */
-export interface Hit {
-  body: Body | null;
-  arm: number | null;
+/** What was hit, and the point of it (m). */
+export interface Hit extends Owner {
   point: Vector3;
 }
 
@@ -33,9 +31,9 @@ export function rayAt(
 export function pick(cell: Cell, throughArms = false): Hit | null {
   for (const { object, point } of caster.intersectObject(cell.root, true)) {
     if (!isShown(object)) continue;
-    const { body, arm } = cell.ownerOf(object);
-    if (throughArms && arm !== null) continue;
-    return { body, arm, point: point.clone() };
+    const owner = cell.ownerOf(object);
+    if (throughArms && owner.arm !== null) continue;
+    return { ...owner, point: point.clone() };
   }
   return null;
 }

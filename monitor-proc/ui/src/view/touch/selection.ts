@@ -1,6 +1,7 @@
 // What the person points at: a click selects, a double click looks closer.
 import { Group } from "three";
-import { outline } from "../body";
+import type { Scene } from "../../net/protocol";
+import { outline, place } from "../body";
 import type { Camera } from "../camera";
 import type { Body, Cell } from "../cell";
 import { pick, rayAt } from "./pick";
@@ -13,9 +14,10 @@ type Listener = (name: string | null) => void;
 
 export class Selection {
   readonly root = new Group();
-  /** The selected object or arm. */
+  /** The selected object, arm or fixture. */
   name: string | null = null;
   private body: Body | null = null;
+  private fixture: Scene["fixtures"][number] | null = null;
   private readonly listeners = new Set<Listener>();
   private down: [number, number] = [0, 0];
 
@@ -44,14 +46,18 @@ export class Selection {
     if (name === this.name) return;
     this.name = name;
     this.body = name === null ? null : (this.cell()?.body(name) ?? null);
+    const fixtures = this.body === null ? (this.cell()?.scene.fixtures ?? []) : [];
+    this.fixture = fixtures.find((one) => one.name === name) ?? null;
+    const shape = (this.body ?? this.fixture)?.shape;
     this.root.clear();
-    if (this.body !== null) this.root.add(outline(this.body.shape, COLOUR));
+    if (shape !== undefined) this.root.add(outline(shape, COLOUR));
     this.update();
     for (const listener of this.listeners) listener(name);
   }
 
   update(): void {
-    this.root.visible = this.body?.group.visible ?? false;
+    this.root.visible = this.fixture !== null || (this.body?.group.visible ?? false);
+    if (this.fixture !== null) place(this.root, this.fixture.pose);
     if (this.body === null) return;
     this.root.position.copy(this.body.group.position);
     this.root.quaternion.copy(this.body.group.quaternion);
@@ -69,6 +75,6 @@ export class Selection {
     if (moved > STILL_PX || event.shiftKey || this.busy()) return;
     const hit = this.hit(event);
     const arm = hit?.arm == null ? null : (this.cell()?.scene.arms[hit.arm]?.name ?? null);
-    this.set(hit?.body?.name ?? arm);
+    this.set(hit?.body?.name ?? arm ?? hit?.fixture ?? null);
   }
 }

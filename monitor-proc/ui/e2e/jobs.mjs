@@ -1,0 +1,72 @@
+// What the panels of the bins tell: answers of their buttons, drawings, the load.
+import { PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
+
+/** Each press of a button of the equipment is answered, in a toast and in the events. */
+export async function answers({ page, look, until, press, robocell, same }) {
+  await press("robocell task pause");
+  await until("the task is paused", flag(TASK_PAUSED));
+  await page.getByRole("tab").last().click();
+  const toast = (text) => page.locator(".toast", { hasText: text }).first();
+  if (await look((r) => r.store.scene.dispenser !== null)) {
+    const count = await look((r) => r.store.scene.dispenser.per_drop);
+    await press("robocell drop-parts");
+    await toast(`Dropped ${count} parts, `).waitFor();
+    await inEvents(page, `Dropped ${count} parts`);
+    return;
+  }
+  robocell("reset");
+  await until("no bin is here", (r) => r.store.snapshot.objects.every(({ flags }) => (flags & 1) === 0));
+  await press("robocell add-bin --flipped");
+  await toast("Added bin").waitFor();
+  const said = await toast("Added bin").innerText();
+  const here = await look((r) => r.store.scene.objects.filter((_, index) => (r.store.snapshot.objects[index].flags & 1) !== 0).map(({ name }) => name));
+  same("what was added", said.split("\n")[0], `Added ${here[0]}, upside down`);
+  // The belt takes no more than it has room for.
+  const refused = toast("No bin was added: ");
+  for (let attempt = 0; attempt < 12 && !(await refused.isVisible()); attempt++) {
+    await press("robocell add-bin");
+    await page.waitForTimeout(300);
+  }
+  await refused.waitFor();
+  await inEvents(page, "No bin was added: ");
+}
+
+async function inEvents(page, text) {
+  await page.getByRole("tab", { name: "Task" }).click();
+  await page.locator(".event-list", { hasText: text }).waitFor();
+}
+
+/** The drawing has what is placed and in flight, and says it. */
+export async function drawing({ page, look, until, press, same }) {
+  await press("robocell resume").catch(() => {});
+  await until("the cell runs", noFlag(PAUSED));
+  await page.getByRole("tab").last().click();
+  const drawn = (place) => `document.querySelectorAll('.job-drawing .bin[data-place="${place}"]').length`;
+  const label = `document.querySelector(".job-drawing").getAttribute("aria-label")`;
+  await until("a bin in flight is told", `(r) => ${label}.includes("In flight: bin")`);
+  await until("two bins are placed", (r) => r.store.status.task.placed.length >= 2);
+  await press("robocell task pause");
+  await until("the task is paused", flag(TASK_PAUSED));
+  const count = await look((r) => r.store.status.task.placed.length);
+  await until("as many are drawn", `(r) => ${drawn("placed")} === ${count}`);
+  const told = await look(`() => ${label}`);
+  const [, filled, all] = told.match(/(\d+) of (\d+) (?:slots|places) are filled/);
+  same("how many are filled", [Number(filled), Number(all)], [count, await look((r) => r.store.scene.bins)]);
+}
+
+/** The chart shows the load up to the break, also of the past. */
+export async function load({ page, look, until, press }) {
+  await page.getByRole("tab").last().click();
+  const chart = `document.querySelector(".load-chart").load`;
+  await until("the grip broke", (r) => r.store.log.some(({ mark }) => mark === "break"));
+  await until("the break is marked", `(r) => ${chart}.breaks() > 0`);
+  await until("the load was near the limit", `(r) => Math.max(...${chart}.data()[1]) > 50`);
+  await press("robocell pause");
+  await until("it is paused", flag(PAUSED));
+  const at = await look((r) => r.store.log.find(({ mark }) => mark === "break").time_s - 2);
+  await page.evaluate(`window.robocell.store.command({ do: "seek", time_s: ${at} })`);
+  await until("the past is shown", `(r) => ${chart}.cursor() !== null && Math.abs(${chart}.cursor() - ${at}) < 1`);
+  await until("its load is read", `(r) => ${chart}.data()[0].length > 20 && Math.max(...${chart}.data()[1]) > 50`);
+  const [from, to] = await look(`() => [${chart}.data()[0][0], ${chart}.data()[0].at(-1)]`);
+  if (at < from || at > to) throw new Error(`the chart shows ${from} to ${to} s, not ${at} s`);
+}

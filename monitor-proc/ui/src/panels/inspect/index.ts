@@ -1,0 +1,81 @@
+// What is selected: a card under the scene, and in a narrow window a button over the
+// view that opens the drawer with it.
+import type { Scene } from "../../net/protocol";
+import type { Desk } from "../desk";
+import { openDrawer } from "../drawers";
+import { el, setText } from "../dom";
+import { armCard } from "./arm";
+import { fixtureCard } from "./fixture";
+import { objectCard } from "./object";
+import type { Row } from "./rows";
+
+export interface Card {
+  kind: string;
+  rows: Row[];
+  actions: HTMLElement[];
+}
+
+export function inspector(desk: Desk): HTMLElement {
+  const name = el("h3", {});
+  const kind = el("span", { class: "dim" });
+  const body = el("div", { class: "inspect-body" });
+  const close = el("button", { type: "button", class: "button icon-only quiet", title: "Close (Escape)", "aria-label": "Close the card" }, "×");
+  const head = el("header", { class: "row" }, el("div", { class: "inspect-name" }, name, kind), close);
+  const root = el("section", { class: "inspect", "aria-label": "Selected", hidden: true }, head, body);
+  const chip = detailsButton();
+  let rows: Row[] = [];
+  const show = () => {
+    for (const row of rows) row.show();
+  };
+  const fill = (wanted: string | null) => {
+    const card = wanted === null ? null : cardOf(desk, wanted);
+    root.hidden = chip.hidden = card === null;
+    rows = card?.rows ?? [];
+    body.replaceChildren(...rows.map(({ node }) => node), el("div", { class: "inspect-actions" }, ...(card?.actions ?? [])));
+    setText(name, wanted ?? "");
+    setText(kind, card?.kind ?? "");
+    setText(chip, `${wanted ?? ""}: details`);
+    show();
+  };
+  close.addEventListener("click", () => leave(desk));
+  root.addEventListener("keydown", (event) => {
+    if (event.key === "Escape") leave(desk);
+  });
+  addEventListener("keydown", (event) => {
+    const target = event.target instanceof Element ? event.target : null;
+    if (event.key === "Escape" && target?.closest("dialog, .popover, input, .inspect") == null) desk.select(null);
+  });
+  desk.onSelect(fill);
+  // The same scene comes again after a reconnection.
+  desk.store.on("scene", () => fill(desk.selection));
+  desk.pulse.add(root, show);
+  return root;
+}
+
+/** Closes the card; the focus goes back to the row of the scene it came from. */
+function leave(desk: Desk): void {
+  const row = document.querySelector<HTMLElement>('.tree-row[aria-current="true"]');
+  desk.select(null);
+  row?.focus();
+}
+
+function detailsButton(): HTMLElement {
+  const chip = el("button", { type: "button", class: "button details-chip", hidden: true });
+  chip.addEventListener("click", () => {
+    openDrawer("left");
+    document.querySelector(".inspect")?.scrollIntoView({ block: "nearest" });
+  });
+  // It is over the view, which would take a press as one of its own.
+  for (const kind of ["click", "dblclick", "pointerdown"]) chip.addEventListener(kind, (event) => event.stopPropagation());
+  document.getElementById("view")?.append(chip);
+  return chip;
+}
+
+function cardOf(desk: Desk, name: string): Card | null {
+  const { scene } = desk.store;
+  if (scene === null) return null;
+  const at = (list: Scene["objects" | "arms" | "fixtures"]) => list.findIndex((one) => one.name === name);
+  const [object, arm, fixture] = [at(scene.objects), at(scene.arms), at(scene.fixtures)];
+  if (object >= 0) return objectCard(desk, object);
+  return arm >= 0 ? armCard(desk, arm) : fixtureCard(desk, fixture);
+}

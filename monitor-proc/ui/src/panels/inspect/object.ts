@@ -1,0 +1,50 @@
+// The card of an object.
+import { norm } from "../../net/contacts";
+import { OBJECT, type ObjectState } from "../../net/snapshot";
+import type { Desk } from "../desk";
+import { copyPose } from "./copy";
+import { dragForm } from "./drag-form";
+import type { Card } from "./index";
+import { list, poseRows, row, shapeWords } from "./rows";
+import { touchRows } from "./touches";
+
+const DEG = 180 / Math.PI;
+/** Slower than this is at rest. */
+const STILL_M_S = 2e-3;
+const STILL_RAD_S = 2e-2;
+
+export function objectCard(desk: Desk, index: number): Card | null {
+  const spec = desk.store.scene?.objects[index];
+  if (spec === undefined) return null;
+  const state = () => desk.snapshot?.objects[index];
+  const isHere = () => ((state()?.flags ?? 0) & OBJECT.enabled) !== 0;
+  const pose = () => (isHere() ? state()?.pose : undefined);
+  const holder = () => desk.snapshot?.arms.findIndex((arm) => arm.held === index) ?? -1;
+  const here = (read: (found: ObjectState) => string) => () => {
+    const found = state();
+    return found === undefined || !isHere() ? "–" : read(found);
+  };
+  const touches = touchRows(desk, { kind: "object", index });
+  return {
+    kind: spec.kind === spec.name ? "object" : `object of the series ${spec.kind}`,
+    rows: [
+      row("shape", "", () => shapeWords(spec.shape)),
+      row("state", "", () => stateWords(state())),
+      row("held by", "", () => (holder() < 0 ? "no arm" : desk.armName(holder()))),
+      ...poseRows(pose),
+      row("velocity", "m/s", here(({ linear }) => list(linear, 3))),
+      row("turn rate", "°/s", here(({ angular }) => list(angular.map((rate) => rate * DEG), 1))),
+      row("mass", "kg", () => spec.mass_kg.toFixed(3)),
+      row("friction", "", () => spec.friction.toFixed(2)),
+      touches,
+    ],
+    actions: [dragForm(desk, spec.name, pose), copyPose(desk, pose)],
+  };
+}
+
+function stateWords(state: ObjectState | undefined): string {
+  if (state === undefined || (state.flags & OBJECT.enabled) === 0) return "not in the scene";
+  if ((state.flags & OBJECT.dragged) !== 0) return "dragged";
+  const isStill = norm(state.linear) < STILL_M_S && norm(state.angular) < STILL_RAD_S;
+  return isStill || (state.flags & OBJECT.asleep) !== 0 ? "at rest" : "moves";
+}

@@ -1,0 +1,36 @@
+// What a body touches, with the force of each contact.
+import { nameOf, norm, touchesOf } from "../../net/contacts";
+import { type ContactBody, FLAG } from "../../net/snapshot";
+import type { Desk } from "../desk";
+import { el, setText, setTitle } from "../dom";
+import { list, type Row } from "./rows";
+
+const MOST = 6;
+
+export function touchRows(desk: Desk, body: ContactBody): Row {
+  const none = el("p", { class: "dim" });
+  const lines = Array.from({ length: MOST }, () => {
+    const name = el("span");
+    const force = el("b", { class: "num" });
+    return { name, force, node: el("li", { class: "fact wide" }, name, force) };
+  });
+  const node = el("div", { class: "touches" }, el("h4", {}, "Contacts"), el("ul", {}, ...lines.map((line) => line.node)), none);
+  const show = () => {
+    const { scene, snapshot } = desk.store;
+    if (scene === null || snapshot === null) return;
+    const touches = touchesOf(snapshot.contacts, body);
+    for (const [index, line] of lines.entries()) {
+      const touch = touches[index];
+      line.node.hidden = touch === undefined;
+      if (touch === undefined) continue;
+      setText(line.name, nameOf(scene, touch.partner));
+      setText(line.force, `${norm(touch.force).toFixed(1)} N`);
+      const points = touch.points === 1 ? "1 point" : `${touch.points} points`;
+      setTitle(line.node, `force ${list(touch.force, 2)} N (world frame), ${points}`);
+    }
+    const isPast = desk.flag(FLAG.notLive);
+    const more = touches.length > MOST ? `and ${touches.length - MOST} more` : "";
+    setText(none, isPast ? "not recorded" : touches.length === 0 ? "none" : more);
+  };
+  return { node, show };
+}
