@@ -224,3 +224,9 @@ fn fetched_meshes_are_loaded_and_drawn() {
     }
     browse("meshes", &["franka-stack", "--paused"]);
 }
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_guide_is_closed_for_good_comes_back_on_demand_and_is_in_no_picture() {
+    browse("guide", &["franka-stack", "--paused"]);
+}

@@ -62,12 +62,16 @@ export class View implements ViewApi {
     this.overlays = new Overlays(this.stage.scene, this.toggles, this.labels);
     this.gizmo = new Gizmo(this.screen.canvas, this.eye, store, look);
     this.drag = new Drag(element, this.eye, store, cell, touch);
-    const busy = () => this.gizmo.dragging || this.drag.active;
-    this.selection = new Selection(element, this.eye, cell, busy);
+    this.selection = new Selection(element, this.eye, cell, () => this.busy);
     this.stage.scene.add(this.gizmo.root, this.drag.root, this.selection.root);
     this.quality = this.ladder();
     this.use(this.quality.level);
     this.listen();
+  }
+
+  /** Whether a hand pulls a body or leads the target now. */
+  get busy(): boolean {
+    return this.gizmo.dragging || this.drag.active;
   }
 
   /** A camera preset: 1 the scene's own, 2 top, 3 front, 4 side, 5 at the tool. */
