@@ -1,7 +1,7 @@
 // What a person does on the page, and what has to come of it.
 import { existsSync } from "node:fs";
 import { bins, flip, manual, pallet } from "./bins.mjs";
-import { guide } from "./first.mjs";
+import { guide, reach, scenes, sharp, views } from "./first.mjs";
 import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
 import { windows } from "./windows.mjs";
 
@@ -440,5 +440,5 @@ async function frames({ page, look, until, robocell }) {
 
 export const scenarios = {
   meshes, draws, drag, gizmo, buttons, crashes, scrub, plots, viewer, names,
-  manual, flip, pallet, bins, windows, frames, guide,
+  manual, flip, pallet, bins, windows, frames, guide, views, sharp, reach, scenes,
 };
