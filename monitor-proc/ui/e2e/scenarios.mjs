@@ -2,6 +2,7 @@
 import { existsSync } from "node:fs";
 import { bins, flip, manual, pallet } from "./bins.mjs";
 import { breakpoints, breakspots, code, policy, saved } from "./debug.mjs";
+import { guide, reach, scenes, sharp, views } from "./first.mjs";
 import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
 import { filter, lanes, replaySpeed, speed } from "./time.mjs";
 import { drawing, guards, outline } from "./graph.mjs";
@@ -450,4 +451,5 @@ export const scenarios = {
   lanes, speed, filter, replaySpeed,
   outline, drawing, guards, breakpoints, breakspots, policy, saved, code,
   inspector, joints, ticks, answers, jobDrawing, load, targets,
+  guide, views, sharp, reach, scenes,
 };

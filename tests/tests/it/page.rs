@@ -369,3 +369,33 @@ fn fetched_meshes_are_loaded_and_drawn() {
     }
     browse("meshes", &["franka-stack", "--paused"]);
 }
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_guide_is_closed_for_good_comes_back_on_demand_and_is_in_no_picture() {
+    browse("guide", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn an_address_names_a_view_and_a_moment() {
+    browse("views", &["franka-stack"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_cell_at_rest_is_drawn_once_at_full_resolution() {
+    browse("sharp", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_panel_of_reach_leads_the_arm_and_says_what_came_of_it() {
+    browse("reach", &["reach"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn each_scene_has_its_own_card_and_panel_and_nothing_of_the_one_before() {
+    browse("scenes", &["franka-stack", "--paused"]);
+}
