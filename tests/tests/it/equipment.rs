@@ -30,7 +30,7 @@ fn a_script_for_equipment_that_is_not_there_is_refused_with_its_line() {
         (
             "ur10-bin-stack",
             r#""do": "add_bin", "flip": true"#,
-            "`flipped`",
+            "flipped",
         ),
         (
             "ur10-bin-stack",
