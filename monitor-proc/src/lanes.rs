@@ -14,6 +14,9 @@ use crate::film::Film;
 /// Spans that are kept, of all lanes together.
 const KEPT: usize = 4000;
 
+/// A process that was restarted is shown for this long at least (s).
+const LEAST_DOWN_S: f64 = 0.02;
+
 /// From a moment on, until the next span of the lane.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Span {
@@ -112,7 +115,7 @@ pub fn rows(
     };
     let phase = decision.map_or("", |decision| decision.phase.as_str());
     let mut rows = vec![
-        Row::new("task", Kind::Task, label, tone),
+        Row::new("outcome", Kind::Task, label, tone),
         Row::new("phase", Kind::Phase, phase, Tone::Info),
     ];
     for (index, arm) in world.arms().iter().enumerate() {
@@ -189,7 +192,8 @@ impl Lanes {
         if newest.is_none_or(|span| span.label.is_empty()) {
             self.look(from_s, epoch, [row("restarted")]);
         }
-        self.look(to_s.max(from_s), epoch, [row("")]);
+        // Simulated time of a physics that resumed is set back.
+        self.look(to_s.max(from_s + LEAST_DOWN_S), epoch, [row("")]);
     }
 
     /// Says why a process did not run, in the place of "restarted": `what` begins with

@@ -139,8 +139,10 @@ impl PolicyFiles {
         if out.status.success() {
             return Ok(());
         }
-        let prefix = format!("cells/{}:", file.name.display());
-        Err(faults(&String::from_utf8_lossy(&out.stderr), &prefix))
+        // The text lay in a folder that is gone; its reader knows the file's own name.
+        let said = String::from_utf8_lossy(&out.stderr);
+        let said = said.replace(&format!("{}/", self.scratch.display()), "");
+        Err(faults(&said, &format!("cells/{}:", file.name.display())))
     }
 
     /// Writes `text`, which was checked, into the file of `policy`; what to tell the

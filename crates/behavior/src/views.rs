@@ -14,6 +14,7 @@ pub use text::text;
 
 use crate::graph::{Graph, GraphKind, GraphNode};
 use crate::status::NodeStatus;
+use crate::tree::check::CONDITION;
 
 /// Status of the node at `index`; none where there are no statuses.
 fn status_of(statuses: Option<&[NodeStatus]>, index: usize) -> Option<NodeStatus> {
@@ -33,6 +34,12 @@ fn family(graph: &Graph) -> (Vec<usize>, Vec<Vec<usize>>) {
         }
     }
     (tops, children)
+}
+
+/// Whether the node only asks something.
+fn is_condition(graph: &Graph, node: &GraphNode) -> bool {
+    let first = node.kind.split(' ').next();
+    graph.kind == GraphKind::Tree && first == Some(CONDITION)
 }
 
 /// Name and, where it says more, type.

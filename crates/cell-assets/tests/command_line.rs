@@ -14,7 +14,7 @@ fn run(cache: &Path, arguments: &[&str]) -> Output {
 }
 
 fn refused(output: &Output, words: &[&str]) {
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(3));
     let said = String::from_utf8_lossy(&output.stderr);
     for word in words {
         assert!(said.contains(word), "no `{word}` in: {said}");

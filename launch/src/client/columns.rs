@@ -15,7 +15,7 @@ pub(super) struct Column {
     pub(super) text: bool,
 }
 
-/// The lines of a table, the titles first, that are at most `width` characters wide where
+/// The lines of a table, the titles first, without empty columns. They are at most `width` characters wide where
 /// the columns of rank 0 and the last column allow it: what is in the last one may be long.
 pub(super) fn table(columns: &[Column], rows: &[Vec<String>], width: usize) -> Vec<String> {
     let widths: Vec<usize> = columns
@@ -27,7 +27,12 @@ pub(super) fn table(columns: &[Column], rows: &[Vec<String>], width: usize) -> V
             longest.max(column.title.chars().count())
         })
         .collect();
-    let shown = fitting(columns, &widths, width);
+    let mut shown = fitting(columns, &widths, width);
+    let is_empty = |index: &usize| {
+        rows.iter()
+            .all(|row| row.get(*index).is_none_or(String::is_empty))
+    };
+    shown.retain(|index| !is_empty(index));
     let titles: Vec<String> = columns.iter().map(|c| c.title.to_owned()).collect();
     let line = |row: &Vec<String>| {
         let cells = shown.iter().map(|index| {
@@ -95,6 +100,8 @@ mod tests {
             "controller-0  4711   1000.0  a note that may be long"
         );
         assert_eq!(wide[2], "task");
+        let silent = [vec!["task".to_owned(), "7".to_owned()]];
+        assert_eq!(table(&columns, &silent, 200)[0], "process  pid");
         assert_eq!(table(&columns, &rows, 24)[0], "process       rate Hz  note");
         assert_eq!(
             table(&columns, &rows, 5)[1],

@@ -72,7 +72,10 @@ pub(crate) fn list(args: &ListArgs) -> Result<(), Failure> {
         ));
     }
     if list.running.is_empty() {
-        say::line("No cell is running.");
+        match &args.cell {
+            Some(cell) => say::line(format_args!("No cell `{cell}` is running.")),
+            None => say::line("No cell is running."),
+        }
     }
     for cell in &list.running {
         let what = match (&cell.demo, &cell.recording) {

@@ -139,7 +139,7 @@ pub(super) fn describe(session: &Session, picture: &Picture, cell: &Cell) -> Sta
         page: spec.page.as_ref().and_then(crate::page::link),
         paused: state.is_some_and(|s| s.has(FLAG_PAUSED)),
         tick: state.map(|s| s.header.tick),
-        sim_time_s: state.map(|s| s.header.sim_time_ns as f64 * 1.0e-9),
+        sim_time_s: state.map(|s| s.header.sim_time_ns as f64 / 1.0e9),
         real_time_factor: picture.real_time_factor(),
         outcome: decision.map(|d| word(d.outcome)),
         phase: decision.map(|d| d.phase.as_str().to_owned()),

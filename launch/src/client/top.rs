@@ -17,6 +17,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Session;
+use super::columns::terminal_width;
 use super::picture::Picture;
 use super::status::{Status, describe};
 use super::watched::Trace;
@@ -28,7 +29,7 @@ use crate::{output, say};
 const FRAME: Duration = Duration::from_millis(100);
 /// The task sends its pictures once a second; one that is gone sends none.
 const FRAMES_FOR_PICTURES: usize = 13;
-/// Size of the frame printed by `--once`, in characters.
+/// Size of the frame printed by `--once`, in characters, in a pipe.
 const ONCE: (u16, u16) = (130, 30);
 
 /// Lines that can be in the log and still on their way.
@@ -173,7 +174,9 @@ fn watch(terminal: &mut ratatui::DefaultTerminal, view: &mut View) -> Result<(),
 
 /// One frame as plain text.
 fn once(view: &View) -> Result<(), Failure> {
-    let mut terminal = Terminal::new(TestBackend::new(ONCE.0, ONCE.1)).cannot("draw")?;
+    let width = terminal_width().min(usize::from(ONCE.0));
+    let width = u16::try_from(width).unwrap_or(ONCE.0);
+    let mut terminal = Terminal::new(TestBackend::new(width, ONCE.1)).cannot("draw")?;
     terminal
         .draw(|frame| draw::draw(frame, view))
         .cannot("draw")?;

@@ -81,7 +81,7 @@ impl Turns {
         Self {
             greets: plan.stays && !args.json,
             talks: plan.stays && !args.json,
-            loops: args.again,
+            loops: plan.loops(),
             narrator: Narrator::default(),
             over_tick: None,
         }

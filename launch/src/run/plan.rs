@@ -122,6 +122,7 @@ impl Plan {
     pub(crate) fn next_seed(&self) -> Result<Self, Failure> {
         let args = RunArgs {
             seed: self.args.seed.wrapping_add(1),
+            paused: false,
             ..self.args.clone()
         };
         Self::with_page(&args, self.kept_page())

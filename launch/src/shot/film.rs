@@ -51,7 +51,7 @@ pub(crate) fn film(args: &FilmArgs) -> Result<(), Failure> {
     let mut encoder = Encoder::start(&encoder_words, &out)?;
     for (frame, time) in times.iter().enumerate() {
         not_stopped()?;
-        progress.say(&format!("frame {} of {}", frame + 1, times.len()));
+        progress.say(format!("frame {} of {}", frame + 1, times.len()));
         seek(&mut browser, *time)?;
         let frame = browser.picture_of(clip.as_ref())?;
         encoder.take(&frame)?;

@@ -1,9 +1,13 @@
 // What a person does on the page, and what has to come of it.
 import { existsSync } from "node:fs";
 import { bins, flip, manual, pallet } from "./bins.mjs";
+import { breakpoints, breakspots, code, policy, saved } from "./debug.mjs";
+import { guide, reach, scenes, sharp, views } from "./first.mjs";
 import { NOT_LIVE, PAUSED, TASK_PAUSED, flag, noFlag } from "./flags.mjs";
+import { filter, lanes, replaySpeed, speed } from "./time.mjs";
+import { drawing, guards, outline } from "./graph.mjs";
 import { inspector } from "./inspect.mjs";
-import { answers, drawing, load } from "./jobs.mjs";
+import { answers, drawing as jobDrawing, load } from "./jobs.mjs";
 import { joints, ticks } from "./joints.mjs";
 import { targets } from "./targets.mjs";
 import { windows } from "./windows.mjs";
@@ -443,5 +447,9 @@ async function frames({ page, look, until, robocell }) {
 
 export const scenarios = {
   meshes, draws, drag, gizmo, buttons, crashes, scrub, plots, viewer, names,
-  manual, flip, pallet, bins, windows, frames, inspector, joints, ticks, answers, drawing, load, targets,
+  manual, flip, pallet, bins, windows, frames,
+  lanes, speed, filter, replaySpeed,
+  outline, drawing, guards, breakpoints, breakspots, policy, saved, code,
+  inspector, joints, ticks, answers, jobDrawing, load, targets,
+  guide, views, sharp, reach, scenes,
 };

@@ -1,5 +1,5 @@
 // The page in windows of every size, and for those who do not see it.
-import { readFileSync } from "node:fs";
+import { accessible, loadAxe } from "./axe.mjs";
 import { PAUSED, flag, noFlag } from "./flags.mjs";
 
 const SIZES = [
@@ -10,13 +10,10 @@ const SIZES = [
 ];
 /** A window that is narrower has drawers. */
 const DRAWERS_PX = 1100;
-/** axe-core's own words for what keeps people out. */
-const SERIOUS = ["serious", "critical"];
 
 /** Nothing is cut, the 3D view has room, drawers open, and axe-core finds nothing serious. */
 export async function windows({ page, look, until, robocell, forgive }) {
-  const axe = readFileSync(new URL("../node_modules/axe-core/axe.min.js", import.meta.url), "utf8");
-  await page.evaluate(axe);
+  await loadAxe(page);
   for (const [width, height] of SIZES) {
     await page.setViewportSize({ width, height });
     await page.waitForTimeout(300);
@@ -59,13 +56,6 @@ async function fits(page, width) {
   if (wrong.length > 0) throw new Error(`at ${width} px: ${wrong.join("; ")}`);
 }
 
-async function accessible(page, where) {
-  const found = await page.evaluate("axe.run({ resultTypes: ['violations'] })");
-  const serious = found.violations.filter(({ impact }) => SERIOUS.includes(impact));
-  const told = serious.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html.slice(0, 120)).slice(0, 3).join(" | ")}`);
-  if (told.length > 0) throw new Error(`${where}: ${told.join("; ")}`);
-}
-
 /** What is paused says why. */
 async function pausedSaysWhy({ page, until, robocell }) {
   const says = (text) => page.locator(".time .cause", { hasText: text }).waitFor();
@@ -74,7 +64,7 @@ async function pausedSaysWhy({ page, until, robocell }) {
   robocell("step", "3");
   await says("the step is done");
   robocell("resume");
-  await until("it goes on", noFlag(PAUSED));
+  await until("it continues", noFlag(PAUSED));
 }
 
 /** The keys lead to everything that is needed. */

@@ -2,11 +2,20 @@
 import { FLAG } from "./net/snapshot";
 import type { Store } from "./net/store";
 import { momentOfUrl } from "./net/moment";
+import { getHash } from "./panels/hash";
 
 /** Pictures drawn since everything was there: late materials and labels count. */
 const CALM_FRAMES = 12;
 /** How near the time that was asked for has to be (s). */
 const NEAR_S = 0.1;
+
+/**
+ * Whether the page was opened for a picture: `#shot` says so, and the screenshot command
+ * fixes the quality. Nothing then covers the cell.
+ */
+export function isPicture(): boolean {
+  return getHash("shot") !== null || getHash("quality") !== null;
+}
 
 /**
  * Answers whether scene, state and the moment that the URL named when the page was

@@ -62,6 +62,35 @@ fn a_policy_is_shown_as_text_mermaid_and_dot() {
 }
 
 #[test]
+fn conditions_of_a_tree_in_a_file_are_shown_as_such() {
+    for (file, condition, action) in [
+        (
+            "cells/cube/cube.tree.json",
+            "on the mark (condition At)",
+            "let go (Open)",
+        ),
+        (
+            "cells/franka-pyramid.tree.json",
+            "complete already (condition CheckStackComplete)",
+            "acquire (AcquireCube)",
+        ),
+    ] {
+        let show = |format| ask(&["bt", "show", &path(file), "--format", format]).stdout;
+        let text = show("text");
+        assert!(text.contains(condition) && text.contains(action), "{text}");
+        let mermaid = show("mermaid");
+        assert!(
+            mermaid.contains(&format!("{{{{\"{condition}\"}}}}")),
+            "{mermaid}"
+        );
+        assert!(mermaid.contains(&format!("[\"{action}\"]")), "{mermaid}");
+        let dot = show("dot");
+        let shape = format!("[label=\"{condition}\", shape=hexagon];");
+        assert!(dot.contains(&shape), "{dot}");
+    }
+}
+
+#[test]
 fn the_files_of_the_demos_have_no_errors() {
     for (kind, file) in [
         ("bt", "cells/franka-pyramid.tree.json"),

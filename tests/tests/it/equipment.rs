@@ -26,11 +26,11 @@ fn a_script_for_equipment_that_is_not_there_is_refused_with_its_line() {
         ("franka-stack", r#""do": "drop_parts""#, "no dispenser"),
         ("ur10-palletize", r#""do": "drop_parts""#, "no dispenser"),
         ("ur10-fill-bin", r#""do": "add_bin""#, "no conveyor"),
-        ("ur10-palletize", r#""do": "add_bins""#, "`add_bin`"),
+        ("ur10-palletize", r#""do": "add_bins""#, "'add_bin'"),
         (
             "ur10-bin-stack",
             r#""do": "add_bin", "flip": true"#,
-            "`flipped`",
+            "flipped",
         ),
         (
             "ur10-bin-stack",

@@ -174,6 +174,122 @@ fn the_page_fits_every_window_and_works_by_the_keyboard() {
 
 #[test]
 #[ignore = "slow: .ci/long"]
+fn a_tree_is_an_outline_that_the_keyboard_collapses_and_searches() {
+    browse("outline", &["franka-stack", "--policy", "bt"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_drawing_of_a_tree_pans_zooms_and_collapses_and_keeps_its_look() {
+    browse("drawing", &["franka-stack", "--policy", "bt"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn guards_of_an_earlier_state_are_dim_with_their_age() {
+    browse("guards", &["ur10-bin-stack"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_breakpoint_pauses_the_cell_and_the_task_runs_decision_by_decision() {
+    browse(
+        "breakpoints",
+        &["franka-stack", "--policy", "bt", "--paused"],
+    );
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_state_and_a_guard_are_breakpoints_by_the_mouse() {
+    browse("breakspots", &["ur10-fill-bin"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_policy_is_edited_checked_and_applied_on_the_page() {
+    browse("policy", &["franka-pyramid"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn an_edited_policy_is_saved_to_the_folder_of_data() {
+    let data = base();
+    let cells = data.path().join("cells");
+    fs::create_dir_all(&cells).expect("a folder");
+    let built_in = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../cells"));
+    for name in ["franka-pyramid.toml", "franka-pyramid.tree.json"] {
+        fs::copy(built_in.join(name), cells.join(name)).expect("a copy");
+    }
+    let folder = data.path().display().to_string();
+    browse("saved", &["franka-pyramid", "--data", &folder]);
+    if browser().is_ok() {
+        let file = cells.join("franka-pyramid.tree.json");
+        let text = fs::read_to_string(file).expect("the file");
+        assert!(text.contains("\"my-pyramid\""), "the file is what it was");
+    }
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_policy_of_code_cannot_be_edited_and_the_page_says_so() {
+    browse("code", &["franka-stack"]);
+}
+
+#[test]
+fn the_page_goes_back_to_what_just_happened() {
+    browse("scrub", &["franka-stack"]);
+}
+
+#[test]
+fn who_may_only_look_is_refused_until_he_presents_the_operators_token() {
+    look_at("viewer", || {
+        let cell = TestCell::start(&["franka-stack", "--paused"]);
+        cell.wait_up();
+        let secrets = fs::read_to_string(cell.run_dir().join("page.json")).expect("secrets");
+        let secrets: Value = serde_json::from_str(&secrets).expect("JSON");
+        let token = |role: &str| secrets[role].as_str().expect("a token").to_owned();
+        let link = cell.link();
+        let link = link.replace(&token("operator_token"), &token("viewer_token"));
+        (cell, link)
+    });
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn lanes_tell_what_lasted_and_the_past_is_played() {
+    browse("lanes", &["franka-stack", "--paused", "--speed", "max"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_speed_of_a_running_cell_is_changed() {
+    browse("speed", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_events_are_filtered() {
+    browse("filter", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_recording_is_shown_at_another_speed() {
+    look_at("replaySpeed", || {
+        let base = base();
+        let file = base.path().join("run.mcap").display().to_string();
+        let arguments = ["run", "franka-stack", "--headless", "--speed", "max"];
+        let arguments = [&arguments[..], &["--timeout", "8", "--record", &file]].concat();
+        assert_eq!(finish(robocell(base.path(), &arguments)).code, 5);
+        let shown = TestCell::launch(base, &["replay", &file], |_| {});
+        let link = shown.link();
+        (shown, link)
+    });
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
 fn a_card_tells_where_an_object_is_what_holds_it_and_what_it_touches() {
     browse("inspector", &["franka-stack", "--paused"]);
 }
@@ -202,7 +318,7 @@ fn bins_and_parts_that_are_asked_for_are_answered() {
 #[ignore = "slow: .ci/long"]
 fn the_drawing_of_a_job_has_what_is_placed_and_in_flight() {
     for demo in ["ur10-palletize", "ur10-bin-stack"] {
-        browse("drawing", &[demo, "--speed", "max"]);
+        browse("jobDrawing", &[demo, "--speed", "max"]);
     }
 }
 
@@ -218,25 +334,6 @@ fn what_can_be_pressed_is_large_enough() {
     for demo in ["franka-stack", "ur10-bin-stack"] {
         browse("targets", &[demo, "--paused"]);
     }
-}
-
-#[test]
-fn the_page_goes_back_to_what_just_happened() {
-    browse("scrub", &["franka-stack"]);
-}
-
-#[test]
-fn who_may_only_look_is_refused_until_he_presents_the_operators_token() {
-    look_at("viewer", || {
-        let cell = TestCell::start(&["franka-stack", "--paused"]);
-        cell.wait_up();
-        let secrets = fs::read_to_string(cell.run_dir().join("page.json")).expect("secrets");
-        let secrets: Value = serde_json::from_str(&secrets).expect("JSON");
-        let token = |role: &str| secrets[role].as_str().expect("a token").to_owned();
-        let link = cell.link();
-        let link = link.replace(&token("operator_token"), &token("viewer_token"));
-        (cell, link)
-    });
 }
 
 /// Cell files with such names are refused; a recording can come from anybody.
@@ -271,4 +368,34 @@ fn fetched_meshes_are_loaded_and_drawn() {
         return;
     }
     browse("meshes", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_guide_is_closed_for_good_comes_back_on_demand_and_is_in_no_picture() {
+    browse("guide", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn an_address_names_a_view_and_a_moment() {
+    browse("views", &["franka-stack"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_cell_at_rest_is_drawn_once_at_full_resolution() {
+    browse("sharp", &["franka-stack", "--paused"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn the_panel_of_reach_leads_the_arm_and_says_what_came_of_it() {
+    browse("reach", &["reach"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn each_scene_has_its_own_card_and_panel_and_nothing_of_the_one_before() {
+    browse("scenes", &["franka-stack", "--paused"]);
 }

@@ -9,6 +9,7 @@ use super::json::{Entry, Location, Value as Json, shortened};
 use super::kinds::At;
 use super::limits::{MAX_DEPTH, MAX_NAME, MAX_NODES};
 use crate::finding::Finding;
+use crate::tree::check::CONDITION;
 use crate::tree::{Host, Kind, Node, NodeType};
 
 /// Keys of a node.
@@ -97,6 +98,7 @@ impl<'a, H: Host> Builder<'a, H> {
         Some(Node {
             detail: detail(entries, &self.constants),
             type_name: found.name().to_owned(),
+            condition: found.is_condition(),
             name,
             kind,
             modifiers,
@@ -384,6 +386,13 @@ impl<'a, H: Host> Builder<'a, H> {
 }
 
 impl<H: Host> Found<'_, H> {
+    fn is_condition(&self) -> bool {
+        match self {
+            Self::Engine(_) => false,
+            Self::Registered(node_type) => node_type.keywords.contains(&CONDITION),
+        }
+    }
+
     fn name(&self) -> &'static str {
         match self {
             Self::Engine(spec) => spec.name,

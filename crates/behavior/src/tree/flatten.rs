@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
+use super::check::CONDITION;
 use super::error::{Problem, TreeError};
 use super::flat::{Check, Code, Counts, Flat, Needs, Op, Policy, Timer};
 use super::leaf::{AnyLeaf, Host};
@@ -310,13 +311,21 @@ impl<H: Host> Builder<'_, H> {
     }
 }
 
+/// The type; of a condition also that it is one, as its type may not say it.
+fn shown_kind<H: Host>(node: &Node<H>) -> String {
+    match node.type_name.as_str() {
+        type_name if node.condition && type_name != CONDITION => format!("{CONDITION} {type_name}"),
+        type_name => type_name.to_owned(),
+    }
+}
+
 fn picture<H: Host>(node: &Node<H>, parent: Option<usize>) -> GraphNode {
     let modifiers: Vec<&str> = node.modifiers.iter().map(Modifier::name).collect();
     let parts = [node.detail.as_str(), &modifiers.join(", ")];
     let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
     GraphNode {
         id: node.id.clone(),
-        kind: node.type_name.clone(),
+        kind: shown_kind(node),
         name: node.name.clone(),
         parent,
         detail: parts.join("; "),

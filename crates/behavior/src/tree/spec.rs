@@ -2,6 +2,7 @@
 
 use crate::board::{In, Slot};
 use crate::status::Status;
+use crate::tree::check::CONDITION;
 use crate::tree::leaf::{AnyLeaf, Host, Leaf, any};
 use crate::value::Value;
 
@@ -179,6 +180,8 @@ pub struct Node<H: Host> {
     pub name: String,
     /// Type as written, `sequence`, `MoveToTarget`.
     pub type_name: String,
+    /// Whether it only asks something: it answers success or failure, never running.
+    pub condition: bool,
     /// Ports, in one line for views.
     pub detail: String,
     /// What it is.
@@ -196,6 +199,7 @@ impl<H: Host> Node<H> {
             id: id.to_owned(),
             name: id.to_owned(),
             type_name: type_name.to_owned(),
+            condition: type_name == CONDITION,
             detail: String::new(),
             kind,
             modifiers: Vec::new(),

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{caption, family, status_of};
+use super::{caption, family, is_condition, status_of};
 use crate::graph::{Graph, GraphKind};
 use crate::status::NodeStatus;
 
@@ -55,7 +55,12 @@ fn node(
     };
     let label = escaped(&caption(graph, node));
     let colour = colour(status_of(statuses, index));
-    writeln!(page, "  n{index} [label=\"{label}\"{colour}];")
+    let shape = if is_condition(graph, node) {
+        ", shape=hexagon"
+    } else {
+        ""
+    };
+    writeln!(page, "  n{index} [label=\"{label}\"{colour}{shape}];")
 }
 
 /// States within their parents, by a stack of their own.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{caption, family, status_of};
+use super::{caption, family, is_condition, status_of};
 use crate::graph::{Graph, GraphKind};
 use crate::status::NodeStatus;
 
@@ -28,7 +28,13 @@ fn draw(graph: &Graph, statuses: Option<&[NodeStatus]>, page: &mut String) -> st
     writeln!(page, "flowchart {}", if is_tree { "TD" } else { "LR" })?;
     if is_tree {
         for (index, node) in graph.nodes.iter().enumerate() {
-            writeln!(page, "  n{index}[\"{}\"]", escaped(&caption(graph, node)))?;
+            let (open, close) = if is_condition(graph, node) {
+                ("{{", "}}")
+            } else {
+                ("[", "]")
+            };
+            let caption = escaped(&caption(graph, node));
+            writeln!(page, "  n{index}{open}\"{caption}\"{close}")?;
         }
         for (index, children) in children.iter().enumerate() {
             for child in children {

@@ -25,7 +25,7 @@ fn tree() -> Graph {
         nodes: vec![
             node("Selector", "Root", None, ""),
             node("Sequence", "Recovery", Some(0), "[Timeout seconds=2]"),
-            node("IsDropped", "dropped?", Some(1), ""),
+            node("condition IsDropped", "dropped?", Some(1), ""),
             node("Clear", "clear", Some(1), ""),
             node("MoveTo", "say \"<b>\"\n#1", Some(0), "speed=2"),
         ],
@@ -64,13 +64,16 @@ fn a_tree_in_a_terminal() {
     let wanted = "\
 ? Root (Selector) *
 ├── → Recovery (Sequence)  [Timeout seconds=2] ✗
-│   ├── dropped? (IsDropped) ✓
+│   ├── dropped? (condition IsDropped) ✓
 │   └── clear -
 └── say \"<b>\" #1 (MoveTo)  speed=2 ~
 ";
     assert_eq!(views::text(&tree(), Some(&TREE)), wanted);
     let plain = views::text(&tree(), None);
-    assert!(plain.contains("│   ├── dropped? (IsDropped)\n"), "{plain}");
+    assert!(
+        plain.contains("│   ├── dropped? (condition IsDropped)\n"),
+        "{plain}"
+    );
 }
 
 #[test]
@@ -99,7 +102,7 @@ fn mermaid_gets_a_chart_with_harmless_names() {
 flowchart TD
   n0[\"Root (Selector)\"]
   n1[\"Recovery (Sequence)\"]
-  n2[\"dropped? (IsDropped)\"]
+  n2{{\"dropped? (condition IsDropped)\"}}
   n3[\"clear\"]
   n4[\"say #34;#60;b#62;#34; #35;1 (MoveTo)\"]
   n0 --> n1

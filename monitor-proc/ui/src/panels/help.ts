@@ -1,28 +1,51 @@
 // The help sheet.
 import { el } from "./dom";
 
-const KEYS: [string, string][] = [
+type Entries = [string, string][];
+
+const MOUSE: Entries = [
+  ["Drag", "turn the view"],
+  ["Right drag", "shift the view"],
+  ["Wheel", "zoom to the mouse"],
+  ["Click", "select an object or an arm"],
+  ["Double click", "look closer"],
+  ["Shift + drag", "pull an object by a spring; it also reaches through arms"],
+  ["… and Ctrl", "straight up and down"],
+  ["… and wheel", "raise, lower"],
+  ["Drag an arrow", "lead the arm (task paused, or reach)"],
+];
+
+const TOUCH: Entries = [
+  ["One finger", "turn the view"],
+  ["Two fingers", "zoom and shift the view"],
+  ["Tap", "select an object or an arm"],
+  ["Drag an arrow", "lead the arm (task paused, or reach)"],
+];
+
+const KEYS: Entries = [
   ["Space", "play, pause"],
   [".", "step"],
   ["R", "reset the scene"],
-  ["G", "open or close the gripper"],
-  ["T, E", "gizmo: move, turn the target"],
-  ["1 to 5", "camera: scene, top, front, …"],
-  ["Click", "select: what it is, where, and what it touches"],
-  ["Shift + drag", "pull a body by a spring"],
-  ["Esc", "let go, close"],
-  ["← →", "timeline: 0.1 s; Shift: 1 s"],
+  ["G", "open or close the gripper (task paused, or reach)"],
+  ["T, E", "arrows at the tool: move, turn the target"],
+  ["1 to 5", "view: cell, top, front, side, tool"],
+  ["Esc", "let go; close the guide, a sheet, a drawer"],
+  ["← →", "on the timeline: 0.1 s, with Shift 1 s; on tabs: next"],
+  ["Page ↑ ↓", "on the timeline: 5 s"],
+  ["B", "breakpoint at the node that has the focus"],
+  ["Ctrl + F", "find in the graph of the task"],
   ["?", "this sheet"],
 ];
 
-const COMMANDS: [string, string][] = [
+const COMMANDS: Entries = [
   ["robocell pause, resume, step 100, reset", "the clock"],
   ["robocell task start, pause, resume, reset", "the task"],
   ["robocell target 0.5 0 0.3", "lead the tool (task paused)"],
   ["robocell joints A1 A2 …", "each joint of the arm (task paused)"],
   ["robocell gripper open, close", "the gripper"],
   ["robocell drag red_cube --to 0.5 0.2 0.1", "pull an object"],
-  ["robocell restart task --policy bt", "begin a process anew"],
+  ["robocell break LIFT", "pause where the task gets there"],
+  ["robocell restart task", "stop a process and start it again"],
   ["robocell load franka-stack --seed 7", "another scene"],
   ["robocell record last 60s", "keep what just happened"],
   ["robocell incident 3", "what was kept of a failure"],
@@ -31,7 +54,7 @@ const COMMANDS: [string, string][] = [
 
 /** The function that opens the sheet. */
 export function helpSheet(): () => void {
-  const list = (entries: [string, string][], tag: "kbd" | "code") =>
+  const list = (entries: Entries, tag: "kbd" | "code") =>
     el("dl", {}, ...entries.flatMap(([what, about]) => [el("dt", {}, el(tag, {}, what)), el("dd", {}, about)]));
   const close = el("button", { type: "button", class: "button" }, "Close");
   const dialog = el(
@@ -39,10 +62,11 @@ export function helpSheet(): () => void {
     { class: "help", "aria-label": "Help" },
     el("header", {}, el("h2", {}, "Help"), close),
     el("div", { class: "help-columns" },
-      el("section", {}, el("h3", {}, "Keys and mouse"), list(KEYS, "kbd")),
-      el("section", {}, el("h3", {}, "The same on the command line"), list(COMMANDS, "code")),
+      el("section", {}, el("h3", {}, "Mouse, in the 3D view"), list(MOUSE, "kbd"), el("h3", {}, "Touch, in the 3D view"), list(TOUCH, "kbd")),
+      el("section", {}, el("h3", {}, "Keyboard"), list(KEYS, "kbd")),
+      el("section", { class: "wide" }, el("h3", {}, "On the command line"), list(COMMANDS, "code")),
     ),
-    el("p", { class: "dim" }, "Every button says on hover which command does the same. The address keeps camera, tab and plots: copy it into a bug report."),
+    el("p", { class: "dim" }, "Every button says on hover which command does the same. The address keeps the view, overlays, tab, plots and the moment of the past: copy it into a bug report. #view=top (front, side, cell) and #t=12.3 may be typed."),
   );
   close.addEventListener("click", () => dialog.close());
   dialog.addEventListener("click", (event) => {

@@ -4,6 +4,7 @@ import type { Store } from "../net/store";
 import { actions } from "./actions";
 import { demoTab } from "./demo-tab";
 import { Desk } from "./desk";
+import { mountGuide } from "./guide/index";
 import { helpSheet } from "./help";
 import { mountKeys } from "./keys";
 import { latencyTab } from "./latency/index";
@@ -42,6 +43,7 @@ export function mountPanels(store: Store, view: ViewApi | null): void {
     host.replaceChildren(all.root);
   });
   place("bottom", (host) => mountTimeline(desk, host));
+  mountGuide(desk);
   mountSplitters();
   mountToasts(store);
   mountKeys(desk, act, help);

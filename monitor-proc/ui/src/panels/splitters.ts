@@ -1,4 +1,5 @@
 // The sides can be made wider, narrower, or folded away; the browser remembers.
+import { recall, remember } from "./browser-memory";
 import { el, setAttr } from "./dom";
 
 interface Side {
@@ -12,22 +13,6 @@ const SIDES: Side[] = [
   { name: "right", least: 300, most: 900 },
 ];
 const KEY_STEP_PX = 20;
-
-function remembered(key: string): string | null {
-  try {
-    return localStorage.getItem(key);
-  } catch {
-    return null;
-  }
-}
-
-function remember(key: string, value: string): void {
-  try {
-    localStorage.setItem(key, value);
-  } catch {
-    // A browser that keeps nothing starts with the usual widths.
-  }
-}
 
 export function mountSplitters(): void {
   for (const side of SIDES) {
@@ -66,7 +51,7 @@ function splitter({ name, least, most }: Side, host: HTMLElement): void {
   setAttr(bar, "aria-valuemin", String(least));
   setAttr(bar, "aria-valuemax", String(most));
   setAttr(bar, "aria-valuenow", String(host.clientWidth));
-  const width = Number(remembered(`robocell-${name}`));
+  const width = Number(recall(`robocell-${name}`));
   if (width > 0) set(width);
   document.body.append(bar);
 }

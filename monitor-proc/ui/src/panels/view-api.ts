@@ -10,8 +10,10 @@ export interface OverlayToggles {
 
 export interface ViewApi {
   readonly toggles: OverlayToggles;
-  /** How the picture is drawn now. */
-  readonly quality: { readonly level: { readonly name: string } };
+  /** How the picture that is shown was drawn. */
+  readonly picture: string;
+  /** Whether a hand pulls a body or leads the target now. */
+  readonly busy: boolean;
   /** A camera preset, 1 to 5. */
   camera(preset: number): void;
   gizmoMode(mode: "translate" | "rotate"): void;

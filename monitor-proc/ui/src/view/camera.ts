@@ -1,4 +1,5 @@
-// Where the cell is seen from: presets, the mouse, the URL's hash.
+// Where the cell is seen from: presets, the mouse, the URL's hash (`#view=top`, or
+// `#cam=...` once a hand turned it).
 import { Box3, PerspectiveCamera, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Scene } from "../net/protocol";
@@ -12,6 +13,9 @@ const FOCUS_DISTANCE_M = 0.9;
 const TOP = new Vector3(-0.001, 0, 1);
 const FRONT = new Vector3(1, 0, 0.22);
 const SIDE = new Vector3(0.001, -1, 0.22);
+
+/** Names of the presets in the address; where none is named it is the cell's own. */
+const NAMED: Record<string, number> = { cell: 1, top: 2, front: 3, side: 4 };
 
 const FIT_ROUNDS = 4;
 /** Of the picture's half width and height. */
@@ -52,6 +56,7 @@ export class Camera {
       if (this.numbers() !== this.before) this.write();
     });
     this.look(this.seen.target, this.seen.eye);
+    addEventListener("hashchange", () => this.restore());
   }
 
   /** Another scene: what the address says was meant for the last one. */
@@ -64,27 +69,32 @@ export class Camera {
     this.points = points;
     this.seen.eye.set(...scene.camera.eye_m);
     this.seen.target.set(...scene.camera.target_m);
-    if (!this.restore()) this.preset(1, null);
+    this.restore();
   }
 
-  /** 1 the scene's own, 2 from above, 3 front, 4 side, 5 at the tool. */
+  /** 1 the cell's own, 2 from above, 3 front, 4 side, 5 at the tool. */
   preset(number: number, tool: Vector3 | null): void {
     this.following = number === 5 && tool !== null;
     this.followed = null;
     if (number === 5 && tool !== null) {
       this.look(tool, tool.clone().add(TOOL_OFFSET));
       this.followed = tool.clone();
-    } else if (number === 2) this.fit(TOP);
+      this.write();
+      return;
+    }
+    this.fitPreset(number);
+    clearTimeout(this.writing);
+    const name = Object.keys(NAMED).find((name) => NAMED[name] === number) ?? "cell";
+    setHash("cam", null);
+    setHash("view", name === "cell" ? null : name);
+  }
+
+  private fitPreset(number: number): void {
+    if (number === 2) this.fit(TOP);
     else if (number === 3) this.fit(FRONT);
     else if (number === 4) this.fit(SIDE);
     // The whole cell is shown, also where the panels leave little room.
     else this.fit(this.seen.eye.clone().sub(this.seen.target));
-    if (number !== 1) {
-      this.write();
-      return;
-    }
-    clearTimeout(this.writing);
-    setHash("cam", null);
   }
 
   /** Goes along with the tool while preset 5 is on. */
@@ -110,7 +120,7 @@ export class Camera {
   resize(width: number, height: number): void {
     this.lens.aspect = width / height;
     this.lens.updateProjectionMatrix();
-    if (getHash("cam") === null && !this.following) this.preset(1, null);
+    if (getHash("cam") === null && !this.following) this.restore();
   }
 
   /** Stands back along `direction` until the whole cell is in the picture. */
@@ -148,12 +158,15 @@ export class Camera {
     this.changed();
   }
 
-  private restore(): boolean {
+  /** Looks from where the address says. */
+  private restore(): void {
     const numbers = (getHash("cam") ?? "").split(",").map(Number);
-    if (numbers.length !== 6 || !numbers.every(Number.isFinite)) return false;
+    if (numbers.length !== 6 || !numbers.every(Number.isFinite)) {
+      this.fitPreset(NAMED[getHash("view") ?? ""] ?? 1);
+      return;
+    }
     const [a = 0, b = 0, c = 0, d = 0, e = 0, f = 0] = numbers;
     this.look(new Vector3(d, e, f), new Vector3(a, b, c));
-    return true;
   }
 
   /** Writes the hash once the hand rests: browsers limit how often it may change. */
@@ -161,6 +174,7 @@ export class Camera {
     clearTimeout(this.writing);
     this.writing = window.setTimeout(() => {
       setHash("cam", this.numbers());
+      setHash("view", null);
     }, SETTLE_MS);
   }
 

@@ -7,9 +7,10 @@ export class Frames {
   private pending = 0;
   private drawnAt: number | null = null;
 
-  /** `draw` draws; `took` gets the time from one drawn frame to the next tick (ms). */
+  /** `draw` draws and answers whether that counts: `took` gets the time from such a
+   * frame to the next tick (ms). */
   constructor(
-    private readonly draw: () => void,
+    private readonly draw: () => boolean,
     private readonly took: (ms: number) => void,
   ) {
     document.addEventListener("visibilitychange", () => {
@@ -34,9 +35,9 @@ export class Frames {
     this.drawnAt = null;
     if (!this.asked) return;
     this.asked = false;
-    this.drawnAt = now;
     this.drawn += 1;
-    this.draw();
+    if (!this.draw()) return;
+    this.drawnAt = now;
     // One tick more than needed: it tells what this picture cost.
     this.schedule();
   }

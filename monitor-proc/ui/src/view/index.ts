@@ -14,12 +14,15 @@ import { Frames } from "./frames";
 import { Labels } from "./labels";
 import { useCheap } from "./materials";
 import { Overlays } from "./overlays/index";
-import { LEVELS, type Level, Quality } from "./quality";
+import { looksOther } from "./motion";
+import { AT_REST, LEVELS, type Level, Quality } from "./quality";
+import { Rest } from "./rest";
 import { Screen } from "./screen";
 import { Stage } from "./stage";
 import { Toggles } from "./toggles";
 import { Drag } from "./touch/drag";
 import { Gizmo } from "./touch/gizmo";
+import { Hints } from "./touch/hints";
 import { Selection } from "./touch/selection";
 
 /** Without a graphics card the ladder begins at plain light. */
@@ -43,6 +46,9 @@ export class View implements ViewApi {
   /** Something other than the camera changed since the last picture. */
   private stale = true;
   private framed = false;
+  /** How the last picture was drawn. */
+  private used: Level | null = null;
+  private readonly rest = new Rest(() => this.sharpen());
 
   constructor(
     private readonly store: Store,
@@ -52,7 +58,7 @@ export class View implements ViewApi {
       () => this.draw(),
       (ms) => this.quality.frame(ms),
     );
-    const look = () => this.frames.ask();
+    const look = () => this.ask();
     const touch = () => this.refresh();
     const cell = () => this.cell;
     this.screen = new Screen(element);
@@ -62,12 +68,16 @@ export class View implements ViewApi {
     this.overlays = new Overlays(this.stage.scene, this.toggles, this.labels);
     this.gizmo = new Gizmo(this.screen.canvas, this.eye, store, look);
     this.drag = new Drag(element, this.eye, store, cell, touch);
-    const busy = () => this.gizmo.dragging || this.drag.active;
-    this.selection = new Selection(element, this.eye, cell, busy);
+    this.selection = new Selection(element, this.eye, cell, () => this.busy);
+    new Hints(element, this.eye, store, cell, this.gizmo);
     this.stage.scene.add(this.gizmo.root, this.drag.root, this.selection.root);
     this.quality = this.ladder();
-    this.use(this.quality.level);
     this.listen();
+  }
+
+  /** Whether a hand pulls a body or leads the target now. */
+  get busy(): boolean {
+    return this.gizmo.dragging || this.drag.active;
   }
 
   /** A camera preset: 1 the scene's own, 2 top, 3 front, 4 side, 5 at the tool. */
@@ -99,6 +109,11 @@ export class View implements ViewApi {
   /** Calls `listener` with the name of what is selected, on every change. */
   onSelect(listener: (name: string | null) => void): () => void {
     return this.selection.onSelect(listener);
+  }
+
+  /** How the picture that is shown was drawn. */
+  get picture(): string {
+    return this.used?.name ?? "";
   }
 
   /** Pictures drawn since the page was opened. */
@@ -161,15 +176,25 @@ export class View implements ViewApi {
     const wanted = getHash("quality");
     const fixed = wanted === null ? -1 : LEVELS.findIndex((_, index) => wanted === `${index}`);
     const first = fixed >= 0 ? fixed : this.screen.isSoftware ? SOFTWARE_LEVEL : 0;
-    return new Quality(first, fixed >= 0, (level) => this.use(level));
+    return new Quality(first, fixed >= 0, () => this.refresh());
   }
 
   private use(level: Level): void {
+    if (level === this.used) return;
+    if (this.used === AT_REST) this.quality.skip();
+    this.used = level;
+    this.stale = true;
     useCheap(!level.fine, this.stage.scene);
     useCoarse(level.coarse, this.stage.scene);
-    this.stage.useFine(level.fine);
+    this.stage.use(level);
     this.screen.use(level);
-    this.refresh();
+  }
+
+  /** Nothing moves: one picture as good as it gets, however long it takes. */
+  private sharpen(): void {
+    if (this.quality.fixed || this.used === AT_REST) return;
+    this.stale = true;
+    this.frames.ask();
   }
 
   private listen(): void {
@@ -178,15 +203,25 @@ export class View implements ViewApi {
       this.eye.resize(...this.screen.size);
       this.refresh();
     }).observe(this.element);
-    this.screen.canvas.addEventListener("webglcontextrestored", () => this.use(this.quality.level));
+    this.screen.canvas.addEventListener("webglcontextrestored", () => {
+      this.used = null;
+      this.refresh();
+    });
     this.toggles.onChange(() => this.refresh());
     this.selection.onSelect((name) => this.takeArm(name));
     this.store.on("scene", (scene) => this.takeScene(scene));
-    this.store.on("snapshot", () => this.refresh());
+    this.store.on("snapshot", (snapshot) => this.takeSnapshot(snapshot));
     this.store.on("connection", (connected) => {
       if (!connected) this.drag.drop();
     });
     if (this.store.scene !== null) this.takeScene(this.store.scene);
+  }
+
+  /** Draws what has changed; a cell at rest costs nothing. */
+  private takeSnapshot(snapshot: Snapshot): void {
+    const { shown } = this;
+    const fades = this.toggles.get("trails") && shown?.time !== snapshot.time;
+    if (shown === null || fades || looksOther(shown, snapshot)) this.refresh();
   }
 
   private takeArm(name: string | null): void {
@@ -230,6 +265,11 @@ export class View implements ViewApi {
 
   private refresh(): void {
     this.stale = true;
+    this.ask();
+  }
+
+  private ask(): void {
+    this.rest.stir();
     this.frames.ask();
   }
 
@@ -243,13 +283,17 @@ export class View implements ViewApi {
     this.frame();
   }
 
-  private draw(): void {
+  /** Answers whether the picture counts for the pace of moving ones. */
+  private draw(): boolean {
+    const resting = this.rest.reached && !this.quality.fixed;
+    this.use(resting ? AT_REST : this.quality.level);
     const moved = this.stale;
     this.stale = false;
     this.catchUp();
     if (moved) this.dress();
     this.labels.place(this.eye.lens, ...this.screen.size);
     this.screen.draw(this.stage.scene, this.eye.lens, moved);
+    return !resting;
   }
 
   /** Brings all that hangs on the cell to where the cell is now. */

@@ -1,25 +1,42 @@
 // Keeps the picture moving where there is no GPU: steps down when frames take
 // too long, and up again after a long calm.
 
+/** How shadows are cast. */
+export interface Shadows {
+  /** Width and height of the map (pixels). */
+  map: number;
+  soft: boolean;
+  /** Drawn anew at most so often (ms). */
+  everyMs: number;
+}
+
 export interface Level {
   name: string;
   multisample: boolean;
-  shadows: boolean;
-  /** Physically based materials with reflections. */
+  shadows: Shadows | null;
+  /** Physically based materials with reflections, and a second light. */
   fine: boolean;
   /** Shapes with few facets. */
   coarse: boolean;
   /** Of the screen's own pixels. */
   pixels: number;
+  /** Pixels per pixel of the style sheet, at most. */
+  densest: number;
 }
 
-const PLAIN = { multisample: false, shadows: false, fine: false, coarse: false, pixels: 1 };
+const SOFT: Shadows = { map: 2048, soft: true, everyMs: 0 };
+const HARD: Shadows = { map: 1024, soft: false, everyMs: 100 };
+const FULL: Level = { name: "full", multisample: true, shadows: SOFT, fine: true, coarse: false, pixels: 1, densest: 2 };
+const PLAIN: Level = { ...FULL, multisample: false, shadows: null, fine: false };
+
+/** Once nothing moves. */
+export const AT_REST: Level = { ...FULL, name: "full, at rest", densest: Infinity };
 
 /** From the best to the fastest. */
 export const LEVELS: readonly Level[] = [
-  { name: "full", multisample: true, shadows: true, fine: true, coarse: false, pixels: 1 },
-  { ...PLAIN, name: "no antialiasing", shadows: true, fine: true },
-  { ...PLAIN, name: "no shadows", fine: true },
+  FULL,
+  { ...FULL, name: "no antialiasing", multisample: false },
+  { ...PLAIN, name: "hard shadows, plain light", shadows: HARD, coarse: true },
   { ...PLAIN, name: "plain light" },
   { ...PLAIN, name: "plain shapes", coarse: true },
   { ...PLAIN, name: "3/4 resolution", coarse: true, pixels: 0.75 },
@@ -37,6 +54,8 @@ const IMPATIENT_MS = 1500;
 const FEWEST = 6;
 /** The first frames of a level compile its programs. */
 const WARM_UP = 5;
+/** The picture at rest may still be under way. */
+const AFTER_REST = 3;
 /** So many fluent frames, and the next better level is tried; four times as many
  * after each try that was too slow. */
 const CALM_FRAMES = 300;
@@ -65,7 +84,7 @@ export class Quality {
    * than the first is tried. */
   constructor(
     private index: number,
-    private readonly fixed: boolean,
+    readonly fixed: boolean,
     private readonly changed: (level: Level) => void,
   ) {
     this.best = index;
@@ -78,6 +97,11 @@ export class Quality {
   /** 0 is the best. */
   get step(): number {
     return this.index;
+  }
+
+  /** The next frames also pay for something else. */
+  skip(): void {
+    this.fresh = Math.max(this.fresh, AFTER_REST);
   }
 
   /** Takes the time between two frames of which the second was drawn at once (ms). */

@@ -1,5 +1,6 @@
 // The renderer and its canvas: size, quality, and drawing when there is need.
 import {
+  BasicShadowMap,
   HalfFloatType,
   NeutralToneMapping,
   PCFShadowMap,
@@ -12,20 +13,20 @@ import { OutputPass } from "three/addons/postprocessing/OutputPass.js";
 import type { Level } from "./quality";
 
 const SAMPLES = 4;
-const MOST_PIXELS = 2;
 
 export class Screen {
   readonly renderer: WebGLRenderer;
   private readonly output = new OutputPass();
   private smooth: WebGLRenderTarget | null = null;
   private level: Level | null = null;
+  private shadowsAt = -Infinity;
 
   constructor(private readonly element: HTMLElement) {
     this.renderer = new WebGLRenderer({ antialias: false, powerPreference: "high-performance" });
     this.renderer.toneMapping = NeutralToneMapping;
     this.renderer.toneMappingExposure = 1;
     this.renderer.shadowMap.type = PCFShadowMap;
-    // Shadows change when something moves, not when somebody looks around.
+    // Shadows change when something moves, not when the camera turns.
     this.renderer.shadowMap.autoUpdate = false;
     this.renderer.domElement.className = "stage";
     element.append(this.renderer.domElement);
@@ -45,8 +46,10 @@ export class Screen {
 
   use(level: Level): void {
     this.level = level;
-    this.renderer.shadowMap.enabled = level.shadows;
-    this.renderer.shadowMap.needsUpdate = true;
+    const { shadowMap } = this.renderer;
+    shadowMap.enabled = level.shadows !== null;
+    shadowMap.type = level.shadows?.soft === false ? BasicShadowMap : PCFShadowMap;
+    this.shadowsAt = -Infinity;
     this.resize();
   }
 
@@ -56,7 +59,7 @@ export class Screen {
   }
 
   resize(): void {
-    const ratio = Math.min(window.devicePixelRatio, MOST_PIXELS) * (this.level?.pixels ?? 1);
+    const ratio = Math.min(window.devicePixelRatio, this.level?.densest ?? 1) * (this.level?.pixels ?? 1);
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(...this.size, true);
     this.smooth?.dispose();
@@ -68,7 +71,11 @@ export class Screen {
   }
 
   draw(scene: Scene, camera: PerspectiveCamera, moved: boolean): void {
-    if (moved) this.renderer.shadowMap.needsUpdate = true;
+    const now = performance.now();
+    if (moved && now - this.shadowsAt >= (this.level?.shadows?.everyMs ?? 0)) {
+      this.renderer.shadowMap.needsUpdate = true;
+      this.shadowsAt = now;
+    }
     this.renderer.setRenderTarget(this.smooth);
     this.renderer.render(scene, camera);
     if (this.smooth === null) return;

@@ -16,10 +16,12 @@ import {
   Scene,
   ShaderMaterial,
   SphereGeometry,
+  type Texture,
   type Vector3,
   type WebGLRenderer,
 } from "three";
 import { material } from "./materials";
+import type { Level } from "./quality";
 
 const HORIZON = new Color(0x737f8c);
 const ZENITH = new Color(0x272e37);
@@ -101,7 +103,6 @@ function reflections(renderer: WebGLRenderer) {
 function sun(): DirectionalLight {
   const light = new DirectionalLight(0xffffff, 2.2);
   light.castShadow = true;
-  light.shadow.mapSize.set(2048, 2048);
   light.shadow.bias = -0.0003;
   light.shadow.normalBias = 0.012;
   light.shadow.radius = 3;
@@ -144,6 +145,7 @@ export class Stage {
   private readonly shade = contactShade();
   private readonly lines = grid();
   private readonly dome = dome();
+  private reflected: Texture | null = null;
   private readonly flat: Mesh;
   private readonly ground: Mesh;
   private readonly sky = new HemisphereLight(0xf2f6fc, 0x6a6f75, FINE_SKY);
@@ -190,18 +192,25 @@ export class Stage {
     frame.updateProjectionMatrix();
   }
 
-  /** Mirrors a room in shiny surfaces; without it a brighter sky and a plain floor stand in. */
-  useFine(on: boolean): void {
-    if (on && this.scene.environment === null) {
-      this.scene.environment = reflections(this.renderer);
-      this.scene.environmentIntensity = REFLECTIONS;
-    } else if (!on && this.scene.environment !== null) {
-      this.scene.environment.dispose();
-      this.scene.environment = null;
-    }
-    this.sky.intensity = on ? FINE_SKY : PLAIN_SKY;
+  /** Mirrors a room in shiny surfaces; without it a brighter sky and a plain floor replace it. */
+  use({ fine, shadows }: Level): void {
+    if (fine) this.reflected ??= reflections(this.renderer);
+    this.scene.environment = fine ? this.reflected : null;
+    this.scene.environmentIntensity = REFLECTIONS;
+    this.sky.intensity = fine ? FINE_SKY : PLAIN_SKY;
+    this.fill.visible = fine;
     // The floor fills most of the picture: without a GPU it is most of the cost.
-    this.flat.visible = !on;
-    for (const costly of [this.ground, this.lines, this.shade, this.dome]) costly.visible = on;
+    this.flat.visible = !fine && shadows === null;
+    this.ground.visible = fine || shadows !== null;
+    for (const costly of [this.lines, this.shade, this.dome]) costly.visible = fine;
+    if (shadows !== null) this.useMap(shadows.map);
+  }
+
+  private useMap(size: number): void {
+    const { shadow } = this.light;
+    if (shadow.mapSize.x === size) return;
+    shadow.mapSize.set(size, size);
+    shadow.map?.dispose();
+    shadow.map = null;
   }
 }

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use behavior::Status;
 use behavior::board::{Fault, In};
+use behavior::tree::check::CONDITION;
 use behavior::tree::{BindError, Binder, Leaf, Library, NodeType};
 use robocell_skills::nodes::Context;
 use robocell_skills::{Owner, Station};
@@ -116,7 +117,7 @@ fn check_complete(job: &Arc<Pyramid>) -> NodeType<Station> {
         })
     }))
     .aliases(&["FrankaCheckStackComplete"])
-    .keywords(&["done", "finished", "count"])
+    .keywords(&[CONDITION, "done", "finished", "count"])
 }
 
 fn mark_placed(job: &Arc<Pyramid>) -> NodeType<Station> {

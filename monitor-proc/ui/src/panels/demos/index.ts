@@ -4,6 +4,7 @@ import type { Desk } from "../desk";
 import { mountBins } from "./bins";
 import { mountFillBin } from "./fill-bin";
 import { mountPyramid } from "./pyramid";
+import { mountReach } from "./reach";
 import { mountStack } from "./stack";
 
 export interface DemoPanel {
@@ -17,6 +18,7 @@ export interface DemoPanel {
 export const DEMO_PANELS: Record<string, DemoPanel> = {
   stack: { name: "Stack", mount: mountStack },
   pyramid: { name: "Pyramid", mount: mountPyramid },
+  reach: { name: "Reach", mount: mountReach },
   fill_bin: { name: "Fill bin", mount: mountFillBin },
   palletize: { name: "Pallet", mount: mountBins },
   bin_stack: { name: "Stack", mount: mountBins },

@@ -1,5 +1,5 @@
 // Who owns the centre, whose each cube is, what each arm has placed, and both
-// trees side by side. All of it stands on the board that the trees share.
+// trees side by side. All of it is on the board that the trees share.
 import type { Store } from "../../net/store";
 import type { Desk } from "../desk";
 import { el, setAttr, setText } from "../dom";
@@ -45,7 +45,7 @@ export function mountPyramid(desk: Desk, element: HTMLElement): () => void {
   );
   const show = () => {
     const centre = keyed(store, "center_owner") ?? "";
-    setText(owner, centre === "" ? "nobody" : centre);
+    setText(owner, centre === "" ? "no arm" : centre);
     setAttr(owner, "data-tone", centre === "" ? null : centre === arms[0] ? "info" : "warn");
     for (const { name, state, node } of cubes) {
       const word = keyed(store, `cube_state:${name}`) ?? "available";

@@ -5,7 +5,20 @@ import { el, setText } from "../dom";
 import { words } from "../format";
 import type { ViewApi } from "../view-api";
 
-const CAMERAS = ["scene", "top", "front", "side", "tool"];
+const CAMERAS = ["cell", "top", "front", "side", "tool"];
+
+/** What each overlay shows. */
+const ABOUT: Record<string, string> = {
+  targets: "Frames of target and tool, and the way between them",
+  approach: "Funnel along which the tool approaches its target",
+  spheres: "Spheres of collision avoidance, and the obstacles they avoid",
+  distances: "Line from each arm's nearest sphere to each obstacle, with its length",
+  contacts: "Rims around objects that a robot or an operator touches",
+  suction: "Load of the suction cup (% of its limit)",
+  trails: "Way of each tool in the last 10 s",
+  ghost: "Setpoint of the controller as a transparent robot",
+  names: "Names of objects and arms",
+};
 
 export function viewTools(desk: Desk): HTMLElement {
   const { view } = desk;
@@ -17,13 +30,13 @@ export function viewTools(desk: Desk): HTMLElement {
     desk.pulse.add(box, () => {
       box.checked = view.toggles.get(name);
     });
-    return el("label", { class: "check" }, box, words(name));
+    return el("label", { class: "check", title: ABOUT[name] ?? words(name) }, box, words(name));
   });
   const cameras = CAMERAS.map((name, index) =>
     button(desk, {
       label: name,
       class: "small",
-      about: () => `Look from: ${name} (key ${index + 1})`,
+      about: () => `Look from: ${name} (key ${index + 1}${name === "tool" ? "" : `; #view=${name} in the address`})`,
       twin: () => null,
       run: () => view.camera(index + 1),
     }),
@@ -40,8 +53,8 @@ export function viewTools(desk: Desk): HTMLElement {
 
 /** What the picture does without to stay fluent. */
 function quality(desk: Desk, view: ViewApi): HTMLElement {
-  const line = el("p", { class: "dim quality", title: "The picture gives up quality step by step where it would not be fluent" });
-  desk.pulse.add(line, () => setText(line, `Picture: ${view.quality.level.name}`));
+  const line = el("p", { class: "dim quality", title: "While something moves, the picture gives up quality step by step to stay fluent. At rest it is drawn in full" });
+  desk.pulse.add(line, () => setText(line, `Picture: ${view.picture}`));
   return line;
 }
 

@@ -3,6 +3,7 @@ import { button } from "../button";
 import type { Desk } from "../desk";
 import { el } from "../dom";
 import type { GraphChoice } from "./choice";
+import { policyButton } from "./policy/button";
 
 export function editLine(desk: Desk, choice: GraphChoice): HTMLElement {
   const restart = button(desk, {
@@ -17,10 +18,10 @@ export function editLine(desk: Desk, choice: GraphChoice): HTMLElement {
   const tell = () => {
     const kind = choice.graph?.kind ?? "";
     const schema = kind === "tree" ? "tree" : "machine";
-    const words = ["Files on disk: ", el("code", {}, `robocell schema ${schema}`), "; a restart reads them again."];
-    about.replaceChildren(...(kind === "code" ? ["This policy is code."] : words));
+    const twin = el("code", { title: "Prints the schema of the file, for another editor" }, `robocell schema ${schema}`);
+    about.replaceChildren(kind === "code" ? "This policy is code." : twin);
   };
   choice.on(tell);
   tell();
-  return el("div", { class: "edit-line dim" }, about, el("span", { class: "spacer" }), restart);
+  return el("div", { class: "edit-line dim" }, about, el("span", { class: "spacer" }), policyButton(desk), restart);
 }

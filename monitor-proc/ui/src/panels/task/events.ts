@@ -1,19 +1,29 @@
 // What was said, newest last, with a filter.
 import type { LogLine } from "../../net/protocol";
 import type { Desk } from "../desk";
-import { el, setAttr } from "../dom";
+import { el, setAttr, setText } from "../dom";
 import { openIncident } from "../incident/index";
 
 const SHOWN = 400;
-const KINDS = ["log", "transition", "lifecycle"] as const;
+/** What a line is about; the first three are told by the task. */
+const KINDS = ["log", "transition", "task", "process", "operator"] as const;
+/** Kinds that are not shown, kept over reloads. */
+const KEY = "robocell.events.hidden";
+
+function kindOf(line: LogLine): (typeof KINDS)[number] {
+  if (line.text.startsWith("operator:")) return "operator";
+  if (line.mark === "incident" || line.text.startsWith("[cell]")) return "process";
+  return line.kind === "lifecycle" ? "task" : line.kind;
+}
 
 export function eventLog(desk: Desk): HTMLElement {
   const { store } = desk;
   const list = el("div", { class: "event-list scroll", role: "log", tabindex: 0, "aria-label": "Events" });
   const filter = el("input", { type: "search", placeholder: "filter", "aria-label": "Filter events" });
-  const wanted = new Set<string>(KINDS);
+  const unwanted = new Set((localStorage.getItem(KEY) ?? "").split(" "));
+  const hidden = el("span", { class: "dim" });
   const fits = (line: LogLine) =>
-    wanted.has(line.kind) && line.text.toLowerCase().includes(filter.value.trim().toLowerCase());
+    !unwanted.has(kindOf(line)) && line.text.toLowerCase().includes(filter.value.trim().toLowerCase());
 
   // The newest line is in view, unless a person scrolled away from it.
   let follows = true;
@@ -28,6 +38,8 @@ export function eventLog(desk: Desk): HTMLElement {
   const append = (lines: LogLine[]) => {
     list.append(...lines.filter(fits).slice(-SHOWN).map((line) => row(desk, line)));
     while (list.childElementCount > SHOWN) list.firstElementChild?.remove();
+    const left = store.log.length - store.log.filter(fits).length;
+    setText(hidden, left === 0 ? "" : `${left} hidden`);
     follow();
   };
   const rebuild = () => {
@@ -37,10 +49,11 @@ export function eventLog(desk: Desk): HTMLElement {
   };
   filter.addEventListener("input", rebuild);
   const chips = KINDS.map((kind) => {
-    const chip = el("button", { type: "button", class: "button small", "aria-pressed": "true" }, kind);
+    const chip = el("button", { type: "button", class: "button small", title: `Show or hide ${kind} lines`, "aria-pressed": String(!unwanted.has(kind)) }, kind);
     chip.addEventListener("click", () => {
-      if (!wanted.delete(kind)) wanted.add(kind);
-      setAttr(chip, "aria-pressed", String(wanted.has(kind)));
+      if (!unwanted.delete(kind)) unwanted.add(kind);
+      localStorage.setItem(KEY, [...unwanted].join(" ").trim());
+      setAttr(chip, "aria-pressed", String(!unwanted.has(kind)));
       rebuild();
     });
     return chip;
@@ -56,7 +69,7 @@ export function eventLog(desk: Desk): HTMLElement {
     for (const node of list.children) node.classList.toggle("later", Number((node as HTMLElement).dataset.time) > now);
   });
   rebuild();
-  return el("div", { class: "events" }, el("div", { class: "row event-bar" }, filter, ...chips), list);
+  return el("div", { class: "events" }, el("div", { class: "row event-bar" }, filter, ...chips, hidden), list);
 }
 
 /** One tab stop for all lines: the arrows go from one to the next. */

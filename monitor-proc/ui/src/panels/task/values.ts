@@ -72,7 +72,7 @@ class Table {
 
 export function valueTables(desk: Desk, choice: GraphChoice): HTMLElement {
   const { store } = desk;
-  const guards = new Table((name) => breakDot(desk, name));
+  const guards = new Table((name) => breakDot(desk, name, 0));
   const keys = new Table(null);
   const empty = el("p", { class: "dim hint" }, "No guard was asked and no key set yet.");
   const show = () => {

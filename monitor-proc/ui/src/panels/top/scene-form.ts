@@ -5,14 +5,41 @@ import { el, setAttr, setOptions, setText, setTitle } from "../dom";
 
 const SPEEDS = ["1", "max", "0.1", "0.5", "2", "5", "10", "50"];
 
+/** As fast as a page can show it. */
+const FASTEST_REPLAY = 50;
+
+/** Why the speed cannot be changed now, or null. */
+function speedRefusal(desk: Desk): string | null {
+  return desk.store.hello?.live === false ? desk.refusal() : desk.cellRefusal();
+}
+
+function speedTwin(desk: Desk, speed: string): string {
+  return desk.store.hello?.live === false ? "robocell replay FILE" : `robocell speed ${speed}`;
+}
+
+/** Of the running cell, or of the recording that is shown. */
+async function changeSpeed(desk: Desk, speed: string): Promise<void> {
+  if (desk.store.hello?.live === false) {
+    const factor = speed === "max" ? FASTEST_REPLAY : Number(speed);
+    // Without a time the recording would go to its beginning.
+    await desk.send({ do: "seek", time_s: desk.snapshot?.time ?? 0, speed: factor, play: !desk.paused });
+    return;
+  }
+  await desk.send({ do: "speed", speed });
+}
+
+function showSpeed(select: HTMLSelectElement, speed: string): void {
+  setOptions(select, SPEEDS.includes(speed) ? SPEEDS : [speed, ...SPEEDS], speed);
+}
+
 export function sceneForm(desk: Desk): HTMLElement {
   const demo = el("select", { "aria-label": "Demo", class: "demo" });
   const policy = el("select", { "aria-label": "Policy", class: "policy" });
   const seed = el("input", { type: "number", min: 0, value: 0, class: "seed", "aria-label": "Seed" });
   seed.title = "Seed: varies poses and friction within the bounds of the cell file";
   const speed = el("select", { "aria-label": "Speed", class: "speed" });
-  speed.title = "1: real time; max or another factor: lockstep";
   setOptions(speed, SPEEDS, "1");
+  speed.addEventListener("change", () => void changeSpeed(desk, speed.value));
 
   const chosen = () => desk.store.hello?.demos.find((one) => one.name === demo.value);
   const policies = (wanted?: string) => {
@@ -26,15 +53,18 @@ export function sceneForm(desk: Desk): HTMLElement {
     setOptions(demo, demos.length > 0 ? demos.map((one) => one.name) : [run.demo], run.demo);
     policies(run.policy);
     seed.value = String(run.seed);
-    setOptions(speed, SPEEDS.includes(run.speed) ? SPEEDS : [run.speed, ...SPEEDS], run.speed);
+    showSpeed(speed, run.speed);
+  });
+  desk.store.on("status", (status) => {
+    if (status.speed !== null && desk.store.hello?.live !== false && document.activeElement !== speed) showSpeed(speed, status.speed);
   });
 
   // What was chosen and is not what runs is not in force yet.
   const pending = () => {
     const run = desk.store.hello?.run;
     if (run === undefined || desk.cellRefusal() !== null) return false;
-    const chosen = [demo.value, policy.value, seed.value, speed.value];
-    return chosen.join() !== [run.demo, desk.store.status?.task.policy || run.policy, run.seed, run.speed].join();
+    const chosen = [demo.value, policy.value, seed.value];
+    return chosen.join() !== [run.demo, desk.store.status?.task.policy || run.policy, run.seed].join();
   };
   const create = button(desk, {
     label: "Create scene",
@@ -89,6 +119,8 @@ export function sceneForm(desk: Desk): HTMLElement {
   });
   desk.pulse.add(null, () => {
     const run = desk.store.hello?.run;
+    setTitle(speed, `Speed, changed at once. 1: real time; max or another factor: lockstep\n$ ${desk.onCell(speedTwin(desk, speed.value))}`);
+    speed.disabled = speedRefusal(desk) !== null;
     setText(opener, run === undefined ? "Scene ▾" : `${run.demo} · ${policyNow || run.policy} ▾`);
     create.classList.toggle("pending", pending());
   });

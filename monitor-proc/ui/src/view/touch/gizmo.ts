@@ -16,6 +16,20 @@ const IDLE_SIZE = 0.4;
 /** Of an arrow's length in the units of the handle: where it is easy to hit. */
 const GRIP = 0.4;
 
+/** Around the middle of a handle that cannot lead. */
+const NEAR_PX = 24;
+
+/** What a drag of the handle `axis` does. */
+function leads(axis: string, mode: string): string {
+  const names = axis.replace(/E$/, "").toLowerCase();
+  if (mode === "rotate") {
+    if (names.length === 1) return `Drag turns the tool about its ${names} axis; T: move it`;
+    return `Drag turns the tool ${axis === "E" ? "about the line of sight" : "freely"}; T: move it`;
+  }
+  const way = { 1: `along ${names}`, 2: `in the plane ${names}` }[names.length] ?? "in the plane of the picture";
+  return `Drag leads the tool ${way}; E: turn it`;
+}
+
 const AXES: Record<string, Vector3 | undefined> = {
   x: new Vector3(1, 0, 0),
   y: new Vector3(0, 1, 0),
@@ -39,7 +53,7 @@ export class Gizmo {
     canvas: HTMLElement,
     private readonly camera: Camera,
     private readonly store: Store,
-    changed: () => void,
+    private readonly changed: () => void,
   ) {
     this.controls = new TransformControls(camera.lens, canvas);
     this.controls.attach(this.goal);
@@ -93,6 +107,16 @@ export class Gizmo {
     return at.addScaledVector(direction, GRIP * scale);
   }
 
+  /** What the mouse can do at this point of the view (pixels), where a handle is there. */
+  hint(x: number, y: number, width: number, height: number): string | null {
+    const { axis, mode } = this.controls;
+    if (!this.root.visible) return null;
+    if (this.live) return axis === null ? null : leads(axis, mode);
+    const at = this.handle(null).project(this.camera.lens);
+    const away = Math.hypot((0.5 + at.x / 2) * width - x, (0.5 - at.y / 2) * height - y);
+    return away > NEAR_PX ? null : "Pause the task to lead the arm by this handle";
+  }
+
   /** While it only goes along it is small and has arrows alone. */
   private present(): void {
     const { controls, live } = this;
@@ -114,6 +138,8 @@ export class Gizmo {
       return;
     }
     this.sentAt = performance.now();
+    // A target that was refused is not told again: the handle goes back.
+    this.timer = window.setTimeout(this.changed, ECHO_MS + 1);
     const { x, y, z, w } = this.goal.quaternion;
     void this.store.command({
       do: "target",

@@ -6,9 +6,9 @@ import { breaksOf, breakTwin, reached, toggleBreak } from "./state";
 const WATCHED = "data-break";
 const watching = new WeakSet<Desk>();
 
-/** A dot in the gutter of a line. Its line has the key for it, so that it is no tab stop. */
-export function breakDot(desk: Desk, name: string): HTMLElement {
-  const node = el("button", { type: "button", class: "break-dot", tabindex: -1, [WATCHED]: name });
+/** A dot in the gutter of a line. It is a tab stop unless its line has a key for it. */
+export function breakDot(desk: Desk, name: string, tabIndex: 0 | -1): HTMLElement {
+  const node = el("button", { type: "button", class: "break-dot", tabindex: tabIndex, [WATCHED]: name });
   node.addEventListener("click", (event) => {
     event.stopPropagation();
     toggleBreak(desk, name);
@@ -20,8 +20,8 @@ export function breakDot(desk: Desk, name: string): HTMLElement {
 
 /** The same in a drawing, at a point of it. */
 export function breakSpot(desk: Desk, name: string, x: number, y: number): SVGElement {
-  const circle = svg("circle", { cx: x, cy: y, r: 4 });
-  const node = svg("g", { class: "break-spot", [WATCHED]: name }, svg("title", {}), svg("circle", { cx: x, cy: y, r: 9, class: "target" }), circle);
+  const [target, dot] = [9, 4].map((r) => svg("circle", { cx: x, cy: y, r }));
+  const node = svg("g", { class: "break-spot", [WATCHED]: name }, svg("title", {}), target ?? null, dot ?? null);
   node.addEventListener("click", (event) => {
     event.stopPropagation();
     toggleBreak(desk, name);

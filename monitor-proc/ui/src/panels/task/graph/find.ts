@@ -36,16 +36,18 @@ export class Finder {
     });
   }
 
-  /** Ctrl+F within `place` leads to the field. */
-  listen(place: HTMLElement): void {
-    document.addEventListener("keydown", (event) => {
+  /** Ctrl+F within `place` leads to the field, until the function that is returned is called. */
+  listen(place: HTMLElement): () => void {
+    const press = (event: KeyboardEvent) => {
       const asks = (event.ctrlKey || event.metaKey) && !event.altKey && event.key.toLowerCase() === "f";
       // What the pointer or the focus is in is what is searched.
       if (!asks || !place.matches(":hover, :focus-within") || !place.checkVisibility()) return;
       event.preventDefault();
       this.field.focus();
       this.field.select();
-    });
+    };
+    document.addEventListener("keydown", press);
+    return () => document.removeEventListener("keydown", press);
   }
 
   /** Marks the matches in the view as it is now. */

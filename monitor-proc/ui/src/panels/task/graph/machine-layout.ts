@@ -27,7 +27,7 @@ export interface LaidEdge {
   /** What is written on it. */
   text: string;
   points: Point[];
-  /** Where the label stands; null where there are too many. */
+  /** Where the label is; null where there are too many. */
   at: Point | null;
 }
 export interface Layout {
@@ -108,7 +108,7 @@ function fitted(found: Layout): Layout {
   return { ...found, left, top, width, height };
 }
 
-/** The layout takes no edges of boxes: their first part stands in. */
+/** The layout takes no edges of boxes: their first part takes their place. */
 function inner(graph: Graph, holds: boolean[], node: number): number {
   let at = node;
   while (holds[at]) {

@@ -28,7 +28,7 @@ export class Line {
     this.row = el(
       "div",
       { class: "tree-node", role: "treeitem", tabindex: -1, "aria-level": depth + 1, title: aboutNode(graph, index) },
-      place.name === "beside" ? null : breakDot(desk, name),
+      place.name === "beside" ? null : breakDot(desk, name, -1),
       el("span", { class: isParent ? "chevron" : "chevron none", "aria-hidden": "true" }),
       this.mark,
       el("span", { class: "sign" }, sign),

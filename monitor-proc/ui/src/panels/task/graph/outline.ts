@@ -111,6 +111,7 @@ export class Outline implements GraphView {
 
   private listen(): void {
     for (const [index, { row }] of this.lines.entries()) {
+      row.addEventListener("focus", () => this.choose(index, false));
       row.addEventListener("click", ({ target }) => {
         this.choose(index, true);
         const onChevron = target instanceof Element && target.closest(".chevron") !== null;
@@ -130,7 +131,7 @@ export class Outline implements GraphView {
     const off = this.folds.on(() => (this.root.isConnected ? this.fold() : off()));
   }
 
-  /** Does what `key` stands for in a tree; whether it stands for something. */
+  /** Does what `key` means in a tree; whether it means something. */
   private press(key: string): boolean {
     const { chosen } = this;
     const keys: Record<string, () => void> = {

@@ -9,18 +9,12 @@ import { machineView } from "./machine";
 import { machineMode, treeMode } from "./mode";
 import { Outline } from "./outline";
 import type { GraphView, Place } from "./place";
-import { stateStrip } from "./strip";
+import { type Strip, stateStrip } from "./strip";
 import { TreeDrawing } from "./tree-drawing";
 
 function makeView(place: Place): GraphView {
   if (place.graph.kind !== "tree") return machineView(place);
   return treeMode.name === "tree" ? new TreeDrawing(place) : new Outline(place);
-}
-
-/** Calls `listener` when graphs are to be shown in another way. */
-function onMode(listener: () => void): () => void {
-  const off = [treeMode.on(listener), machineMode.on(listener)];
-  return () => off.forEach((one) => one());
 }
 
 /** One graph with its tools. */
@@ -31,7 +25,7 @@ class Pane {
   private readonly finder: Finder;
   private readonly tree = treeMode.buttons();
   private readonly machine = machineMode.buttons();
-  private readonly strip: HTMLElement;
+  private readonly strip: Strip;
 
   constructor(
     private readonly desk: Desk,
@@ -46,11 +40,18 @@ class Pane {
   }
 
   get parts(): HTMLElement[] {
-    return [this.tools, this.strip, this.body];
+    return [this.tools, this.strip.root, this.body];
   }
 
-  listen(root: HTMLElement): void {
-    this.finder.listen(root);
+  /** Listens until the function that is returned is called. */
+  listen(root: HTMLElement, draw: () => void): () => void {
+    const off = [
+      this.finder.listen(root),
+      this.desk.store.on("lanes", () => this.strip.show()),
+      treeMode.on(draw),
+      machineMode.on(draw),
+    ];
+    return () => off.forEach((one) => one());
   }
 
   draw(empty: HTMLElement): void {
@@ -63,7 +64,7 @@ class Pane {
     const isTree = graph?.kind === "tree";
     this.tree.hidden = !isTree;
     this.machine.hidden = isTree;
-    this.strip.classList.toggle("none", isTree);
+    this.strip.root.classList.toggle("none", isTree);
     this.finder.refresh();
     this.view?.show();
   }
@@ -77,13 +78,12 @@ export function graphPane(desk: Desk, choice: GraphChoice, onNode: (node: number
   grow.addEventListener("click", () => enlarge(desk, choice.index));
   const pane = new Pane(desk, () => choice.index, "panel", onNode, [grow]);
   const root = el("div", { class: "graph-pane" }, ...pane.parts);
-  pane.listen(root);
   const draw = () => {
     pane.draw(empty);
     pane.view?.follow();
   };
   choice.on(draw);
-  onMode(draw);
+  pane.listen(root, draw);
   desk.store.on("graph", (index) => {
     if (index !== choice.index) return;
     pane.view?.show();
@@ -102,13 +102,12 @@ function enlarge(desk: Desk, index: number): void {
   const title = el("h2", {}, store.graphs[index]?.name ?? "");
   const dialog = el("dialog", { class: "large-graph" }, el("header", {}, title, close), ...pane.parts, detail.root);
   setAttr(dialog, "aria-label", `Graph ${store.graphs[index]?.name ?? ""}`);
-  pane.listen(dialog);
   close.addEventListener("click", () => dialog.close());
   const draw = () => pane.draw(el("p", {}));
   const off = [
     store.on("graph", (changed) => changed === index && pane.view?.show()),
     store.on("graphs", () => dialog.close()),
-    onMode(draw),
+    pane.listen(dialog, draw),
   ];
   dialog.addEventListener("close", () => {
     for (const one of off) one();

@@ -22,7 +22,13 @@ function ended(store: Store, lane: string): { span: Span; to_s: number }[] {
   return spans.map((span, index) => ({ span, to_s: spans[index + 1]?.from_s ?? Infinity }));
 }
 
-export function stateStrip(desk: Desk): HTMLElement {
+export interface Strip {
+  root: HTMLElement;
+  /** Shows the spans that are known now; what is hidden has no pulse. */
+  show: () => void;
+}
+
+export function stateStrip(desk: Desk): Strip {
   const { store } = desk;
   const root = el("div", { class: "state-strip", hidden: true });
   const hues = new Map<string, number>();
@@ -67,13 +73,9 @@ export function stateStrip(desk: Desk): HTMLElement {
       setAttr(row, "aria-label", `States of the last ${SHOWN_S} s, ${lane}: ${listed(drawn, row)}`);
     }
   };
-  // What is hidden has no pulse.
-  store.on("lanes", () => {
-    root.hidden = !store.lanes.some(({ kind }) => kind === "phase");
-  });
   desk.pulse.add(root, show);
   show();
-  return root;
+  return { root, show };
 }
 
 function listed(drawn: Drawn[], row: Element): string {

@@ -40,6 +40,7 @@ export class Viewport {
     this.root = el("div", { class: "viewport", tabindex: 0, role: "group", "aria-label": `${label}: ${keys}` });
     this.root.append(drawing, this.buttons());
     this.listen();
+    this.apply();
     new ResizeObserver(() => this.apply()).observe(this.root);
   }
 
@@ -83,10 +84,10 @@ export class Viewport {
 
   private apply(): void {
     const { clientWidth: width, clientHeight: height } = this.root;
-    // What is not shown has no size; it gets one when it is.
-    if (width === 0 || height === 0) return;
     const { look, bounds } = this;
     if (look.fit) {
+      // What is not shown has no size; it gets one when it is.
+      if (width === 0 || height === 0) return;
       const fits = Math.min((width - 2 * PAD_PX) / bounds.width, (height - 2 * PAD_PX) / bounds.height);
       look.scale = Math.min(Math.max(fits, LEAST), this.fitMost);
       look.x = width / 2 - look.scale * (bounds.left + bounds.width / 2);
@@ -97,7 +98,9 @@ export class Viewport {
 
   private buttons(): HTMLElement {
     const make = (text: string, about: string, run: () => void) => {
-      const node = el("button", { type: "button", class: "button small", title: about, "aria-label": about }, text);
+      const node = el("button", { type: "button", class: "button small", title: about }, text);
+      // A sign alone has no name.
+      if (text.length === 1) setAttr(node, "aria-label", about);
       node.addEventListener("click", run);
       return node;
     };

@@ -1,15 +1,19 @@
 // What the flight recorder holds, with marks for what happened; dragging looks
 // back.
-import type { LogLine } from "../net/protocol";
-import { FLAG } from "../net/snapshot";
-import { button, setIcon } from "./button";
-import type { Desk } from "./desk";
-import { el, setAttr, setText } from "./dom";
-import { openIncident } from "./incident/index";
+import type { LogLine } from "../../net/protocol";
+import { FLAG } from "../../net/snapshot";
+import { button, setIcon } from "../button";
+import type { Desk } from "../desk";
+import { el, setAttr, setText } from "../dom";
+import { openIncident } from "../incident/index";
+import { mountLanes } from "./lanes";
+import { playback } from "./playback";
+import { seeker } from "./seeker";
+import { linkButton } from "./link-button";
 
-const SEEKS_A_SECOND = 12;
 const MARKS: [string, string][] = [
   ["drop", "object lost"],
+  ["break", "grip broke"],
   ["resync", "picked up anew"],
   ["abort", "turned back"],
   ["recover", "recovery"],
@@ -23,7 +27,7 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
   const { store } = desk;
   const marks = el("div", { class: "marks" });
   const cursor = el("i", { class: "cursor" });
-  const bar = el("div", { class: "bar", role: "slider", tabindex: 0, "aria-label": "Time shown" }, marks, cursor);
+  const bar = el("div", { class: "bar", role: "slider", tabindex: 0, "aria-label": "Time shown", title: "Drag to look back; Shift and drag to choose a range that is looped" }, marks, cursor);
   const from = el("span", { class: "num dim" });
   const to = el("span", { class: "num dim" });
   const now = el("output", { class: "num now" });
@@ -44,21 +48,34 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
     const { first, last } = span();
     return first + Math.min(Math.max((x - box.left) / box.width, 0), 1) * (last - first);
   };
-  bar.addEventListener("pointerdown", (event) => {
-    if (event.button !== 0) return;
-    bar.setPointerCapture(event.pointerId);
-    seek(timeAt(event.clientX));
-  });
-  bar.addEventListener("pointermove", (event) => {
-    if (bar.hasPointerCapture(event.pointerId)) seek(timeAt(event.clientX));
-  });
+  const play = playback(desk, seek);
+  const range = el("i", { class: "range" });
+  bar.append(range);
+  let rangeFrom: number | null = null;
+  const hand = (event: PointerEvent) => {
+    const time = timeAt(event.clientX);
+    if (rangeFrom !== null) play.setRange(rangeFrom, time);
+    else play.seek(time);
+  };
+  const listen = (node: HTMLElement) => {
+    node.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
+      node.setPointerCapture(event.pointerId);
+      rangeFrom = event.shiftKey ? timeAt(event.clientX) : null;
+      hand(event);
+    });
+    node.addEventListener("pointermove", (event) => {
+      if (node.hasPointerCapture(event.pointerId)) hand(event);
+    });
+  };
+  listen(bar);
   bar.addEventListener("keydown", (event) => {
     const step = { ArrowLeft: -0.1, ArrowRight: 0.1, PageUp: -5, PageDown: 5 }[event.key];
     if (step === undefined) return;
     event.preventDefault();
     const { first, last } = span();
     const wanted = (store.snapshot?.time ?? last) + (event.shiftKey ? 10 * step : step);
-    seek(Math.min(Math.max(wanted, first), last));
+    play.seek(Math.min(Math.max(wanted, first), last));
   });
 
   const drawMarks = () => {
@@ -76,6 +93,11 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
     const time = store.snapshot?.time ?? 0;
     const { first, last } = span();
     cursor.style.left = `${100 * share(time)}%`;
+    range.hidden = play.range === null;
+    if (play.range !== null) {
+      range.style.left = `${100 * share(play.range[0])}%`;
+      range.style.width = `${100 * (share(play.range[1]) - share(play.range[0]))}%`;
+    }
     setText(from, `${first.toFixed(1)} s`);
     setText(to, `${last.toFixed(1)} s`);
     setText(now, shownTime(desk, time, last));
@@ -88,12 +110,17 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
   store.on("hello", drawMarks);
   desk.pulse.add(host, show);
   const legend = MARKS.map(([mark, about]) => el("span", {}, el("i", { "data-mark": mark }), about));
+  const lanes = mountLanes(desk, span);
+  listen(lanes.root);
+  const live = el("div", { class: "row" }, liveButton(desk), lanes.fold, linkButton(desk));
   host.replaceChildren(
-    liveButton(desk),
+    live,
     now,
     from,
     bar,
     to,
+    play.root,
+    lanes.root,
     el("div", { class: "legend dim" }, ...legend),
   );
   show();
@@ -119,25 +146,6 @@ function shownTime(desk: Desk, time: number, last: number): string {
   // What came after the time that physics resumed at.
   if (past?.epoch != null && past.epoch !== newest) return `${time.toFixed(2)} s (before physics restarted)`;
   return `${time.toFixed(2)} s (${(time - last).toFixed(1)} s)`;
-}
-
-/** Sends the newest wish, but not all of a fast hand. */
-function seeker(desk: Desk): (time: number) => void {
-  let wish: number | null = null;
-  let waiting = false;
-  const send = () => {
-    waiting = false;
-    if (wish === null) return;
-    const time = wish;
-    wish = null;
-    waiting = true;
-    void desk.send({ do: "seek", time_s: time });
-    setTimeout(send, 1000 / SEEKS_A_SECOND);
-  };
-  return (time) => {
-    wish = time;
-    if (!waiting) send();
-  };
 }
 
 /** Back to now; in a recording, play and pause. */

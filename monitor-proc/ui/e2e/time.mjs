@@ -1,0 +1,110 @@
+// What a person does with time: lanes, the past at any speed, the speed of a cell.
+import { NOT_LIVE, PAUSED, flag, noFlag } from "./flags.mjs";
+
+const time = (look) => look((r) => r.store.snapshot.time);
+
+/** Lanes tell phases, grips and restarts; a click looks at that moment; the past plays. */
+export async function lanes({ page, look, until, robocell, press, same }) {
+  await page.setViewportSize({ width: 1600, height: 900 });
+  const fold = page.getByRole("button", { name: "Lanes" });
+  if ((await fold.getAttribute("aria-expanded")) !== "true") await fold.click();
+  await press("robocell resume");
+  await until("a cube was carried", (r) => r.store.status.task.placed.length > 0);
+  robocell("restart", "controller");
+  await until("the restart has a lane", (r) =>
+    r.store.lanes.some(({ kind, lane, label }) => kind === "process" && lane === "controller-0" && label !== ""),
+  );
+  robocell("pause");
+  await until("paused", flag(PAUSED));
+  for (const lane of ["outcome", "phase", "grip", "controller-0"]) {
+    await page.locator(`.lane[data-lane="${lane}"] i`).first().waitFor({ state: "attached" });
+  }
+  const held = await look((r) => r.store.lanes.find(({ lane, label }) => lane === "grip" && label !== ""));
+  same("what was held", held.label, "red_cube");
+  const carried = page.locator('.lane[data-lane="grip"] i').first();
+  const box = await carried.boundingBox();
+  await page.mouse.click(box.x + 0.6 * box.width, box.y + 5);
+  await until("the past is shown", flag(NOT_LIVE));
+  await until("the cube is in the hand then", (r) => r.store.snapshot.arms[0].held === 0);
+
+  const before = await time(look);
+  await page.getByLabel("Speed of the past").selectOption("4");
+  await page.locator(".playback").getByRole("button", { name: "Play" }).click();
+  await until("the past goes on", (r, before) => r.store.snapshot.time > before + 1, before);
+  // A range that is looped is never left.
+  const bar = await page.locator("#bottom .bar").boundingBox();
+  await page.keyboard.down("Shift");
+  await page.mouse.move(bar.x + 0.2 * bar.width, bar.y + 10);
+  await page.mouse.down();
+  await page.mouse.move(bar.x + 0.3 * bar.width, bar.y + 10, { steps: 4 });
+  await page.mouse.up();
+  await page.keyboard.up("Shift");
+  const [from, to] = await look((r) => {
+    const { from_s, to_s } = r.store.timeline;
+    return [from_s + 0.2 * (to_s - from_s), from_s + 0.3 * (to_s - from_s)];
+  });
+  const inside = (r, [from, to]) => r.store.snapshot.time >= from - 0.2 && r.store.snapshot.time <= to + 0.2;
+  await until("the range is played", inside, [from, to]);
+  const seen = new Set();
+  for (let look_at = 0; look_at < 20; look_at++) {
+    await page.waitForTimeout(100);
+    seen.add(Math.round(10 * (await time(look))));
+    if (!(await look(inside, [from, to]))) throw new Error(`the loop was left for ${await time(look)} s`);
+  }
+  if (seen.size < 3) throw new Error("the loop does not play");
+  await page.getByRole("button", { name: "Back to live" }).click();
+  await until("now is shown", noFlag(NOT_LIVE));
+}
+
+/** The speed of a running cell is changed at once, here and on the command line. */
+export async function speed({ page, look, until, robocell, press }) {
+  await page.setViewportSize({ width: 1600, height: 900 });
+  await press("robocell resume");
+  const select = page.getByLabel("Speed", { exact: true });
+  await select.selectOption("0.1");
+  await until("the cell runs slowly", (r) => r.store.status.speed === "0.1" && r.store.snapshot.realTimeFactor < 0.3);
+  robocell("speed", "1");
+  await until("the command shows", (r) => r.store.status.speed === "1");
+  const shown = () => select.inputValue();
+  for (const since = Date.now(); (await shown()) !== "1" && Date.now() - since < 20_000; ) await page.waitForTimeout(100);
+  if ((await shown()) !== "1") throw new Error(`the page shows speed ${await shown()}`);
+  if ((await look((r) => r.store.hello.run.demo)) !== "franka-stack") throw new Error("another scene");
+  const pending = await page.getByRole("button", { name: "Create scene *" }).count();
+  if (pending !== 0) throw new Error("a speed that is in force is marked as not applied");
+}
+
+/** Kinds of lines are hidden and shown, and how many are hidden is said. */
+export async function filter({ page, until, robocell, press }) {
+  await press("robocell resume");
+  robocell("pause");
+  await until("the operator is in the log", (r) => r.store.log.some(({ text }) => text.startsWith("operator:")));
+  const shown = page.locator(".event-list .event", { hasText: "operator:" });
+  await shown.first().waitFor();
+  await page.locator(".event-bar").getByRole("button", { name: "operator" }).click();
+  await shown.first().waitFor({ state: "detached" });
+  await page.getByText(/\d+ hidden/).waitFor();
+  await page.reload();
+  await until("the page is back", (r) => r !== undefined && r.store.log.length > 0);
+  if ((await shown.count()) > 0) throw new Error("the filter was forgotten");
+}
+
+/** The speed and the loop of a recording. */
+export async function replaySpeed({ page, look, until }) {
+  await page.setViewportSize({ width: 1600, height: 900 });
+  const rate = async () => {
+    const [before, since] = [await time(look), Date.now()];
+    await page.waitForTimeout(1500);
+    return (1000 * ((await time(look)) - before)) / (Date.now() - since);
+  };
+  const play = page.locator("#bottom .live");
+  await page.getByLabel("Speed", { exact: true }).selectOption("0.1");
+  if (await look((r) => (r.store.snapshot.flags & 1) !== 0)) await play.click();
+  await until("it plays", noFlag(PAUSED));
+  const slow = await rate();
+  await page.getByLabel("Speed", { exact: true }).selectOption("0.5");
+  await page.waitForTimeout(300);
+  const fast = await rate();
+  if (!(fast > 2 * slow)) throw new Error(`${slow} s/s at 0.1 and ${fast} s/s at 0.5`);
+  await play.click();
+  await until("it is paused", flag(PAUSED));
+}

@@ -1,0 +1,27 @@
+// Commands to copy.
+import type { Desk } from "../desk";
+import { el } from "../dom";
+
+/** `command` as it is typed for the cell that is shown, and a button that copies it. */
+export function copyable(desk: Desk, command: string): HTMLElement {
+  const text = desk.onCell(command);
+  const code = el("code", {}, text);
+  const copy = el("button", { type: "button", class: "button small", "aria-label": `Copy ${text}`, title: "Copy this command" }, "Copy");
+  copy.addEventListener("click", (event) => {
+    // After a mouse's click, Space is play and pause again.
+    if (event.detail > 0) copy.blur();
+    void copied(text, code).then((done) => desk.say(done ? `copied: ${text}` : "press Ctrl+C to copy what is marked"));
+  });
+  return el("div", { class: "copyable" }, code, copy);
+}
+
+/** Without the right to write the clipboard the text is marked for Ctrl+C. */
+async function copied(text: string, shown: HTMLElement): Promise<boolean> {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    getSelection()?.selectAllChildren(shown);
+    return false;
+  }
+}
