@@ -3,7 +3,7 @@ import "./up";
 import "./view.css";
 import { Box3, Vector3 } from "three";
 import type { Scene, Vec3 } from "../net/protocol";
-import type { Snapshot } from "../net/snapshot";
+import { FLAG, type Snapshot } from "../net/snapshot";
 import type { Store } from "../net/store";
 import { getHash } from "../panels/hash";
 import type { ViewApi } from "../panels/view-api";
@@ -48,7 +48,9 @@ export class View implements ViewApi {
   private framed = false;
   /** How the last picture was drawn. */
   private used: Level | null = null;
-  private readonly rest = new Rest(() => this.sharpen());
+  /** The newest snapshot moved what is drawn. */
+  private moves = true;
+  private readonly rest = new Rest(() => this.mayMove(), () => this.sharpen());
 
   constructor(
     private readonly store: Store,
@@ -221,7 +223,16 @@ export class View implements ViewApi {
   private takeSnapshot(snapshot: Snapshot): void {
     const { shown } = this;
     const fades = this.toggles.get("trails") && shown?.time !== snapshot.time;
-    if (shown === null || fades || looksOther(shown, snapshot)) this.refresh();
+    this.moves = shown === null || fades || looksOther(shown, snapshot);
+    if (this.moves) this.refresh();
+  }
+
+  /** Snapshots can come late: a cell that runs moves until one says that it does not. */
+  private mayMove(): boolean {
+    const { connected, hello, snapshot } = this.store;
+    const flags = snapshot?.flags ?? 0;
+    const scrubbed = hello?.live === true && (flags & FLAG.notLive) !== 0;
+    return this.moves && connected && !scrubbed && (flags & FLAG.paused) === 0;
   }
 
   private takeArm(name: string | null): void {
