@@ -30,7 +30,7 @@ export async function lanes({ page, look, until, robocell, press, same }) {
   const before = await time(look);
   await page.getByLabel("Speed of the past").selectOption("4");
   await page.locator(".playback").getByRole("button", { name: "Play" }).click();
-  await until("the past goes on", (r, before) => r.store.snapshot.time > before + 1, before);
+  await until("the past is played", (r, before) => r.store.snapshot.time > before + 1, before);
   // A range that is looped is never left.
   const bar = await page.locator("#bottom .bar").boundingBox();
   await page.keyboard.down("Shift");

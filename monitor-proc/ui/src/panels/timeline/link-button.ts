@@ -8,7 +8,8 @@ function linkOf(desk: Desk): string {
   const link = new URL(location.href);
   link.search = "";
   const keys = new URLSearchParams(link.hash.slice(1));
-  if (!keys.has("t")) keys.set("t", (desk.snapshot?.time ?? 0).toFixed(3));
+  const epoch = desk.store.past?.epoch;
+  keys.set("t", `${(desk.snapshot?.time ?? 0).toFixed(3)}${epoch == null ? "" : `@${epoch}`}`);
   link.hash = keys.toString();
   return link.toString();
 }

@@ -3,6 +3,7 @@ import { FLAG } from "../../net/snapshot";
 import { button, setIcon } from "../button";
 import type { Desk } from "../desk";
 import { el, setAttr, setOptions, setText } from "../dom";
+import type { Seek } from "./seeker";
 
 const SPEEDS = ["0.1", "0.25", "0.5", "1", "2", "4", "10"];
 /** A shorter range is a click (s). */
@@ -18,7 +19,7 @@ export interface Playback {
   seek(time: number): void;
 }
 
-export function playback(desk: Desk, look: (time: number) => void): Playback {
+export function playback(desk: Desk, look: Seek): Playback {
   const { store } = desk;
   let range: [number, number] | null = null;
   let loops = false;
@@ -43,7 +44,8 @@ export function playback(desk: Desk, look: (time: number) => void): Playback {
       if (!loops) at = null;
     }
     if (at !== null) at = { time, wall };
-    look(time);
+    // What is played is of the history that is shown.
+    look(time, store.past?.epoch ?? undefined);
   };
   setInterval(step, FRAME_MS);
   store.on("moment", (past) => {

@@ -3,21 +3,24 @@ import type { Desk } from "../desk";
 
 const SEEKS_A_SECOND = 12;
 
+/** Simulated time (s), and the generation of physics where it is not the newest. */
+export type Seek = (time: number, epoch?: number) => void;
+
 /** Sends the newest wish, but not all of a fast hand. */
-export function seeker(desk: Desk): (time: number) => void {
-  let wish: number | null = null;
+export function seeker(desk: Desk): Seek {
+  let wish: { time_s: number; epoch?: number } | null = null;
   let waiting = false;
   const send = () => {
     waiting = false;
     if (wish === null) return;
-    const time = wish;
+    const command = { do: "seek" as const, ...wish };
     wish = null;
     waiting = true;
-    void desk.send({ do: "seek", time_s: time });
+    void desk.send(command);
     setTimeout(send, 1000 / SEEKS_A_SECOND);
   };
-  return (time) => {
-    wish = time;
+  return (time_s, epoch) => {
+    wish = epoch === undefined ? { time_s } : { time_s, epoch };
     if (!waiting) send();
   };
 }
