@@ -114,7 +114,7 @@ fn over<T>(sent: Result<(), mpsc::TrySendError<(T, Answer)>>) -> Option<(Answer,
 pub fn serve_physics(start: &Start, orders: &mpsc::Receiver<PhysicsErrand>) {
     let mut line = Line::default();
     while let Ok((request, answer)) = orders.recv() {
-        let reply = line.ask(start, *request);
+        let reply = line.ask(start, &request);
         send(answer, reply);
     }
 }
@@ -128,12 +128,12 @@ struct Line {
 }
 
 impl Line {
-    fn ask(&mut self, start: &Start, request: OperatorRequest) -> Reply {
+    fn ask(&mut self, start: &Start, request: &OperatorRequest) -> Reply {
         let client = match self.client(start) {
             Ok(client) => client,
             Err(why) => return Reply::refused(why),
         };
-        match client.request(request, PHYSICS_PATIENCE) {
+        match client.request(*request, PHYSICS_PATIENCE) {
             Err(error) => Reply::refused(error.to_string()),
             Ok(reply) => Reply {
                 ok: reply.code == ReplyCode::Accepted.code(),

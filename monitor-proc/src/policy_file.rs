@@ -21,21 +21,21 @@ const MAX_DEPTH: usize = 4;
 const KINDS: [Kind; 3] = [
     Kind {
         policy: "json",
-        kind: "tree",
+        word: "tree",
         ending: ".tree.json",
         language: "json",
         schema: "tree",
     },
     Kind {
         policy: "table",
-        kind: "table",
+        word: "table",
         ending: ".machine.toml",
         language: "toml",
         schema: "machine",
     },
     Kind {
         policy: "matrix",
-        kind: "matrix",
+        word: "matrix",
         ending: ".matrix.toml",
         language: "toml",
         schema: "machine",
@@ -46,7 +46,8 @@ const KINDS: [Kind; 3] = [
 struct Kind {
     /// Name of the policies that are written so.
     policy: &'static str,
-    kind: &'static str,
+    /// As the page knows it.
+    word: &'static str,
     ending: &'static str,
     language: &'static str,
     /// Its schema, as `robocell schema` names it.
@@ -118,7 +119,7 @@ impl PolicyFiles {
         match shown {
             Err(why) => json!({ "kind": null, "name": null, "why": why }),
             Ok((file, text)) => json!({
-                "kind": file.kind.kind,
+                "kind": file.kind.word,
                 "name": format!("cells/{}", file.name.display()),
                 "text": text,
                 "language": file.kind.language,

@@ -44,28 +44,22 @@ impl Starts {
                 down_s,
                 start,
             };
-            match self
-                .known
-                .iter_mut()
-                .find(|known| known.process == *process)
-            {
-                Some(known) => {
-                    if known.start < start {
-                        new.push(started(known.heard_s));
-                    }
-                    (known.start, known.heard_s) = (start, time_s);
+            let mut known = self.known.iter_mut();
+            if let Some(known) = known.find(|known| known.process == *process) {
+                if known.start < start {
+                    new.push(started(known.heard_s));
                 }
-                None => {
-                    self.known.push(Known {
-                        process: *process,
-                        start,
-                        heard_s: time_s,
-                    });
-                    // The monitor does not see itself start.
-                    if *process == Process::Monitor && start > 1 {
-                        new.push(started(time_s));
-                    }
-                }
+                (known.start, known.heard_s) = (start, time_s);
+                continue;
+            }
+            self.known.push(Known {
+                process: *process,
+                start,
+                heard_s: time_s,
+            });
+            // The monitor does not see itself start.
+            if *process == Process::Monitor && start > 1 {
+                new.push(started(time_s));
             }
         }
         new

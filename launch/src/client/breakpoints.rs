@@ -43,7 +43,7 @@ fn change(args: &BreakArgs, name: &str) -> Result<(), Failure> {
     } else {
         known(args, name)?
     };
-    ask_physics(&session.join()?, wish)?;
+    ask_physics(&session.join()?, &wish)?;
     if args.remove {
         say::line(format_args!("breakpoint {name} removed"));
     } else {

@@ -26,7 +26,7 @@ pub(crate) fn gripper(args: &GripperArgs) -> Result<(), Failure> {
     let session = Session::of(&args.cell.cell)?;
     let bus = session.join()?;
     must_lead(&session, &Follower::new(&session, &bus)?.now()?)?;
-    tell(&session, wish, done)
+    tell(&session, &wish, done)
 }
 
 /// `robocell target X Y Z [R P Y]`: returns when the arm is there, or at rest elsewhere.
@@ -55,7 +55,7 @@ pub(crate) fn target(args: &TargetArgs) -> Result<(), Failure> {
         position,
         orientation_wxyz,
     };
-    let asked = ask_physics(&bus, wish)?;
+    let asked = ask_physics(&bus, &wish)?;
     if args.no_wait {
         let time_s = asked.header.sim_time_ns as f64 * 1.0e-9;
         say::line(format_args!("target set at {time_s:.3} s"));

@@ -42,7 +42,7 @@ pub(crate) fn joints(args: &JointsArgs) -> Result<(), Failure> {
     }
     let mut wish = request(OperatorAction::Joints);
     (wish.arm, wish.joints) = (args.arm, target);
-    let asked = ask_physics(&bus, wish)?;
+    let asked = ask_physics(&bus, &wish)?;
     if args.no_wait {
         let time_s = asked.header.sim_time_ns as f64 * 1.0e-9;
         say::line(format_args!("joint target set at {time_s:.3} s"));

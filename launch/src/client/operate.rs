@@ -27,7 +27,7 @@ const DOWN_PATIENCE: Duration = Duration::from_secs(15);
 
 /// A request without a value.
 pub(crate) fn plain(args: &CellArgs, action: OperatorAction) -> Result<(), Failure> {
-    tell(&Session::of(&args.cell)?, request(action), done(action))
+    tell(&Session::of(&args.cell)?, &request(action), done(action))
 }
 
 /// What an accepted request did.
@@ -50,7 +50,7 @@ pub(crate) fn step(args: &StepArgs) -> Result<(), Failure> {
     wish.count = args.ticks;
     let session = Session::of(&args.cell.cell)?;
     let bus = session.join()?;
-    let until = ask_physics(&bus, wish)?.until_tick;
+    let until = ask_physics(&bus, &wish)?.until_tick;
     let stopped = |state: &WorldState| {
         let is_done = state.header.tick >= until;
         let is_paused = state.panel.pause_cause == PauseCause::Operator.code();
@@ -78,7 +78,7 @@ pub(crate) fn speed(args: &SpeedArgs) -> Result<(), Failure> {
     };
     tell(
         &Session::of(&args.cell.cell)?,
-        wish,
+        &wish,
         &format!("speed: {how},"),
     )
 }
@@ -98,14 +98,14 @@ pub(crate) fn task(args: &TaskArgs) -> Result<(), Failure> {
 pub(crate) fn drop_parts(args: &DropPartsArgs) -> Result<(), Failure> {
     let mut wish = request(OperatorAction::DropParts);
     wish.count = args.count.unwrap_or(0);
-    tell(&Session::of(&args.cell.cell)?, wish, "parts dropped")
+    tell(&Session::of(&args.cell.cell)?, &wish, "parts dropped")
 }
 
 /// `robocell add-bin [--flipped]`.
 pub(crate) fn add_bin(args: &AddBinArgs) -> Result<(), Failure> {
     let mut wish = request(OperatorAction::AddBin);
     wish.count = u32::from(args.flipped);
-    tell(&Session::of(&args.cell.cell)?, wish, "bin added")
+    tell(&Session::of(&args.cell.cell)?, &wish, "bin added")
 }
 
 /// `robocell drag OBJECT --to X Y Z`: returns when the object is released.
@@ -126,7 +126,7 @@ pub(crate) fn drag(args: &DragArgs) -> Result<(), Failure> {
     wish.pose.position.copy_from_slice(&args.to);
     wish.seconds = args.seconds;
     let bus = session.join()?;
-    let asked = ask_physics(&bus, wish)?;
+    let asked = ask_physics(&bus, &wish)?;
     let mut world = Follower::new(&session, &bus)?;
     let of = |state: &WorldState| state.objects().get(index).copied();
     let mut was_pulled = false;
@@ -158,7 +158,7 @@ pub(super) fn request(action: OperatorAction) -> OperatorRequest {
 }
 
 /// Hands `wish` to physics, and says what was `done` and when.
-pub(super) fn tell(session: &Session, wish: OperatorRequest, done: &str) -> Result<(), Failure> {
+pub(super) fn tell(session: &Session, wish: &OperatorRequest, done: &str) -> Result<(), Failure> {
     let reply = ask_physics(&session.join()?, wish)?;
     let time_s = reply.header.sim_time_ns as f64 * 1.0e-9;
     say::line(format_args!("{done} at {time_s:.3} s"));
@@ -166,12 +166,12 @@ pub(super) fn tell(session: &Session, wish: OperatorRequest, done: &str) -> Resu
 }
 
 /// Hands `wish` to physics; a refusal is an error.
-pub(super) fn ask_physics(bus: &Bus, wish: OperatorRequest) -> Result<OperatorReply, Failure> {
+pub(super) fn ask_physics(bus: &Bus, wish: &OperatorRequest) -> Result<OperatorReply, Failure> {
     let mut client = bus
         .operator_client()
         .cannot("reach the operator's service")?;
     let reply = client
-        .request(wish, PATIENCE)
+        .request(*wish, PATIENCE)
         .cannot("get an answer of physics")?;
     match ReplyCode::from_code(reply.code) {
         Some(ReplyCode::Accepted) => Ok(reply),
