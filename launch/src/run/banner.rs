@@ -3,7 +3,7 @@
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use ipc_types::health::Scheduling;
 
-use super::LiveCell;
+use super::{LiveCell, first_page};
 use crate::say;
 
 /// `franka-stack, policy fsm, seed 0, real time (cell `cell`)`.
@@ -42,7 +42,7 @@ pub(super) fn recording(spec: &RecordSpec) -> Option<String> {
 }
 
 /// The processes, and what to do next.
-pub(crate) fn ready(live: &LiveCell) {
+pub(crate) fn ready(live: &LiveCell, waits_for_page: bool) {
     let mut real_time = true;
     for (process, pid) in live.pids() {
         let pid = pid.map_or_else(|| "-".to_owned(), |pid| pid.to_string());
@@ -63,7 +63,12 @@ pub(crate) fn ready(live: &LiveCell) {
         );
     }
     let cell = cell_option(spec);
-    if spec.paused {
+    if waits_for_page {
+        let limit = first_page::PATIENCE.as_secs();
+        say::line(format_args!(
+            "waiting for: the page, at most {limit} s (open the link above)"
+        ));
+    } else if spec.paused {
         say::line(format_args!("waiting for: `robocell resume{cell}`"));
     }
     say::line(format_args!(

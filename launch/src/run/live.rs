@@ -204,6 +204,11 @@ impl LiveCell {
         self.finish_with(End::Stopped(None));
     }
 
+    /// Asks physics, as an operator would.
+    pub(super) fn ask(&mut self, action: OperatorAction) {
+        self.bus.ask(action, 0);
+    }
+
     /// Whether every process has shown itself.
     pub fn is_ready(&self) -> bool {
         self.supervisor.is_ready()

@@ -4,6 +4,7 @@ mod arms;
 mod banner;
 mod bus_thread;
 mod faults;
+mod first_page;
 mod half_made;
 mod incident;
 mod live;
@@ -26,6 +27,7 @@ use crate::cli::RunArgs;
 use crate::failure::{Code, Failure};
 use crate::{output, page, say};
 pub use live::{End, LiveCell};
+use first_page::PageWait;
 use narrator::Narrator;
 pub use plan::Plan;
 pub use watch::Watch;
@@ -72,6 +74,7 @@ struct Turns {
     talks: bool,
     loops: bool,
     narrator: Narrator,
+    page_wait: Option<PageWait>,
     /// With `--loop`: the tick the task ended at.
     over_tick: Option<u64>,
 }
@@ -83,6 +86,7 @@ impl Turns {
             talks: plan.stays && !args.json,
             loops: plan.loops(),
             narrator: Narrator::default(),
+            page_wait: plan.waits_for_page.then(PageWait::default),
             over_tick: None,
         }
     }
@@ -92,7 +96,10 @@ impl Turns {
             return;
         }
         if std::mem::take(&mut self.greets) {
-            banner::ready(live);
+            banner::ready(live, self.page_wait.is_some());
+        }
+        if let Some(wait) = &mut self.page_wait {
+            wait.look(live);
         }
         if let Some(line) = self.narrator.look(live).filter(|_| self.talks) {
             say::line(line);

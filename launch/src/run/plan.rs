@@ -8,7 +8,7 @@ use cell_model::cells::script::{self, ScriptLine};
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::{Cell, Data, RobotFiles};
 
-use super::{arms, phases};
+use super::{arms, first_page, phases};
 use crate::cli::RunArgs;
 use crate::failure::{Context, Failure};
 use crate::page::Page;
@@ -40,6 +40,8 @@ pub struct Plan {
     pub(crate) page: Option<Page>,
     /// The arms in a few lines, where they are of interest.
     pub(crate) about_arms: Vec<String>,
+    /// The cell is paused until its page is open, or for some seconds.
+    pub(super) waits_for_page: bool,
     /// What was asked for.
     args: RunArgs,
 }
@@ -50,7 +52,10 @@ impl Plan {
         let page = (!args.headless && !args.one_process)
             .then(|| Page::new(args.listen.as_deref(), args.host.as_deref()))
             .transpose()?;
-        Self::with_page(args, page)
+        let mut plan = Self::with_page(args, page)?;
+        plan.waits_for_page = first_page::is_wanted(args, &plan.spec);
+        plan.spec.paused |= plan.waits_for_page;
+        Ok(plan)
     }
 
     fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Self, Failure> {
@@ -109,6 +114,7 @@ impl Plan {
             watchdog: !args.no_watchdog,
             page,
             about_arms,
+            waits_for_page: false,
             args: args.clone(),
         })
     }

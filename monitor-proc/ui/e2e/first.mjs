@@ -119,7 +119,7 @@ export async function sharp({ page, look, until, same, robocell }) {
     same(`the drawing buffer ${when}`, buffer, screen);
     same(`shadows ${when}`, shadows, true);
   };
-  const small = (r) => r.view.screen.canvas.width < 0.5 * document.getElementById("view").clientWidth;
+  const small = (r) => r.view.screen.canvas.width < 0.6 * document.getElementById("view").clientWidth;
   await until("the paused cell is drawn at rest", AT_REST);
   await full("of a paused cell");
   // Ten reports of the monitor later there is no further picture.

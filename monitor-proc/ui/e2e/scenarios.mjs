@@ -270,6 +270,9 @@ async function opensIncident(page, name) {
   }
   if ((await sheet.locator("canvas").count()) < 4) throw new Error("the incident's sheet has no plots");
   if (process.env.PAGE_SHOT) await page.screenshot({ path: `${process.env.PAGE_SHOT}-incident.png` });
+  // The next failure, which may share its mark with this one, is one click away.
+  await sheet.getByRole("button", { name: "Incident 2" }).click();
+  await page.locator("dialog.incident", { hasText: /Incident 2: \S+ was killed \(SIGKILL\)/ }).waitFor();
   await sheet.getByRole("button", { name: "Close" }).click();
   await sheet.waitFor({ state: "detached" });
 }

@@ -4,6 +4,7 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 
 use robocell_tests::cell::{TestCell, base};
+use robocell_tests::http::{ask, parts};
 use robocell_tests::program::{finish, robocell, wait_for};
 
 fn stdout(cell: &TestCell) -> String {
@@ -83,6 +84,21 @@ fn program(dir: &Path, name: &str, script: &str) {
     std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).expect("a program");
 }
 
+/// Where there is a page, the task begins when it is open.
+fn starts_with_its_page(cell: &TestCell, link: &str) {
+    wait_said(cell, "Ctrl-C stops it");
+    if stdout(cell).contains("note: ") {
+        return eprintln!("the start that waits for the page is skipped: no page is built");
+    }
+    assert!(stdout(cell).contains("waiting for: the page"), "{}", stdout(cell));
+    let before = cell.wait_status("the pause", |status| status["paused"] == true);
+    assert_eq!(before["tick"], 0);
+    let (address, token) = parts(link);
+    let exchange = format!("GET /?token={token}");
+    wait_for("the page", || ask(&address, &exchange, &[]));
+    cell.wait_status("the start", |status| status["paused"] == false);
+}
+
 #[test]
 fn open_hands_the_link_to_the_browser_or_says_what_is_missing() {
     let base = base();
@@ -92,8 +108,7 @@ fn open_hands_the_link_to_the_browser_or_says_what_is_missing() {
         "xdg-open",
         &format!("echo \"$1\" > {}", opened.display()),
     );
-    let run = ["reach", "--paused", "--open"];
-    let cell = TestCell::start_with(base, &run, |command| {
+    let cell = TestCell::start_with(base, &["franka-stack", "--open"], |command| {
         command.env("PATH", format!("{}:/usr/bin:/bin", bin.display()));
     });
     let link = wait_for("the link", || {
@@ -102,7 +117,9 @@ fn open_hands_the_link_to_the_browser_or_says_what_is_missing() {
             .filter(|link| link.ends_with('\n'))
     });
     assert!(stdout(&cell).contains(link.trim()), "{link}");
+    starts_with_its_page(&cell, link.trim());
     drop(cell);
+    let run = ["reach", "--paused", "--open"];
     let cell = TestCell::start_with(robocell_tests::cell::base(), &run, |command| {
         command.env("PATH", "/nonexistent");
     });

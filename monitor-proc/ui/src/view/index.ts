@@ -15,7 +15,7 @@ import { Labels } from "./labels";
 import { useCheap } from "./materials";
 import { Overlays } from "./overlays/index";
 import { looksOther } from "./motion";
-import { AT_REST, LEVELS, type Level, Quality } from "./quality";
+import { AT_REST, LEVELS, type Level, Quality, SOFTWARE_LEVEL } from "./quality";
 import { Rest } from "./rest";
 import { Screen } from "./screen";
 import { Stage } from "./stage";
@@ -25,8 +25,9 @@ import { Gizmo } from "./touch/gizmo";
 import { Hints } from "./touch/hints";
 import { Selection } from "./touch/selection";
 
-/** Without a graphics card the ladder begins at plain light. */
-const SOFTWARE_LEVEL = 3;
+/** Of what shiny surfaces mirror, by a graphics card and by a program (pixels). */
+const MIRROR = 256;
+const SOFTWARE_MIRROR = 32;
 const LEAST_REACH_M = 0.9;
 
 export class View implements ViewApi {
@@ -64,7 +65,7 @@ export class View implements ViewApi {
     const touch = () => this.refresh();
     const cell = () => this.cell;
     this.screen = new Screen(element);
-    this.stage = new Stage(this.screen.renderer);
+    this.stage = new Stage(this.screen.renderer, this.screen.isSoftware ? SOFTWARE_MIRROR : MIRROR);
     this.labels = new Labels(element);
     this.eye = new Camera(this.screen.canvas, look);
     this.overlays = new Overlays(this.stage.scene, this.toggles, this.labels);

@@ -5,10 +5,10 @@ import {
   type ColorRepresentation,
   type Material,
   Mesh,
-  MeshLambertMaterial,
   MeshStandardMaterial,
   type Object3D,
 } from "three";
+import { plainMaterial } from "./plain";
 
 export interface Look {
   colour: ColorRepresentation;
@@ -43,12 +43,10 @@ export function material(look: Look): Material {
   let made = fine.get(key);
   if (made === undefined) {
     made = new MeshStandardMaterial({ color: colour, roughness, metalness });
-    const twin = new MeshLambertMaterial({ color: colour });
+    const twin = plainMaterial(colour, glow);
     if (glow > 0) {
       made.emissive.copy(colour);
       made.emissiveIntensity = glow;
-      twin.emissive.copy(colour);
-      twin.emissiveIntensity = glow;
     }
     fine.set(key, made);
     cheapOf.set(made, twin);

@@ -5,7 +5,6 @@
 export interface Shadows {
   /** Width and height of the map (pixels). */
   map: number;
-  soft: boolean;
   /** Drawn anew at most so often (ms). */
   everyMs: number;
 }
@@ -24,10 +23,11 @@ export interface Level {
   densest: number;
 }
 
-const SOFT: Shadows = { map: 2048, soft: true, everyMs: 0 };
-const HARD: Shadows = { map: 1024, soft: false, everyMs: 100 };
-const FULL: Level = { name: "full", multisample: true, shadows: SOFT, fine: true, coarse: false, pixels: 1, densest: 2 };
-const PLAIN: Level = { ...FULL, multisample: false, shadows: null, fine: false };
+const FINE_SHADOWS: Shadows = { map: 2048, everyMs: 0 };
+const FEW_SHADOWS: Shadows = { map: 1024, everyMs: 100 };
+const FULL: Level = { name: "full", multisample: true, shadows: FINE_SHADOWS, fine: true, coarse: false, pixels: 1, densest: 2 };
+const PLAIN: Level = { ...FULL, multisample: false, shadows: FEW_SHADOWS, fine: false };
+const BARE: Level = { ...PLAIN, shadows: null, coarse: true };
 
 /** Once nothing moves. */
 export const AT_REST: Level = { ...FULL, name: "full, at rest", densest: Infinity };
@@ -36,17 +36,19 @@ export const AT_REST: Level = { ...FULL, name: "full, at rest", densest: Infinit
 export const LEVELS: readonly Level[] = [
   FULL,
   { ...FULL, name: "no antialiasing", multisample: false },
-  { ...PLAIN, name: "hard shadows, plain light", shadows: HARD, coarse: true },
   { ...PLAIN, name: "plain light" },
   { ...PLAIN, name: "plain shapes", coarse: true },
-  { ...PLAIN, name: "3/4 resolution", coarse: true, pixels: 0.75 },
-  { ...PLAIN, name: "1/2 resolution", coarse: true, pixels: 0.5 },
-  { ...PLAIN, name: "1/3 resolution", coarse: true, pixels: 0.34 },
+  { ...BARE, name: "plain shapes, no shadows" },
+  { ...BARE, name: "3/4 resolution", pixels: 0.75 },
+  { ...BARE, name: "1/2 resolution", pixels: 0.5 },
 ];
 
+/** Without a graphics card the ladder begins at plain light. */
+export const SOFTWARE_LEVEL = 2;
+
 const SLOW_MS = 40;
-/** The last level is for less than 15 frames a second only: it is blurred. */
-const LAST_RESORT_MS = 66;
+/** A level of less resolution is blurred: it is for less than 10 pictures a second only. */
+const BLUR_MS = 100;
 const FAST_MS = 20;
 const WINDOW = 40;
 /** Few but very slow frames are enough to judge. */
@@ -124,11 +126,11 @@ export class Quality {
     this.calm = this.frameMs < FAST_MS ? this.calm + frames : 0;
     this.tried += frames;
     const last = LEVELS.length - 1;
-    const slow = this.index === last - 1 ? LAST_RESORT_MS : SLOW_MS;
+    const slow = (LEVELS[this.index + 1]?.pixels ?? 1) < 1 ? BLUR_MS : SLOW_MS;
     if (this.frameMs > slow && this.index < last) {
       if (this.tried < TRIAL_FRAMES) this.patience = Math.min(4 * this.patience, MOST_CALM_FRAMES);
       this.tried = Infinity;
-      const far = this.frameMs > 4 * SLOW_MS && this.index < last - 2;
+      const far = this.frameMs > 4 * SLOW_MS && this.index < SOFTWARE_LEVEL;
       this.go(this.index + (far ? 2 : 1));
     } else if (this.calm > this.patience && this.index > this.best) {
       this.tried = 0;

@@ -1,6 +1,5 @@
 // The renderer and its canvas: size, quality, and drawing when there is need.
 import {
-  BasicShadowMap,
   HalfFloatType,
   NeutralToneMapping,
   PCFShadowMap,
@@ -48,7 +47,6 @@ export class Screen {
     this.level = level;
     const { shadowMap } = this.renderer;
     shadowMap.enabled = level.shadows !== null;
-    shadowMap.type = level.shadows?.soft === false ? BasicShadowMap : PCFShadowMap;
     this.shadowsAt = -Infinity;
     this.resize();
   }

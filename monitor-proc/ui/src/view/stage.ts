@@ -26,8 +26,6 @@ import type { Level } from "./quality";
 const HORIZON = new Color(0x737f8c);
 const ZENITH = new Color(0x272e37);
 const FLOOR = 0x626b75;
-/** The floor's colour as it looks when lit. */
-const FLAT_FLOOR = 0x5d6670;
 const LINES = 0x76818c;
 const FINE_SKY = 0.6;
 const PLAIN_SKY = 1.5;
@@ -40,31 +38,35 @@ const SHOULDER_RAD = 0.8;
 const FILL = 0.45;
 const SIDE_FILL = 1.1;
 
-/** A dome that is bright at the horizon and dark above. */
+/** A dome that is bright at the horizon and dark above; its colours are computed per vertex. */
 function dome(): Mesh {
   const paint = new ShaderMaterial({
     side: BackSide,
     depthWrite: false,
     fog: false,
+    toneMapped: false,
     uniforms: { low: { value: HORIZON }, high: { value: ZENITH } },
     vertexShader: `
-      varying float height;
+      #include <tonemapping_pars_fragment>
+      #include <colorspace_pars_fragment>
+      uniform vec3 low;
+      uniform vec3 high;
+      varying vec3 seen;
       void main() {
-        height = normalize(position).z;
+        float height = normalize(position).z;
+        vec3 light = mix(low, high, smoothstep(-0.02, 0.55, height));
+        seen = sRGBTransferOETF(vec4(NeutralToneMapping(light), 1.0)).rgb;
         gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
       }`,
     fragmentShader: `
-      uniform vec3 low;
-      uniform vec3 high;
-      varying float height;
+      varying vec3 seen;
       void main() {
-        gl_FragColor = vec4(mix(low, high, smoothstep(-0.02, 0.55, height)), 1.0);
-        #include <tonemapping_fragment>
-        #include <colorspace_fragment>
+        gl_FragColor = vec4(seen, 1.0);
       }`,
   });
-  const mesh = new Mesh(new SphereGeometry(40, 24, 16), paint);
-  mesh.renderOrder = -1;
+  const mesh = new Mesh(new SphereGeometry(40, 24, 64).rotateX(Math.PI / 2), paint);
+  // What the cell covers of it costs nothing when it is drawn last.
+  mesh.renderOrder = 0.9;
   mesh.raycast = () => {};
   return mesh;
 }
@@ -75,12 +77,12 @@ function grid(): GridHelper {
   lines.rotateX(Math.PI / 2);
   lines.position.z = 0.001;
   // Drawn first and covered by the rest: some drivers are careless with the depth of lines.
-  lines.renderOrder = -0.5;
+  lines.renderOrder = -0.9;
   return lines;
 }
 
 /** What shiny surfaces mirror: a pale room with two soft boxes of light. */
-function reflections(renderer: WebGLRenderer) {
+function reflections(renderer: WebGLRenderer, size: number) {
   const room = new Scene();
   room.background = new Color(0x59646f);
   const panel = (width: number, height: number, x: number, y: number, z: number, glow: number) => {
@@ -95,7 +97,7 @@ function reflections(renderer: WebGLRenderer) {
   panel(3, 4, 1, 6, 1.5, 1.4);
   panel(14, 14, 0, 0, -5, 0.22);
   const generator = new PMREMGenerator(renderer);
-  const { texture } = generator.fromScene(room, 0.03);
+  const { texture } = generator.fromScene(room, 0.03, 0.1, 100, { size });
   generator.dispose();
   return texture;
 }
@@ -146,11 +148,14 @@ export class Stage {
   private readonly lines = grid();
   private readonly dome = dome();
   private reflected: Texture | null = null;
-  private readonly flat: Mesh;
   private readonly ground: Mesh;
   private readonly sky = new HemisphereLight(0xf2f6fc, 0x6a6f75, FINE_SKY);
 
-  constructor(private readonly renderer: WebGLRenderer) {
+  /** `mirrorSize` is the width of a face of what shiny surfaces mirror (pixels). */
+  constructor(
+    private readonly renderer: WebGLRenderer,
+    private readonly mirrorSize: number,
+  ) {
     this.scene.background = HORIZON;
     this.scene.fog = new Fog(HORIZON, 3.5, 13);
     this.fill.position.set(-2, -3, 1.5);
@@ -158,9 +163,8 @@ export class Stage {
     const disc = new CircleGeometry(14, 48);
     this.ground = new Mesh(disc, material({ colour: FLOOR, roughness: 0.95 }));
     this.ground.receiveShadow = true;
-    this.ground.renderOrder = -0.8;
-    this.flat = new Mesh(disc, new MeshBasicMaterial({ color: FLAT_FLOOR }));
-    this.floor.add(this.ground, this.flat, this.lines, this.shade);
+    this.ground.renderOrder = 0.8;
+    this.floor.add(this.ground, this.lines, this.shade);
     this.floor.traverse((object) => {
       object.raycast = () => {};
     });
@@ -192,17 +196,14 @@ export class Stage {
     frame.updateProjectionMatrix();
   }
 
-  /** Mirrors a room in shiny surfaces; without it a brighter sky and a plain floor replace it. */
+  /** Mirrors a room in shiny surfaces; without it the sky is brighter. */
   use({ fine, shadows }: Level): void {
-    if (fine) this.reflected ??= reflections(this.renderer);
+    if (fine) this.reflected ??= reflections(this.renderer, this.mirrorSize);
     this.scene.environment = fine ? this.reflected : null;
     this.scene.environmentIntensity = REFLECTIONS;
     this.sky.intensity = fine ? FINE_SKY : PLAIN_SKY;
-    this.fill.visible = fine;
-    // The floor fills most of the picture: without a GPU it is most of the cost.
-    this.flat.visible = !fine && shadows === null;
-    this.ground.visible = fine || shadows !== null;
-    for (const costly of [this.lines, this.shade, this.dome]) costly.visible = fine;
+    // In place of the shadow of the furniture.
+    this.shade.visible = shadows === null;
     if (shadows !== null) this.useMap(shadows.map);
   }
 

@@ -49,7 +49,7 @@ export async function openIncident(desk: Desk, number: number): Promise<void> {
   const dialog = el(
     "dialog",
     { class: "incident", "aria-label": `Incident ${number}` },
-    el("header", {}, el("h2", {}, `Incident ${number}: ${incident.what}`), close),
+    el("header", {}, el("h2", {}, `Incident ${number}: ${incident.what}`), ...neighbours(desk, number, () => dialog.close()), close),
     body,
   );
   close.addEventListener("click", () => dialog.close());
@@ -66,6 +66,22 @@ export async function openIncident(desk: Desk, number: number): Promise<void> {
   setTimeout(() => {
     if (dialog.open) void load(desk, number).then((whole) => whole !== null && dialog.open && show(whole));
   }, COMPLETE_MS);
+}
+
+/** Buttons for the incidents before and after this one. */
+function neighbours(desk: Desk, number: number, close: () => void): HTMLElement[] {
+  const known = [...new Set(desk.store.log.map((line) => line.incident).filter((one) => one !== undefined))].sort((a, b) => a - b);
+  const before = known.filter((one) => one < number).at(-1);
+  const after = known.find((one) => one > number);
+  return [before, after].flatMap((other) => {
+    if (other === undefined) return [];
+    const node = el("button", { type: "button", class: "button" }, `Incident ${other}`);
+    node.addEventListener("click", () => {
+      close();
+      void openIncident(desk, other);
+    });
+    return [node];
+  });
 }
 
 function content(desk: Desk, incident: Incident, width: number): HTMLElement[] {

@@ -1,12 +1,11 @@
 // What the flight recorder holds, with marks for what happened; dragging looks
 // back.
-import type { LogLine } from "../../net/protocol";
 import { FLAG } from "../../net/snapshot";
 import { button, setIcon } from "../button";
 import type { Desk } from "../desk";
 import { el, setAttr, setText } from "../dom";
-import { openIncident } from "../incident/index";
 import { mountLanes } from "./lanes";
+import { drawnMarks } from "./marks";
 import { playback } from "./playback";
 import { seeker } from "./seeker";
 import { linkButton } from "./link-button";
@@ -78,17 +77,7 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
     play.seek(Math.min(Math.max(wanted, first), last));
   });
 
-  const drawMarks = () => {
-    const { first, last } = span();
-    const fits = (line: LogLine) => line.time_s >= first && line.time_s <= last && store.isCurrent(line);
-    const seen = store.log.filter((line) => line.mark !== null && fits(line));
-    const nodes = seen.map((line) => {
-      const node = markOf(desk, line);
-      node.style.left = `${100 * share(line.time_s)}%`;
-      return node;
-    });
-    marks.replaceChildren(...nodes);
-  };
+  const drawMarks = drawnMarks(desk, marks, span);
   const show = () => {
     const time = store.snapshot?.time ?? 0;
     const { first, last } = span();
@@ -124,19 +113,6 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
     el("div", { class: "legend dim" }, ...legend),
   );
   show();
-}
-
-/** A mark on the bar; one of an incident opens it. */
-function markOf(desk: Desk, line: LogLine): HTMLElement {
-  const about = { "data-mark": line.mark ?? "", title: `${line.time_s.toFixed(2)} s  ${line.text}` };
-  const number = line.incident;
-  if (number === undefined) return el("i", about);
-  const node = el("button", { type: "button", "aria-label": line.text, ...about });
-  // The bar under it would look back.
-  node.addEventListener("pointerdown", (event) => event.stopPropagation());
-  node.addEventListener("keydown", (event) => event.stopPropagation());
-  node.addEventListener("click", () => void openIncident(desk, number));
-  return node;
 }
 
 function shownTime(desk: Desk, time: number, last: number): string {

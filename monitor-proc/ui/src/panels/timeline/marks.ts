@@ -1,0 +1,88 @@
+// Marks on the bar for what happened; one of incidents opens them.
+import type { LogLine } from "../../net/protocol";
+import type { Desk } from "../desk";
+import { el } from "../dom";
+import { openIncident } from "../incident/index";
+
+/** Incidents closer than this have one mark, so that each can be pressed (pixels). */
+const APART_PX = 24;
+
+interface Mark {
+  /** The same mark is the same node: what is pressed is not replaced meanwhile. */
+  key: string;
+  time_s: number;
+  make: () => HTMLElement;
+}
+
+/** Draws the marks of the log into `host`; to be called when they may have changed. */
+export function drawnMarks(desk: Desk, host: HTMLElement, span: () => { first: number; last: number }): () => void {
+  const { store } = desk;
+  let nodes = new Map<string, HTMLElement>();
+  return () => {
+    const { first, last } = span();
+    const fits = (line: LogLine) => line.time_s >= first && line.time_s <= last && store.isCurrent(line);
+    const seen = store.log.filter((line) => line.mark !== null && fits(line));
+    const apart_s = (APART_PX / Math.max(host.clientWidth, 1)) * (last - first);
+    const marks = [...seen.filter((line) => line.incident === undefined).map(plain), ...incidents(desk, seen, apart_s)];
+    const shown = new Map(marks.map((mark) => [mark.key, nodes.get(mark.key) ?? mark.make()]));
+    for (const { key, time_s } of marks) {
+      const node = shown.get(key);
+      if (node !== undefined) node.style.left = `${(100 * (time_s - first)) / (last - first)}%`;
+    }
+    const isSame = shown.size === nodes.size && [...shown.keys()].every((key) => nodes.has(key));
+    if (!isSame) replace(host, nodes, shown);
+    nodes = shown;
+  };
+}
+
+/** Leaves the nodes that stay where they are: they may have the focus. */
+function replace(host: HTMLElement, before: Map<string, HTMLElement>, after: Map<string, HTMLElement>): void {
+  for (const [key, node] of before) if (!after.has(key)) node.remove();
+  let next: HTMLElement | null = null;
+  for (const node of [...after.values()].reverse()) {
+    if (node.parentNode !== host || node.nextSibling !== next) host.insertBefore(node, next);
+    next = node;
+  }
+}
+
+function plain(line: LogLine): Mark {
+  const title = told(line);
+  return {
+    key: `${line.mark} ${title}`,
+    time_s: line.time_s,
+    make: () => el("i", { "data-mark": line.mark ?? "", title }),
+  };
+}
+
+/** Incidents, those of one moment together. */
+function incidents(desk: Desk, seen: LogLine[], apart_s: number): Mark[] {
+  const groups: LogLine[][] = [];
+  const lines = seen.filter((line) => line.incident !== undefined);
+  for (const line of lines.sort((one, other) => (one.incident ?? 0) - (other.incident ?? 0))) {
+    const group = groups.find(([first]) => first !== undefined && Math.abs(first.time_s - line.time_s) < apart_s);
+    if (group === undefined) groups.push([line]);
+    else group.push(line);
+  }
+  return groups.map((lines) => ({
+    key: `incident ${lines.map((line) => line.incident).join(" ")}`,
+    time_s: lines[0]?.time_s ?? 0,
+    make: () => opener(desk, lines),
+  }));
+}
+
+function opener(desk: Desk, lines: LogLine[]): HTMLElement {
+  const about = { "data-mark": "incident", title: lines.map(told).join("\n"), "aria-label": lines.map(({ text }) => text).join("; ") };
+  // Failures within a second are one incident.
+  const count = new Set(lines.map((line) => line.incident)).size;
+  const node = el("button", { type: "button", ...about }, count > 1 ? `${count}` : "");
+  // The bar under it would look back.
+  node.addEventListener("pointerdown", (event) => event.stopPropagation());
+  node.addEventListener("keydown", (event) => event.stopPropagation());
+  const number = lines[0]?.incident;
+  if (number !== undefined) node.addEventListener("click", () => void openIncident(desk, number));
+  return node;
+}
+
+function told(line: LogLine): string {
+  return `${line.time_s.toFixed(2)} s  ${line.text}`;
+}
