@@ -197,8 +197,10 @@ impl Feed {
             let gaps = recorder.gaps();
             let has_gap = std::mem::replace(&mut self.gaps, gaps) < gaps;
             recorder.file().clone_into(&mut self.file);
-            let rows = processes.iter().map(|(process, health)| {
-                Row::process(*process, if health.is_some() { "" } else { "silent" })
+            // One that was never heard is about to start.
+            let rows = self.healths.iter().map(|(process, latest)| {
+                let is_silent = latest.get().is_some() && !heard(latest);
+                Row::process(*process, if is_silent { "silent" } else { "" })
             });
             let rows = rows.chain([Row::recording(&self.file, has_gap)]);
             let (time_s, epoch) = moment(world);

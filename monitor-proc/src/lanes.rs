@@ -114,10 +114,8 @@ pub fn rows(
         Outcome::Paused => ("paused", Tone::Warn),
     };
     let phase = decision.map_or("", |decision| decision.phase.as_str());
-    let mut rows = vec![
-        Row::new("outcome", Kind::Task, label, tone),
-        Row::new("phase", Kind::Phase, phase, Tone::Info),
-    ];
+    let mut rows = vec![Row::new("outcome", Kind::Task, label, tone)];
+    rows.extend(phases(phase, arms));
     for (index, arm) in world.arms().iter().enumerate() {
         let held = (arm.gripper.held_object as usize).checked_sub(1);
         let held = held.and_then(|held| objects.get(held));
@@ -129,6 +127,28 @@ pub fn rows(
         rows.push(Row::new(lane, Kind::Grip, held, Tone::Ok));
     }
     rows
+}
+
+/// The phase, in the lane of its arm where there are several: a task of several arms
+/// names a phase `LEFT_LIFT`, and one arm's at a time.
+fn phases(phase: &str, arms: &[String]) -> Vec<Row> {
+    let row = |lane: String, label: &str| Row::new(lane, Kind::Phase, label, Tone::Info);
+    let lane = |arm: &String| format!("phase {arm}");
+    if arms.len() > 1 && phase.is_empty() {
+        return arms.iter().map(|arm| row(lane(arm), "")).collect();
+    }
+    let several = if arms.len() > 1 { arms } else { &[] };
+    let of_arm = several.iter().find_map(|arm| {
+        let (name, rest) = phase.split_at_checked(arm.len())?;
+        let rest = rest.strip_prefix('_')?;
+        let is_same = |(in_phase, of_arm): (char, char)| {
+            in_phase.eq_ignore_ascii_case(&of_arm)
+                || (in_phase == '_' && !of_arm.is_ascii_alphanumeric())
+        };
+        let is_arm = name.chars().zip(arm.chars()).all(is_same);
+        is_arm.then(|| row(lane(arm), rest))
+    });
+    vec![of_arm.unwrap_or_else(|| row("phase".to_owned(), phase))]
 }
 
 /// All lanes.
@@ -277,6 +297,35 @@ mod tests {
         let begun: Vec<_> = told.iter().map(|s| (s.from_s, s.label.as_str())).collect();
         assert_eq!(begun, [(1.0, "PICK"), (2.0, "LIFT"), (1.2, "LIFT")]);
         assert!(lanes.news().is_empty());
+    }
+
+    #[test]
+    fn each_of_several_arms_has_a_lane_for_its_phase() {
+        let arms = ["left".to_owned(), "right".to_owned()];
+        let mut lanes = Lanes::default();
+        for (time_s, phase) in [
+            (0.0, ""),
+            (1.0, "LEFT_LIFT"),
+            (2.0, "RIGHT_PICK"),
+            (3.0, "LEFT_PLACE"),
+        ] {
+            lanes.look(time_s, Some(1), phases(phase, &arms));
+        }
+        let told = lanes.news();
+        let told: Vec<_> = told
+            .iter()
+            .map(|s| (s.from_s, s.lane.as_str(), s.label.as_str()))
+            .collect();
+        let begins = [(0.0, "phase left", ""), (0.0, "phase right", "")];
+        assert_eq!(told[..2], begins);
+        let then = [
+            (1.0, "phase left", "LIFT"),
+            (2.0, "phase right", "PICK"),
+            (3.0, "phase left", "PLACE"),
+        ];
+        assert_eq!(told[2..], then);
+        let alone = phases("LEFT_LIFT", &arms[..1]);
+        assert_eq!((alone[0].lane.as_str(), alone[0].label.as_str()), ("phase", "LEFT_LIFT"));
     }
 
     #[test]

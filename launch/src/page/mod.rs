@@ -94,7 +94,10 @@ pub(crate) struct Entry {
 /// What `run` says about the page, line by line; the first is the bare link.
 pub(crate) fn lines(page: &PageSpec, secrets: &PageSecrets) -> Vec<String> {
     let mut lines = vec![link_with(page.address, &secrets.operator_token)];
-    if !page.address.ip().is_loopback() {
+    if page.address.ip().is_loopback() {
+        let link = link_with(page.address, &secrets.viewer_token);
+        lines.push(format!("to look only: {link}"));
+    } else {
         let port = page.address.port();
         let hosts = network_hosts(page);
         let links = |token: &str| {
@@ -168,7 +171,11 @@ mod tests {
             hint: String::new(),
             secrets: "page.json".into(),
         };
-        assert_eq!(lines(&page, &secrets), ["http://127.0.0.1:8600/?token=aa"]);
+        let links = [
+            "http://127.0.0.1:8600/?token=aa",
+            "to look only: http://127.0.0.1:8600/?token=bb",
+        ];
+        assert_eq!(lines(&page, &secrets), links);
         page.address = ([0, 0, 0, 0], 8600).into();
         let said = lines(&page, &secrets);
         assert_eq!(said[0], "http://127.0.0.1:8600/?token=aa");

@@ -37,14 +37,15 @@ async function inEvents(page, text) {
 }
 
 /** The drawing has what is placed and in flight, and says it. */
-export async function drawing({ page, look, until, press, same }) {
-  await press("robocell resume").catch(() => {});
+export async function drawing({ page, look, until, press, robocell, same }) {
+  await press("robocell resume");
   await until("the cell runs", noFlag(PAUSED));
+  if (await look((r) => r.store.scene.start_event)) robocell("task", "start");
   await page.getByRole("tab").last().click();
   const drawn = (place) => `document.querySelectorAll('.job-drawing .bin[data-place="${place}"]').length`;
   const label = `document.querySelector(".job-drawing").getAttribute("aria-label")`;
   await until("a bin in flight is told", `(r) => ${label}.includes("In flight: bin")`);
-  await until("two bins are placed", (r) => r.store.status.task.placed.length >= 2);
+  await until("a bin is placed", (r) => r.store.status.task.placed.length > 0);
   await press("robocell task pause");
   await until("the task is paused", flag(TASK_PAUSED));
   const count = await look((r) => r.store.status.task.placed.length);
@@ -55,10 +56,12 @@ export async function drawing({ page, look, until, press, same }) {
 }
 
 /** The chart shows the load up to the break, also of the past. */
-export async function load({ page, look, until, press }) {
+export async function load({ page, look, until, press, robocell }) {
+  robocell("task", "start");
   await page.getByRole("tab").last().click();
   const chart = `document.querySelector(".load-chart").load`;
   await until("the grip broke", (r) => r.store.log.some(({ mark }) => mark === "break"));
+  await page.locator('.marks i[data-mark="break"]').first().waitFor({ state: "attached" });
   await until("the break is marked", `(r) => ${chart}.breaks() > 0`);
   await until("the load was near the limit", `(r) => Math.max(...${chart}.data()[1]) > 50`);
   await press("robocell pause");

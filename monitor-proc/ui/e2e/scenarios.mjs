@@ -9,6 +9,7 @@ import { drawing, guards, outline } from "./graph.mjs";
 import { inspector } from "./inspect.mjs";
 import { answers, drawing as jobDrawing, load } from "./jobs.mjs";
 import { joints, ticks } from "./joints.mjs";
+import { keyboard } from "./keyboard.mjs";
 import { targets } from "./targets.mjs";
 import { windows } from "./windows.mjs";
 
@@ -230,6 +231,8 @@ async function crashes({ page, look, until, same, forgive }) {
   same("the timeline begins with the first", (await look((r) => r.store.timeline.from_s)) < epochs[1].from_s, true);
   await kill("controller-0");
   await until("the restart of the controller is told", (r) => r.store.log.some(({ text }) => text.includes("controller-0 restarted")));
+  await kill("task");
+  await until("the restart of the task is told", (r) => r.store.log.some(({ text }) => text.includes("task restarted: start 2")));
   // The log outlives the monitor and a reload, and so does the moment looked at.
   const nodes = await look((r) => r.store.graphs[0].nodes.length);
   const text = await page.locator("#right").innerText();
@@ -241,6 +244,10 @@ async function crashes({ page, look, until, same, forgive }) {
     throw new Error("the panels are emptied while the monitor is away");
   }
   await until("it is back", (r) => r.store.connected && r.store.log.some(({ text }) => text.includes("monitor restarted: start 2")));
+  for (const name of ["physics", "controller-0", "task", "monitor"]) {
+    await page.locator(`.marks [data-mark=incident][title*="${name} was killed (SIGKILL)"]`).waitFor({ state: "attached" });
+    await page.locator(`.marks [data-mark=restart][title*="${name} restarted: start 2"]`).waitFor({ state: "attached" });
+  }
   same("how often it is told that physics was killed", await lines("physics was killed"), 1);
   await until("the tree is the same", (r, nodes) => r.store.graphs[0]?.nodes.length === nodes, nodes);
   await opensIncident(page, "physics");
@@ -453,7 +460,7 @@ async function frames({ page, look, until, robocell }) {
 
 export const scenarios = {
   meshes, draws, drag, gizmo, buttons, crashes, scrub, plots, viewer, names,
-  manual, flip, pallet, bins, windows, frames,
+  manual, flip, pallet, bins, windows, keyboard, frames,
   lanes, speed, filter, replaySpeed,
   outline, drawing, guards, breakpoints, breakspots, policy, saved, code,
   inspector, joints, ticks, answers, jobDrawing, load, targets,

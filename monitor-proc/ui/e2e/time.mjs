@@ -105,6 +105,18 @@ export async function replaySpeed({ page, look, until }) {
   await page.waitForTimeout(300);
   const fast = await rate();
   if (!(fast > 2 * slow)) throw new Error(`${slow} s/s at 0.1 and ${fast} s/s at 0.5`);
+  // Its end is followed by its beginning.
+  await page.locator(".playback").getByRole("button", { name: "Loop" }).click();
+  const to = await look((r) => r.store.timeline.to_s);
+  await page.evaluate((time_s) => window.robocell.store.command({ do: "seek", time_s, play: true }), to - 0.3);
+  await until("it was near its end", (r, to) => r.store.snapshot.time > to - 0.5, to);
+  await until("it plays again from the beginning", (r, to) => r.store.snapshot.time < to / 2, to);
+  if (await look((r) => (r.store.snapshot.flags & 1) !== 0)) throw new Error("a loop is paused at its beginning");
   await play.click();
   await until("it is paused", flag(PAUSED));
+  // The keys of the bar step through it.
+  const at = await time(look);
+  await page.locator("#bottom .bar").focus();
+  await page.keyboard.press("ArrowRight");
+  await until("a tenth later", (r, at) => Math.abs(r.store.snapshot.time - at - 0.1) < 0.06, at);
 }

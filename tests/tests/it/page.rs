@@ -140,6 +140,7 @@ fn the_buttons_of_the_bins_do_what_their_commands_do() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn a_cube_pulled_by_the_mouse_moves_in_physics_and_the_task_recovers() {
     browse("drag", &["franka-stack", "--paused"]);
 }
@@ -168,8 +169,14 @@ fn every_crash_is_told_with_its_reason_and_nothing_told_is_lost() {
 
 #[test]
 #[ignore = "slow: .ci/long"]
-fn the_page_fits_every_window_and_works_by_the_keyboard() {
+fn the_page_fits_every_window() {
     browse("windows", &["franka-stack"]);
+}
+
+#[test]
+#[ignore = "slow: .ci/long"]
+fn a_job_is_watched_and_steered_without_a_mouse() {
+    browse("keyboard", &["franka-stack"]);
 }
 
 #[test]
@@ -237,11 +244,13 @@ fn a_policy_of_code_cannot_be_edited_and_the_page_says_so() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn the_page_goes_back_to_what_just_happened() {
     browse("scrub", &["franka-stack"]);
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn who_may_only_look_is_refused_until_he_presents_the_operators_token() {
     look_at("viewer", || {
         let cell = TestCell::start(&["franka-stack", "--paused"]);
@@ -318,7 +327,7 @@ fn bins_and_parts_that_are_asked_for_are_answered() {
 #[ignore = "slow: .ci/long"]
 fn the_drawing_of_a_job_has_what_is_placed_and_in_flight() {
     for demo in ["ur10-palletize", "ur10-bin-stack"] {
-        browse("jobDrawing", &[demo, "--speed", "max"]);
+        browse("jobDrawing", &[demo, "--speed", "max", "--paused"]);
     }
 }
 
@@ -338,6 +347,7 @@ fn what_can_be_pressed_is_large_enough() {
 
 /// Cell files with such names are refused; a recording can come from anybody.
 #[test]
+#[ignore = "slow: .ci/long"]
 fn names_like_tags_are_text() {
     look_at("names", || {
         let base = base();
