@@ -20,7 +20,7 @@ export function actions(desk: Desk, steps: () => number): Actions {
     playPause: {
       icon: "play",
       class: "play",
-      about: () => (desk.paused ? "Play: let simulated time go on" : "Pause simulated time"),
+      about: () => (desk.paused ? "Play: simulated time continues" : "Pause simulated time"),
       twin: () => (desk.paused ? "robocell resume" : "robocell pause"),
       why: clock,
       run: () => desk.send({ do: desk.paused ? "resume" : "pause" }),
@@ -58,7 +58,7 @@ export function gripperIsClosed(desk: Desk): boolean {
   const gripper = desk.store.scene?.arms[desk.arm]?.gripper;
   if (!state || !gripper) return false;
   if (state.attached || state.held !== null) return true;
-  // Suction that found nothing stays on until somebody switches it off.
+  // Suction that found nothing stays on until it is switched off.
   if (gripper.kind === "suction") return desk.store.status?.equipment?.suction[desk.arm]?.on === true;
   return gripper.max_width_m > 0 && state.width < OPEN_SHARE * gripper.max_width_m;
 }
