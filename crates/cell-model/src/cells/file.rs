@@ -41,7 +41,7 @@ pub struct CellFile {
     /// An object below this height is put away again (m).
     #[serde(default)]
     pub clear_below_m: Option<f64>,
-    /// A reset of the task leaves it paused, as in the source of some demos.
+    /// A reset of the task leaves it paused, as in Isaac Sim's samples of some demos.
     #[serde(default)]
     pub reset_pauses: bool,
     /// The job.

@@ -6,7 +6,7 @@
 //! comes from a file; what its cells call is in `handlers` and `carry`. Which slots
 //! are taken is seen, not counted: bins that people stack count, too.
 //!
-//! What is in the gripper is let go over its slot or in the holder only. The source
+//! What is in the gripper is released over its slot or in the holder only. Isaac Sim's sample
 //! lets it fall where it hangs at a reset; here it is put away first, once the
 //! pause is over that a reset ends in, and the next one waits for the start.
 

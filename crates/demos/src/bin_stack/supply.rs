@@ -8,7 +8,7 @@ use super::job::{BinStack, Turn};
 use super::scene::View;
 use crate::failure::Failure;
 
-/// Steps of the source in a second.
+/// Steps of Isaac Sim's sample in a second.
 pub(super) const STEPS_PER_SECOND: u64 = 60;
 
 /// What was asked of the conveyor; part of the checkpoint.

@@ -1,6 +1,6 @@
 //! Hold a bin under the dispenser until the grip breaks, and find it again.
 //!
-//! An event x state matrix from a file, with the events and states of the source.
+//! An event x state matrix from a file, with the events and states of Isaac Sim's sample.
 //! The bin is picked from its stand, lifted under the dispenser and held while parts
 //! fall in, until weight or a blow breaks the grip. It falls, spills, is found
 //! wherever a flat side of it can be gripped, and held again.
