@@ -325,7 +325,10 @@ mod tests {
         ];
         assert_eq!(told[2..], then);
         let alone = phases("LEFT_LIFT", &arms[..1]);
-        assert_eq!((alone[0].lane.as_str(), alone[0].label.as_str()), ("phase", "LEFT_LIFT"));
+        assert_eq!(
+            (alone[0].lane.as_str(), alone[0].label.as_str()),
+            ("phase", "LEFT_LIFT")
+        );
     }
 
     #[test]

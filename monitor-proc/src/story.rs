@@ -17,6 +17,9 @@ pub const KEPT_LINES: usize = 500;
 const MAX_GRAPHS: usize = 16;
 const MAX_NODES: usize = 4096;
 const MAX_NAMES: usize = 512;
+/// An answer that stays the same is told again after this, so that a page knows how old
+/// it is (simulated s).
+const RETELL_S: f64 = 0.5;
 
 /// One picture of the policy.
 #[derive(Clone, Debug, Default)]
@@ -29,6 +32,8 @@ struct Picture {
     left: Option<usize>,
     keys: BTreeMap<String, String>,
     guards: BTreeMap<String, bool>,
+    /// Simulated time at which each guard was told last (s).
+    guards_told_s: BTreeMap<String, f64>,
 }
 
 /// What was said since it was told last.
@@ -80,7 +85,9 @@ impl Story {
                     self.letter(graph, node.saturating_add(offset), page_letter(letter), "");
                 }
             }
-            Some(TraceKind::Guard) => self.guard(graph, node, text, line.to == 1),
+            Some(TraceKind::Guard) => {
+                self.guard((graph, node), text, line.to == 1, time_s);
+            }
             Some(TraceKind::Key) => self.key(graph, text),
             None => {}
         }
@@ -244,7 +251,7 @@ impl Story {
         }
     }
 
-    fn guard(&mut self, graph: usize, node: usize, name: &str, holds: bool) {
+    fn guard(&mut self, (graph, node): (usize, usize), name: &str, holds: bool, time_s: f64) {
         let Some(picture) = self.pictures.get_mut(graph) else {
             return;
         };
@@ -252,7 +259,13 @@ impl Story {
         let of_node = picture.nodes.get(node).filter(|_| name == "guard");
         let name = of_node.map_or(name, |node| &node.name).to_owned();
         let room = picture.guards.len() < MAX_NAMES || picture.guards.contains_key(&name);
-        if room && picture.guards.insert(name.clone(), holds) != Some(holds) {
+        if !room {
+            return;
+        }
+        let told_s = picture.guards_told_s.get(&name);
+        let is_recent = told_s.is_some_and(|told_s| (0.0..RETELL_S).contains(&(time_s - told_s)));
+        if picture.guards.insert(name.clone(), holds) != Some(holds) || !is_recent {
+            picture.guards_told_s.insert(name.clone(), time_s);
             self.news.guards.insert((graph, name));
         }
     }

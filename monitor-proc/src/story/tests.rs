@@ -82,6 +82,21 @@ fn of_rows_that_lead_the_same_way_the_one_that_fired_is_named() {
 }
 
 #[test]
+fn an_answer_that_stays_the_same_is_told_again_after_half_a_second() {
+    let mut story = machine();
+    let mut told = Vec::new();
+    for tenth in 0..12_u64 {
+        let mut asked = line(TraceKind::Guard, 1, 0, 1, "guard");
+        asked.header.sim_time_ns = tenth * 100_000_000;
+        story.take(&asked);
+        if story.news().iter().any(|message| message["t"] == "guards") {
+            told.push(tenth);
+        }
+    }
+    assert_eq!(told, [0, 5, 10]);
+}
+
+#[test]
 fn only_what_changed_is_told_and_a_late_joiner_is_told_all() {
     let mut story = machine();
     story.take(&line(TraceKind::Key, 0, 0, 0, "local.cube=red"));

@@ -90,7 +90,11 @@ fn starts_with_its_page(cell: &TestCell, link: &str) {
     if stdout(cell).contains("note: ") {
         return eprintln!("the start that waits for the page is skipped: no page is built");
     }
-    assert!(stdout(cell).contains("waiting for: the page"), "{}", stdout(cell));
+    assert!(
+        stdout(cell).contains("waiting for: the page"),
+        "{}",
+        stdout(cell)
+    );
     let before = cell.wait_status("the pause", |status| status["paused"] == true);
     assert_eq!(before["tick"], 0);
     let (address, token) = parts(link);

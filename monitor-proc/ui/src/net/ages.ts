@@ -1,5 +1,5 @@
-// When each guard was asked last, and when each key was set, in simulated time. Only
-// changes of a value arrive, so an answer that stayed the same may be younger.
+// When each guard was asked last, and when each key was set, in simulated time. An
+// answer that stays the same arrives again every half second at most.
 import type { Graph, TextMessage } from "./protocol";
 
 /** What was asked longer ago may be otherwise by now (s). */

@@ -3,7 +3,7 @@ import { button } from "../button";
 import type { Desk } from "../desk";
 import { el, setAttr, setOptions, setText, setTitle } from "../dom";
 
-const SPEEDS = ["1", "max", "0.1", "0.5", "2", "5", "10", "50"];
+const SPEEDS = ["0.1", "0.5", "1", "2", "5", "10", "50", "max"];
 
 /** As fast as a page can show it. */
 const FASTEST_REPLAY = 50;
