@@ -29,6 +29,7 @@ mod new_project;
 mod outputs;
 mod page;
 mod page_serving;
+mod plot;
 mod random_kills;
 mod replay;
 mod restart_latency;
