@@ -17,6 +17,7 @@ use cell_sim::verify::{Report, Verdict, Verified, verify_file};
 use cell_sim::{Program, SimError, eval, run};
 use clap::{Parser, Subcommand};
 
+use crate::around;
 use crate::checked::Checked;
 use crate::inspect::{self, InspectError, Kind};
 use crate::progress::Progress;
@@ -367,7 +368,7 @@ fn code(done: bool) -> ExitCode {
 
 fn print_report(report: &Report, json: bool) {
     if !json {
-        say(format_args!("{report}"));
+        say(format_args!("{report}{}", around::charts(report)));
         return;
     }
     print_json(&Verified {
