@@ -23,6 +23,7 @@ mod hold_times;
 mod incidents;
 mod kill_sweep;
 mod licences;
+mod links;
 mod lockstep;
 mod machine;
 mod new_project;
