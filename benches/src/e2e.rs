@@ -6,7 +6,10 @@
 //! printed are their medians and the worst second. Then the task is killed again
 //! and again: how long until the next one decides.
 
+mod answers;
 mod kills;
+
+use std::path::Path;
 
 use crate::report::{Report, Row};
 use cell_rt::clock::monotonic_ns;
@@ -90,6 +93,7 @@ fn lateness(health: &Health) -> [f64; 3] {
 /// Measures for `seconds` and prints.
 pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
     let live = LiveCell::start(plan()?)?;
+    let flight_dir = live.spec().record.flight_dir.clone();
     let (mut probe, mut kills) = (Probe::default(), Kills::default());
     let mut until = None;
     let end = live.stay(|live| {
@@ -110,7 +114,7 @@ pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
     if let End::GaveUp(failure) = end {
         return Err(failure);
     }
-    print(&probe, kills, json)
+    print(&probe, kills, &flight_dir, json)
 }
 
 /// What is known of the task.
@@ -149,9 +153,17 @@ fn plan() -> Result<Plan, Failure> {
     }
 }
 
-fn print(probe: &Probe, kills: Kills, json: bool) -> Result<(), Failure> {
+fn print(probe: &Probe, kills: Kills, flight_dir: &Path, json: bool) -> Result<(), Failure> {
     let note = "lateness and age: medians over seconds; p99.9: p99 of the worst second".to_owned();
     let mut report = Report::new("e2e", probe.fifo, &[note]);
+    match answers::answers(flight_dir) {
+        Ok(samples) => report.draw("from a state to its command", &samples),
+        // What was measured is worth printing without it.
+        Err(error) => report
+            .notes
+            .push(format!("no histogram of states: {error}")),
+    }
+    report.draw("task killed to its next decision", kills.waits());
     report.rows = vec![
         probe
             .apply

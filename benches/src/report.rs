@@ -5,6 +5,9 @@ use std::io::{self, Write};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+/// Characters of a line with a histogram; the table above it is as wide.
+const COLUMNS: usize = 100;
+
 /// Durations in nanoseconds, all of them: percentiles are exact.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Samples(Vec<u64>);
@@ -23,6 +26,11 @@ impl Samples {
     /// Durations taken.
     pub(crate) fn count(&self) -> usize {
         self.0.len()
+    }
+
+    /// The durations in microseconds, as they were taken.
+    pub(crate) fn micros(&self) -> Vec<f64> {
+        self.0.iter().map(|ns| *ns as f64 / 1000.0).collect()
     }
 
     /// The row of these durations, in microseconds.
@@ -102,6 +110,9 @@ pub(crate) struct Report {
     pub(crate) notes: Vec<String>,
     /// The rows.
     pub(crate) rows: Vec<Row>,
+    /// Names and durations (us) of what is also drawn, below the table.
+    #[serde(skip)]
+    pub(crate) histograms: Vec<(String, Vec<f64>)>,
 }
 
 impl Report {
@@ -112,7 +123,13 @@ impl Report {
             scheduling: if fifo { "fifo" } else { "other" },
             notes: refused.to_vec(),
             rows: Vec::new(),
+            histograms: Vec::new(),
         }
+    }
+
+    /// Draws these durations below the table.
+    pub(crate) fn draw(&mut self, name: &str, samples: &Samples) {
+        self.histograms.push((name.to_owned(), samples.micros()));
     }
 
     /// Holds the row `name` against the row `base`.
@@ -161,9 +178,8 @@ impl Report {
             "", "n", "p50", "p99", "p99.9", "max", "ratio"
         )?;
         for row in &self.rows {
-            let ratio = row
-                .ratio
-                .map_or(String::new(), |ratio| format!("{ratio:.3}"));
+            let ratio = row.ratio.map(|ratio| format!("{ratio:.3}"));
+            let ratio = ratio.unwrap_or_default();
             let unit = if mixed { row.unit } else { "" };
             writeln!(
                 out,
@@ -176,6 +192,14 @@ impl Report {
                 row.max,
                 row.against.as_deref().unwrap_or("")
             )?;
+        }
+        self.write_histograms(out)
+    }
+
+    fn write_histograms(&self, out: &mut impl Write) -> io::Result<()> {
+        for (name, micros) in &self.histograms {
+            let drawn = charts::histogram(name, "us", micros, COLUMNS);
+            write!(out, "\n{drawn}")?;
         }
         Ok(())
     }
@@ -215,6 +239,25 @@ mod tests {
         report.rows.push(counted);
         let table = text(&report);
         assert!(table.contains("2.00 us ") && table.contains("0.00 allocations "));
+    }
+
+    #[test]
+    fn a_histogram_is_drawn_below_the_table_and_is_not_in_the_json() {
+        let mut samples = Samples::with_capacity(0);
+        for ns in [3_000, 4_000, 700_000] {
+            samples.record(ns);
+        }
+        let mut report = Report::new("loop", false, &[]);
+        report.draw("grid", &samples);
+        let text = |json: bool| {
+            let mut out = Vec::new();
+            report.write(&mut out, json).unwrap();
+            String::from_utf8(out).unwrap()
+        };
+        let drawn = text(false);
+        let head = "\ngrid: 3 values, p50 4.00 us, p99 700.00 us, max 700.00 us\n";
+        assert!(drawn.contains(head) && drawn.contains('█'), "{drawn}");
+        assert!(!text(true).contains("histogram"));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use ipc_types::operator::OperatorAction;
 use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, EvalArgs};
 use crate::failure::{Context, Failure};
 use crate::progress::Progress;
-use crate::{chaos, client, complete, man, new, record, replay, run, shot, task_program};
+use crate::{chaos, client, complete, man, new, plot, record, replay, run, shot, task_program};
 
 /// Does what the command line says.
 pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
@@ -21,6 +21,7 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Incident(args) => client::incident(args),
         Command::Load(args) => client::load(args),
         Command::Record(args) => record::record(args),
+        Command::Plot(args) => plot::plot(args),
         Command::Replay(args) => replay::replay(args),
         Command::Shot(args) => shot::shot(args),
         Command::Film(args) => shot::film(args),

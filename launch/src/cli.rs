@@ -13,8 +13,8 @@ pub use crate::cli_behaviour::{
 pub use crate::cli_common::{CellArgs, CompleteArgs, DataArgs, ManArgs};
 pub use crate::cli_hand::{GripperArgs, GripperVerb, JointsArgs, TargetArgs};
 pub use crate::cli_page::{
-    AssetsArgs, AssetsVerb, FilmArgs, FilmPart, LoadArgs, RecordArgs, RecordVerb, ReplayArgs,
-    ShotArgs,
+    AssetsArgs, AssetsVerb, FilmArgs, FilmPart, LoadArgs, PlotArgs, RecordArgs, RecordVerb,
+    ReplayArgs, ShotArgs,
 };
 use crate::cli_values::{
     cell_name, count, finite, host_name, minutes, positive_seconds, rate, seed, seed_range,
@@ -62,6 +62,8 @@ pub enum Command {
     Load(LoadArgs),
     /// Save recorded data to a file
     Record(RecordArgs),
+    /// Plot signals of a recording over time
+    Plot(PlotArgs),
     /// Show a recording on the page, or recompute it and compare
     Replay(ReplayArgs),
     /// Save a picture of the page (needs Chromium)

@@ -69,7 +69,7 @@ pub struct CheckArgs {
 /// How a behaviour is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PictureFormat {
-    /// For the terminal
+    /// For the terminal; a matrix as a table of events and states
     Text,
     /// For markdown
     Mermaid,

@@ -6,7 +6,7 @@ use clap::{Args, Subcommand, ValueEnum};
 
 use crate::cli_common::{CellArgs, DataArgs};
 use crate::cli_values::{
-    film_speed, host_name, picture_size, positive_seconds, seconds_back, seed,
+    film_speed, host_name, picture_size, positive_seconds, seconds, seconds_back, seed,
 };
 
 /// `robocell load`.
@@ -70,6 +70,33 @@ pub enum RecordVerb {
         #[arg(long, requires = "file")]
         force: bool,
     },
+}
+
+/// `robocell plot`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Signals have the names of the plots of the page, as in \
+`robocell plot what-happened.mcap \"panda/joint1 position\" \"panda/* error\"`.")]
+pub struct PlotArgs {
+    /// The recording (MCAP), or the directory of a flight recorder
+    pub file: PathBuf,
+    /// Names of signals; `*` stands for any text. Without one, the signals are listed
+    #[arg(value_name = "SIGNAL")]
+    pub signals: Vec<String>,
+    /// First simulated time (s) [default: that of the recording]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds)]
+    pub from: Option<f64>,
+    /// Last simulated time (s) [default: that of the recording]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds)]
+    pub to: Option<f64>,
+    /// Print charts of characters, also with `--output`
+    #[arg(long, conflicts_with = "json")]
+    pub text: bool,
+    /// Write a picture (SVG)
+    #[arg(long, value_name = "FILE.svg", conflicts_with = "json")]
+    pub output: Option<PathBuf>,
+    /// Print the samples as one JSON object
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `robocell shot`.

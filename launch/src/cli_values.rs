@@ -57,6 +57,14 @@ pub(crate) fn positive_seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A moment of simulated time.
+pub(crate) fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=1.0e6).contains(&value) => Ok(value),
+        _ => Err("seconds, from 0 to 1000000".to_owned()),
+    }
+}
+
 /// Faults a minute.
 pub(crate) fn rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -156,6 +164,7 @@ mod tests {
             "eval reach --seeds -1..3",
             "eval reach --seeds 1..3 --jobs -1",
             "record last -3s",
+            "plot a.mcap --from -1",
         ] {
             let words = std::iter::once("robocell").chain(line.split(' '));
             let error = Cli::try_parse_from(words).unwrap_err();

@@ -22,6 +22,7 @@ mod man;
 mod new;
 mod output;
 mod page;
+mod plot;
 mod programs;
 mod progress;
 mod record;

@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::failure::Failure;
-use crate::{chaos, client, record, say, task_program};
+use crate::{chaos, client, plot, record, say, task_program};
 
 /// A command with `--json`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -32,6 +32,8 @@ pub enum OutputName {
     List,
     /// `logs`: each line.
     Logs,
+    /// `plot`.
+    Plot,
     /// `record`.
     Record,
     /// `run`.
@@ -71,6 +73,7 @@ pub(crate) fn print_schema(name: Option<OutputName>, task: Option<&str>) -> Resu
         OutputName::Incidents => say_schema::<client::IncidentList>(),
         OutputName::List => say_schema::<client::List>(),
         OutputName::Logs => say_schema::<client::LogLine>(),
+        OutputName::Plot => say_schema::<plot::Plotted>(),
         OutputName::Record => say_schema::<record::Recorded>(),
         OutputName::Run => say_schema::<RunSummary>(),
         OutputName::Status => say_schema::<client::Status>(),

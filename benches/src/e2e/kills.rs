@@ -50,6 +50,11 @@ impl Kills {
         self.waits.count() >= KILLS
     }
 
+    /// The durations so far.
+    pub(super) fn waits(&self) -> &Samples {
+        &self.waits
+    }
+
     pub(super) fn into_row(self) -> Row {
         self.waits
             .into_row("task killed to its next decision".to_owned())

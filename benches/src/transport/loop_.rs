@@ -35,18 +35,13 @@ pub(crate) fn run(json: bool) -> Result<(), BenchError> {
     report.notes.push(format!(
         "lateness of the start of a cycle of 1 ms on core {core}, rows in turns of one second"
     ));
+    report.draw("lateness of the grid", &grid);
+    report.draw("lateness of nanosleep", &sleep);
     report.rows = vec![
         grid.into_row("grid".to_owned()),
         sleep.into_row("nanosleep".to_owned()),
     ];
-    let base = if let Some(samples) = cyclictest {
-        report.rows.push(cyclictest_row(samples));
-        "cyclictest"
-    } else {
-        let note = "cyclictest is not installed; compared with a plain sleep";
-        report.notes.push(note.to_owned());
-        "nanosleep"
-    };
+    let base = add_cyclictest(&mut report, cyclictest);
     report.compare("grid", base);
     if base != "nanosleep" {
         report.compare("nanosleep", base);
@@ -54,6 +49,17 @@ pub(crate) fn run(json: bool) -> Result<(), BenchError> {
     report
         .write(&mut std::io::stdout().lock(), json)
         .map_err(io("print"))
+}
+
+/// Adds the row of cyclictest, where it is installed; the row to compare with.
+fn add_cyclictest(report: &mut Report, samples: Option<Samples>) -> &'static str {
+    if let Some(samples) = samples {
+        report.rows.push(cyclictest_row(samples));
+        return "cyclictest";
+    }
+    let note = "cyclictest is not installed; compared with a plain sleep";
+    report.notes.push(note.to_owned());
+    "nanosleep"
 }
 
 /// The cell's loop: sleeps most of the way, spins the rest.

@@ -5,10 +5,12 @@
 //! for its format and keeps them on one line.
 
 mod dot;
+mod matrix;
 mod mermaid;
 mod text;
 
 pub use dot::dot;
+pub use matrix::matrix;
 pub use mermaid::mermaid;
 pub use text::text;
 

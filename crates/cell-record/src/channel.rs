@@ -38,6 +38,8 @@ pub enum Channel {
     SceneUpdate,
     /// `foxglove.JointStates` of an arm (JSON).
     JointStates(u8),
+    /// How far the joints of an arm are from what their drives follow (JSON).
+    Tracking(u8),
     /// `foxglove.Log` (JSON).
     FoxgloveLog,
 }
@@ -58,6 +60,7 @@ impl Channel {
                 Self::Command(arm),
                 Self::Status(arm),
                 Self::JointStates(arm),
+                Self::Tracking(arm),
             ]);
             all.push(Self::Keyframe(Process::Controller(arm)));
         }
@@ -86,6 +89,7 @@ impl Channel {
             Self::Transforms => "/tf".to_owned(),
             Self::SceneUpdate => "/scene".to_owned(),
             Self::JointStates(arm) => format!("/joint_states/{arm}"),
+            Self::Tracking(arm) => format!("/tracking/{arm}"),
             Self::FoxgloveLog => "/log".to_owned(),
         }
     }
@@ -114,6 +118,7 @@ impl Channel {
             | Self::Transforms
             | Self::SceneUpdate
             | Self::JointStates(_)
+            | Self::Tracking(_)
             | Self::FoxgloveLog => false,
         }
     }
@@ -152,6 +157,7 @@ impl Channel {
             Self::Transforms => json("foxglove.FrameTransforms", foxglove::FRAME_TRANSFORMS),
             Self::SceneUpdate => json("foxglove.SceneUpdate", foxglove::SCENE_UPDATE),
             Self::JointStates(_) => json("foxglove.JointStates", foxglove::JOINT_STATES),
+            Self::Tracking(_) => json("robocell.TrackingErrors", foxglove::TRACKING),
             Self::FoxgloveLog => json("foxglove.Log", foxglove::LOG),
         }
     }

@@ -7,13 +7,16 @@ use ipc_types::{ArmState, Health, Pose, TraceLine, Wire, WorldState};
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use crate::links::Links;
+
 pub(crate) const FRAME_TRANSFORMS: &str = r#"{"title":"foxglove.FrameTransforms","type":"object","properties":{"transforms":{"type":"array","items":{"type":"object","properties":{"timestamp":{"type":"object","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},"parent_frame_id":{"type":"string"},"child_frame_id":{"type":"string"},"translation":{"type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"}}},"rotation":{"type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"},"w":{"type":"number"}}}}}}}}"#;
 pub(crate) const SCENE_UPDATE: &str = r#"{"title":"foxglove.SceneUpdate","type":"object","properties":{"deletions":{"type":"array","items":{"type":"object"}},"entities":{"type":"array","items":{"type":"object","properties":{"timestamp":{"type":"object"},"frame_id":{"type":"string"},"id":{"type":"string"},"lifetime":{"type":"object"},"frame_locked":{"type":"boolean"},"metadata":{"type":"array","items":{"type":"object"}},"arrows":{"type":"array","items":{"type":"object"}},"cubes":{"type":"array","items":{"type":"object","properties":{"pose":{"type":"object"},"size":{"type":"object"},"color":{"type":"object"}}}},"spheres":{"type":"array","items":{"type":"object"}},"cylinders":{"type":"array","items":{"type":"object"}},"lines":{"type":"array","items":{"type":"object"}},"triangles":{"type":"array","items":{"type":"object"}},"texts":{"type":"array","items":{"type":"object"}},"models":{"type":"array","items":{"type":"object"}}}}}}}"#;
 pub(crate) const JOINT_STATES: &str = r#"{"title":"foxglove.JointStates","type":"object","properties":{"timestamp":{"type":"object","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},"joints":{"type":"array","items":{"type":"object","properties":{"name":{"type":"string"},"position":{"type":"number"},"velocity":{"type":"number"},"effort":{"type":"number"}}}}}}"#;
+pub(crate) const TRACKING: &str = r#"{"type":"object","properties":{"timestamp":{"type":"object","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},"joints":{"type":"array","items":{"type":"object","properties":{"name":{"type":"string"},"error":{"type":"number"}}}}}}"#;
 pub(crate) const LOG: &str = r#"{"title":"foxglove.Log","type":"object","properties":{"timestamp":{"type":"object","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},"level":{"type":"integer"},"message":{"type":"string"},"name":{"type":"string"},"file":{"type":"string"},"line":{"type":"integer"}}}"#;
 
 /// The frame everything is seen from.
-const WORLD: &str = "world";
+pub(crate) const WORLD: &str = "world";
 /// Resting objects are told of at ticks that are multiples of this.
 const REST_TICKS: u64 = 1000;
 
@@ -30,6 +33,7 @@ struct Arm {
     base: String,
     base_pose: Pose,
     joints: Vec<String>,
+    links: Links,
 }
 
 impl Names {
@@ -37,14 +41,18 @@ impl Names {
     pub fn of(scene: &Value) -> Self {
         let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
         let name = |value: &Value| value["name"].as_str().unwrap_or_default().to_owned();
-        let arm = |arm: &Value| Arm {
-            tcp: format!("{}/tcp", name(arm)),
-            base: format!("{}/base", name(arm)),
-            base_pose: Pose {
+        let arm = |arm: &Value| {
+            let base_pose = Pose {
                 position: numbers(&arm["base"]["position"]),
                 orientation_wxyz: numbers(&arm["base"]["orientation_wxyz"]),
-            },
-            joints: list(&arm["joints"]).iter().map(name).collect(),
+            };
+            Arm {
+                tcp: format!("{}/tcp", name(arm)),
+                base: format!("{}/base", name(arm)),
+                base_pose,
+                joints: list(&arm["joints"]).iter().map(name).collect(),
+                links: Links::of(arm, WORLD, &base_pose),
+            }
         };
         Self {
             arms: list(&scene["arms"]).iter().map(arm).collect(),
@@ -106,22 +114,41 @@ struct JointState<'a> {
 }
 
 #[derive(Serialize)]
+struct JointError<'a> {
+    name: &'a str,
+    error: f64,
+}
+
+#[derive(Serialize)]
+struct TrackingErrors<'a> {
+    timestamp: Time,
+    joints: Vec<JointError<'a>>,
+}
+
+#[derive(Serialize)]
 struct JointStates<'a> {
     timestamp: Time,
     joints: Vec<JointState<'a>>,
 }
 
-/// Appends bases and TCPs of the arms and the objects that move, once a second
-/// all, to `out`, as JSON.
+/// Appends TCPs and links of the arms and the objects that move, once a second all,
+/// to `out`, as JSON. A link of the name `tcp` or `base` takes the place of the frame of
+/// ours.
 pub fn transforms(names: &Names, world: &WorldState, out: &mut Vec<u8>) {
-    let tf = |child, pose| transform(world.header.sim_time_ns, child, pose);
+    let time_ns = world.header.sim_time_ns;
+    let tf = |child, pose| transform(time_ns, (WORLD, child), pose);
     let is_all = world.header.tick.is_multiple_of(REST_TICKS);
     let mut transforms = Vec::new();
     for (arm, state) in names.arms.iter().zip(world.arms()) {
-        transforms.push(tf(&arm.tcp, &state.tcp));
-        if is_all {
+        if !arm.links.has(&arm.tcp) {
+            transforms.push(tf(&arm.tcp, &state.tcp));
+        }
+        if is_all && !arm.links.has(&arm.base) {
             transforms.push(tf(&arm.base, &arm.base_pose));
         }
+        let links = arm.links.poses(state, is_all);
+        transforms
+            .extend(links.map(|(parent, child, pose)| transform(time_ns, (parent, child), &pose)));
     }
     for (name, object) in names.objects.iter().zip(world.objects()) {
         if is_all || object.flags & OBJECT_ASLEEP == 0 {
@@ -153,6 +180,26 @@ pub fn joint_states(names: &Names, world: &WorldState, arm: usize, out: &mut Vec
         joints: joints.take(state.joint_count as usize).collect(),
     };
     write(&states, out);
+}
+
+/// Appends how far the joints of arm `arm` are from what their drives follow to `out`, as
+/// JSON; none where there is no such arm.
+pub fn tracking_errors(names: &Names, world: &WorldState, arm: usize, out: &mut Vec<u8>) {
+    let (named, state) = (names.arms.get(arm), world.arms().get(arm));
+    let joints = named.zip(state).into_iter().flat_map(|(named, state)| {
+        let count = state.joint_count as usize;
+        let values = state.joint_positions.iter().zip(&state.setpoint_positions);
+        let joints = named.joints.iter().zip(values).take(count);
+        joints.map(|(name, (position, setpoint))| JointError {
+            name,
+            error: short(position - setpoint),
+        })
+    });
+    let errors = TrackingErrors {
+        timestamp: Time::of(world.header.sim_time_ns),
+        joints: joints.collect(),
+    };
+    write(&errors, out);
 }
 
 /// Six decimals are enough for plots and pictures; every bit is in the channels
@@ -198,87 +245,7 @@ pub fn health(health: &Health) -> Value {
     })
 }
 
-/// Objects and fixtures of the page's scene.
-pub(crate) fn scene_update(scene: &Value) -> Value {
-    let mut entities = Vec::new();
-    for (list, is_object) in [("objects", true), ("fixtures", false)] {
-        for item in scene[list].as_array().into_iter().flatten() {
-            let name = item["name"].as_str().unwrap_or_default();
-            let pose = if is_object {
-                &Value::Null
-            } else {
-                &item["pose"]
-            };
-            let mut entity = json!({
-                "timestamp": time(0), "frame_id": if is_object { name } else { WORLD },
-                "id": name, "lifetime": time(0), "frame_locked": true,
-                "metadata": [], "arrows": [], "cubes": [], "spheres": [], "cylinders": [],
-                "lines": [], "triangles": [], "texts": [], "models": [],
-            });
-            solid(&mut entity, &item["shape"], pose, &item["colour"], 0);
-            entities.push(entity);
-        }
-    }
-    json!({ "deletions": [], "entities": entities })
-}
-
-/// Adds a shape; parts of parts are not drawn where their poses would have to be
-/// multiplied.
-fn solid(entity: &mut Value, shape: &Value, pose: &Value, colour: &Value, depth: u8) {
-    if let Some(parts) = shape["parts"].as_array().filter(|_| depth == 0) {
-        for part in parts {
-            let at = if pose.is_null() { &part["pose"] } else { pose };
-            solid(entity, &part["shape"], at, colour, 1);
-        }
-        return;
-    }
-    let across = 2.0 * shape["radius_m"].as_f64().unwrap_or(0.0);
-    let length = shape["length_m"].as_f64().unwrap_or(0.0);
-    let size = shape["size_m"]
-        .as_array()
-        .map(|_| numbers::<3>(&shape["size_m"]));
-    let (list, [x, y, z]) = match shape["kind"].as_str() {
-        Some("box") => ("cubes", size.unwrap_or_default()),
-        Some("sphere") => ("spheres", [across; 3]),
-        Some("cylinder" | "capsule") => ("cylinders", [across, across, length]),
-        _ => return,
-    };
-    let body = json!({
-        "pose": pose_of(pose), "size": { "x": x, "y": y, "z": z }, "color": rgba(colour),
-        "bottom_scale": 1.0, "top_scale": 1.0,
-    });
-    if let Some(list) = entity[list].as_array_mut() {
-        list.push(body);
-    }
-}
-
-fn pose_of(pose: &Value) -> Value {
-    let values = pose.as_array().map(|_| numbers::<7>(pose));
-    let position = pose.get("position").map(numbers::<3>);
-    let turn = pose.get("orientation_wxyz").map(numbers::<4>);
-    let [x, y, z, w, i, j, k] = match (values, position, turn) {
-        (Some(values), ..) => values,
-        (_, Some([x, y, z]), Some([w, i, j, k])) => [x, y, z, w, i, j, k],
-        _ => [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
-    };
-    json!({
-        "position": { "x": x, "y": y, "z": z },
-        "orientation": { "x": i, "y": j, "z": k, "w": w },
-    })
-}
-
-fn rgba(colour: &Value) -> Value {
-    let from_text = colour.as_str().and_then(|text| {
-        let number = u32::from_str_radix(text.strip_prefix('#')?, 16).ok()?;
-        let part = |shift: u32| f64::from((number >> shift) & 255) / 255.0;
-        Some([part(16), part(8), part(0)])
-    });
-    let listed = colour.as_array().map(|_| numbers::<3>(colour));
-    let [r, g, b] = from_text.or(listed).unwrap_or([0.6; 3]);
-    json!({ "r": r, "g": g, "b": b, "a": 1.0 })
-}
-
-fn numbers<const N: usize>(list: &Value) -> [f64; N] {
+pub(crate) fn numbers<const N: usize>(list: &Value) -> [f64; N] {
     let mut out = [0.0; N];
     for (to, from) in out.iter_mut().zip(list.as_array().into_iter().flatten()) {
         *to = from.as_f64().unwrap_or(0.0);
@@ -286,11 +253,16 @@ fn numbers<const N: usize>(list: &Value) -> [f64; N] {
     out
 }
 
-fn transform<'a>(time_ns: u64, child: &'a str, pose: &Pose) -> FrameTransform<'a> {
+/// `pose` of frame `child` in frame `parent`.
+fn transform<'a>(
+    time_ns: u64,
+    (parent, child): (&'a str, &'a str),
+    pose: &Pose,
+) -> FrameTransform<'a> {
     let ([x, y, z], [w, i, j, k]) = (pose.position.map(short), pose.orientation_wxyz.map(short));
     FrameTransform {
         timestamp: Time::of(time_ns),
-        parent_frame_id: WORLD,
+        parent_frame_id: parent,
         child_frame_id: child,
         translation: Vector3 { x, y, z },
         rotation: Quaternion {
@@ -302,7 +274,7 @@ fn transform<'a>(time_ns: u64, child: &'a str, pose: &Pose) -> FrameTransform<'a
     }
 }
 
-fn time(ns: u64) -> Value {
+pub(crate) fn time(ns: u64) -> Value {
     json!(Time::of(ns))
 }
 
@@ -339,5 +311,10 @@ mod tests {
         let children: Vec<_> = list.iter().map(|t| &t["child_frame_id"]).collect();
         assert_eq!(children, ["arm/tcp", "cube"]);
         assert_eq!(list[1]["translation"]["z"], json!(-0.333_333));
+        out.clear();
+        world.arms[0].setpoint_positions[0] = 0.123_4;
+        tracking_errors(&names, &world, 0, &mut out);
+        let said: Value = serde_json::from_slice(&out).unwrap();
+        assert_eq!(said["joints"], json!([{ "name": "j1", "error": 5.7e-5 }]));
     }
 }

@@ -21,8 +21,10 @@ pub mod foxglove;
 mod frame;
 mod index;
 mod layout;
+mod links;
 mod pack;
 mod recording;
+mod solids;
 mod storage;
 mod writer;
 

@@ -216,6 +216,29 @@ impl Recording {
         self.messages_from(0)
     }
 
+    /// The messages of the history shown from `from_s` to `to_s`, in the order they were
+    /// recorded. A chunk that cannot be read is one error, and those after it follow.
+    pub fn history(
+        &self,
+        from_s: f64,
+        to_s: f64,
+    ) -> impl Iterator<Item = Result<Entry, RecordError>> {
+        let (from, to) = (nanoseconds(from_s), nanoseconds(to_s));
+        let mut entries = self.messages_from(from);
+        std::iter::from_fn(move || {
+            loop {
+                let entry = match entries.next()? {
+                    Ok(entry) => entry,
+                    Err(error) => return Some(Err(error)),
+                };
+                let wanted = (from..=to).contains(&entry.time_ns);
+                if wanted && self.shows(entries.epoch(), &entry) {
+                    return Some(Ok(entry));
+                }
+            }
+        })
+    }
+
     /// As [`Self::messages`], without the chunks that end before `time_ns`.
     pub(crate) fn messages_from(&self, time_ns: u64) -> Entries<'_> {
         Entries {

@@ -12,7 +12,7 @@ use crate::container::{Container, MessageHeader};
 use crate::entry::Message;
 use crate::error::RecordError;
 use crate::storage::{Disk, Storage as _};
-use crate::{PROFILE, foxglove};
+use crate::{PROFILE, solids};
 
 /// What every file begins with.
 #[derive(Clone, Debug)]
@@ -32,7 +32,7 @@ impl Preamble {
             arms: run.arms,
             run: serde_json::to_vec(run).unwrap_or_default(),
             scene: scene.to_string().into_bytes(),
-            update: foxglove::scene_update(scene).to_string().into_bytes(),
+            update: solids::scene_update(scene).to_string().into_bytes(),
             epoch: 0,
         }
     }

@@ -17,6 +17,7 @@ use cell_sim::verify::{Report, Verdict, Verified, verify_file};
 use cell_sim::{Program, SimError, eval, run};
 use clap::{Parser, Subcommand};
 
+use crate::around;
 use crate::checked::Checked;
 use crate::inspect::{self, InspectError, Kind};
 use crate::progress::Progress;
@@ -112,6 +113,9 @@ enum BehaviourVerb {
         /// Folder with cells/ and robots/.
         #[arg(long)]
         data: Option<PathBuf>,
+        /// Characters of a line, for tables; no limit where missing.
+        #[arg(long)]
+        width: Option<usize>,
     },
     /// Check a file.
     Check {
@@ -269,37 +273,41 @@ fn inspect(program: &Program, verb: BehaviourVerb) -> Result<ExitCode, InspectEr
             format,
             policy,
             data,
+            width,
         } => {
             let data = data.map(|dir| Data::dir(dir).with_robots_of(&program.data));
             let data = data.unwrap_or_else(|| program.data.clone());
             let graphs = inspect::graphs(program, kind, &what, policy.as_deref(), &data)?;
             say(format_args!(
                 "{}",
-                inspect::draw(&graphs, &format).trim_end()
+                inspect::draw(&graphs, &format, width.unwrap_or(usize::MAX)).trim_end()
             ));
         }
-        BehaviourVerb::Check { kind, file, json } => {
-            let found = inspect::check(program, kind, &file);
-            if json {
-                let checked = Checked::new(&file, &found);
-                print_json(&checked);
-                return Ok(if checked.ok {
-                    ExitCode::SUCCESS
-                } else {
-                    ExitCode::from(CONFIGURATION)
-                });
-            }
-            let findings = found?;
-            for finding in &findings {
-                say(format_args!("warning: {finding}"));
-            }
-            say(format_args!(
-                "{}: no errors, {} warnings",
-                file.display(),
-                findings.len()
-            ));
-        }
+        BehaviourVerb::Check { kind, file, json } => return check(program, kind, &file, json),
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn check(program: &Program, kind: Kind, file: &Path, json: bool) -> Result<ExitCode, InspectError> {
+    let found = inspect::check(program, kind, file);
+    if json {
+        let checked = Checked::new(file, &found);
+        print_json(&checked);
+        return Ok(if checked.ok {
+            ExitCode::SUCCESS
+        } else {
+            ExitCode::from(CONFIGURATION)
+        });
+    }
+    let findings = found?;
+    for finding in &findings {
+        say(format_args!("warning: {finding}"));
+    }
+    say(format_args!(
+        "{}: no errors, {} warnings",
+        file.display(),
+        findings.len()
+    ));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -360,7 +368,7 @@ fn code(done: bool) -> ExitCode {
 
 fn print_report(report: &Report, json: bool) {
     if !json {
-        say(format_args!("{report}"));
+        say(format_args!("{report}{}", around::charts(report)));
         return;
     }
     print_json(&Verified {

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use behavior::descriptor::Source;
+use behavior::graph::GraphKind;
 use behavior::{Finding, Graph, machine, matrix, views};
 use cell_model::{Cell, Data, ModelError};
 use cell_sim::Program;
@@ -55,8 +56,9 @@ pub fn graphs(
     Ok(program.policies.task(&cell, policy)?.graphs().to_vec())
 }
 
-/// Draws pictures in `format`: text, mermaid or dot; or names their nodes, one a line.
-pub fn draw(graphs: &[Graph], format: &str) -> String {
+/// Draws pictures in `format`: text, a matrix as a table of at most `width` characters,
+/// mermaid or dot; or names their nodes, one a line.
+pub fn draw(graphs: &[Graph], format: &str, width: usize) -> String {
     if format == "names" {
         let nodes = graphs.iter().flat_map(|graph| &graph.nodes);
         let names: BTreeSet<&str> = nodes.map(|node| node.name.as_str()).collect();
@@ -65,6 +67,7 @@ pub fn draw(graphs: &[Graph], format: &str) -> String {
     let one = |graph: &Graph| match format {
         "mermaid" => views::mermaid(graph, None),
         "dot" => views::dot(graph, None),
+        _ if graph.kind == GraphKind::Matrix => views::matrix(graph, None, width),
         _ => views::text(graph, None),
     };
     let drawn: Vec<String> = graphs.iter().map(one).collect();

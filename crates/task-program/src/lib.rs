@@ -8,6 +8,7 @@
 //! What may be changed here: how a task runs. What it decides is in the registry.
 #![forbid(unsafe_code)]
 
+mod around;
 mod checked;
 mod cli;
 pub mod inspect;

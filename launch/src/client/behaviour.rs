@@ -4,6 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::time::Duration;
 
+use super::columns::terminal_width;
 use super::top::View;
 use crate::cli::{
     BehaviourArgs, BehaviourVerb, CheckArgs, DataArgs, SchemaArgs, SchemaKind, ShowArgs,
@@ -74,6 +75,9 @@ fn draw(kind: &str, args: &ShowArgs) -> Result<(), Failure> {
     if let Some(dir) = &args.data.data {
         let dir = std::fs::canonicalize(dir).cannot(format!("find {}", dir.display()))?;
         arguments.extend(["--data".to_owned(), dir.display().to_string()]);
+    }
+    if std::io::stdout().is_terminal() {
+        arguments.extend(["--width".to_owned(), terminal_width().to_string()]);
     }
     task_program::run(program.as_deref(), &arguments)
 }
@@ -179,8 +183,13 @@ fn frame(view: &View, args: &ShowArgs) -> Result<String, Failure> {
     let mut drawn = Vec::new();
     for picture in pictures.iter().filter(|p| wanted(&p.graph.name)) {
         let mut graph = picture.graph.clone();
-        graph.nodes.iter_mut().for_each(|n| n.detail.clear());
-        let text = behavior::views::text(&graph, Some(&picture.statuses));
+        let statuses = Some(&picture.statuses[..]);
+        let text = if picture.is_matrix() {
+            behavior::views::matrix(&graph, statuses, terminal_width())
+        } else {
+            graph.nodes.iter_mut().for_each(|n| n.detail.clear());
+            behavior::views::text(&graph, statuses)
+        };
         drawn.push(format!("{}:\n{text}", graph.name));
     }
     Ok(drawn.join("\n"))

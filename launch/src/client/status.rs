@@ -3,7 +3,7 @@
 use cell_model::Cell;
 use ipc_types::decision::Outcome;
 use ipc_types::health::Scheduling;
-use ipc_types::world::FLAG_PAUSED;
+use ipc_types::world::{FLAG_PAUSED, PauseCause};
 use ipc_types::{Decision, WorldState};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -33,6 +33,10 @@ pub(crate) struct Status {
     /// Link to the page, for who may command.
     page: Option<String>,
     paused: bool,
+    /// `start`, `operator`, `step` or `breakpoint`; none while it is not paused.
+    pause_cause: Option<&'static str>,
+    /// Name of the breakpoint that paused it: a node, state or guard of the task.
+    breakpoint: Option<String>,
     /// None while physics publishes nothing.
     tick: Option<u64>,
     sim_time_s: Option<f64>,
@@ -138,6 +142,8 @@ pub(super) fn describe(session: &Session, picture: &Picture, cell: &Cell) -> Sta
         since: session.holder.since.clone(),
         page: spec.page.as_ref().and_then(crate::page::link),
         paused: state.is_some_and(|s| s.has(FLAG_PAUSED)),
+        pause_cause: state.and_then(pause_cause),
+        breakpoint: breakpoint(state, decision),
         tick: state.map(|s| s.header.tick),
         sim_time_s: state.map(|s| s.header.sim_time_ns as f64 / 1.0e9),
         real_time_factor: picture.real_time_factor(),
@@ -158,6 +164,29 @@ pub(super) fn describe(session: &Session, picture: &Picture, cell: &Cell) -> Sta
         conveyor: state.filter(|_| cell.conveyor.is_some()).map(conveyor),
         equipment: state.map_or_else(Vec::new, |s| Names::of(cell).lines(&s.equipment)),
     }
+}
+
+fn pause_cause(state: &WorldState) -> Option<&'static str> {
+    let cause = PauseCause::from_code(state.panel.pause_cause);
+    match cause.filter(|_| state.has(FLAG_PAUSED))? {
+        PauseCause::Start => Some("start"),
+        PauseCause::Operator => Some("operator"),
+        PauseCause::Step => Some("step"),
+        PauseCause::Breakpoint => Some("breakpoint"),
+        PauseCause::None => None,
+    }
+}
+
+/// Name of the breakpoint that paused the cell: physics knows only that one did, the
+/// task says which.
+pub(super) fn breakpoint(
+    state: Option<&WorldState>,
+    decision: Option<&Decision>,
+) -> Option<String> {
+    let at_break = PauseCause::Breakpoint.code();
+    let state = state.filter(|s| s.has(FLAG_PAUSED) && s.panel.pause_cause == at_break);
+    let name = state.and(decision)?.break_name.as_str();
+    (!name.is_empty()).then(|| name.to_owned())
 }
 
 /// Names of the objects in place.
@@ -193,13 +222,22 @@ pub(super) fn processes(picture: &Picture) -> Vec<ProcessStatus> {
     picture.healths().map(describe).collect()
 }
 
+/// `, paused by breakpoint LIFT`; nothing while it is not paused.
+fn pause(status: &Status) -> String {
+    match &status.breakpoint {
+        Some(name) => format!(", paused by breakpoint {name}"),
+        None if status.paused => ", paused".to_owned(),
+        None => String::new(),
+    }
+}
+
 /// `, 0.98 x real time`; nothing where it is not known.
 pub(super) fn pace(factor: Option<f64>) -> String {
     factor.map_or_else(String::new, |factor| format!(", {factor:.2} x real time"))
 }
 
 fn print(status: &Status) {
-    let pause = if status.paused { ", paused" } else { "" };
+    let pause = pause(status);
     let time = status
         .sim_time_s
         .map_or_else(|| "no state of physics".to_owned(), |t| format!("{t:.3} s"));
@@ -241,4 +279,29 @@ fn print(status: &Status) {
     }
     let lines = process_table::lines(&status.processes, terminal_width());
     lines.iter().for_each(say::line);
+}
+
+#[cfg(test)]
+mod tests {
+    use ipc_types::{BreakName, Wire as _};
+
+    use super::*;
+
+    #[test]
+    fn a_breakpoint_is_named_only_while_it_is_what_pauses() {
+        let (mut state, mut decision) = (WorldState::zeroed(), Decision::zeroed());
+        decision.break_name = BreakName::new("LIFT");
+        let look = |state: &WorldState, decision| {
+            let name = breakpoint(Some(state), Some(decision));
+            (pause_cause(state), name)
+        };
+        // The task keeps the name of the last breakpoint when the cell works again.
+        assert_eq!(look(&state, &decision), (None, None));
+        state.flags = FLAG_PAUSED;
+        state.panel.pause_cause = PauseCause::Operator.code();
+        assert_eq!(look(&state, &decision), (Some("operator"), None));
+        state.panel.pause_cause = PauseCause::Breakpoint.code();
+        let named = (Some("breakpoint"), Some("LIFT".to_owned()));
+        assert_eq!(look(&state, &decision), named);
+    }
 }

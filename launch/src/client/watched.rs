@@ -150,6 +150,12 @@ impl Watched {
         self.graph.nodes.iter().all(|node| !node.kind.is_empty())
     }
 
+    /// Whether it shows a matrix: only its states name handlers by event.
+    pub(crate) fn is_matrix(&self) -> bool {
+        let mut nodes = self.graph.nodes.iter();
+        nodes.any(|node| node.kind == "state" && node.detail.contains(": "))
+    }
+
     fn active(&self) -> String {
         let runs = |node: usize| self.statuses.get(node) == Some(&NodeStatus::Running);
         let has_child = |node: usize| {

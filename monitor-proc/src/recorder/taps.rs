@@ -260,6 +260,12 @@ fn put_foxglove(batch: &mut Batch, source: usize, names: &foxglove::Names, world
         });
     }
     if header.tick.is_multiple_of(TRANSFORM_TICKS) {
+        for arm in 0..world.arms().len() {
+            let channel = Channel::Tracking(u8::try_from(arm).unwrap_or(u8::MAX));
+            batch.put_json(source, channel, header, |out| {
+                foxglove::tracking_errors(names, world, arm, out);
+            });
+        }
         batch.put_json(source, Channel::Transforms, header, |out| {
             foxglove::transforms(names, world, out);
         });

@@ -62,6 +62,32 @@ fn a_policy_is_shown_as_text_mermaid_and_dot() {
 }
 
 #[test]
+fn a_matrix_is_shown_as_the_table_it_was_written_as() {
+    let said = ask(&["fsm", "show", "ur10-fill-bin", "--policy", "matrix"]);
+    let lines: Vec<&str> = said.stdout.lines().collect();
+    let words = |line: &str| {
+        line.split_whitespace()
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(
+        lines.first().map(|line| words(line)),
+        Some(
+            ["STANDBY", "PICKING", "ATTACH", "HOLDING"]
+                .map(str::to_owned)
+                .to_vec()
+        ),
+        "{said:?}"
+    );
+    let row = |event: &str| lines.iter().position(|line| line.starts_with(event));
+    let start = row("START").expect("a row");
+    assert_eq!(words(lines[start]), ["START", "to_above_bin"], "{said:?}");
+    assert_eq!(words(lines[start + 1]), ["→", "PICKING"], "{said:?}");
+    // The order of precedence.
+    assert!(row("STOP") < row("DETACHED") && row("DETACHED") < row("GOAL_REACHED"));
+}
+
+#[test]
 fn conditions_of_a_tree_in_a_file_are_shown_as_such() {
     for (file, condition, action) in [
         (

@@ -29,6 +29,7 @@ fn help_lists_what_works_and_nothing_else() {
         "incident",
         "load",
         "record",
+        "plot",
         "replay",
         "shot",
         "film",

@@ -105,6 +105,24 @@ fn outputs_about_a_cell_fit_their_schemas() {
             .as_str()
             .is_some_and(|said| said.contains(&file))
     );
+    let plot = [
+        "plot",
+        &file,
+        "panda/* error",
+        "panda/gripper width",
+        "--json",
+    ];
+    let plot = ask("plot", &plot).json();
+    let signals = plot["signals"].as_array().expect("signals");
+    assert_eq!(signals.len(), 9, "{plot}");
+    assert!(
+        signals[8]["time_s"]
+            .as_array()
+            .is_some_and(|all| all.len() > 2000),
+        "{}",
+        signals[8]
+    );
+    ask("plot", &["plot", &file, "--json"]);
     ask("verify", &["replay", &file, "--verify", "--json"]);
     let pid = status["processes"][0]["pid"].as_u64().expect("a pid");
     cell_rt::process::kill(

@@ -97,6 +97,10 @@ fn one_altered_decision_is_found_at_its_tick() {
     assert_eq!(told.code, NOT_DONE);
     let wanted = format!("DIFFERENT first at tick {ALTERED_TICK}: decision");
     assert!(told.stdout.contains(&wanted), "{told:?}");
+    let chart = format!("goals[0].target.position[2] around tick {ALTERED_TICK}:");
+    for part in [&chart, "# the same", "computed minus recorded", "2.0 s"] {
+        assert!(told.stdout.contains(part), "{part}: {}", told.stdout);
+    }
 }
 
 #[test]

@@ -19,6 +19,13 @@ fn a_breakpoint_pauses_and_speed_and_joints_can_be_set() {
     cell.wait_status("a pause at LIFT", paused);
     let at_break = cell.status().expect("a status");
     assert_eq!(at_break["arms"][0]["holds"], "red_cube", "{at_break}");
+    let why = (&at_break["pause_cause"], &at_break["breakpoint"]);
+    assert_eq!(why, (&"breakpoint".into(), &"LIFT".into()), "{at_break}");
+    let said = cell.ask(&["status"]);
+    assert!(
+        said.stdout.contains(", paused by breakpoint LIFT;"),
+        "{said:?}"
+    );
 
     // The next time it is reached is for the next cube.
     assert_eq!(cell.ask(&["resume"]).code, 0);

@@ -191,3 +191,71 @@ fn a_graph_that_makes_no_sense_is_drawn_all_the_same() {
     };
     assert_eq!(views::text(&deep, None).lines().count(), 3000);
 }
+
+fn matrix() -> Graph {
+    Graph {
+        kind: GraphKind::Matrix,
+        name: "lamp".to_owned(),
+        nodes: vec![
+            node("state", "OFF", None, "PRESS: switch_on"),
+            node(
+                "state",
+                "ON",
+                None,
+                "runs blink, STOP: give_up, PRESS: switch_off",
+            ),
+        ],
+        edges: vec![
+            edge(0, 1, "PRESS"),
+            edge(1, 0, "STOP"),
+            edge(1, 0, "PRESS"),
+            edge(1, 1, "PRESS"),
+        ],
+    }
+}
+
+#[test]
+fn a_matrix_in_a_terminal_has_a_row_for_each_event() {
+    let wanted = "       OFF        ON *
+runs              blink
+STOP              give_up
+                  → OFF
+PRESS  switch_on  switch_off
+       → ON       → OFF | ON
+";
+    let statuses = [NodeStatus::Invalid, NodeStatus::Running];
+    assert_eq!(views::matrix(&matrix(), Some(&statuses), 80), wanted);
+}
+
+#[test]
+fn a_matrix_that_is_too_wide_is_turned_or_continued_below() {
+    // Many states and few events: a row for each state is narrower.
+    let mut wide = matrix();
+    for state in 0..20 {
+        wide.nodes.push(node(
+            "state",
+            &format!("STATE_{state}"),
+            None,
+            "STOP: give_up",
+        ));
+    }
+    let text = views::matrix(&wide, None, 60);
+    let first = text
+        .lines()
+        .next()
+        .map(|line| line.split_whitespace().collect());
+    assert_eq!(first, Some(vec!["runs", "STOP", "PRESS"]));
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 60),
+        "{text}"
+    );
+
+    let text = views::matrix(&wide, None, 30);
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 30),
+        "{text}"
+    );
+    let states = (0..20).map(|state| format!("STATE_{state}"));
+    let missing: Vec<_> = states.filter(|state| !text.contains(state)).collect();
+    assert!(missing.is_empty(), "{missing:?} in {text}");
+}

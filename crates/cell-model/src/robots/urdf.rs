@@ -1,7 +1,7 @@
 //! Any URDF as joints, links and frames: fixed joints are merged into the link
 //! they are fixed to.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use rmp::{Chain, Frame, Joint, JointKind};
@@ -37,6 +37,9 @@ pub struct UrdfRobot {
     pub name: String,
     /// Joints and frames.
     pub chain: Chain,
+    /// By frame of the chain, which are the links of the file: the frame of the parent
+    /// link, which comes before it; `None` for the base.
+    pub parents: Vec<Option<usize>>,
     /// Limits by joint of the chain.
     pub limits: Vec<UrdfLimits>,
     /// The base, then the child link of every joint of the chain.
@@ -66,6 +69,7 @@ pub fn parse(file: &str, text: &str) -> Result<UrdfRobot, ModelError> {
     Ok(UrdfRobot {
         name: robot.name.clone(),
         chain,
+        parents: builder.parents,
         limits: builder.limits,
         links: builder.links,
         skipped_meshes: builder.skipped_meshes,
@@ -76,6 +80,7 @@ pub fn parse(file: &str, text: &str) -> Result<UrdfRobot, ModelError> {
 struct Builder {
     joints: Vec<Joint>,
     frames: Vec<Frame>,
+    parents: Vec<Option<usize>>,
     limits: Vec<UrdfLimits>,
     links: Vec<Link>,
     skipped_meshes: usize,
@@ -96,15 +101,12 @@ impl Builder {
         };
         let base = builder.link(root);
         builder.links.push(base);
-        builder.frame(&root.name, None, Isometry3::identity());
-        let mut open =
-            std::collections::VecDeque::from([(root.name.as_str(), None, Isometry3::identity())]);
-        while let Some((parent, joint, pose)) = open.pop_front() {
-            for edge in robot
-                .joints
-                .iter()
-                .filter(|edge| edge.parent.link == parent)
-            {
+        let place = builder.frame(&root.name, None, (None, Isometry3::identity()));
+        let base = (root.name.as_str(), place, None, Isometry3::identity());
+        let mut open = VecDeque::from([base]);
+        while let Some((parent, place, joint, pose)) = open.pop_front() {
+            let edges = robot.joints.iter();
+            for edge in edges.filter(|edge| edge.parent.link == parent) {
                 let Some(child) = links.get(edge.child.link.as_str()) else {
                     continue;
                 };
@@ -118,19 +120,27 @@ impl Builder {
                         Isometry3::identity(),
                     )
                 };
-                builder.frame(&child.name, joint, pose);
-                open.push_back((&child.name, joint, pose));
+                let place = builder.frame(&child.name, Some(place), (joint, pose));
+                open.push_back((&child.name, place, joint, pose));
             }
         }
         builder
     }
 
-    fn frame(&mut self, name: &str, joint: Option<usize>, pose: Isometry3<f64>) {
+    /// Adds the frame of a link, with the joint it moves with; its index.
+    fn frame(
+        &mut self,
+        name: &str,
+        parent: Option<usize>,
+        (joint, pose): (Option<usize>, Isometry3<f64>),
+    ) -> usize {
         self.frames.push(Frame {
             name: name.to_owned(),
             joint,
             pose,
         });
+        self.parents.push(parent);
+        self.frames.len() - 1
     }
 
     fn merge(&mut self, child: &urdf_rs::Link, joint: Option<usize>, pose: Isometry3<f64>) {

@@ -52,6 +52,24 @@ fn the_oldest_goes_and_the_rest_is_readable_without_an_end() {
 }
 
 #[test]
+fn the_decision_before_a_long_pause_is_found() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut flight = ring(Box::new(Disk), dir.path(), 64 << 20);
+    say(&mut flight, 0..2_000);
+    // A paused cell publishes its state again and again; the task decides nothing.
+    let mut buffer = Vec::new();
+    for second in 3..63_u64 {
+        support::tick(1_999, |message| {
+            flight.append_packed(&message.packed(&mut buffer), second * 1_000_000_000);
+        });
+        flight.flush(second * 1_000_000_000);
+    }
+    let frame = Recording::open(dir.path()).unwrap().at(1.999).unwrap();
+    assert_eq!(frame.world.header.tick, 1_999);
+    assert_eq!(frame.decision.header.tick, 1_990);
+}
+
+#[test]
 fn time_that_was_set_back_is_an_epoch_of_its_own() {
     let dir = tempfile::tempdir().unwrap();
     let mut flight = ring(Box::new(Disk), dir.path(), 64 << 20);

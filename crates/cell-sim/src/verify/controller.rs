@@ -117,15 +117,19 @@ impl<'a> ArmCheck<'a> {
         report.compared_at(command.header.tick);
         let arm = self.arm;
         if let Some(status) = heard.status {
-            let found = compare(&format!("status of arm {arm}"), status, &mut said);
+            let name = format!("status of arm {arm}");
+            let found = compare(&name, status, &mut said);
             report.statuses.add(found.is_some());
             report.differs(found);
+            report.follow(&name, status, &said);
         } else {
             report.statuses.skipped += 1;
         }
-        let found = compare(&format!("command of arm {arm}"), &**command, &mut computed);
+        let name = format!("command of arm {arm}");
+        let found = compare(&name, &**command, &mut computed);
         report.commands.add(found.is_some());
         report.differs(found);
+        report.follow(&name, &**command, &computed);
         Step::Done
     }
 

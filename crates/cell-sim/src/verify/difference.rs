@@ -38,6 +38,16 @@ pub(super) fn first_field<T: Debug>(recorded: &T, computed: &T) -> (String, Stri
     ("(hidden)".to_owned(), hidden(), hidden())
 }
 
+/// The value of a field, by the way to it.
+pub(super) fn field_text<T: Debug>(message: &T, field: &str) -> Option<String> {
+    let printed = format!("{message:#?}");
+    let mut path = Path::default();
+    printed.lines().find_map(|line| {
+        path.enter(line);
+        (path.text() == field).then(|| value(line))
+    })
+}
+
 /// Where two records of bytes differ first.
 pub(super) fn first_byte(recorded: &[u8], computed: &[u8]) -> (String, String, String) {
     let at = recorded.iter().zip(computed).position(|(a, b)| a != b);
@@ -115,6 +125,8 @@ mod tests {
         let found = first_field(&one, &other);
         assert_eq!(found.0, "goals[1].target.position[2]");
         assert_eq!((found.1.as_str(), found.2.as_str()), ("0.0", "-0.0"));
+        assert_eq!(field_text(&other, &found.0).as_deref(), Some("-0.0"));
+        assert_eq!(field_text(&other, "no_such_field"), None);
         other = one;
         other.phase = Text::new("LIFT");
         let found = first_field(&one, &other);

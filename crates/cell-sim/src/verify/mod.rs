@@ -6,6 +6,7 @@
 //! came late comes late. Computing begins at a state record of the process and
 //! ends where something was not recorded, to begin again at the next one.
 
+mod around;
 mod controller;
 mod difference;
 mod inputs;
@@ -20,6 +21,7 @@ use cell_model::Cell;
 
 use crate::Program;
 
+pub use around::Around;
 pub use difference::Difference;
 pub use message::{Message, Messages, Recorded};
 pub use recording::verify_file;

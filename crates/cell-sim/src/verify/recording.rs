@@ -31,7 +31,8 @@ pub fn verify_file(
         recording: &recording,
         on_tick,
     };
-    let report = verify(program, &cell, &spec.policy, &recorded)?;
+    let mut report = verify(program, &cell, &spec.policy, &recorded)?;
+    report.look_back(&recording);
     Ok(Report {
         cut: recording.cut().map(str::to_owned),
         ..report
@@ -57,7 +58,9 @@ impl Recorded for Followed<'_> {
 }
 
 /// `None` for what verification does not need.
-fn message(entry: &Result<Entry, cell_record::RecordError>) -> Result<Option<Message>, String> {
+pub(super) fn message(
+    entry: &Result<Entry, cell_record::RecordError>,
+) -> Result<Option<Message>, String> {
     let entry = entry.as_ref().map_err(ToString::to_string)?;
     Ok(Some(match entry.channel {
         Channel::World => Message::World(ours(entry, entry.read::<WorldPiece>())?),

@@ -4,6 +4,7 @@ use ipc_types::header::Message;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::around::Around;
 use super::difference::{Difference, first_field};
 use super::shelf::Missing;
 
@@ -45,7 +46,7 @@ pub struct Gap {
 }
 
 /// What verification came to.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Report {
     /// Commands of all arms.
     pub commands: Count,
@@ -71,6 +72,9 @@ pub struct Report {
     pub cut: Option<String>,
     /// The difference with the smallest tick.
     pub first_difference: Option<Difference>,
+    /// That field half a second before and after it, where it is a number.
+    #[serde(skip)]
+    pub around: Vec<Around>,
     /// First and last tick that were compared.
     pub ticks: Option<(u64, u64)>,
 }
@@ -144,6 +148,7 @@ impl Report {
         let first = self.first_difference.as_ref();
         if first.is_none_or(|first| difference.tick < first.tick) {
             self.first_difference = Some(difference);
+            self.around.clear();
         }
     }
 }

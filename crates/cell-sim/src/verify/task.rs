@@ -135,6 +135,7 @@ impl<'a> TaskCheck<'a> {
         let found = compare("decision", &**head, last);
         report.decisions.add(found.is_some());
         report.differs(found);
+        report.follow("decision", &**head, last);
         true
     }
 
@@ -166,6 +167,7 @@ impl<'a> TaskCheck<'a> {
             found => {
                 report.decisions.add(found.is_some());
                 report.differs(found);
+                report.follow("decision", &**decision, &computed);
             }
         }
         self.last = Some(computed);

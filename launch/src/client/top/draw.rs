@@ -12,7 +12,7 @@ use ratatui::widgets::{Block, Paragraph};
 use super::View;
 use super::equipment::Names;
 use crate::client::process_table;
-use crate::client::status::{pace, processes, waits_for, word};
+use crate::client::status::{breakpoint, pace, processes, waits_for, word};
 
 /// Draws everything.
 pub(super) fn draw(frame: &mut Frame<'_>, view: &View) {
@@ -60,10 +60,10 @@ fn headline(view: &View, active: &[String]) -> Vec<Line<'static>> {
         |s| format!("{:.2} s", s.header.sim_time_ns as f64 * 1e-9),
     );
     let pace = pace(view.picture.real_time_factor());
-    let pause = if state.is_some_and(|s| s.has(FLAG_PAUSED)) {
-        "  PAUSED"
-    } else {
-        ""
+    let pause = match breakpoint(state, decision) {
+        Some(name) => format!("  PAUSED by breakpoint {name}"),
+        None if state.is_some_and(|s| s.has(FLAG_PAUSED)) => "  PAUSED".to_owned(),
+        None => String::new(),
     };
     let first = format!(
         "{}  cell {}  seed {}  {time}{pace}{pause}  (q quits)",

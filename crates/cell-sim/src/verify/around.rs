@@ -1,0 +1,142 @@
+//! What a field held around the moment at which it differs first.
+
+use cell_record::{Channel, Recording};
+use ipc_types::header::Message as Headed;
+
+use super::difference::{Difference, field_text};
+use super::message::Message;
+use super::recording::message;
+use super::report::Report;
+
+/// Half a second before the difference, and as much after it.
+const TICKS: u64 = 500;
+
+/// A field in a message of the recording and in the one computed again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Around {
+    /// Tick that caused the message.
+    pub tick: u64,
+    /// Its value in the recording.
+    pub recorded: f64,
+    /// Its value as computed; that of the recording before the difference.
+    pub computed: f64,
+}
+
+impl Report {
+    /// Takes both messages down, if they follow the first difference and are of its kind.
+    pub(super) fn follow<T: Headed>(&mut self, name: &str, recorded: &T, computed: &T) {
+        let Some(first) = &self.first_difference else {
+            return;
+        };
+        let tick = recorded.header().tick;
+        if first.message != name || !(first.tick..=first.tick + TICKS).contains(&tick) {
+            return;
+        }
+        let number = |message| number(message, &first.field);
+        if let (Some(recorded), Some(computed)) = (number(recorded), number(computed)) {
+            self.around.push(Around {
+                tick,
+                recorded,
+                computed,
+            });
+        }
+    }
+
+    /// Adds what was recorded before the first difference.
+    pub(super) fn look_back(&mut self, recording: &Recording) {
+        let Some(first) = self.first_difference.as_ref() else {
+            return;
+        };
+        let mut before = before(recording, first);
+        before.append(&mut self.around);
+        self.around = before;
+    }
+}
+
+/// A number; `None` for a text or a name.
+fn number<T: Headed>(message: &T, field: &str) -> Option<f64> {
+    let value: f64 = field_text(message, field)?.parse().ok()?;
+    value.is_finite().then_some(value)
+}
+
+/// The messages before a difference: all that was compared of them is the same.
+fn before(recording: &Recording, first: &Difference) -> Vec<Around> {
+    let ticks = first.tick.saturating_sub(TICKS)..first.tick;
+    let entries = recording.messages().filter(|entry| {
+        let wanted = |entry: &cell_record::Entry| {
+            ticks.contains(&entry.tick) && name(entry.channel) == first.message
+        };
+        entry.as_ref().is_ok_and(wanted)
+    });
+    let read = |entry| {
+        let value = match message(&entry).ok()?? {
+            Message::Command(_, command) => number(&*command, &first.field),
+            Message::Status(_, status) => number(&*status, &first.field),
+            Message::Decision(decision) => number(&*decision, &first.field),
+            Message::World(_) | Message::Keyframe(..) => None,
+        }?;
+        Some(Around {
+            tick: entry.ok()?.tick,
+            recorded: value,
+            computed: value,
+        })
+    };
+    entries.filter_map(read).collect()
+}
+
+/// What a difference calls the messages of a channel; empty for what has no fields.
+fn name(channel: Channel) -> String {
+    match channel {
+        Channel::Decision => "decision".to_owned(),
+        Channel::Command(arm) => format!("command of arm {arm}"),
+        Channel::Status(arm) => format!("status of arm {arm}"),
+        _ => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ipc_types::{Decision, Text, Wire as _};
+
+    use super::super::report::compare;
+    use super::*;
+
+    fn decision(tick: u64, height: f64) -> Decision {
+        let mut decision = Decision::zeroed();
+        decision.header.tick = tick;
+        decision.goals[0].target.position[2] = height;
+        decision
+    }
+
+    fn follow(report: &mut Report, recorded: &Decision, mut computed: Decision) {
+        let found = compare("decision", recorded, &mut computed);
+        report.differs(found);
+        report.follow("decision", recorded, &computed);
+    }
+
+    #[test]
+    fn half_a_second_of_the_field_that_differs_is_kept() {
+        let mut report = Report::default();
+        for tick in (0..2000).step_by(10) {
+            let recorded = decision(tick, 0.5);
+            let height = if tick < 1000 { 0.5 } else { 0.75 };
+            follow(&mut report, &recorded, decision(tick, height));
+        }
+        let ticks: Vec<u64> = report.around.iter().map(|one| one.tick).collect();
+        assert_eq!((ticks.len(), ticks[0], ticks[50]), (51, 1000, 1500));
+        let one = report.around[0];
+        assert_eq!((one.recorded, one.computed), (0.5, 0.75));
+        // An earlier difference, found later, takes its place.
+        follow(&mut report, &decision(990, 0.1), decision(990, 0.2));
+        assert_eq!(report.around.len(), 1);
+    }
+
+    #[test]
+    fn a_text_is_not_kept() {
+        let mut report = Report::default();
+        let mut computed = decision(10, 0.0);
+        computed.phase = Text::new("LIFT");
+        follow(&mut report, &decision(10, 0.0), computed);
+        assert!(report.first_difference.is_some() && report.around.is_empty());
+    }
+}
