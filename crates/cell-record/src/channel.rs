@@ -52,6 +52,11 @@ pub(crate) struct Schema {
 }
 
 impl Channel {
+    /// Whether its messages repeat while the cell is paused.
+    pub(crate) fn is_of_state(self) -> bool {
+        matches!(self, Self::World | Self::Status(_))
+    }
+
     /// All channels of a cell of `arms` arms.
     pub fn all(arms: u8) -> Vec<Self> {
         let mut all = vec![Self::World, Self::Decision, Self::Trace, Self::Log];

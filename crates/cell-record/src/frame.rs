@@ -62,6 +62,19 @@ impl Backwards {
         }
     }
 
+    /// Whether a message of `channel` may add what is missing.
+    pub(crate) fn lacks(&self, channel: Channel, arms: usize) -> bool {
+        match channel {
+            Channel::World => !self.whole,
+            Channel::Decision => self.decision.is_none(),
+            Channel::Status(arm) => {
+                let arm = usize::from(arm);
+                arm < arms && self.status.get(arm).is_some_and(Option::is_none)
+            }
+            _ => false,
+        }
+    }
+
     pub(crate) fn has_world(&self) -> bool {
         self.whole
     }

@@ -134,10 +134,19 @@ impl Recording {
         let time_ns = nanoseconds(time_s);
         let arms = usize::from(self.run.arms);
         let (mut look, mut back) = (Backwards::at(time_ns), 0);
+        // A paused cell fills chunks with one state for as long as it is paused.
+        let mut instant = None;
         for place in (0..self.places.len()).rev() {
             let Some(epoch) = self.epoch_of(place, |c| c.start_ns <= time_ns) else {
                 continue;
             };
+            let of_instant = self.instant(place);
+            let repeats = of_instant.is_some() && of_instant == instant;
+            let adds = |channel| look.lacks(channel, arms) && !(repeats && channel.is_of_state());
+            if back > 0 && !self.has(place, adds) {
+                continue;
+            }
+            instant = of_instant;
             let entries = self.unpacked(place)?;
             let shown = |entry: &&Entry| self.line.has(epoch, entry.time_ns);
             entries
@@ -196,7 +205,8 @@ impl Recording {
                 break;
             }
             let epoch = self.epoch_of(place, |c| c.start_ns <= to);
-            let Some(epoch) = epoch.filter(|_| self.has_log(place)) else {
+            let has_log = || self.has(place, |channel| channel == Channel::Log);
+            let Some(epoch) = epoch.filter(|_| has_log()) else {
                 continue;
             };
             for entry in self.unpacked(place)?.iter().rev() {
@@ -268,10 +278,18 @@ impl Recording {
         Some((file, file.chunks.get(chunk)?))
     }
 
-    fn has_log(&self, place: usize) -> bool {
+    /// The time of all messages of a chunk; `None` where they differ.
+    fn instant(&self, place: usize) -> Option<u64> {
+        let (_, chunk) = self.file_and_chunk(place)?;
+        (chunk.start_ns == chunk.end_ns).then_some(chunk.start_ns)
+    }
+
+    /// Whether a chunk may have messages of a channel that is `wanted`.
+    fn has(&self, place: usize, wanted: impl Fn(Channel) -> bool) -> bool {
         self.file_and_chunk(place).is_some_and(|(file, chunk)| {
-            let is_log = |id: &u16| file.names.get(id) == Some(&Some(Channel::Log));
-            chunk.channels.is_empty() || chunk.channels.iter().any(is_log)
+            let channel = |id: &u16| file.names.get(id).copied().flatten();
+            let is_wanted = |id: &u16| channel(id).is_some_and(&wanted);
+            chunk.channels.is_empty() || chunk.channels.iter().any(is_wanted)
         })
     }
 
