@@ -62,11 +62,22 @@ export function eventLog(desk: Desk): HTMLElement {
   store.on("log", (lines) => (lines.length === 0 ? rebuild() : append(lines)));
   // What comes after the moment that is shown is not said yet.
   let shown = Infinity;
+  let followed = true;
   desk.pulse.add(list, () => {
     const now = store.past === null ? Infinity : (store.snapshot?.time ?? Infinity);
     if (now === shown) return;
+    if (shown === Infinity) followed = follows;
     shown = now;
-    for (const node of list.children) node.classList.toggle("later", Number((node as HTMLElement).dataset.time) > now);
+    let last: Element | null = null;
+    for (const node of list.children) {
+      const isLater = Number((node as HTMLElement).dataset.time) > now;
+      node.classList.toggle("later", isLater);
+      if (!isLater) last = node;
+    }
+    if (now === Infinity) follows = followed;
+    // The newest line of the moment that is shown is in view.
+    if (now !== Infinity && last !== null) list.scrollTop += last.getBoundingClientRect().bottom - list.getBoundingClientRect().bottom;
+    else follow();
   });
   rebuild();
   return el("div", { class: "events" }, el("div", { class: "row event-bar" }, filter, ...chips, hidden), list);
