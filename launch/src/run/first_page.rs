@@ -16,7 +16,7 @@ use crate::cli::RunArgs;
 /// Longest wait for a page that is not opened.
 pub(super) const PATIENCE: Duration = Duration::from_secs(10);
 /// From the use of the link to the first picture in a browser.
-const LOADING: Duration = Duration::from_millis(2000);
+const LOADING: Duration = Duration::from_secs(2);
 /// Between two looks at the link, and between two requests.
 const LOOK: Duration = Duration::from_millis(250);
 /// From this tick on physics resumes from a snapshot when it is restarted (1 ms each).
