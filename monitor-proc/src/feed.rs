@@ -173,7 +173,6 @@ impl Feed {
         for (_, latest) in &mut self.healths {
             latest.refresh();
         }
-        self.look_at_processes(now_ns, &recorder);
         let healths = self.healths.iter();
         let processes: Vec<(Process, Option<&Health>)> = healths
             .map(|(process, latest)| (*process, latest.get().filter(|h| is_recent(h, now_ns))))
@@ -189,6 +188,17 @@ impl Feed {
             if let Some(text) = started.line() {
                 self.hub.restarted(time_s, &text);
             }
+        }
+        if let Some(world) = world {
+            let gaps = recorder.gaps();
+            let has_gap = std::mem::replace(&mut self.gaps, gaps) < gaps;
+            recorder.file().clone_into(&mut self.file);
+            let mut rows = process_rows(&self.healths, now_ns);
+            rows.push(Row::recording(&self.file, has_gap));
+            let (time_s, epoch) = moment(world);
+            self.hub
+                .change_lanes(|lanes| lanes.look(time_s, epoch, rows));
+            self.hub.set_speed(&speed_text(world.panel.speed));
         }
         let decision = self.decision.get();
         let decision = decision.filter(|decision| self.reset.is_after(world, decision));
@@ -213,28 +223,17 @@ impl Feed {
             self.hub.tell_timeline(timeline);
         }
     }
+}
 
-    /// The lanes of the processes and of the recording, and the speed of the cell.
-    fn look_at_processes(&mut self, now_ns: u64, recorder: &RecorderNews) {
-        let Some(world) = self.world.get() else {
-            return;
-        };
-        let gaps = recorder.gaps();
-        let has_gap = std::mem::replace(&mut self.gaps, gaps) < gaps;
-        recorder.file().clone_into(&mut self.file);
-        // A process without a health message is about to start.
-        let rows = self.healths.iter().map(|(process, latest)| {
-            let is_silent = latest
-                .get()
-                .is_some_and(|health| !is_recent(health, now_ns));
-            Row::process(*process, if is_silent { "silent" } else { "" })
-        });
-        let rows = rows.chain([Row::recording(&self.file, has_gap)]);
-        let (time_s, epoch) = moment(world);
-        self.hub
-            .change_lanes(|lanes| lanes.look(time_s, epoch, rows));
-        self.hub.set_speed(&speed_text(world.panel.speed));
-    }
+/// A lane for each process; one without a health message is about to start.
+fn process_rows(healths: &[(Process, Latest<Health>)], now_ns: u64) -> Vec<Row> {
+    let row = |(process, latest): &(Process, Latest<Health>)| {
+        let is_silent = latest
+            .get()
+            .is_some_and(|health| !is_recent(health, now_ns));
+        Row::process(*process, if is_silent { "silent" } else { "" })
+    };
+    healths.iter().map(row).collect()
 }
 
 /// Whether a process published `health` less than [`SILENCE_NS`] ago.

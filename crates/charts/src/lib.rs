@@ -16,7 +16,7 @@ pub use histogram::histogram;
 pub use svg::svg;
 pub use text::chart;
 
-/// Lines that can be told apart in a panel: [`mod@svg`] has eight colours, solid and dashed.
+/// Lines that can be told apart in a panel: an SVG has eight colours, solid and dashed.
 pub const MAX_LINES: usize = 16;
 
 /// Values over time.
