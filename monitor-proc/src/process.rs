@@ -24,7 +24,7 @@ use crate::live::{self, PageError, Trouble};
 use crate::recorder::Recorder;
 
 /// Longest time between two looks at the taps (ns): their buffers hold thousands
-/// of lines, and nobody reads a log faster. Nothing wakes the monitor before:
+/// of lines, and no person reads a log faster. Nothing wakes the monitor before:
 /// a ring at every decision was most of what it cost.
 const LONGEST_NS: u64 = 50_000_000;
 /// How often the span of the flight recorder is told (ns).
@@ -61,6 +61,7 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
     let journal = Journal::open(&logs)?;
     let (events, lines) = EventFile::open(&logs, events::EVENTS);
     let (lanes, spans) = EventFile::open(&logs, events::LANES);
+    let told = Told { lines, spans };
     let trouble = Trouble::default();
     let scene = live::scene(start).unwrap_or_else(|error| {
         trouble.set(error.to_string());
@@ -71,13 +72,12 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
         let page = start.spec.page.as_ref();
         let page = page.and_then(|page| {
             // A cell whose page cannot be shown is still a cell.
-            let opened = Page::open(scope, start, page, scene, (&recorder, &trouble));
+            let opened = Page::open(scope, start, page, scene, (&recorder, &trouble), &told);
             opened.map_err(|error| trouble.set(error.to_string())).ok()
         });
         let bus = start.join(Process::Monitor)?;
         let mut process = MonitorProcess::new(&bus, start, journal, page)?;
-        process.recall(events, lines, &start.spec);
-        process.recall_lanes(lanes, spans);
+        process.resume(events, lanes, &told.lines, &start.spec);
         process.trouble = trouble;
         process.recorder = Some(recorder.clone());
         while !stop_requested() {
@@ -87,6 +87,23 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
         process.drain();
         Ok(())
     })
+}
+
+/// What an earlier start of the monitor told its pages.
+struct Told {
+    /// The log.
+    lines: Vec<Value>,
+    /// The lanes of the timeline.
+    spans: Vec<Value>,
+}
+
+impl Told {
+    fn recall(&self, hub: &crate::hub::Hub) {
+        hub.recall(self.lines.clone());
+        let spans = self.spans.iter().cloned().map(serde_json::from_value);
+        let spans: Vec<Span> = spans.filter_map(Result::ok).collect();
+        hub.change_lanes(|lanes| lanes.recall(spans));
+    }
 }
 
 /// The page's ends on the thread of the bus.
@@ -103,9 +120,12 @@ impl Page {
         page: &'scope PageSpec,
         scene: Value,
         (recorder, trouble): (&Arc<Recorder>, &Trouble),
+        told: &Told,
     ) -> Result<Self, PageError> {
         let (desk, counters) = LiveDesk::new();
         let site = live::prepare(start, page, scene, desk, recorder)?;
+        // Before the first page connects: it is told the log once.
+        told.recall(&site.hub);
         let (physics, errands) = (counters.physics, counters.errands);
         let (recorder, trouble) = (recorder.clone(), trouble.clone());
         let opened = Page {
@@ -194,27 +214,15 @@ impl MonitorProcess {
         })
     }
 
-    /// Continues the log of an earlier start.
-    fn recall(&mut self, events: EventFile, lines: Vec<Value>, spec: &RunSpec) {
+    /// Continues the files of an earlier start, whose log had these lines.
+    fn resume(&mut self, events: EventFile, lanes: EventFile, lines: &[Value], spec: &RunSpec) {
         let told = || lines.iter().filter_map(|line| line["incident"].as_u64());
         let newest = told().max().unwrap_or(0);
         let of_newest = told().filter(|number| *number == newest).count();
         let number = u32::try_from(newest).unwrap_or(0);
         self.incidents = IncidentWatch::new(spec, number, of_newest);
         self.events = Some(events);
-        if let Some(page) = &self.page {
-            page.hub.recall(lines);
-        }
-    }
-
-    /// Continues the lanes of the timeline of an earlier start.
-    fn recall_lanes(&mut self, file: EventFile, spans: Vec<Value>) {
-        self.lanes = Some(file);
-        if let Some(page) = &self.page {
-            let spans = spans.into_iter().map(serde_json::from_value);
-            let spans: Vec<Span> = spans.filter_map(Result::ok).collect();
-            page.hub.change_lanes(|lanes| lanes.recall(spans));
-        }
+        self.lanes = Some(lanes);
     }
 
     fn turn(&mut self) {

@@ -71,7 +71,7 @@ const test = {
       if (await page.evaluate(condition)) return;
       await page.waitForTimeout(50);
     }
-    throw new Error(`waited in vain until ${what}`);
+    throw new Error(`timed out waiting until ${what}`);
   },
   same: (what, found, expected) => {
     if (JSON.stringify(found) !== JSON.stringify(expected)) {

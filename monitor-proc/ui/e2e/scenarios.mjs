@@ -90,7 +90,7 @@ async function drag({ page, look, until, press }) {
       r.store.log.slice(lines).some(({ mark }) => ["abort", "resync", "recover", "drop"].includes(mark)),
     lines,
   );
-  await until("the job goes on", (r) => r.store.status.task.outcome === "running");
+  await until("the job continues", (r) => r.store.status.task.outcome === "running");
 }
 
 /** Leads the arm by the target while the task is paused. */
@@ -179,7 +179,7 @@ async function buttons({ page, look, until, press, robocell, same, near, forgive
   const lines = await look((r) => r.store.log.length);
   await press("robocell task reset");
   await until(
-    "the task began anew",
+    "the task restarted",
     (r, lines) => r.store.log.slice(lines).some(({ text }) => text.includes("[task] reset")),
     lines,
   );
@@ -229,6 +229,9 @@ async function crashes({ page, look, until, same, forgive }) {
   const epochs = await look((r) => r.store.timeline.epochs);
   same("the newest epoch resumed within the first", epochs[1].from_s > 0 && epochs[1].from_s <= epochs[0].to_s, true);
   same("the timeline begins with the first", (await look((r) => r.store.timeline.from_s)) < epochs[1].from_s, true);
+  // What failed in the part of the history that was discarded keeps its mark.
+  await plant(page, { time_s: epochs[1].from_s + 0.2, text: "planted", mark: "restart", epoch: epochs[0].epoch });
+  await page.locator('.marks [data-mark=restart][title*="planted"]').waitFor({ state: "attached" });
   await kill("controller-0");
   await until("the restart of the controller is told", (r) => r.store.log.some(({ text }) => text.includes("controller-0 restarted")));
   await kill("task");
@@ -251,6 +254,13 @@ async function crashes({ page, look, until, same, forgive }) {
     await page.locator(`.marks [data-mark=restart][title*="${told}"]`).first().waitFor({ state: "attached" });
   }
   same("how often it is told that physics was killed", await lines("physics was killed"), 1);
+  // Two failures of one incident that are apart on the bar have a mark each.
+  for (const [time_s, text] of [[0.5, "one failure"], [epochs[0].to_s - 0.5, "another failure"]]) {
+    await plant(page, { time_s, text, mark: "incident", incident: 9, epoch: epochs[1].epoch });
+  }
+  for (const text of ["one failure", "another failure"]) {
+    await page.locator(`.marks [data-mark=incident][title*="${text}"]`).waitFor({ state: "attached" });
+  }
   await until("the tree is the same", (r, nodes) => r.store.graphs[0]?.nodes.length === nodes, nodes);
   await opensIncident(page, "physics");
   const seek = async (time_s) => {
@@ -269,9 +279,15 @@ async function crashes({ page, look, until, same, forgive }) {
   forgive(CLOSED);
 }
 
+/** Puts a line into the log of the page. */
+async function plant(page, line) {
+  const planted = { kind: "lifecycle", ...line };
+  await page.evaluate((line) => window.robocell.store.takeText({ t: "log", lines: [line] }), planted);
+}
+
 /** The mark of an incident on the timeline opens its sheet. */
 async function opensIncident(page, name) {
-  await page.locator(".marks button[data-mark=incident]").first().click();
+  await page.locator(`.marks button[data-mark=incident][title*="${name} was killed"]`).first().click();
   const sheet = page.locator("dialog.incident");
   const text = await sheet.innerText();
   for (const part of [`Incident 1: ${name} was killed (SIGKILL)`, "controller-0: ", `End of the log of ${name}`]) {
@@ -297,7 +313,7 @@ async function scrub({ page, look, until, same }) {
     await page.waitForTimeout(400);
     [then, later] = [later, await seen()];
   }
-  await until("the task has gone on", (r, phase) => r.store.status.task.phase !== phase, then.phase);
+  await until("the task has continued", (r, phase) => r.store.status.task.phase !== phase, then.phase);
   const time = (then.time + later.time) / 2;
   await until("the flight recorder holds it", (r, t) => r.store.timeline?.to_s > t + 1, time);
   const ack = await page.evaluate((t) => window.robocell.store.command({ do: "seek", time_s: t }), time);
@@ -377,7 +393,7 @@ async function viewer({ page, look, until, press, same, robocell, forgive }) {
   // The browser tells of the answer by itself.
   forgive(/403/);
   same("the role", await look((r) => r.store.hello.role), "viewer");
-  // With the right one the page comes anew.
+  // With the right one the page loads again.
   await Promise.all([page.waitForEvent("load"), present(token)]);
   await until("the page is the operator's", (r) => r?.store.hello?.role === "operator");
   await until("the state is there", (r) => r.store.snapshot !== null);
@@ -414,7 +430,7 @@ async function names({ page, look, until, same }) {
   same("what was made of the names", made, { owned: false, images: 0, scripts: 0 });
 }
 
-/** The robots' real meshes, where somebody fetched them. */
+/** The robots' real meshes, where the user fetched them. */
 async function meshes({ page, look, until, same }) {
   const wanted = await look((r) =>
     r.store.scene.arms.flatMap(({ robot, meshes }) => meshes.map((link) => `${robot}/${link}`)),

@@ -13,7 +13,7 @@ import type {
   Timeline,
 } from "./protocol";
 import { Ages } from "./ages";
-import { isCurrent } from "./epochs";
+import { isCurrent, markedAt } from "./epochs";
 import { decode, type Snapshot } from "./snapshot";
 
 const KEPT_LINES = 2000;
@@ -100,6 +100,11 @@ export class Store {
   /** Whether `line` is part of the history that led to now. */
   isCurrent(line: { epoch: number | null; time_s: number }): boolean {
     return isCurrent(this.timeline?.epochs ?? [], line.epoch, line.time_s);
+  }
+
+  /** Time at which the failure or restart of `line` is marked. */
+  markedAt(line: { epoch: number | null; time_s: number }): number {
+    return markedAt(this.timeline?.epochs ?? [], line.epoch, line.time_s);
   }
 
   /** Sends a command and tells the person when it was refused. */

@@ -141,7 +141,7 @@ export function fakeFeed(store: Store): void {
       say(`${RING[(at + 7) % 8]} -> ${RING[at % 8]}`, "transition", null);
       if (step % 7 === 0) say(`[drop] ${cube} left the gripper, deciding again`, "log", "drop");
       if (step % 9 === 0) say(`[decide] -> stack ${cube}`, "log", null);
-      if (step % 10 === 0) say("[task] <b>goes on</b> from its record", "lifecycle", "restart");
+      if (step % 10 === 0) say("[task] <b>continues</b> from its record", "lifecycle", "restart");
     }
   };
   setInterval(advance, 900);

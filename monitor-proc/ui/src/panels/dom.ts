@@ -44,7 +44,7 @@ export function setAttr(node: Element, name: string, value: string | null): void
   else node.setAttribute(name, value);
 }
 
-/** Begins the animation of `name` anew. */
+/** Restarts the animation of `name`. */
 export function flash(node: HTMLElement, name = "flash"): void {
   node.classList.remove(name);
   void node.offsetWidth;

@@ -1,4 +1,4 @@
-// Ten times a second at most: snapshots come sixty times, and nobody reads
+// Ten times a second at most: snapshots come sixty times, and no one reads
 // numbers that fast.
 
 const PERIOD_MS = 100;

@@ -5,7 +5,7 @@
 export interface Shadows {
   /** Width and height of the map (pixels). */
   map: number;
-  /** Drawn anew at most so often (ms). */
+  /** Redrawn at most so often (ms). */
   everyMs: number;
 }
 

@@ -48,10 +48,10 @@ export function plotsTab(desk: Desk): HTMLElement {
   const span = el("span", { class: "dim" });
   const more = el("button", { type: "button", class: "button small" }, "Add plot");
   more.addEventListener("click", () => add([]));
-  const hold = el("button", { type: "button", class: "button small", title: "Hold the picture; the signals go on behind it" }, "Hold");
+  const hold = el("button", { type: "button", class: "button small", title: "Hold the picture; the signals continue behind it" }, "Hold");
   hold.addEventListener("click", () => {
     held = !held;
-    setText(hold, held ? "Go on" : "Hold");
+    setText(hold, held ? "Continue" : "Hold");
     setAttr(hold, "aria-pressed", String(held));
   });
 

@@ -19,7 +19,7 @@ export function targetForm(desk: Desk): HTMLElement {
     if (refusal !== null) return refusal;
     return numbers().every(Number.isFinite) ? null : "a field is empty";
   };
-  /** The fields show where the tool is until somebody comes to type. */
+  /** The fields show where the tool is until the user starts to type. */
   let following = true;
   const measured = () => {
     const tcp = desk.snapshot?.arms[desk.arm]?.tcp;
@@ -72,7 +72,7 @@ export function targetForm(desk: Desk): HTMLElement {
   desk.onArm(() => {
     following = true;
   });
-  // Hidden, too: whoever comes to type finds all fields filled in.
+  // Hidden, too: a user who starts to type finds all fields filled in.
   desk.pulse.add(null, () => {
     if (following) measured();
   });

@@ -10,7 +10,7 @@ export class GraphChoice {
   private readonly listeners = new Set<() => void>();
 
   constructor(private readonly store: Store) {
-    // While a task begins anew it shows nothing: the last picture stays, as
+    // While a task restarts it shows nothing: the last picture stays, as
     // long as it is of the same demo.
     store.on("graphs", (graphs) => graphs.length > 0 && this.fill(graphs));
     store.on("scene", ({ demo }) => {

@@ -13,7 +13,7 @@ import { linkButton } from "./link-button";
 const MARKS: [string, string][] = [
   ["drop", "object lost"],
   ["break", "grip broke"],
-  ["resync", "picked up anew"],
+  ["resync", "picked up again"],
   ["abort", "turned back"],
   ["recover", "recovery"],
   ["restart", "process restarted"],

@@ -7,6 +7,12 @@ import { openIncident } from "../incident/index";
 /** Incidents closer than this have one mark, so that each can be pressed (pixels). */
 const APART_PX = 24;
 
+/** A line and where it is marked. */
+interface Seen {
+  line: LogLine;
+  at_s: number;
+}
+
 interface Mark {
   /** The same mark is the same node: what is pressed is not replaced meanwhile. */
   key: string;
@@ -20,10 +26,12 @@ export function drawnMarks(desk: Desk, host: HTMLElement, span: () => { first: n
   let nodes = new Map<string, HTMLElement>();
   return () => {
     const { first, last } = span();
-    const fits = (line: LogLine) => line.time_s >= first && line.time_s <= last && store.isCurrent(line);
-    const seen = store.log.filter((line) => line.mark !== null && fits(line));
+    const isFailure = (line: LogLine) => line.incident !== undefined || line.mark === "restart";
+    const at = (line: LogLine) => (isFailure(line) ? store.markedAt(line) : line.time_s);
+    const fits = (line: LogLine) => at(line) >= first && at(line) <= last && (isFailure(line) || store.isCurrent(line));
+    const seen = store.log.filter((line) => line.mark !== null && fits(line)).map((line) => ({ line, at_s: at(line) }));
     const apart_s = (APART_PX / Math.max(host.clientWidth, 1)) * (last - first);
-    const marks = [...seen.filter((line) => line.incident === undefined).map(plain), ...incidents(desk, seen, apart_s)];
+    const marks = [...seen.filter(({ line }) => line.incident === undefined).map(plain), ...incidents(desk, seen, apart_s)];
     const shown = new Map(marks.map((mark) => [mark.key, nodes.get(mark.key) ?? mark.make()]));
     for (const { key, time_s } of marks) {
       const node = shown.get(key);
@@ -45,34 +53,34 @@ function replace(host: HTMLElement, before: Map<string, HTMLElement>, after: Map
   }
 }
 
-function plain(line: LogLine): Mark {
+function plain({ line, at_s }: Seen): Mark {
   const title = told(line);
   return {
     key: `${line.mark} ${title}`,
-    time_s: line.time_s,
+    time_s: at_s,
     make: () => el("i", { "data-mark": line.mark ?? "", title }),
   };
 }
 
 /** Incidents, those of one moment together. */
-function incidents(desk: Desk, seen: LogLine[], apart_s: number): Mark[] {
-  const groups: LogLine[][] = [];
-  const lines = seen.filter((line) => line.incident !== undefined);
-  for (const line of lines.sort((one, other) => (one.incident ?? 0) - (other.incident ?? 0))) {
-    const group = groups.find(([first]) => first !== undefined && Math.abs(first.time_s - line.time_s) < apart_s);
-    if (group === undefined) groups.push([line]);
-    else group.push(line);
+function incidents(desk: Desk, seen: Seen[], apart_s: number): Mark[] {
+  const groups: Seen[][] = [];
+  const found = seen.filter(({ line }) => line.incident !== undefined);
+  for (const one of found.sort((a, b) => (a.line.incident ?? 0) - (b.line.incident ?? 0))) {
+    const group = groups.find(([first]) => first !== undefined && Math.abs(first.at_s - one.at_s) < apart_s);
+    if (group === undefined) groups.push([one]);
+    else group.push(one);
   }
-  return groups.map((lines) => ({
-    key: `incident ${lines.map((line) => line.incident).join(" ")}`,
-    time_s: lines[0]?.time_s ?? 0,
-    make: () => opener(desk, lines),
+  return groups.map((group) => ({
+    // Failures within a second are one incident and may still be apart on the bar.
+    key: `incident ${group.map(({ line }) => told(line)).join(" ")}`,
+    time_s: group[0]?.at_s ?? 0,
+    make: () => opener(desk, group.map(({ line }) => line)),
   }));
 }
 
 function opener(desk: Desk, lines: LogLine[]): HTMLElement {
   const about = { "data-mark": "incident", title: lines.map(told).join("\n"), "aria-label": lines.map(({ text }) => text).join("; ") };
-  // Failures within a second are one incident.
   const count = new Set(lines.map((line) => line.incident)).size;
   const node = el("button", { type: "button", ...about }, count > 1 ? `${count}` : "");
   // The bar under it would look back.

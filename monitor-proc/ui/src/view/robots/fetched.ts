@@ -1,4 +1,4 @@
-// Real meshes, where somebody fetched them, in place of the built-in look.
+// Real meshes, where the user fetched them, in place of the built-in look.
 import { Color, Mesh, MeshStandardMaterial, type Object3D } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { material } from "../materials";

@@ -52,7 +52,7 @@ function merge(parts: Part[]): Merged[] {
 /** Two arms of one kind share their geometries. */
 const merged = new Map<string, Merged[]>();
 
-/** Meshes of what `parts` makes anew; those of the same `key` share their geometries. */
+/** Meshes of what `parts` makes again; those of the same `key` share their geometries. */
 export function meshes(key: string, parts: () => Part[]): Object3D[] {
   let all = merged.get(key);
   if (all === undefined) {

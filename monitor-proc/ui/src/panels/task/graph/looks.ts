@@ -1,5 +1,5 @@
 // Pan and zoom of every drawing, kept while the page is open: a drawing that is made
-// anew looks as it did.
+// again looks as it did.
 
 export interface Look {
   /** Pixels per unit of the drawing. */
