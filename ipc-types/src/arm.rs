@@ -79,7 +79,7 @@ wire! {
 }
 
 wire! {
-    /// Controller to everybody, once per cycle: what it is doing and how far.
+    /// Controller to all processes, once per cycle: what it is doing and how far.
     pub struct ArmStatus {
         /// Header; `tick` is the tick of the state this was computed from.
         pub header: Header,

@@ -12,6 +12,7 @@ pub mod decision;
 pub mod equipment;
 pub mod header;
 pub mod health;
+pub mod layout;
 #[cfg(feature = "iceoryx2")]
 pub mod loan;
 pub mod operator;

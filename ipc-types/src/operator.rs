@@ -9,11 +9,11 @@ use crate::{BreakName, GripperGoal, MAX_JOINTS, Text};
 code! {
     /// What is asked for.
     pub enum OperatorAction {
-        /// Nothing: a question whether somebody listens.
+        /// Nothing: a question whether a process listens.
         Ping = 0,
         /// Stop simulated time.
         Pause = 1,
-        /// Let simulated time go on.
+        /// Let simulated time continue.
         Resume = 2,
         /// Run `count` ticks, then pause.
         Step = 3,
@@ -29,7 +29,7 @@ code! {
         TaskStart = 8,
         /// Pause the task: the operator leads.
         TaskPause = 9,
-        /// Let the task go on.
+        /// Let the task continue.
         TaskResume = 10,
         /// Put the task back to its beginning.
         TaskReset = 11,
@@ -37,7 +37,7 @@ code! {
         DropParts = 12,
         /// Add a bin; `count` 1: upside down.
         AddBin = 13,
-        /// The launcher acted on script line `count`; physics may go on.
+        /// The launcher acted on script line `count`; physics may continue.
         ScriptDone = 14,
         /// Pause at tick `count` at the latest; used before a kill at a tick.
         End = 15,

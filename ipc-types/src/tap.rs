@@ -1,4 +1,4 @@
-//! Copies for whoever records: every message as it was sent, in deep buffers of
+//! Copies for the recorder: every message as it was sent, in deep buffers of
 //! their own, so that the control topics stay shallow.
 
 use crate::header::Header;
@@ -31,8 +31,8 @@ wire! {
 }
 
 wire! {
-    /// A [`WorldState`] for the recorder, all of it but for the objects nobody
-    /// asks for in this tick. States with more objects take several pieces, each
+    /// A [`WorldState`] for the recorder, all of it but for the objects that
+    /// are not due in this tick. States with more objects take several pieces, each
     /// with all the rest.
     pub struct WorldPiece {
         /// Header of the piece.
@@ -76,7 +76,7 @@ wire! {
 
 wire! {
     /// All that a process remembers, as of the message with number `after_seq`
-    /// on its main topic (a command, a decision): whoever restores `bytes` and
+    /// on its main topic (a command, a decision): a process that restores `bytes` and
     /// is given the inputs that came later computes what the process did.
     pub struct Keyframe {
         /// Header; `tick` is the tick of that message.

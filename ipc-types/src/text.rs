@@ -13,6 +13,10 @@ pub struct Text<const N: usize> {
 // SAFETY: an array of bytes.
 unsafe impl<const N: usize> Wire for Text<N> {
     const SCHEMA: u64 = hash_u64(hash_start("text"), N as u64);
+
+    fn element() -> (String, usize) {
+        (format!("Text{N}"), 1)
+    }
 }
 
 impl<const N: usize> Text<N> {

@@ -118,6 +118,9 @@ macro_rules! code {
             }
             /// The code to send.
             pub fn code(self) -> u32 { self as u32 }
+            /// Names and codes of all values.
+            pub const CODES: &'static [(&'static str, u32)] =
+                &[$((stringify!($variant), $code)),*];
         }
     };
 }

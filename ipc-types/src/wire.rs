@@ -1,6 +1,8 @@
 //! What makes a struct a message: no padding, no pointer, a schema hash in its
 //! type name.
 
+use crate::layout::StructLayout;
+
 /// Plain data that can lie in memory shared between processes.
 ///
 /// # Safety
@@ -15,6 +17,13 @@ pub unsafe trait Wire: Copy + Send + Sync + 'static {
     /// Calls `visit` with name and byte offset of every `f64` in the type, which is
     /// called `name` and begins at `offset`. For tests that damage messages.
     fn each_float(_name: &str, _offset: usize, _visit: &mut dyn FnMut(&str, usize)) {}
+
+    /// Name of the type of one element, and how many there are: 1 for all but arrays.
+    fn element() -> (String, usize);
+
+    /// Appends the layout of the struct, and of every struct in it, unless `into`
+    /// has it. Numbers and text have none.
+    fn describe(_into: &mut Vec<StructLayout>) {}
 
     /// The message of all zeros, which is a valid value of every [`Wire`] type.
     fn zeroed() -> Self {
@@ -95,6 +104,10 @@ macro_rules! primitive {
         // SAFETY: a number has no padding and no invalid bit pattern.
         unsafe impl Wire for $t {
             const SCHEMA: u64 = hash_start(stringify!($t));
+
+            fn element() -> (String, usize) {
+                (stringify!($t).to_owned(), 1)
+            }
         }
     )*};
 }
@@ -104,6 +117,10 @@ primitive!(u8, u32, u64, i64);
 unsafe impl Wire for f64 {
     const SCHEMA: u64 = hash_start("f64");
 
+    fn element() -> (String, usize) {
+        ("f64".to_owned(), 1)
+    }
+
     fn each_float(name: &str, offset: usize, visit: &mut dyn FnMut(&str, usize)) {
         visit(name, offset);
     }
@@ -112,6 +129,15 @@ unsafe impl Wire for f64 {
 // SAFETY: an array has no padding of its own.
 unsafe impl<T: Wire, const N: usize> Wire for [T; N] {
     const SCHEMA: u64 = hash_u64(hash_u64(hash_start("array"), T::SCHEMA), N as u64);
+
+    fn element() -> (String, usize) {
+        let (name, count) = T::element();
+        (name, count * N)
+    }
+
+    fn describe(into: &mut Vec<StructLayout>) {
+        T::describe(into);
+    }
 
     fn each_float(name: &str, offset: usize, visit: &mut dyn FnMut(&str, usize)) {
         for index in 0..N {
@@ -152,6 +178,26 @@ macro_rules! wire {
                 )*
                 $crate::wire::hash_u64(hash, size_of::<$name>() as u64)
             };
+
+            fn element() -> (String, usize) {
+                (stringify!($name).to_owned(), 1)
+            }
+
+            fn describe(into: &mut Vec<$crate::layout::StructLayout>) {
+                if into.iter().any(|known| known.name == stringify!($name)) {
+                    return;
+                }
+                into.push($crate::layout::StructLayout {
+                    name: stringify!($name),
+                    bytes: size_of::<$name>(),
+                    schema: <Self as $crate::wire::Wire>::SCHEMA,
+                    fields: vec![$($crate::layout::FieldLayout::of::<$ty>(
+                        stringify!($field),
+                        core::mem::offset_of!($name, $field),
+                    ),)*],
+                });
+                $(<$ty as $crate::wire::Wire>::describe(into);)*
+            }
 
             fn each_float(name: &str, offset: usize, visit: &mut dyn FnMut(&str, usize)) {
                 $(

@@ -10,11 +10,11 @@ use crate::wire::wire;
 use crate::{BreakName, MAX_ARMS, MAX_BREAKS, MAX_JOINTS, MAX_OBJECTS};
 
 /// [`WorldState::flags`]: the simulation is paused; the same tick is published
-/// again and again, and nobody's ages count.
+/// again and again, and no ages count.
 pub const FLAG_PAUSED: u32 = 1;
-/// [`WorldState::flags`]: lockstep; physics waits for everybody.
+/// [`WorldState::flags`]: lockstep; physics waits for every process.
 pub const FLAG_LOCKSTEP: u32 = 2;
-/// [`WorldState::flags`]: the run ends, everybody may go.
+/// [`WorldState::flags`]: the run ends, all processes may leave.
 pub const FLAG_ENDING: u32 = 4;
 
 /// [`ObjectState::flags`]: present in the simulation.
@@ -171,7 +171,7 @@ wire! {
         pub drop_parts: u32,
         /// Counts requests for a bin.
         pub add_bin: u32,
-        /// Counts resets of the scene: whoever integrates or remembers starts
+        /// Counts resets of the scene: a process that integrates or keeps state starts
         /// again from what is measured.
         pub scene_reset: u32,
         /// 1 where the newest target is `target_joints`, 0 where it is `target`.
@@ -191,7 +191,7 @@ wire! {
 }
 
 wire! {
-    /// Physics to everybody, at the end of every tick.
+    /// Physics to all processes, at the end of every tick.
     pub struct WorldState {
         /// Header; `tick` is the tick this state ends.
         pub header: Header,

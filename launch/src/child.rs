@@ -12,6 +12,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use cell_model::runs::children::ChildId;
+use cell_model::runs::python;
 use cell_rt::process::{SIGCONT, SIGKILL, SIGTERM, kill, start_time};
 use ipc_types::topic::Process;
 
@@ -87,7 +88,7 @@ impl Children {
         let log_too = log
             .try_clone()
             .map_err(|error| format!("its log: {error}"))?;
-        let mut command = Command::new(&path);
+        let mut command = python::command(&path);
         command.arg("--spec").arg(self.dir.spec());
         command.args(["--generation", &generation.to_string()]);
         if let Process::Controller(arm) = process {
@@ -140,7 +141,7 @@ impl Children {
         self.signal(process, SIGKILL);
     }
 
-    /// Sends `signal`. The pid is ours until the child is reaped, so nobody
+    /// Sends `signal`. The pid is ours until the child is reaped, so no one
     /// else is hit.
     pub(crate) fn signal(&self, process: Process, signal: i32) {
         if let Some(pid) = self.pid(process) {

@@ -99,6 +99,9 @@ pub struct SchemaArgs {
     /// Task program whose jobs are described
     #[arg(long, value_name = "PROGRAM")]
     pub task: Option<String>,
+    /// Print JSON, as it does in any case
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Something with a schema.
@@ -112,6 +115,8 @@ pub enum SchemaKind {
     Cell,
     /// What a command prints with `--json`
     Output,
+    /// Messages between the processes: layouts, codes and topics
+    Wire,
 }
 
 impl SchemaKind {
@@ -122,6 +127,7 @@ impl SchemaKind {
             Self::Machine => "machine",
             Self::Cell => "cell",
             Self::Output => "output",
+            Self::Wire => "wire",
         }
     }
 }

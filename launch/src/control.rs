@@ -24,11 +24,11 @@ const MAX_CLIENTS: usize = 64;
 pub(crate) enum Request {
     /// Stop the cell.
     Down,
-    /// Start processes anew.
+    /// Restart processes.
     Restart {
         /// `physics`, `controller`, `task` or `monitor`.
         process: String,
-        /// Policy the task goes on with.
+        /// Policy the task continues with.
         policy: Option<String>,
     },
     /// Take the cell down and set up another scene in its place, which waits

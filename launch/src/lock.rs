@@ -13,7 +13,7 @@ const RETRIES: u32 = 20;
 #[derive(Debug)]
 pub struct Lock {
     _file: File,
-    /// Whether somebody held it before: then things may lie about.
+    /// Whether another process held it before: then leftovers may exist.
     pub used_before: bool,
 }
 
@@ -31,7 +31,7 @@ impl Lock {
     pub fn take(path: &Path) -> io::Result<Result<Self, Holder>> {
         let mut tried = Self::try_take(path)?;
         for _ in 0..RETRIES {
-            // Somebody who only looks holds it for a moment, too.
+            // A process that only looks holds it for a moment, too.
             match &tried {
                 Err(holder)
                     if !Path::new("/proc").join(holder.pid.to_string()).exists()

@@ -6,9 +6,9 @@
 use std::ffi::OsStr;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use cell_model::Cell;
+use cell_model::runs::python;
 
 use crate::failure::{Code, Context, Failure};
 use crate::programs::{beside, task_program};
@@ -49,7 +49,8 @@ pub(crate) fn of_arms(
 
 /// The program `asked` for, a path or a name.
 pub(crate) fn find(asked: &str, data_dir: Option<&Path>) -> Result<PathBuf, Failure> {
-    if asked.contains('/') {
+    let here = python::is_file(Path::new(asked)) && Path::new(asked).is_file();
+    if asked.contains('/') || here {
         let path = std::fs::canonicalize(asked).cannot(format!("find task program {asked}"))?;
         return is_program(&path).then_some(path).ok_or_else(|| {
             Failure::configuration(format!(
@@ -76,7 +77,7 @@ pub(crate) fn find(asked: &str, data_dir: Option<&Path>) -> Result<PathBuf, Fail
     })
 }
 
-/// Beside the cell, beside `robocell`, then on PATH.
+/// Where a program without a folder is looked for: beside the cell, beside `robocell`, then on PATH.
 fn places(data_dir: Option<&Path>) -> Vec<PathBuf> {
     let mut places = Vec::new();
     if let Some(dir) = data_dir {
@@ -89,9 +90,11 @@ fn places(data_dir: Option<&Path>) -> Vec<PathBuf> {
     places
 }
 
+/// Whether a file can be started: an executable, or a Python file.
 fn is_program(path: &Path) -> bool {
+    let runs = |mode: u32| python::is_file(path) || mode & 0o111 != 0;
     let meta = path.metadata();
-    meta.is_ok_and(|meta| meta.is_file() && meta.permissions().mode() & 0o111 != 0)
+    meta.is_ok_and(|meta| meta.is_file() && runs(meta.permissions().mode()))
 }
 
 /// Runs a task program with `arguments`; its output is ours, its exit code too.
@@ -105,7 +108,7 @@ pub(crate) fn run_other(program: &str, arguments: &[String]) -> Result<(), Failu
 }
 
 fn run_program<S: AsRef<OsStr>>(path: &Path, arguments: &[S]) -> Result<(), Failure> {
-    let status = Command::new(path)
+    let status = python::command(path)
         .args(arguments)
         .status()
         .cannot(format!("start {}", path.display()))?;
@@ -134,7 +137,7 @@ pub(crate) fn check_policy(
     data_dir: Option<&Path>,
 ) -> Result<String, Failure> {
     let path = task_program(program)?;
-    let mut command = Command::new(&path);
+    let mut command = python::command(&path);
     command.args(["behaviour", "show", "bt", demo, "--policy", policy]);
     if let Some(dir) = data_dir {
         command.arg("--data").arg(dir);
@@ -167,7 +170,7 @@ pub(crate) fn node_names(
     data_dir: Option<&Path>,
 ) -> Result<Vec<String>, Failure> {
     let path = task_program(program)?;
-    let mut command = Command::new(&path);
+    let mut command = python::command(&path);
     command.args(["behaviour", "show", "bt", demo, "--policy", policy]);
     command.args(["--format", "names"]);
     if let Some(dir) = data_dir {

@@ -62,7 +62,7 @@ pub enum ModelError {
         /// What the parser says.
         message: String,
     },
-    /// A key nobody knows.
+    /// An unknown key.
     #[error("{place}: unknown key '{key}'; {advice}")]
     UnknownKey {
         /// Where.

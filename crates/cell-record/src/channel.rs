@@ -1,7 +1,7 @@
 //! The channels of a recording, by name.
 
-use ipc_types::MAX_ARMS;
 use ipc_types::topic::Process;
+use ipc_types::{ArmCommand, ArmStatus, Decision, Keyframe, MAX_ARMS, TraceLine, Wire, WorldPiece};
 
 use crate::{foxglove, layout};
 
@@ -137,23 +137,18 @@ impl Channel {
     }
 
     pub(crate) fn schema(self) -> Schema {
-        let own = |name| Schema {
-            name,
-            encoding: layout::ENCODING,
-            data: layout::of(name),
-        };
         let json = |name, data: &str| Schema {
             name,
             encoding: "jsonschema",
             data: data.to_owned(),
         };
         match self {
-            Self::World => own("WorldPiece"),
-            Self::Command(_) => own("ArmCommand"),
-            Self::Status(_) => own("ArmStatus"),
-            Self::Decision => own("Decision"),
-            Self::Trace | Self::Log => own("TraceLine"),
-            Self::Keyframe(_) => own("Keyframe"),
+            Self::World => own::<WorldPiece>("WorldPiece"),
+            Self::Command(_) => own::<ArmCommand>("ArmCommand"),
+            Self::Status(_) => own::<ArmStatus>("ArmStatus"),
+            Self::Decision => own::<Decision>("Decision"),
+            Self::Trace | Self::Log => own::<TraceLine>("TraceLine"),
+            Self::Keyframe(_) => own::<Keyframe>("Keyframe"),
             Self::Run => json("robocell.Run", r#"{"type":"object"}"#),
             Self::Scene => json("robocell.Scene", r#"{"type":"object"}"#),
             Self::Health(_) => json("robocell.Health", HEALTH),
@@ -165,6 +160,15 @@ impl Channel {
             Self::Tracking(_) => json("robocell.TrackingErrors", foxglove::TRACKING),
             Self::FoxgloveLog => json("foxglove.Log", foxglove::LOG),
         }
+    }
+}
+
+/// Of a struct of the wire.
+fn own<T: Wire>(name: &'static str) -> Schema {
+    Schema {
+        name,
+        encoding: layout::ENCODING,
+        data: layout::of::<T>(),
     }
 }
 

@@ -35,7 +35,7 @@ impl Recording {
         while let Some(entry) = entries.next() {
             let entry = match entry {
                 Ok(entry) => entry,
-                // The ring goes on meanwhile: its oldest file may be gone.
+                // The ring continues meanwhile: its oldest file may be gone.
                 Err(RecordError::Io { source, .. })
                     if source.kind() == std::io::ErrorKind::NotFound =>
                 {

@@ -40,7 +40,7 @@ struct Open {
 
 /// Keeps the newest messages, as many as fit into a number of bytes. A disk that
 /// is full, or a directory that is gone, costs messages, which are counted; it
-/// goes on by itself.
+/// continues by itself.
 pub struct Flight {
     storage: Box<dyn Storage>,
     dir: PathBuf,

@@ -11,7 +11,7 @@ const MAX_PIECES: usize = 4096;
 /// What was said last at one moment.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// The world; objects that nobody touched as of at most ten ticks before.
+    /// The world; objects that nothing touched as of at most ten ticks before.
     pub world: Box<WorldState>,
     /// Of each arm that had said something.
     pub status: Vec<ArmStatus>,

@@ -1,4 +1,4 @@
-//! Finds the chunks of a file, also of one that nobody closed.
+//! Finds the chunks of a file, also of one that was not closed.
 
 use std::fs::File;
 use std::io::{BufReader, Read};

@@ -10,5 +10,5 @@ mod warn;
 
 pub use health::HealthReporter;
 pub use loop_class::LoopClass;
-pub use start::{RunError, SetupError, Start, main};
+pub use start::{RunError, SetupError, Start, main, main_of};
 pub use warn::warn;

@@ -53,14 +53,14 @@ pub struct Start {
 impl Start {
     /// Reads arguments, run file and cell, and ties this process to the
     /// launcher: it ends when the launcher ends.
-    pub fn from_arguments() -> Result<Self, SetupError> {
+    pub fn from_arguments(words: &[String]) -> Result<Self, SetupError> {
         process::private_umask();
         signal::install_stop_handler()?;
         let parent = process::parent_pid();
         if !process::die_with_parent(process::SIGTERM, parent)? {
             return Err(SetupError::Orphan);
         }
-        let args = WorkerArgs::parse(std::env::args().skip(1))?;
+        let args = WorkerArgs::parse(words.iter().cloned())?;
         let spec = RunSpec::load(&args.spec)?;
         let cell = spec.load_cell()?;
         Ok(Self {
@@ -142,11 +142,21 @@ impl RunError for BusError {
 /// What is wrong with arguments or files stays wrong; what fails afterwards may
 /// pass, and the launcher tries again.
 pub fn main<E: RunError>(name: &str, run: impl FnOnce(&Start) -> Result<(), E>) -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    main_of(name, &words, run)
+}
+
+/// As [`main`], with these words in place of the arguments of this process.
+pub fn main_of<E: RunError>(
+    name: &str,
+    words: &[String],
+    run: impl FnOnce(&Start) -> Result<(), E>,
+) -> ExitCode {
     let fail = |error: &dyn std::fmt::Display, code: u8| {
         crate::warn::line(format_args!("{name}: {error}"));
         ExitCode::from(code)
     };
-    match Start::from_arguments() {
+    match Start::from_arguments(words) {
         Err(error) => fail(&error, EXIT_CONFIGURATION),
         Ok(start) => {
             let code = match run(&start) {

@@ -58,4 +58,4 @@ pub use setup::{ArmSetup, ObjectSetup, PlaceSetup, Setup, Tool};
 pub use shared::{Lease, Owner, Recovery, Reservations};
 pub use skill::{Skill, SkillLeaf, Station};
 pub use way::Way;
-pub use world::{ArmMemory, World};
+pub use world::{ArmMemory, Told, World};

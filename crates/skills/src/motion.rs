@@ -267,7 +267,7 @@ pub(crate) fn is_clear(step: &mut Step, object: Option<usize>, world: &mut World
         position: [x, y, z + CLEAR_M],
         orientation_wxyz: world.tool().down(world.tool_yaw()),
     };
-    // Empty fingers that were told to open go on opening.
+    // Empty fingers that were told to open continue opening.
     let gripper = match world.held() {
         Some(_) => GripperGoal::Keep,
         None => GripperGoal::Open,

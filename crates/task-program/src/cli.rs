@@ -9,6 +9,7 @@ use std::process::ExitCode;
 
 use cell_model::Data;
 use cell_model::runs::output::schema;
+use cell_model::runs::python;
 use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::{RunOutcome, RunSummary};
 use cell_record::Recording;
@@ -180,8 +181,8 @@ impl From<cell_model::ModelError> for CliError {
 }
 
 /// Does what the command line says.
-pub(crate) fn main(program: &Program) -> ExitCode {
-    match run(program) {
+pub(crate) fn main(program: &Program, words: &[String]) -> ExitCode {
+    match run(program, words) {
         Ok(code) => code,
         Err(error) => {
             writeln!(std::io::stderr(), "{error}").ok();
@@ -190,24 +191,13 @@ pub(crate) fn main(program: &Program) -> ExitCode {
     }
 }
 
-fn run(program: &Program) -> Result<ExitCode, CliError> {
-    match Cli::parse().command {
+fn run(program: &Program, words: &[String]) -> Result<ExitCode, CliError> {
+    let own_name = std::iter::once("task program");
+    let cli = Cli::parse_from(own_name.chain(words.iter().map(String::as_str)));
+    match cli.command {
         Command::Run { spec, json } => {
             let spec = RunSpec::load(&spec)?;
-            let summary = run::to_the_end(program, &spec, |tick, line| {
-                if !json {
-                    say(format_args!("{:9.3} s  {line}", tick as f64 * 1.0e-3));
-                }
-            })?;
-            for refused in summary.script_replies.iter().filter(|r| !r.accepted) {
-                cell_worker::warn(refused);
-            }
-            if json {
-                print_json(&summary);
-            } else {
-                say(format_args!("{summary}"));
-            }
-            Ok(code(summary.outcome == RunOutcome::Done))
+            Ok(run_once(program, &spec, json)?)
         }
         Command::Eval {
             demo,
@@ -225,7 +215,10 @@ fn run(program: &Program) -> Result<ExitCode, CliError> {
                 spec.script = run::script(&path, &cell)?;
             }
             if spec.policy.is_empty() {
-                spec.policy = cell.default_policy;
+                program
+                    .policies
+                    .default_policy(&cell)
+                    .clone_into(&mut spec.policy);
             }
             Ok(evaluate(program, &eval::Plan { spec, seeds, jobs }, json)?)
         }
@@ -245,11 +238,28 @@ fn run(program: &Program) -> Result<ExitCode, CliError> {
             here,
         } => {
             if let Some(other) = recorded_program(&file).filter(|_| !here) {
-                return Ok(verify_by(&other)?);
+                return Ok(verify_by(&other, words)?);
             }
             Ok(verify(program, &file, data, json)?)
         }
     }
+}
+
+fn run_once(program: &Program, spec: &RunSpec, json: bool) -> Result<ExitCode, SimError> {
+    let summary = run::to_the_end(program, spec, |tick, line| {
+        if !json {
+            say(format_args!("{:9.3} s  {line}", tick as f64 * 1.0e-3));
+        }
+    })?;
+    for refused in summary.script_replies.iter().filter(|r| !r.accepted) {
+        cell_worker::warn(refused);
+    }
+    if json {
+        print_json(&summary);
+    } else {
+        say(format_args!("{summary}"));
+    }
+    Ok(code(summary.outcome == RunOutcome::Done))
 }
 
 fn verify(
@@ -349,9 +359,9 @@ fn recorded_program(file: &Path) -> Option<PathBuf> {
 }
 
 /// Has the program that did the task of the run verify it, with our arguments.
-fn verify_by(program: &Path) -> Result<ExitCode, SimError> {
-    let mut command = std::process::Command::new(program);
-    command.args(std::env::args_os().skip(1)).arg("--here");
+fn verify_by(program: &Path, words: &[String]) -> Result<ExitCode, SimError> {
+    let mut command = python::command(program);
+    command.args(words).arg("--here");
     Err(SimError::TaskProgram {
         path: program.display().to_string(),
         source: command.exec(),

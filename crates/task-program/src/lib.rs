@@ -40,18 +40,24 @@ pub fn main(policies: Policies) -> ExitCode {
 /// names it.
 pub fn main_with(policies: Policies, controllers: Controllers) -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
+    main_of(policies, controllers, &words)
+}
+
+/// As [`main_with`], with these words in place of the arguments of this process.
+pub fn main_of(policies: Policies, controllers: Controllers, words: &[String]) -> ExitCode {
     if words.iter().any(|word| word == "--arm") {
         return control::main(&controllers);
     }
     if words.first().is_some_and(|word| word == "--spec") {
-        return cell_worker::main("task", |start| process::run(start, &policies));
+        return cell_worker::main_of("task", words, |start| process::run(start, &policies));
     }
     let data = cell_files::data();
-    cli::main(&Program {
+    let program = Program {
         policies,
         controllers,
         data,
-    })
+    };
+    cli::main(&program, words)
 }
 
 /// Runs a cell of the folder `data` to its end, in this process and as fast as it
@@ -73,6 +79,9 @@ pub fn run_cell(
     let mut spec = eval::template(demo, "");
     spec.seed = seed;
     let cell = spec.load_cell_from(&program.data)?;
-    spec.policy = cell.default_policy;
+    program
+        .policies
+        .default_policy(&cell)
+        .clone_into(&mut spec.policy);
     run::to_the_end(&program, &spec, |_, _| {})
 }

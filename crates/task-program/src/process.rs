@@ -197,7 +197,7 @@ impl TaskProcess {
         }
         self.decided = Some((generation, saved.tick));
         self.message = saved.decision;
-        // The decision was made, perhaps not heard, or not by everybody. It is
+        // The decision was made, perhaps not heard, or not by all. It is
         // absolute, and its tick says how old it is. Another one follows.
         let _sent = self.publish();
     }
@@ -327,7 +327,7 @@ impl TaskProcess {
                 if !lockstep || complete || given_up {
                     break;
                 }
-                // Somebody may wait for this process in the same way.
+                // Another process may wait for this process in the same way.
                 self.decision.update_connections();
                 std::thread::yield_now();
             }

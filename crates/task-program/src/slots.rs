@@ -29,7 +29,7 @@ pub struct SlotsError {
 pub struct Saved {
     /// The tick.
     pub tick: u64,
-    /// The decision that was made, to be published again if nobody heard it.
+    /// The decision that was made, to be published again if no process received it.
     pub decision: Decision,
     /// The task's checkpoint.
     pub checkpoint: Vec<u8>,

@@ -91,12 +91,12 @@ impl GoalBook {
         goal.goal_id = entry.goal_id;
     }
 
-    /// Whether a restored book can go on counting.
+    /// Whether a restored book can continue counting.
     pub(crate) fn is_sound(&self) -> bool {
         self.entries.iter().all(|entry| entry.goal_id < MOST_GOALS)
     }
 
-    /// Makes the next goal of every arm a new one; numbers go on counting.
+    /// Makes the next goal of every arm a new one; numbers continue counting.
     pub(crate) fn forget(&mut self) {
         for entry in &mut self.entries {
             entry.identity = None;

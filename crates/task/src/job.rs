@@ -93,7 +93,7 @@ impl Job {
         }
     }
 
-    /// Begins anew.
+    /// Restarts the job.
     pub(crate) fn reset(&mut self) {
         let io = Io {
             conveyor_running: false,

@@ -62,6 +62,25 @@ impl<'a> Observation<'a> {
         }
     }
 
+    /// The sample with words of controllers that were taken down before, by arm:
+    /// those of [`Observation::echo`].
+    pub fn with_echoes(
+        state: &'a WorldState,
+        echoes: [Option<ControllerEcho>; MAX_ARMS],
+        time: PolicyTime,
+    ) -> Self {
+        Self {
+            state,
+            echoes,
+            time,
+        }
+    }
+
+    /// The whole state of the cell.
+    pub fn state(&self) -> &'a WorldState {
+        self.state
+    }
+
     /// Number of the sample: the tick it shows.
     pub fn sample_id(&self) -> u64 {
         self.state.header.tick

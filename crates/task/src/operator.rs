@@ -31,7 +31,7 @@ pub struct PanelChange {
     /// The task was asked to start; at the first decision, that it was asked
     /// before and not put back since.
     pub start: bool,
-    /// The task was asked to begin anew, or the scene was put back.
+    /// The task was asked to restart, or the scene was put back.
     pub reset: bool,
     /// The task is paused now and was not.
     pub pause: bool,

@@ -81,8 +81,8 @@ impl Default for ArmIntent {
     }
 }
 
-/// Collects one decision. Emptied before every decision, so an arm nobody
-/// speaks for holds.
+/// Collects one decision. Emptied before every decision, so an arm the policy
+/// does not command holds.
 #[derive(Debug, Default)]
 pub struct Output {
     intents: [ArmIntent; MAX_ARMS],

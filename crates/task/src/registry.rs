@@ -122,10 +122,28 @@ impl<S: Settings> AnyKind for Kind<S> {
     }
 }
 
+type MakeAny = dyn Fn(&Cell) -> Result<Box<dyn AnyPolicy>, SetupError> + Send + Sync;
+
+/// A policy for every kind of `[task]`, see [`Policies::policy_for_every_kind`].
+#[derive(Clone)]
+struct ForEveryKind {
+    name: String,
+    make: Arc<MakeAny>,
+}
+
+impl ForEveryKind {
+    fn task(&self, cell: &Cell) -> Result<Task, TaskError> {
+        let made = (self.make)(cell)?;
+        let force = NoSettings {}.grip_force_n(cell);
+        Ok(Task::new(cell, &self.name, force, made))
+    }
+}
+
 /// All jobs a program can do. Cheap to clone.
 #[derive(Clone, Default)]
 pub struct Policies {
     kinds: Vec<Arc<dyn AnyKind>>,
+    for_every_kind: Vec<ForEveryKind>,
 }
 
 impl Policies {
@@ -154,6 +172,28 @@ impl Policies {
         self.with(Kind::<NoSettings>::new(name).policy(name, make))
     }
 
+    /// Adds a policy that does the task of any cell, whatever its kind: for programs
+    /// that read `[task]` themselves. It comes before those of the kinds.
+    #[must_use]
+    pub fn policy_for_every_kind(
+        mut self,
+        name: &str,
+        make: impl Fn(&Cell) -> Result<Box<dyn AnyPolicy>, SetupError> + Send + Sync + 'static,
+    ) -> Self {
+        self.for_every_kind.push(ForEveryKind {
+            name: name.to_owned(),
+            make: Arc::new(make),
+        });
+        self
+    }
+
+    /// The policy of `cell` where the user names none: that for every kind, else the
+    /// default of the cell.
+    pub fn default_policy<'a>(&'a self, cell: &'a Cell) -> &'a str {
+        let first = self.for_every_kind.first();
+        first.map_or(&cell.default_policy, |policy| &policy.name)
+    }
+
     /// The names of all kinds.
     pub fn kinds(&self) -> Vec<&str> {
         self.kinds.iter().map(|kind| kind.name()).collect()
@@ -168,6 +208,21 @@ impl Policies {
         if cell.arms.is_empty() {
             return Err(TaskError::NoArm {
                 demo: cell.name.clone(),
+            });
+        }
+        if let Some(found) = self.for_every_kind.iter().find(|p| p.name == policy) {
+            return found.task(cell);
+        }
+        if !self.for_every_kind.is_empty() {
+            let names: Vec<&str> = self
+                .for_every_kind
+                .iter()
+                .map(|p| p.name.as_str())
+                .collect();
+            return Err(TaskError::UnknownPolicy {
+                policy: policy.to_owned(),
+                demo: cell.name.clone(),
+                advice: suggest::advice(policy, &names),
             });
         }
         let wanted = cell.task.kind();

@@ -205,7 +205,7 @@ impl Task {
         self.unsure = true;
     }
 
-    /// Forgets everything: the world is another one, and ticks count anew.
+    /// Forgets everything: the world is another one, and ticks start from zero.
     pub fn begin_new_scene(&mut self) {
         self.policy.reset();
         self.job.reset();

@@ -54,7 +54,7 @@ pub struct PolicyClock {
 }
 
 impl PolicyClock {
-    /// Leaves out the time up to `tick`: nobody decided then, and the arm held.
+    /// Leaves out the time up to `tick`: no decision was made then, and the arm held.
     pub fn skip_to(&mut self, tick: u64) {
         self.last_tick = Some(tick);
     }
@@ -72,7 +72,7 @@ impl PolicyClock {
         self.elapsed
     }
 
-    /// Whether a restored clock can go on counting.
+    /// Whether a restored clock can continue counting.
     pub(crate) fn is_sound(&self) -> bool {
         let counted = self.elapsed.0.checked_add(self.paused_ticks);
         counted.is_some_and(|ticks| ticks < MOST_TICKS)

@@ -4,6 +4,8 @@ use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::time::Duration;
 
+use cell_model::runs::wire;
+
 use super::columns::terminal_width;
 use super::top::View;
 use crate::cli::{
@@ -41,6 +43,10 @@ pub(crate) fn schema(args: &SchemaArgs) -> Result<(), Failure> {
     if args.name.is_some() {
         let what = args.what.word();
         return Err(Failure::usage(format!("`schema {what}` takes no name")));
+    }
+    if args.what == SchemaKind::Wire {
+        say::line(format_args!("{:#}", wire::schema()));
+        return Ok(());
     }
     let program = found(args.task.as_deref())?;
     task_program::run(program.as_deref(), &["schema", args.what.word()])

@@ -62,7 +62,7 @@ impl Picture {
         }
     }
 
-    /// Waits until everybody was heard, or for half a second.
+    /// Waits until all processes were heard, or for half a second.
     pub(crate) fn fill(&mut self) {
         let until = Instant::now() + PATIENCE;
         loop {

@@ -89,12 +89,12 @@ impl Trace {
             return;
         };
         if node == 0 {
-            // The picture begins anew, perhaps another one.
+            // The picture restarts, perhaps another one.
             picture.graph.kind = GraphKind::Tree;
             picture.graph.edges.clear();
         }
         picture.statuses.resize(count, NodeStatus::Invalid);
-        picture.graph.nodes.resize_with(count, nobody);
+        picture.graph.nodes.resize_with(count, unseen);
         let mut fields = text.split(FIELD_END).map(str::to_owned);
         let mut field = || fields.next().unwrap_or_default();
         picture.graph.name = field();
@@ -182,7 +182,7 @@ const STATUSES: [NodeStatus; 5] = [
     NodeStatus::Halting,
 ];
 
-fn nobody() -> GraphNode {
+fn unseen() -> GraphNode {
     GraphNode {
         id: String::new(),
         kind: String::new(),

@@ -61,7 +61,7 @@ fn build(ui: &Path) -> Result<(), String> {
         return Ok(());
     }
     let _lock = take_turn(ui)?;
-    // Somebody else may just have built it.
+    // Another process may just have built it.
     if !is_stale(ui) {
         return Ok(());
     }

@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use cell_model::cells::script::{self, ScriptLine};
+use cell_model::runs::python;
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::{Cell, Data, RobotFiles};
 
@@ -18,6 +19,9 @@ use crate::{flight, say, task_program};
 /// The demo for arms that users bring.
 const REACH: &str = "reach";
 
+/// What a decision carries of the name of a policy (bytes).
+const POLICY_BYTES: usize = 16;
+
 /// A file system with less room than this takes no recording (bytes).
 const LEAST_FREE_BYTES: u64 = 1 << 20;
 
@@ -30,7 +34,7 @@ pub struct Plan {
     pub(crate) dir: RunDir,
     /// Names of the objects, in the order of the cell file.
     pub(crate) objects: Vec<String>,
-    /// Policies the task can go on with.
+    /// Policies the task can continue with.
     pub(crate) policies: Vec<String>,
     /// The run has no end of its own.
     pub(crate) stays: bool,
@@ -198,12 +202,12 @@ fn policy_of(
     data_dir: Option<&Path>,
     program: Option<&Path>,
 ) -> Result<(String, String), Failure> {
-    let policy = choose(
-        args.policy.as_deref(),
-        &cell.policies,
-        &cell.default_policy,
-        &args.demo,
-    )?;
+    let asked = args.policy.as_deref();
+    // A Python file brings its own policies, whatever the cell names.
+    let policy = match program.filter(|program| python::is_file(program)) {
+        Some(file) => asked.map_or_else(|| python::policy_name(file, POLICY_BYTES), str::to_owned),
+        None => choose(asked, &cell.policies, &cell.default_policy, &args.demo)?,
+    };
     let drawing = task_program::check_policy(program, &args.demo, &policy, data_dir)?;
     Ok((policy, drawing))
 }

@@ -182,7 +182,7 @@ impl Drop for Own {
     fn drop(&mut self) {
         cell_rt::process::kill(self.launcher.id(), cell_rt::process::SIGTERM).ok();
         self.launcher.wait().ok();
-        // Nobody comes back to a cell of this name; its recorder's files are large.
+        // No one returns to a cell of this name; its recorder's files are large.
         let dir = RunDir::of(&self.name);
         let kept = [
             flight::ring(&self.name, &dir).flight_dir,

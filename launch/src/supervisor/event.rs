@@ -7,7 +7,7 @@ use ipc_types::topic::Process;
 pub struct Rules {
     /// Whether a process that seems to hang is killed.
     pub watchdog: bool,
-    /// Whether physics waits for everybody: then one that waits does not hang.
+    /// Whether physics waits for every process: then one that waits does not hang.
     pub lockstep: bool,
 }
 
@@ -68,12 +68,12 @@ pub enum Event {
         /// Why, in words.
         why: String,
     },
-    /// Somebody asked for an orderly restart.
+    /// A request for an orderly restart.
     Restart {
         /// Of which process.
         process: Process,
     },
-    /// Somebody asked for SIGKILL and a new start.
+    /// A request for SIGKILL and a new start.
     KillAndRestart {
         /// Of which process.
         process: Process,

@@ -24,7 +24,7 @@ enum Phase {
     Keeping,
     /// Ending every process, to start again on a new bus.
     LeavingBus,
-    /// The run ended by itself: whoever leaves is not brought back.
+    /// The run ended by itself: a process that leaves is not restarted.
     Ending,
     /// Stopping in reverse order.
     Stopping,
@@ -57,7 +57,7 @@ impl Supervisor {
         }
     }
 
-    /// Whether physics waits for everybody, from now on.
+    /// Whether physics waits for every process, from now on.
     pub fn set_lockstep(&mut self, lockstep: bool) {
         self.rules.lockstep = lockstep;
     }

@@ -10,7 +10,7 @@ use super::{Action, Exit, MS, Rules};
 /// A process shows its first health message within this.
 const READY_DEADLINE: u64 = 2_000 * MS;
 /// It is left alone for this long after its start: a signal during start-up
-/// can leave a slot of the shared memory taken for ever.
+/// can leave a slot of the shared memory taken forever.
 const MIN_RUN: u64 = 50 * MS;
 /// Between SIGTERM and SIGKILL.
 const STOP_GRACE: u64 = 1_000 * MS;
@@ -35,7 +35,7 @@ const REPORT_PERIOD: u64 = 60_000 * MS;
 const RETRY_FIRST: u64 = 30_000 * MS;
 /// Longest delay before a monitor that was given up is tried again.
 const RETRY_MAX: u64 = 300_000 * MS;
-/// Hang limit while physics waits for everybody.
+/// Hang limit while physics waits for every process.
 const HANG_LOCKSTEP: u64 = 5_000 * MS;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -64,13 +64,13 @@ pub enum ScriptAction {
     TaskStart {},
     /// Pauses the task.
     TaskPause {},
-    /// Lets the task go on.
+    /// Lets the task continue.
     TaskResume {},
     /// Puts the task back to its beginning.
     TaskReset {},
     /// Pauses simulated time.
     Pause {},
-    /// Lets simulated time go on.
+    /// Lets simulated time continue.
     Resume {},
     /// Puts the scene back to its beginning.
     Reset {},

@@ -202,7 +202,7 @@ fn suction(table: &SuctionTable) -> SuctionGripper {
     }
 }
 
-/// What a joint gets where nobody says more, in the units of [`JointSpec`].
+/// What a joint gets by default, in the units of [`JointSpec`].
 /// Limits come from the URDF; where it says nothing: 1 rad/s (0.1 m/s), 100 N·m,
 /// 10 rad/s² and 500 rad/s³, a careful industrial arm. The drive is as stiff as
 /// 50 times its effort per radian, within 500 to 10,000, and damped by a tenth

@@ -129,6 +129,6 @@ mod tests {
     fn entities_and_unfinished_markup_are_no_trouble() {
         assert!(scan("a.urdf", "<!DOCTYPE x [<!ENTITY a 'b'>]><robot/>").is_err());
         scan("a.urdf", "<robot <<< '").unwrap();
-        scan("a.urdf", "<!-- for ever").unwrap();
+        scan("a.urdf", "<!-- forever").unwrap();
     }
 }

@@ -3,12 +3,14 @@
 pub mod children;
 pub mod incident;
 pub mod output;
+pub mod python;
 pub mod record;
 pub mod script_report;
 pub mod secrets;
 pub mod spec;
 pub mod summary;
 mod summary_text;
+pub mod wire;
 pub mod worker_args;
 
 use std::fs::{self, OpenOptions};

@@ -20,14 +20,14 @@ pub enum Speed {
     /// One tick each millisecond; late messages are late.
     #[default]
     RealTime,
-    /// Lockstep as fast as it goes: physics waits for everybody.
+    /// Lockstep as fast as it goes: physics waits for every process.
     Max,
     /// Lockstep, paced at this multiple of real time.
     Factor(f64),
 }
 
 impl Speed {
-    /// Whether physics waits for everybody.
+    /// Whether physics waits for every process.
     pub fn is_lockstep(self) -> bool {
         self != Self::RealTime
     }

@@ -12,7 +12,7 @@ const FRONT: [u8; 7] = [0x04, 0x22, 0x4d, 0x18, 0x60, 0x50, 0xfb];
 const END: [u8; 4] = [0; 4];
 /// Set in the length of a block that is as it was.
 const PLAIN: u32 = 1 << 31;
-/// How readily the search gives up. Most of what is left of measured values is
+/// How readily the search gives up. Most of the rest of measured values is
 /// noise: 1 finds 1 % more and costs a fifth more, 6 loses a tenth.
 const ACCELERATION: i32 = 4;
 

@@ -3,7 +3,7 @@
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
-    reason = "a test that cannot go on has failed; a skipped one says so"
+    reason = "a test fails by panicking; a skipped one says so"
 )]
 
 use crate::support;

@@ -43,7 +43,7 @@ fn the_oldest_goes_and_the_rest_is_readable_without_an_end() {
     assert_eq!(read.at(39.999).unwrap().world.header.tick, 39_999);
     assert!((read.span_s().0 - from_s).abs() < 0.5);
     drop(flight);
-    // The next run goes on, and is the one that is shown.
+    // The next run continues, and is the one that is shown.
     let mut next = Flight::new(Box::new(Disk), dir.path(), 78, limit, support::preamble());
     say(&mut next, 0..500);
     next.close();
@@ -122,7 +122,7 @@ fn time_that_was_set_back_is_an_epoch_of_its_own() {
     assert_eq!((copy.span_s().1, epochs), (60.5, vec![1, 2]));
 }
 
-/// A disk somebody else fills.
+/// A disk another program fills.
 struct Shared {
     full: Arc<AtomicBool>,
 }

@@ -58,7 +58,7 @@ impl Path {
         }
     }
 
-    /// Forgets the path: the arm holds. Numbers of moves go on counting.
+    /// Forgets the path: the arm holds. Numbers of moves continue counting.
     pub fn stop(&mut self) {
         self.waypoints.clear();
         self.glide = None;

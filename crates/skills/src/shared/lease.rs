@@ -2,7 +2,7 @@
 //!
 //! It has an owner and a lease. The policy renews the lease while the owner's tree
 //! runs and its arm is alive, and frees the zone when the lease has expired: an owner
-//! that dies does not block the others for ever.
+//! that dies does not block the others forever.
 
 use behavior::board::{Board, Fault, Out};
 use behavior::tree::{BindError, Binder};

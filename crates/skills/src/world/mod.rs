@@ -34,6 +34,14 @@ impl ArmMemory {
     }
 }
 
+/// What an arm was told so far in one decision, for a view that is made again within
+/// the decision.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Told {
+    acted: bool,
+    gripper: GripperGoal,
+}
+
 /// The view of one arm in one decision.
 pub struct World<'w> {
     /// The cell.
@@ -52,9 +60,8 @@ pub struct World<'w> {
     /// Of a policy of several arms. Without it the job counts the goals, and knows
     /// what the first arm holds.
     pub memory: Option<&'w mut ArmMemory>,
-    acted: bool,
-    /// What the gripper was told in this decision.
-    gripper: GripperGoal,
+    /// What the arm was told so far in this decision.
+    pub told: Told,
 }
 
 impl<'w> World<'w> {
@@ -74,8 +81,7 @@ impl<'w> World<'w> {
             arm,
             resumed: false,
             memory: None,
-            acted: false,
-            gripper: GripperGoal::Keep,
+            told: Told::default(),
         }
     }
 

@@ -13,9 +13,9 @@ impl World<'_> {
     /// Says what the arm shall do. What is said later in a decision replaces what
     /// was said before, but for the gripper, which keeps its last command.
     pub fn act(&mut self, intent: ArmIntent) {
-        self.acted = true;
+        self.told.acted = true;
         if intent.gripper != GripperGoal::Keep {
-            self.gripper = intent.gripper;
+            self.told.gripper = intent.gripper;
         }
         // Guides count for a motion that names them only.
         let obstacle_mask = match intent.obstacle_mask {
@@ -24,7 +24,7 @@ impl World<'_> {
         };
         let intent = ArmIntent {
             obstacle_mask,
-            gripper: self.gripper,
+            gripper: self.told.gripper,
             grip_force: self.grip_force(),
             ..intent
         };
@@ -56,7 +56,7 @@ impl World<'_> {
     /// stays where it was sent, and a drop is counted: of the first arm, and of
     /// every arm with a [`World::memory`].
     pub fn finish(&mut self) {
-        if !self.acted {
+        if !self.told.acted {
             self.stay(GripperGoal::Keep);
         }
         let before = match &self.memory {
@@ -112,7 +112,7 @@ impl World<'_> {
             .map_or(0.0, |object| 2.0 * object.half_height_m);
         let left = self.has_left(before, LEFT_HEIGHTS * height);
         // A policy that opens now has noticed it, too.
-        if held.is_none() && !left && self.gripper != GripperGoal::Open {
+        if held.is_none() && !left && self.told.gripper != GripperGoal::Open {
             return Some(before);
         }
         self.note_drop(before);

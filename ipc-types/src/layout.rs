@@ -1,0 +1,52 @@
+//! What the structs of messages look like in memory, for readers in other
+//! languages.
+
+use crate::wire::Wire;
+
+/// One field of a struct.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FieldLayout {
+    /// Its name.
+    pub name: &'static str,
+    /// Type of one element: `u8`, `u32`, `u64`, `i64`, `f64`, `TextN` for N bytes of
+    /// UTF-8 that end at the first zero, or the name of a struct.
+    pub element: String,
+    /// Elements; 1 for a field that is no array.
+    pub count: usize,
+    /// Bytes from the beginning of the struct.
+    pub offset: usize,
+}
+
+impl FieldLayout {
+    /// Of a field of type `T`.
+    pub(crate) fn of<T: Wire>(name: &'static str, offset: usize) -> Self {
+        let (element, count) = T::element();
+        Self {
+            name,
+            element,
+            count,
+            offset,
+        }
+    }
+}
+
+/// A struct. Numbers are little-endian; there is no padding.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StructLayout {
+    /// Its name.
+    pub name: &'static str,
+    /// Its size.
+    pub bytes: usize,
+    /// [`Wire::SCHEMA`]; in the header of a message, and behind `#` in the name of
+    /// its type on the bus.
+    pub schema: u64,
+    /// Its fields, in the order of their offsets.
+    pub fields: Vec<FieldLayout>,
+}
+
+/// The layout of `T`, first, and of every struct in it.
+pub fn layout_of<T: Wire>() -> Vec<StructLayout> {
+    let mut structs = Vec::new();
+    T::describe(&mut structs);
+    structs
+}
