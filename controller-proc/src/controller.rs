@@ -106,7 +106,7 @@ impl<C: Controller> Shared<C> {
         let mut started = self.started.get();
         codec.bool("started", &mut started)?;
         self.started.set(started);
-        // Nobody asks from within the controller's own call.
+        // No abort can be requested from within the controller's own call.
         self.with(|controller| inner(controller, codec))
             .unwrap_or(Ok(()))
     }

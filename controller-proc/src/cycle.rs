@@ -258,7 +258,7 @@ impl Cycle {
 
     /// While physics holds an arm that stands, the command is to stand. Physics
     /// may take it up when more states were answered: every answer has to be
-    /// where the next goes on from.
+    /// where the next continues from.
     fn stand(&mut self, drives: &RobotState) {
         let n = self.joint_count;
         let (rates, changes) = (drives.velocities.first(n), drives.accelerations.first(n));

@@ -17,7 +17,7 @@ impl SuctionController {
         Self { fitted, on: false }
     }
 
-    /// Starts from what is measured: who holds something, or tries to, goes on.
+    /// Starts from what is measured: who holds something, or tries to, continues.
     pub fn begin(&mut self, measured: &GripperState) {
         self.on = measured.attached == 1 || measured.suction == 1;
     }

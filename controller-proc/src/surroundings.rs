@@ -102,7 +102,7 @@ impl Surroundings {
     }
 
     /// Writes or reads what is remembered from cycle to cycle; objects are seen
-    /// anew in every cycle.
+    /// again in every cycle.
     pub(crate) fn checkpoint(
         &mut self,
         codec: &mut Codec<'_>,

@@ -33,7 +33,7 @@ pub type PhysicsErrand = (Box<OperatorRequest>, Answer);
 /// For the launcher or the recorder.
 pub type Errand = (ErrandKind, Answer);
 
-/// What somebody other than physics shall do.
+/// Requests to processes other than physics.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ErrandKind {
     /// A line for the launcher.
@@ -81,7 +81,7 @@ impl LiveDesk {
 
 impl Desk for LiveDesk {
     fn take(&self, order: Order, said: &str, answer: Answer) {
-        // Without a journal nobody listens any more.
+        // Without a journal there is no listener.
         let _written = self.journal.send(said.to_owned()).is_ok();
         let left = match order {
             Order::Operate(request) => over(self.physics.try_send((request, answer))),

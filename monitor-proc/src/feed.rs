@@ -1,4 +1,4 @@
-//! From the bus to the hub: frames at 60 Hz while somebody looks, how everybody
+//! From the bus to the hub: frames at 60 Hz while a page is open, how everybody
 //! is doing at 4 Hz.
 
 use std::sync::Arc;

@@ -110,7 +110,7 @@ impl<F: Film> Past for Projector<F> {
         let time_s = when.time_s;
         self.film.show_epoch(when.epoch);
         let (from_s, to_s) = self.film.span_s();
-        // The caller opens anew what may have gone on in the meantime.
+        // The caller opens again what may have continued in the meantime.
         if !(from_s..=to_s).contains(&time_s) {
             let span = format!("from {from_s:.1} s to {to_s:.1} s");
             return Err(format!("{time_s:.1} s is not recorded; there is {span}"));

@@ -18,7 +18,7 @@ use crate::page::role::Role;
 use crate::story::Story;
 use crate::story::history::History;
 
-/// News a slow reader can be behind; then it is told everything anew.
+/// News a slow reader can be behind; then everything is sent again.
 const WAITING_NEWS: usize = 512;
 
 /// The run as the page names it.
@@ -98,7 +98,7 @@ pub struct Joined {
     pub state: Vec<Utf8Bytes>,
 }
 
-/// Feeds the pages. Whoever feeds it waits for nobody.
+/// Feeds the pages. Feeding never blocks.
 pub struct Hub {
     frames: watch::Sender<Bytes>,
     news: broadcast::Sender<Utf8Bytes>,
@@ -158,7 +158,7 @@ impl Hub {
     }
 
     /// How the task's pictures stood some seconds before `time_s`, and when that was;
-    /// none where nobody listened then.
+    /// none where no page listened then.
     pub fn story_before(&self, time_s: f64) -> Option<(f64, Story)> {
         self.lock().history.before(time_s)
     }
@@ -237,7 +237,7 @@ impl Hub {
         lines
     }
 
-    /// Tells how everybody is doing.
+    /// Sends the health of all processes.
     pub fn tell_status(&self, status: &Value) {
         let mut known = self.lock();
         known.status = Some(self.tell(status));

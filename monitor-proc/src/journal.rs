@@ -59,7 +59,7 @@ impl<W: Write> Journal<W> {
         self.lost += u64::from(written.is_err());
     }
 
-    /// Says that lines are missing because nobody read them in time.
+    /// Says that lines are missing because they were not read in time.
     pub fn gap(&mut self, lines: u64) {
         let written = writeln!(
             self.out,
@@ -87,7 +87,7 @@ impl Said {
 
     /// Whether `text` begins something at `now_ns`.
     pub fn is_new(&mut self, text: &str, now_ns: u64) -> bool {
-        // Nothing but a drag and a target goes on.
+        // Nothing but a drag and a target continues.
         let goes_on = text.starts_with("drag ") || text == "target";
         let new = !goes_on || text != self.last || now_ns >= self.at_ns + Self::PAUSE_NS;
         text.clone_into(&mut self.last);

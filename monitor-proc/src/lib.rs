@@ -1,4 +1,4 @@
-//! The monitor: sees everything, slows nobody, and may be killed at any time.
+//! The monitor: sees everything, slows no other process, and may be killed at any time.
 //!
 //! It keeps the task's log for people (`logs/trace.log` in the run directory)
 //! and serves the page (docs/page-protocol.md): what it knows goes into a

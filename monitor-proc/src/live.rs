@@ -202,7 +202,7 @@ pub fn run_info(spec: &RunSpec) -> RunInfo {
 }
 
 /// Serves the page until its hub is closed. What is wrong is said in `trouble`:
-/// a monitor without a page goes on.
+/// a monitor without a page continues.
 pub fn serve(prepared: Prepared, address: SocketAddr, trouble: &Trouble) {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()

@@ -143,7 +143,7 @@ fn look(open: &OpenPast, wanted: &mpsc::Receiver<(When, Answer)>, shown: &watch:
 }
 
 /// What is open may have lost its beginning, or not have the end: then it is
-/// opened anew, once.
+/// opened again, once.
 fn glimpse(
     open: &OpenPast,
     past: &mut Option<Box<dyn Past>>,

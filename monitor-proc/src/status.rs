@@ -1,4 +1,4 @@
-//! How everybody is doing, as the page is told four times a second
+//! Health of all processes, as the page is told four times a second
 //! (docs/page-protocol.md, `status`).
 
 use ipc_types::decision::Outcome;

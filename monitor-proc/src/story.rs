@@ -158,7 +158,7 @@ impl Story {
         out
     }
 
-    /// Messages that tell somebody new everything.
+    /// Messages that tell a new page everything.
     pub fn everything(&self) -> Vec<Value> {
         let mut out = vec![self.graphs_message()];
         for graph in 0..self.pictures.len() {
@@ -311,7 +311,7 @@ impl Story {
                 name,
                 ..Picture::default()
             };
-            picture.nodes.resize_with(count, nobody);
+            picture.nodes.resize_with(count, unseen);
             picture.letters.resize(count, b'I');
             self.news.graphs = true;
             self.news.letters.insert(graph);
@@ -415,7 +415,7 @@ fn page_letter(letter: u8) -> u8 {
     }
 }
 
-fn nobody() -> GraphNode {
+fn unseen() -> GraphNode {
     GraphNode {
         id: String::new(),
         kind: String::new(),

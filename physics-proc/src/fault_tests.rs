@@ -1,4 +1,4 @@
-//! What is left when the engine has to disable a body.
+//! The state after the engine has to disable a body.
 
 use cell_model::{Cell, Data};
 use ipc_types::arm::StopAction;

@@ -71,7 +71,7 @@ impl Plant {
     pub fn new(cell: &Cell, spec: &RunSpec) -> Result<Self, WorldError> {
         let mut world = World::new(cell)?;
         if spec.until_done {
-            // Nobody else gives the start event to a run that ends by itself.
+            // No other process gives the start event to a run that ends by itself.
             let start = OperatorRequest::zeroed_at_identity();
             let _accepted = world.operate(OperatorAction::TaskStart, &start);
         }

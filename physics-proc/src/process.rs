@@ -151,7 +151,7 @@ impl PhysicsProcess {
         })
     }
 
-    /// One tick each millisecond on an absolute grid; nobody is waited for.
+    /// One tick each millisecond on an absolute grid; physics waits for no process.
     fn real_time(&mut self, fifo: bool) {
         let mut grid = Grid::new(TICK_NS, monotonic_ns(), fifo);
         let before = self.overruns;
@@ -169,7 +169,7 @@ impl PhysicsProcess {
         }
     }
 
-    /// A tick when everybody has answered the one before, at most one in
+    /// A tick when all processes have answered the one before, at most one in
     /// `period_ns`.
     fn lockstep(&mut self, speed: Speed, period_ns: u64) {
         let mut grid = Grid::new(period_ns.max(1), monotonic_ns(), false);

@@ -1,5 +1,5 @@
 //! What is piped into `head` ends quietly when `head` has enough.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::process::{Command, Stdio};
 

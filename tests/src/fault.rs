@@ -33,7 +33,7 @@ pub fn freeze_and_wait(cell: &TestCell, name: &str) {
 }
 
 /// Kills the process `name`, and leaves what kill -9 leaves in the middle of the
-/// creation of its connections: segments of size 0 that nobody may read. The launcher
+/// creation of its connections: segments of size 0 that no process may read. The launcher
 /// has to be stopped, so that it has cleaned up nothing. How many there are.
 ///
 /// # Panics

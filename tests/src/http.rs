@@ -26,7 +26,7 @@ impl Answer {
 }
 
 /// Sends `METHOD PATH` with more `headers` to `address` (`127.0.0.1:8600`);
-/// `None` when nobody answers.
+/// `None` without an answer.
 pub fn ask(address: &str, method_and_path: &str, headers: &[(&str, &str)]) -> Option<Answer> {
     send(address, method_and_path, headers, "")
 }

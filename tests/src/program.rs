@@ -141,7 +141,7 @@ pub fn wait_for<T>(what: &str, mut condition: impl FnMut() -> Option<T>) -> T {
         if let Some(value) = condition() {
             return value;
         }
-        assert!(started.elapsed() < WATCHDOG, "waited in vain for {what}");
+        assert!(started.elapsed() < WATCHDOG, "timed out waiting for {what}");
         std::thread::sleep(Duration::from_millis(2));
     }
 }

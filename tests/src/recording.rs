@@ -1,4 +1,4 @@
-//! Recordings made by a cell, and recordings that somebody changed.
+//! Recordings made by a cell, and changed recordings.
 
 use std::path::Path;
 

@@ -51,7 +51,7 @@ fn check(values: &[f64], number: u64) -> Result<(), BenchError> {
     }
 }
 
-/// Spins until `poll` gives something, but not for ever.
+/// Spins until `poll` gives something, but not forever.
 fn spin<T>(mut poll: impl FnMut() -> Option<T>) -> Result<T, BenchError> {
     let mut end_ns = None;
     loop {

@@ -5,7 +5,7 @@
     clippy::unwrap_used,
     clippy::panic,
     clippy::float_cmp,
-    reason = "a test that cannot go on has failed"
+    reason = "a test fails by panicking"
 )]
 
 use crate::support;

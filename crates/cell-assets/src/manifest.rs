@@ -8,7 +8,7 @@ use crate::AssetError;
 
 /// File name, beside the folders of the robots.
 pub const FILE: &str = "manifest.json";
-/// Raised when the conversion changes, so that old caches are made anew.
+/// Raised when the conversion changes, so that old caches are made again.
 pub const CONVERSION: u32 = 1;
 
 /// What lies in the cache, and where it came from.

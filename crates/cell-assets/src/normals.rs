@@ -1,4 +1,4 @@
-//! Normals made anew: smooth over a curved face, sharp at an edge.
+//! Normals made again: smooth over a curved face, sharp at an edge.
 
 use std::collections::HashMap;
 

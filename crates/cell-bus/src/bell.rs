@@ -38,7 +38,7 @@ impl Doorbell {
         })
     }
 
-    /// Rings. Costs little when nobody sleeps; never blocks.
+    /// Rings. Costs little when no one sleeps; never blocks.
     pub fn ring(&mut self) {
         if self.port.notify().is_err() {
             self.errors += 1;
@@ -51,7 +51,7 @@ impl Doorbell {
     }
 }
 
-/// Sleeps until somebody rings.
+/// Sleeps until it rings.
 #[derive(Debug)]
 pub struct Sleeper {
     port: Hidden<Listener<ipc::Service>>,

@@ -101,7 +101,7 @@ pub enum BusError {
     },
 }
 
-/// A message was not sent. Nobody blocks; the next one is a new attempt.
+/// A message was not sent. The sender does not block; the next one is a new attempt.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum PublishError {
     /// No memory to write into.

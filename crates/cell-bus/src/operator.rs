@@ -105,7 +105,7 @@ impl OperatorClient {
                 return wait_for_reply(&pending, self.identity.run, end_ns)
                     .ok_or(RequestError::NoAnswer(timeout.as_millis()));
             }
-            // Nobody was there to hear it, so it may be said again.
+            // No process received it, so it may be said again.
             if monotonic_ns() >= end_ns {
                 return Err(RequestError::NoAnswer(timeout.as_millis()));
             }

@@ -179,7 +179,7 @@ fn port<T: Message>(
 }
 
 /// Takes out of a header what its place held before. Inputs beyond the count
-/// are nobody's, and stay: the line they lie on need not travel.
+/// belong to no message, and stay: the line they lie on need not travel.
 fn blank(header: &mut Header) {
     header.tick = 0;
     header.sim_time_ns = 0;

@@ -1,4 +1,4 @@
-//! Settings of the services: made by the keeper, taken over by everybody else.
+//! Settings of the services: made by the keeper, taken over by all others.
 
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{

@@ -109,7 +109,7 @@ impl<T: Message> Reader<T> {
     }
 
     /// Whether a message just taken must be the newest: its writer can have no
-    /// second one waiting, and there is no other writer. Looking in vain costs
+    /// second one waiting, and there is no other writer. A look that finds nothing costs
     /// more than this question.
     fn is_the_only_one(&self) -> bool {
         self.depth == 1 && self.service.dynamic_config().number_of_publishers() == 1

@@ -15,7 +15,7 @@ pub struct Lock {
 
 impl Lock {
     /// Takes the lock at `path`, creating the file (mode 0600) if needed. The
-    /// content of the file is left as it is. `Ok(None)`: somebody else has it.
+    /// content of the file is left as it is. `Ok(None)`: another process has it.
     pub fn try_new(path: &Path) -> io::Result<Option<Self>> {
         let file = OpenOptions::new()
             .read(true)

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::ptr::NonNull;
 use std::sync::atomic::AtomicU64;
 
-/// Shared memory as 64-bit words. Whoever else writes to it, reading a word is
+/// Shared memory as 64-bit words. Whatever other process writes to it, reading a word is
 /// always defined: all access is atomic.
 #[derive(Debug)]
 pub struct SharedWords {
@@ -80,7 +80,7 @@ fn reserve(file: &std::fs::File, bytes: usize) -> io::Result<()> {
 
 impl Drop for SharedWords {
     fn drop(&mut self) {
-        // SAFETY: exactly the mapping that `open` made; nobody can hold a
+        // SAFETY: exactly the mapping that `open` made; no caller can hold a
         // reference into it any more. Unmapping it cannot fail.
         unsafe { libc::munmap(self.start.as_ptr().cast(), self.words * 8) };
     }

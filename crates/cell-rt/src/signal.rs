@@ -55,13 +55,13 @@ fn is_ignored(signal: libc::c_int) -> io::Result<bool> {
     Ok(action.sa_sigaction == libc::SIG_IGN)
 }
 
-/// Whether somebody asked this process to end.
+/// Whether this process was asked to end.
 #[inline]
 pub fn stop_requested() -> bool {
     STOP.load(Ordering::Acquire)
 }
 
-/// How often somebody asked; a second Ctrl-C means now.
+/// How often it was asked; a second Ctrl-C means now.
 pub fn stop_count() -> u32 {
     COUNT.load(Ordering::Relaxed)
 }

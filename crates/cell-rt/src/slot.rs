@@ -33,7 +33,7 @@ pub struct SlotFile {
 
 impl SlotFile {
     /// Opens or creates the file at `path` (on tmpfs) for records of up to
-    /// `capacity` bytes. A file of another layout or capacity is begun anew:
+    /// `capacity` bytes. A file of another layout or capacity is initialised again:
     /// what is in it is not ours to read.
     pub fn open(path: &Path, capacity: usize) -> io::Result<Self> {
         Self::with_slots(path, capacity, 2)

@@ -157,7 +157,7 @@ impl OneProcess {
         Ok(true)
     }
 
-    /// What everybody answers to the present state.
+    /// The answers of all controllers and tasks to the present state.
     fn answer(&mut self) {
         self.plant.write_state(&mut self.state);
         let tick = self.state.header.tick;

@@ -27,7 +27,7 @@ pub fn to_the_end(
     };
     let mut sim = OneProcess::with(&program.policies, &program.controllers, &spec, cell)?;
     // A cell that stands still before its end was paused by its script, and
-    // nobody is here to resume it.
+    // no operator is present to resume it.
     while sim.tick()? {
         for (tick, line) in sim.take_trace() {
             on_line(tick, &line);

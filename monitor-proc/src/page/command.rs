@@ -59,11 +59,11 @@ pub struct PlayOrder {
     pub time_s: Option<f64>,
     /// Of the history of this generation of physics; the newest without one.
     pub epoch: Option<u32>,
-    /// Go on, or stand still.
+    /// Play, or pause.
     pub play: Option<bool>,
     /// Seconds of the recording per second.
     pub speed: Option<f64>,
-    /// Go on by so many ticks, then stand still.
+    /// Step by so many ticks, then pause.
     pub step: Option<u64>,
 }
 

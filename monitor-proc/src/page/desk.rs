@@ -35,7 +35,7 @@ impl Reply {
     }
 }
 
-/// Where the answer goes. One that is dropped means that nobody could answer.
+/// Where the answer goes. One that is dropped means that no process could answer.
 pub type Answer = oneshot::Sender<Reply>;
 
 /// Takes commands in; never waits.
@@ -44,7 +44,7 @@ pub trait Desk: Send + Sync {
     fn take(&self, order: Order, said: &str, answer: Answer);
 }
 
-/// Sends an answer nobody may be waiting for any more.
+/// Sends an answer whose receiver may be gone.
 pub fn send(answer: Answer, reply: Reply) {
     let _heard = answer.send(reply).is_ok();
 }

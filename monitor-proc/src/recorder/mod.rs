@@ -1,6 +1,6 @@
 //! The recorder: everything that was said, into a ring of files and, on
 //! request, into a file that is kept. A thread of its own with its own bus: a
-//! slow disk slows nobody.
+//! slow disk slows no other process.
 
 mod batch;
 mod hops;

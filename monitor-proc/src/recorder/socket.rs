@@ -15,7 +15,7 @@ use super::{Desk, RecorderRequest, lock};
 const MAX_LINE: u64 = 1 << 16;
 /// How often it is looked whether the recorder ends.
 const LOOK: Duration = Duration::from_millis(200);
-/// Whoever connects says what they want within this.
+/// A client sends its request within this time.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Serves requests one after the other until the recorder ends.

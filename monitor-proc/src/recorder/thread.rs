@@ -39,7 +39,7 @@ pub(super) struct Job {
     pub(super) asked: Receiver<Ask>,
 }
 
-/// Records until nobody can ask any more.
+/// Records until no request can come any more.
 pub(super) fn run(job: &Job) {
     let mut sink = Sink::new(&job.spec, &job.scene);
     if let Some(file) = &job.spec.record.file {
@@ -116,7 +116,7 @@ fn listen(job: &Job, sink: &mut Sink, report: &mut Report) -> Result<(), BusErro
     }
 }
 
-/// Answers for as long as there is no bus; false when nobody can ask any more.
+/// Answers for as long as there is no bus; false when no request can come any more.
 fn answer_until(job: &Job, sink: &mut Sink, time: Duration) -> bool {
     match job.asked.recv_timeout(time) {
         Ok((request, answer)) => {
@@ -140,7 +140,7 @@ fn obey(sink: &mut Sink, request: &RecorderRequest, answer: &Answer) {
             }
         }
     };
-    // Whoever asked may have gone.
+    // The client may be gone.
     let _heard = answer.send(done).is_ok();
 }
 

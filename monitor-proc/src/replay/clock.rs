@@ -7,12 +7,12 @@ const TICK_S: f64 = 0.001;
 /// More than this passed at once is a machine that slept (s).
 const MAX_LEAP_S: f64 = 0.25;
 
-/// Where a replay is and how it goes on.
+/// Where a replay is and how it continues.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
     /// Simulated time shown (s).
     pub time_s: f64,
-    /// Whether it goes on.
+    /// Whether it continues.
     pub plays: bool,
     /// Recorded seconds per second.
     pub speed: f64,
@@ -34,7 +34,7 @@ impl Clock {
         }
     }
 
-    /// Goes on to `now_s` of the clock on the wall; stands still at the end.
+    /// Continues to `now_s` of the clock on the wall; stands still at the end.
     pub fn look(&mut self, now_s: f64) -> f64 {
         let passed_s = self.looked_s.map_or(0.0, |looked_s| now_s - looked_s);
         self.looked_s = Some(now_s);

@@ -128,7 +128,7 @@ impl<F: Film> Player<F> {
         Ok(())
     }
 
-    /// The task's story up to `time_s`: what comes next, or all of it anew.
+    /// The task's story up to `time_s`: what comes next, or all of it again.
     fn tell(&mut self, time_s: f64) -> Result<(), String> {
         match self.shown_s {
             Some(shown_s) if (shown_s..shown_s + LEAP_S).contains(&time_s) => {

@@ -335,8 +335,8 @@ impl Reader {
         tokio::spawn(async move {
             let reply = reply.await;
             drop(place);
-            let nobody = || Reply::refused("nobody could answer; the monitor may be ending");
-            let text = acknowledge(id, &reply.unwrap_or_else(|_| nobody()));
+            let no_answer = || Reply::refused("there was no answer; the monitor may be ending");
+            let text = acknowledge(id, &reply.unwrap_or_else(|_| no_answer()));
             let _page_is_there = out.send(Out::Text(text)).await.is_ok();
         });
         Some(answer)

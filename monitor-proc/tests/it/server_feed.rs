@@ -76,7 +76,7 @@ fn a_slow_reader_gets_the_newest_frame_and_holds_nobody_up() {
     let bench = Bench::start();
     let mut slow = bench.socket(VIEWER).unwrap();
     text(&mut slow, "hello");
-    // Far more than the sockets' buffers hold, while nobody reads.
+    // Far more than the sockets' buffers hold, while no client reads.
     let frames = 4000_u32;
     for number in 1..=frames {
         let mut bytes = vec![0; 16 << 10];

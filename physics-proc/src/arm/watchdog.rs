@@ -8,9 +8,9 @@
 //!   arm brakes on a ramp within its limits, from the last setpoint, and holds.
 //! - A command further than [`MAX_STEP`] (plus what the velocity limit allows
 //!   since the last setpoint) from the setpoint in force is refused and counted.
-//! - After a brake, and from another controller, commands have to go on from the
+//! - After a brake, and from another controller, commands have to continue from the
 //!   setpoint in force within the joint's limits, until it is certain that they
-//!   go on from each other: a controller begins anew at every state that says
+//!   continue from each other: a controller restarts at every state that says
 //!   the arm is stopped, and several such beginnings may be on their way.
 //! - A beginning elsewhere is refused, and the arm brakes until one is accepted:
 //!   that is how the controller learns of it.
@@ -158,7 +158,7 @@ impl Watchdog {
         &self.efforts
     }
 
-    /// After a reset of the scene at `tick`: counts go on, and commands that
+    /// After a reset of the scene at `tick`: counts continue, and commands that
     /// answer the scene before are not taken.
     pub(crate) fn carry_over(&mut self, before: &Self, tick: u64) {
         self.refused = before.refused;
@@ -256,8 +256,8 @@ impl Watchdog {
         steps.all(|step| step <= MAX_STEP)
     }
 
-    /// Whether the command goes on from the accepted one: from the same sender,
-    /// which has not begun anew between the two and is moving as the arm is. Who
+    /// Whether the command continues from the accepted one: from the same sender,
+    /// which has not restarted between the two and is moving as the arm is. Who
     /// answers each state once cannot have sent more commands than there were
     /// states, unless physics was set back.
     fn follows_on(&self, id: Accepted) -> bool {

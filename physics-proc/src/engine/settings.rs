@@ -16,7 +16,7 @@ const CONTACT_HZ: f64 = 250.0;
 const STATIC_CONTACT_HZ: f64 = 500.0;
 /// Contacts are made from this distance on (m).
 const PREDICTION_M: f64 = 0.002;
-/// Contacts that moved less are not computed anew (m).
+/// Contacts that moved less are not computed again (m).
 const RECYCLE_M: f64 = 0.001;
 
 /// An empty world with these settings.
@@ -41,7 +41,7 @@ pub(crate) fn empty_world() -> PhysicsWorld {
     world
 }
 
-/// With so many objects or fewer, contacts of theirs are computed anew, too: it costs 2 us
+/// With so many objects or fewer, contacts of theirs are computed again, too: it costs 2 us
 /// with four cubes and saves a tower of four a drift of 2 um/s (measured).
 pub(crate) const FEW_OBJECTS: usize = 16;
 

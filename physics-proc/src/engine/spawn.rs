@@ -9,7 +9,7 @@ use crate::error::WorldError;
 const RESTING_M: f64 = 1.0e-3;
 
 /// Checks that no object of the cell overlaps another or a fixture; what is not
-/// in the cell yet, or not solid, is in nobody's way.
+/// in the cell yet, or not solid, blocks nothing.
 pub(crate) fn check(cell: &Cell) -> Result<(), WorldError> {
     let objects = cell.objects.iter().enumerate();
     for (index, object) in objects.filter(|(_, object)| !object.parked) {

@@ -44,7 +44,7 @@ impl Belt {
         })
     }
 
-    /// Its contacts are computed anew in every tick, or they would go with what
+    /// Its contacts are computed again in every tick, or they would go with what
     /// they carry.
     pub(crate) fn keep_fresh(&self, engine: &mut PhysicsWorld) {
         if let Some(collider) = engine.colliders.get_mut(self.collider) {
@@ -76,7 +76,7 @@ impl Belt {
 /// What the engine asks in each step about contacts of colliders that are marked
 /// with [`FRESH`].
 ///
-/// Those are computed anew in every tick; the engine recycles the others, which
+/// Those are computed again in every tick; the engine recycles the others, which
 /// is 2.4 times cheaper in piles but lets a grasp slip. Where the belt runs,
 /// what touches it is driven along.
 pub(crate) struct Hooks {

@@ -53,7 +53,7 @@ struct Io {
 impl Io {
     /// New requests for bins and for drops. What is heard first is adopted: the
     /// task may have counted before this physics was. So is a counter that went
-    /// down or far: a task that lost its record. One that goes on from its record
+    /// down or far: a task that lost its record. One that continues from its record
     /// asks as if it had never died.
     fn take(&mut self, decision: &Decision) -> (u32, u32) {
         let known = std::mem::replace(&mut self.heard, true);
@@ -115,7 +115,7 @@ impl EquipmentMemory {
         }
     }
 
-    /// Counts go on over a reset of the scene; requests not yet met are gone.
+    /// Counts continue over a reset of the scene; requests not yet met are gone.
     pub(crate) fn carry_over(&mut self, before: &Self) {
         self.io = before.io;
         self.decision_limit_ticks = before.decision_limit_ticks;

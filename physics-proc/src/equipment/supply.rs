@@ -1,4 +1,4 @@
-//! Bins that come onto the belt when somebody asks for one.
+//! Bins that come onto the belt on request.
 
 use cell_model::cells::cell::SupplyTable;
 use cell_model::random::Random;

@@ -91,7 +91,7 @@ impl Suction {
         out.break_cause = self.break_cause;
     }
 
-    /// Counts go on over a reset of the scene.
+    /// Counts continue over a reset of the scene.
     pub(crate) fn carry_over(&mut self, before: &Self) {
         (self.refusals, self.refusal) = (before.refusals, before.refusal);
         (self.breaks, self.break_limit) = (before.breaks, before.break_limit);

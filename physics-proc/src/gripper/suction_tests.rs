@@ -56,7 +56,7 @@ fn slowly_loaded_it_breaks_at_its_limits_by_weight() {
         let mut pull = 0.0;
         while hold.gripper().breaks == 0 {
             pull += 0.005;
-            assert!(pull < 80.0, "{limit:?}: it holds for ever");
+            assert!(pull < 80.0, "{limit:?}: it holds forever");
             hold.pull(down * pull, arm);
         }
         let gripper = hold.gripper();

@@ -18,7 +18,7 @@ pub(crate) struct Memory {
     pub(crate) panel: Panel,
     /// Bodies the engine disabled since the start.
     pub(crate) quarantined: u32,
-    /// The engine cannot go on.
+    /// The engine cannot continue.
     pub(crate) broken: bool,
 }
 
@@ -37,7 +37,7 @@ impl Memory {
     }
 
     /// Back to `initial` after a reset of the scene: time, requests and counts
-    /// go on.
+    /// continue.
     pub(crate) fn reset_to(&mut self, initial: Self) {
         let before = std::mem::replace(self, initial);
         self.tick = before.tick;

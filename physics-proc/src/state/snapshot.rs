@@ -1,5 +1,5 @@
 //! Snapshots: the whole world as bytes, for reset, restart and replay. A world
-//! that was restored goes on bit for bit as the one that was saved.
+//! that was restored continues bit for bit as the one that was saved.
 
 use bincode::Options;
 use cell_model::Cell;

@@ -1,4 +1,4 @@
-//! What the recorder hears of the state, after everybody else has it.
+//! What the recorder hears of the state, after all others has it.
 
 use cell_bus::{Bus, BusError, Publisher};
 use ipc_types::tap::Pieces;

@@ -87,7 +87,7 @@ fn bins_come_one_by_one_until_enough_wait_and_the_sensor_sees_them() {
         (state.supply_refusals, state.supply_refusal),
         (1, SupplyRefusal::TooManyWaiting.code())
     );
-    // Somebody takes the first away: the third comes.
+    // A user takes the first away: the third comes.
     plc.drag(0, [1.7, -0.3, 0.4], 5.0);
     plc.run(6_000);
     assert_eq!(enabled(&plc), 3);

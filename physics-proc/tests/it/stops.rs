@@ -105,7 +105,7 @@ fn a_controller_that_slept_through_the_brake_has_to_start_where_the_arm_is() {
         (0, StopAction::Hold.code())
     );
     assert_eq!(rig.world.refused_commands(), 1);
-    // Goes on while the arm still brakes, one more tick on the same ramp.
+    // Continues while the arm still brakes, one more tick on the same ramp.
     let next =
         |j: usize, dt: f64| arm.setpoint_velocities[j] + arm.setpoint_accelerations[j] * dt * 0.98;
     let q = std::array::from_fn(|j| {

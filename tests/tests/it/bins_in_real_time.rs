@@ -8,7 +8,7 @@
 #![allow(
     clippy::expect_used,
     clippy::print_stdout,
-    reason = "a test that cannot go on has failed, and a series says what it did"
+    reason = "a test fails by panicking, and a series says what it did"
 )]
 
 use std::collections::HashSet;

@@ -1,4 +1,4 @@
-//! What lockstep promises: everybody works with the same messages, run for run.
+//! What lockstep promises: all processes work with the same messages, run for run.
 
 use ipc_types::Decision;
 use ipc_types::topic::TopicId;
@@ -48,5 +48,5 @@ fn steps_that_end_on_a_decision_are_answered_and_the_cell_goes_on() {
         });
     }
     assert_eq!(cell.ask(&["resume"]).code, 0);
-    cell.wait_status("a cell that goes on", |status| time(status) > 1.0);
+    cell.wait_status("a cell that continues", |status| time(status) > 1.0);
 }

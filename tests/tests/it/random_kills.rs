@@ -8,7 +8,7 @@
     clippy::panic,
     clippy::print_stdout,
     clippy::cast_possible_truncation,
-    reason = "a test that cannot go on has failed, and a series says what it did"
+    reason = "a test fails by panicking, and a series says what it did"
 )]
 
 use std::collections::HashSet;

@@ -40,7 +40,7 @@ fn a_killed_task_decides_again() {
         waits.push(killed.elapsed());
         // A process that lives for less than this counts towards a crash loop.
         let ticks = decision.get().unwrap().header.tick + 2_600;
-        wait_for("the cell to go on", || {
+        wait_for("the cell to continue", || {
             decision.refresh();
             (decision.get()?.header.tick > ticks).then_some(())
         });

@@ -1,4 +1,4 @@
-//! A task program of somebody else: it runs as the task of a cell, survives
+//! A task program from another repository: it runs as the task of a cell, survives
 //! SIGKILL, is recorded and computed again; and one with defects is answered
 //! with one clear line while the arm holds.
 

@@ -3,7 +3,7 @@
 #![allow(
     dead_code,
     clippy::expect_used,
-    reason = "each test uses its own part, and one that cannot go on has failed"
+    reason = "each test uses its own part, and a test fails by panicking"
 )]
 
 use cell_model::{Cell, Data, Robot};
@@ -16,7 +16,7 @@ use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 /// Age at which a decision counts as lost (ticks).
 pub(crate) const LIMIT: u64 = 30;
 
-/// A UR10 among bins, fixtures besides its base, and nobody else.
+/// A UR10 among bins, fixtures besides its baseand no other arm.
 const CELL: &str = r#"
 description = "a UR10"
 policies = ["follow"]

@@ -32,7 +32,7 @@ impl Calls {
     }
 }
 
-/// Answers from a script, letter by letter; the last repeats for ever.
+/// Answers from a script, letter by letter; the last repeats forever.
 struct Script {
     letters: String,
     calls: Arc<Calls>,

@@ -1,5 +1,5 @@
 //! The 27 nodes of a pick-and-place tree, ten ticks a phase, with leaves that
-//! do next to nothing: what is left is the cost of the engine.
+//! do next to nothing: the rest is the cost of the engine.
 
 use std::time::Duration;
 

@@ -15,7 +15,7 @@ pub enum RecordError {
         /// The format that can be read.
         known: u16,
     },
-    /// It ends too early, goes on too long, or contradicts itself.
+    /// It ends too early, continues too long, or contradicts itself.
     #[error("the checkpoint is damaged at byte {0}; start without a checkpoint")]
     Damaged(usize),
 }

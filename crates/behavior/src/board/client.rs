@@ -4,7 +4,7 @@ use super::store::{Access, Board, BoardError, Scope};
 use super::{Fault, Slot};
 use crate::value::{Plain, Value};
 
-/// Somebody who reaches keys by name while ticking, for which an own handle
+/// A user that reaches keys by name while ticking, for which an own handle
 /// would be too rigid. What was not registered is refused.
 #[derive(Clone, Debug)]
 pub struct Client {

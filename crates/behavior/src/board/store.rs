@@ -25,7 +25,7 @@ pub enum Access {
     Read,
     /// Write it, and read what was written.
     Write,
-    /// Write it, and nobody else may.
+    /// Write it, and no other client may.
     Exclusive,
 }
 
@@ -46,7 +46,7 @@ pub struct KeyInfo {
 /// Why a board refuses a declaration or a registration.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BoardError {
-    /// Nobody declared the key.
+    /// The key is not declared.
     #[error("there is no blackboard key '{key}'; {advice}")]
     Unknown {
         /// The key.
@@ -74,7 +74,7 @@ pub enum BoardError {
         /// The type of the port.
         wanted: &'static str,
     },
-    /// Somebody holds it for himself.
+    /// Another client has exclusive access.
     #[error("'{client}' cannot write blackboard key '{key}': '{holder}' writes it exclusively")]
     Exclusive {
         /// Who asked.
@@ -178,7 +178,7 @@ impl Board {
     ///
     /// # Errors
     /// [`BoardError`] for an unknown key, one of another type, and where
-    /// somebody writes it exclusively, or does not leave it to `client` alone.
+    /// another client writes it exclusively, or does not leave it to `client` alone.
     pub fn register(
         &mut self,
         client: &str,

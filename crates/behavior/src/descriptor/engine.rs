@@ -104,7 +104,7 @@ const fn memory(default: &'static str) -> EnginePort {
         Shape::Bool,
         Some(default),
         false,
-        "true: goes on with the child that was running; false: asks its children from the first one again at every tick",
+        "true: continues with the child that was running; false: asks its children from the first one again at every tick",
     )
 }
 
@@ -253,7 +253,7 @@ pub(super) const NODES: &[EngineType] = &[
             Shape::Count(1),
             None,
             false,
-            "How often the child has to succeed; for ever without",
+            "How often the child has to succeed; forever without",
         )],
         &["loop"],
         "Runs the child until it succeeded so often; a failure ends it",
@@ -266,7 +266,7 @@ pub(super) const NODES: &[EngineType] = &[
             Shape::Count(1),
             None,
             false,
-            "How often the child may fail; for ever without",
+            "How often the child may fail; forever without",
         )],
         &["again"],
         "Runs the child again when it failed",

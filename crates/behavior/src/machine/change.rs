@@ -46,7 +46,7 @@ impl Machine {
         Ok(entering)
     }
 
-    /// Ranks of what is left on the way to `dest`.
+    /// Ranks of the states left on the way to `dest`.
     fn leaving(&self, table: &Table, dest: StateId) -> SmallSet {
         // The outermost state of the way that is not active yet; if all of it
         // is, the destination itself, which is then left and entered again.

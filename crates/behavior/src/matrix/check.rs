@@ -6,7 +6,7 @@ use crate::Finding;
 use crate::machine::set::SmallSet;
 use crate::machine::{Final, StateId};
 
-/// Looks for states that cannot be reached or left, events nobody handles, and
+/// Looks for states that cannot be reached or left, unhandled events, and
 /// states from which no final state can be reached.
 pub fn check(table: &Table) -> Vec<Finding> {
     let reachable = closure(table, SmallSet::from_iter([table.initial.index()]));

@@ -168,7 +168,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// Cells of single states first; those for every state fill what is left.
+    /// Cells of single states first; those for every state fill the remaining ones.
     fn fill(&mut self, table: &mut Table, states: &[&str], events: &[&str]) {
         let cells = self.definition.cells.iter();
         let (single, every): (Vec<_>, Vec<_>) = cells.partition(|cell| cell.state.is_some());

@@ -158,7 +158,7 @@ impl Ability {
     }
 
     /// A branch of a selector that takes over by its check and then never
-    /// fails: the selector succeeds, and what follows it goes on as if its
+    /// fails: the selector succeeds, and what follows it continues as if its
     /// last branch, the normal one, had been through.
     fn recovery<H: Host>(&mut self, node: &Node<H>, answers: &[Answers], followed: bool) {
         let branches = node.children.iter().zip(answers);
@@ -167,7 +167,7 @@ impl Ability {
             let succeeds = answers.success && !answers.failure;
             if followed && succeeds && takes_over(&child.modifiers) {
                 let message = format!(
-                    "takes over in '{}' and ends in success, so what follows '{}' goes on as if \
+                    "takes over in '{}' and ends in success, so what follows '{}' continues as if \
                      its last child had succeeded; let it end in failure to fall through to that",
                     node.id, node.id
                 );

@@ -45,7 +45,7 @@ impl<H: Host> Run<H> {
         self.composed(i, last, answer, before)
     }
 
-    /// Makes the children of a sequence that begins anew invalid.
+    /// Makes the children of a sequence that restarts invalid.
     #[inline]
     fn restart(&mut self, i: usize, op: Op, cx: &mut Cx<'_, '_, H>) {
         // Beyond the current child none has run since all were stopped.

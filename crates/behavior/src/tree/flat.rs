@@ -31,12 +31,12 @@ pub(super) enum Code {
         to: Status,
     },
     PassThrough,
-    /// 0: for ever.
+    /// 0: forever.
     Repeat {
         count: u32,
         break_on_failure: bool,
     },
-    /// 0: for ever. With a `budget`, failures are counted over re-entries.
+    /// 0: forever. With a `budget`, failures are counted over re-entries.
     Retry {
         count: u32,
         budget: bool,
@@ -125,7 +125,7 @@ pub(super) struct Op {
     pub(super) open: bool,
     /// The status told last.
     pub(super) shown: NodeStatus,
-    /// Its status changed during this tick, perhaps back; or nobody needs to
+    /// Its status changed during this tick, perhaps back; or there is no need to
     /// be told, as a modifier is around it.
     pub(super) touched: bool,
     /// One-shot: the answer it gives ever after.

@@ -175,7 +175,7 @@ impl<H: Host> Tree<H> {
     }
 
     /// Makes sense of states that came from an edited tree, or from nowhere: a
-    /// composite that runs goes on with a child it has, and only leaves halt.
+    /// composite that runs continues with a child it has, and only leaves halt.
     fn mend(&mut self) {
         for i in 0..self.run.flat.ops.len() {
             let op = self.run.flat.ops[i];

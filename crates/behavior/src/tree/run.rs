@@ -110,7 +110,7 @@ impl<H: Host> Run<H> {
             In::Literal(seconds) => seconds,
             In::Key(_) => cx.get(&timer.seconds)?,
         };
-        // Longer than a Duration can be is for ever.
+        // Longer than a Duration can be is forever.
         let time = Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::MAX);
         timer.deadline = cx.now.saturating_add(time);
         Ok(())

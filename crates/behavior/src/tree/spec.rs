@@ -6,11 +6,11 @@ use crate::tree::check::CONDITION;
 use crate::tree::leaf::{AnyLeaf, Host, Leaf, any};
 use crate::value::Value;
 
-/// Whether a composite goes on where it was, or asks its children from the
+/// Whether a composite continues where it was, or asks its children from the
 /// first one again at every tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Memory {
-    /// Goes on with the child that was running.
+    /// Continues with the child that was running.
     Yes,
     /// Reactive.
     No,
@@ -63,12 +63,12 @@ pub enum Kind<H: Host> {
     },
     /// The child's answer.
     PassThrough,
-    /// Runs the child until it succeeded `count` times; for ever without.
+    /// Runs the child until it succeeded `count` times; forever without.
     Repeat {
         /// How often.
         count: Option<u32>,
     },
-    /// Runs the child again until it failed `count` times; for ever without.
+    /// Runs the child again until it failed `count` times; forever without.
     Retry {
         /// How often.
         count: Option<u32>,
@@ -125,16 +125,16 @@ pub enum Test {
 pub enum Modifier {
     /// Runs the node again when it succeeded, one run a tick at most.
     Repeat {
-        /// How often in all, 0 for ever. Then it succeeds.
+        /// How often in all, 0 forever. Then it succeeds.
         count: u32,
         /// A failure ends it; else a failure counts as a run like any other.
         break_on_failure: bool,
     },
     /// Runs the node again when it failed, one run a tick at most.
     Retry {
-        /// How often again at most, 0 for ever.
+        /// How often again at most, 0 forever.
         max: u32,
-        /// A success sets the count back, and so does entering it anew. Without,
+        /// A success sets the count back, and so does entering it again. Without,
         /// `max` holds for the whole life of the tree, until it is reset.
         reset_on_success: bool,
     },

@@ -82,7 +82,7 @@ impl<H: Host> Run<H> {
     }
 
     /// As [`Self::stop`] for a leaf that has finished, but for its status:
-    /// whoever ticks it in the same moment need not take it away first.
+    /// the caller that ticks it in the same moment need not take it away first.
     /// `false`, and nothing is done, for everything else.
     #[allow(clippy::inline_always, reason = "most of the cost of a tick is here")]
     #[inline(always)]
@@ -116,7 +116,7 @@ impl<H: Host> Run<H> {
         }
     }
 
-    /// Goes on halting what was told to; `true` when all are through.
+    /// Continues halting what was told to; `true` when all are through.
     pub(super) fn drain(&mut self, cx: &mut Cx<'_, '_, H>) -> bool {
         for i in 0..self.flat.ops.len() {
             let op = &self.flat.ops[i];

@@ -154,7 +154,7 @@ impl Surface {
                 let new = triangle.map(|p| if p == moved { at } else { self.position(p) });
                 let (before, after) = (area_normal(old), area_normal(new));
                 if is_sliver(before, old) {
-                    // It may go on as one, but its direction says nothing.
+                    // It may continue as one, but its direction says nothing.
                     return true;
                 }
                 !is_sliver(after, new) && dot(unit(before), unit(after)) > TURN_COSINE

@@ -1,4 +1,4 @@
-//! Processes that die at the worst moment, and what is left of a run.
+//! Processes that die at the worst moment, and what a run leaves behind.
 
 use crate::common;
 

@@ -134,7 +134,7 @@ impl<'a> ArmCheck<'a> {
     }
 
     /// Compares what is remembered now with the checkpoint of it, if there is one,
-    /// and goes on from that where they differ.
+    /// and continues from that where they differ.
     fn check_record(
         &mut self,
         at: Key,

@@ -1,4 +1,4 @@
-//! Recorded messages of one topic, until nobody asks for them any more.
+//! Recorded messages of one topic, until they are no longer needed.
 
 use std::collections::VecDeque;
 
@@ -11,7 +11,7 @@ pub(super) type Key = (u32, u64);
 /// thousand messages of one before those of another that belong to them.
 const ROOM: usize = 8192;
 
-/// Messages that may wait for an input: whoever has waited for longer waits for
+/// Messages that may wait for an input: what has waited for longer waits for
 /// something that was not recorded.
 pub(super) const PATIENCE: usize = ROOM / 2;
 

@@ -111,7 +111,7 @@ fn a_task_killed_again_and_again_changes_nothing() {
     assert_eq!(hash(&plain), hash(&killed));
 }
 
-/// The belt stops for whoever takes bins from its end, a task or a hand: against the
+/// The belt stops for anything that takes bins from its end, a task or a hand: against the
 /// stop beyond it a bin jams, and shears a cup off.
 #[test]
 fn a_bin_that_comes_in_a_pause_stops_where_a_hand_can_grip_it() {

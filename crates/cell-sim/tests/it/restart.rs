@@ -1,4 +1,4 @@
-//! A task that is dropped and made anew from its record at every decision of a
+//! A task that is dropped and made again from its record at every decision of a
 //! whole job does not change one bit of what happens.
 
 use cell_model::runs::spec::RunSpec;

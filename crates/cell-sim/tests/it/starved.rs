@@ -1,5 +1,5 @@
 //! Controllers that get too little of the processor: they sleep through states,
-//! answer late, lose commands and start anew, and never break a limit.
+//! answer late, lose commands and restart, and never break a limit.
 //!
 //! Time is counted in ticks and parts of ticks; each controller takes the newest
 //! state when it is free and publishes when it is done, as the processes do.

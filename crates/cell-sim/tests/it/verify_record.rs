@@ -1,4 +1,4 @@
-//! A controller that is made anew from its record, again and again, computes to
+//! A controller that is made again from its record, again and again, computes to
 //! the last bit what one that lives on computes.
 
 use cell_model::Cell;

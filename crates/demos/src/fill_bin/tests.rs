@@ -2,7 +2,7 @@
 #![allow(
     clippy::unwrap_used,
     clippy::panic,
-    reason = "a test that cannot go on has failed"
+    reason = "a test fails by panicking"
 )]
 
 mod world;
@@ -204,7 +204,7 @@ fn the_operator_lets_go_and_takes_it_in_a_pause() {
     assert_eq!(world.state.arms[0].gripper.attached, 1);
     let drops = world.decision.io.drop_parts;
     world.state.panel.task_paused = 0;
-    world.run_until("goes on", |world| world.decision.io.drop_parts > drops);
+    world.run_until("continues", |world| world.decision.io.drop_parts > drops);
     assert_eq!((world.phase(), world.says("[break]")), ("HOLDING", 0));
 }
 

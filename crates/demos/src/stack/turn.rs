@@ -144,7 +144,7 @@ impl<'w> Turn<'w> {
     }
 
     /// Notes that a cube moved while it was picked up. A gripper that pushes a cube
-    /// away on the way down would do so for ever, so that counts as a failed
+    /// away on the way down would do so forever, so that counts as a failed
     /// pick-up; the operator may drag it as often as he likes.
     pub fn note_resync(&mut self, cube: usize, phase: Phase) {
         let object = self.object(cube);
@@ -157,7 +157,7 @@ impl<'w> Turn<'w> {
     }
 
     /// Notes how a set-down ended: a cube that does not stay where it was put is
-    /// tried again, but not for ever.
+    /// tried again, but not forever.
     pub fn note_placed(&mut self, cube: usize) {
         let object = self.object(cube);
         if self.seated(cube) {

@@ -6,7 +6,7 @@
 //! hold or not, open or not; what is in the hand falls out; a cube that is not
 //! held is put elsewhere within reach or out of reach; the task is reset; it is
 //! killed and restored, with and without a loss meanwhile; the operator pauses
-//! it, opens the hand, takes the cube out of it and lets it go on. Situations
+//! it, opens the hand, takes the cube out of it and lets it continue. Situations
 //! are the same when phase, outcome, reason, the places of the cubes, hand, arm
 //! and what was counted (drops since the last set-down, misses of each cube's
 //! place, decisions in a phase up to three) are the same. Motions, contacts
@@ -14,13 +14,13 @@
 //!
 //! Shown for each policy: the gripper never opens around a cube outside
 //! RELEASE, a drop, a reset or the operator's command; and from every situation
-//! the job still gets done once nobody disturbs it.
+//! the job still gets done once nothing disturbs it.
 
 #![allow(
     clippy::unwrap_used,
     clippy::panic,
     clippy::print_stdout,
-    reason = "a test that cannot go on has failed, and one that explores says how far"
+    reason = "a test fails by panicking, and one that explores says how far"
 )]
 
 use crate::coarse;
@@ -58,7 +58,7 @@ fn explore(policy: &str) {
     assert!(seen.len() > 5_000, "{policy}: that is hardly everything");
 }
 
-/// With nobody in its way, and after another start if it was given up; or it
+/// With nothing in its way, and after another start if it was given up; or it
 /// comes to one that is known to.
 #[track_caller]
 fn assert_gets_done(situation: &Situation, goes_on: &mut HashSet<Key>) {

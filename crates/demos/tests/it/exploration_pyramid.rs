@@ -6,13 +6,13 @@
 //! Shown in each: a hand never opens around a cube except where it is set down,
 //! in a recovery, or after a drop; one arm owns the centre, is alive, and no
 //! other is sent there; each cube is one arm's; and the job still gets done once
-//! nobody disturbs it.
+//! nothing disturbs it.
 
 #![allow(
     clippy::unwrap_used,
     clippy::panic,
     clippy::print_stdout,
-    reason = "a test that cannot go on has failed, and says how much it saw"
+    reason = "a test fails by panicking, and says how much it saw"
 )]
 
 use crate::coarse_pyramid;
@@ -107,7 +107,7 @@ impl Search {
         self.wrong.entry(wrong).or_insert_with(story);
     }
 
-    /// With nobody in its way, and after another start if it was given up, the
+    /// With nothing in its way, and after another start if it was given up, the
     /// job gets done.
     fn watch_to_the_end(&mut self, situation: &Situation) {
         let mut now = situation.clone();
@@ -179,7 +179,7 @@ fn hands(choice: Choice) -> bool {
     )
 }
 
-/// What somebody does with the cubes.
+/// Disturbances of the cubes.
 fn cubes(choice: Choice) -> bool {
     matches!(
         choice,

@@ -42,7 +42,7 @@ fn decisions_missed_with_a_cube_in_the_hand_lose_nothing() {
         for phase in ["GRASP", "LIFT", "TRANSPORT", "LOWER", "RELEASE", "RETRACT"] {
             let mut cell = FakeCell::stack(policy);
             cell.run_until(60.0, |c| c.phase() == phase);
-            // The controller goes on with the last goal meanwhile.
+            // The controller continues with the last goal meanwhile.
             (0..40).for_each(|_| cell.move_on());
             cell.restart();
             cell.task.reconcile(&cell.state);

@@ -7,13 +7,13 @@
 //! is never switched off around a bin but where the job sets it down, at a reset
 //! and at the operator's command; and undisturbed again, after another start if
 //! it was given up, the job gets done. And of records: one that is cut, damaged
-//! or of nonsense is refused or gone on from, never with a panic.
+//! or of nonsense is refused or continued from, never with a panic.
 
 #![allow(
     clippy::unwrap_used,
     clippy::panic,
     clippy::indexing_slicing,
-    reason = "a test that cannot go on has failed"
+    reason = "a test fails by panicking"
 )]
 
 use crate::ur10_world;
@@ -128,7 +128,7 @@ impl Disturbed {
         lines.any(|line| line.contains("upside down") || line.contains("[timeout]"))
     }
 
-    /// Somebody fetches the bins that lie where the arm cannot get.
+    /// A user fetches the bins that lie where the arm cannot get.
     fn bring_back(&mut self) {
         if self.world.decision.reason.as_str() == "bin_out_of_reach" {
             (0..2).for_each(|bin| self.world.take_away(bin));

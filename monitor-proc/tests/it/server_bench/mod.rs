@@ -1,4 +1,4 @@
-//! A server with a hub nobody feeds but the test, and blunt clients.
+//! A server with a hub only the test feeds, and blunt clients.
 
 #![allow(
     clippy::unwrap_used,
@@ -6,7 +6,7 @@
     clippy::panic,
     dead_code,
     unreachable_pub,
-    reason = "a test that cannot go on has failed; not every test uses every part"
+    reason = "a test fails by panicking; not every test uses every part"
 )]
 
 use std::io::{Read, Write};

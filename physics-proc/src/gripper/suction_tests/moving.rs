@@ -7,7 +7,7 @@ use super::hold::Hold;
 /// Ticks of the mean that is read out.
 const MEAN: usize = 17;
 
-/// Brings the shoulder to `speed` (rad/s) within half a second and goes on with
+/// Brings the shoulder to `speed` (rad/s) within half a second and continues with
 /// it. By tick: the velocity of the block (m/s, world) and the read-out (N).
 fn swing(hold: &mut Hold, speed: f64, ticks: usize) -> Vec<(Vector3<f64>, f64)> {
     let ramp = |t: f64| {

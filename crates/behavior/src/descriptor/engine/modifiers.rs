@@ -34,7 +34,7 @@ pub(in crate::descriptor) const MODIFIERS: &[EngineType] = &[
                 Shape::Count(0),
                 Some("0"),
                 false,
-                "How often in all; 0 for ever",
+                "How often in all; 0 forever",
             ),
             port(
                 "break_on_failure",
@@ -56,7 +56,7 @@ pub(in crate::descriptor) const MODIFIERS: &[EngineType] = &[
                 Shape::Count(0),
                 Some("0"),
                 false,
-                "How often again at most; 0 for ever",
+                "How often again at most; 0 forever",
             ),
             port(
                 "reset_on_success",

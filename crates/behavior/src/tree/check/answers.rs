@@ -143,7 +143,7 @@ fn parallel(policy: &ParallelPolicy, children: &[Answers]) -> Answers {
     }
 }
 
-/// What is left of `answers` outside the modifiers, the first of which is the
+/// The part of `answers` outside the modifiers, the first of which is the
 /// outermost.
 pub(super) fn after<'m>(
     modifiers: impl DoubleEndedIterator<Item = &'m Modifier>,

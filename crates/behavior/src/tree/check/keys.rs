@@ -1,4 +1,4 @@
-//! Keys that are read in vain or written in vain.
+//! Keys that are written and never read, or read and never written.
 
 use crate::board::{Access, Board};
 use crate::finding::Finding;

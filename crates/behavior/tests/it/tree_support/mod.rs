@@ -14,7 +14,7 @@ impl Host for Bench {
     type World<'w> = Vec<String>;
 }
 
-/// Answers letter by letter, the last for ever, and takes `halts` ticks more
+/// Answers letter by letter, the last forever, and takes `halts` ticks more
 /// to stop.
 pub(crate) struct Act {
     pub(crate) name: &'static str,
@@ -108,7 +108,7 @@ impl Stand {
         statuses.into_iter().map(NodeStatus::letter).collect()
     }
 
-    /// Throws the tree away and goes on with one made by `make`.
+    /// Throws the tree away and continues with one made by `make`.
     pub(crate) fn kill(&mut self, make: impl FnOnce() -> Self) {
         let mut record = Vec::new();
         self.tree.save(&mut record);

@@ -5,7 +5,7 @@
     dead_code,
     clippy::expect_used,
     clippy::cast_possible_truncation,
-    reason = "a test that cannot go on has failed; each test uses its own part; arms are few"
+    reason = "a test fails by panicking; each test uses its own part; arms are few"
 )]
 
 use cell_model::Cell;

@@ -24,7 +24,7 @@ pub(crate) enum Choice {
     /// The same, and meanwhile what is in the hand falls out.
     KilledLost,
     /// The operator pauses the task, opens the hand, puts what was in it
-    /// elsewhere and lets the task go on.
+    /// elsewhere and lets the task continue.
     Led,
 }
 

@@ -19,7 +19,7 @@ const ATTEMPTS: u32 = 2;
 const CUBE_M: f64 = 0.05;
 const OPEN_M: f64 = 0.08;
 const GOAL: [f64; 2] = [0.55, 0.20];
-/// Where a lost cube ends up, and where nobody reaches it.
+/// Where a lost cube ends up, and out of reach.
 const AWAY: [[f64; 3]; CUBES] = [[0.45, -0.05, 0.025], [0.62, -0.05, 0.025]];
 const FAR: [[f64; 3]; CUBES] = [[1.0, 0.5, 0.025], [1.0, 0.65, 0.025]];
 /// Time between two decisions: enough for a phase, or for its longest timeout.

@@ -35,7 +35,7 @@ pub(crate) enum Choice {
     /// The same, and meanwhile a cube falls out of the hand.
     KilledLost(usize),
     /// The operator pauses the task, opens the hand, puts what was in it
-    /// elsewhere and lets the task go on.
+    /// elsewhere and lets the task continue.
     Led(usize),
 }
 

@@ -217,7 +217,7 @@ impl Situation {
         assert_eq!(self.decision.goals[arm].gripper, GripperGoal::Open.code());
     }
 
-    /// The same when nobody disturbs any more.
+    /// The same without further disturbance.
     pub(crate) fn freed(mut self) -> Self {
         let seen = &self.seen;
         let is_stranded = |cube: usize, arm: usize| {

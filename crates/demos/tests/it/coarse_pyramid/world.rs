@@ -13,7 +13,7 @@ use super::choice::{ARMS, Choice};
 pub(crate) const CUBE_M: f64 = 0.05;
 const OPEN_M: f64 = 0.08;
 /// Where a lost cube ends up: at the edge of the pyramid, within reach of both
-/// arms; and where nobody reaches it.
+/// arms; and out of reach.
 const AWAY: [[f64; 2]; 4] = [[0.40, 0.09], [0.40, -0.09], [0.52, 0.09], [0.52, -0.09]];
 const FAR: [[f64; 2]; 4] = [[1.0, 0.5], [1.0, 0.65], [1.0, -0.5], [1.0, -0.65]];
 
@@ -122,7 +122,7 @@ impl World {
             Choice::Heard(arm) => self.silent[arm] = false,
             _ => {}
         }
-        // No policy time passes while nobody decides.
+        // No policy time passes while there are no decisions.
         let killed = matches!(choice, Choice::Killed | Choice::KilledLost(_));
         for (silence, silent) in self.silence.iter_mut().zip(self.silent) {
             *silence = if silent {
@@ -166,7 +166,7 @@ impl World {
         }
     }
 
-    /// Nobody disturbs any more: controllers speak, and cubes that nobody
+    /// No further disturbance: controllers speak, and cubes that no arm
     /// reaches are brought back; `is_stranded` beside an arm's stack. Whether
     /// there was anything to do.
     pub(crate) fn free(&mut self, is_stranded: impl Fn(usize, usize) -> bool) -> bool {
@@ -294,7 +294,7 @@ impl World {
         (x - cx).hypot(y - cy) < 0.02
     }
 
-    /// Nobody puts a cube where it is already, or between the fingers of a hand.
+    /// No disturbance puts a cube where it is already, or between the fingers of a hand.
     fn can_be_put(&self, cube: usize, [x, y]: [f64; 2]) -> bool {
         let tcps = self.arms.iter().map(|arm| arm.tcp.position);
         let mut hands = tcps.filter(|[hx, hy, hz]| (x - hx).hypot(y - hy) < 0.06 && *hz < 0.15);

@@ -28,7 +28,7 @@ pub(crate) struct FakeCell {
     pub(crate) state: Box<WorldState>,
     pub(crate) decision: Box<Decision>,
     pub(crate) lines: Vec<String>,
-    /// Throw the task away before every decision and go on from its checkpoint.
+    /// Throw the task away before every decision and continue from its checkpoint.
     pub(crate) restart_always: bool,
     /// Fingers find no hold.
     pub(crate) slippery: bool,
@@ -82,7 +82,7 @@ impl FakeCell {
         Self::new("franka-stack", policy, 7)
     }
 
-    /// Decides, then lets the world go on to the next decision.
+    /// Decides, then lets the world continue to the next decision.
     pub(crate) fn step(&mut self) {
         self.decide();
         self.move_on();

@@ -20,7 +20,7 @@ pub(crate) struct PalletCell {
     pub(crate) state: Box<WorldState>,
     pub(crate) decision: Box<Decision>,
     pub(crate) lines: Vec<String>,
-    /// Throw the task away before every decision and go on from its checkpoint.
+    /// Throw the task away before every decision and continue from its checkpoint.
     pub(crate) restarts: bool,
     /// Suction finds no hold.
     pub(crate) slippery: bool,

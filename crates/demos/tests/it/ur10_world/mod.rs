@@ -357,7 +357,7 @@ impl World {
         }
     }
 
-    /// Somebody takes a bin out of the cell, or out of the hand.
+    /// A user takes a bin out of the cell, or out of the hand.
     pub(crate) fn take_away(&mut self, which: usize) {
         let bin = self.bins[which % self.bins.len()];
         if self.held.as_ref().is_some_and(|held| held.bin == bin) {
@@ -367,7 +367,7 @@ impl World {
         }
     }
 
-    /// Somebody shoves a bin that nobody holds, on the belt between its guards.
+    /// A user shoves a bin that no arm holds, on the belt between its guards.
     pub(crate) fn shove(&mut self, which: usize, by: [f64; 2]) {
         let bin = self.bins[which % self.bins.len()];
         let end = self.place.supply;
