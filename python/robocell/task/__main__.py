@@ -1,0 +1,74 @@
+"""Runs the task of a file: ``python -m robocell.task FILE ARGUMENTS``. ``robocell``
+starts it as the task process of a cell, and for ``eval``, ``verify`` and ``show``."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import sys
+from types import ModuleType
+
+from robocell import _core
+from robocell.task import _registry
+from robocell.task._explain import explain
+from robocell.task._runner import Maker, maker
+
+_CONFIGURATION = 3
+_NAME_BYTES = 16
+
+
+def load(path: str) -> ModuleType:
+    """Imports a file under its own name, so that its classes can be pickled."""
+    name = os.path.splitext(os.path.basename(path))[0]
+    sys.path.insert(0, os.path.dirname(os.path.abspath(path)))
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{path} is no Python file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def policies(path: str) -> list[tuple[str, Maker]]:
+    """The policies of a file, by name; the first is its default."""
+    _registry.declared.clear()
+    load(path)
+    stem = os.path.splitext(os.path.basename(path))[0]
+    default = stem.encode()[:_NAME_BYTES].decode(errors="ignore")
+    if not _registry.declared:
+        raise ImportError(
+            f"{path}: there is no policy; mark a class or a function with "
+            "@robocell.task.policy"
+        )
+    found: dict[str, Maker] = {}
+    for name, target in _registry.declared:
+        name = default if name is None else name
+        if name in found:
+            raise ImportError(
+                f'{path}: there are two policies \'{name}\'; @policy("name") names one'
+            )
+        found[name] = maker(target)
+    # Without a policy of the file's name the first one has that name, too.
+    if default not in found:
+        found[default] = next(iter(found.values()))
+    names = sorted(found, key=lambda name: name != default)
+    return [(name, found[name]) for name in names]
+
+
+def main() -> int:
+    """The task program of ``sys.argv[1]``; its exit code."""
+    if len(sys.argv) < 2:
+        print("usage: python -m robocell.task FILE [ARGUMENTS]", file=sys.stderr)
+        return 2
+    path = sys.argv[1]
+    try:
+        found = policies(path)
+    except Exception as error:
+        print(explain(error), file=sys.stderr)
+        return _CONFIGURATION
+    return _core.task_main(found, sys.argv[2:])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

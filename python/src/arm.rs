@@ -1,0 +1,198 @@
+//! One arm in one decision.
+
+use ipc_types::{GripperGoal, Pose};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use robocell_skills::{Way, World};
+use robocell_task::{ArmIntent, GoalKind};
+
+use crate::moment::{Shared, lock, lock_open};
+
+/// A target nearer than this to the one before is the same goal, moved (m).
+const SAME_GOAL_M: f64 = 0.05;
+
+/// One arm in one decision.
+#[pyclass(frozen, module = "robocell._core")]
+pub(crate) struct Arm {
+    pub(crate) shared: Shared,
+    pub(crate) index: usize,
+}
+
+impl Arm {
+    pub(crate) fn new(shared: Shared, index: usize) -> Self {
+        Self { shared, index }
+    }
+
+    fn see<R>(&self, look: impl FnOnce(&mut World<'_>) -> R) -> R {
+        lock(&self.shared).world(self.index, look)
+    }
+}
+
+/// A gripper command by its name.
+pub(crate) fn gripper_of(word: &str) -> PyResult<GripperGoal> {
+    match word {
+        "keep" => Ok(GripperGoal::Keep),
+        "open" => Ok(GripperGoal::Open),
+        "close" => Ok(GripperGoal::Close),
+        _ => Err(PyValueError::new_err(format!(
+            "gripper '{word}' is unknown; 'open', 'close' and 'keep' are allowed"
+        ))),
+    }
+}
+
+/// A pose with a unit quaternion.
+pub(crate) fn pose_of(position: [f64; 3], orientation_wxyz: [f64; 4]) -> PyResult<Pose> {
+    let norm = orientation_wxyz.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let good = position.iter().all(|x| x.is_finite()) && norm.is_finite() && norm > 1e-6;
+    if !good {
+        return Err(PyValueError::new_err(format!(
+            "no pose: position {position:?} m, orientation {orientation_wxyz:?} (w x y z); finite \
+             numbers are needed, and an orientation that is not zero"
+        )));
+    }
+    Ok(Pose {
+        position,
+        orientation_wxyz: orientation_wxyz.map(|x| x / norm),
+    })
+}
+
+#[pymethods]
+impl Arm {
+    /// Its name in the cell file.
+    #[getter]
+    fn name(&self) -> String {
+        self.see(|world| world.arm_name().to_owned())
+    }
+
+    /// Its index in the cell file.
+    #[getter]
+    fn index(&self) -> usize {
+        self.index
+    }
+
+    /// Name of the object in the gripper.
+    #[getter]
+    fn held(&self) -> Option<String> {
+        self.see(|world| world.held().map(|o| world.setup.object_name(o).to_owned()))
+    }
+
+    /// Whether the gripper is open.
+    #[getter]
+    fn is_open(&self) -> bool {
+        self.see(|world| world.is_open())
+    }
+
+    /// Whether the arm has no fault and its controller answers.
+    #[getter]
+    fn is_alive(&self) -> bool {
+        self.see(|world| world.is_alive())
+    }
+
+    /// Whether the arm reaches a point with the tool straight down (m).
+    fn reaches(&self, position_m: [f64; 3]) -> bool {
+        self.see(|world| world.reaches(position_m.into()))
+    }
+
+    /// Orientation of the TCP with the tool straight down, turned by `yaw_rad`.
+    fn down(&self, yaw_rad: f64) -> [f64; 4] {
+        self.see(|world| world.tool().down(yaw_rad))
+    }
+
+    /// Whether an object is at rest.
+    fn is_at_rest(&self, object: &str) -> PyResult<bool> {
+        let mut inner = lock(&self.shared);
+        let object = inner.object(object)?;
+        Ok(inner.world(self.index, |world| world.is_at_rest(object)))
+    }
+
+    /// Whether an object covers another.
+    fn is_covered(&self, object: &str) -> PyResult<bool> {
+        let mut inner = lock(&self.shared);
+        let object = inner.object(object)?;
+        Ok(inner.world(self.index, |world| world.is_covered(object)))
+    }
+
+    /// The TCP with which this arm grips an object as it is now: position and turn.
+    fn grip_pose(&self, object: &str, above_m: f64) -> PyResult<Option<([f64; 3], [f64; 4])>> {
+        let mut inner = lock(&self.shared);
+        let object = inner.object(object)?;
+        Ok(inner.world(self.index, |world| {
+            let at = world.placement(object)?;
+            let pose = world.grip_pose(object, at, above_m);
+            Some((pose.position, pose.orientation_wxyz))
+        }))
+    }
+
+    /// Sends the TCP to a pose. A target near the one before moves the goal that is
+    /// followed; another one is a new goal.
+    #[pyo3(signature = (position_m, orientation_wxyz, gripper="keep", approach_m=[0.0; 3],
+                        approach_std_dev_m=0.0, ignore=vec![]))]
+    fn send(
+        &self,
+        position_m: [f64; 3],
+        orientation_wxyz: [f64; 4],
+        gripper: &str,
+        approach_m: [f64; 3],
+        approach_std_dev_m: f64,
+        ignore: Vec<String>,
+    ) -> PyResult<()> {
+        let target = pose_of(position_m, orientation_wxyz)?;
+        let gripper = gripper_of(gripper)?;
+        let mut inner = lock_open(&self.shared)?;
+        let objects: PyResult<Vec<usize>> = ignore.iter().map(|n| inner.object(n)).collect();
+        let mut object_mask = u64::MAX;
+        for object in objects? {
+            if let Some(bit) = inner.setup.objects.get(object).and_then(|o| o.obstacle_bit) {
+                object_mask &= !(1 << bit);
+            }
+        }
+        inner.world(self.index, |world| {
+            let way = Way {
+                approach_m,
+                std_dev_m: approach_std_dev_m,
+                ..Way::default()
+            };
+            let key = goal_key(world, &target);
+            world.act(ArmIntent {
+                gripper,
+                approach: way.approach_m,
+                approach_std_dev: way.std_dev_m,
+                obstacle_mask: way.obstacle_mask(world.setup),
+                object_mask,
+                ..ArmIntent::pose(key, target)
+            });
+        });
+        Ok(())
+    }
+
+    /// Opens, closes or keeps the gripper; the arm stays where it was sent.
+    fn grip(&self, gripper: &str) -> PyResult<()> {
+        let gripper = gripper_of(gripper)?;
+        lock_open(&self.shared)?.world(self.index, |world| world.stay(gripper));
+        Ok(())
+    }
+
+    /// Stops the arm where it is.
+    fn hold(&self) -> PyResult<()> {
+        lock_open(&self.shared)?.world(self.index, |world| world.hold());
+        Ok(())
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<arm '{}'>", self.name())
+    }
+}
+
+/// The key of the goal that is followed, if `target` only moves it; else a new one.
+fn goal_key(world: &mut World<'_>, target: &Pose) -> u64 {
+    let near = |a: [f64; 3], b: [f64; 3]| {
+        let off: f64 = a.iter().zip(b).map(|(x, y)| (x - y) * (x - y)).sum();
+        off < SAME_GOAL_M * SAME_GOAL_M
+    };
+    match world.out.previous(world.arm) {
+        Some(told) if told.kind == GoalKind::Pose && near(told.target.position, target.position) => {
+            told.key
+        }
+        _ => world.new_key(),
+    }
+}

@@ -1,0 +1,24 @@
+//! The extension module `robocell._core`: tasks in Python on the bus of a cell or in
+//! this process. What its classes are for is said in the Python package.
+
+mod about;
+mod arm;
+mod moment;
+mod policy;
+mod program;
+mod skill;
+
+use pyo3::prelude::*;
+
+/// The native part of `robocell`.
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<moment::Moment>()?;
+    module.add_class::<arm::Arm>()?;
+    module.add_class::<skill::Skill>()?;
+    module.add_class::<skill::Status>()?;
+    module.add_function(wrap_pyfunction!(program::task_main, module)?)?;
+    module.add_function(wrap_pyfunction!(about::wire_schema, module)?)?;
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    Ok(())
+}

@@ -1,0 +1,239 @@
+//! A policy written in Python, in the form a task keeps.
+
+use std::sync::{Arc, Mutex};
+
+use behavior::graph::{Graph, GraphKind};
+use behavior::NodeStatus;
+use cell_model::Cell;
+use ipc_types::Text;
+use ipc_types::trace::TraceEvent;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use robocell_skills::{ArmMemory, PlaceTable, Setup};
+use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, checkpoint};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::about;
+use crate::moment::{Inner, Moment, Shared, lock, status_of};
+
+/// Reason of a job whose policy raised an exception.
+const RAISED: &str = "policy_raised";
+
+/// What happens to an exception of a policy: a line with its file and line.
+pub(crate) type OnFault = Arc<dyn Fn(&str) + Send + Sync>;
+
+/// The memory of a policy between two decisions.
+#[derive(Serialize, Deserialize)]
+struct Memory {
+    #[serde(with = "serde_bytes")]
+    object: Vec<u8>,
+    arms: Vec<ArmMemory>,
+    resumed: bool,
+}
+
+/// A policy in Python. `runner` is a `robocell.task._runner.Runner`, which knows the
+/// kinds of policies there are.
+pub(crate) struct PyPolicy {
+    runner: Py<PyAny>,
+    moment: Py<Moment>,
+    shared: Shared,
+    on_fault: OnFault,
+    phase: Text<32>,
+}
+
+impl PyPolicy {
+    /// Of `make`, a `Maker` of the Python package, for a cell.
+    ///
+    /// # Errors
+    /// The exception of its constructor, with file and line.
+    pub(crate) fn new(
+        make: &Py<PyAny>,
+        cell: &Cell,
+        on_fault: &OnFault,
+    ) -> Result<Self, SetupError> {
+        let refused = |problem: String| SetupError::in_file(problem);
+        let settings: Value = cell.task.read().map_err(|e| refused(e.to_string()))?;
+        let setup = Setup::new(cell, places(&settings).iter().map(|(name, table)| (name, table)));
+        let told = about::cell(cell, &setup, &settings);
+        let shared: Shared = Arc::new(Mutex::new(Inner::new(setup)));
+        Python::attach(|py| {
+            let failed = |error: PyErr| refused(explain(py, &error));
+            let moment = Moment::new(py, Arc::clone(&shared), told);
+            let moment = Py::new(py, moment).map_err(failed)?;
+            let runner = make.call1(py, (moment.clone_ref(py),)).map_err(failed)?;
+            Ok(Self {
+                runner,
+                moment,
+                shared,
+                on_fault: Arc::clone(on_fault),
+                phase: Text::EMPTY,
+            })
+        })
+    }
+
+    /// Calls a method of the policy inside of a decision.
+    fn call(
+        &mut self,
+        method: &str,
+        seen: &Observation<'_>,
+        job: &mut Job,
+        out: &mut Output,
+    ) {
+        lock(&self.shared).begin(seen, job, out);
+        let answer = Python::attach(|py| {
+            let called = self.moment.get().show_state(py);
+            let phase = called.and_then(|()| self.runner.call_method0(py, method));
+            let phase = phase.and_then(|phase| phase.extract::<Option<String>>(py));
+            phase.map_err(|error| explain(py, &error))
+        });
+        lock(&self.shared).end(answer.is_ok() && method == "decide", job, out);
+        match answer {
+            Ok(phase) => {
+                if let Some(phase) = phase {
+                    self.phase = Text::new(&phase);
+                }
+            }
+            Err(problem) => {
+                out.event(TraceEvent::Fault, format_args!("[fault] {problem}"));
+                job.fail(RAISED);
+                (self.on_fault)(&problem);
+            }
+        }
+    }
+
+    /// Calls a method that decides nothing; the default after an exception, which is
+    /// reported.
+    fn ask<T: Default>(&self, ask: impl FnOnce(Python<'_>, &Py<PyAny>) -> PyResult<T>) -> T {
+        Python::attach(|py| match ask(py, &self.runner) {
+            Ok(answer) => answer,
+            Err(error) => {
+                (self.on_fault)(&explain(py, &error));
+                T::default()
+            }
+        })
+    }
+}
+
+/// The places that `[task]` names, in the form of the file tasks.
+fn places(settings: &Value) -> Vec<(String, PlaceTable)> {
+    let tables = settings.get("places").and_then(Value::as_object);
+    let tables = tables.into_iter().flatten();
+    tables
+        .filter_map(|(name, table)| {
+            let table = serde_json::from_value(table.clone()).ok()?;
+            Some((name.clone(), table))
+        })
+        .collect()
+}
+
+/// An exception in one line: file, line and message.
+pub(crate) fn explain(py: Python<'_>, error: &PyErr) -> String {
+    let explained = py
+        .import("robocell.task._explain")
+        .and_then(|module| module.call_method1("explain", (error.value(py),)))
+        .and_then(|text| text.extract::<String>());
+    explained.unwrap_or_else(|_| error.to_string())
+}
+
+/// The picture that Python draws of a policy.
+#[derive(Deserialize)]
+struct Picture {
+    kind: GraphKind,
+    nodes: Vec<behavior::graph::GraphNode>,
+    edges: Vec<behavior::graph::GraphEdge>,
+    #[serde(default)]
+    name: Option<String>,
+}
+
+impl AnyPolicy for PyPolicy {
+    fn reset(&mut self) {
+        self.phase = Text::EMPTY;
+        {
+            let mut inner = lock(&self.shared);
+            inner.memories.fill(ArmMemory::default());
+            inner.resumed = false;
+        }
+        self.ask(|py, runner| runner.call_method0(py, "reset").map(|_| ()));
+    }
+
+    fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        self.call("decide", observation, job, out);
+        if out.phase == Text::EMPTY {
+            out.phase = self.phase;
+        }
+    }
+
+    fn phase(&self) -> Text<32> {
+        self.phase
+    }
+
+    fn describe(&self, name: &str) -> Vec<Graph> {
+        let text: String = self.ask(|py, runner| {
+            let text = runner.call_method1(py, "graphs", (name,))?;
+            text.extract(py)
+        });
+        let pictures: Vec<Picture> = serde_json::from_str(&text).unwrap_or_default();
+        let graphs = pictures.into_iter().map(|picture| Graph {
+            kind: picture.kind,
+            name: picture.name.unwrap_or_else(|| name.to_owned()),
+            nodes: picture.nodes,
+            edges: picture.edges,
+        });
+        graphs.collect()
+    }
+
+    fn statuses(&self, graph: usize, out: &mut Vec<NodeStatus>) {
+        let numbers: Vec<u8> = self.ask(|py, runner| {
+            let numbers = runner.call_method1(py, "statuses", (graph,))?;
+            let numbers = numbers.bind(py).cast::<PyBytes>()?;
+            Ok(numbers.as_bytes().to_vec())
+        });
+        out.extend(numbers.into_iter().map(status_of));
+    }
+
+    fn save(&self) -> Vec<u8> {
+        let object: Vec<u8> = self.ask(|py, runner| {
+            let bytes = runner.call_method0(py, "save")?;
+            Ok(bytes.bind(py).cast::<PyBytes>()?.as_bytes().to_vec())
+        });
+        let inner = lock(&self.shared);
+        checkpoint::to_bytes(&Memory {
+            object,
+            arms: inner.memories.clone(),
+            resumed: inner.resumed,
+        })
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
+        self.reset();
+        let memory: Memory = checkpoint::from_bytes(bytes)?;
+        {
+            let mut inner = lock(&self.shared);
+            if memory.arms.len() == inner.memories.len() {
+                inner.memories = memory.arms;
+            }
+            inner.resumed = memory.resumed;
+        }
+        let restored: PyResult<Option<String>> = Python::attach(|py| {
+            let state = PyBytes::new(py, &memory.object);
+            self.runner.call_method1(py, "restore", (state,))?.extract(py)
+        });
+        match restored {
+            Ok(phase) => {
+                self.phase = Text::new(&phase.unwrap_or_default());
+                Ok(())
+            }
+            Err(error) => {
+                let problem = Python::attach(|py| explain(py, &error));
+                self.reset();
+                Err(serde::de::Error::custom(problem))
+            }
+        }
+    }
+
+    fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        lock(&self.shared).resumed = true;
+        self.call("reconcile", observation, job, out);
+    }
+}

@@ -1,0 +1,58 @@
+//! The task program of a Python file: the one of `robocell-task-program`, with the
+//! policies of the file.
+
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use cell_sim::controller_proc::Controllers;
+use pyo3::prelude::*;
+use robocell_task::{AnyPolicy, Policies};
+use robocell_task_program::main_of;
+
+use crate::policy::{OnFault, PyPolicy};
+
+/// A process whose policy raised an exception ends with this.
+const EXIT_RAISED: i32 = 1;
+
+/// Policies for every cell: by name, what makes one.
+pub(crate) fn policies(makers: Vec<(String, Py<PyAny>)>, on_fault: &OnFault) -> Policies {
+    let mut policies = Policies::new();
+    for (name, make) in makers {
+        let on_fault = Arc::clone(on_fault);
+        policies = policies.policy_for_every_kind(&name, move |cell| {
+            let policy: Box<dyn AnyPolicy> = Box::new(PyPolicy::new(&make, cell, &on_fault)?);
+            Ok(policy)
+        });
+    }
+    policies
+}
+
+/// Runs the task program with the arguments `words`; its exit code.
+#[pyfunction]
+pub(crate) fn task_main(
+    py: Python<'_>,
+    makers: Vec<(String, Py<PyAny>)>,
+    words: Vec<String>,
+) -> u8 {
+    let is_process = words.first().is_some_and(|word| word == "--spec");
+    let on_fault: OnFault = if is_process {
+        Arc::new(end_process)
+    } else {
+        Arc::new(|_| {})
+    };
+    let policies = policies(makers, &on_fault);
+    let code = py.detach(move || main_of(policies, Controllers::default(), &words));
+    // An ExitCode tells its number to the operating system only.
+    (0..=u8::MAX).find(|n| ExitCode::from(*n) == code).unwrap_or(1)
+}
+
+/// Ends the task process with one line in its log: the arm holds, and the launcher
+/// starts the task again.
+#[allow(
+    clippy::exit,
+    reason = "a policy in the middle of a decision cannot return to main"
+)]
+fn end_process(problem: &str) {
+    cell_worker::warn(problem);
+    std::process::exit(EXIT_RAISED);
+}
