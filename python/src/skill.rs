@@ -79,6 +79,35 @@ enum What {
     FollowOperator,
 }
 
+impl What {
+    /// As it is written in Python.
+    fn shown(&self) -> String {
+        match self {
+            Self::Move { goal, .. } => match goal {
+                Goal::Pose([x, y, z], ..) => format!("move_to(({x:.3}, {y:.3}, {z:.3}))"),
+                Goal::Object(object, above) => format!("move_to_object('{object}', {above})"),
+                Goal::Place(object, place, above) => {
+                    format!("move_to_place('{object}', '{place}', {above})")
+                }
+                Goal::Up(by) => format!("move_up({by})"),
+            },
+            Self::Home => "home()".to_owned(),
+            Self::Pick { object, .. } => format!("pick('{object}')"),
+            Self::Place { object, place, .. } => format!("place('{object}', '{place}')"),
+            Self::Open => "open()".to_owned(),
+            Self::Close(None) => "close()".to_owned(),
+            Self::Close(Some(object)) => format!("close('{object}')"),
+            Self::Wait(seconds) => format!("wait({seconds})"),
+            Self::Conveyor(run) => {
+                format!("conveyor({})", if *run { "True" } else { "False" })
+            }
+            Self::AddBin => "add_bin()".to_owned(),
+            Self::DropParts => "drop_parts()".to_owned(),
+            Self::FollowOperator => "follow_operator()".to_owned(),
+        }
+    }
+}
+
 /// A skill under way: what it does, and what it remembers.
 #[pyclass(module = "robocell._core")]
 #[derive(Clone, Serialize, Deserialize)]
@@ -317,7 +346,7 @@ impl Skill {
     }
 
     fn __repr__(&self) -> String {
-        format!("<skill {:?}>", self.what)
+        self.what.shown()
     }
 
     /// For pickle and copy.

@@ -52,7 +52,7 @@ pub fn graphs(
         return Ok(vec![graph_of_file(program, kind, Path::new(what))?]);
     }
     let cell = Cell::load(data, what, 0, None)?;
-    let policy = policy.unwrap_or(&cell.default_policy);
+    let policy = policy.unwrap_or_else(|| program.policies.default_policy(&cell));
     Ok(program.policies.task(&cell, policy)?.graphs().to_vec())
 }
 

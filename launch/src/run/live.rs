@@ -5,6 +5,7 @@ mod result;
 use std::time::Duration;
 
 use cell_bus::RunSite;
+use cell_model::runs::python;
 use cell_model::runs::script_report;
 use cell_model::runs::spec::{PageSecrets, RunSpec};
 use cell_model::runs::summary::RunSummary;
@@ -131,6 +132,11 @@ impl LiveCell {
         let rules = Rules {
             watchdog: plan.watchdog,
             lockstep: plan.spec.speed.is_lockstep(),
+            python_task: plan
+                .spec
+                .task_program
+                .as_deref()
+                .is_some_and(python::is_file),
         };
         Ok(Self {
             children: Children::new(plan.dir.clone(), programs),

@@ -129,6 +129,7 @@ mod tests {
         let rules = Rules {
             watchdog: true,
             lockstep: false,
+            python_task: false,
         };
         let mut supervisor = Supervisor::new(&[Process::Physics], rules);
         let mut watch = Watch::new(&[Process::Physics]);

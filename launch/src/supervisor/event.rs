@@ -9,6 +9,8 @@ pub struct Rules {
     pub watchdog: bool,
     /// Whether physics waits for every process: then one that waits does not hang.
     pub lockstep: bool,
+    /// Whether the task is a Python file, whose imports take time at every start.
+    pub python_task: bool,
 }
 
 /// How a process ended.

@@ -9,6 +9,8 @@ use super::{Action, Exit, MS, Rules};
 
 /// A process shows its first health message within this.
 const READY_DEADLINE: u64 = 2_000 * MS;
+/// A task in Python within this: imports from a cold disk.
+const READY_DEADLINE_PYTHON: u64 = 20_000 * MS;
 /// It is left alone for this long after its start: a signal during start-up
 /// can leave a slot of the shared memory taken forever.
 const MIN_RUN: u64 = 50 * MS;
@@ -407,7 +409,12 @@ impl Slot {
     /// scheduling a short lack of processor time is not even a report.
     fn silence_limit(&self, rules: Rules) -> u64 {
         if self.state == Lifecycle::Starting {
-            return READY_DEADLINE;
+            let imports = rules.python_task && self.process == Process::Task;
+            return if imports {
+                READY_DEADLINE_PYTHON
+            } else {
+                READY_DEADLINE
+            };
         }
         match self.process {
             Process::Monitor => 2_000 * MS,

@@ -9,6 +9,7 @@ const LAUNCHED: [Process; 4] = [Physics, Controller(0), Monitor, Task];
 const REAL_TIME: Rules = Rules {
     watchdog: true,
     lockstep: false,
+    python_task: false,
 };
 
 #[derive(Clone)]
@@ -451,15 +452,32 @@ fn the_watchdog_can_be_switched_off_and_waits_in_lockstep() {
     let mut bench = Bench::up(Rules {
         watchdog: false,
         lockstep: false,
+        python_task: false,
     });
     bench.run_without(10_000, &ALL);
     assert!(bench.log.is_empty());
     let mut bench = Bench::up(Rules {
         watchdog: true,
         lockstep: true,
+        python_task: false,
     });
     bench.run_without(1_000, &[Physics, Controller(0), Task]);
     assert!(bench.log.is_empty(), "{:?}", bench.log);
+}
+
+#[test]
+fn a_python_task_has_time_for_its_imports_and_no_more_when_it_runs() {
+    let python = Rules {
+        python_task: true,
+        ..REAL_TIME
+    };
+    let mut bench = Bench::new(python);
+    bench.run_without(15_000, &[Task]);
+    assert_eq!(bench.spawns(Task).len(), 1, "{:?}", bench.log);
+    bench.run(100);
+    assert!(bench.supervisor.is_ready());
+    bench.run_without(600, &[Task]);
+    assert_eq!(bench.spawns(Task).len(), 2, "{:?}", bench.log);
 }
 
 #[test]

@@ -33,16 +33,18 @@ def load(path: str) -> ModuleType:
 def policies(path: str) -> list[tuple[str, Maker]]:
     """The policies of a file, by name; the first is its default."""
     _registry.declared.clear()
-    load(path)
+    module = load(path)
+    # Those of a file that it imports are not its own.
+    declared = [one for one in _registry.declared if one[1].__module__ == module.__name__]
     stem = os.path.splitext(os.path.basename(path))[0]
     default = stem.encode()[:_NAME_BYTES].decode(errors="ignore")
-    if not _registry.declared:
+    if not declared:
         raise ImportError(
             f"{path}: there is no policy; mark a class or a function with "
             "@robocell.task.policy"
         )
     found: dict[str, Maker] = {}
-    for name, target in _registry.declared:
+    for name, target in declared:
         name = default if name is None else name
         if name in found:
             raise ImportError(

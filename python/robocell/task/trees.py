@@ -15,7 +15,7 @@ _NUMBERS = {Ended.INVALID: 0, Ended.RUNNING: 1, Ended.SUCCESS: 2, Ended.FAILURE:
 _ENDED = {Status.RUNNING: Ended.RUNNING, Status.SUCCESS: Ended.SUCCESS}
 
 #: What every behaviour has; the rest of its attributes is its memory.
-_COMMON = frozenset(vars(py_trees.behaviour.Behaviour("common")))
+_COMMON = frozenset(vars(py_trees.behaviours.Success("common")))
 
 
 class SkillLeaf(py_trees.behaviour.Behaviour):

@@ -28,7 +28,8 @@ impl Display for RunSummary {
         let (violations, hash) = (self.limit_violations, &self.state_hash);
         write!(f, "; {violations} limit violations; state {hash}")?;
         if let Some(lines) = many(self.script_left, "line", "lines") {
-            write!(f, "; {lines} of the script were not reached")?;
+            let were = if self.script_left == 1 { "was" } else { "were" };
+            write!(f, "; {lines} of the script {were} not reached")?;
         }
         Ok(())
     }
