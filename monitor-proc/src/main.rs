@@ -1,12 +1,20 @@
 //! The monitor as a process.
 #![forbid(unsafe_code)]
 
+use std::io::Write as _;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
-    if arguments.next().as_deref() == Some("replay") {
-        return monitor_proc::replay::show::main(arguments);
+    match arguments.next().as_deref() {
+        Some("replay") => monitor_proc::replay::show::main(arguments),
+        // For `robocell doctor`.
+        Some("page") => {
+            let has_page = monitor_proc::web::files::has_page();
+            let found = if has_page { "built in" } else { "none" };
+            writeln!(std::io::stdout(), "{found}").ok();
+            ExitCode::SUCCESS
+        }
+        _ => cell_worker::main("monitor-proc", monitor_proc::process::run),
     }
-    cell_worker::main("monitor-proc", monitor_proc::process::run)
 }

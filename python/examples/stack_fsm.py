@@ -1,7 +1,7 @@
 """Stacks the cubes of franka-stack with a state machine of the package transitions.
 
-    robocell run franka-stack --task stack_fsm.py
-    robocell fsm show --live
+robocell run franka-stack --task stack_fsm.py
+robocell fsm show --live
 """
 
 from robocell.task import FAILURE, RUNNING, TaskCell, policy, skills

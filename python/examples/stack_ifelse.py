@@ -22,7 +22,7 @@ class Stack:
         arm, order = cell.arm, cell.task["order"]
         goals = [goal_of(cell, layer) for layer in range(len(order))]
         placed = []
-        for name, goal in zip(order, goals):
+        for name, goal in zip(order, goals, strict=True):
             if arm.held == name or not is_at(cell, name, goal):
                 break
             placed.append(name)

@@ -1,6 +1,6 @@
 """Stacks the cubes of franka-stack with the skills pick and place.
 
-    robocell run franka-stack --task stack_skills.py
+robocell run franka-stack --task stack_skills.py
 """
 
 from robocell.task import FAILURE, SUCCESS, TaskCell, policy, skills

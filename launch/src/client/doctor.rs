@@ -92,6 +92,7 @@ pub(crate) struct DoctorReport<'a> {
 pub(crate) fn doctor(args: &DoctorArgs) -> Result<(), Failure> {
     let checks = [
         programs(),
+        machine::page(),
         real_time(),
         locked_memory(),
         cores(),

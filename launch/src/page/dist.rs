@@ -42,7 +42,7 @@ pub(crate) fn built() -> (Option<PathBuf>, String) {
 }
 
 /// `monitor-proc/ui` of the checkout that holds our executable.
-fn checkout() -> Option<PathBuf> {
+pub(crate) fn checkout() -> Option<PathBuf> {
     if let Some(ui) = std::env::var_os(ENV_UI).filter(|ui| !ui.is_empty()) {
         return Some(PathBuf::from(ui));
     }
@@ -52,7 +52,7 @@ fn checkout() -> Option<PathBuf> {
 }
 
 /// Whether there is a page, of whatever age.
-fn is_built(ui: &Path) -> bool {
+pub(crate) fn is_built(ui: &Path) -> bool {
     ui.join("dist/index.html").is_file()
 }
 

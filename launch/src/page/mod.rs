@@ -2,7 +2,7 @@
 
 mod address;
 mod browser;
-mod dist;
+pub(crate) mod dist;
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 

@@ -28,6 +28,11 @@ pub struct Asset {
     pub mime: &'static str,
 }
 
+/// Whether this program holds a page.
+pub fn has_page() -> bool {
+    Embedded::get("index.html").is_some()
+}
+
 /// Files by the path they are asked for with, `/index.html`.
 #[derive(Clone, Debug, Default)]
 pub struct Files {

@@ -40,15 +40,14 @@ def policies(path: str) -> list[tuple[str, Maker]]:
     default = stem.encode()[:_NAME_BYTES].decode(errors="ignore")
     if not declared:
         raise ImportError(
-            f"{path}: there is no policy; mark a class or a function with "
-            "@robocell.task.policy"
+            f"{path}: there is no policy; mark a class or a function with @robocell.task.policy"
         )
     found: dict[str, Maker] = {}
     for name, target in declared:
         name = default if name is None else name
         if name in found:
             raise ImportError(
-                f'{path}: there are two policies \'{name}\'; @policy("name") names one'
+                f"{path}: there are two policies '{name}'; @policy(\"name\") names one"
             )
         found[name] = maker(target)
     # Without a policy of the file's name the first one has that name, too.

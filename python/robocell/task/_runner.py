@@ -37,11 +37,11 @@ class Runner:
         self._job = self._new()
 
     def _new(self) -> Any:
-        if not inspect.isclass(self._target):
-            return _Function(self._target)
-        if _takes(self._target, 1):
-            return self._target(self._cell)
-        return self._target()
+        target = self._target
+        if not inspect.isclass(target):
+            return _Function(target)
+        make: Callable[..., Any] = target
+        return make(self._cell) if _takes(make, 1) else make()
 
     def reset(self) -> None:
         """Back to the state before the first decision."""

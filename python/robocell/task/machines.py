@@ -16,7 +16,8 @@ class _NamedEvent(Event):
     """Remembers which trigger is fired."""
 
     def _trigger(self, event_data: EventData) -> bool:
-        event_data.model._trigger = self.name
+        model: Any = event_data.model
+        model._trigger = self.name
         return bool(super()._trigger(event_data))
 
 

@@ -4,6 +4,8 @@ use std::fs;
 use std::process::{Command, Stdio};
 
 use super::{Check, Severity};
+use crate::page::dist;
+use crate::programs::beside;
 use crate::shot::browser::PROGRAMS;
 
 /// The page is built with this version of Node.js or a newer one.
@@ -25,6 +27,25 @@ pub(super) fn node() -> Check {
         found,
         (NODE_COST, NODE_FIX),
     )
+}
+
+/// Where the page comes from.
+pub(super) fn page() -> Check {
+    if let Some(ui) = dist::checkout() {
+        return match dist::is_built(&ui) {
+            true => Check::ok("page", "built in this checkout"),
+            false => Check::ok("page", "built by the next start, with Node.js"),
+        };
+    }
+    let monitor = beside("monitor-proc").ok();
+    let said = monitor.and_then(|path| Command::new(path).arg("page").output().ok());
+    let found = said.map(|said| String::from_utf8_lossy(&said.stdout).trim().to_owned());
+    let found = found.filter(|found| !found.is_empty());
+    let fine = found.as_deref() == Some("built in");
+    let found = found.unwrap_or_else(|| "unknown".to_owned());
+    let cost = "there is nothing to look at; cells run (`--headless`)";
+    let fix = "install a release, or build from a checkout with Node.js";
+    Check::new("page", fine, Severity::Warn, found, (cost, fix))
 }
 
 /// npm, which comes with it.

@@ -1,0 +1,129 @@
+"""Tasks in Python as tasks of a cell."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+from conftest import EXAMPLES
+
+LOCKSTEP = ("--speed", "max")
+KILLS = [{"at_s": at, "do": "kill", "process": "task"} for at in (3.0, 6.5, 9.0, 15.5)]
+
+NEEDS = {"stack_tree": "py_trees", "stack_fsm": "transitions"}
+
+
+def example(name: str) -> Path:
+    package = NEEDS.get(name)
+    if package is not None and importlib.util.find_spec(package) is None:
+        pytest.skip(f"the package {package} is not installed")
+    return EXAMPLES / f"{name}.py"
+
+
+@pytest.mark.parametrize("name", ["stack_skills", "stack_ifelse", "stack_tree", "stack_fsm"])
+def test_is_the_same_in_one_process_in_four_and_killed(run, name):
+    file = example(name)
+    one = run("franka-stack", file, "--one-process").summary
+    assert one["outcome"] == "done"
+    assert len(one["placed"]) == 4
+    assert one["policy"] == name
+    four = run("franka-stack", file, *LOCKSTEP).summary
+    killed = run("franka-stack", file, *LOCKSTEP, script=KILLS).summary
+    assert killed["task_restarts"] == len(KILLS)
+    assert one["state_hash"] == four["state_hash"] == killed["state_hash"]
+
+
+def test_recovers_from_a_cube_that_is_taken_off_the_stack(run):
+    drag = {"at_s": 14.0, "do": "drag", "object": "red_cube", "to": [0.45, -0.1, 0.025]}
+    done = run("franka-stack", example("stack_skills"), *LOCKSTEP, script=[drag]).summary
+    assert done["outcome"] == "done"
+    assert len(done["placed"]) == 4
+
+
+def test_stops_in_real_time_with_a_killed_task_and_finishes(run):
+    kill = [{"at_phase": "PLACE", "do": "kill", "process": "task"}]
+    done = run("franka-stack", example("stack_skills"), script=kill).summary
+    assert (done["outcome"], done["task_restarts"], done["limit_violations"]) == ("done", 1, 0)
+
+
+FAULTY = """
+from robocell.task import policy, skills
+
+@policy
+class Faulty:
+    def decide(self, cell):
+        {line}
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("cell.objects['red'].position", 'mine.py:7: in decide: KeyError: "there is no object'),
+        ("skills.pick('red_cub').step(cell.arm)", "did you mean 'red_cube'?"),
+        ("cell.arm.send('here')", "mine.py:7: in decide: ValueError"),
+        ("cell.arm.grip('shut')", "'open', 'close' and 'keep' are allowed"),
+        ("1 / 0", "mine.py:7: in decide: ZeroDivisionError"),
+    ],
+)
+def test_that_raises_is_given_up_with_file_and_line(run, task, line, message):
+    ended = run("franka-stack", task(FAULTY.format(line=line)))
+    assert ended.code == 6, ended.text
+    assert message in ended.text
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("import nothing_like_this", "mine.py:1: in <module>: ModuleNotFoundError"),
+        ("def f(:", "mine.py:1: SyntaxError"),
+        ("x = 1", "there is no policy; mark a class or a function"),
+        (
+            "from robocell.task import policy\n@policy\nclass A:\n"
+            "    def __init__(self, cell):\n        cell.task['no_such_key']\n",
+            "mine.py:5: in __init__: KeyError",
+        ),
+    ],
+)
+def test_that_cannot_be_made_is_refused_before_anything_starts(run, task, text, message):
+    ended = run("franka-stack", task(text))
+    assert ended.code == 3, ended.text
+    assert message in ended.text
+
+
+def test_that_hangs_is_replaced(run, task):
+    text = """
+from robocell.task import policy
+
+@policy
+class Hangs:
+    def decide(self, cell):
+        while cell.time_s > 0.5:
+            pass
+"""
+    ended = run("franka-stack", task(text), "--timeout", "30")
+    assert ended.code != 0
+    assert "task" in ended.text
+
+
+def test_chooses_a_policy_by_its_name(run, task):
+    text = """
+from robocell.task import policy
+
+@policy("one")
+def one(cell):
+    cell.report(True)
+
+@policy("two")
+def two(cell, memory):
+    memory.count = getattr(memory, "count", 0) + 1
+    cell.report(memory.count > 20)
+"""
+    file = task(text)
+    assert run("franka-stack", file, *LOCKSTEP).summary["policy"] == "mine"
+    two = run("franka-stack", file, *LOCKSTEP, "--policy", "two").summary
+    assert (two["policy"], two["ticks"]) == ("two", 200)
+    wrong = run("franka-stack", file, *LOCKSTEP, "--policy", "tow")
+    assert wrong.code == 3
+    assert "did you mean 'two'?" in wrong.text
