@@ -1,26 +1,49 @@
-//! Size and alignment of every message: a change here is a change of the
+//! Layout of every message: a change here is a change of the
 //! contract and belongs into the changelog.
 
 mod damage;
 
+use std::fmt::Write as _;
+
+use ipc_types::layout::layout_of;
 use ipc_types::*;
 
+/// Programs in other languages read these layouts: a change is a line "Migration" in
+/// CHANGELOG.md.
 #[test]
-fn sizes_are_the_published_ones() {
-    let sizes = [
-        ("Header", size_of::<Header>()),
-        ("WorldState", size_of::<WorldState>()),
-        ("Contacts", size_of::<Contacts>()),
-        ("ArmCommand", size_of::<ArmCommand>()),
-        ("ArmStatus", size_of::<ArmStatus>()),
-        ("Decision", size_of::<Decision>()),
-        ("TraceLine", size_of::<TraceLine>()),
-        ("Health", size_of::<Health>()),
-        ("OperatorRequest", size_of::<OperatorRequest>()),
-        ("OperatorReply", size_of::<OperatorReply>()),
-    ];
-    let listed: Vec<String> = sizes.iter().map(|(n, s)| format!("{n} {s}")).collect();
-    assert_eq!(listed.join("\n"), include_str!("sizes.txt").trim_end());
+fn names_types_and_offsets_are_the_published_ones() {
+    let mut structs = Vec::new();
+    for layouts in [
+        layout_of::<WorldState>(),
+        layout_of::<Contacts>(),
+        layout_of::<ArmCommand>(),
+        layout_of::<ArmStatus>(),
+        layout_of::<Decision>(),
+        layout_of::<TraceLine>(),
+        layout_of::<Health>(),
+        layout_of::<OperatorRequest>(),
+        layout_of::<OperatorReply>(),
+    ] {
+        for layout in layouts {
+            if !structs.contains(&layout) {
+                structs.push(layout);
+            }
+        }
+    }
+    let mut listed = String::new();
+    for layout in structs {
+        writeln!(listed, "{} {}", layout.name, layout.bytes).unwrap();
+        for field in layout.fields {
+            let (offset, name, element, count) =
+                (field.offset, field.name, field.element, field.count);
+            writeln!(listed, "  {offset} {name}: {element} x {count}").unwrap();
+        }
+    }
+    let published = include_str!("contract.txt");
+    for (is, was) in listed.lines().zip(published.lines()) {
+        assert_eq!(is, was, "ipc-types/tests/contract.txt");
+    }
+    assert_eq!(listed.lines().count(), published.lines().count());
 }
 
 #[test]

@@ -257,6 +257,8 @@ pub enum Way {
     Table,
     /// An event x state matrix, in a TOML file
     Matrix,
+    /// A class in a Python file
+    Python,
 }
 
 /// `robocell new`.
@@ -264,7 +266,7 @@ pub enum Way {
 pub struct NewArgs {
     /// Name of the project, its folder and its cell
     pub name: String,
-    /// How its task is written; docs/choosing.md compares the six ways
+    /// How its task is written; docs/choosing.md compares six of the ways
     #[arg(long = "as", value_enum, value_name = "WAY")]
     pub way: Way,
     /// Checkout whose packages a project in Rust is built with [default: that of this program]

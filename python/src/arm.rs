@@ -190,7 +190,9 @@ fn goal_key(world: &mut World<'_>, target: &Pose) -> u64 {
         off < SAME_GOAL_M * SAME_GOAL_M
     };
     match world.out.previous(world.arm) {
-        Some(told) if told.kind == GoalKind::Pose && near(told.target.position, target.position) => {
+        Some(told)
+            if told.kind == GoalKind::Pose && near(told.target.position, target.position) =>
+        {
             told.key
         }
         _ => world.new_key(),

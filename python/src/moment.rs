@@ -91,13 +91,7 @@ impl Inner {
     /// The view of one arm, as skills use it.
     pub(crate) fn world<R>(&mut self, arm: usize, work: impl FnOnce(&mut World<'_>) -> R) -> R {
         let observation = Observation::with_echoes(&self.state, self.echoes, self.time);
-        let mut world = World::new(
-            &self.setup,
-            &observation,
-            &mut self.job,
-            &mut self.out,
-            arm,
-        );
+        let mut world = World::new(&self.setup, &observation, &mut self.job, &mut self.out, arm);
         world.resumed = self.resumed;
         world.memory = self.memories.get_mut(arm);
         world.told = self.told.get(arm).copied().unwrap_or_default();
@@ -179,7 +173,9 @@ impl Moment {
     pub(crate) fn show_state(&self, py: Python<'_>) -> PyResult<()> {
         let inner = lock(&self.shared);
         let mut shown = self.state.bind(py).try_readwrite()?;
-        shown.as_slice_mut()?.copy_from_slice(inner.state.as_bytes());
+        shown
+            .as_slice_mut()?
+            .copy_from_slice(inner.state.as_bytes());
         Ok(())
     }
 }
@@ -266,7 +262,9 @@ impl Moment {
             let placed = |object: &usize| world.slot_of(*object, place, tolerance_m).is_some();
             (0..objects).filter(placed).collect()
         });
-        let names = placed.into_iter().map(|o| inner.setup.object_name(o).to_owned());
+        let names = placed
+            .into_iter()
+            .map(|o| inner.setup.object_name(o).to_owned());
         Ok(names.collect())
     }
 
@@ -286,7 +284,11 @@ impl Moment {
         let most = ipc_types::decision::MAX_PLACED;
         inner.job.placed.extend(indices.take(most));
         inner.job.done = done;
-        inner.out.outcome = if done { Outcome::Done } else { Outcome::Running };
+        inner.out.outcome = if done {
+            Outcome::Done
+        } else {
+            Outcome::Running
+        };
         Ok(())
     }
 

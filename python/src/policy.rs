@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex};
 
-use behavior::graph::{Graph, GraphKind};
 use behavior::NodeStatus;
+use behavior::graph::{Graph, GraphKind};
 use cell_model::Cell;
 use ipc_types::Text;
 use ipc_types::trace::TraceEvent;
@@ -54,7 +54,10 @@ impl PyPolicy {
     ) -> Result<Self, SetupError> {
         let refused = |problem: String| SetupError::in_file(problem);
         let settings: Value = cell.task.read().map_err(|e| refused(e.to_string()))?;
-        let setup = Setup::new(cell, places(&settings).iter().map(|(name, table)| (name, table)));
+        let setup = Setup::new(
+            cell,
+            places(&settings).iter().map(|(name, table)| (name, table)),
+        );
         let told = about::cell(cell, &setup, &settings);
         let shared: Shared = Arc::new(Mutex::new(Inner::new(setup)));
         Python::attach(|py| {
@@ -73,13 +76,7 @@ impl PyPolicy {
     }
 
     /// Calls a method of the policy inside of a decision.
-    fn call(
-        &mut self,
-        method: &str,
-        seen: &Observation<'_>,
-        job: &mut Job,
-        out: &mut Output,
-    ) {
+    fn call(&mut self, method: &str, seen: &Observation<'_>, job: &mut Job, out: &mut Output) {
         lock(&self.shared).begin(seen, job, out);
         let answer = Python::attach(|py| {
             let called = self.moment.get().show_state(py);
@@ -117,7 +114,7 @@ impl PyPolicy {
 
 /// The places that `[task]` names, in the form of the file tasks.
 fn places(settings: &Value) -> Vec<(String, PlaceTable)> {
-    let tables = settings.get("places").and_then(Value::as_object);
+    let tables = settings.get("place").and_then(Value::as_object);
     let tables = tables.into_iter().flatten();
     tables
         .filter_map(|(name, table)| {
@@ -129,9 +126,11 @@ fn places(settings: &Value) -> Vec<(String, PlaceTable)> {
 
 /// An exception in one line: file, line and message.
 pub(crate) fn explain(py: Python<'_>, error: &PyErr) -> String {
+    // Up to Python 3.11 only this conversion gives the exception its traceback.
+    let raised = error.clone_ref(py).into_value(py);
     let explained = py
         .import("robocell.task._explain")
-        .and_then(|module| module.call_method1("explain", (error.value(py),)))
+        .and_then(|module| module.call_method1("explain", (raised,)))
         .and_then(|text| text.extract::<String>());
     explained.unwrap_or_else(|_| error.to_string())
 }
@@ -217,7 +216,9 @@ impl AnyPolicy for PyPolicy {
         }
         let restored: PyResult<Option<String>> = Python::attach(|py| {
             let state = PyBytes::new(py, &memory.object);
-            self.runner.call_method1(py, "restore", (state,))?.extract(py)
+            self.runner
+                .call_method1(py, "restore", (state,))?
+                .extract(py)
         });
         match restored {
             Ok(phase) => {

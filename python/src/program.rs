@@ -43,7 +43,9 @@ pub(crate) fn task_main(
     let policies = policies(makers, &on_fault);
     let code = py.detach(move || main_of(policies, Controllers::default(), &words));
     // An ExitCode tells its number to the operating system only.
-    (0..=u8::MAX).find(|n| ExitCode::from(*n) == code).unwrap_or(1)
+    (0..=u8::MAX)
+        .find(|n| ExitCode::from(*n) == code)
+        .unwrap_or(1)
 }
 
 /// Ends the task process with one line in its log: the arm holds, and the launcher

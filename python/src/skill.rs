@@ -159,7 +159,10 @@ impl Skill {
                 inner.world(arm, |world| place.step(progress, world))
             }
             What::Close(object) => {
-                let object = object.as_deref().map(|name| inner.object(name)).transpose()?;
+                let object = object
+                    .as_deref()
+                    .map(|name| inner.object(name))
+                    .transpose()?;
                 let close = Close { object };
                 inner.world(arm, |world| close.step(progress, world))
             }

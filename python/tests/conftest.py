@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-import robocell
+import robocell as package
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -24,7 +24,7 @@ def program() -> Path:
     named = os.environ.get("ROBOCELL")
     places = [
         Path(named) if named else None,
-        Path(robocell.__file__).parent / "bin" / "robocell",
+        Path(package.__file__).parent / "bin" / "robocell",
         Path(__file__).parents[2] / "target" / "release" / "robocell",
         Path(__file__).parents[2] / "target" / "debug" / "robocell",
     ]
@@ -45,26 +45,38 @@ class Run:
 
 
 @pytest.fixture
-def run(tmp_path: Path) -> Iterator[Callable[..., Run]]:
-    """Runs a cell with a task to its end: ``run("franka-stack", FILE, *options)``."""
+def robocell() -> Iterator[Callable[..., Run]]:
+    """Calls the program: ``robocell("status", cwd=DIR)``."""
     # Paths of sockets are short.
     home = Path(tempfile.mkdtemp(prefix="rt", dir="/dev/shm"))
+    env = dict(os.environ, ROBOCELL_RUN_DIR=str(home), ROBOCELL_PYTHON=sys.executable)
+    env["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
+
+    def call(*words: str, cwd: Path | None = None) -> Run:
+        done = subprocess.run(
+            [str(program()), *words], capture_output=True, text=True, env=env, cwd=cwd, check=False
+        )
+        return Run(done)
+
+    yield call
+    shutil.rmtree(home, ignore_errors=True)
+
+
+@pytest.fixture
+def run(robocell: Callable[..., Run], tmp_path: Path) -> Callable[..., Run]:
+    """Runs a cell with a task to its end: ``run("franka-stack", FILE, *options)``."""
 
     def start(
         demo: str, task: Path, *options: str, script: list[dict[str, Any]] | None = None
     ) -> Run:
-        words = [str(program()), "run", demo, "--task", str(task), "--until-done", "--json"]
-        words += ["--headless", *options]
+        words = ["run", demo, "--task", str(task), "--until-done", "--json", "--headless"]
         if script is not None:
             lines = tmp_path / "script.jsonl"
             lines.write_text("".join(json.dumps(line) + "\n" for line in script))
             words += ["--script", str(lines)]
-        env = dict(os.environ, ROBOCELL_RUN_DIR=str(home), ROBOCELL_PYTHON=sys.executable)
-        env["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
-        return Run(subprocess.run(words, capture_output=True, text=True, env=env, check=False))
+        return robocell(*words, *options)
 
-    yield start
-    shutil.rmtree(home, ignore_errors=True)
+    return start
 
 
 @pytest.fixture

@@ -127,3 +127,15 @@ def two(cell, memory):
     wrong = run("franka-stack", file, *LOCKSTEP, "--policy", "tow")
     assert wrong.code == 3
     assert "did you mean 'two'?" in wrong.text
+
+
+def test_in_a_project_of_its_own_is_found_beside_its_cell(robocell, tmp_path):
+    assert robocell("new", "mine", "--as", "python", cwd=tmp_path).code == 0
+    project = tmp_path / "mine"
+    words = ("run", "mine", "--data", ".", "--until-done", "--headless", "--speed", "max")
+    done = robocell(*words, "--json", "--record", "run.mcap", cwd=project)
+    assert (done.summary["outcome"], done.summary["placed"]) == ("done", ["cube"]), done.text
+    verified = robocell("replay", "run.mcap", "--verify", "--json", cwd=project)
+    assert verified.summary["verdict"] == "same", verified.text
+    seeds = robocell("eval", "mine", "--data", ".", "--seeds", "0..4", cwd=project)
+    assert "5 of 5 done" in seeds.text

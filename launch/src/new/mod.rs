@@ -115,8 +115,11 @@ fn files(args: &NewArgs, crates: Option<&Path>) -> Vec<File> {
     if !args.way.is_rust() {
         let path = format!("cells/{}", args.way.file(name));
         files.push(file(path, args.way.behaviour(name)));
-        let readme = fill(include_str!("templates/README-file.md"));
-        files.push(file("README.md".to_owned(), readme));
+        let readme = match args.way {
+            Way::Python => include_str!("templates/README-python.md"),
+            _ => include_str!("templates/README-file.md"),
+        };
+        files.push(file("README.md".to_owned(), fill(readme)));
         return files;
     }
     files.push(File {
@@ -145,14 +148,11 @@ fn files(args: &NewArgs, crates: Option<&Path>) -> Vec<File> {
 
 fn fill(template: &str, args: &NewArgs, crates: Option<&Path>) -> String {
     let (name, way) = (&args.name, args.way);
-    let task = if way.is_rust() {
-        format!("kind = \"{name}\"\nprogram = \"{name}\"")
-    } else {
-        format!(
-            "kind = \"{}\"\nbehaviour = \"{}\"",
-            way.policy(),
-            way.file(name)
-        )
+    let (policy, file) = (way.policy(name), way.file(name));
+    let task = match way {
+        Way::Python => format!("kind = \"{name}\"\nprogram = \"{file}\""),
+        _ if way.is_rust() => format!("kind = \"{name}\"\nprogram = \"{name}\""),
+        _ => format!("kind = \"{policy}\"\nbehaviour = \"{file}\""),
     };
     let patch = crates.map(|dir| {
         let line = |(package, path): &(&str, &str)| {
@@ -170,9 +170,9 @@ fn fill(template: &str, args: &NewArgs, crates: Option<&Path>) -> String {
         ("{{description}}", "A Franka puts a cube on a mark"),
         ("{{name}}", name),
         ("{{crate}}", &name.replace('-', "_")),
-        ("{{policy}}", way.policy()),
+        ("{{policy}}", policy),
         ("{{task}}", &task),
-        ("{{file}}", &way.file(name)),
+        ("{{file}}", &file),
         ("{{check}}", check),
         ("{{version}}", env!("CARGO_PKG_VERSION")),
         ("{{patch}}", patch.as_deref().unwrap_or_default()),
@@ -192,13 +192,14 @@ impl Way {
     }
 
     /// Name of the policy; of a file also its kind of `[task]`.
-    fn policy(self) -> &'static str {
+    fn policy(self, name: &str) -> &str {
         match self {
             Self::Ifelse => "ifelse",
             Self::Fsm => "fsm",
             Self::Tree | Self::Json => "tree",
             Self::Table => "machine",
             Self::Matrix => "matrix",
+            Self::Python => name,
         }
     }
 
@@ -208,11 +209,12 @@ impl Way {
             Self::Json => format!("{name}.tree.json"),
             Self::Table => format!("{name}.machine.toml"),
             Self::Matrix => format!("{name}.matrix.toml"),
+            Self::Python => format!("{name}.py"),
             Self::Ifelse | Self::Fsm | Self::Tree => "policy.rs".to_owned(),
         }
     }
 
-    /// The job in this way: one of the six that are compared in docs/choosing.md.
+    /// The job in this way; docs/choosing.md compares those that are not Python.
     fn behaviour(self, name: &str) -> String {
         let text = match self {
             Self::Ifelse => include_str!("../../../cells/cube/ifelse.rs"),
@@ -221,6 +223,7 @@ impl Way {
             Self::Json => include_str!("../../../cells/cube/cube.tree.json"),
             Self::Table => include_str!("../../../cells/cube/cube.machine.toml"),
             Self::Matrix => include_str!("../../../cells/cube/cube.matrix.toml"),
+            Self::Python => include_str!("../../../cells/cube/cube.py"),
         };
         text.replacen("\"name\": \"cube\"", &format!("\"name\": \"{name}\""), 1)
             .replacen("\nname = \"cube\"", &format!("\nname = \"{name}\""), 1)

@@ -31,7 +31,7 @@ export async function breakpoints(test) {
   await until("the next decision", (r, next) => r.store.snapshot.tick === next && (r.store.snapshot.flags & 1) !== 0, next);
   await page.getByRole("button", { name: "Next decision" }).click();
   await until("the one after", (r, next) => r.store.snapshot.tick === next, next + DECISION_TICKS);
-  await page.getByRole("button", { name: "Continue" }).click();
+  await page.getByRole("button", { name: "Continue", exact: true }).click();
   await until("it continues", noFlag(PAUSED));
   await page.locator(".break-banner").waitFor({ state: "hidden" });
   // What the command line sets is seen, in another page, too.

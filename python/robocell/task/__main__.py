@@ -20,6 +20,8 @@ _NAME_BYTES = 16
 def load(path: str) -> ModuleType:
     """Imports a file under its own name, so that its classes can be pickled."""
     name = os.path.splitext(os.path.basename(path))[0]
+    if name in sys.modules or name in sys.stdlib_module_names:
+        name = f"task_{name}"
     sys.path.insert(0, os.path.dirname(os.path.abspath(path)))
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:

@@ -32,10 +32,13 @@ pub(super) fn node() -> Check {
 /// Where the page comes from.
 pub(super) fn page() -> Check {
     if let Some(ui) = dist::checkout() {
-        return match dist::is_built(&ui) {
-            true => Check::ok("page", "built in this checkout"),
-            false => Check::ok("page", "built by the next start, with Node.js"),
+        let is_built = dist::is_built(&ui);
+        let found = if is_built {
+            "built in this checkout"
+        } else {
+            "built by the next start, with Node.js"
         };
+        return Check::ok("page", found);
     }
     let monitor = beside("monitor-proc").ok();
     let said = monitor.and_then(|path| Command::new(path).arg("page").output().ok());
