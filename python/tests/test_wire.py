@@ -27,7 +27,7 @@ def test_every_message_is_a_numpy_type_of_its_size(name):
 
 
 def test_an_unknown_struct_is_refused():
-    with pytest.raises(KeyError, match="known are: .*WorldState"):
+    with pytest.raises(KeyError, match=r"known are: .*WorldState"):
         wire.dtype("WorldStat")
 
 
