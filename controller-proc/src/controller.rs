@@ -1,7 +1,7 @@
 //! What a controller is, and the ones that are made of others.
 
-use std::cell::RefCell;
-use std::rc::Rc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, TryLockError};
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -34,8 +34,9 @@ impl Setpoint {
     };
 }
 
-/// A piece of control: one call per cycle.
-pub trait Controller {
+/// A piece of control: one call per cycle. It may be moved to another thread between
+/// two cycles.
+pub trait Controller: Send {
     /// Starts from `estimated`, the state the drives follow; `false` where that
     /// is impossible.
     fn reset(&mut self, estimated: &RobotState) -> bool;
@@ -66,16 +67,19 @@ impl Controller for Box<dyn Controller> {
 
 /// A controller that is part of several others and keeps its integrated state
 /// when they are switched: only its first reset takes effect.
+///
+/// Those that share it are called one after the other by one cycle, so the mutex is
+/// always free: it is tried, never waited for.
 pub struct Shared<C> {
-    inner: Rc<RefCell<C>>,
-    started: Rc<std::cell::Cell<bool>>,
+    inner: Arc<Mutex<C>>,
+    started: Arc<AtomicBool>,
 }
 
 impl<C> Clone for Shared<C> {
     fn clone(&self) -> Self {
         Self {
-            inner: Rc::clone(&self.inner),
-            started: Rc::clone(&self.started),
+            inner: Arc::clone(&self.inner),
+            started: Arc::clone(&self.started),
         }
     }
 }
@@ -84,17 +88,18 @@ impl<C: Controller> Shared<C> {
     /// Shares `controller`, which has not been reset yet.
     pub fn new(controller: C) -> Self {
         Self {
-            inner: Rc::new(RefCell::new(controller)),
-            started: Rc::new(std::cell::Cell::new(false)),
+            inner: Arc::new(Mutex::new(controller)),
+            started: Arc::new(AtomicBool::new(false)),
         }
     }
 
     /// Looks at the controller, or changes it; `None` from within its own call.
     pub fn with<R>(&self, f: impl FnOnce(&mut C) -> R) -> Option<R> {
-        self.inner
-            .try_borrow_mut()
-            .ok()
-            .map(|mut inner| f(&mut inner))
+        match self.inner.try_lock() {
+            Ok(mut inner) => Some(f(&mut inner)),
+            Err(TryLockError::Poisoned(inner)) => Some(f(&mut inner.into_inner())),
+            Err(TryLockError::WouldBlock) => None,
+        }
     }
 
     /// Writes or reads whether it was reset, and by `inner` what it remembers.
@@ -103,9 +108,9 @@ impl<C: Controller> Shared<C> {
         codec: &mut Codec<'_>,
         inner: impl FnOnce(&mut C, &mut Codec<'_>) -> Result<(), CheckpointError>,
     ) -> Result<(), CheckpointError> {
-        let mut started = self.started.get();
+        let mut started = self.started.load(Ordering::Relaxed);
         codec.bool("started", &mut started)?;
-        self.started.set(started);
+        self.started.store(started, Ordering::Relaxed);
         // No abort can be requested from within the controller's own call.
         self.with(|controller| inner(controller, codec))
             .unwrap_or(Ok(()))
@@ -113,13 +118,13 @@ impl<C: Controller> Shared<C> {
 
     /// Lets the next reset take effect again.
     pub fn restart(&self) {
-        self.started.set(false);
+        self.started.store(false, Ordering::Relaxed);
     }
 }
 
 impl<C: Controller> Controller for Shared<C> {
     fn reset(&mut self, estimated: &RobotState) -> bool {
-        if self.started.replace(true) {
+        if self.started.swap(true, Ordering::Relaxed) {
             return true;
         }
         self.with(|inner| inner.reset(estimated)).unwrap_or(false)
@@ -269,7 +274,7 @@ impl<K: PartialEq> SelectableController<K> {
     }
 }
 
-impl<K: PartialEq> Controller for SelectableController<K> {
+impl<K: PartialEq + Send> Controller for SelectableController<K> {
     fn reset(&mut self, _estimated: &RobotState) -> bool {
         self.choices.iter_mut().for_each(|c| c.started = false);
         true

@@ -94,8 +94,8 @@ impl Plant {
         })
     }
 
-    /// The present state as bytes, for a successor of this process.
-    pub(crate) fn save(&self) -> Vec<u8> {
+    /// The present state as bytes, for a successor of this process; see [`Plant::restore`].
+    pub fn save(&self) -> Vec<u8> {
         let saved = Saved {
             script: self.script.clone(),
             pause_cause: self.pause_cause(),
@@ -115,7 +115,7 @@ impl Plant {
     ///
     /// # Errors
     /// [`WorldError::Snapshot`]; the plant is unchanged then.
-    pub(crate) fn restore(&mut self, bytes: &[u8]) -> Result<(), WorldError> {
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), WorldError> {
         let damaged = |error: serde_json::Error| WorldError::Snapshot {
             reason: format!("it is damaged ({error})"),
         };

@@ -5,6 +5,7 @@
 pub mod eval;
 pub mod one_process;
 pub mod run;
+pub mod snapshot;
 pub mod verify;
 
 pub use one_process::OneProcess;
@@ -69,6 +70,9 @@ pub enum SimError {
     /// A recording that cannot be verified.
     #[error(transparent)]
     Verify(#[from] verify::VerifyError),
+    /// A snapshot that cannot be taken back.
+    #[error(transparent)]
+    Snapshot(#[from] snapshot::SnapshotError),
     /// A checkpoint that the task does not take back.
     #[error(transparent)]
     Checkpoint(#[from] robocell_task::CheckpointError),

@@ -19,23 +19,23 @@ use crate::SimError;
 /// A cell without a bus. One call of [`OneProcess::tick`] is one tick of the
 /// cell: physics, controllers, and on every tenth tick the task.
 pub struct OneProcess {
-    cell: Cell,
-    policies: Policies,
-    controllers: Controllers,
-    policy: String,
-    plant: Plant,
-    cycles: Vec<Cycle>,
-    task: Task,
-    state: Box<WorldState>,
-    commands: Vec<ArmCommand>,
-    statuses: Vec<ArmStatus>,
+    pub(crate) cell: Cell,
+    pub(crate) policies: Policies,
+    pub(crate) controllers: Controllers,
+    pub(crate) policy: String,
+    pub(crate) plant: Plant,
+    pub(crate) cycles: Vec<Cycle>,
+    pub(crate) task: Task,
+    pub(crate) state: Box<WorldState>,
+    pub(crate) commands: Vec<ArmCommand>,
+    pub(crate) statuses: Vec<ArmStatus>,
     /// The decision in force, and the one of the present tick, which counts
     /// from the next tick on.
-    decision: Decision,
-    decided: bool,
-    trace: Vec<(u64, String)>,
+    pub(crate) decision: Decision,
+    pub(crate) decided: bool,
+    pub(crate) trace: Vec<(u64, String)>,
     lines: Vec<robocell_task::TraceLineText>,
-    task_restarts: u32,
+    pub(crate) task_restarts: u32,
 }
 
 impl OneProcess {

@@ -15,6 +15,7 @@ mod operator;
 mod palletize;
 mod pyramid;
 mod restart;
+mod snapshot;
 mod starved;
 mod tower;
 mod two_arms;

@@ -1,0 +1,156 @@
+//! All of a cell in one process as bytes: the world, what each controller and the task
+//! remember, and the messages in flight.
+
+use cell_model::stop::DECISION_AGE_FIFO_TICKS;
+use controller_proc::cycle::Cycle;
+use ipc_types::tap::KEYFRAME_BYTES;
+use ipc_types::{ArmCommand, ArmStatus, Decision, Wire};
+use serde::{Deserialize, Serialize};
+
+use crate::{OneProcess, SimError};
+
+/// Version of the layout; another one is refused.
+const VERSION: u32 = 1;
+
+/// Why a snapshot was not taken back.
+#[derive(Debug, thiserror::Error)]
+pub enum SnapshotError {
+    /// Damaged, or of another layout.
+    #[error("the snapshot cannot be read: {0}")]
+    Unreadable(#[from] bincode::Error),
+    /// Written by another version.
+    #[error("the snapshot has layout version {found}, this build reads {VERSION}")]
+    Version {
+        /// Version in the snapshot.
+        found: u32,
+    },
+    /// Of a cell with other arms.
+    #[error("the snapshot has {found} arms, this cell has {expected}")]
+    OtherArms {
+        /// Arms in the snapshot.
+        found: usize,
+        /// Arms of the cell.
+        expected: usize,
+    },
+    /// The part of a controller.
+    #[error(transparent)]
+    Controller(#[from] controller_proc::checkpoint::CheckpointError),
+}
+
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    version: u32,
+    #[serde(with = "serde_bytes")]
+    plant: Vec<u8>,
+    #[serde(with = "serde_bytes")]
+    task: Vec<u8>,
+    #[serde(with = "serde_bytes")]
+    decision: Vec<u8>,
+    decided: bool,
+    task_restarts: u32,
+    arms: Vec<SavedArm>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct SavedArm {
+    #[serde(with = "serde_bytes")]
+    cycle: Vec<u8>,
+    #[serde(with = "serde_bytes")]
+    command: Vec<u8>,
+    #[serde(with = "serde_bytes")]
+    status: Vec<u8>,
+}
+
+impl OneProcess {
+    /// The present state of everything in the cell, for [`OneProcess::restore`].
+    ///
+    /// # Errors
+    /// None that the state of a cell causes.
+    pub fn snapshot(&mut self) -> Result<Vec<u8>, SimError> {
+        let mut room = vec![0; KEYFRAME_BYTES];
+        let mut arms = Vec::with_capacity(self.cycles.len());
+        let messages = self.commands.iter().zip(&self.statuses);
+        for (cycle, (command, status)) in self.cycles.iter_mut().zip(messages) {
+            let length = cycle
+                .save(DECISION_AGE_FIFO_TICKS, &mut room)
+                .map_err(SnapshotError::from)?;
+            arms.push(SavedArm {
+                cycle: room.get(..length).unwrap_or_default().to_vec(),
+                command: command.as_bytes().to_vec(),
+                status: status.as_bytes().to_vec(),
+            });
+        }
+        let saved = Saved {
+            version: VERSION,
+            plant: self.plant.save(),
+            task: self.task.checkpoint(),
+            decision: self.decision.as_bytes().to_vec(),
+            decided: self.decided,
+            task_restarts: self.task_restarts,
+            arms,
+        };
+        Ok(bincode::serialize(&saved).map_err(SnapshotError::from)?)
+    }
+
+    /// Goes back to a snapshot of this cell, with this policy. What follows is computed
+    /// as it was after the snapshot, bit for bit.
+    ///
+    /// # Errors
+    /// For damaged bytes, and those of another cell or version. The cell is unchanged
+    /// then.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SimError> {
+        let (saved, messages) = self.read(bytes)?;
+        let mut cycles = Vec::with_capacity(saved.arms.len());
+        for (arm, of) in saved.arms.iter().enumerate() {
+            let mut cycle = Cycle::with(&self.cell, arm, &self.controllers)?;
+            cycle.restore(&of.cycle).map_err(SnapshotError::from)?;
+            cycles.push(cycle);
+        }
+        let mut task = self.policies.task(&self.cell, &self.policy)?;
+        task.restore(&saved.task)?;
+        // The last step that can fail; it changes nothing when it does.
+        self.plant.restore(&saved.plant)?;
+        self.cycles = cycles;
+        self.task = task;
+        self.decision = messages.decision;
+        self.commands = messages.commands;
+        self.statuses = messages.statuses;
+        self.decided = saved.decided;
+        self.task_restarts = saved.task_restarts;
+        self.trace.clear();
+        self.plant.write_state(&mut self.state);
+        Ok(())
+    }
+
+    fn read(&self, bytes: &[u8]) -> Result<(Saved, Messages), SnapshotError> {
+        // The version comes first, whatever follows it.
+        let found: u32 = bincode::deserialize(bytes.get(..4).unwrap_or_default())?;
+        if found != VERSION {
+            return Err(SnapshotError::Version { found });
+        }
+        let saved: Saved = bincode::deserialize(bytes)?;
+        let (found, expected) = (saved.arms.len(), self.cycles.len());
+        if found != expected {
+            return Err(SnapshotError::OtherArms { found, expected });
+        }
+        let arms = saved.arms.iter();
+        let messages = Messages {
+            decision: message(&saved.decision)?,
+            commands: arms.clone().map(|arm| message(&arm.command)).collect::<Result<_, _>>()?,
+            statuses: arms.map(|arm| message(&arm.status)).collect::<Result<_, _>>()?,
+        };
+        Ok((saved, messages))
+    }
+}
+
+/// The messages of the present tick.
+struct Messages {
+    decision: Decision,
+    commands: Vec<ArmCommand>,
+    statuses: Vec<ArmStatus>,
+}
+
+fn message<T: Wire>(bytes: &[u8]) -> Result<T, SnapshotError> {
+    let wrong = || serde::de::Error::custom("a message has another length");
+    Ok(T::from_bytes(bytes).ok_or_else::<bincode::Error, _>(wrong)?)
+}
