@@ -1,9 +1,11 @@
 """A robot cell: physics, 1 kHz control and tasks, from one wheel.
 
-``robocell.task`` is for tasks in Python, ``robocell.wire`` for programs that read the
+:class:`Cell` is a cell in this process. ``robocell.task`` is for tasks in Python,
+``robocell.gym`` for reinforcement learning, ``robocell.wire`` for programs that read the
 messages of a cell.
 """
 
-from robocell._core import __version__
+from robocell._core import Status, __version__
+from robocell._sim import Cell, step_all
 
-__all__ = ["__version__"]
+__all__ = ["Cell", "Status", "__version__", "step_all"]

@@ -3,13 +3,11 @@
 use ipc_types::{GripperGoal, Pose};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use robocell_skills::{Way, World};
-use robocell_task::{ArmIntent, GoalKind};
+use robocell_skills::World;
 
-use crate::moment::{Shared, lock, lock_open};
-
-/// A target nearer than this to the one before is the same goal, moved (m).
-const SAME_GOAL_M: f64 = 0.05;
+use crate::command::{Command, PoseCommand};
+use crate::moment::{Inner, Shared, lock};
+use crate::skill::{Skill, Status};
 
 /// One arm in one decision.
 #[pyclass(frozen, module = "robocell._core")]
@@ -21,6 +19,16 @@ pub(crate) struct Arm {
 impl Arm {
     pub(crate) fn new(shared: Shared, index: usize) -> Self {
         Self { shared, index }
+    }
+
+    fn check_joints(&self, inner: &Inner, positions: &[f64]) -> PyResult<()> {
+        let count = inner.joint_count(self.index);
+        if positions.len() == count && positions.iter().all(|x| x.is_finite()) {
+            return Ok(());
+        }
+        Err(PyValueError::new_err(format!(
+            "{count} finite joint positions are needed, not {positions:?}"
+        )))
     }
 
     fn see<R>(&self, look: impl FnOnce(&mut World<'_>) -> R) -> R {
@@ -126,7 +134,8 @@ impl Arm {
     /// Sends the TCP to a pose. A target near the one before moves the goal that is
     /// followed; another one is a new goal.
     #[pyo3(signature = (position_m, orientation_wxyz, gripper="keep", approach_m=[0.0; 3],
-                        approach_std_dev_m=0.0, ignore=vec![]))]
+                        approach_std_dev_m=0.0, ignore=vec![], posture=None))]
+    #[allow(clippy::too_many_arguments, reason = "they are named in Python")]
     fn send(
         &self,
         position_m: [f64; 3],
@@ -135,66 +144,80 @@ impl Arm {
         approach_m: [f64; 3],
         approach_std_dev_m: f64,
         ignore: Vec<String>,
+        posture: Option<Vec<f64>>,
     ) -> PyResult<()> {
         let target = pose_of(position_m, orientation_wxyz)?;
-        let gripper = gripper_of(gripper)?;
-        let mut inner = lock_open(&self.shared)?;
-        let objects: PyResult<Vec<usize>> = ignore.iter().map(|n| inner.object(n)).collect();
+        let gripper = gripper_of(gripper)?.code();
+        if !approach_m
+            .iter()
+            .chain([&approach_std_dev_m])
+            .all(|x| x.is_finite())
+        {
+            return Err(PyValueError::new_err(
+                "the approach has to be of finite numbers",
+            ));
+        }
+        let mut inner = lock(&self.shared);
+        if let Some(posture) = &posture {
+            self.check_joints(&inner, posture)?;
+        }
         let mut object_mask = u64::MAX;
-        for object in objects? {
+        for name in &ignore {
+            let object = inner.object(name)?;
             if let Some(bit) = inner.setup.objects.get(object).and_then(|o| o.obstacle_bit) {
                 object_mask &= !(1 << bit);
             }
         }
-        inner.world(self.index, |world| {
-            let way = Way {
-                approach_m,
-                std_dev_m: approach_std_dev_m,
-                ..Way::default()
-            };
-            let key = goal_key(world, &target);
-            world.act(ArmIntent {
-                gripper,
-                approach: way.approach_m,
-                approach_std_dev: way.std_dev_m,
-                obstacle_mask: way.obstacle_mask(world.setup),
-                object_mask,
-                ..ArmIntent::pose(key, target)
-            });
-        });
-        Ok(())
+        let command = PoseCommand {
+            position_m: target.position,
+            orientation_wxyz: target.orientation_wxyz,
+            gripper,
+            approach_m,
+            approach_std_dev_m,
+            object_mask,
+            posture,
+        };
+        inner.tell(self.index, Command::Pose(command))
+    }
+
+    /// Sends the controlled joints to positions (rad or m).
+    fn send_joints(&self, positions: Vec<f64>, gripper: &str, avoids: bool) -> PyResult<()> {
+        let gripper = gripper_of(gripper)?.code();
+        let mut inner = lock(&self.shared);
+        self.check_joints(&inner, &positions)?;
+        let command = Command::Joints {
+            positions,
+            gripper,
+            avoids,
+        };
+        inner.tell(self.index, command)
     }
 
     /// Opens, closes or keeps the gripper; the arm stays where it was sent.
     fn grip(&self, gripper: &str) -> PyResult<()> {
-        let gripper = gripper_of(gripper)?;
-        lock_open(&self.shared)?.world(self.index, |world| world.stay(gripper));
-        Ok(())
+        let gripper = gripper_of(gripper)?.code();
+        lock(&self.shared).tell(self.index, Command::Grip(gripper))
     }
 
     /// Stops the arm where it is.
     fn hold(&self) -> PyResult<()> {
-        lock_open(&self.shared)?.world(self.index, |world| world.hold());
-        Ok(())
+        lock(&self.shared).tell(self.index, Command::Hold)
+    }
+
+    /// Lets a skill lead the arm from the next decision on; outside of decisions only.
+    fn begin(&self, skill: &Bound<'_, Skill>) -> PyResult<()> {
+        let mut skill = skill.borrow().clone();
+        skill.restart();
+        lock(&self.shared).tell(self.index, Command::Skill(skill, None))
+    }
+
+    /// How the skill of [`Arm::begin`] ended.
+    #[getter]
+    fn skill_status(&self) -> Option<Status> {
+        lock(&self.shared).skill_status(self.index)
     }
 
     fn __repr__(&self) -> String {
         format!("<arm '{}'>", self.name())
-    }
-}
-
-/// The key of the goal that is followed, if `target` only moves it; else a new one.
-fn goal_key(world: &mut World<'_>, target: &Pose) -> u64 {
-    let near = |a: [f64; 3], b: [f64; 3]| {
-        let off: f64 = a.iter().zip(b).map(|(x, y)| (x - y) * (x - y)).sum();
-        off < SAME_GOAL_M * SAME_GOAL_M
-    };
-    match world.out.previous(world.arm) {
-        Some(told)
-            if told.kind == GoalKind::Pose && near(told.target.position, target.position) =>
-        {
-            told.key
-        }
-        _ => world.new_key(),
     }
 }

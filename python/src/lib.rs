@@ -3,9 +3,12 @@
 
 mod about;
 mod arm;
+mod command;
 mod moment;
+mod outside;
 mod policy;
 mod program;
+mod sim;
 mod skill;
 
 use pyo3::prelude::*;
@@ -17,6 +20,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<arm::Arm>()?;
     module.add_class::<skill::Skill>()?;
     module.add_class::<skill::Status>()?;
+    module.add_class::<sim::Sim>()?;
+    module.add_function(wrap_pyfunction!(sim::step_all, module)?)?;
     module.add_function(wrap_pyfunction!(program::task_main, module)?)?;
     module.add_function(wrap_pyfunction!(about::wire_schema, module)?)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;

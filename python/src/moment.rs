@@ -12,8 +12,11 @@ use robocell_skills::settings::{Pattern, PlaceTable};
 use robocell_skills::{ArmMemory, Setup, Told, World};
 use robocell_task::observation::ControllerEcho;
 use robocell_task::{Job, Observation, Outcome, Output, PolicyTime};
+use serde::{Deserialize, Serialize};
 
 use crate::arm::Arm;
+use crate::command::Command;
+use crate::skill::Status;
 
 /// Statuses on their way from Python, by their number.
 const STATUSES: [NodeStatus; 4] = [
@@ -29,6 +32,14 @@ pub(crate) fn status_of(number: u8) -> NodeStatus {
     known.copied().unwrap_or(NodeStatus::Invalid)
 }
 
+/// What the equipment was asked for outside of decisions.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Asked {
+    conveyor: Option<bool>,
+    bins: u32,
+    parts: u32,
+}
+
 /// What a policy sees and says in one decision.
 pub(crate) struct Inner {
     pub(crate) setup: Setup,
@@ -42,7 +53,12 @@ pub(crate) struct Inner {
     told: [Told; MAX_ARMS],
     /// Timers of skills start again: decisions were missed.
     pub(crate) resumed: bool,
+    /// A decision is under way.
     open: bool,
+    /// By arm, what it was told outside of decisions; empty where a policy decides.
+    kept: Vec<Option<Command>>,
+    /// What the equipment is asked for by the next decision.
+    pub(crate) asked: Asked,
 }
 
 impl Inner {
@@ -60,7 +76,95 @@ impl Inner {
             told: [Told::default(); MAX_ARMS],
             resumed: false,
             open: false,
+            kept: Vec::new(),
+            asked: Asked::default(),
         }
+    }
+
+    /// As [`Inner::new`], for a cell whose arms are told outside of decisions.
+    pub(crate) fn told_outside(setup: Setup) -> Self {
+        let kept = vec![None; setup.arms.len()];
+        Self {
+            kept,
+            ..Self::new(setup)
+        }
+    }
+
+    /// Shows a state between two decisions.
+    pub(crate) fn show(&mut self, state: &WorldState) {
+        *self.state = *state;
+    }
+
+    /// Gives an arm a command: in this decision, or from the next one on.
+    pub(crate) fn tell(&mut self, arm: usize, mut command: Command) -> PyResult<()> {
+        if self.open {
+            return command.give(self, arm);
+        }
+        match self.kept.get_mut(arm) {
+            Some(kept) => {
+                *kept = Some(command);
+                Ok(())
+            }
+            None => Err(outside()),
+        }
+    }
+
+    /// Gives every arm, and the equipment, what they were told outside of decisions.
+    pub(crate) fn give_kept(&mut self) -> PyResult<()> {
+        self.give_asked();
+        let mut kept = std::mem::take(&mut self.kept);
+        let told = kept.iter_mut().enumerate();
+        let given = told
+            .filter_map(|(arm, command)| Some((arm, command.as_mut()?)))
+            .try_for_each(|(arm, command)| command.give(self, arm));
+        self.kept = kept;
+        given
+    }
+
+    fn give_asked(&mut self) {
+        let asked = std::mem::take(&mut self.asked);
+        let io = &mut self.job.io;
+        io.conveyor_running = asked.conveyor.unwrap_or(io.conveyor_running);
+        io.add_bin = io.add_bin.wrapping_add(asked.bins);
+        io.drop_parts = io.drop_parts.wrapping_add(asked.parts);
+    }
+
+    /// Asks the equipment: in this decision, or in the next one.
+    fn ask(&mut self, ask: impl FnOnce(&mut Asked)) -> PyResult<()> {
+        if !self.open && self.kept.is_empty() {
+            return Err(outside());
+        }
+        ask(&mut self.asked);
+        if self.open {
+            self.give_asked();
+        }
+        Ok(())
+    }
+
+    /// What the arms were told outside of decisions.
+    pub(crate) fn kept(&self) -> &[Option<Command>] {
+        &self.kept
+    }
+
+    /// Takes back what [`Inner::kept`] gave.
+    pub(crate) fn keep(&mut self, kept: Vec<Option<Command>>) {
+        if kept.len() == self.kept.len() {
+            self.kept = kept;
+        }
+    }
+
+    /// How the skill that an arm was told ended.
+    pub(crate) fn skill_status(&self, arm: usize) -> Option<Status> {
+        match self.kept.get(arm)?.as_ref()? {
+            Command::Skill(_, ended) => Some(ended.unwrap_or(Status::RUNNING)),
+            _ => None,
+        }
+    }
+
+    /// Controlled joints of an arm.
+    pub(crate) fn joint_count(&self, arm: usize) -> usize {
+        let arm = self.state.arms().get(arm);
+        arm.map_or(0, |arm| arm.joint_count as usize)
     }
 
     /// Takes what a decision begins with.
@@ -145,9 +249,11 @@ pub(crate) fn lock_open(shared: &Shared) -> PyResult<MutexGuard<'_, Inner>> {
     if inner.open {
         return Ok(inner);
     }
-    Err(PyRuntimeError::new_err(
-        "a cell takes commands only while decide() or reconcile() runs",
-    ))
+    Err(outside())
+}
+
+fn outside() -> PyErr {
+    PyRuntimeError::new_err("a cell takes commands only while decide() or reconcile() runs")
 }
 
 /// The cell in one decision.
@@ -359,7 +465,16 @@ impl Moment {
 
     /// Runs or stops the belt.
     fn conveyor(&self, run: bool) -> PyResult<()> {
-        lock_open(&self.shared)?.job.io.conveyor_running = run;
-        Ok(())
+        lock(&self.shared).ask(|asked| asked.conveyor = Some(run))
+    }
+
+    /// Asks for another bin.
+    fn add_bin(&self) -> PyResult<()> {
+        lock(&self.shared).ask(|asked| asked.bins += 1)
+    }
+
+    /// Asks the dispenser for parts.
+    fn drop_parts(&self) -> PyResult<()> {
+        lock(&self.shared).ask(|asked| asked.parts += 1)
     }
 }

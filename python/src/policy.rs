@@ -20,8 +20,8 @@ use crate::moment::{Inner, Moment, Shared, lock, status_of};
 /// Reason of a job whose policy raised an exception.
 const RAISED: &str = "policy_raised";
 
-/// What happens to an exception of a policy: a line with its file and line.
-pub(crate) type OnFault = Arc<dyn Fn(&str) + Send + Sync>;
+/// What happens to an exception of a policy: it, and a line with its file and line.
+pub(crate) type OnFault = Arc<dyn Fn(PyErr, &str) + Send + Sync>;
 
 /// The memory of a policy between two decisions.
 #[derive(Serialize, Deserialize)]
@@ -82,7 +82,7 @@ impl PyPolicy {
             let called = self.moment.get().show_state(py);
             let phase = called.and_then(|()| self.runner.call_method0(py, method));
             let phase = phase.and_then(|phase| phase.extract::<Option<String>>(py));
-            phase.map_err(|error| explain(py, &error))
+            phase.map_err(|error| (explain(py, &error), error))
         });
         lock(&self.shared).end(answer.is_ok() && method == "decide", job, out);
         match answer {
@@ -91,10 +91,10 @@ impl PyPolicy {
                     self.phase = Text::new(&phase);
                 }
             }
-            Err(problem) => {
+            Err((problem, error)) => {
                 out.event(TraceEvent::Fault, format_args!("[fault] {problem}"));
                 job.fail(RAISED);
-                (self.on_fault)(&problem);
+                (self.on_fault)(error, &problem);
             }
         }
     }
@@ -105,7 +105,8 @@ impl PyPolicy {
         Python::attach(|py| match ask(py, &self.runner) {
             Ok(answer) => answer,
             Err(error) => {
-                (self.on_fault)(&explain(py, &error));
+                let problem = explain(py, &error);
+                (self.on_fault)(error, &problem);
                 T::default()
             }
         })
@@ -113,7 +114,7 @@ impl PyPolicy {
 }
 
 /// The places that `[task]` names, in the form of the file tasks.
-fn places(settings: &Value) -> Vec<(String, PlaceTable)> {
+pub(crate) fn places(settings: &Value) -> Vec<(String, PlaceTable)> {
     let tables = settings.get("place").and_then(Value::as_object);
     let tables = tables.into_iter().flatten();
     tables

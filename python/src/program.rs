@@ -38,7 +38,7 @@ pub(crate) fn task_main(
     let on_fault: OnFault = if is_process {
         Arc::new(end_process)
     } else {
-        Arc::new(|_| {})
+        Arc::new(|_, _| {})
     };
     let policies = policies(makers, &on_fault);
     let code = py.detach(move || main_of(policies, Controllers::default(), &words));
@@ -54,7 +54,8 @@ pub(crate) fn task_main(
     clippy::exit,
     reason = "a policy in the middle of a decision cannot return to main"
 )]
-fn end_process(problem: &str) {
+#[allow(clippy::needless_pass_by_value, reason = "as OnFault has it")]
+fn end_process(_error: PyErr, problem: &str) {
     cell_worker::warn(problem);
     std::process::exit(EXIT_RAISED);
 }

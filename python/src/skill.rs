@@ -17,7 +17,7 @@ use crate::moment::{Inner, lock_open};
 
 /// How a step of a skill ended.
 #[pyclass(eq, eq_int, hash, frozen, from_py_object, module = "robocell._core")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[allow(clippy::upper_case_acronyms, reason = "a constant in Python")]
 pub(crate) enum Status {
     /// Not finished.
@@ -124,7 +124,13 @@ impl Skill {
         }
     }
 
-    fn work(&mut self, inner: &mut Inner, arm: usize) -> PyResult<Ended> {
+    /// Forgets its progress.
+    pub(crate) fn restart(&mut self) {
+        self.progress.reset();
+    }
+
+    /// One decision of work with an arm.
+    pub(crate) fn work(&mut self, inner: &mut Inner, arm: usize) -> PyResult<Status> {
         let Self { what, progress } = self;
         let ended = match what {
             What::Move { .. } => {
@@ -168,7 +174,7 @@ impl Skill {
             }
             _ => inner.world(arm, |world| plain(what, progress, world)),
         };
-        Ok(ended)
+        Ok(ended.into())
     }
 }
 
@@ -340,12 +346,12 @@ impl Skill {
         };
         let arm = arm.get();
         let mut inner = lock_open(&arm.shared)?;
-        self.work(&mut inner, arm.index).map(Status::from)
+        self.work(&mut inner, arm.index)
     }
 
     /// Forgets its progress: the next step begins the skill.
     fn reset(&mut self) {
-        self.progress.reset();
+        self.restart();
     }
 
     fn __repr__(&self) -> String {

@@ -1,0 +1,159 @@
+"""A cell in this process."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from robocell import _core, wire
+from robocell._view import View
+
+
+class Cell(View):
+    """A cell in this process, stepped by the caller: physics, the 1 kHz controllers and
+    the task, with the result of ``robocell run --one-process``.
+
+    Without a policy the arms are told what to do by the caller: ``cell.arm.send(...)``,
+    ``send_joints``, ``grip``, ``hold``, ``cell.arm.begin(skill)``. What they are told is
+    passed on with the next decision, one in 10 ticks, and counts until something else
+    is told.
+
+    Args:
+        name: a demo (``robocell list``), or a cell of the folder ``data``.
+        seed: of the scene.
+        policy: the name of a built-in policy, ``"default"``, or a policy in Python: what
+            :func:`robocell.task.policy` takes.
+        data: folder with ``cells/NAME.toml``.
+        bins: how many of the bins of the cell are used.
+        script: disturbances, in the form of ``robocell run --script``: JSON, a line each.
+        time_limit_s: end of a run; that of the cell file with a policy, else none.
+
+    Raises:
+        ValueError: for a cell, a policy or a script that does not exist or has mistakes.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        seed: int = 0,
+        *,
+        policy: str | Callable[..., Any] | None = None,
+        data: str | os.PathLike[str] | None = None,
+        bins: int | None = None,
+        script: str | None = None,
+        time_limit_s: float | None = None,
+    ) -> None:
+        named, maker = None, None
+        if isinstance(policy, str):
+            named = "" if policy == "default" else policy
+        elif policy is not None:
+            from robocell.task._runner import maker as maker_of
+
+            maker = maker_of(policy)
+        self._sim = _core.Sim(
+            name,
+            seed,
+            named,
+            maker,
+            None if data is None else os.fspath(data),
+            bins,
+            script,
+            time_limit_s,
+        )
+        super().__init__(self._sim.moment)
+        #: Seed of the scene.
+        self.seed = seed
+        #: The newest ``Decision`` of the task.
+        self.decision: Any = self._sim.decision.view(wire.dtype("Decision"))[0]
+
+    def reset(self, seed: int | None = None) -> None:
+        """Back to the start of the run, of another seed if one is given. Arrays and arms
+        that were taken from the cell show the new run."""
+        self._sim.reset(seed)
+        if seed is not None:
+            self.seed = seed
+
+    def step(self, n: int = 1) -> int:
+        """Advances ``n`` ticks of 1 ms; how many it were. A cell whose job has ended does
+        not advance. Other threads run meanwhile.
+
+        Raises:
+            Exception: what a policy in Python raised.
+        """
+        return self._sim.step(n)
+
+    def run(self) -> dict[str, Any]:
+        """Advances to the end of the job, or the time limit; its :meth:`summary`."""
+        if bytes(self.decision["policy"]) == b"outside":
+            raise ValueError("a cell without a policy has no end; use step()")
+        while self.step(10_000):
+            pass
+        return self.summary()
+
+    def do(self, skill: _core.Skill, arm: int = 0, timeout_s: float = 60.0) -> _core.Status:
+        """Lets a skill lead an arm and advances until it has ended; how it ended.
+
+        Raises:
+            TimeoutError: when it has not ended after ``timeout_s`` of simulated time.
+        """
+        lead = self.arms[arm]
+        lead.begin(skill)
+        for _ in range(round(timeout_s * 100)):
+            self.step(10)
+            if lead.skill_status not in (None, _core.Status.RUNNING):
+                assert lead.skill_status is not None
+                return lead.skill_status
+        raise TimeoutError(f"{skill} has not ended after {timeout_s} s")
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time (s)."""
+        return self.tick * 1.0e-3
+
+    @property
+    def state_hash(self) -> str:
+        """Hash of the states of the whole run: equal for equal runs."""
+        return f"{int(self.state['state_hash']):016x}"
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the task has reported its job done."""
+        return int(self.decision["outcome"]) == wire.code("Outcome", "Done")
+
+    @property
+    def phase(self) -> str:
+        """Phase of the task."""
+        return bytes(self.decision["phase"]).split(b"\0")[0].decode()
+
+    def summary(self) -> dict[str, Any]:
+        """What ``robocell run --json`` prints at the end, for the run so far: outcome,
+        placed objects, drops, state hash."""
+        summary: dict[str, Any] = json.loads(self._sim.summary())
+        return summary
+
+    def log(self) -> list[tuple[float, str]]:
+        """Lines of the task since the last call, with their times (s)."""
+        return [(tick * 1.0e-3, line) for tick, line in self._sim.take_log()]
+
+    def snapshot(self) -> bytes:
+        """All of the cell: world, controllers and task. See :meth:`restore`."""
+        return self._sim.snapshot()
+
+    def restore(self, snapshot: bytes) -> None:
+        """Goes back to a snapshot of the same cell, seed and policy. What follows is the
+        same, bit for bit, when it is told the same.
+
+        Raises:
+            ValueError: for damaged bytes, and those of another cell or version.
+        """
+        self._sim.restore(snapshot)
+
+    def __repr__(self) -> str:
+        return f"<cell '{self.name}', seed {self.seed}, at {self.time_s:.2f} s>"
+
+
+def step_all(cells: Sequence[Cell], n: int = 1, threads: int | None = None) -> list[int]:
+    """Advances cells on all cores, each as by :meth:`Cell.step`."""
+    return _core.step_all([cell._sim for cell in cells], n, threads)

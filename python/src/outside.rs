@@ -1,0 +1,88 @@
+//! The policy of a cell that is driven from outside: it passes on what was asked for
+//! between two calls of `Cell.step`.
+
+use std::sync::Arc;
+
+use behavior::NodeStatus;
+use behavior::graph::Graph;
+use ipc_types::Text;
+use ipc_types::trace::TraceEvent;
+use robocell_skills::ArmMemory;
+use robocell_task::{AnyPolicy, Job, Observation, Output, checkpoint};
+use serde::{Deserialize, Serialize};
+
+use crate::command::Command;
+use crate::moment::{Asked, Shared, lock};
+
+/// Name of the policy.
+pub(crate) const NAME: &str = "outside";
+
+/// Its memory between two decisions.
+#[derive(Serialize, Deserialize)]
+struct Memory {
+    kept: Vec<Option<Command>>,
+    arms: Vec<ArmMemory>,
+    asked: Asked,
+}
+
+/// Passes on what was asked for outside of decisions.
+pub(crate) struct Outside {
+    shared: Shared,
+}
+
+impl Outside {
+    pub(crate) fn new(shared: &Shared) -> Self {
+        Self {
+            shared: Arc::clone(shared),
+        }
+    }
+}
+
+impl AnyPolicy for Outside {
+    fn reset(&mut self) {
+        let mut inner = lock(&self.shared);
+        inner.memories.fill(ArmMemory::default());
+    }
+
+    fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        let mut inner = lock(&self.shared);
+        inner.begin(observation, job, out);
+        let given = inner.give_kept();
+        inner.end(true, job, out);
+        if let Err(problem) = given {
+            out.event(TraceEvent::Fault, format_args!("[fault] {problem}"));
+        }
+    }
+
+    fn phase(&self) -> Text<32> {
+        Text::EMPTY
+    }
+
+    fn describe(&self, _name: &str) -> Vec<Graph> {
+        Vec::new()
+    }
+
+    fn statuses(&self, _graph: usize, _out: &mut Vec<NodeStatus>) {}
+
+    fn save(&self) -> Vec<u8> {
+        let inner = lock(&self.shared);
+        checkpoint::to_bytes(&Memory {
+            kept: inner.kept().to_vec(),
+            arms: inner.memories.clone(),
+            asked: inner.asked,
+        })
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
+        let memory: Memory = checkpoint::from_bytes(bytes)?;
+        let mut inner = lock(&self.shared);
+        inner.keep(memory.kept);
+        inner.memories = memory.arms;
+        inner.asked = memory.asked;
+        Ok(())
+    }
+
+    fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        self.decide(observation, job, out);
+    }
+}

@@ -1,0 +1,343 @@
+//! A cell in this process, which Python steps.
+
+use std::num::NonZero;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Instant;
+
+use cell_model::Cell;
+use cell_model::cells::script;
+use cell_model::runs::spec::RunSpec;
+use cell_model::runs::summary::{RunFacts, RunSummary};
+use cell_sim::{OneProcess, SimError, eval};
+use ipc_types::{Decision, Wire};
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use robocell_skills::Setup;
+use robocell_task::{AnyPolicy, Policies};
+use serde_json::Value;
+
+use crate::about;
+use crate::moment::{Inner, Moment, Shared, lock};
+use crate::outside::{self, Outside};
+use crate::policy::{OnFault, places};
+use crate::program;
+
+type Fault = Arc<Mutex<Option<PyErr>>>;
+
+/// A cell in this process.
+#[pyclass(frozen, module = "robocell._core")]
+pub(crate) struct Sim {
+    run: Mutex<Run>,
+    /// What Python sees of the cell, and tells its arms.
+    shared: Shared,
+    moment: Py<Moment>,
+    /// The newest decision, byte by byte.
+    decision: Py<PyArray1<u8>>,
+    /// The exception that a policy in Python raised.
+    fault: Fault,
+}
+
+/// The cell, and what it was made of.
+struct Run {
+    sim: OneProcess,
+    spec: RunSpec,
+    policies: Policies,
+    objects: Vec<String>,
+    began: Instant,
+    /// Lines of the task that were not taken, with their ticks.
+    log: Vec<(u64, String)>,
+}
+
+impl Run {
+    fn new(spec: RunSpec, policies: Policies) -> Result<(Self, Cell), SimError> {
+        let cell = spec.load_cell_from(&cell_files::data())?;
+        let sim = OneProcess::new(&policies, &spec, cell.clone())?;
+        let objects = cell.objects.iter().map(|o| o.name.clone()).collect();
+        let run = Self {
+            sim,
+            spec,
+            policies,
+            objects,
+            began: Instant::now(),
+            log: Vec::new(),
+        };
+        Ok((run, cell))
+    }
+
+    /// Advances at most `ticks`; how many it were. A cell that has ended does not
+    /// advance.
+    fn step(&mut self, ticks: u64, fault: &Fault) -> Result<u64, SimError> {
+        for done in 0..ticks {
+            if !self.sim.tick()? || peek(fault).is_some() {
+                return Ok(done);
+            }
+        }
+        Ok(ticks)
+    }
+}
+
+fn peek(fault: &Fault) -> MutexGuard<'_, Option<PyErr>> {
+    fault.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Sim {
+    /// The cell, for a call that does not hold the interpreter.
+    fn lock(&self) -> MutexGuard<'_, Run> {
+        self.run.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Advances; then what Python sees is the new state. The interpreter is free.
+    fn advance(&self, ticks: u64) -> PyResult<u64> {
+        let mut run = self.lock();
+        let done = run.step(ticks, &self.fault).map_err(refused);
+        lock(&self.shared).show(run.sim.state());
+        let lines = run.sim.take_trace();
+        run.log.extend(lines);
+        if let Some(raised) = peek(&self.fault).take() {
+            return Err(raised);
+        }
+        done
+    }
+
+    /// Shows Python the newest messages.
+    fn show(&self, py: Python<'_>) -> PyResult<()> {
+        self.moment.get().show_state(py)?;
+        // A thread that steps the cell may wait for the interpreter.
+        let decision = py.detach(|| Box::new(*self.lock().sim.decision()));
+        let mut shown = self.decision.bind(py).try_readwrite()?;
+        shown.as_slice_mut()?.copy_from_slice(decision.as_bytes());
+        Ok(())
+    }
+}
+
+#[pymethods]
+impl Sim {
+    /// Loads `name`, of the folder `data` or a built-in one. `policy` names a policy;
+    /// with `maker` it is one in Python; without both the arms are told from outside.
+    #[new]
+    #[pyo3(signature = (name, seed=0, policy=None, maker=None, data=None, bins=None, script=None,
+                        time_limit_s=None))]
+    #[allow(clippy::too_many_arguments, reason = "they are named in Python")]
+    fn new(
+        py: Python<'_>,
+        name: &str,
+        seed: u64,
+        policy: Option<String>,
+        maker: Option<Py<PyAny>>,
+        data: Option<PathBuf>,
+        bins: Option<u32>,
+        script: Option<&str>,
+        time_limit_s: Option<f64>,
+    ) -> PyResult<Self> {
+        let mut spec = eval::template(name, "");
+        spec.seed = seed;
+        spec.data_dir = data;
+        spec.bins = bins;
+        spec.time_limit_s = time_limit_s;
+        let cell = spec.load_cell_from(&cell_files::data()).map_err(refused)?;
+        if let Some(script) = script {
+            spec.script = script::parse_for(script, "script", &cell).map_err(refused)?;
+        }
+        let settings: Value = cell.task.read().map_err(refused)?;
+        let setup = Setup::new(
+            &cell,
+            places(&settings).iter().map(|(name, table)| (name, table)),
+        );
+        let told = about::cell(&cell, &setup, &settings);
+        let is_outside = policy.is_none() && maker.is_none();
+        let shared: Shared = Arc::new(Mutex::new(if is_outside {
+            Inner::told_outside(setup)
+        } else {
+            Inner::new(setup)
+        }));
+        let fault = Fault::default();
+        let policies = match maker {
+            Some(maker) => in_python(maker, &fault, &mut spec),
+            None if is_outside => from_outside(&shared, &mut spec),
+            None => built_in(policy.as_deref().unwrap_or_default(), &cell, &mut spec),
+        };
+        if !is_outside {
+            spec.time_limit_s = Some(time_limit_s.unwrap_or(cell.time_limit_s));
+        }
+        let (run, _) = py.detach(|| Run::new(spec, policies)).map_err(refused)?;
+        lock(&shared).show(run.sim.state());
+        let moment = Moment::new(py, Arc::clone(&shared), told);
+        let sim = Self {
+            run: Mutex::new(run),
+            shared,
+            moment: Py::new(py, moment)?,
+            decision: PyArray1::zeros(py, size_of::<Decision>(), false).unbind(),
+            fault,
+        };
+        sim.show(py)?;
+        Ok(sim)
+    }
+
+    /// What is seen of the cell, with its arms.
+    #[getter]
+    fn moment(&self, py: Python<'_>) -> Py<Moment> {
+        self.moment.clone_ref(py)
+    }
+
+    /// The newest decision, as bytes; see `wire_schema`.
+    #[getter]
+    fn decision(&self, py: Python<'_>) -> Py<PyArray1<u8>> {
+        self.decision.clone_ref(py)
+    }
+
+    /// Advances at most that many ticks of 1 ms; how many it were. Other threads of
+    /// Python run meanwhile.
+    #[pyo3(signature = (ticks=1))]
+    fn step(&self, py: Python<'_>, ticks: u64) -> PyResult<u64> {
+        let done = py.detach(|| self.advance(ticks));
+        self.show(py)?;
+        done
+    }
+
+    /// Back to the start, of another seed if one is given.
+    #[pyo3(signature = (seed=None))]
+    fn reset(&self, py: Python<'_>, seed: Option<u64>) -> PyResult<()> {
+        py.detach(|| {
+            let mut run = self.lock();
+            let mut spec = run.spec.clone();
+            spec.seed = seed.unwrap_or(spec.seed);
+            {
+                let mut inner = lock(&self.shared);
+                let setup = inner.setup.clone();
+                *inner = if inner.kept().is_empty() {
+                    Inner::new(setup)
+                } else {
+                    Inner::told_outside(setup)
+                };
+            }
+            let (new, _) = Run::new(spec, run.policies.clone()).map_err(refused)?;
+            *run = new;
+            lock(&self.shared).show(run.sim.state());
+            Ok::<(), PyErr>(())
+        })?;
+        self.show(py)
+    }
+
+    /// All of the cell as bytes.
+    fn snapshot(&self, py: Python<'_>) -> PyResult<Py<PyBytes>> {
+        let bytes = py.detach(|| self.lock().sim.snapshot()).map_err(refused)?;
+        Ok(PyBytes::new(py, &bytes).unbind())
+    }
+
+    /// Goes back to a snapshot of the same cell, seed and policy.
+    fn restore(&self, py: Python<'_>, bytes: &[u8]) -> PyResult<()> {
+        py.detach(|| {
+            let mut run = self.lock();
+            let kept = lock(&self.shared).kept().to_vec();
+            let restored = run.sim.restore(bytes).map_err(refused);
+            let mut inner = lock(&self.shared);
+            if restored.is_err() {
+                inner.keep(kept);
+            }
+            inner.show(run.sim.state());
+            restored
+        })?;
+        self.show(py)
+    }
+
+    /// Lines of the task since the last call, with their ticks.
+    fn take_log(&self, py: Python<'_>) -> Vec<(u64, String)> {
+        py.detach(|| std::mem::take(&mut self.lock().log))
+    }
+
+    /// What `robocell run --json` prints at the end of a run, of the run so far.
+    fn summary(&self, py: Python<'_>) -> PyResult<String> {
+        py.detach(|| {
+            let run = self.lock();
+            let statuses = run.sim.statuses().iter();
+            let facts = RunFacts {
+                demo: &run.spec.demo,
+                policy: &run.spec.policy,
+                seed: run.spec.seed,
+                objects: &run.objects,
+                wall_time_s: run.began.elapsed().as_secs_f64(),
+                task_restarts: run.sim.task_restarts(),
+                missed_cycles: statuses.map(|s| s.missed_cycles).sum(),
+            };
+            let summary = RunSummary {
+                script_replies: run.sim.plant().script_replies().to_vec(),
+                ..RunSummary::new(&facts, run.sim.state(), run.sim.decision())
+            };
+            serde_json::to_string(&summary).map_err(refused)
+        })
+    }
+}
+
+/// Advances cells on several threads, each as by [`Sim::step`]; the ticks of each.
+#[pyfunction]
+#[pyo3(signature = (cells, ticks, threads=None))]
+pub(crate) fn step_all(
+    py: Python<'_>,
+    cells: Vec<Py<Sim>>,
+    ticks: u64,
+    threads: Option<usize>,
+) -> PyResult<Vec<u64>> {
+    let cores = || thread::available_parallelism().map_or(1, NonZero::get);
+    let threads = threads.unwrap_or_else(cores).clamp(1, cells.len().max(1));
+    let done: Vec<Mutex<PyResult<u64>>> = cells.iter().map(|_| Mutex::new(Ok(0))).collect();
+    py.detach(|| {
+        let next = AtomicUsize::new(0);
+        let work = || {
+            while let Some((cell, slot)) = {
+                let i = next.fetch_add(1, Ordering::Relaxed);
+                cells.get(i).zip(done.get(i))
+            } {
+                *slot.lock().unwrap_or_else(PoisonError::into_inner) = cell.get().advance(ticks);
+            }
+        };
+        thread::scope(|scope| {
+            (1..threads).for_each(|_| drop(scope.spawn(work)));
+            work();
+        });
+    });
+    let shown = cells.iter().try_for_each(|cell| cell.get().show(py));
+    let done = done.into_iter();
+    let done = done.map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner));
+    let done: PyResult<Vec<u64>> = done.collect();
+    shown.and(done)
+}
+
+/// The policies of the demos, and the one that is named; the default one for "".
+fn built_in(policy: &str, cell: &Cell, spec: &mut RunSpec) -> Policies {
+    let policies = demos::policies();
+    let policy = match policy {
+        "" => policies.default_policy(cell).to_owned(),
+        named => named.to_owned(),
+    };
+    spec.policy = policy;
+    policies
+}
+
+fn in_python(maker: Py<PyAny>, fault: &Fault, spec: &mut RunSpec) -> Policies {
+    "python".clone_into(&mut spec.policy);
+    let fault = Arc::clone(fault);
+    let on_fault: OnFault = Arc::new(move |error, _| {
+        // The first is the cause.
+        let _kept = peek(&fault).get_or_insert(error);
+    });
+    program::policies(vec![(spec.policy.clone(), maker)], &on_fault)
+}
+
+fn from_outside(shared: &Shared, spec: &mut RunSpec) -> Policies {
+    outside::NAME.clone_into(&mut spec.policy);
+    let shared = Arc::clone(shared);
+    Policies::new().policy_for_every_kind(outside::NAME, move |_| {
+        let policy: Box<dyn AnyPolicy> = Box::new(Outside::new(&shared));
+        Ok(policy)
+    })
+}
+
+#[allow(clippy::needless_pass_by_value, reason = "for map_err")]
+fn refused(problem: impl std::error::Error) -> PyErr {
+    PyValueError::new_err(problem.to_string())
+}
