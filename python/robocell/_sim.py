@@ -7,6 +7,9 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from robocell import _core, wire
 from robocell._view import View
 
@@ -149,6 +152,19 @@ class Cell(View):
             ValueError: for damaged bytes, and those of another cell or version.
         """
         self._sim.restore(snapshot)
+
+    def render(
+        self,
+        width: int = 640,
+        height: int = 480,
+        *,
+        eye: Sequence[float] | None = None,
+        target: Sequence[float] | None = None,
+    ) -> npt.NDArray[np.uint8]:
+        """A picture of the shapes physics computes with: height x width x RGB, drawn by
+        the CPU. ``eye`` and ``target`` are points in the world frame (m), by default
+        those of the cell file."""
+        return self._sim.render(width, height, eye, target)
 
     def __repr__(self) -> str:
         return f"<cell '{self.name}', seed {self.seed}, at {self.time_s:.2f} s>"

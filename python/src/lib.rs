@@ -6,6 +6,7 @@ mod arm;
 mod command;
 mod moment;
 mod outside;
+mod picture;
 mod policy;
 mod program;
 mod sim;

@@ -13,7 +13,7 @@ use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::{RunFacts, RunSummary};
 use cell_sim::{OneProcess, SimError, eval};
 use ipc_types::{Decision, Wire};
-use numpy::{PyArray1, PyArrayMethods};
+use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -24,6 +24,7 @@ use serde_json::Value;
 use crate::about;
 use crate::moment::{Inner, Moment, Shared, lock};
 use crate::outside::{self, Outside};
+use crate::picture;
 use crate::policy::{OnFault, places};
 use crate::program;
 
@@ -46,6 +47,7 @@ pub(crate) struct Sim {
 struct Run {
     sim: OneProcess,
     spec: RunSpec,
+    cell: Cell,
     policies: Policies,
     objects: Vec<String>,
     began: Instant,
@@ -54,19 +56,19 @@ struct Run {
 }
 
 impl Run {
-    fn new(spec: RunSpec, policies: Policies) -> Result<(Self, Cell), SimError> {
+    fn new(spec: RunSpec, policies: Policies) -> Result<Self, SimError> {
         let cell = spec.load_cell_from(&cell_files::data())?;
         let sim = OneProcess::new(&policies, &spec, cell.clone())?;
         let objects = cell.objects.iter().map(|o| o.name.clone()).collect();
-        let run = Self {
+        Ok(Self {
             sim,
             spec,
+            cell,
             policies,
             objects,
             began: Instant::now(),
             log: Vec::new(),
-        };
-        Ok((run, cell))
+        })
     }
 
     /// Advances at most `ticks`; how many it were. A cell that has ended does not
@@ -164,7 +166,7 @@ impl Sim {
         if !is_outside {
             spec.time_limit_s = Some(time_limit_s.unwrap_or(cell.time_limit_s));
         }
-        let (run, _) = py.detach(|| Run::new(spec, policies)).map_err(refused)?;
+        let run = py.detach(|| Run::new(spec, policies)).map_err(refused)?;
         lock(&shared).show(run.sim.state());
         let moment = Moment::new(py, Arc::clone(&shared), told);
         let sim = Self {
@@ -215,8 +217,7 @@ impl Sim {
                     Inner::told_outside(setup)
                 };
             }
-            let (new, _) = Run::new(spec, run.policies.clone()).map_err(refused)?;
-            *run = new;
+            *run = Run::new(spec, run.policies.clone()).map_err(refused)?;
             lock(&self.shared).show(run.sim.state());
             Ok::<(), PyErr>(())
         })?;
@@ -243,6 +244,33 @@ impl Sim {
             restored
         })?;
         self.show(py)
+    }
+
+    /// A picture, height x width x RGB: from a point towards another (m, world frame),
+    /// by default those of the cell file.
+    #[pyo3(signature = (width, height, eye_m=None, target_m=None))]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        width: usize,
+        height: usize,
+        eye_m: Option<[f64; 3]>,
+        target_m: Option<[f64; 3]>,
+    ) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        let pixels = py.detach(|| {
+            let run = self.lock();
+            let view = picture::View {
+                eye_m: eye_m.unwrap_or(run.cell.camera.eye_m),
+                target_m: target_m.unwrap_or(run.cell.camera.target_m),
+                width,
+                height,
+            };
+            let solids = picture::solids(&run.cell, run.sim.state());
+            drop(run);
+            picture::draw(&view, &solids)
+        });
+        let pixels = pixels.map_err(PyValueError::new_err)?;
+        PyArray1::from_vec(py, pixels).reshape([height, width, 3])
     }
 
     /// Lines of the task since the last call, with their ticks.

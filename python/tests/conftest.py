@@ -67,9 +67,11 @@ def run(robocell: Callable[..., Run], tmp_path: Path) -> Callable[..., Run]:
     """Runs a cell with a task to its end: ``run("franka-stack", FILE, *options)``."""
 
     def start(
-        demo: str, task: Path, *options: str, script: list[dict[str, Any]] | None = None
+        demo: str, task: Path | None, *options: str, script: list[dict[str, Any]] | None = None
     ) -> Run:
-        words = ["run", demo, "--task", str(task), "--until-done", "--json", "--headless"]
+        words = ["run", demo, "--json", "--headless"]
+        words += [] if "--until-done" in options else ["--until-done"]
+        words += [] if task is None else ["--task", str(task)]
         if script is not None:
             lines = tmp_path / "script.jsonl"
             lines.write_text("".join(json.dumps(line) + "\n" for line in script))

@@ -136,8 +136,13 @@ impl OneProcess {
         let arms = saved.arms.iter();
         let messages = Messages {
             decision: message(&saved.decision)?,
-            commands: arms.clone().map(|arm| message(&arm.command)).collect::<Result<_, _>>()?,
-            statuses: arms.map(|arm| message(&arm.status)).collect::<Result<_, _>>()?,
+            commands: arms
+                .clone()
+                .map(|arm| message(&arm.command))
+                .collect::<Result<_, _>>()?,
+            statuses: arms
+                .map(|arm| message(&arm.status))
+                .collect::<Result<_, _>>()?,
         };
         Ok((saved, messages))
     }

@@ -5,6 +5,6 @@ pub(crate) mod convert;
 pub(crate) mod fresh;
 pub(crate) mod objects;
 pub mod settings;
-pub(crate) mod shapes;
+pub mod shapes;
 pub(crate) mod spawn;
 pub(crate) mod tag;

@@ -6,8 +6,8 @@ use parry3d_f64::shape::SharedShape;
 
 use crate::engine::convert;
 
-/// The engine's shape and its pose in the frame of the model's.
-pub(crate) fn shared(shape: &Shape) -> (SharedShape, Isometry3<f64>) {
+/// The shape of the engine, and its pose in the frame of the shape of the model.
+pub fn shared(shape: &Shape) -> (SharedShape, Isometry3<f64>) {
     match *shape {
         Shape::Box { size_m: [x, y, z] } => (
             SharedShape::cuboid(0.5 * x, 0.5 * y, 0.5 * z),

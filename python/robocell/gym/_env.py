@@ -1,0 +1,180 @@
+"""One cell as a Gymnasium environment."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+
+from robocell._sim import Cell
+from robocell._view import Arm, Object
+from robocell.gym._jobs import JOBS
+
+#: Ticks of 1 ms in a step: 20 actions in a second.
+TICKS = 50
+#: Actions of one arm: translation, rotation, gripper.
+ACTIONS = 7
+#: Translation (m) and rotation (rad) of the goal by an action of 1.
+_STEP_M = 0.03
+_STEP_RAD = 0.15
+#: The goal stays this near to the measured TCP, so that it can be turned back (m).
+_LEASH_M = 0.08
+#: Observations are clipped to this.
+_LIMIT = 10.0
+
+Floats = npt.NDArray[np.float32]
+Array = npt.NDArray[np.float64]
+
+
+class CellEnv(gymnasium.Env[Floats, Floats]):
+    """A demo whose arms are moved by the actions.
+
+    An action has seven numbers of -1 to 1 for each arm: translation (x y z, up to 3 cm)
+    and rotation (a rotation vector, up to 0.15 rad) of the goal of its TCP in the world
+    frame, and the gripper, which closes above 0. A step is 50 ms of the cell; RMPflow
+    moves the arm to the goal, past obstacles and within the limits of its joints.
+
+    An observation has, for each arm: joint positions and velocities, TCP position and
+    orientation (w x y z), the goal's position, whether something is held, and the width of
+    the gripper; for each object: position and orientation, all zero while it is not in the
+    cell; then numbers of the demo (the goal of ``reach``, the share of parts in the bin
+    and a hundredth of the suction force of ``ur10-fill-bin``).
+
+    The reward of ``"sparse"`` is 1 for each object that is put into its place and -1 for
+    one that is taken out; that of ``"dense"`` also has what the transfer under way got
+    further, up to 1 for a whole transfer. An episode terminates when all is in place.
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as the base class declares it
+        "render_modes": ["rgb_array"],
+        "render_fps": 1000 // TICKS,
+    }
+
+    def __init__(self, demo: str, *, reward: str = "dense", render_mode: str | None = None) -> None:
+        if reward not in ("dense", "sparse"):
+            raise ValueError(f"reward is '{reward}'; 'dense' and 'sparse' are allowed")
+        if render_mode not in (None, "rgb_array"):
+            raise ValueError(f"render_mode is '{render_mode}'; 'rgb_array' and None are allowed")
+        self.demo = demo
+        self.reward = reward
+        self.render_mode = render_mode
+        self.cell = Cell(demo)
+        self._new_episode(np.random.default_rng(0))
+        count = len(self._observation())
+        self.observation_space = spaces.Box(-_LIMIT, _LIMIT, (count,), np.float32)
+        self.action_space = spaces.Box(-1.0, 1.0, (ACTIONS * len(self.cell.arms),), np.float32)
+
+    def _new_episode(self, rng: np.random.Generator) -> None:
+        job, _ = JOBS[self.demo]
+        self.job = job(self.cell, rng)
+        self._goals = [
+            (arm.tcp_position.copy(), arm.tcp_orientation.copy()) for arm in self.cell.arms
+        ]
+        self._before = self.job.progress()
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Floats, dict[str, Any]]:
+        """Begins an episode: the scene follows from ``seed``, or from the one before."""
+        super().reset(seed=seed)
+        self.cell.reset(int(self.np_random.integers(1 << 31)))
+        self._new_episode(self.np_random)
+        return self._observation(), self._info()
+
+    def step(self, action: Floats) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
+        """Advances the cell by 50 ms."""
+        self.act(action)
+        self.cell.step(TICKS)
+        return self.judge()
+
+    def act(self, action: Floats) -> None:
+        """The first half of a step: tells the arms."""
+        clipped: Array = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
+        parts = clipped.reshape(len(self.cell.arms), ACTIONS)
+        for index, (arm, part) in enumerate(zip(self.cell.arms, parts, strict=True)):
+            position, orientation = self._goals[index]
+            position = position + _STEP_M * part[:3]
+            off = position - arm.tcp_position
+            position = arm.tcp_position + off * min(
+                1.0, _LEASH_M / max(float(np.linalg.norm(off)), 1e-9)
+            )
+            orientation = turned(orientation, np.multiply(part[3:6], _STEP_RAD))
+            self._goals[index] = (position, orientation)
+            gripper = "close" if part[6] > 0.0 else "open"
+            arm.send(list(position), list(orientation), gripper=gripper, ignore=_graspable(arm))
+        self.job.tend()
+
+    def judge(self) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
+        """The second half: what came of it."""
+        filled, share = self.job.progress()
+        reward = float(filled - self._before[0])
+        if self.reward == "dense":
+            reward += share - self._before[1]
+        self._before = (filled, share)
+        terminated = filled >= self.job.total or self.job.is_over()
+        return self._observation(), reward, terminated, False, self._info()
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """The cell as seen by its camera: height x width x RGB."""
+        return self.cell.render() if self.render_mode == "rgb_array" else None
+
+    def _info(self) -> dict[str, Any]:
+        return {
+            "placed": self._before[0],
+            "is_success": self._before[0] >= self.job.total,
+            "time_s": self.cell.time_s,
+        }
+
+    def _observation(self) -> Floats:
+        arms = zip(self.cell.arms, self._goals, strict=True)
+        parts = [_of_arm(arm, goal) for arm, (goal, _) in arms]
+        parts += [_of_object(one) for one in self.job.seen]
+        parts.append(np.array(self.job.extra()))
+        return np.clip(np.concatenate(parts), -_LIMIT, _LIMIT).astype(np.float32)
+
+
+def _of_arm(arm: Arm, goal: Array) -> Array:
+    width = float(arm.gripper["width"]) if "width" in arm.gripper.dtype.names else 0.0
+    return np.concatenate(
+        [
+            arm.joint_positions,
+            arm.joint_velocities,
+            arm.tcp_position,
+            arm.tcp_orientation,
+            goal,
+            [float(arm.held is not None), width],
+        ]
+    )
+
+
+def _of_object(one: Object) -> Array:
+    if not one.is_present:
+        return np.zeros(7)
+    return np.concatenate([one.position, one.orientation])
+
+
+def _graspable(arm: Arm) -> list[str]:
+    # What the tool works with is no obstacle for it.
+    return [] if arm.held is None else [arm.held]
+
+
+def turned(q: Array, rotation_vector: Array) -> Array:
+    """The orientation ``q`` (w x y z) turned by a rotation vector in the world frame."""
+    angle = float(np.linalg.norm(rotation_vector))
+    if angle < 1e-12:
+        return q
+    x, y, z = np.sin(0.5 * angle) / angle * rotation_vector
+    w = np.cos(0.5 * angle)
+    a, b, c, d = q
+    product = np.array(
+        [
+            w * a - x * b - y * c - z * d,
+            w * b + x * a + y * d - z * c,
+            w * c - x * d + y * a + z * b,
+            w * d + x * c - y * b + z * a,
+        ]
+    )
+    return np.asarray(product / np.linalg.norm(product))

@@ -1,0 +1,121 @@
+"""Many cells as one Gymnasium environment."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium import Space
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from robocell._sim import step_all
+from robocell.gym._env import TICKS, CellEnv, Floats
+from robocell.gym._jobs import JOBS
+
+Flags = npt.NDArray[np.bool_]
+
+
+class CellVectorEnv(VectorEnv[Floats, Floats, Any]):
+    """``num_envs`` cells of a demo, stepped on all cores. Each gives what a
+    :class:`CellEnv` of its seed gives, bit for bit.
+
+    An episode that has ended begins again with the next step, whose action it ignores
+    (autoreset mode ``NEXT_STEP``).
+
+    Args:
+        num_envs: number of cells.
+        demo: its name.
+        reward: ``"dense"`` or ``"sparse"``.
+        render_mode: ``"rgb_array"`` for pictures of all cells.
+        max_episode_steps: an episode is truncated after so many; by default as many as
+            the environment of one cell has.
+        threads: by default one for each core.
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as the base class declares it
+        **CellEnv.metadata,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        demo: str,
+        reward: str = "dense",
+        render_mode: str | None = None,
+        max_episode_steps: int | None = None,
+        threads: int | None = None,
+    ) -> None:
+        if num_envs < 1:
+            raise ValueError(f"num_envs is {num_envs}; 1 and more are allowed")
+        self.num_envs = num_envs
+        self.render_mode = render_mode
+        self.envs = [CellEnv(demo, reward=reward, render_mode=render_mode) for _ in range(num_envs)]
+        self._cells = [env.cell for env in self.envs]
+        self._threads = threads
+        self._limit = JOBS[demo][1] if max_episode_steps is None else max_episode_steps
+        self._steps = np.zeros(num_envs, dtype=np.int64)
+        self._has_ended: Flags = np.zeros(num_envs, dtype=np.bool_)
+        self.single_observation_space: Space[Floats] = self.envs[0].observation_space
+        self.single_action_space: Space[Floats] = self.envs[0].action_space
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+
+    def reset(
+        self,
+        *,
+        seed: int | list[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Floats, dict[str, Any]]:
+        """Begins an episode in every cell. One seed gives the cells it and the numbers
+        after it."""
+        seeds: list[int | None]
+        if isinstance(seed, list):
+            seeds = seed
+        else:
+            seeds = [None if seed is None else seed + index for index in range(self.num_envs)]
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"{len(seeds)} seeds for {self.num_envs} environments")
+        if isinstance(seed, int):
+            super().reset(seed=seed)
+        self._steps[:] = 0
+        self._has_ended[:] = False
+        infos: dict[str, Any] = {}
+        observations = []
+        for index, (env, own) in enumerate(zip(self.envs, seeds, strict=True)):
+            observation, info = env.reset(seed=own)
+            observations.append(observation)
+            infos = self._add_info(infos, info, index)
+        return np.stack(observations), infos
+
+    def step(self, actions: Floats) -> tuple[Floats, Any, Flags, Flags, dict[str, Any]]:
+        """Advances every cell by 50 ms; those whose episode has ended are reset."""
+        going = [index for index in range(self.num_envs) if not self._has_ended[index]]
+        for index in going:
+            self.envs[index].act(actions[index])
+        step_all([self._cells[index] for index in going], TICKS, self._threads)
+        self._steps += 1
+        rewards = np.zeros(self.num_envs, dtype=np.float64)
+        terminated: Flags = np.zeros(self.num_envs, dtype=np.bool_)
+        observations: list[Floats] = []
+        infos: dict[str, Any] = {}
+        for index, env in enumerate(self.envs):
+            if self._has_ended[index]:
+                observation, info = env.reset()
+                self._steps[index] = 0
+            else:
+                observation, rewards[index], terminated[index], _, info = env.judge()
+            observations.append(observation)
+            infos = self._add_info(infos, info, index)
+        truncated: Flags = self._steps >= self._limit
+        self._has_ended = terminated | truncated
+        return np.stack(observations), rewards, terminated, truncated, infos
+
+    def render(self) -> tuple[Any, ...] | None:
+        """A picture of each cell."""
+        if self.render_mode != "rgb_array":
+            return None
+        return tuple(env.render() for env in self.envs)
