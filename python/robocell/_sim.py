@@ -113,7 +113,7 @@ class Cell(View):
     @property
     def time_s(self) -> float:
         """Simulated time (s)."""
-        return self.tick * 1.0e-3
+        return self.tick / 1000.0
 
     @property
     def state_hash(self) -> str:
@@ -138,7 +138,7 @@ class Cell(View):
 
     def log(self) -> list[tuple[float, str]]:
         """Lines of the task since the last call, with their times (s)."""
-        return [(tick * 1.0e-3, line) for tick, line in self._sim.take_log()]
+        return [(tick / 1000.0, line) for tick, line in self._sim.take_log()]
 
     def snapshot(self) -> bytes:
         """All of the cell: world, controllers and task. See :meth:`restore`."""

@@ -9,6 +9,7 @@ mod outside;
 mod picture;
 mod policy;
 mod program;
+mod recording;
 mod sim;
 mod skill;
 
@@ -25,6 +26,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(sim::step_all, module)?)?;
     module.add_function(wrap_pyfunction!(program::task_main, module)?)?;
     module.add_function(wrap_pyfunction!(about::wire_schema, module)?)?;
+    module.add_function(wrap_pyfunction!(recording::read_recording, module)?)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     Ok(())
 }

@@ -78,6 +78,14 @@ impl Line {
                 resumed_ns = span.from_ns;
             }
         }
+        // What was recorded before the first state names no generation of physics: it is
+        // of the first one.
+        if let [unnamed, first, ..] = epochs
+            && unnamed.epoch == 0
+            && let Some(before) = before_ns.get(&first.epoch).copied()
+        {
+            before_ns.insert(unnamed.epoch, before);
+        }
         Self {
             before_ns,
             span_ns: (resumed_ns, own.to_ns),
@@ -115,6 +123,15 @@ mod tests {
         let line = Line::of(&epochs, Some(1));
         assert_eq!(line.span_ns, (0, 30));
         assert!(line.has(1, 29) && !line.has(2, 25));
+    }
+
+    #[test]
+    fn what_was_recorded_before_the_first_state_is_of_the_first_epoch() {
+        let epochs = [span(0, 0, 0), span(1, 0, 60), span(2, 0, 7)];
+        assert!(Line::of(&epochs[..2], None).has(0, 0));
+        assert!(Line::of(&epochs, Some(1)).has(0, 0));
+        assert!(!Line::of(&epochs, None).has(0, 0), "of another history");
+        assert!(Line::of(&epochs[..1], None).has(0, 0));
     }
 
     #[test]
