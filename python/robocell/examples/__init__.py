@@ -1,0 +1,1 @@
+"""Tasks to start from: ``python -m robocell.examples`` lists them."""
