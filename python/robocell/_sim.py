@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from robocell import _core, wire
-from robocell._view import View
+from robocell._view import Numbers, View, floats
 
 
 class Cell(View):
@@ -158,13 +158,18 @@ class Cell(View):
         width: int = 640,
         height: int = 480,
         *,
-        eye: Sequence[float] | None = None,
-        target: Sequence[float] | None = None,
+        eye: Numbers | None = None,
+        target: Numbers | None = None,
     ) -> npt.NDArray[np.uint8]:
         """A picture of the shapes physics computes with: height x width x RGB, drawn by
         the CPU. ``eye`` and ``target`` are points in the world frame (m), by default
         those of the cell file."""
-        return self._sim.render(width, height, eye, target)
+        return self._sim.render(
+            width,
+            height,
+            None if eye is None else floats(eye),
+            None if target is None else floats(target),
+        )
 
     def __repr__(self) -> str:
         return f"<cell '{self.name}', seed {self.seed}, at {self.time_s:.2f} s>"

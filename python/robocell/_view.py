@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,8 @@ import numpy.typing as npt
 from robocell import _core, wire
 
 Vector = npt.NDArray[np.float64]
+#: What is taken for a vector.
+Numbers: TypeAlias = Sequence[float] | npt.NDArray[Any]
 
 
 class Object:
@@ -101,9 +103,9 @@ class Arm:
         """Whether the arm has no fault and its controller answers."""
         return self._core.is_alive
 
-    def reaches(self, position: Sequence[float]) -> bool:
+    def reaches(self, position: Numbers) -> bool:
         """Whether the arm reaches a point with the tool straight down (m)."""
-        return self._core.reaches(_three(position))
+        return self._core.reaches(three(position))
 
     def down(self, yaw: float = 0.0) -> tuple[float, float, float, float]:
         """Orientation of the TCP with the tool straight down, turned by ``yaw``."""
@@ -126,21 +128,21 @@ class Arm:
             return None
         return np.array(pose[0]), np.array(pose[1])
 
-    def distance_to(self, position: Sequence[float]) -> float:
+    def distance_to(self, position: Numbers) -> float:
         """From the measured TCP (m)."""
         return float(np.linalg.norm(self.tcp_position - np.asarray(position)))
 
     def send(
         self,
-        position: Sequence[float],
-        orientation: Sequence[float] | None = None,
+        position: Numbers,
+        orientation: Numbers | None = None,
         *,
         yaw: float = 0.0,
         gripper: str = "keep",
-        approach: Sequence[float] = (0.0, 0.0, 0.0),
+        approach: Numbers = (0.0, 0.0, 0.0),
         approach_std_dev: float = 0.0,
         ignore: Sequence[str] = (),
-        posture: Sequence[float] | None = None,
+        posture: Numbers | None = None,
     ) -> None:
         """Sends the TCP to a pose, tool straight down unless an orientation is given.
 
@@ -152,24 +154,24 @@ class Arm:
         """
         turn = self.down(yaw) if orientation is None else orientation
         self._core.send(
-            _three(position),
-            _floats(turn),
+            three(position),
+            floats(turn),
             gripper,
-            _three(approach),
+            three(approach),
             float(approach_std_dev),
             list(ignore),
-            None if posture is None else _floats(posture),
+            None if posture is None else floats(posture),
         )
 
     def send_joints(
         self,
-        positions: Sequence[float],
+        positions: Numbers,
         *,
         gripper: str = "keep",
         avoid_obstacles: bool = True,
     ) -> None:
         """Sends the joints to positions (rad or m): past obstacles, or straight."""
-        self._core.send_joints(_floats(positions), gripper, avoid_obstacles)
+        self._core.send_joints(floats(positions), gripper, avoid_obstacles)
 
     def grip(self, gripper: str) -> None:
         """Opens, closes or keeps the gripper; the arm stays where it was sent."""
@@ -260,7 +262,7 @@ class View:
     def add_place(
         self,
         name: str,
-        position: Sequence[float],
+        position: Numbers,
         *,
         yaw: float = 0.0,
         layers: int = 1,
@@ -268,7 +270,7 @@ class View:
     ) -> None:
         """Adds a place for the skill ``place``: a point of the surface below the centre
         of the first object, and ``layers`` on top of each other."""
-        self._core.add_place(name, _three(position), float(yaw), layers, float(layer_height))
+        self._core.add_place(name, three(position), float(yaw), layers, float(layer_height))
 
     def placed(self, place: str, tolerance: float = 0.02) -> list[str]:
         """Names of the objects in the slots of a place."""
@@ -287,10 +289,12 @@ class View:
         self._core.drop_parts()
 
 
-def _floats(values: Sequence[float]) -> list[float]:
+def floats(values: Numbers) -> list[float]:
+    """As the native part takes them."""
     return [float(value) for value in values]
 
 
-def _three(values: Sequence[float]) -> tuple[float, float, float]:
-    x, y, z = _floats(values)
+def three(values: Numbers) -> tuple[float, float, float]:
+    """A point or a direction."""
+    x, y, z = floats(values)
     return x, y, z

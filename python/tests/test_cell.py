@@ -19,6 +19,7 @@ from robocell.task import skills
 sys.path.insert(0, str(EXAMPLES))
 
 
+@pytest.mark.sample
 @pytest.mark.parametrize(
     ("demo", "policy"), [("cube", "default"), ("franka-stack", "bt"), ("franka-pyramid", "json")]
 )
@@ -54,6 +55,7 @@ def test_moves_its_arm_to_a_pose_and_to_joint_positions():
         np.testing.assert_allclose(cell.arm.joint_positions, target, atol=0.02)
 
 
+@pytest.mark.sample
 def test_does_skills_one_after_the_other():
     cell = robocell.Cell("franka-stack", 1)
     cell.add_place("spot", (0.5, -0.1, 0.0))
@@ -64,6 +66,7 @@ def test_does_skills_one_after_the_other():
     np.testing.assert_allclose(cell.objects["red_cube"].position[:2], (0.5, -0.1), atol=5e-3)
 
 
+@pytest.mark.sample
 def test_goes_back_to_a_snapshot_with_a_cube_in_the_gripper():
     cell = robocell.Cell("franka-stack", 1)
     cell.do(skills.pick("red_cube"))
@@ -84,6 +87,7 @@ def test_goes_back_to_a_snapshot_with_a_cube_in_the_gripper():
     assert go() == after
 
 
+@pytest.mark.sample
 def test_refuses_a_snapshot_of_another_cell_and_is_unchanged():
     cell = robocell.Cell("franka-stack", 1)
     cell.step(100)
@@ -96,6 +100,7 @@ def test_refuses_a_snapshot_of_another_cell_and_is_unchanged():
     assert cell.state_hash == before
 
 
+@pytest.mark.sample
 def test_is_the_same_after_a_reset_and_another_with_another_seed():
     cell = robocell.Cell("franka-stack", 1)
     at = cell.objects["red_cube"].position
@@ -114,6 +119,7 @@ def test_is_the_same_after_a_reset_and_another_with_another_seed():
     assert other[1] != first[1]
 
 
+@pytest.mark.sample
 def test_raises_what_its_policy_raised():
     def decide(cell: Any) -> None:
         if cell.time_s > 0.2:
@@ -139,6 +145,7 @@ def test_that_does_not_exist_is_refused(arguments: dict[str, Any], message: str)
         robocell.Cell(**arguments)
 
 
+@pytest.mark.sample
 def test_takes_commands_from_outside_only_without_a_policy():
     cell = robocell.Cell("franka-stack", policy="fsm")
     with pytest.raises(RuntimeError, match="only while decide"):
@@ -158,6 +165,7 @@ def test_gets_disturbances_from_a_script():
     assert disturbed.summary()["outcome"] == "done"
 
 
+@pytest.mark.sample
 def test_draws_the_cubes_where_they_are(tmp_path: Path):
     cell = robocell.Cell("franka-stack", 1)
     for name, channel in (("red_cube", 0), ("blue_cube", 2)):
@@ -174,6 +182,7 @@ def test_draws_the_cubes_where_they_are(tmp_path: Path):
         cell.render(64, 48, eye=(0, 0, 0), target=(0, 0, 0))
 
 
+@pytest.mark.sample
 def test_several_advance_together_as_each_alone():
     def make(seed: int) -> robocell.Cell:
         cell = robocell.Cell("franka-stack", seed)

@@ -26,6 +26,7 @@ def vector(num_envs: int, **options):
     )
 
 
+@pytest.mark.sample
 @pytest.mark.parametrize("name", robocell.gym.IDS.values())
 def test_every_environment_passes_the_checks_of_gymnasium(name: str):
     with warnings.catch_warnings():
@@ -38,6 +39,7 @@ def test_every_environment_passes_the_checks_of_gymnasium(name: str):
         assert env.render().shape == (480, 640, 3)
 
 
+@pytest.mark.sample
 def test_seeds_give_the_same_episode_bit_for_bit():
     def episode(seed: int) -> list[bytes]:
         env = gymnasium.make(STACK)
@@ -53,6 +55,7 @@ def test_seeds_give_the_same_episode_bit_for_bit():
     assert episode(7)[0] != episode(8)[0]
 
 
+@pytest.mark.sample
 def test_the_vector_environment_gives_what_single_ones_give():
     actions = np.random.default_rng(0).uniform(-1, 1, (40, 3, 7)).astype(np.float32)
     many = vector(3)
@@ -111,6 +114,7 @@ def test_reach_ends_at_its_goal():
     assert steps < 60
 
 
+@pytest.mark.sample
 def test_wrong_options_are_refused():
     with pytest.raises(ValueError, match="'dense' and 'sparse' are allowed"):
         gymnasium.make(STACK, reward="sparce")

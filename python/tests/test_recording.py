@@ -70,6 +70,7 @@ def test_that_was_cut_says_where(recorded: Path, tmp_path: Path):
     assert 0 < recording.time_s[-1] < robocell.read(recorded).time_s[-1]
 
 
+@pytest.mark.sample
 def test_that_is_none_is_refused(tmp_path: Path):
     text = tmp_path / "text.mcap"
     text.write_text("no recording")

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import importlib.util
+import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 from conftest import EXAMPLES
+
+from robocell import wire
 
 LOCKSTEP = ("--speed", "max")
 KILLS = [{"at_s": at, "do": "kill", "process": "task"} for at in (3.0, 6.5, 9.0, 15.5)]
@@ -57,6 +62,7 @@ class Faulty:
 """
 
 
+@pytest.mark.sample
 @pytest.mark.parametrize(
     ("line", "message"),
     [
@@ -139,3 +145,18 @@ def test_in_a_project_of_its_own_is_found_beside_its_cell(robocell, tmp_path):
     assert verified.summary["verdict"] == "same", verified.text
     seeds = robocell("eval", "mine", "--data", ".", "--seeds", "0..4", cwd=project)
     assert "5 of 5 done" in seeds.text
+
+
+@pytest.mark.sample
+def test_of_another_contract_is_refused_with_both_versions(task, tmp_path):
+    """The task process of a cell that a launcher of another version started."""
+    run_file = tmp_path / "run.json"
+    run_file.write_text(json.dumps({"contract": "9.9.9 (messages 00000000)"}))
+    file = task("from robocell.task import policy\n\n\n@policy\ndef decide(cell): ...\n")
+    words = [str(file), "--spec", str(run_file), "--generation", "1"]
+    program = [sys.executable, "-m", "robocell.task", *words]
+    ended = subprocess.run(program, capture_output=True, text=True, check=False)
+    assert ended.returncode == 3, ended.stderr
+    ours = wire.schema()["contract"]
+    message = f"this program is of robocell {ours}, the cell of 9.9.9 (messages 00000000)"
+    assert message in ended.stderr

@@ -12,11 +12,13 @@ from conftest import program
 from robocell import wire
 
 
+@pytest.mark.sample
 def test_is_the_contract_of_the_programs():
     printed = subprocess.check_output([str(program()), "schema", "wire", "--json"], text=True)
     assert json.loads(printed) == wire.schema()
 
 
+@pytest.mark.sample
 @pytest.mark.parametrize("name", ["WorldState", "Decision", "ArmStatus", "TraceLine", "Health"])
 def test_every_message_is_a_numpy_type_of_its_size(name):
     dtype = wire.dtype(name)
@@ -26,11 +28,13 @@ def test_every_message_is_a_numpy_type_of_its_size(name):
     assert wire.type_name(name).startswith(f"{name}#")
 
 
+@pytest.mark.sample
 def test_an_unknown_struct_is_refused():
     with pytest.raises(KeyError, match=r"known are: .*WorldState"):
         wire.dtype("WorldStat")
 
 
+@pytest.mark.sample
 def test_codes_have_names():
     assert wire.code("GoalKind", "Hold") == 0
     assert wire.code("GripperGoal", "Close") != wire.code("GripperGoal", "Open")

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::runs::summary::{RunOutcome, RunSummary};
+use cell_model::runs::wire;
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -27,6 +28,7 @@ pub struct Plan {
 /// A run file for cells without processes.
 pub fn template(demo: &str, policy: &str) -> RunSpec {
     RunSpec {
+        contract: wire::contract(),
         run: 1,
         cell: "one-process".to_owned(),
         demo: demo.to_owned(),

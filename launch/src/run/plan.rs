@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use cell_model::cells::script::{self, ScriptLine};
 use cell_model::runs::python;
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
+use cell_model::runs::wire;
 use cell_model::{Cell, Data, RobotFiles};
 
 use super::{arms, first_page, phases};
@@ -84,6 +85,7 @@ impl Plan {
         let (run, root, prefix) = site_of(&dir)?;
         let about_arms = about_arms(args, &cell, robot.as_ref());
         let spec = RunSpec {
+            contract: wire::contract(),
             run,
             cell: args.cell.cell.clone(),
             demo: args.demo.clone(),

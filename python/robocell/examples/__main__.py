@@ -1,6 +1,6 @@
 """Lists the example tasks, or prints the path of one::
 
-    robocell run franka-stack --task "$(python -m robocell.examples stack_skills)"
+robocell run franka-stack --task "$(python -m robocell.examples stack_skills)"
 """
 
 from __future__ import annotations

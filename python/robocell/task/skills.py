@@ -9,9 +9,8 @@ seconds; positions are in the world frame, quaternions are w x y z.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from robocell._core import Skill
+from robocell._view import Numbers, three
 
 __all__ = [
     "Skill",
@@ -32,14 +31,9 @@ __all__ = [
 ]
 
 
-def _three(position: Sequence[float]) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in position)
-    return x, y, z
-
-
 def move_to(
-    position: Sequence[float],
-    orientation: Sequence[float] | None = None,
+    position: Numbers,
+    orientation: Numbers | None = None,
     *,
     yaw: float = 0.0,
     precise: bool = False,
@@ -55,7 +49,7 @@ def move_to(
     """
     turn = None if orientation is None else [float(value) for value in orientation]
     return Skill.move_to(
-        ("pose", _three(position), turn, float(yaw)),
+        ("pose", three(position), turn, float(yaw)),
         precise=precise,
         gripper=gripper,
         holding=holding,

@@ -10,6 +10,7 @@ use crate::cells::script::ScriptLine;
 use crate::data::Data;
 use crate::error::ModelError;
 use crate::robots::user::RobotFiles;
+use crate::runs::wire;
 
 pub use super::secrets::PageSecrets;
 
@@ -70,9 +71,20 @@ impl std::str::FromStr for Speed {
     }
 }
 
+/// The part of a run file that every version can read.
+#[derive(Deserialize)]
+struct Contract {
+    #[serde(default)]
+    contract: String,
+}
+
 /// One run of a cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunSpec {
+    /// What the processes of the run have in common: [`wire::contract`] of the launcher.
+    /// Empty in runs of before it.
+    #[serde(default)]
+    pub contract: String,
     /// Identity of the run, never 0; in every message.
     pub run: u64,
     /// Name of the cell, for `--cell`.
@@ -174,6 +186,17 @@ pub enum RunSpecError {
         /// Why.
         source: serde_json::Error,
     },
+    /// Of a launcher that speaks another language.
+    #[error(
+        "this program is of robocell {ours}, the cell of {theirs}; use the program, or the wheel, that \
+         belongs to the cell"
+    )]
+    Contract {
+        /// [`wire::contract`] of the launcher.
+        theirs: String,
+        /// That of this program.
+        ours: String,
+    },
 }
 
 impl RunSpec {
@@ -186,10 +209,20 @@ impl RunSpec {
             path: path.to_owned(),
             source,
         })?;
-        serde_json::from_str(&text).map_err(|source| RunSpecError::Format {
+        let format = |source| RunSpecError::Format {
             path: path.to_owned(),
             source,
-        })
+        };
+        let Contract { contract: theirs } = serde_json::from_str(&text).map_err(format)?;
+        let ours = wire::contract();
+        if theirs != ours {
+            let theirs = match theirs.as_str() {
+                "" => "a version that does not tell".to_owned(),
+                _ => theirs,
+            };
+            return Err(RunSpecError::Contract { theirs, ours });
+        }
+        serde_json::from_str(&text).map_err(format)
     }
 
     /// The cell of the run, as every process of it sees it.

@@ -13,12 +13,12 @@ use ipc_types::world::PauseCause;
 use ipc_types::{
     ArmCommand, ArmStatus, Contacts, DECISION_TICKS, Decision, Health, Keyframe, MAX_ARMS,
     MAX_BREAKS, MAX_INPUTS, MAX_JOINTS, MAX_OBJECTS, OperatorReply, OperatorRequest, TICK_NS,
-    TraceLine, WorldPiece, WorldState,
+    TraceLine, Wire, WorldPiece, WorldState,
 };
 use serde_json::{Map, Value, json};
 
 /// All structs, codes and constants of the wire, and the message of each topic:
-/// `{"version", "byte_order", "constants": {NAME: number}, "codes": {TYPE: {NAME:
+/// `{"version", "contract", "byte_order", "constants": {NAME: number}, "codes": {TYPE: {NAME:
 /// number}}, "topics": {SERVICE: MESSAGE}, "structs": {NAME: {"size", "schema",
 /// "fields": [{"name", "type", "count", "offset"}]}}}`. `schema` has 16 hexadecimal
 /// digits; iceoryx2 knows a message as `NAME#SCHEMA`. Offsets are in bytes; there is
@@ -26,6 +26,7 @@ use serde_json::{Map, Value, json};
 pub fn schema() -> Value {
     json!({
         "version": env!("CARGO_PKG_VERSION"),
+        "contract": contract(),
         "byte_order": "little",
         "constants": {
             "DECISION_TICKS": DECISION_TICKS,
@@ -40,6 +41,28 @@ pub fn schema() -> Value {
         "topics": topics(),
         "structs": structs(),
     })
+}
+
+/// What processes of one cell have in common: the version of robocell, and a hash of all
+/// messages. Programs with another one do not understand each other.
+pub fn contract() -> String {
+    const FNV_PRIME: u64 = 0x0000_0100_0000_01b3;
+    let messages = [
+        WorldState::SCHEMA,
+        Contacts::SCHEMA,
+        ArmCommand::SCHEMA,
+        ArmStatus::SCHEMA,
+        Decision::SCHEMA,
+        TraceLine::SCHEMA,
+        Health::SCHEMA,
+        WorldPiece::SCHEMA,
+        Keyframe::SCHEMA,
+        OperatorRequest::SCHEMA,
+        OperatorReply::SCHEMA,
+    ];
+    let mix = |hash: u64, schema: u64| (hash ^ schema).wrapping_mul(FNV_PRIME);
+    let hash = messages.into_iter().fold(0, mix);
+    format!("{} (messages {hash:016x})", env!("CARGO_PKG_VERSION"))
 }
 
 macro_rules! codes {
@@ -142,7 +165,6 @@ fn field(field: &FieldLayout) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ipc_types::Wire as _;
 
     #[test]
     fn a_reader_of_the_schema_finds_every_message_and_all_of_its_bytes() {

@@ -135,6 +135,7 @@ fn killed_again_and_again_and_with_a_bin_added_both_kinds_end_upside_down() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn a_column_of_four_stands_still() {
     let mut spec = template("ur10-bin-stack", "matrix");
     spec.seed = 3;
@@ -194,6 +195,7 @@ fn an_arm_the_operator_wound_up_is_restored_before_the_bin_is_placed() {
 /// Led into its own base with a bin on the cup, the arm was blocked, and pressed
 /// against what blocked it for as long as the run lasted.
 #[test]
+#[ignore = "slow: .ci/long"]
 fn an_arm_the_operator_jammed_frees_itself_and_works_again() {
     let poses = [
         (

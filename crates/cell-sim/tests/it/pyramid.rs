@@ -93,6 +93,7 @@ fn undisturbed_no_cube_is_lost_and_none_picked_up_twice() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn a_cube_pulled_from_the_hand_of_either_arm_is_fetched_again() {
     for (phase, cube, to) in [
         ("LEFT_CARRY", "cube_1", "[0.35, -0.55, 0.025]"),
@@ -109,6 +110,7 @@ fn a_cube_pulled_from_the_hand_of_either_arm_is_fetched_again() {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn a_cube_out_of_reach_is_waited_for_with_warnings_until_it_comes_back() {
     let script = r#"{"at_phase": "LEFT_APPROACH", "do": "drag", "object": "cube_1", "to": [0.95, 0.3, 0.2], "for_s": 4}
 {"at_s": 20.0, "do": "drag", "object": "cube_1", "to": [0.4, -0.1, 0.1], "for_s": 6}"#;

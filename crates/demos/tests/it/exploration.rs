@@ -85,6 +85,7 @@ fn assert_gets_done(situation: &Situation, goes_on: &mut HashSet<Key>) {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn of_the_state_machine() {
     explore("fsm");
 }

@@ -174,11 +174,13 @@ fn disturb_all(place: &'static Placement) {
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn palletizing_gets_done_whatever_happens() {
     disturb_all(&PLACES[0]);
 }
 
 #[test]
+#[ignore = "slow: .ci/long"]
 fn bin_stacking_gets_done_whatever_happens() {
     disturb_all(&PLACES[1]);
 }

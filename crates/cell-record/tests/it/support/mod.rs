@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 
 pub(crate) fn run() -> RunSpec {
     RunSpec {
+        contract: String::new(),
         run: 77,
         cell: "one".into(),
         demo: "franka-stack".into(),
