@@ -72,6 +72,7 @@ class Arm:
         approach_m: Sequence[float] = ...,
         approach_std_dev_m: float = 0.0,
         ignore: list[str] = ...,
+        guides: list[str] = ...,
         posture: list[float] | None = None,
     ) -> None: ...
     def send_joints(self, positions: list[float], gripper: str, avoids: bool) -> None: ...

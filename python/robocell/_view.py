@@ -63,6 +63,9 @@ class Arm:
         self.joint_names: list[str] = about["joint_names"]
         #: Joint positions at the start of the run (rad or m).
         self.home: list[float] = about["home"]
+        #: The TCP there (m; w x y z).
+        self.home_position: Vector = np.array(about["home_position"])
+        self.home_orientation: Vector = np.array(about["home_orientation"])
         #: Its ``ArmState``, as a view on shared memory of this decision.
         self.state = view
         count = len(self.joint_names)
@@ -142,15 +145,17 @@ class Arm:
         approach: Numbers = (0.0, 0.0, 0.0),
         approach_std_dev: float = 0.0,
         ignore: Sequence[str] = (),
+        guides: Sequence[str] = (),
         posture: Numbers | None = None,
     ) -> None:
         """Sends the TCP to a pose, tool straight down unless an orientation is given.
 
         ``gripper`` is ``"open"``, ``"close"`` or ``"keep"``. ``approach`` is the
         direction of the last part of the motion times its length, for a corridor of
-        the width ``approach_std_dev``. Objects in ``ignore`` are no obstacles.
-        ``posture`` are joint positions to stay near. A task repeats it in each
-        decision.
+        the width ``approach_std_dev``. Objects and fixtures in
+        ``ignore`` are no obstacles; fixtures in ``guides``, which the cell file does not
+        count as solid, are. ``posture`` are joint positions to stay near. A task
+        repeats it in each decision.
         """
         turn = self.down(yaw) if orientation is None else orientation
         self._core.send(
@@ -160,6 +165,7 @@ class Arm:
             three(approach),
             float(approach_std_dev),
             list(ignore),
+            list(guides),
             None if posture is None else floats(posture),
         )
 

@@ -36,6 +36,8 @@ fn arm((spec, setup): (&cell_model::ArmSpec, &robocell_skills::ArmSetup)) -> Val
         "name": setup.name,
         "robot": spec.robot.name,
         "joint_names": names,
+        "home_position": setup.wait.position,
+        "home_orientation": setup.wait.orientation_wxyz,
         "home": &setup.home[..names.len().min(setup.home.len())],
         "base_position_m": base,
         "reach_m": setup.reach_m,

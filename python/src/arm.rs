@@ -3,7 +3,7 @@
 use ipc_types::{GripperGoal, Pose};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use robocell_skills::World;
+use robocell_skills::{Way, World};
 
 use crate::command::{Command, PoseCommand};
 use crate::moment::{Inner, Shared, lock};
@@ -134,7 +134,7 @@ impl Arm {
     /// Sends the TCP to a pose. A target near the one before moves the goal that is
     /// followed; another one is a new goal.
     #[pyo3(signature = (position_m, orientation_wxyz, gripper="keep", approach_m=[0.0; 3],
-                        approach_std_dev_m=0.0, ignore=vec![], posture=None))]
+                        approach_std_dev_m=0.0, ignore=vec![], guides=vec![], posture=None))]
     #[allow(clippy::too_many_arguments, reason = "they are named in Python")]
     fn send(
         &self,
@@ -144,6 +144,7 @@ impl Arm {
         approach_m: [f64; 3],
         approach_std_dev_m: f64,
         ignore: Vec<String>,
+        guides: Vec<String>,
         posture: Option<Vec<f64>>,
     ) -> PyResult<()> {
         let target = pose_of(position_m, orientation_wxyz)?;
@@ -161,8 +162,15 @@ impl Arm {
         if let Some(posture) = &posture {
             self.check_joints(&inner, posture)?;
         }
-        let mut object_mask = u64::MAX;
+        let (mut object_mask, mut way) = (u64::MAX, Way::default());
+        for name in &guides {
+            way.guides |= inner.obstacle(name)?;
+        }
         for name in &ignore {
+            if let Ok(bit) = inner.obstacle(name) {
+                way.ignored |= bit;
+                continue;
+            }
             let object = inner.object(name)?;
             if let Some(bit) = inner.setup.objects.get(object).and_then(|o| o.obstacle_bit) {
                 object_mask &= !(1 << bit);
@@ -175,6 +183,7 @@ impl Arm {
             approach_m,
             approach_std_dev_m,
             object_mask,
+            obstacle_mask: way.obstacle_mask(&inner.setup),
             posture,
         };
         inner.tell(self.index, Command::Pose(command))

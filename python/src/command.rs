@@ -2,7 +2,7 @@
 
 use ipc_types::{GripperGoal, MAX_JOINTS, Pose};
 use pyo3::prelude::*;
-use robocell_skills::{Way, World};
+use robocell_skills::World;
 use robocell_task::{ArmIntent, GoalKind};
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +45,7 @@ pub(crate) struct PoseCommand {
     pub(crate) approach_m: [f64; 3],
     pub(crate) approach_std_dev_m: f64,
     pub(crate) object_mask: u64,
+    pub(crate) obstacle_mask: u64,
     pub(crate) posture: Option<Vec<f64>>,
 }
 
@@ -81,13 +82,12 @@ impl PoseCommand {
             position: self.position_m,
             orientation_wxyz: self.orientation_wxyz,
         };
-        let obstacle_mask = Way::default().obstacle_mask(world.setup);
         let key = pose_key(world, &target);
         world.act(ArmIntent {
             gripper: goal(self.gripper),
             approach: self.approach_m,
             approach_std_dev: self.approach_std_dev_m,
-            obstacle_mask,
+            obstacle_mask: self.obstacle_mask,
             object_mask: self.object_mask,
             posture: self.posture.as_deref().map(padded),
             ..ArmIntent::pose(key, target)

@@ -213,6 +213,14 @@ impl Inner {
         found("object", name, self.setup.object(name), names)
     }
 
+    /// Bit of an obstacle.
+    pub(crate) fn obstacle(&self, name: &str) -> PyResult<u64> {
+        let names = &self.setup.obstacles;
+        let index = names.iter().position(|known| known == name);
+        let known = || names.iter().map(String::as_str).collect();
+        found("obstacle", name, index.filter(|index| *index < 64), known).map(|index| 1 << index)
+    }
+
     /// Index of a place.
     pub(crate) fn place(&self, name: &str) -> PyResult<usize> {
         let names = || self.setup.places.iter().map(|p| p.name.as_str()).collect();

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 
+from robocell import rotation
 from robocell._sim import Cell
 from robocell._view import Arm, Object
 from robocell.gym._jobs import JOBS
@@ -101,7 +102,8 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
             position = arm.tcp_position + off * min(
                 1.0, _LEASH_M / max(float(np.linalg.norm(off)), 1e-9)
             )
-            orientation = turned(orientation, np.multiply(part[3:6], _STEP_RAD))
+            turn = rotation.by_vector(_STEP_RAD * part[3:6])
+            orientation = rotation.product(turn, orientation)
             self._goals[index] = (position, orientation)
             gripper = "close" if part[6] > 0.0 else "open"
             arm.send(list(position), list(orientation), gripper=gripper, ignore=_graspable(arm))
@@ -159,22 +161,3 @@ def _of_object(one: Object) -> Array:
 def _graspable(arm: Arm) -> list[str]:
     # What the tool works with is no obstacle for it.
     return [] if arm.held is None else [arm.held]
-
-
-def turned(q: Array, rotation_vector: Array) -> Array:
-    """The orientation ``q`` (w x y z) turned by a rotation vector in the world frame."""
-    angle = float(np.linalg.norm(rotation_vector))
-    if angle < 1e-12:
-        return q
-    x, y, z = np.sin(0.5 * angle) / angle * rotation_vector
-    w = np.cos(0.5 * angle)
-    a, b, c, d = q
-    product = np.array(
-        [
-            w * a - x * b - y * c - z * d,
-            w * b + x * a + y * d - z * c,
-            w * c - x * d + y * a + z * b,
-            w * d + x * c - y * b + z * a,
-        ]
-    )
-    return np.asarray(product / np.linalg.norm(product))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from robocell import rotation
 from robocell._sim import Cell
 from robocell._view import Arm, Object
 
@@ -259,24 +260,12 @@ class FillBin(Job):
         return self.cell.arm.held == self.bin.name
 
     def _inside(self) -> int:
-        own = rotation(self.bin.orientation)
+        own = rotation.matrix(self.bin.orientation)
         present = [part.position for part in self.parts if part.is_present]
         if not present:
             return 0
         off = np.abs((np.array(present) - self.bin.position) @ own)
         return int(np.count_nonzero(np.all(off <= self._HALF_M, axis=1)))
-
-
-def rotation(q: Array) -> Array:
-    """The rotation matrix of a unit quaternion w x y z."""
-    w, x, y, z = q
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 class Reach(Job):
