@@ -16,7 +16,7 @@ from robocell import wire
 LOCKSTEP = ("--speed", "max")
 KILLS = [{"at_s": at, "do": "kill", "process": "task"} for at in (3.0, 6.5, 9.0, 15.5)]
 
-NEEDS = {"stack_tree": "py_trees", "stack_fsm": "transitions"}
+NEEDS = {"stack_tree": "py_trees", "stack_fsm": "transitions", "palletize": "transitions"}
 
 
 def example(name: str) -> Path:
@@ -37,6 +37,16 @@ def test_is_the_same_in_one_process_in_four_and_killed(run, name):
     killed = run("franka-stack", file, *LOCKSTEP, script=KILLS).summary
     assert killed["task_restarts"] == len(KILLS)
     assert one["state_hash"] == four["state_hash"] == killed["state_hash"]
+
+
+def test_a_pallet_is_the_same_in_one_process_and_in_four_with_a_killed_task(run):
+    file = example("palletize")
+    alone = run("ur10-palletize", file, "--one-process").summary
+    assert (alone["outcome"], len(alone["placed"]), alone["drops"]) == ("done", 9, 0)
+    killed = run("ur10-palletize", file, *LOCKSTEP, script=KILLS).summary
+    assert killed["task_restarts"] == len(KILLS)
+    for key in ("outcome", "ticks", "placed", "state_hash"):
+        assert killed[key] == alone[key], key
 
 
 def test_recovers_from_a_cube_that_is_taken_off_the_stack(run):
