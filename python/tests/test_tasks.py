@@ -39,6 +39,21 @@ def test_is_the_same_in_one_process_in_four_and_killed(run, name):
     assert one["state_hash"] == four["state_hash"] == killed["state_hash"]
 
 
+@pytest.mark.parametrize("way", ["ifelse", "script", "fsm", "tree", "table", "matrix"])
+def test_a_way_puts_the_cube_on_its_mark_and_is_the_same_when_killed(run, way):
+    for package in ("py_trees", "transitions"):
+        pytest.importorskip(package)
+    file = EXAMPLES / "cube_six_ways.py"
+    alone = run("cube", file, "--policy", way, "--one-process").summary
+    assert (alone["outcome"], alone["drops"]) == ("done", 0)
+    script = [{"at_s": at, "do": "kill", "process": "task"} for at in (0.7, 2.3, 4.1, 6.2)]
+    killed = run("cube", file, "--policy", way, *LOCKSTEP, script=script).summary
+    assert (killed["outcome"], killed["task_restarts"]) == ("done", 4)
+    # A generator has no checkpoint: the script begins again.
+    if way != "script":
+        assert killed["state_hash"] == alone["state_hash"]
+
+
 def test_a_pallet_is_the_same_in_one_process_and_in_four_with_a_killed_task(run):
     file = example("palletize")
     alone = run("ur10-palletize", file, "--one-process").summary

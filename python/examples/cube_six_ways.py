@@ -1,0 +1,169 @@
+"""Puts the cube of the cell `cube` on its mark, in six ways; `--policy NAME` chooses one.
+
+robocell run cube --task cube_six_ways.py --policy ifelse
+"""
+
+from collections.abc import Iterator
+from types import SimpleNamespace
+
+from py_trees.behaviour import Behaviour
+from py_trees.composites import Selector, Sequence
+
+from robocell.task import RUNNING, SUCCESS, Status, TaskCell, policy, skills
+from robocell.task.machines import MachinePolicy
+from robocell.task.trees import Condition, SkillLeaf, TreePolicy
+
+
+def is_placed(cell: TaskCell) -> bool:
+    return cell.arm.held is None and "cube" in cell.placed("mark")
+
+
+def is_held(cell: TaskCell) -> bool:
+    return cell.arm.held == "cube"
+
+
+def skill_of(state: str) -> skills.Skill:
+    return {
+        "PICK": skills.pick("cube"),
+        "PLACE": skills.place("cube", "mark"),
+        "HOME": skills.home(),
+    }[state]
+
+
+@policy("ifelse")
+def if_else(cell: TaskCell, memory: SimpleNamespace) -> None:
+    """What is done follows from what is seen."""
+    phase = "PLACE" if is_held(cell) else "HOME" if is_placed(cell) else "PICK"
+    if phase != getattr(memory, "phase", None):
+        memory.phase, memory.skill = phase, skill_of(phase)
+    result = cell.arm.do(memory.skill)
+    if result not in (RUNNING, SUCCESS):
+        memory.skill.reset()
+    cell.report(phase == "HOME" and result == SUCCESS)
+
+
+@policy("script")
+class Script:
+    """Straight on, as a generator. It cannot be pickled: a task that is started again
+    begins the script, which looks at the cell before each step."""
+
+    def __init__(self, cell: TaskCell) -> None:
+        self.steps = self.script(cell)
+
+    def script(self, cell: TaskCell) -> Iterator[None]:
+        while not is_placed(cell):
+            if not is_held(cell):
+                yield from self.do(cell, skills.pick("cube"))
+            if is_held(cell):
+                yield from self.do(cell, skills.place("cube", "mark"))
+        yield from self.do(cell, skills.home())
+
+    def do(self, cell: TaskCell, skill: skills.Skill) -> Iterator[None]:
+        while cell.arm.do(skill) == RUNNING:
+            yield
+
+    def decide(self, cell: TaskCell) -> None:
+        cell.report(next(self.steps, "end") == "end")
+
+
+@policy("fsm")
+class Machine(MachinePolicy):
+    states = ("PICK", "PLACE", "HOME", "DONE")
+    initial = "PICK"
+    transitions = (
+        {"trigger": "success", "source": "PICK", "dest": "PLACE"},
+        {"trigger": "success", "source": "PLACE", "dest": "HOME", "conditions": "placed"},
+        {"trigger": "success", "source": "PLACE", "dest": "PICK"},
+        {"trigger": "success", "source": "HOME", "dest": "DONE"},
+        {"trigger": "failure", "source": ["PICK", "PLACE", "HOME"], "dest": "PICK"},
+        {"trigger": "disturbed", "source": ["HOME", "DONE"], "dest": "PICK"},
+    )
+
+    def setup(self, cell: TaskCell) -> None:
+        self.cell, self.skill = cell, skill_of("PICK")
+
+    def placed(self) -> bool:
+        return is_placed(self.cell)
+
+    def decide(self, cell: TaskCell) -> None:
+        if self.state in ("HOME", "DONE") and not is_placed(cell):
+            self.disturbed()
+            self.skill = skill_of(self.state)
+        result = cell.arm.do(self.skill) if self.state != "DONE" else RUNNING
+        if result != RUNNING:
+            (self.success if result == SUCCESS else self.failure)()
+            self.skill = skill_of(self.state) if self.state != "DONE" else None
+        cell.report(self.state == "DONE")
+
+
+@policy("tree")
+class Tree(TreePolicy):
+    def build(self, cell: TaskCell) -> Behaviour:
+        arm = cell.arm
+        take = Selector("take", memory=False)
+        take.add_children([Condition("cube is held", lambda: is_held(cell)), leaf(arm, "PICK")])
+        move = Sequence("move", memory=True, children=[take, leaf(arm, "PLACE")])
+        put = Selector("put", memory=False)
+        put.add_children([Condition("cube is placed", lambda: is_placed(cell)), move])
+        return Sequence("cube", memory=False, children=[put, leaf(arm, "HOME")])
+
+
+def leaf(arm: object, state: str) -> SkillLeaf:
+    return SkillLeaf(state.lower(), arm, skill_of(state))
+
+
+class Table:
+    """A state machine of rows: in a state, after an event, to another one."""
+
+    phase = "PICK"
+
+    def __init__(self) -> None:
+        self.skill = skill_of(self.phase)
+
+    def following(self, state: str, event: str) -> str:
+        raise NotImplementedError
+
+    def decide(self, cell: TaskCell) -> None:
+        result = cell.arm.do(self.skill) if self.phase != "DONE" else RUNNING
+        after = self.following(self.phase, event_of(cell, result))
+        if after != self.phase or result != RUNNING:
+            self.phase, self.skill = after, skill_of(after if after != "DONE" else "HOME")
+        cell.report(self.phase == "DONE")
+
+
+def event_of(cell: TaskCell, result: Status) -> str:
+    if result == RUNNING:
+        return "placed" if is_placed(cell) else "held" if is_held(cell) else "missing"
+    return "success" if result == SUCCESS else "failure"
+
+
+@policy("table")
+class Rows(Table):
+    ROWS = (
+        ("PICK", "success", "PLACE"),
+        ("PICK", "held", "PLACE"),
+        ("PLACE", "success", "HOME"),
+        ("PLACE", "missing", "PICK"),
+        ("PLACE", "failure", "PICK"),
+        ("HOME", "success", "DONE"),
+        ("HOME", "missing", "PICK"),
+        ("DONE", "missing", "PICK"),
+    )
+
+    def following(self, state: str, event: str) -> str:
+        rows = (to for at, on, to in self.ROWS if (at, on) == (state, event))
+        return next(rows, state)
+
+
+@policy("matrix")
+class Matrix(Table):
+    EVENTS = ("success", "failure", "held", "placed", "missing")
+    STATES = {  # noqa: RUF012 - a constant
+        "PICK": ("PLACE", "PICK", "PLACE", "HOME", "PICK"),
+        "PLACE": ("HOME", "PICK", "PLACE", "PLACE", "PICK"),
+        "HOME": ("DONE", "HOME", "PLACE", "HOME", "PICK"),
+        "DONE": ("DONE", "DONE", "PLACE", "DONE", "PICK"),
+    }
+
+    def following(self, state: str, event: str) -> str:
+        return self.STATES[state][self.EVENTS.index(event)]
