@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from conftest import EXAMPLES
 
 import robocell
 
@@ -59,6 +61,18 @@ def test_has_tables(recorded: Path):
     assert decisions["outcome"].iloc[-1] == "Done"
     assert decisions["phase"].iloc[-1] == "DONE"
     assert "all stacked" in recording.events_table()["text"].iloc[-1]
+
+
+def test_is_plotted_by_the_notebook(recorded: Path, monkeypatch: pytest.MonkeyPatch):
+    pytest.importorskip("pandas")
+    pytest.importorskip("matplotlib").use("Agg")
+    notebook = json.loads((EXAMPLES / "recording.ipynb").read_text())
+    code = ["".join(one["source"]) for one in notebook["cells"] if one["cell_type"] == "code"]
+    monkeypatch.chdir(recorded.parent)
+    names: dict[str, Any] = {}
+    for source in code:
+        exec(source, names)
+    assert eval(code[-1].splitlines()[-1], names) == 0.0
 
 
 def test_that_was_cut_says_where(recorded: Path, tmp_path: Path):
