@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use robocell_skills::{Way, World};
 
 use crate::command::{Command, PoseCommand};
-use crate::moment::{Inner, Shared, lock};
+use crate::inner::{Inner, Shared, lock};
 use crate::skill::{Skill, Status};
 
 /// One arm in one decision.

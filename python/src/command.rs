@@ -6,7 +6,7 @@ use robocell_skills::World;
 use robocell_task::{ArmIntent, GoalKind};
 use serde::{Deserialize, Serialize};
 
-use crate::moment::Inner;
+use crate::inner::Inner;
 use crate::skill::{Skill, Status};
 
 /// A target nearer than this to the one before is the same goal, moved (m).

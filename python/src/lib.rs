@@ -4,6 +4,7 @@
 mod about;
 mod arm;
 mod command;
+mod inner;
 mod moment;
 mod outside;
 mod picture;

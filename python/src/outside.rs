@@ -1,5 +1,5 @@
-//! The policy of a cell that is driven from outside: it passes on what was asked for
-//! between two calls of `Cell.step`.
+//! The policy of a cell that a program drives: it gives arms and equipment what they were
+//! told between two calls of `Cell.step`.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use robocell_task::{AnyPolicy, Job, Observation, Output, checkpoint};
 use serde::{Deserialize, Serialize};
 
 use crate::command::Command;
-use crate::moment::{Asked, Shared, lock};
+use crate::inner::{Asked, Shared, lock};
 
 /// Name of the policy.
 pub(crate) const NAME: &str = "outside";
@@ -25,7 +25,7 @@ struct Memory {
     asked: Asked,
 }
 
-/// Passes on what was asked for outside of decisions.
+/// Gives what was told outside of decisions.
 pub(crate) struct Outside {
     shared: Shared,
 }

@@ -15,7 +15,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::about;
-use crate::moment::{Inner, Moment, Shared, lock, status_of};
+use crate::inner::{Inner, Shared, lock};
+use crate::moment::{Moment, status_of};
 
 /// Reason of a job whose policy raised an exception.
 const RAISED: &str = "policy_raised";

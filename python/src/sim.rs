@@ -22,7 +22,8 @@ use robocell_task::{AnyPolicy, Policies};
 use serde_json::Value;
 
 use crate::about;
-use crate::moment::{Inner, Moment, Shared, lock};
+use crate::inner::{Inner, Shared, lock};
+use crate::moment::Moment;
 use crate::outside::{self, Outside};
 use crate::picture;
 use crate::policy::{OnFault, places};

@@ -13,7 +13,7 @@ use robocell_task::PolicyTime;
 use serde::{Deserialize, Serialize};
 
 use crate::arm::{Arm, gripper_of, pose_of};
-use crate::moment::{Inner, lock_open};
+use crate::inner::{Inner, lock_open};
 
 /// How a step of a skill ended.
 #[pyclass(eq, eq_int, hash, frozen, from_py_object, module = "robocell._core")]

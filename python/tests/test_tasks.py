@@ -49,7 +49,7 @@ def test_a_way_puts_the_cube_on_its_mark_and_is_the_same_when_killed(run, way):
     script = [{"at_s": at, "do": "kill", "process": "task"} for at in (0.7, 2.3, 4.1, 6.2)]
     killed = run("cube", file, "--policy", way, *LOCKSTEP, script=script).summary
     assert (killed["outcome"], killed["task_restarts"]) == ("done", 4)
-    # A generator has no checkpoint: the script begins again.
+    # A generator has no checkpoint: the script starts from its first step.
     if way != "script":
         assert killed["state_hash"] == alone["state_hash"]
 

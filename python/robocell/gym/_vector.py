@@ -21,8 +21,8 @@ class CellVectorEnv(VectorEnv[Floats, Floats, Any]):
     """``num_envs`` cells of a demo, stepped on all cores. Each gives what a
     :class:`CellEnv` of its seed gives, bit for bit.
 
-    An episode that has ended begins again with the next step, whose action it ignores
-    (autoreset mode ``NEXT_STEP``).
+    The step after the end of an episode ignores the action and resets that cell (autoreset
+    mode ``NEXT_STEP``).
 
     Args:
         num_envs: number of cells.
