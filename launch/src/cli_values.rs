@@ -21,11 +21,17 @@ pub(crate) fn host_name(text: &str) -> Result<String, String> {
     )
 }
 
-/// A coordinate or an angle.
+/// A coordinate (m) or an angle (rad, or degrees where `--deg` is given).
 pub(crate) fn finite(text: &str) -> Result<f64, String> {
+    let allowed = "a finite number between -1000 and 1000";
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value.abs() <= 1000.0 => Ok(value),
-        _ => Err("a finite number between -1000 and 1000".to_owned()),
+        Err(_) if text.starts_with(|c: char| c.is_ascii_digit() || "-.".contains(c)) => {
+            Err(format!(
+                "{allowed}, without a unit: metres for positions; radians for angles, or degrees with `--deg`"
+            ))
+        }
+        _ => Err(allowed.to_owned()),
     }
 }
 

@@ -11,27 +11,47 @@ use crate::writer::{Preamble, RecordingWriter};
 /// second (ns).
 const LEAD_NS: u64 = 1_100_000_000;
 
+/// A copied span.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Copied {
+    /// Size of the new file (bytes).
+    pub bytes: u64,
+    /// Messages of the span that the recorder missed.
+    pub missing: u64,
+}
+
 impl Recording {
     /// Writes what was recorded from `from_s` to `to_s`, and the second before
-    /// it, where the keyframes are, to a new file; its size in bytes.
+    /// it, where the keyframes are, to a new file.
     ///
     /// # Errors
     ///
     /// When the file is there already or cannot be written, or a chunk cannot
     /// be read. A file that cannot be finished is removed.
-    pub fn copy_span(&self, from_s: f64, to_s: f64, out: &Path) -> Result<u64, RecordError> {
+    pub fn copy_span(&self, from_s: f64, to_s: f64, out: &Path) -> Result<Copied, RecordError> {
         let preamble = Preamble::new(self.run(), self.scene());
         let mut writer = RecordingWriter::create(out, &preamble)?;
         let copied = self.copy_to(&mut writer, from_s, to_s);
-        copied.and_then(|()| writer.finish()).inspect_err(|_| {
+        let finished = copied.and_then(|missing| {
+            let bytes = writer.finish()?;
+            Ok(Copied { bytes, missing })
+        });
+        finished.inspect_err(|_| {
             let _gone = std::fs::remove_file(out).is_ok();
         })
     }
 
-    fn copy_to(&self, to: &mut RecordingWriter, from_s: f64, to_s: f64) -> Result<(), RecordError> {
+    /// How many messages of the span the recorder missed.
+    fn copy_to(
+        &self,
+        to: &mut RecordingWriter,
+        from_s: f64,
+        to_s: f64,
+    ) -> Result<u64, RecordError> {
         let ns = |time_s: f64| (time_s * 1.0e9).round().max(0.0) as u64;
         let span = ns(from_s).saturating_sub(LEAD_NS)..=ns(to_s);
         let (mut entries, mut epoch) = (self.messages_from(*span.start()), None);
+        let mut missing = 0;
         while let Some(entry) = entries.next() {
             let entry = match entry {
                 Ok(entry) => entry,
@@ -54,8 +74,17 @@ impl Recording {
             if epoch.replace(of) != Some(of) {
                 to.begin_epoch(of, entry.time_ns)?;
             }
+            if entry.channel == Channel::Gaps {
+                missing += missed(&entry.bytes);
+            }
             to.add(&entry.message())?;
         }
-        Ok(())
+        Ok(missing)
     }
+}
+
+/// The count of a line of the channel `gaps`.
+fn missed(line: &[u8]) -> u64 {
+    let gap: Option<serde_json::Value> = serde_json::from_slice(line).ok();
+    gap.and_then(|gap| gap.get("count")?.as_u64()).unwrap_or(0)
 }

@@ -29,6 +29,7 @@ mod storage;
 mod writer;
 
 pub use channel::Channel;
+pub use copy::Copied;
 pub use entry::{Entry, Message, wire_bytes};
 pub use epoch::EpochSpan;
 pub use error::RecordError;

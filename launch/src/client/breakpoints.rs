@@ -41,8 +41,11 @@ fn change(args: &BreakArgs, name: &str) -> Result<(), Failure> {
     let session = if args.remove {
         Session::of(&args.cell.cell)?
     } else {
-        known(args, name)?
+        let (session, spelled) = known(args, name)?;
+        wish.name = BreakName::new(&spelled);
+        session
     };
+    let name = wish.name.as_str();
     ask_physics(&session.join()?, &wish)?;
     if args.remove {
         say::line(format_args!("breakpoint {name} removed"));
@@ -54,8 +57,8 @@ fn change(args: &BreakArgs, name: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The cell, once its task is known to have `name`.
-fn known(args: &BreakArgs, name: &str) -> Result<Session, Failure> {
+/// The cell, once its task is known to have `name`, and the name as the task spells it.
+fn known(args: &BreakArgs, name: &str) -> Result<(Session, String), Failure> {
     let mut view = View::open(&args.cell.cell)?;
     let until = Instant::now() + PICTURES;
     while !view.trace.is_complete() && Instant::now() < until {
@@ -63,14 +66,29 @@ fn known(args: &BreakArgs, name: &str) -> Result<Session, Failure> {
         view.update();
     }
     let names = names(&view.trace);
-    if names.is_empty() || names.iter().any(|known| known == name) {
-        return Ok(view.session);
+    if names.is_empty() {
+        return Ok((view.session, name.to_owned()));
+    }
+    if let Some(spelled) = spelled(&names, name) {
+        return Ok((view.session, spelled.clone()));
     }
     let near = did_you_mean(name, &names);
     Err(Failure::configuration(format!(
         "the task has no node, state or guard `{name}`{near}; it has {}",
         names.join(", ")
     )))
+}
+
+/// The one of `names` that is `name`, or is when the case of letters is ignored: a phase
+/// `LIFT` is shown while a tree's node is `Lift`.
+fn spelled<'a>(names: &'a [String], name: &str) -> Option<&'a String> {
+    let exact = names.iter().find(|known| *known == name);
+    exact.or_else(|| {
+        let mut alike = names
+            .iter()
+            .filter(|known| known.eq_ignore_ascii_case(name));
+        alike.next().filter(|_| alike.next().is_none())
+    })
 }
 
 /// Names and ids of nodes and states, and guards of edges.
@@ -115,7 +133,17 @@ fn list(args: &BreakArgs) -> Result<(), Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::guards;
+    use super::{guards, spelled};
+
+    #[test]
+    fn a_name_is_found_in_another_case_when_only_one_is_like_it() {
+        let names = ["Lift", "held", "Held"].map(str::to_owned);
+        let found = |name| spelled(&names, name).map(String::as_str);
+        assert_eq!(found("LIFT"), Some("Lift"));
+        assert_eq!(found("Held"), Some("Held"));
+        assert_eq!(found("HELD"), None, "two are like it");
+        assert_eq!(found("place"), None);
+    }
 
     #[test]
     fn guards_of_a_label_are_named_without_their_sign() {

@@ -84,7 +84,7 @@ pub(crate) fn list(args: &ListArgs) -> Result<(), Failure> {
             (None, None) => "starting".to_owned(),
         };
         say::line(format_args!(
-            "running: cell {} ({what}), pid {}, since {}",
+            "running: cell `{}` ({what}), pid {}, since {}",
             cell.cell, cell.pid, cell.since
         ));
     }

@@ -243,7 +243,7 @@ fn print(status: &Status) {
         .map_or_else(|| "no state of physics".to_owned(), |t| format!("{t:.3} s"));
     let pace = pace(status.real_time_factor);
     say::line(format_args!(
-        "cell {}: {}, policy {}, seed {}, {time}{pace}{pause}; launcher pid {} since {}",
+        "cell `{}`: {}, policy {}, seed {}, {time}{pace}{pause}; launcher pid {} since {}",
         status.cell, status.demo, status.policy, status.seed, status.pid, status.since
     ));
     if let Some(page) = &status.page {

@@ -24,7 +24,14 @@ pub(crate) fn open(page: Option<&PageSpec>) {
         };
         // It may stay as long as the browser does.
         let waits = std::thread::Builder::new().name("browser".to_owned());
-        waits.spawn(move || child.wait()).ok();
+        let wait = move || match child.wait() {
+            Ok(status) if !status.success() => say::warn(format_args!(
+                "--open: `{opener}` ended with {status}; open this link in a browser: {link}"
+            )),
+            _ => {}
+        };
+        waits.spawn(wait).ok();
+        say::line(format_args!("opening the page with {opener}"));
         return;
     }
     say::warn(format_args!(

@@ -162,8 +162,14 @@ fn print_json(args: &PlotArgs, span: (f64, f64), signals: Vec<Samples>) -> Resul
 
 /// One chart for each signal: characters have no colours to tell lines apart.
 fn print_text(signals: &[Signal], lines: Vec<Line>, span: (f64, f64)) {
-    let (columns, rows) = size(lines.len());
-    for (index, (signal, line)) in signals.iter().zip(lines).enumerate() {
+    let is_finite = |(_, value): &(f64, f64)| value.is_finite();
+    let with_values = |line: &Line| line.points.iter().any(is_finite);
+    let (drawn, empty): (Vec<_>, Vec<_>) = signals
+        .iter()
+        .zip(lines)
+        .partition(|(_, line)| with_values(line));
+    let (columns, rows) = size(drawn.len());
+    for (index, (signal, line)) in drawn.into_iter().enumerate() {
         let panel = Panel {
             unit: signal.unit.to_owned(),
             lines: vec![line],
@@ -172,6 +178,9 @@ fn print_text(signals: &[Signal], lines: Vec<Line>, span: (f64, f64)) {
             say::line("");
         }
         say::raw(charts::chart(&panel, span, (columns, rows)).as_bytes());
+    }
+    for (signal, _) in empty {
+        say::line(format_args!("{}: no values in this time", signal.name));
     }
 }
 

@@ -534,7 +534,11 @@ impl LiveCell {
         let generation = |p: Process| children.pid(p).map(|_| supervisor.generation(p));
         for step in self.faults.poll(now, line, generation) {
             match step {
-                FaultStep::Kill(process) => self.tell(now, Event::KillAndRestart { process }),
+                FaultStep::Kill(process) => {
+                    let what = format!("{} was killed by the script", process.name());
+                    self.incidents.failed(now, process, &what);
+                    self.tell(now, Event::KillAndRestart { process });
+                }
                 FaultStep::Freeze(process) => self.children.signal(process, SIGSTOP),
                 FaultStep::Thaw(process, generation) => {
                     if self.supervisor.generation(process) == generation {

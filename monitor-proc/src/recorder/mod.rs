@@ -195,11 +195,15 @@ impl Desk {
         let ring = Recording::open(&self.flight_dir).map_err(text)?;
         let (begin_s, to_s) = ring.span_s();
         let from_s = (to_s - seconds).max(begin_s);
-        let bytes = ring.copy_span(from_s, to_s, &file).map_err(text)?;
+        let copied = ring.copy_span(from_s, to_s, &file).map_err(text)?;
+        let missing = match copied.missing {
+            0 => String::new(),
+            count => format!(", {count} messages missing (its channel `gaps` has their times)"),
+        };
         Ok(format!(
-            "{}: {from_s:.1} s to {to_s:.1} s, {:.1} MB",
+            "{}: {from_s:.1} s to {to_s:.1} s, {:.1} MB{missing}",
             file.display(),
-            bytes as f64 / 1.0e6
+            copied.bytes as f64 / 1.0e6
         ))
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use robocell_tests::cell::{TestCell, generation};
+use robocell_tests::cell::{TestCell, base, generation};
 use robocell_tests::fault::kill_and_wait;
 use robocell_tests::program::{finish, robocell, wait_for};
 use serde_json::Value;
@@ -90,6 +90,21 @@ fn evidence_is_kept_before_the_successor_starts_also_when_the_launcher_is_killed
     let whole = incident(base.path(), &["1"]);
     let ticks = looped(&whole, "controller-0")["tick"].as_array().unwrap();
     assert!(!ticks.is_empty());
+}
+
+#[test]
+fn a_kill_by_a_script_is_an_incident_also_in_lockstep() {
+    let base = base();
+    let script = base.path().join("kill.jsonl");
+    let line = r#"{"at_s": 1.0, "do": "kill", "process": "task"}"#;
+    std::fs::write(&script, line).unwrap();
+    let script = script.display().to_string();
+    let run = ["run", "franka-stack", "--headless", "--speed", "max"];
+    let run = [&run[..], &["--timeout", "2", "--script", &script]].concat();
+    finish(robocell(base.path(), &run));
+    let all = incident(base.path(), &[]);
+    let what = &all["incidents"][0]["what"];
+    assert_eq!(what, "task was killed by the script", "{all}");
 }
 
 #[test]

@@ -37,13 +37,18 @@ impl Display for RunSummary {
 
 /// What had to be done again.
 fn recoveries(summary: &RunSummary) -> String {
-    let counts = [
+    let named = [
         many(summary.drops, "drop", "drops"),
         many(summary.resyncs, "resync", "resyncs"),
         many(summary.aborts, "abort", "aborts"),
-        many(summary.recoveries, "other recovery", "other recoveries"),
     ];
-    let counts: Vec<String> = counts.into_iter().flatten().collect();
+    let mut counts: Vec<String> = named.into_iter().flatten().collect();
+    let (one, more) = if counts.is_empty() {
+        ("disturbance", "disturbances")
+    } else {
+        ("other disturbance", "other disturbances")
+    };
+    counts.extend(many(summary.recoveries, one, more));
     match (counts.is_empty(), summary.outcome) {
         (true, _) => "nothing had to be recovered".to_owned(),
         (false, RunOutcome::Done) => format!("recovered from {}", counts.join(", ")),
@@ -106,9 +111,12 @@ mod tests {
         (decision.drops, decision.recoveries) = (1, 2);
         let text = said(&decision);
         assert!(
-            text.contains(": recovered from 1 drop, 2 other recoveries; "),
+            text.contains(": recovered from 1 drop, 2 other disturbances; "),
             "{text}"
         );
         assert!(!text.contains("nothing"), "{text}");
+        (decision.drops, decision.recoveries) = (0, 1);
+        let text = said(&decision);
+        assert!(text.contains(": recovered from 1 disturbance; "), "{text}");
     }
 }

@@ -174,6 +174,7 @@ fn a_disk_that_fills_costs_a_counted_gap_and_it_goes_on_by_itself() {
     full.store(false, Ordering::Relaxed);
     say(&mut flight, 8000..12_000);
     assert_eq!(flight.trouble(), None);
+    let lost = flight.lost();
     flight.close();
     let mut read = Recording::open(dir.path()).unwrap();
     assert!(read.at(2.0).unwrap().world.header.tick >= 1999);
@@ -185,6 +186,9 @@ fn a_disk_that_fills_costs_a_counted_gap_and_it_goes_on_by_itself() {
         gaps.iter()
             .all(|gap| String::from_utf8_lossy(&gap.bytes).contains("disk"))
     );
+    let outside = tempfile::tempdir().unwrap();
+    let copied = read.copy_span(0.0, 12.0, &outside.path().join("a.mcap"));
+    assert_eq!(copied.unwrap().missing, lost);
 }
 
 #[test]

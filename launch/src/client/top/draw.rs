@@ -66,7 +66,7 @@ fn headline(view: &View, active: &[String]) -> Vec<Line<'static>> {
         None => String::new(),
     };
     let first = format!(
-        "{}  cell {}  seed {}  {time}{pace}{pause}  (q quits)",
+        "{}  cell `{}`  seed {}  {time}{pace}{pause}  (q quits)",
         spec.demo, spec.cell, spec.seed
     );
     let second = decision.map_or_else(
