@@ -14,7 +14,7 @@ pub use crate::cli_common::{CellArgs, CompleteArgs, DataArgs, ManArgs};
 pub use crate::cli_hand::{GripperArgs, GripperVerb, JointsArgs, TargetArgs};
 pub use crate::cli_page::{
     AssetsArgs, AssetsVerb, FilmArgs, FilmPart, LoadArgs, PlotArgs, RecordArgs, RecordVerb,
-    ReplayArgs, ShotArgs,
+    ReplayArgs, ShotArgs, ShownArgs,
 };
 use crate::cli_values::{
     cell_name, count, finite, host_name, minutes, positive_seconds, rate, seed, seed_range,

@@ -99,6 +99,23 @@ pub struct PlotArgs {
     pub json: bool,
 }
 
+/// The cell that `shot` and `film` show.
+#[derive(Clone, Debug, Args)]
+pub struct ShownArgs {
+    /// Start this demo for it [default: the running cell]
+    #[arg(long, value_name = "DEMO")]
+    pub demo: Option<String>,
+    /// Policy of the demo [default: that of the demo]
+    #[arg(long, value_name = "P", requires = "demo")]
+    pub policy: Option<String>,
+    /// Seed of the demo
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, requires = "demo", value_parser = seed)]
+    pub seed: u64,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub data: DataArgs,
+}
+
 /// `robocell shot`.
 #[derive(Clone, Debug, Args)]
 pub struct ShotArgs {
@@ -108,15 +125,9 @@ pub struct ShotArgs {
     /// of a demo after running it that far
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive_seconds)]
     pub time: Option<f64>,
-    /// Demo to start for the picture [default: the running cell]
-    #[arg(long, value_name = "DEMO")]
-    pub demo: Option<String>,
-    /// Policy of the demo [default: that of the demo]
-    #[arg(long, value_name = "P", requires = "demo")]
-    pub policy: Option<String>,
-    /// Seed of the demo
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, requires = "demo", value_parser = seed)]
-    pub seed: u64,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub shown: ShownArgs,
     /// Size in pixels
     #[arg(long, value_name = "WxH", default_value = "1600x900", value_parser = picture_size)]
     pub size: (u32, u32),
@@ -154,15 +165,9 @@ pub struct FilmArgs {
     /// Simulated seconds a second of the film
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = film_speed)]
     pub speed: f64,
-    /// Film this demo, started for it; the running cell otherwise
-    #[arg(long, value_name = "DEMO")]
-    pub demo: Option<String>,
-    /// Policy of the demo; its default otherwise
-    #[arg(long, value_name = "P", requires = "demo")]
-    pub policy: Option<String>,
-    /// Seed of the demo
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, requires = "demo", value_parser = seed)]
-    pub seed: u64,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub shown: ShownArgs,
     /// Size of the page in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = picture_size)]
     pub size: (u32, u32),

@@ -22,14 +22,14 @@ impl<'a> Checker<'a> {
         Self { file, text }
     }
 
+    /// The line of `key`, or of the table it would be in.
+    pub fn line_of(&self, key: &str) -> Location {
+        Location::line(self.file, toml_text::line_of(self.text, key))
+    }
+
     /// The error that says that `key` is `value`, and what is `allowed`.
     pub fn refuse(&self, key: &str, value: impl Display, allowed: impl Into<String>) -> ModelError {
-        ModelError::value(
-            Location::line(self.file, toml_text::line_of(self.text, key)),
-            key,
-            value,
-            allowed,
-        )
+        ModelError::value(self.line_of(key), key, value, allowed)
     }
 
     /// Refuses a number that is not within `low` and `high`, or not a number.

@@ -138,6 +138,29 @@ impl Data {
         demos
     }
 
+    /// Names of the robots, each with a folder below `robots/`; sorted.
+    pub fn robot_names(&self) -> Vec<String> {
+        let mut names = match &self.origin {
+            Origin::Dir(dir) => {
+                let entries = std::fs::read_dir(dir.join("robots"));
+                let entries = entries.into_iter().flatten().flatten();
+                let folders = entries.filter(|entry| entry.path().is_dir());
+                folders
+                    .map(|entry| entry.file_name().to_string_lossy().into_owned())
+                    .collect()
+            }
+            Origin::BuiltIn(files) => {
+                let paths = files.iter().map(|(path, _)| *path);
+                let robots = paths.filter_map(|path| path.strip_prefix("robots/")?.split_once('/'));
+                robots.map(|(name, _)| name.to_owned()).collect::<Vec<_>>()
+            }
+        };
+        names.extend(self.robots.iter().flat_map(|robots| robots.robot_names()));
+        names.sort();
+        names.dedup();
+        names
+    }
+
     /// Names of the cell files; `NAME.matrix.toml` and the like are behaviours.
     fn cell_names(&self) -> Vec<String> {
         let stem = |file: &str| {

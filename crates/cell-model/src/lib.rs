@@ -22,7 +22,7 @@ pub use cells::cell::{ArmSpec, Cell, FixtureSpec, ObjectSpec};
 pub use cells::task_table::TaskTable;
 pub use check::Checker;
 pub use data::Data;
-pub use error::ModelError;
+pub use error::{Location, ModelError};
 pub use robots::dynamics::Dynamics;
 pub use robots::robot::{JointSpec, ParallelGripper, Robot, SuctionGripper};
 pub use robots::user::RobotFiles;

@@ -4,9 +4,12 @@ use std::collections::BTreeMap;
 
 use cell_model::check::MAX_COORDINATE_M;
 use cell_model::{Cell, Checker, ModelError, suggest};
+use nalgebra::Vector3;
 use robocell_task::Settings;
 use schemars::JsonSchema;
 use serde::Deserialize;
+
+use crate::setup::{self, ArmSetup};
 
 /// Most slots of one place.
 const MAX_SLOTS: u32 = 64;
@@ -229,7 +232,7 @@ impl Settings for FileTask {
             let allowed = "the name of a file beside the cell file is needed";
             return Err(at.refuse("task.behaviour", "''", allowed));
         }
-        check_places(&self.place, at)
+        check_places(&self.place, cell, at)
     }
 }
 
@@ -243,21 +246,52 @@ pub struct Places {
 }
 
 impl Settings for Places {
-    fn check(&self, _cell: &Cell, at: &Checker<'_>) -> Result<(), ModelError> {
-        check_places(&self.place, at)
+    fn check(&self, cell: &Cell, at: &Checker<'_>) -> Result<(), ModelError> {
+        check_places(&self.place, cell, at)
     }
 }
 
-/// Refuses places that cannot be meant.
+/// Refuses places that cannot be meant, and those that no arm of `cell` reaches.
 ///
 /// # Errors
 /// [`ModelError::Value`].
 pub fn check_places(
     places: &BTreeMap<String, PlaceTable>,
+    cell: &Cell,
     at: &Checker<'_>,
 ) -> Result<(), ModelError> {
-    let mut places = places.iter();
-    places.try_for_each(|(name, place)| place.check(at, &format!("task.place.{name}")))
+    let arms: Vec<ArmSetup> = cell.arms.iter().map(ArmSetup::of).collect();
+    for (name, table) in places {
+        let key = format!("task.place.{name}");
+        table.check(at, &key)?;
+        let slots = setup::place(name, table).slots;
+        let points = slots.iter().map(|slot| Vector3::from(slot.position));
+        for (index, point) in points.enumerate() {
+            if !arms.is_empty() && !arms.iter().any(|arm| arm.reaches(point)) {
+                return Err(out_of_reach(at, &key, index, point, &arms));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A job could only end at a slot that no arm reaches.
+fn out_of_reach(
+    at: &Checker<'_>,
+    key: &str,
+    slot: usize,
+    point: Vector3<f64>,
+    arms: &[ArmSetup],
+) -> ModelError {
+    let far = arms.iter().map(|arm| {
+        let (away, reach) = ((point - arm.base).xy().norm(), arm.reach_m);
+        let name = &arm.name;
+        format!("'{name}' reaches {reach:.2} m, and it is {away:.2} m from its base")
+    });
+    let [x, y, z] = point.into();
+    let value = format!("[{x:.3}, {y:.3}, {z:.3}] in slot {slot}");
+    let allowed = format!("no arm reaches it: {}", far.collect::<Vec<_>>().join("; "));
+    at.refuse(&format!("{key}.position_m"), value, allowed)
 }
 
 #[cfg(test)]

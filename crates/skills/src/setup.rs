@@ -331,7 +331,7 @@ fn object(spec: &cell_model::ObjectSpec) -> ObjectSetup {
     }
 }
 
-fn place(name: &str, table: &PlaceTable) -> PlaceSetup {
+pub(crate) fn place(name: &str, table: &PlaceTable) -> PlaceSetup {
     let along = |offset: [f64; 3]| {
         let plane = geometry::turned(Vector2::new(offset[0], offset[1]), table.yaw_rad);
         let [x, y, z] = table.position_m;

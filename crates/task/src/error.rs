@@ -1,6 +1,6 @@
 //! Why a task cannot be made.
 
-use cell_model::ModelError;
+use cell_model::{Location, ModelError};
 
 use crate::settings::SetupError;
 
@@ -8,10 +8,10 @@ use crate::settings::SetupError;
 #[derive(Debug, thiserror::Error)]
 pub enum TaskError {
     /// No such kind of `[task]` in this program.
-    #[error("{file}: task.kind is '{kind}', which this task program does not know; {advice}")]
+    #[error("{at}: task.kind is '{kind}', which this task program does not know; {advice}")]
     UnknownKind {
-        /// The cell file.
-        file: String,
+        /// The line of the cell file.
+        at: Location,
         /// What is there.
         kind: String,
         /// The nearest name, or all of them.

@@ -228,7 +228,7 @@ impl Policies {
         let wanted = cell.task.kind();
         let kind = self.kinds.iter().find(|kind| kind.name() == wanted);
         kind.ok_or_else(|| TaskError::UnknownKind {
-            file: cell.task.file.clone(),
+            at: cell.task.checker().line_of("task.kind"),
             kind: wanted.to_owned(),
             advice: suggest::advice(wanted, &self.kinds()),
         })?

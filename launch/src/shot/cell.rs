@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use ipc_types::world::FLAG_PAUSED;
 
+use crate::cli::ShownArgs;
 use crate::client::Session;
 use crate::client::picture::Picture;
 use crate::failure::{Code, Context, Failure};
@@ -17,10 +18,8 @@ const PATIENCE: Duration = Duration::from_secs(180);
 
 /// What a picture is taken of.
 pub(crate) struct Subject<'a> {
-    /// Started for the picture; of the running cell without one.
-    pub(crate) demo: Option<&'a str>,
-    pub(crate) policy: Option<&'a str>,
-    pub(crate) seed: u64,
+    /// The demo that is started for it, if any.
+    pub(crate) args: &'a ShownArgs,
     /// Simulated time the demo is run to (s).
     pub(crate) time: Option<f64>,
     /// Name of the running cell.
@@ -41,7 +40,11 @@ struct Own {
 impl Shown {
     /// The cell of `subject`.
     pub(crate) fn of(subject: &Subject<'_>) -> Result<Self, Failure> {
-        let Some(demo) = subject.demo else {
+        let Some(demo) = &subject.args.demo else {
+            if subject.args.data.data.is_some() || subject.args.data.task.is_some() {
+                let message = "--data and --task need --demo: a running cell has its own";
+                return Err(Failure::usage(message));
+            }
             return Ok(Self {
                 entry: entry(&Session::of(subject.cell)?)?,
                 _own: None,
@@ -83,7 +86,8 @@ fn entry(session: &Session) -> Result<Entry, Failure> {
 impl Own {
     fn start(subject: &Subject<'_>, demo: &str) -> Result<Self, Failure> {
         let name = format!("shot-{}", std::process::id());
-        let seed = subject.seed.to_string();
+        let args = subject.args;
+        let seed = args.seed.to_string();
         let program = std::env::current_exe().map_err(Failure::configuration)?;
         let mut command = Command::new(program);
         command
@@ -91,8 +95,14 @@ impl Own {
             .args(["--seed", &seed])
             .stdin(Stdio::null())
             .stdout(Stdio::null());
-        if let Some(policy) = subject.policy {
+        if let Some(policy) = &args.policy {
             command.args(["--policy", policy]);
+        }
+        if let Some(data) = &args.data.data {
+            command.arg("--data").arg(data);
+        }
+        if let Some(task) = &args.data.task {
+            command.args(["--task", task]);
         }
         let launcher = command.spawn().cannot("start the cell")?;
         Ok(Self { launcher, name })

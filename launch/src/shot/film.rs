@@ -28,10 +28,8 @@ pub(crate) fn film(args: &FilmArgs) -> Result<(), Failure> {
     cell_rt::signal::install_stop_handler().cannot("listen to signals")?;
     let progress = Progress::new("starting the cell");
     let shown = Shown::of(&Subject {
-        demo: args.demo.as_deref(),
-        policy: args.policy.as_deref(),
-        seed: args.seed,
-        time: args.demo.is_some().then_some(args.to),
+        args: &args.shown,
+        time: args.shown.demo.is_some().then_some(args.to),
         cell: &args.cell.cell,
     })?;
     // As for a picture: the cell goes first.

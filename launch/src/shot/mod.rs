@@ -32,9 +32,7 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     cell_rt::signal::install_stop_handler().cannot("listen to signals")?;
     let progress = Progress::new("starting the cell");
     let shown = Shown::of(&Subject {
-        demo: args.demo.as_deref(),
-        policy: args.policy.as_deref(),
-        seed: args.seed,
+        args: &args.shown,
         time: args.time,
         cell: &args.cell.cell,
     })?;
@@ -45,7 +43,7 @@ pub(crate) fn shot(args: &ShotArgs) -> Result<(), Failure> {
     cell_rt::priority::set_idle().ok();
     let mut browser = Browser::start(width, height)?;
     // A cell that was started for the picture is at that time already.
-    let time = args.time.filter(|_| args.demo.is_none());
+    let time = args.time.filter(|_| args.shown.demo.is_none());
     let fragment = args.view.iter().cloned();
     let fragment = fragment.chain(time.map(|time| format!("t={time}")));
     progress.say("loading the page");

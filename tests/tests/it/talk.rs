@@ -218,13 +218,19 @@ fn a_replay_is_listed_as_one() {
 }
 
 #[test]
-fn a_shot_that_is_stopped_leaves_nothing() {
+fn a_shot_of_an_own_cell_that_is_stopped_leaves_nothing() {
     let base = base();
     let (bin, temporary) = (base.path().join("bin"), base.path().join("tmp"));
     program(&bin, "chromium", "exec sleep 1000");
     std::fs::create_dir_all(&temporary).expect("a directory");
     let out = base.path().join("picture.png").display().to_string();
-    let mut shot = TestCell::launch(base, &["shot", &out, "--demo", "reach"], |command| {
+    let cells = base.path().join("data/cells");
+    std::fs::create_dir_all(&cells).expect("a directory");
+    let text = cell_model::Data::checkout().read("cells/reach.toml");
+    std::fs::write(cells.join("own.toml"), text.expect("a cell").as_ref()).expect("a file");
+    let data = base.path().join("data").display().to_string();
+    let asked = ["shot", &out, "--demo", "own", "--data", &data];
+    let mut shot = TestCell::launch(base, &asked, |command| {
         let path = std::env::var("PATH").unwrap_or_default();
         command.env("PATH", format!("{}:{path}", bin.display()));
         command.env("TMPDIR", &temporary);

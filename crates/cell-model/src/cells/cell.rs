@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use crate::cells::check_file;
 use crate::cells::file::{CellFile, ObjectTable, numbered};
 use crate::cells::task_table::TaskTable;
+use crate::check::Checker;
 use crate::data::Data;
 use crate::error::ModelError;
 use crate::random::Random;
@@ -170,7 +171,7 @@ impl Cell {
         for (index, arm) in table.arms.iter().enumerate() {
             let loaded = match robot {
                 Some(files) => Robot::from_files(files)?,
-                None => Robot::load(data, &arm.robot)?,
+                None => named_robot(data, &Checker::new(file, text), index, &arm.robot)?,
             };
             let home = match (&arm.home_joint_positions, robot) {
                 (Some(home), None) => home.clone(),
@@ -299,6 +300,17 @@ impl ObjectSpec {
 
 /// Four numbers are drawn for every object, used or not: x, y, yaw, friction;
 /// a fifth where it can have several shapes.
+/// The robot an arm names; an unknown name is an error of the cell file.
+fn named_robot(data: &Data, at: &Checker<'_>, arm: usize, name: &str) -> Result<Robot, ModelError> {
+    let known = data.robot_names();
+    if known.iter().any(|known| known == name) {
+        return Robot::load(data, name);
+    }
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    let allowed = format!("no such robot; {}", suggest::advice(name, &known));
+    Err(at.refuse(&format!("arm.{arm}.robot"), format!("'{name}'"), allowed))
+}
+
 fn place(object: &ObjectTable, index: u32, random: &mut Random) -> ObjectSpec {
     let mut nominal = pose(object.position_m, object.yaw_rad);
     nominal.translation.vector += Vector3::from(object.pitch_m) * f64::from(index);

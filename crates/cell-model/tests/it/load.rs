@@ -73,6 +73,18 @@ fn a_mistyped_demo_gets_a_suggestion() {
 }
 
 #[test]
+fn a_mistyped_robot_is_named_with_its_line_in_the_cell() {
+    let data = Data::checkout();
+    let text = data.read("cells/reach.toml").unwrap();
+    let wrong = text.replacen("robot = \"panda\"", "robot = \"pandaa\"", 1);
+    let error = Cell::from_text(&data, "mine", "mine.toml", &wrong, 0, None).unwrap_err();
+    let line = 1 + text.lines().position(|l| l.starts_with("robot =")).unwrap();
+    let wanted =
+        format!("mine.toml:{line}: arm.0.robot is 'pandaa'; no such robot; did you mean 'panda'?");
+    assert_eq!(error.to_string(), wanted);
+}
+
+#[test]
 fn a_missing_urdf_is_named() {
     let files = RobotFiles {
         urdf: "no/such.urdf".into(),

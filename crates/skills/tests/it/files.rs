@@ -18,6 +18,16 @@ impl Drop for Folder {
 
 /// What is said about a cell with that `[task]` and that behaviour file.
 fn said(test: &str, kind: &str, file: &str, text: &str) -> Result<(), String> {
+    said_of_cell(test, kind, (file, text), ("", ""))
+}
+
+/// As [`said`], of a cell file with one change.
+fn said_of_cell(
+    test: &str,
+    kind: &str,
+    (file, text): (&str, &str),
+    change: (&str, &str),
+) -> Result<(), String> {
     let dir = std::env::temp_dir().join(format!("robocell-skills-{test}-{}", std::process::id()));
     let folder = Folder(dir);
     std::fs::create_dir_all(folder.0.join("cells")).unwrap();
@@ -28,7 +38,8 @@ fn said(test: &str, kind: &str, file: &str, text: &str) -> Result<(), String> {
     let head = format!("kind = \"{kind}\"\nbehaviour = \"{file}\"");
     let cell = cell
         .replace("kind = \"cube\"", &head)
-        .replace("\"matrix\"]", "\"matrix\", \"machine\"]");
+        .replace("\"matrix\"]", "\"matrix\", \"machine\"]")
+        .replacen(change.0, change.1, 1);
     std::fs::write(folder.0.join("cells/mine.toml"), cell).unwrap();
     std::fs::write(folder.0.join("cells").join(file), text).unwrap();
     let data = Data::dir(folder.0.clone()).with_robots_of(&Data::checkout());
@@ -225,6 +236,28 @@ fn a_tree_names_its_objects_and_places() {
         ("\"object\": \"cube\", \"above_m\": 0.1", "\"above_m\": 0.1"),
         &["needs an 'object'"],
     );
+}
+
+#[test]
+fn a_place_that_no_arm_reaches_is_refused() {
+    let text = example("tree.json");
+    let place = |table: &str| {
+        let change = ("[task.place.mark]\nposition_m = [0.50, 0.25, 0.0]", table);
+        said_of_cell("far", "tree", ("a.json", &text), change)
+    };
+    let error = place("[task.place.mark]\nposition_m = [1.5, 0.25, 0.0]").unwrap_err();
+    for part in [
+        "mine.toml:",
+        "task.place.mark.position_m is [1.500, 0.250, 0.000] in slot 0",
+        "'panda' reaches 0.79 m",
+        "it is 1.52 m from its base",
+    ] {
+        assert!(error.contains(part), "{part}: {error}");
+    }
+    let row = "pattern = { kind = \"grid\", count = [1, 9, 1], pitch_m = [0.1, 0.1, 0.1] }";
+    let table = format!("[task.place.mark]\nposition_m = [0.5, 0.0, 0.0]\n{row}");
+    let error = place(&table).unwrap_err();
+    assert!(error.contains("in slot 7"), "{error}");
 }
 
 #[test]
