@@ -50,6 +50,7 @@ fn panda(capacity: usize) -> Result<RmpFlow, Box<dyn Error>> {
         joint_names: &xrdf.joint_names,
         default_positions: &xrdf.default_joint_positions,
         spheres: &xrdf.world_spheres,
+        self_collision: rmp::SelfCollisionSetup::default(),
         parameters: &parameters,
         obstacle_capacity: capacity,
     })?;

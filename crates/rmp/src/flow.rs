@@ -16,6 +16,7 @@ use crate::pullback::Pullback;
 use crate::resolve::cell::CellResolve;
 use crate::resolve::cholesky::Cholesky;
 use crate::resolve::exact;
+use crate::self_collision::SelfCollision;
 use crate::setup;
 use crate::simd::Path;
 use crate::state::{check_dt, check_values};
@@ -49,10 +50,22 @@ pub struct RmpFlowSetup<'a> {
     pub default_positions: &'a BTreeMap<String, f64>,
     /// Spheres that keep away from obstacles.
     pub spheres: &'a [CollisionSphere],
+    /// Parts that keep away from each other in [`RmpFlow::step_cell`].
+    pub self_collision: SelfCollisionSetup<'a>,
     /// The tuning.
     pub parameters: &'a RmpFlowParameters,
     /// Most obstacles there will ever be.
     pub obstacle_capacity: usize,
+}
+
+/// The parts of a robot that keep away from each other: the spheres of two frames, unless
+/// one joint carries both.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct SelfCollisionSetup<'a> {
+    /// The spheres; with none the robot does not keep away from itself.
+    pub spheres: &'a [CollisionSphere],
+    /// Pairs of frames that may touch, in either order.
+    pub ignore: &'a [(String, String)],
 }
 
 /// Names one target frame of an [`RmpFlow`].
@@ -88,6 +101,9 @@ pub struct Clearance {
 pub struct StepReport {
     /// Nearest approach before the step; `None` without obstacles or spheres.
     pub clearance: Option<Clearance>,
+    /// Least distance of two parts of the robot that keep away from each other, before
+    /// the step (m); infinite where none are within 0.15 m, and for `step_exact`.
+    pub self_clearance: f64,
     /// Which limits were active; always clear for `step_exact`.
     pub clips: ClipFlags,
     /// How the resolve ended. In `step_cell`, `Shortened` says that a limit was
@@ -111,6 +127,7 @@ pub struct RmpFlow {
     pub(crate) carried: Vec<Ball>,
     pub(crate) body_balls: Vec<Ball>,
     pub(crate) body_blocks: Vec<Block>,
+    pub(crate) self_collision: SelfCollision,
     pub(crate) obstacles: ObstacleSet,
     pub(crate) path: Path,
     pub(crate) pullback: Pullback,
@@ -281,6 +298,7 @@ impl RmpFlow {
         state.integrate(&self.acceleration, dt);
         Ok(StepReport {
             clearance: self.clearance,
+            self_clearance: f64::INFINITY,
             clips: ClipFlags::default(),
             outcome,
         })
@@ -301,6 +319,7 @@ impl RmpFlow {
         state.check(self.joint_count())?;
         limits.validate(self.joint_count())?;
         self.sum_leaves(&state.positions, &state.velocities, Floor::Contact);
+        let self_clearance = self.self_collision.add(&self.kinematics, &mut self.root);
         let (clips, solved) =
             self.cell
                 .resolve(&self.root, state, limits, dt, &mut self.acceleration);
@@ -312,6 +331,7 @@ impl RmpFlow {
         };
         Ok(StepReport {
             clearance: self.clearance,
+            self_clearance,
             clips,
             outcome,
         })

@@ -68,6 +68,12 @@ impl Kinematics {
         attachment.joint.map_or(&REST, |j| &self.links[j])
     }
 
+    /// Position of a point that is fixed in the frame of a joint (m).
+    pub(crate) fn place(&self, joint: Option<usize>, offset: &Vector3<f64>) -> Vector3<f64> {
+        let link = joint.map_or(&REST, |j| &self.links[j]);
+        link.origin + link.rotation * offset
+    }
+
     /// Motion of the attachment's origin.
     pub(crate) fn point(&self, attachment: &Attachment) -> PointMotion {
         let link = self.link(attachment);

@@ -24,6 +24,7 @@ mod obstacles;
 mod parameters;
 mod pullback;
 mod resolve;
+mod self_collision;
 mod setup;
 mod simd;
 mod state;
@@ -33,7 +34,8 @@ mod validate;
 pub use chain::{Chain, ChainError, Frame, Joint, JointKind, MAX_JOINTS};
 pub use error::{FlowError, ParameterError, SetupError};
 pub use flow::{
-    Clearance, CollisionSphere, MAX_CARRIED, RmpFlow, RmpFlowSetup, StepReport, TargetId,
+    Clearance, CollisionSphere, MAX_CARRIED, RmpFlow, RmpFlowSetup, SelfCollisionSetup, StepReport,
+    TargetId,
 };
 pub use kinematics::PointMotion;
 pub use limits::{JointLimits, LimitsError};

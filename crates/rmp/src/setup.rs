@@ -10,10 +10,12 @@ use crate::leaves::joint_limit::Range;
 use crate::pullback::Pullback;
 use crate::resolve::cell::CellResolve;
 use crate::resolve::cholesky::Cholesky;
+use crate::self_collision::{Part, SelfCollision};
 use crate::simd::Path;
 use crate::tree::{Attachment, Tree, default_of};
 use crate::{
-    Chain, Obstacle, ObstacleSet, RmpFlow, RmpFlowParameters, RmpFlowSetup, Root, SetupError,
+    Chain, CollisionSphere, Obstacle, ObstacleSet, RmpFlow, RmpFlowParameters, RmpFlowSetup, Root,
+    SelfCollisionSetup, SetupError,
 };
 
 pub(crate) fn build(setup: &RmpFlowSetup) -> Result<RmpFlow, SetupError> {
@@ -27,7 +29,8 @@ pub(crate) fn build(setup: &RmpFlowSetup) -> Result<RmpFlow, SetupError> {
         ranges: ranges(setup)?,
         posture: posture(setup),
         targets: Vec::new(),
-        balls: balls(setup, &tree)?,
+        balls: balls(setup.chain, setup.spheres, &tree)?,
+        self_collision: self_collision(setup, &tree)?,
         carried: Vec::with_capacity(MAX_CARRIED),
         body_balls: body_balls(setup.chain, &tree, &parameters)?,
         body_blocks: body_capsules(&parameters)?.blocks().to_vec(),
@@ -116,10 +119,10 @@ fn posture(setup: &RmpFlowSetup) -> Vec<f64> {
     setup.joint_names.iter().map(default).collect()
 }
 
-/// The spheres that move; one that stands still in the base has no leaf.
-fn balls(setup: &RmpFlowSetup, tree: &Tree) -> Result<Vec<Ball>, SetupError> {
-    let mut balls = Vec::with_capacity(setup.spheres.len());
-    for sphere in setup.spheres {
+/// The spheres that move; one that is fixed in the base has no leaf.
+fn balls(chain: &Chain, spheres: &[CollisionSphere], tree: &Tree) -> Result<Vec<Ball>, SetupError> {
+    let mut balls = Vec::with_capacity(spheres.len());
+    for sphere in spheres {
         let numbers = sphere.center.iter().chain(std::iter::once(&sphere.radius));
         for &value in numbers {
             if !value.is_finite() || sphere.radius < 0.0 {
@@ -130,13 +133,45 @@ fn balls(setup: &RmpFlowSetup, tree: &Tree) -> Result<Vec<Ball>, SetupError> {
             }
         }
         let wanted_by = "a collision sphere";
-        let attachment = attach_at(setup.chain, tree, &sphere.frame, sphere.center, wanted_by)?;
+        let attachment = attach_at(chain, tree, &sphere.frame, sphere.center, wanted_by)?;
         balls.push(Ball {
             attachment,
             radius: sphere.radius,
         });
     }
     Ok(balls)
+}
+
+/// The parts of the robot: the spheres of each frame; and the pairs of them that two
+/// joints carry and nothing lets touch.
+fn self_collision(setup: &RmpFlowSetup, tree: &Tree) -> Result<SelfCollision, SetupError> {
+    let SelfCollisionSetup { spheres, ignore } = setup.self_collision;
+    let mut frames: Vec<&str> = Vec::new();
+    for sphere in spheres {
+        if !frames.contains(&sphere.frame.as_str()) {
+            frames.push(&sphere.frame);
+        }
+    }
+    let mut parts = Vec::with_capacity(frames.len());
+    for frame in &frames {
+        let of_frame = spheres.iter().filter(|sphere| sphere.frame == *frame);
+        let of_frame: Vec<CollisionSphere> = of_frame.cloned().collect();
+        parts.push(Part::new(balls(setup.chain, &of_frame, tree)?));
+    }
+    let may_touch = |a: &str, b: &str| {
+        let both =
+            |(one, other): &(String, String)| (one == a && other == b) || (one == b && other == a);
+        ignore.iter().any(both)
+    };
+    let mut pairs = Vec::new();
+    for a in 0..parts.len() {
+        for b in a + 1..parts.len() {
+            if parts[a].joint != parts[b].joint && !may_touch(frames[a], frames[b]) {
+                pairs.push((a, b));
+            }
+        }
+    }
+    Ok(SelfCollision::new(parts, pairs, setup.joint_names.len()))
 }
 
 fn body_balls(

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use rmp::{RmpFlow, RmpFlowParameters, RmpFlowSetup, SetupError};
+use rmp::{RmpFlow, RmpFlowParameters, RmpFlowSetup, SelfCollisionSetup, SetupError};
 
 use crate::data;
 use crate::error::{Location, ModelError};
@@ -41,6 +41,7 @@ impl Robot {
             joint_names: &names,
             default_positions: &defaults,
             spheres: &self.spheres,
+            self_collision: SelfCollisionSetup::default(),
             parameters: &self.rmpflow,
             obstacle_capacity,
         })

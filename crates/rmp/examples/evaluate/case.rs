@@ -146,6 +146,7 @@ impl Case {
             joint_names: &xrdf.joint_names,
             default_positions: &xrdf.default_joint_positions,
             spheres: &xrdf.world_spheres,
+            self_collision: rmp::SelfCollisionSetup::default(),
             parameters: &parameters,
             obstacle_capacity: self.obstacles.len(),
         })

@@ -7,6 +7,7 @@ pub(crate) mod cspace_target;
 pub(crate) mod damping;
 pub(crate) mod joint_limit;
 pub(crate) mod joint_velocity_cap;
+pub(crate) mod self_collision;
 pub(crate) mod target;
 
 /// Least distance that counts in the weights of leaves that push away.

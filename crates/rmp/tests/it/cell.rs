@@ -45,26 +45,17 @@ fn assert_no_violation(files: &Files, frame: &str, seed: u64) {
     let limits = files.limits();
     let mut state = MotionState::at_rest(&flow.posture().to_vec());
     let mut random = Random(seed + 77);
-    let over = 1.0 + 1e-6;
     for tick in 0..8000 {
         if tick % 800 == 0 {
             // Far and near, within reach and not: jumps of the target are the worst.
             let at = Vector3::from_fn(|_, _| random.between(-1.0, 1.0));
             flow.set_position_target(id, Some(at)).unwrap();
         }
-        let (v, a) = (state.velocities.clone(), state.accelerations.clone());
+        let before = state.clone();
         let report = flow.step_cell(&mut state, &limits, DT).unwrap();
         assert_ne!(report.outcome, Outcome::Singular, "tick {tick}");
         assert_eq!(report.clips.conflict, 0, "tick {tick}");
-        for i in 0..v.len() {
-            let acceleration = (state.velocities[i] - v[i]) / DT;
-            let jerk = (acceleration - a[i]) / DT;
-            assert!(state.velocities[i].abs() <= limits.velocity[i] * over);
-            assert!(acceleration.abs() <= limits.acceleration[i] * over);
-            assert!(jerk.abs() <= limits.jerk[i] * over, "tick {tick} joint {i}");
-            assert!(state.positions[i] >= limits.lower[i] - 1e-9);
-            assert!(state.positions[i] <= limits.upper[i] + 1e-9);
-        }
+        common::assert_within_limits(&before, &state, &limits);
     }
 }
 

@@ -60,6 +60,7 @@ fn flow(chain: &Chain, names: &[String]) -> RmpFlow {
         joint_names: names,
         default_positions: &BTreeMap::new(),
         spheres: &[],
+        self_collision: rmp::SelfCollisionSetup::default(),
         parameters: &parameters,
         obstacle_capacity: 0,
     })

@@ -10,6 +10,7 @@ mod cell;
 mod common;
 mod golden;
 mod kinematics;
+mod self_collision;
 
 use cell_rt::alloc::Counting;
 

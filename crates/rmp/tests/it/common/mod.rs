@@ -5,7 +5,10 @@
 use std::path::{Path, PathBuf};
 
 use cell_model::robots::xrdf::Xrdf;
-use rmp::{Chain, JointLimits, RmpFlow, RmpFlowParameters, RmpFlowSetup};
+use rmp::{
+    Chain, JointLimits, MotionState, RmpFlow, RmpFlowParameters, RmpFlowSetup, SelfCollisionSetup,
+    SetupError,
+};
 
 /// A robot as read from its files.
 pub(crate) struct Files {
@@ -49,15 +52,24 @@ fn load(dir: &Path, name: &str) -> Files {
 
 impl Files {
     pub(crate) fn flow(&self, obstacle_capacity: usize) -> RmpFlow {
+        self.try_flow(obstacle_capacity, SelfCollisionSetup::default())
+            .expect("controller")
+    }
+
+    pub(crate) fn try_flow(
+        &self,
+        obstacle_capacity: usize,
+        self_collision: SelfCollisionSetup<'_>,
+    ) -> Result<RmpFlow, SetupError> {
         RmpFlow::new(&RmpFlowSetup {
             chain: &self.chain,
             joint_names: &self.xrdf.joint_names,
             default_positions: &self.xrdf.default_joint_positions,
             spheres: &self.xrdf.world_spheres,
+            self_collision,
             parameters: &self.parameters,
             obstacle_capacity,
         })
-        .expect("controller")
     }
 
     pub(crate) fn limits(&self) -> JointLimits {
@@ -74,6 +86,24 @@ impl Files {
             acceleration: self.xrdf.acceleration_limits.clone(),
             jerk: self.xrdf.jerk_limits.clone(),
         }
+    }
+}
+
+/// One step of 1 ms from `before` to `after` keeps every limit, as physics counts them.
+pub(crate) fn assert_within_limits(
+    before: &MotionState,
+    after: &MotionState,
+    limits: &JointLimits,
+) {
+    let over = 1.0 + 1e-6;
+    for i in 0..before.positions.len() {
+        let acceleration = (after.velocities[i] - before.velocities[i]) / 1.0e-3;
+        let jerk = (acceleration - before.accelerations[i]) / 1.0e-3;
+        assert!(after.velocities[i].abs() <= limits.velocity[i] * over);
+        assert!(acceleration.abs() <= limits.acceleration[i] * over);
+        assert!(jerk.abs() <= limits.jerk[i] * over, "joint {i}: {jerk}");
+        assert!(after.positions[i] >= limits.lower[i] - 1e-9);
+        assert!(after.positions[i] <= limits.upper[i] + 1e-9);
     }
 }
 

@@ -1,0 +1,181 @@
+//! The parts of a robot that keep away from each other.
+
+use nalgebra::Vector3;
+
+use crate::ball::Ball;
+use crate::kinematics::Kinematics;
+use crate::leaves::self_collision::{Leaf, REACH_M, leaf};
+use crate::{JointKind, PointMotion, Root};
+
+/// The spheres of one frame.
+#[derive(Debug, Clone)]
+pub(crate) struct Part {
+    /// Joint of the tree that carries it; `None` is fixed in the base.
+    pub(crate) joint: Option<usize>,
+    pub(crate) balls: Vec<Ball>,
+    /// A sphere around all of them, in the frame of the joint.
+    pub(crate) center: Vector3<f64>,
+    pub(crate) radius: f64,
+}
+
+impl Part {
+    /// Of spheres that one joint carries; at least one.
+    pub(crate) fn new(balls: Vec<Ball>) -> Self {
+        let mut part = Self {
+            joint: balls.first().and_then(|ball| ball.attachment.joint),
+            balls,
+            center: Vector3::zeros(),
+            radius: 0.0,
+        };
+        part.bound();
+        part
+    }
+
+    fn bound(&mut self) {
+        let low = Vector3::repeat(f64::INFINITY);
+        let corners = self.balls.iter().fold((low, -low), |(low, high), ball| {
+            let (center, r) = (ball.attachment.offset, Vector3::repeat(ball.radius));
+            (low.inf(&(center - r)), high.sup(&(center + r)))
+        });
+        self.center = 0.5 * (corners.0 + corners.1);
+        let beyond = |ball: &Ball| (ball.attachment.offset - self.center).norm() + ball.radius;
+        self.radius = self.balls.iter().map(beyond).fold(0.0, f64::max);
+    }
+}
+
+/// The parts of a robot and the pairs of them that must not meet.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct SelfCollision {
+    pub(crate) parts: Vec<Part>,
+    pub(crate) pairs: Vec<(usize, usize)>,
+    /// Centres of the bounds at the last evaluation, base frame (m).
+    centers: Vec<Vector3<f64>>,
+    /// Row of a Jacobian, by slot of a controlled joint.
+    row: Vec<f64>,
+    /// Slots of the row that are not zero.
+    slots: Vec<usize>,
+}
+
+impl SelfCollision {
+    pub(crate) fn new(parts: Vec<Part>, pairs: Vec<(usize, usize)>, joints: usize) -> Self {
+        Self {
+            centers: vec![Vector3::zeros(); parts.len()],
+            row: vec![0.0; joints],
+            slots: Vec::with_capacity(joints),
+            parts,
+            pairs,
+        }
+    }
+
+    /// Adds the leaves of all pairs of spheres within reach to `root`. Returns the least
+    /// distance of two surfaces (m), infinite where none are within reach.
+    pub(crate) fn add(&mut self, kinematics: &Kinematics, root: &mut Root) -> f64 {
+        for (center, part) in self.centers.iter_mut().zip(&self.parts) {
+            *center = kinematics.place(part.joint, &part.center);
+        }
+        let mut nearest = f64::INFINITY;
+        for index in 0..self.pairs.len() {
+            let (a, b) = self.pairs[index];
+            let reach = self.parts[a].radius + self.parts[b].radius + REACH_M;
+            if (self.centers[a] - self.centers[b]).norm_squared() < reach * reach {
+                nearest = nearest.min(self.add_pair(a, b, kinematics, root));
+            }
+        }
+        nearest
+    }
+
+    fn add_pair(&mut self, a: usize, b: usize, kinematics: &Kinematics, root: &mut Root) -> f64 {
+        let mut nearest = f64::INFINITY;
+        let (one, other) = (&self.parts[a], &self.parts[b]);
+        let row = Row {
+            kinematics,
+            values: &mut self.row,
+            slots: &mut self.slots,
+        };
+        let mut row = row;
+        for ball in &one.balls {
+            let center = kinematics.place(one.joint, &ball.attachment.offset);
+            // Most spheres of a part are far from the other part as a whole.
+            let reach = ball.radius + other.radius + REACH_M;
+            if (center - self.centers[b]).norm_squared() >= reach * reach {
+                continue;
+            }
+            for against in &other.balls {
+                let from = kinematics.place(other.joint, &against.attachment.offset);
+                let (radii, apart) = (ball.radius + against.radius, (center - from).norm_squared());
+                if apart >= (radii + REACH_M) * (radii + REACH_M) {
+                    continue;
+                }
+                let distance = apart.sqrt();
+                nearest = nearest.min(distance - radii);
+                let points = (
+                    kinematics.point(&ball.attachment),
+                    kinematics.point(&against.attachment),
+                );
+                if let Some(leaf) = leaf(&points.0, &points.1, distance, distance - radii) {
+                    row.fill((one.joint, &points.0), (other.joint, &points.1), &leaf);
+                    row.add(&leaf, root);
+                }
+            }
+        }
+        nearest
+    }
+}
+
+/// The Jacobian of one distance: what the joints between two parts do to it.
+struct Row<'a> {
+    kinematics: &'a Kinematics,
+    values: &'a mut [f64],
+    slots: &'a mut Vec<usize>,
+}
+
+impl Row<'_> {
+    /// Walks from both joints to the one they have in common: beyond it the robot moves
+    /// both points as one body, and their distance stays.
+    fn fill(
+        &mut self,
+        (mut a, at): (Option<usize>, &PointMotion),
+        (mut b, from): (Option<usize>, &PointMotion),
+        leaf: &Leaf,
+    ) {
+        self.slots.clear();
+        while a != b {
+            // Parents have smaller indices; the base is less than all.
+            if a > b {
+                a = self.step(a, &at.position, &leaf.normal);
+            } else {
+                b = self.step(b, &from.position, &-leaf.normal);
+            }
+        }
+    }
+
+    fn step(
+        &mut self,
+        joint: Option<usize>,
+        point: &Vector3<f64>,
+        normal: &Vector3<f64>,
+    ) -> Option<usize> {
+        let index = joint?;
+        let (joint, link) = (
+            &self.kinematics.tree.joints[index],
+            &self.kinematics.links[index],
+        );
+        let moves = match joint.kind {
+            JointKind::Revolute => link.axis.cross(&(point - link.origin)),
+            JointKind::Prismatic => link.axis,
+        };
+        self.values[joint.slot] = normal.dot(&moves);
+        self.slots.push(joint.slot);
+        joint.parent
+    }
+
+    fn add(&self, leaf: &Leaf, root: &mut Root) {
+        for &i in self.slots.iter() {
+            root.force[i] += self.values[i] * leaf.force;
+            let weighted = leaf.weight * self.values[i];
+            for &j in self.slots.iter() {
+                root.metric[(i, j)] += weighted * self.values[j];
+            }
+        }
+    }
+}
