@@ -12,7 +12,8 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rmp::{JointLimits, MotionState, Obstacle, RmpFlow, TargetId};
 
 use crate::error::CoreError;
-use crate::piles;
+use crate::python::PythonStepper;
+use crate::{mujoco, piles};
 use cell_sim::OneProcess;
 use cell_sim::eval::template;
 
@@ -26,6 +27,10 @@ const STATES: usize = 500;
 const CYCLE_S: f64 = 1.0e-3;
 /// Demo of the physics bench.
 const DEMO: &str = "franka-stack";
+/// Turns of each engine that is stepped from Python, and steps in a turn.
+const PYTHON_TURNS: usize = 40;
+const PYTHON_STEPS: usize = 100;
+const CELL_PROGRAM: &str = include_str!("cell.py");
 /// Ticks of each other demo.
 const OTHER_TICKS: u64 = 15_000;
 
@@ -157,7 +162,35 @@ fn physics() -> Result<Report, CoreError> {
         report.rows.extend([Row { name, ..step }, tick, factor]);
     }
     piles::run(&mut report)?;
+    in_python(&mut report)?;
     Ok(report)
+}
+
+/// A step of a cell from Python, with physics, controllers and recorder's state, beside
+/// `MuJoCo`'s step of the same arm and objects with its position servos.
+fn in_python(report: &mut Report) -> Result<(), CoreError> {
+    let Some(mut ours) = PythonStepper::start(CELL_PROGRAM, DEMO) else {
+        let note = "the Python interpreter has no package robocell: no steps from Python";
+        report.notes.push(note.to_owned());
+        return Ok(());
+    };
+    let cell = template(DEMO, "").load_cell_from(&Data::checkout())?;
+    let mut other = mujoco::start(&cell);
+    let (mut own_times, mut times) = (Samples::default(), Samples::default());
+    for _ in 0..PYTHON_TURNS {
+        ours.step(PYTHON_STEPS, &mut own_times);
+        if let Some(mujoco) = &mut other {
+            mujoco.step(PYTHON_STEPS, &mut times);
+        }
+    }
+    let name = format!("{DEMO} in Python, Cell.step()");
+    report.rows.push(own_times.into_row(name.clone()));
+    if let Some(mujoco) = other {
+        let against = format!("{DEMO} in Python, mj_step of MuJoCo {}", mujoco.version());
+        report.rows.push(times.into_row(against.clone()));
+        report.compare(&name, &against);
+    }
+    Ok(())
 }
 
 /// Simulated over real time of `demo`: of its median, and of its slow ticks.

@@ -9,6 +9,7 @@ mod error;
 mod monitor;
 mod mujoco;
 mod piles;
+mod python;
 mod report;
 mod transport;
 

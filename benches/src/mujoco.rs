@@ -2,74 +2,18 @@
 //! the package.
 
 use std::fmt::Write as _;
-use std::io::{BufRead, BufReader, Write};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
-use crate::report::Samples;
-use cell_model::{Cell, Shape};
+use cell_model::{ArmSpec, Cell, Link, Shape};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use rmp::JointKind;
+
+use crate::python::PythonStepper;
 
 const PROGRAM: &str = include_str!("mujoco.py");
 
-/// `MuJoCo` with a scene.
-pub(crate) struct Mujoco {
-    child: Child,
-    requests: ChildStdin,
-    answers: BufReader<ChildStdout>,
-    version: String,
-}
-
-impl Mujoco {
-    /// Sets the objects and fixtures of a cell up; `None` where there is no
-    /// Python with `MuJoCo`.
-    pub(crate) fn start(cell: &Cell) -> Option<Self> {
-        let mut child = Command::new("python3")
-            .args(["-c", PROGRAM])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .ok()?;
-        let mut requests = child.stdin.take()?;
-        let answers = BufReader::new(child.stdout.take()?);
-        let scene = mjcf(cell);
-        let sent = write!(requests, "{}\n{scene}", scene.len()).and_then(|()| requests.flush());
-        let mut mujoco = Self {
-            child,
-            requests,
-            answers,
-            version: String::new(),
-        };
-        sent.ok()?;
-        mujoco.version = mujoco.line()?;
-        Some(mujoco)
-    }
-
-    /// Its version.
-    pub(crate) fn version(&self) -> &str {
-        &self.version
-    }
-
-    /// Steps, and takes the times.
-    pub(crate) fn step(&mut self, steps: usize, samples: &mut Samples) {
-        let asked = writeln!(self.requests, "{steps}").and_then(|()| self.requests.flush());
-        let answer = asked.ok().and_then(|()| self.line()).unwrap_or_default();
-        let times = answer.split(' ').filter_map(|time| time.parse().ok());
-        times.for_each(|time_ns| samples.record(time_ns));
-    }
-
-    fn line(&mut self) -> Option<String> {
-        let mut line = String::new();
-        let read = self.answers.read_line(&mut line).ok()?;
-        (read > 0).then(|| line.trim().to_owned())
-    }
-}
-
-impl Drop for Mujoco {
-    fn drop(&mut self) {
-        let _ended = self.child.kill();
-        let _waited = self.child.wait();
-    }
+/// Sets a cell up; `None` where there is no Python with `MuJoCo`.
+pub(crate) fn start(cell: &Cell) -> Option<PythonStepper> {
+    PythonStepper::start(PROGRAM, &mjcf(cell))
 }
 
 /// The scene in `MuJoCo`'s own format, with its own settings but for the length
@@ -97,8 +41,81 @@ fn mjcf(cell: &Cell) -> String {
         );
         out.push_str("</body>\n");
     }
-    out.push_str("</worldbody></mujoco>\n");
+    let mut drives = String::new();
+    for (index, arm) in cell.arms.iter().enumerate() {
+        add_arm(&mut out, &mut drives, index, arm);
+    }
+    let _infallible = writeln!(out, "</worldbody><actuator>{drives}</actuator></mujoco>");
     out
+}
+
+/// The links of an arm as bodies without gravity, its joints driven to where they are:
+/// what the controller of a cell does with the arm at rest.
+fn add_arm(out: &mut String, drives: &mut String, index: usize, arm: &ArmSpec) {
+    let home = arm.robot.with_arm_positions(&arm.home);
+    let _infallible = writeln!(out, "<body {}>", placed(&arm.base));
+    add_link(out, arm.robot.links.first());
+    add_children(out, drives, (index, arm), &home, None);
+    out.push_str("</body>\n");
+}
+
+fn add_children(
+    out: &mut String,
+    drives: &mut String,
+    (index, arm): (usize, &ArmSpec),
+    home: &[f64],
+    parent: Option<usize>,
+) {
+    let joints = arm.robot.chain.joints().iter().enumerate();
+    for (number, joint) in joints.filter(|(_, joint)| joint.parent == parent) {
+        let spec = arm.robot.joints[number];
+        let kind = match joint.kind {
+            JointKind::Prismatic => "slide",
+            JointKind::Revolute => "hinge",
+        };
+        let [x, y, z] = joint.axis.into();
+        let name = format!("arm{index}_joint{number}");
+        let _infallible = writeln!(
+            out,
+            "<body gravcomp=\"1\" {}><joint name=\"{name}\" type=\"{kind}\" axis=\"{x} {y} {z}\" \
+             damping=\"{}\" armature=\"{}\"/>",
+            placed(&(joint.origin * cell_model::robots::robot::joint_motion(joint, home[number]))),
+            spec.joint_damping,
+            spec.armature
+        );
+        let _infallible = writeln!(
+            drives,
+            "<position joint=\"{name}\" kp=\"{}\" kv=\"{}\"/>",
+            spec.stiffness, spec.damping
+        );
+        add_link(out, arm.robot.links.get(number + 1));
+        add_children(out, drives, (index, arm), home, Some(number));
+        out.push_str("</body>\n");
+    }
+}
+
+fn add_link(out: &mut String, link: Option<&Link>) {
+    let Some(link) = link else { return };
+    if link.mass > 0.0 {
+        let (c, i) = (link.center_of_mass, link.inertia);
+        let _infallible = writeln!(
+            out,
+            "<inertial pos=\"{} {} {}\" mass=\"{}\" fullinertia=\"{} {} {} {} {} {}\"/>",
+            c.x,
+            c.y,
+            c.z,
+            link.mass,
+            i[(0, 0)],
+            i[(1, 1)],
+            i[(2, 2)],
+            i[(0, 1)],
+            i[(0, 2)],
+            i[(1, 2)]
+        );
+    }
+    for shape in &link.shapes {
+        geoms(out, &shape.shape, &shape.pose, 0.0, 0.8);
+    }
 }
 
 fn geoms(out: &mut String, shape: &Shape, pose: &Isometry3<f64>, mass: f64, friction: f64) {

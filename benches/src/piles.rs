@@ -10,7 +10,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use physics_proc::world::{StepInput, World};
 
 use crate::error::CoreError;
-use crate::mujoco::Mujoco;
+use crate::mujoco;
 
 /// Bins: three by three columns of four.
 const BINS: usize = 36;
@@ -80,7 +80,7 @@ pub(crate) fn run(report: &mut Report) -> Result<(), CoreError> {
 
 fn compare(report: &mut Report, name: &str, cell: &Cell) -> Result<(), CoreError> {
     let mut world = World::new(cell)?;
-    let mut other = Mujoco::start(cell);
+    let mut other = mujoco::start(cell);
     let (mut ours, mut theirs) = (Samples::with_capacity(TICKS), Samples::default());
     for _ in 0..TICKS / CHUNK {
         step(&mut world, CHUNK, &mut ours);

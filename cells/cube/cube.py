@@ -14,10 +14,10 @@ class CubeOnMark:
     def decide(self, cell: TaskCell) -> None:
         is_placed = "cube" in cell.placed("mark") and cell.arm.held is None
         result = cell.arm.do(self.skill)
-        if result != RUNNING:
+        done = is_placed and self.phase == "HOME" and result == SUCCESS
+        if result != RUNNING and not done:
             self.choose(cell, is_placed)
-        is_home = self.phase == "HOME" and result == SUCCESS
-        cell.report(done=is_placed and is_home)
+        cell.report(done)
 
     def choose(self, cell: TaskCell, is_placed: bool) -> None:
         """What is done next follows from what is seen."""

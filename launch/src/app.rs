@@ -94,12 +94,7 @@ fn eval(args: &EvalArgs) -> Result<(), Failure> {
     let data = args.data.data.as_deref();
     let cell = run::plan::load(data, &args.demo, args.seeds.0, None)?;
     let program = task_program::of_cell(args.data.task.as_deref(), &cell, data)?;
-    let policy = run::plan::choose(
-        args.policy.as_deref(),
-        &cell.policies,
-        &cell.default_policy,
-        &args.demo,
-    )?;
+    let policy = run::plan::policy_name(args.policy.as_deref(), &cell, program.as_deref())?;
     let seeds = format!("{}..{}", args.seeds.0, args.seeds.1);
     let jobs = args.jobs.to_string();
     let mut arguments: Vec<String> = [

@@ -26,9 +26,9 @@ class Stack:
     def decide(self, cell: TaskCell) -> None:
         placed = cell.placed("stack")
         result = cell.arm.do(self.skill)
-        if result in (SUCCESS, FAILURE):
-            self.choose(cell, placed, failed=result == FAILURE)
         done = len(placed) == len(self.order) and self.phase == "HOME" and result == SUCCESS
+        if result in (SUCCESS, FAILURE) and not done:
+            self.choose(cell, placed, failed=result == FAILURE)
         cell.report(done, placed)
 
     def choose(self, cell: TaskCell, placed: list[str], failed: bool) -> None:

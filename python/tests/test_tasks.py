@@ -64,6 +64,27 @@ def test_a_pallet_is_the_same_in_one_process_and_in_four_with_a_killed_task(run)
         assert killed[key] == alone[key], key
 
 
+def test_is_evaluated_over_seeds(robocell):
+    task = ("--task", str(example("stack_skills")))
+    done = robocell("eval", "franka-stack", *task, "--seeds", "1..2", "--json")
+    assert done.code == 0, done.text
+    assert (done.summary["runs"], done.summary["done"]) == (2, 2)
+
+
+@pytest.mark.parametrize("name", ["stack_skills", "stack_ifelse", "stack_tree", "stack_fsm"])
+def test_goes_home_stays_done_and_works_again_when_disturbed(robocell, tmp_path, name):
+    words = ["run", "franka-stack", "--task", str(example(name)), "--one-process", "--json"]
+    # Undisturbed, each of them is done before 37 s.
+    assert robocell(*words, "--timeout", "45").summary["outcome"] == "done"
+    drag = {"at_s": 40.0, "do": "drag", "object": "yellow_cube", "to": [0.45, -0.1, 0.025]}
+    script = tmp_path / "drag.jsonl"
+    script.write_text(json.dumps(drag))
+    later = ["--script", str(script), "--timeout"]
+    assert robocell(*words, *later, "44").summary["outcome"] == "timeout"
+    done = robocell(*words, *later, "60").summary
+    assert (done["outcome"], len(done["placed"])) == ("done", 4)
+
+
 def test_recovers_from_a_cube_that_is_taken_off_the_stack(run):
     drag = {"at_s": 14.0, "do": "drag", "object": "red_cube", "to": [0.45, -0.1, 0.025]}
     done = run("franka-stack", example("stack_skills"), *LOCKSTEP, script=[drag]).summary
@@ -75,6 +96,13 @@ def test_stops_in_real_time_with_a_killed_task_and_finishes(run):
     kill = [{"at_phase": "PLACE", "do": "kill", "process": "task"}]
     done = run("franka-stack", example("stack_skills"), script=kill).summary
     assert (done["outcome"], done["task_restarts"], done["limit_violations"]) == ("done", 1, 0)
+
+
+def test_a_task_that_is_stopped_for_10_s_is_replaced_and_the_job_finishes(run):
+    stop = [{"at_s": 6.0, "do": "stop", "process": "task", "for_s": 10.0}]
+    done = run("franka-stack", example("stack_skills"), script=stop).summary
+    assert (done["outcome"], done["drops"], done["limit_violations"]) == ("done", 0, 0)
+    assert done["task_restarts"] == 1
 
 
 FAULTY = """

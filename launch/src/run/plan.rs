@@ -204,14 +204,24 @@ fn policy_of(
     data_dir: Option<&Path>,
     program: Option<&Path>,
 ) -> Result<(String, String), Failure> {
-    let asked = args.policy.as_deref();
-    // A Python file brings its own policies, whatever the cell names.
-    let policy = match program.filter(|program| python::is_file(program)) {
-        Some(file) => asked.map_or_else(|| python::policy_name(file, POLICY_BYTES), str::to_owned),
-        None => choose(asked, &cell.policies, &cell.default_policy, &args.demo)?,
-    };
+    let policy = policy_name(args.policy.as_deref(), cell, program)?;
     let drawing = task_program::check_policy(program, &args.demo, &policy, data_dir)?;
     Ok((policy, drawing))
+}
+
+/// The policy asked for, or the demo's default. A Python file brings its own policies,
+/// whatever the cell names.
+pub(crate) fn policy_name(
+    asked: Option<&str>,
+    cell: &Cell,
+    program: Option<&Path>,
+) -> Result<String, Failure> {
+    match program.filter(|program| python::is_file(program)) {
+        Some(file) => {
+            Ok(asked.map_or_else(|| python::policy_name(file, POLICY_BYTES), str::to_owned))
+        }
+        None => choose(asked, &cell.policies, &cell.default_policy, &cell.name),
+    }
 }
 
 /// In one process the arms are moved by the controllers of the task program.

@@ -127,9 +127,20 @@ export async function sharp({ page, look, until, same, robocell }) {
     window.reports = 0;
     window.robocell.store.on("status", () => (window.reports += 1));
   });
-  const pictures = await look((r) => r.view.pictures);
+  const pictures = await look((r) => {
+    const { frames } = r.view;
+    const ask = frames.ask.bind(frames);
+    window.asked = [];
+    frames.ask = () => {
+      window.asked.push(new Error().stack);
+      ask();
+    };
+    return r.view.pictures;
+  });
   await until("ten reports came", () => window.reports >= 10);
-  same("pictures of a cell at rest", (await look((r) => r.view.pictures)) - pictures, 0);
+  const more = (await look((r) => r.view.pictures)) - pictures;
+  const askedBy = more === 0 ? "" : await page.evaluate(() => window.asked.join("\n"));
+  same(`pictures of a cell at rest ${askedBy}`, more, 0);
   // As on a slow machine: the last resort while it moves.
   await look((r) => r.view.quality.go(99));
   robocell("resume");
