@@ -120,6 +120,8 @@ export async function sharp({ page, look, until, same, robocell }) {
     same(`shadows ${when}`, shadows, true);
   };
   const small = (r) => r.view.screen.canvas.width < 0.6 * document.getElementById("view").clientWidth;
+  // What a process reports first may change the picture.
+  await until("every process works", (r) => r.store.status?.processes.every(({ state }) => state === "running"));
   await until("the paused cell is drawn at rest", AT_REST);
   await full("of a paused cell");
   // Ten reports of the monitor later there is no further picture.
