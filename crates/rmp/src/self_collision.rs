@@ -87,12 +87,11 @@ impl SelfCollision {
     fn add_pair(&mut self, a: usize, b: usize, kinematics: &Kinematics, root: &mut Root) -> f64 {
         let mut nearest = f64::INFINITY;
         let (one, other) = (&self.parts[a], &self.parts[b]);
-        let row = Row {
+        let mut row = Row {
             kinematics,
             values: &mut self.row,
             slots: &mut self.slots,
         };
-        let mut row = row;
         for ball in &one.balls {
             let center = kinematics.place(one.joint, &ball.attachment.offset);
             // Most spheres of a part are far from the other part as a whole.
