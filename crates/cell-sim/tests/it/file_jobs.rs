@@ -3,7 +3,7 @@
 
 use cell_model::Data;
 use cell_model::runs::summary::RunSummary;
-use cell_sim::eval;
+use cell_sim::{SimError, eval};
 
 /// A folder with a cell and its behaviour; removed with it.
 struct Job(std::path::PathBuf);
@@ -44,11 +44,29 @@ impl Job {
     }
 
     fn run(&self, name: &str, kind: &str, script: &str) -> RunSummary {
+        self.try_run(name, kind, script).unwrap()
+    }
+
+    fn try_run(&self, name: &str, kind: &str, script: &str) -> Result<RunSummary, SimError> {
         let mut spec = eval::template(name, kind);
         spec.data_dir = Some(self.0.clone());
         spec.seed = 2;
         spec.script = cell_model::cells::script::parse(script, "script").unwrap();
-        cell_sim::run::to_the_end(&crate::program(), &spec, |_, _| {}).unwrap()
+        cell_sim::run::to_the_end(&crate::program(), &spec, |_, _| {})
+    }
+
+    /// The same cell with a second arm, which takes no part in the job.
+    fn with_idle_arm(self, name: &str, base: &str) -> Self {
+        let path = self.0.join(format!("cells/{name}.toml"));
+        let text = std::fs::read_to_string(&path).unwrap();
+        let (_, arm) = text.split_once("[[arm]]\n").unwrap();
+        let (arm, _) = arm.split_once("\n\n").unwrap();
+        let idle = arm
+            .replace("\"panda\"\nrobot", "\"idle\"\nrobot")
+            .replace("[0.0, 0.0, 0.0]", base);
+        let both = format!("{arm}\n\n[[arm]]\n{idle}");
+        std::fs::write(&path, text.replacen(arm, &both, 1)).unwrap();
+        self
     }
 
     /// The same cell with a UR10 in place of the Panda.
@@ -112,15 +130,19 @@ fn a_tower_is_built_with_fingers_and_with_suction_and_again_when_it_is_disturbed
     assert_eq!((calm.drops, calm.limit_violations), (0, 0), "{calm:?}");
 }
 
-/// One state with these steps.
-fn reason(name: &str, steps: &str, place: &str) -> Option<String> {
-    let text = format!(
+/// A machine of one state with these steps.
+fn one_state(steps: &str) -> String {
+    format!(
         "version = 1\nname = \"job\"\ninitial = \"work\"\n\
          [[states]]\nname = \"work\"\nduring.success = \"over\"\nduring.steps = [{steps}]\n\
          [[states]]\nname = \"done\"\nfinal = true\n\
          [[rows]]\ntrigger = \"over\"\nsource = \"work\"\ndest = \"done\"\n"
-    );
-    let job = Job::new(name, "machine", &CUBES, place, &text);
+    )
+}
+
+/// What ends a job of one state with these steps.
+fn reason(name: &str, steps: &str, place: &str) -> Option<String> {
+    let job = Job::new(name, "machine", &CUBES, place, &one_state(steps));
     job.run(name, "machine", "").reason
 }
 
@@ -135,8 +157,17 @@ fn what_cannot_be_done_ends_with_its_reason() {
         Some("object_cannot_be_placed")
     );
     let far = TOWER.replace("0.50, 0.25", "2.50, 0.25");
+    let refused = Job::new("far", "machine", &CUBES, &far, &one_state(&both));
+    let refused = refused.try_run("far", "machine", "").unwrap_err();
+    assert!(
+        refused.to_string().contains("no arm reaches it"),
+        "{refused}"
+    );
+    // Another arm than that of the job reaches it.
+    let idle = Job::new("idle", "machine", &CUBES, &far, &one_state(&both))
+        .with_idle_arm("idle", "[2.0, 0.0, 0.0]");
     assert_eq!(
-        reason_of("far", &both, &far).as_deref(),
+        idle.run("idle", "machine", "").reason.as_deref(),
         Some("place_out_of_reach")
     );
     let taken = TOWER.replace("0.50, 0.25", "0.55, -0.17");
