@@ -105,7 +105,9 @@ class Tree(TreePolicy):
         move = Sequence("move", memory=True, children=[take, leaf(arm, "PLACE")])
         put = Selector("put", memory=False)
         put.add_children([Condition("cube is placed", lambda: is_placed(cell)), move])
-        return Sequence("cube", memory=False, children=[put, leaf(arm, "HOME")])
+        home = Selector("at home", memory=False)
+        home.add_children([Condition("arm is home", lambda: arm.is_home), leaf(arm, "HOME")])
+        return Sequence("cube", memory=False, children=[put, home])
 
 
 def leaf(arm: object, state: str) -> SkillLeaf:

@@ -55,7 +55,7 @@ class Motions:
 
     def joints_home(self, arm: Arm) -> bool:
         arm.send_joints(arm.home)
-        return bool(np.max(np.abs(arm.joint_positions - arm.home)) < 0.05)
+        return arm.is_home
 
     def reach_jig(self, arm: Arm) -> bool:
         jig, way = self.cell.task["jig"], (0.224, -0.228, -0.24)

@@ -9,7 +9,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Selector, Sequence
 
-from robocell.task import TaskCell, policy, skills
+from robocell.task import Arm, TaskCell, policy, skills
 from robocell.task.trees import Condition, SkillLeaf, TreePolicy
 
 CLEARANCE_M = 0.15
@@ -25,8 +25,13 @@ class StackTree(TreePolicy):
         height = cell.task["layer_height_m"]
         cell.add_place("stack", (x, y, 0.0), layers=len(order), layer_height=height)
         cubes = [self.cube(cell, name) for name in order]
-        home = SkillLeaf("go home", cell.arm, skills.home())
-        return Sequence("stack", memory=False, children=[*cubes, home])
+        return Sequence("stack", memory=False, children=[*cubes, self.home(cell.arm)])
+
+    def home(self, arm: Arm) -> Behaviour:
+        """The arm is at home, or goes there."""
+        is_home = Condition("is home", lambda: arm.is_home)
+        go_home = SkillLeaf("go home", arm, skills.home())
+        return Selector("at home", memory=False, children=[is_home, go_home])
 
     def cube(self, cell: TaskCell, name: str) -> Behaviour:
         """The branch of one cube."""

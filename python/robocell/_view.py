@@ -14,6 +14,8 @@ from robocell import _core, wire
 Vector = npt.NDArray[np.float64]
 #: What is taken for a vector.
 Numbers: TypeAlias = Sequence[float] | npt.NDArray[Any]
+#: A joint nearer to its position at the start of the run is there (rad or m).
+HOME_TOLERANCE = 0.05
 
 
 class Object:
@@ -105,6 +107,11 @@ class Arm:
     def is_alive(self) -> bool:
         """Whether the arm has no fault and its controller answers."""
         return self._core.is_alive
+
+    @property
+    def is_home(self) -> bool:
+        """Whether all joints are within 0.05 rad (or m) of where they were at the start."""
+        return bool(np.max(np.abs(self.joint_positions - self.home)) < HOME_TOLERANCE)
 
     def reaches(self, position: Numbers) -> bool:
         """Whether the arm reaches a point with the tool straight down (m)."""

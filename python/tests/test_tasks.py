@@ -71,8 +71,7 @@ def test_is_evaluated_over_seeds(robocell):
     assert (done.summary["runs"], done.summary["done"]) == (2, 2)
 
 
-# A tree is ticked until it succeeds (`TreePolicy`): it does not start again.
-@pytest.mark.parametrize("name", ["stack_skills", "stack_ifelse", "stack_fsm"])
+@pytest.mark.parametrize("name", ["stack_skills", "stack_ifelse", "stack_fsm", "stack_tree"])
 def test_goes_home_stays_done_and_works_again_when_disturbed(robocell, tmp_path, name):
     words = ["run", "franka-stack", "--task", str(example(name)), "--one-process", "--json"]
     # Undisturbed, each of them is done before 37 s.

@@ -48,7 +48,9 @@ class TreePolicy:
     """A policy that is a tree: a subclass has ``build(self, cell)``, which returns the
     root, and may have ``after(self, cell, status)``, called after each tick.
 
-    The tree is ticked in each decision until it succeeds. Statuses and the blackboard
+    The tree is ticked in each decision, after it succeeded, too: conditions in front of
+    its skills keep the work from being done twice, and let it start again when something
+    is disturbed. Statuses and the blackboard
     are shown on the page and by ``robocell bt show --live``. The checkpoint holds the
     status of each node, the attributes of behaviours and the blackboard, as far as
     they can be pickled. Behaviours that read a clock (``Timeout``) make a run
@@ -65,7 +67,6 @@ class TreePolicy:
         self._index = {node.id: index for index, node in enumerate(self._nodes)}
         self._shown = [0] * len(self._nodes)
         self._keys: dict[str, Any] = {}
-        self._done = False
         self._keepable = Keepable(cell)
 
     def build(self, cell: TaskCell) -> Any:
@@ -79,13 +80,13 @@ class TreePolicy:
     @property
     def phase(self) -> str:
         """Name of the leaf that runs."""
+        if self._root.status == Ended.SUCCESS:
+            return "DONE"
         tip = self._root.tip()
-        return "DONE" if self._done else ("" if tip is None else str(tip.name))
+        return "" if tip is None else str(tip.name)
 
     def decide(self, cell: TaskCell) -> None:
-        if not self._done:
-            self._tree.tick()
-        self._done = self._root.status == Ended.SUCCESS
+        self._tree.tick()
         self._tell(cell)
         self.after(cell, self._root.status)
 
@@ -143,7 +144,6 @@ class TreePolicy:
         board = py_trees.blackboard.Blackboard.storage
         return {
             "nodes": nodes,
-            "done": self._done,
             "board": self._keepable.values("board", board),
         }
 
@@ -158,5 +158,4 @@ class TreePolicy:
             if saved["child"] is not None:
                 node.current_child = self._nodes[saved["child"]]
         self._shown = [_NUMBERS[node.status] for node in self._nodes]
-        self._done = state["done"]
         py_trees.blackboard.Blackboard.storage.update(state["board"])
