@@ -48,13 +48,12 @@ class TreePolicy:
     """A policy that is a tree: a subclass has ``build(self, cell)``, which returns the
     root, and may have ``after(self, cell, status)``, called after each tick.
 
-    The tree is ticked in each decision, after it succeeded, too: conditions in front of
-    its skills keep the work from being done twice, and let it start again when something
-    is disturbed. Statuses and the blackboard
-    are shown on the page and by ``robocell bt show --live``. The checkpoint holds the
-    status of each node, the attributes of behaviours and the blackboard, as far as
-    they can be pickled. Behaviours that read a clock (``Timeout``) make a run
-    unrepeatable.
+    The tree is ticked in each decision, also after it succeeded: conditions in front of
+    its skills keep finished work from being done twice, and let the job start again when
+    it is disturbed. Statuses and the blackboard are shown on the page and by
+    ``robocell bt show --live``. The checkpoint holds the status of each node, the
+    attributes of behaviours and the blackboard, as far as they can be pickled.
+    Behaviours that read a clock (``Timeout``) make a run unrepeatable.
     """
 
     def __init__(self, cell: TaskCell) -> None:
