@@ -77,6 +77,9 @@ class Recording:
         self.problems: list[str] = about["problems"]
         #: Times of the rows of arms and objects (s).
         self.time_s: Array = arrays["ticks"] / 1000.0
+        #: When the states of these rows were sent: monotonic clock of their machine (ns),
+        #: as ``header.publish_ns`` of all messages.
+        self.published_ns: npt.NDArray[np.uint64] = arrays["published_ns"]
         rows = len(self.time_s)
         arms = arrays["arms"].view(wire.dtype("ArmState")).reshape(rows, about["arm_count"])
         statuses = [part.view(wire.dtype("ArmStatus")) for part in arrays["statuses"]]

@@ -15,6 +15,8 @@ use serde_json::{Value, json};
 #[derive(Default)]
 struct Read {
     ticks: Vec<u64>,
+    /// When each of these states was sent (monotonic, ns).
+    published_ns: Vec<u64>,
     arms: Vec<u8>,
     objects: Vec<u8>,
     decisions: Vec<u8>,
@@ -54,6 +56,7 @@ pub(crate) fn read_recording<'py>(
         .map_err(|error| PyValueError::new_err(error.to_string()))?;
     let arrays = PyDict::new(py);
     arrays.set_item("ticks", PyArray1::from_vec(py, read.ticks))?;
+    arrays.set_item("published_ns", PyArray1::from_vec(py, read.published_ns))?;
     arrays.set_item("arms", PyArray1::from_vec(py, read.arms))?;
     arrays.set_item("objects", PyArray1::from_vec(py, read.objects))?;
     arrays.set_item("decisions", PyArray1::from_vec(py, read.decisions))?;
@@ -151,6 +154,7 @@ impl Read {
             return;
         }
         self.ticks.push(tick);
+        self.published_ns.push(piece.state.publish_ns);
         let arms: &[ArmState] = piece.arms.get(..self.arm_count).unwrap_or_default();
         arms.iter().for_each(|arm| self.arms.extend(arm.as_bytes()));
         let known = self.known.iter();

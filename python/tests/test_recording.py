@@ -50,6 +50,19 @@ def test_is_what_a_cell_in_this_process_computes(recorded: Path):
     assert [event.text for event in recording.events] == [line for _, line in cell.log()]
 
 
+def test_tells_how_long_each_decision_took(recorded: Path):
+    recording = robocell.read(recorded)
+    sent = recording.published_ns
+    assert len(sent) == len(recording.time_s)
+    assert (np.diff(sent.astype(np.int64)) > 0).all()
+    decisions = recording.decisions["header"]
+    at = np.searchsorted(recording.time_s, decisions["tick"] / 1000.0)
+    took_s = (decisions["publish_ns"] - sent[at]) * 1e-9
+    # Lockstep: a decision comes after its state, and before the next state that needs it.
+    assert (took_s > 0).all()
+    assert (decisions["publish_ns"][:-1] < sent[at[:-1] + 1]).all()
+
+
 def test_has_tables(recorded: Path):
     pytest.importorskip("pandas")
     recording = robocell.read(recorded, every=100)
