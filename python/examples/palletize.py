@@ -1,5 +1,5 @@
-"""Palletizes the bins of ur10-palletize with a state machine of the package transitions:
-picks a bin from the belt, turns it over on the jig if it is upside down, sets it down.
+"""Palletizes the bins of ur10-palletize with a machine of the package transitions: picks a
+bin from the belt, turns it over on the jig if it is upside down, sets it down.
 
 robocell run ur10-palletize --task palletize.py
 """
@@ -17,7 +17,8 @@ STEPS = {
     "flipping": ["home", "reach_jig", "drop", "settle", "back_off", "leave_jig", "joints_home"],
     "placing": ["swing_out", "reach_slot", "settle", "drop", "settle", "lift", "home"],
 }
-CARRY = ("reach_jig", "swing_out", "reach_slot")
+# Steps in which a bin is held.
+CARRY = {"picking": ["lift"], "flipping": ["home", "reach_jig"], "placing": STEPS["placing"][:2]}
 
 
 @policy
@@ -39,7 +40,7 @@ class Palletizer(Motions, MachinePolicy):
     def setup(self, cell: TaskCell) -> None:
         x, y, z = (cell.task[f"slot_{axis}_m"] for axis in "xyz")
         self.slots = np.array([(a, b, z) for a in x for b in y])
-        self.cell, self.bin, self.asked_s = cell, "", 0.0
+        self.cell, self.bin, self.asked_s, self.sent = cell, "", 0.0, None
         self.begin(0)
 
     def begin(self, step: int) -> None:
@@ -50,18 +51,16 @@ class Palletizer(Motions, MachinePolicy):
         if self.state in STEPS:
             self.work(cell.arm, STEPS[self.state])
         elif self.state == "idle":
-            self.bin = ""
             self.next()
         cell.report(self.state == "done", self.placed())
 
     def work(self, arm: Arm, steps: list[str]) -> None:
         """One decision of the step under way."""
         if self.start is None:
-            self.start = arm.tcp_position.copy(), arm.tcp_orientation.copy()
+            self.start = self.sent or (arm.tcp_position.copy(), arm.tcp_orientation.copy())
             self.since_s = self.cell.time_s
         is_late = self.cell.time_s > self.since_s + LATE_S
-        is_lost = arm.held is None and (is_late or steps[self.at] in CARRY)
-        if is_lost:
+        if is_lost := arm.held is None and (is_late or steps[self.at] in CARRY[self.state]):
             self.lost()
         if is_lost or is_late:
             self.begin(0)
@@ -85,7 +84,7 @@ class Palletizer(Motions, MachinePolicy):
         """The bins in slots."""
         return [o.name for o in self.present() if self.slot_of(o.position) and self.up(o.name) > 0]
 
-    def slot_of(self, position: np.ndarray) -> bool:
+    def slot_of(self, position) -> bool:
         return bool(np.min(np.linalg.norm(self.slots - position, axis=1)) < 0.02)
 
     def present(self) -> list:
@@ -102,6 +101,7 @@ class Palletizer(Motions, MachinePolicy):
             self.cell.add_bin()
 
     def wait_for_bin(self, arm: Arm) -> bool:
+        arm.grip("open")
         free = [o for o in self.present() if not self.slot_of(o.position) and o.position[1] < 0.9]
         still = [o for o in free if np.linalg.norm(o.velocity) < 0.02]
         if not still:

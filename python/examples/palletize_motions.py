@@ -8,11 +8,12 @@ from robocell.task import Arm
 AT_BELT = [-1.2654, -2.9708, -2.2197, 0.6446, 1.5186, 0.3010]  # joints to stay near (rad)
 AT_JIG = [-2.1273, -3.0046, -1.0576, -0.5194, -1.0809, 2.0418]
 HALF_M, FLOOR_M, GAP_M = 0.0675, 0.005, 0.002  # half a bin's height, its floor, cup to bin
+LEAD_M = 0.08  # a target that rises is so far before the tool
 
 
 class Motions:
     """Steps that move the arm with the bin ``self.bin`` of ``self.cell``; ``self.start`` is the
-    pose at which the step began."""
+    pose the arm was sent to before the step."""
 
     def reach_bin(self, arm: Arm) -> bool:
         one = self.cell.objects[self.bin]
@@ -45,7 +46,7 @@ class Motions:
     def lift(self, arm: Arm) -> bool:
         height = 0.5 if self.state == "picking" and self.is_upright() else 0.28
         risen = arm.tcp_position[2] - self.start[0][2]
-        goal = self.start[0] + (0, 0, min(height, max(0.0, risen) + 0.1)), self.start[1]
+        goal = self.start[0] + (0, 0, min(height, max(0.0, risen) + LEAD_M)), self.start[1]
         self.go(arm, goal, 0.02, posture=AT_BELT if self.state == "picking" else arm.home)
         return risen > height - 0.03
 
@@ -93,18 +94,13 @@ class Motions:
         offset = rotation.rotate(back, arm.tcp_position - one.position)
         return slot + rotation.rotate(bin_, offset) + (0, 0, GAP_M), turn
 
-    def go(
-        self, arm: Arm, goal: tuple, near: float, *, approach=(0, 0, 0), width=0.0, posture=None
-    ):
+    def go(self, arm, goal, near, *, approach=(0, 0, 0), width=0.0, posture=None) -> bool:
         """Sends the arm to a pose; whether it is there."""
-        position, orientation = goal
+        position, orientation = self.sent = goal
+        guides = self.guides(arm.tcp_position, position)
+        corridor = {"approach": approach, "approach_std_dev": width, "guides": guides}
         arm.send(
-            position,
-            orientation,
-            approach=approach,
-            approach_std_dev=width,
-            guides=self.guides(arm.tcp_position, position),
-            posture=arm.home if posture is None else posture,
+            position, orientation, posture=arm.home if posture is None else posture, **corridor
         )
         is_turned = rotation.angle_between(orientation, arm.tcp_orientation) < 0.05
         return arm.distance_to(position) < near and (is_turned or near > 0.02)

@@ -43,6 +43,25 @@ def test_with_a_policy_in_python_has_the_state_hash_of_the_program(run: Callable
     assert cell.is_done
 
 
+def test_a_bin_that_was_lost_is_palletized_all_the_same():
+    pytest.importorskip("transitions")
+    from palletize import Palletizer  # type: ignore[import-not-found]
+
+    lost = []
+
+    class Clumsy(Palletizer):
+        def decide(self, cell: Any) -> None:
+            super().decide(cell)
+            if self.state == "placing" and not lost:
+                lost.append(cell.arm.held)
+                cell.arm.grip("open")
+
+    cell = robocell.Cell("ur10-palletize", 1, policy=Clumsy)
+    cell.step(60_000)
+    assert lost == ["bin_01"]
+    assert "bin_01" in cell.summary()["placed"]
+
+
 def test_moves_its_arm_to_a_pose_and_to_joint_positions():
     cell = robocell.Cell("franka-stack", 1)
     cell.arm.send((0.4, 0.2, 0.3))

@@ -64,6 +64,11 @@ def test_a_pallet_is_the_same_in_one_process_and_in_four_with_a_killed_task(run)
         assert killed[key] == alone[key], key
 
 
+def test_a_bin_that_leans_on_the_stop_is_lifted_without_losing_it(run):
+    done = run("ur10-palletize", example("palletize"), "--one-process", "--seed", "11").summary
+    assert (done["outcome"], len(done["placed"]), done["drops"]) == ("done", 9, 0)
+
+
 def test_is_evaluated_over_seeds(robocell):
     task = ("--task", str(example("stack_skills")))
     done = robocell("eval", "franka-stack", *task, "--seeds", "1..2", "--json")

@@ -3,6 +3,7 @@ starts it as the task process of a cell, and for ``eval``, ``verify`` and ``show
 
 from __future__ import annotations
 
+import gc
 import importlib.util
 import os
 import sys
@@ -70,6 +71,9 @@ def main() -> int:
     except Exception as error:
         print(explain(error), file=sys.stderr)
         return _CONFIGURATION
+    # What the imports made stays: the collections of a running task need not look at it.
+    gc.collect()
+    gc.freeze()
     return _core.task_main(found, sys.argv[2:])
 
 
