@@ -183,10 +183,13 @@ pub struct RunArgs {
     /// Number of bins of the job [default: all bins of the cell]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     pub bins: Option<u32>,
-    /// Robot to use instead of that of the demo
+    /// Robot to use instead of that of the demo: a URDF, or a config.json of Isaac Sim
     #[arg(long, value_name = "URDF")]
     pub robot: Option<PathBuf>,
-    /// Collision spheres and limits of that robot (XRDF)
+    /// Link of that robot that is the tool
+    #[arg(long, value_name = "LINK", requires = "robot")]
+    pub tip: Option<String>,
+    /// Collision spheres and limits of that robot: an XRDF, or a robot description of Lula
     #[arg(long, value_name = "FILE", requires = "robot")]
     pub xrdf: Option<PathBuf>,
     /// Tuning of that robot, a file of `format: rmpflow`

@@ -371,11 +371,13 @@ fn robot_files(args: &RunArgs) -> Result<Option<RobotFiles>, Failure> {
     let Some(urdf) = &args.robot else {
         return Ok(None);
     };
-    Ok(Some(RobotFiles {
+    let files = RobotFiles {
         urdf: absolute(urdf)?,
         xrdf: args.xrdf.as_deref().map(absolute).transpose()?,
         rmpflow: args.rmpflow.as_deref().map(absolute).transpose()?,
-    }))
+        tip: args.tip.clone(),
+    };
+    files.resolved().map(Some).map_err(Failure::configuration)
 }
 
 /// The lines of the script, if there is one.

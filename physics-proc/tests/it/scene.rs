@@ -66,6 +66,7 @@ fn files_of(robot: &str) -> RobotFiles {
         urdf: file(".urdf"),
         xrdf: Some(file(".xrdf")),
         rmpflow: Some(file("_rmpflow.yaml")),
+        ..RobotFiles::default()
     }
 }
 

@@ -77,6 +77,7 @@ fn run_has_the_options_scripts_depend_on() {
         "--script",
         "--paused",
         "--robot",
+        "--tip",
         "--xrdf",
         "--rmpflow",
         "--json",

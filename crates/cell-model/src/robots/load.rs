@@ -76,6 +76,7 @@ impl Loader<'_> {
             suction: self.table.suction.as_ref().map(suction),
             tcp_frame,
             spheres: Vec::new(),
+            warnings: self.urdf.warnings,
         })
     }
 
@@ -202,6 +203,11 @@ fn suction(table: &SuctionTable) -> SuctionGripper {
     }
 }
 
+/// Of a drive with that effort (N·m or N): see [`plain_specs`].
+pub(crate) fn stiffness(effort: f64) -> f64 {
+    (50.0 * effort).clamp(500.0, 10_000.0)
+}
+
 /// What a joint gets by default, in the units of [`JointSpec`].
 /// Limits come from the URDF; where it says nothing: 1 rad/s (0.1 m/s), 100 N·m,
 /// 10 rad/s² and 500 rad/s³, a careful industrial arm. The drive is as stiff as
@@ -214,7 +220,7 @@ pub(crate) fn plain_specs(urdf: &UrdfRobot) -> Vec<JointSpec> {
             let revolute = joint.kind == rmp::JointKind::Revolute;
             let or = |value: f64, default: f64| if value > 0.0 { value } else { default };
             let effort = or(limits.effort, 100.0);
-            let stiffness = (50.0 * effort).clamp(500.0, 10_000.0);
+            let stiffness = stiffness(effort);
             JointSpec {
                 lower: joint.lower,
                 upper: joint.upper,

@@ -3,11 +3,14 @@
 pub mod dynamics;
 mod file;
 mod load;
+mod lula;
 mod motion;
+mod plausible;
 pub mod rmpflow;
 pub mod robot;
 pub mod urdf;
 mod urdf_check;
+mod urdf_clean;
 mod urdf_scan;
 pub mod user;
 pub mod xrdf;

@@ -85,6 +85,9 @@ struct Leaves {
     #[serde(default)]
     #[allow(dead_code, reason = "known, and of no effect here")]
     point_cloud_collision_rmp: Option<IgnoredAny>,
+    #[serde(default)]
+    #[allow(dead_code, reason = "known, and of no effect here")]
+    point_cloud_obstacle_rmp: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -117,7 +120,8 @@ struct RmpFlowFile {
     joint_limit_buffers: Vec<f64>,
     rmp_params: Leaves,
     canonical_resolve: CanonicalResolve,
-    #[serde(default)]
+    /// Lula's files, whose bodies are capsules, too, call them cylinders.
+    #[serde(default, alias = "body_cylinders")]
     body_capsules: Vec<Capsule>,
     #[serde(default)]
     body_collision_controllers: Vec<Controller>,

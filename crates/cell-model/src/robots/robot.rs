@@ -94,6 +94,8 @@ pub struct Robot {
     pub fixed_joint_positions: Vec<f64>,
     /// Tuning of the motion policies.
     pub rmpflow: RmpFlowParameters,
+    /// What of the robot's files was put right or chosen, for people.
+    pub warnings: Vec<String>,
 }
 
 impl Robot {

@@ -9,6 +9,7 @@ use urdf_rs::{Geometry, JointType};
 
 use crate::error::{Location, ModelError};
 use crate::robots::urdf_check;
+use crate::robots::urdf_clean;
 use crate::robots::urdf_scan;
 use crate::shape::{Link, LinkShape, Shape};
 
@@ -44,9 +45,40 @@ pub struct UrdfRobot {
     pub limits: Vec<UrdfLimits>,
     /// The base, then the child link of every joint of the chain.
     pub links: Vec<Link>,
+    /// Faults of the file that were put right, with file and line.
+    pub warnings: Vec<String>,
     /// Collision meshes that were left out: only primitives take part in
     /// contact.
     pub skipped_meshes: usize,
+}
+
+impl UrdfRobot {
+    /// Moving joints from the base to a frame. Those that copy another one stay where
+    /// they are, and are none of an arm.
+    pub(crate) fn joints_to(&self, frame: usize) -> Vec<usize> {
+        let mut joints = Vec::new();
+        let mut next = self.chain.frames().get(frame).and_then(|frame| frame.joint);
+        while let Some(joint) = next {
+            if !self.limits[joint].mimic {
+                joints.push(joint);
+            }
+            next = self.chain.joints()[joint].parent;
+        }
+        joints.reverse();
+        joints
+    }
+
+    /// Links without children, with the number of joints before them: most joints first.
+    pub(crate) fn tips(&self) -> Vec<(usize, usize)> {
+        let is_parent = |frame: usize| self.parents.contains(&Some(frame));
+        let mut tips: Vec<(usize, usize)> = (0..self.parents.len())
+            .filter(|frame| !is_parent(*frame))
+            .map(|frame| (frame, self.joints_to(frame).len()))
+            .collect();
+        // Stable: in the order of the file where equal.
+        tips.sort_by_key(|(_, joints)| std::cmp::Reverse(*joints));
+        tips
+    }
 }
 
 /// Reads a URDF; `file` is its name in messages.
@@ -56,11 +88,12 @@ pub struct UrdfRobot {
 /// numbers, with the name of the link or joint.
 pub fn parse(file: &str, text: &str) -> Result<UrdfRobot, ModelError> {
     urdf_scan::scan(file, text)?;
-    let robot = urdf_rs::read_from_string(text).map_err(|error| ModelError::Syntax {
+    let cleaned = urdf_clean::clean(file, text)?;
+    let robot = urdf_rs::read_from_string(&cleaned.text).map_err(|error| ModelError::Syntax {
         place: Location::file(file),
         message: format!("no URDF: {error}"),
     })?;
-    urdf_check::check(file, &robot)?;
+    urdf_check::check(file, &cleaned.lines, &robot)?;
     let builder = Builder::run(&robot);
     let chain = Chain::new(builder.joints, builder.frames).map_err(|source| ModelError::Chain {
         place: Location::file(file),
@@ -72,6 +105,7 @@ pub fn parse(file: &str, text: &str) -> Result<UrdfRobot, ModelError> {
         parents: builder.parents,
         limits: builder.limits,
         links: builder.links,
+        warnings: cleaned.warnings,
         skipped_meshes: builder.skipped_meshes,
     })
 }

@@ -2,14 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{Matrix3, SymmetricEigen};
 use urdf_rs::{Geometry, Joint, JointType, Link, Robot};
 
 use crate::error::{Location, ModelError};
+use crate::robots::urdf_clean::Lines;
 use crate::suggest;
 
 /// Coordinates beyond this belong to no robot (m, rad).
-const MAX_COORDINATE: f64 = 100.0;
+pub(super) const MAX_COORDINATE: f64 = 100.0;
 /// Links of a robot; a humanoid with two hands has some 80.
 const MAX_LINKS: usize = 512;
 /// A collision shape may be this long whatever the robot (m), and twice the robot
@@ -23,15 +23,15 @@ const MAX_QUANTITY: f64 = 1.0e5;
 ///
 /// # Errors
 /// [`ModelError::Value`] naming file, link or joint, value and what to do.
-pub(crate) fn check(file: &str, robot: &Robot) -> Result<(), ModelError> {
-    let checker = Checker { file };
+pub(crate) fn check(file: &str, lines: &Lines, robot: &Robot) -> Result<(), ModelError> {
+    let checker = Checker { file, lines };
     checker.count(robot)?;
     checker.names(robot)?;
     checker.tree(robot)?;
     robot
         .joints
         .iter()
-        .try_for_each(|joint| checker.joint(joint, robot))?;
+        .try_for_each(|joint| checker.joint(joint))?;
     let longest = LEAST_ROOM + 2.0 * length(robot);
     robot
         .links
@@ -54,6 +54,7 @@ fn length(robot: &Robot) -> f64 {
 
 struct Checker<'a> {
     file: &'a str,
+    lines: &'a Lines,
 }
 
 impl Checker<'_> {
@@ -63,7 +64,9 @@ impl Checker<'_> {
         value: impl std::fmt::Display,
         allowed: impl Into<String>,
     ) -> ModelError {
-        ModelError::value(Location::file(self.file), key, value, allowed)
+        let key = key.into();
+        let place = Location::line(self.file, self.lines.of(&key));
+        ModelError::value(place, key, value, allowed)
     }
 
     fn count(&self, robot: &Robot) -> Result<(), ModelError> {
@@ -217,20 +220,7 @@ impl Checker<'_> {
             key,
             &[i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz],
             MAX_QUANTITY,
-        )?;
-        let matrix = Matrix3::new(
-            i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz,
-        );
-        let smallest = SymmetricEigen::new(matrix).eigenvalues.min();
-        // Identified inertias miss definiteness by rounding only.
-        if smallest < -1.0e-6 * matrix.norm() {
-            return Err(self.refuse(
-                format!("{owner}: {key}"),
-                format!("not positive (eigenvalue {smallest})"),
-                "check the signs and the order ixx ixy ixz iyy iyz izz",
-            ));
-        }
-        Ok(())
+        )
     }
 
     fn geometry(&self, owner: &str, geometry: &Geometry, longest: f64) -> Result<(), ModelError> {
@@ -258,7 +248,7 @@ impl Checker<'_> {
         self.finite(owner, key, &pose.rpy.0, MAX_COORDINATE)
     }
 
-    fn joint(&self, joint: &Joint, robot: &Robot) -> Result<(), ModelError> {
+    fn joint(&self, joint: &Joint) -> Result<(), ModelError> {
         let owner = format!("joint '{}'", joint.name);
         self.pose(&owner, "origin", &joint.origin)?;
         self.finite(&owner, "axis", &joint.axis.xyz.0, MAX_COORDINATE)?;
@@ -281,20 +271,6 @@ impl Checker<'_> {
                 "a moving joint needs a direction",
             ));
         }
-        if let Some(mimic) = &joint.mimic {
-            let names: Vec<&str> = robot
-                .joints
-                .iter()
-                .map(|joint| joint.name.as_str())
-                .collect();
-            if !names.contains(&mimic.joint.as_str()) {
-                return Err(self.refuse(
-                    format!("{owner}: mimic"),
-                    &mimic.joint,
-                    format!("no such joint; {}", suggest::advice(&mimic.joint, &names)),
-                ));
-            }
-        }
         self.limit(&owner, joint)
     }
 
@@ -314,9 +290,6 @@ impl Checker<'_> {
         if continuous {
             return Ok(());
         }
-        if limit.lower == 0.0 && limit.upper == 0.0 {
-            return Err(self.refuse(format!("{owner}: limit"), "missing", "add <limit lower= upper= velocity= effort=/>, or make the joint fixed or continuous"));
-        }
         self.finite(owner, "limit lower", &[limit.lower], MAX_COORDINATE)?;
         self.finite(owner, "limit upper", &[limit.upper], MAX_COORDINATE)?;
         if limit.lower >= limit.upper {
@@ -332,7 +305,7 @@ impl Checker<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::check;
+    use super::{Lines, check};
 
     fn robot(shape: &str, links: usize) -> urdf_rs::Robot {
         let link = |index: usize| {
@@ -353,19 +326,42 @@ mod tests {
 
     #[test]
     fn a_shape_longer_than_the_robot_is_refused_with_its_link() {
-        let refused = |shape: &str| check("r.urdf", &robot(shape, 3)).unwrap_err().to_string();
+        let refused = |shape: &str| {
+            check("r.urdf", &Lines::default(), &robot(shape, 3))
+                .unwrap_err()
+                .to_string()
+        };
         let said = refused("<capsule radius='0.1' length='17'/>");
         for part in ["link 'l0'", "17 m", "0 to 3.00 m"] {
             assert!(said.contains(part), "{said}");
         }
         assert!(refused("<sphere radius='1.6'/>").contains("3.2 m"));
-        assert!(check("r.urdf", &robot("<sphere radius='1.4'/>", 3)).is_ok());
+        assert!(
+            check(
+                "r.urdf",
+                &Lines::default(),
+                &robot("<sphere radius='1.4'/>", 3)
+            )
+            .is_ok()
+        );
     }
 
     #[test]
     fn a_robot_of_too_many_links_is_refused_at_once() {
-        let said = check("r.urdf", &robot("<sphere radius='0.1'/>", 513)).unwrap_err();
+        let said = check(
+            "r.urdf",
+            &Lines::default(),
+            &robot("<sphere radius='0.1'/>", 513),
+        )
+        .unwrap_err();
         assert!(said.to_string().contains("513"), "{said}");
-        assert!(check("r.urdf", &robot("<sphere radius='0.1'/>", 512)).is_ok());
+        assert!(
+            check(
+                "r.urdf",
+                &Lines::default(),
+                &robot("<sphere radius='0.1'/>", 512)
+            )
+            .is_ok()
+        );
     }
 }

@@ -1,22 +1,53 @@
 //! A user's own arm.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::error::{Location, ModelError};
+use crate::robots::lula;
 use crate::robots::motion::read;
 use crate::robots::robot::Robot;
+use crate::robots::urdf::{self, UrdfRobot};
 use crate::robots::xrdf::{self, Xrdf};
 use crate::suggest;
 
-/// Files of a user's arm (`--robot`, `--xrdf`, `--rmpflow`).
+/// What branches after fewer joints than this is no arm with a hand.
+const LEAST_TRUNK: usize = 4;
+/// Tips that a message names.
+const MOST_CANDIDATES: usize = 12;
+
+/// Files of a user's arm (`--robot`, `--xrdf`, `--rmpflow`, `--tip`).
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct RobotFiles {
     /// The URDF.
     pub urdf: PathBuf,
-    /// The XRDF: controlled joints, limits, tool frame, spheres.
+    /// Controlled joints, limits, tool frame and spheres: an XRDF, or a robot description
+    /// of Lula.
     pub xrdf: Option<PathBuf>,
     /// Tuning, `format: rmpflow`.
     pub rmpflow: Option<PathBuf>,
+    /// The link that is the tool; the arm ends there.
+    #[serde(default)]
+    pub tip: Option<String>,
+}
+
+impl RobotFiles {
+    /// Where the robot is a `config.json` of Isaac Sim: the files that it names. What was
+    /// given beside it stays.
+    ///
+    /// # Errors
+    /// [`ModelError`] where the file is missing or wrong.
+    pub fn resolved(self) -> Result<Self, ModelError> {
+        if self.urdf.extension().is_none_or(|end| end != "json") {
+            return Ok(self);
+        }
+        let named = lula::read_config(&self.urdf)?;
+        Ok(Self {
+            urdf: named.urdf,
+            xrdf: self.xrdf.or(named.xrdf),
+            rmpflow: self.rmpflow.or(named.rmpflow),
+            tip: self.tip.or(named.tip),
+        })
+    }
 }
 
 impl Robot {
@@ -26,19 +57,15 @@ impl Robot {
     /// [`ModelError`] where a file is missing or wrong.
     pub fn from_files(files: &RobotFiles) -> Result<Self, ModelError> {
         let (file, text) = read(&files.urdf)?;
-        let urdf = crate::robots::urdf::parse(&file, &text)?;
-        let xrdf = match &files.xrdf {
-            None => None,
-            Some(path) => {
-                let (file, text) = read(path)?;
-                let xrdf = xrdf::parse(&file, &text)?;
-                Some((file, xrdf))
-            }
-        };
-        let mut robot = assemble(
+        let urdf = urdf::parse(&file, &text)?;
+        let description = files.xrdf.as_deref().map(read_description).transpose()?;
+        let mut source = Source {
+            file: &file,
             urdf,
-            xrdf.as_ref().map(|(file, xrdf)| (file.as_str(), xrdf)),
-        )?;
+            description: description.as_ref(),
+            tip: files.tip.as_deref(),
+        };
+        let mut robot = source.assemble()?;
         if let Some(path) = &files.rmpflow {
             let (file, text) = read(path)?;
             robot.take_tuning(&file, &text)?;
@@ -47,39 +74,144 @@ impl Robot {
     }
 }
 
-fn assemble(
-    urdf: crate::robots::urdf::UrdfRobot,
-    xrdf: Option<(&str, &Xrdf)>,
-) -> Result<Robot, ModelError> {
-    let joints = crate::robots::load::plain_specs(&urdf);
-    let arm_joints = match xrdf {
-        None => longest_arm(&urdf.chain),
-        Some((file, xrdf)) => named_joints(&urdf.chain, file, &xrdf.joint_names)?,
+/// A description with its name in messages.
+fn read_description(path: &Path) -> Result<(String, Xrdf), ModelError> {
+    let (file, text) = read(path)?;
+    let parse = if lula::is_description(&text) {
+        lula::parse
+    } else {
+        xrdf::parse
     };
-    let home: Vec<f64> = joints.iter().map(|spec| spec.home).collect();
-    let mut robot = Robot {
-        rmpflow: Robot::general_tuning(arm_joints.len())?,
-        name: urdf.name,
-        default_joint_positions: arm_joints.iter().map(|&joint| home[joint]).collect(),
-        fixed_joint_positions: home,
-        tcp_frame: tool_frame(&urdf.chain, arm_joints.last().copied()),
-        chain: urdf.chain,
-        joints,
-        links: urdf.links,
-        arm_joints,
-        gripper: None,
-        suction: None,
-        spheres: Vec::new(),
-    };
-    if let Some((file, xrdf)) = xrdf {
-        robot.take_xrdf(file, xrdf)?;
-        robot.take_tool(file, xrdf)?;
-        // A user's arm starts in its default posture.
-        for (spec, position) in robot.joints.iter_mut().zip(&robot.fixed_joint_positions) {
-            spec.home = *position;
+    let description = parse(&file, &text)?;
+    Ok((file, description))
+}
+
+/// What a user's arm is made of.
+struct Source<'a> {
+    file: &'a str,
+    urdf: UrdfRobot,
+    description: Option<&'a (String, Xrdf)>,
+    tip: Option<&'a str>,
+}
+
+impl Source<'_> {
+    fn assemble(&mut self) -> Result<Robot, ModelError> {
+        let tip = self.tip.map(|name| self.frame(name)).transpose()?;
+        let arm_joints = match self.description {
+            None => self.arm_joints(tip)?,
+            Some((file, xrdf)) => named_joints(&self.urdf.chain, file, &xrdf.joint_names)?,
+        };
+        let chain = &self.urdf.chain;
+        let joints = crate::robots::load::plain_specs(&self.urdf);
+        let home: Vec<f64> = joints.iter().map(|spec| spec.home).collect();
+        let mut robot = Robot {
+            rmpflow: Robot::general_tuning(arm_joints.len())?,
+            name: self.urdf.name.clone(),
+            default_joint_positions: arm_joints.iter().map(|&joint| home[joint]).collect(),
+            fixed_joint_positions: home,
+            tcp_frame: tool_frame(chain, arm_joints.last().copied()),
+            chain: chain.clone(),
+            joints,
+            links: self.urdf.links.clone(),
+            arm_joints,
+            warnings: std::mem::take(&mut self.urdf.warnings),
+            gripper: None,
+            suction: None,
+            spheres: Vec::new(),
+        };
+        if let Some((file, xrdf)) = self.description {
+            robot.take_xrdf(file, xrdf)?;
+            robot.take_tool(file, xrdf)?;
+            // A user's arm starts in its default posture.
+            for (spec, position) in robot.joints.iter_mut().zip(&robot.fixed_joint_positions) {
+                spec.home = *position;
+            }
         }
+        if let Some(tip) = tip {
+            robot.tcp_frame = tip;
+        }
+        if self.description.is_none() {
+            robot.bend_home();
+        }
+        robot.strengthen(self.file);
+        Ok(robot)
     }
-    Ok(robot)
+
+    fn frame(&self, name: &str) -> Result<usize, ModelError> {
+        let chain = &self.urdf.chain;
+        chain.frame_index(name).ok_or_else(|| {
+            let names: Vec<&str> = chain.frames().iter().map(|f| f.name.as_str()).collect();
+            let allowed = format!(
+                "no such link in the URDF; {}",
+                suggest::advice(name, &names)
+            );
+            ModelError::value(Location::file(self.file), "tip", name, allowed)
+        })
+    }
+
+    /// The joints from the base to the tip. Without one to where the tree ends or a hand
+    /// begins; of a robot with several arms or legs the first of the longest.
+    fn arm_joints(&mut self, tip: Option<usize>) -> Result<Vec<usize>, ModelError> {
+        let trunk = trunk(&self.urdf.chain);
+        let tips = self.urdf.tips();
+        let longest = tips.first().map_or(0, |(_, joints)| *joints);
+        let mut joints = match (tip, tips.first()) {
+            (Some(tip), _) => self.urdf.joints_to(tip),
+            (None, Some((tip, _))) if trunk.len() < LEAST_TRUNK && trunk.len() < longest => {
+                let joints = self.urdf.joints_to(*tip);
+                self.urdf.warnings.push(format!(
+                    "{}: the tree branches; the arm that ends at '{}' is controlled, and \
+                     `--tip LINK` names another one: {}",
+                    self.file,
+                    self.name_of(*tip),
+                    self.candidates(&tips)
+                ));
+                joints
+            }
+            _ => trunk,
+        };
+        if joints.is_empty() {
+            let found = match tip {
+                Some(tip) => format!("0 before '{}'", self.name_of(tip)),
+                None => "0".to_owned(),
+            };
+            let allowed = match longest {
+                0 => "no joint of this file moves, so there is nothing to control".to_owned(),
+                _ => format!(
+                    "`--tip LINK` names where the arm ends, with the number of joints: {}",
+                    self.candidates(&tips)
+                ),
+            };
+            let key = "number of joints of the arm";
+            return Err(ModelError::value(
+                Location::file(self.file),
+                key,
+                found,
+                allowed,
+            ));
+        }
+        let most = ipc_types::MAX_JOINTS;
+        if joints.len() > most {
+            self.urdf.warnings.push(format!(
+                "{}: {} joints to the tip; the last {most} are controlled, the others hold",
+                self.file,
+                joints.len()
+            ));
+            joints.drain(..joints.len() - most);
+        }
+        Ok(joints)
+    }
+
+    fn name_of(&self, frame: usize) -> &str {
+        let frames = self.urdf.chain.frames();
+        frames.get(frame).map_or("", |frame| &frame.name)
+    }
+
+    fn candidates(&self, tips: &[(usize, usize)]) -> String {
+        let moving = tips.iter().filter(|(_, joints)| *joints > 0);
+        let names = moving.map(|(frame, joints)| format!("{} ({joints})", self.name_of(*frame)));
+        names.take(MOST_CANDIDATES).collect::<Vec<_>>().join(", ")
+    }
 }
 
 fn named_joints(
@@ -106,7 +238,7 @@ fn named_joints(
 
 /// Joints from the base to where the tree ends or branches: a hand with several
 /// fingers begins at a branch.
-fn longest_arm(chain: &rmp::Chain) -> Vec<usize> {
+fn trunk(chain: &rmp::Chain) -> Vec<usize> {
     let children = |parent: Option<usize>| -> Vec<usize> {
         (0..chain.joints().len())
             .filter(|&joint| chain.joints()[joint].parent == parent)
@@ -117,9 +249,6 @@ fn longest_arm(chain: &rmp::Chain) -> Vec<usize> {
     while let [next] = children(at)[..] {
         arm.push(next);
         at = Some(next);
-        if arm.len() == ipc_types::MAX_JOINTS {
-            break;
-        }
     }
     arm
 }

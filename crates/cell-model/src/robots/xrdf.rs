@@ -10,6 +10,10 @@ use crate::error::ModelError;
 use crate::robots::rmpflow::yaml;
 use rmp::CollisionSphere;
 
+/// Limits of acceleration (rad/s² or m/s²) that are allowed, and of jerk.
+pub(crate) const ACCELERATION: (f64, f64) = (1e-6, 1e5);
+pub(crate) const JERK: (f64, f64) = (1e-6, 1e7);
+
 /// What an XRDF says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Xrdf {
@@ -17,9 +21,10 @@ pub struct Xrdf {
     pub default_joint_positions: BTreeMap<String, f64>,
     /// Controlled joints in order.
     pub joint_names: Vec<String>,
-    /// Acceleration limit of each controlled joint (rad/s² or m/s²).
+    /// Acceleration limit of each controlled joint (rad/s² or m/s²); empty where the file
+    /// says none, as a robot description of Lula may.
     pub acceleration_limits: Vec<f64>,
-    /// Jerk limit of each controlled joint (rad/s³ or m/s³).
+    /// Jerk limit of each controlled joint (rad/s³ or m/s³), or empty.
     pub jerk_limits: Vec<f64>,
     /// Frames meant for tools; the first is the default.
     pub tool_frames: Vec<String>,
@@ -82,9 +87,9 @@ struct Geometry {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Sphere {
-    center: [f64; 3],
-    radius: f64,
+pub(crate) struct Sphere {
+    pub(crate) center: [f64; 3],
+    pub(crate) radius: f64,
 }
 
 #[derive(Deserialize)]
@@ -145,13 +150,14 @@ fn pairs(ignore: BTreeMap<String, Vec<String>>) -> Vec<(String, String)> {
     pairs
 }
 
-struct Reader<'a> {
-    file: &'a str,
-    text: &'a str,
+/// Numbers of a file with the line of their key.
+pub(crate) struct Reader<'a> {
+    pub(crate) file: &'a str,
+    pub(crate) text: &'a str,
 }
 
 impl Reader<'_> {
-    fn refuse(
+    pub(crate) fn refuse(
         &self,
         key: &str,
         value: impl std::fmt::Display,
@@ -160,37 +166,58 @@ impl Reader<'_> {
         yaml::refuse(self.file, self.text, key, value, allowed)
     }
 
-    fn number(&self, key: &str, value: f64, low: f64, high: f64) -> Result<(), ModelError> {
+    pub(crate) fn number(
+        &self,
+        key: &str,
+        value: f64,
+        low: f64,
+        high: f64,
+    ) -> Result<(), ModelError> {
         if (low..=high).contains(&value) {
             return Ok(());
         }
         Err(self.refuse(key, value, format!("{low} to {high} is allowed")))
     }
 
-    fn check_cspace(&self, cspace: &Cspace) -> Result<(), ModelError> {
-        let joints = cspace.joint_names.len();
+    /// Names of controlled joints.
+    pub(crate) fn check_names(&self, key: &str, names: &[String]) -> Result<(), ModelError> {
+        let joints = names.len();
         if joints == 0 || joints > rmp::MAX_JOINTS {
             let allowed = format!("1 to {} names are allowed", rmp::MAX_JOINTS);
-            return Err(self.refuse("cspace.joint_names", format!("{joints} names"), allowed));
-        }
-        let lists = [
-            (
-                "cspace.acceleration_limits",
-                &cspace.acceleration_limits,
-                1e5,
-            ),
-            ("cspace.jerk_limits", &cspace.jerk_limits, 1e7),
-        ];
-        for (key, values, high) in lists {
-            if values.len() != joints {
-                let allowed = format!("{joints} are needed, one for each of cspace.joint_names");
-                return Err(self.refuse(key, format!("{} numbers", values.len()), allowed));
-            }
-            for (index, &value) in values.iter().enumerate() {
-                self.number(&format!("{key}[{index}]"), value, 1e-6, high)?;
-            }
+            return Err(self.refuse(key, format!("{joints} names"), allowed));
         }
         Ok(())
+    }
+
+    /// A list with a number for each of `joints` controlled joints.
+    pub(crate) fn numbers(
+        &self,
+        key: &str,
+        values: &[f64],
+        joints: usize,
+        (low, high): (f64, f64),
+    ) -> Result<(), ModelError> {
+        if values.len() != joints {
+            let allowed = format!("{joints} are needed, one for each controlled joint");
+            return Err(self.refuse(key, format!("{} numbers", values.len()), allowed));
+        }
+        let mut values = values.iter().enumerate();
+        values.try_for_each(|(index, &value)| {
+            self.number(&format!("{key}[{index}]"), value, low, high)
+        })
+    }
+
+    fn check_cspace(&self, cspace: &Cspace) -> Result<(), ModelError> {
+        self.check_names("cspace.joint_names", &cspace.joint_names)?;
+        let joints = cspace.joint_names.len();
+        let (acceleration, jerk) = (&cspace.acceleration_limits, &cspace.jerk_limits);
+        self.numbers(
+            "cspace.acceleration_limits",
+            acceleration,
+            joints,
+            ACCELERATION,
+        )?;
+        self.numbers("cspace.jerk_limits", jerk, joints, JERK)
     }
 
     /// Spheres of a section, clones included, radii grown by its buffers.
@@ -262,7 +289,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn sphere(
+    pub(crate) fn sphere(
         &self,
         key: &str,
         frame: &str,

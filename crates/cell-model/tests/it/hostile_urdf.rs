@@ -99,10 +99,6 @@ fn numbers_that_cannot_be_meant_are_named_with_their_owner() {
             "joint 'j1': limit velocity is inf",
         ),
         (
-            format!("{LINKS}{}", joint("")),
-            "joint 'j1': limit is missing",
-        ),
-        (
             format!(
                 "{LINKS}{}",
                 joint(&format!(r#"<axis xyz="0 0 0"/>{LIMIT}"#))
@@ -112,19 +108,69 @@ fn numbers_that_cannot_be_meant_are_named_with_their_owner() {
         (
             format!(
                 "{LINKS}{}",
-                joint(&format!(r#"<mimic joint="j7"/>{LIMIT}"#))
+                joint(&format!(r#"<origin xyz="0 0 0.1 0"/>{LIMIT}"#))
             ),
-            "no such joint",
+            "bad.urdf:1: joint 'j1': origin xyz is \"0 0 0.1 0\"; three numbers",
         ),
         (inertial("-1", "1"), "link 'base': mass is -1"),
         (inertial("nan", "1"), "link 'base': mass is NaN"),
         (inertial("1", "nan"), "link 'base': inertia is NaN"),
-        (inertial("1", "-1"), "link 'base': inertia is not positive"),
     ];
     for (body, expected) in cases {
         let error = refused(&body);
         assert!(error.contains(expected), "{error}\nexpected {expected}");
     }
+}
+
+#[test]
+fn a_refused_number_has_the_line_of_its_joint() {
+    let limit = r#"<limit lower="2" upper="1"/>"#;
+    let error = refused(&format!("\n{LINKS}\n\n{}", joint(limit)));
+    assert!(error.starts_with("bad.urdf:4: joint 'j1'"), "{error}");
+}
+
+#[test]
+fn faults_that_leave_no_doubt_are_warnings_with_their_line() {
+    let text = format!(
+        r#"<!-- first --><?xml version="1.0"?><robot name="x">
+        <xacro:property name="unbound prefix" value="1"/>
+        <link name="base"><inertial><mass value="2"/>
+          <inertia ixx="-1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+          <visual><origin xyz="not a number"/><geometry><mesh/></geometry></visual></link>
+        <link name="arm"><collision><origin xyz="0 0"/><geometry><sphere radius="1"/></geometry>
+          </collision></link>
+        <link name="hand"/>
+        {}
+        <joint name="j2" type="floating"><parent link="arm"/><child link="hand"/></joint>
+        </robot>"#,
+        joint(r#"<axis xyz="0, 0, 1"/><axis xyz="1 0 0"/><mimic joint="j7"/>"#)
+    );
+    let robot = urdf::parse("worn.urdf", &text).unwrap();
+    let joints = robot.chain.joints();
+    assert_eq!(joints.len(), 1);
+    assert_eq!(joints[0].axis, nalgebra::Vector3::z());
+    let turns = 4.0 * std::f64::consts::PI;
+    assert!((joints[0].upper - turns).abs() < 1e-12);
+    assert_eq!(
+        (robot.limits[0].velocity, robot.limits[0].mimic),
+        (0.0, false)
+    );
+    let inertia = robot.links[0].inertia;
+    assert!(inertia.symmetric_eigenvalues().min() > 0.0);
+    assert!(robot.links[1].shapes.is_empty());
+    let wanted = [
+        ":3: link 'base': the inertia is not positive",
+        ":6: link 'arm': a collision shape is unreadable",
+        ":9: joint 'j1' has no limits",
+        ":9: 'j1' has a second axis",
+        ":9: joint 'j1': mimic of joint 'j7'",
+        ":10: joint 'j2': type floating",
+    ];
+    for warning in wanted {
+        let found = robot.warnings.iter().any(|said| said.contains(warning));
+        assert!(found, "{warning}: {:#?}", robot.warnings);
+    }
+    assert_eq!(robot.warnings.len(), wanted.len());
 }
 
 #[test]

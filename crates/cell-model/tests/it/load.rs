@@ -1,6 +1,7 @@
 //! What a user notices when loading robots and cells.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::fmt::Write as _;
 
 use cell_model::{Cell, Data, Robot, RobotFiles};
 
@@ -94,4 +95,98 @@ fn a_missing_urdf_is_named() {
         .unwrap_err()
         .to_string();
     assert!(error.contains("no/such.urdf"), "{error}");
+}
+
+/// A robot with two arms of three joints and a neck, in a folder of its own.
+fn two_arms(name: &str) -> std::path::PathBuf {
+    let mut text = String::from("<robot name='both'><link name='body'/>");
+    for (side, count) in [("left", 3), ("right", 3), ("neck", 1)] {
+        for index in 1..=count {
+            let parent = match index {
+                1 => "body".to_owned(),
+                _ => format!("{side}_{}", index - 1),
+            };
+            let _infallible = write!(
+                text,
+                "<link name='{side}_{index}'/><joint name='{side}_j{index}' type='revolute'>\
+                 <parent link='{parent}'/><child link='{side}_{index}'/>\
+                 <origin xyz='0 0 0.3'/><limit lower='-2' upper='2'/></joint>"
+            );
+        }
+    }
+    let file = std::env::temp_dir().join(format!("{name}-{}.urdf", std::process::id()));
+    std::fs::write(&file, text + "</robot>").unwrap();
+    file
+}
+
+#[test]
+fn an_arm_without_a_posture_starts_bent_and_is_strong_enough_to_hold_itself() {
+    let mut text = String::from("<robot name='stretched'><link name='l0'/>");
+    for index in 1..=6 {
+        let axis = if index % 2 == 1 { "0 0 1" } else { "0 1 0" };
+        let _infallible = write!(
+            text,
+            "<link name='l{index}'><inertial><mass value='2'/><origin xyz='0 0 0.1'/></inertial>\
+             </link><joint name='j{index}' type='revolute'><parent link='l{}'/>\
+             <child link='l{index}'/><origin xyz='0 0 0.2'/><axis xyz='{axis}'/>\
+             <limit lower='-2.5' upper='2.5' effort='5'/></joint>",
+            index - 1
+        );
+    }
+    let file = std::env::temp_dir().join(format!("stretched-{}.urdf", std::process::id()));
+    std::fs::write(&file, text + "</robot>").unwrap();
+    let robot = Robot::from_files(&RobotFiles {
+        urdf: file.clone(),
+        ..RobotFiles::default()
+    })
+    .unwrap();
+    std::fs::remove_file(&file).unwrap();
+    // At zero the arm points straight up, and cannot move up or down.
+    let home = robot.home();
+    assert!(home.iter().all(|q| q.abs() <= 0.6), "{home:?}");
+    assert!(home[1].abs() > 0.1 && home[3].abs() > 0.1, "{home:?}");
+    // Ten kilograms 0.6 m from the second joint.
+    let lifting = robot.joints[1].effort;
+    assert!((100.0..300.0).contains(&lifting), "{lifting}");
+    let warning = &robot.warnings[0];
+    assert!(
+        warning.contains("joint 'j2': an effort of 5.0"),
+        "{warning}"
+    );
+    // The first one turns about a vertical axis.
+    assert_eq!(robot.joints[0].effort, 5.0);
+}
+
+#[test]
+fn of_several_arms_the_first_is_controlled_or_the_one_that_is_named() {
+    let urdf = two_arms("several-arms");
+    let load = |tip: Option<&str>| {
+        Robot::from_files(&RobotFiles {
+            urdf: urdf.clone(),
+            tip: tip.map(str::to_owned),
+            ..RobotFiles::default()
+        })
+    };
+    let first = load(None).unwrap();
+    assert_eq!(first.arm_joint_names(), ["left_j1", "left_j2", "left_j3"]);
+    let warning = &first.warnings[0];
+    for words in [
+        "'left_3' is controlled",
+        "--tip LINK",
+        "right_3 (3)",
+        "neck_1 (1)",
+    ] {
+        assert!(warning.contains(words), "{warning}");
+    }
+    let named = load(Some("right_2")).unwrap();
+    assert_eq!(named.arm_joint_names(), ["right_j1", "right_j2"]);
+    assert_eq!(named.tcp_frame_name(), "right_2");
+    let error = load(Some("right_4")).unwrap_err().to_string();
+    assert!(error.contains("did you mean 'right_"), "{error}");
+    let none = load(Some("body")).unwrap_err().to_string();
+    assert!(
+        none.contains("left_3 (3), right_3 (3), neck_1 (1)"),
+        "{none}"
+    );
+    std::fs::remove_file(&urdf).unwrap();
 }

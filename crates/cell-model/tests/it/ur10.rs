@@ -51,6 +51,7 @@ fn every_frame_is_where_the_published_robot_has_it() {
         urdf: reference.join("ur10.urdf"),
         xrdf: Some(reference.join("ur10.xrdf")),
         rmpflow: Some(reference.join("ur10_rmpflow.yaml")),
+        tip: None,
     })
     .unwrap();
     let ours = ur10();

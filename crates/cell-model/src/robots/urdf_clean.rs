@@ -1,0 +1,464 @@
+//! A URDF as its parser takes it: what describes the robot, without what is only looked at
+//! or belongs to other programs. Faults that leave no doubt about what is meant are put
+//! right and become warnings with their line; the others are refused later, with the same
+//! lines.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+use nalgebra::{Matrix3, SymmetricEigen};
+use roxmltree::{Document, Node};
+
+use crate::error::{Location, ModelError};
+use crate::robots::urdf_check::MAX_COORDINATE;
+
+/// Prefixes of other formats that a URDF may use without declaring them.
+const MAX_PREFIXES: usize = 16;
+/// How far a sliding joint goes that states no limits (m).
+const SLIDE_M: f64 = 1.0;
+/// Radius of the ball whose inertia a link gets that has none (m).
+const BALL_M: f64 = 0.05;
+
+/// What came of a file.
+pub(super) struct Cleaned {
+    /// The URDF.
+    pub(super) text: String,
+    /// What was put right, with file and line.
+    pub(super) warnings: Vec<String>,
+    /// Where links and joints are.
+    pub(super) lines: Lines,
+}
+
+/// Lines of links and joints by name.
+#[derive(Default)]
+pub(super) struct Lines {
+    links: BTreeMap<String, usize>,
+    joints: BTreeMap<String, usize>,
+}
+
+impl Lines {
+    /// The line of what a message is about: `link 'NAME': ..` or `joint 'NAME': ..`.
+    pub(super) fn of(&self, key: &str) -> Option<usize> {
+        let named = |word: &str, lines: &BTreeMap<String, usize>| {
+            let rest = key.strip_prefix(word)?.strip_prefix(" '")?;
+            lines.get(rest.split('\'').next()?).copied()
+        };
+        named("link", &self.links).or_else(|| named("joint", &self.joints))
+    }
+}
+
+/// Reads and cleans a URDF; `file` is its name in messages.
+///
+/// # Errors
+/// [`ModelError`] for what is no XML, and for the numbers of a joint that cannot be read.
+pub(super) fn clean(file: &str, text: &str) -> Result<Cleaned, ModelError> {
+    let declared = declare_prefixes(&without_late_declaration(text));
+    let document = Document::parse(&declared).map_err(|error| ModelError::Syntax {
+        place: Location::line(file, usize::try_from(error.pos().row).ok()),
+        message: format!("no XML: {error}"),
+    })?;
+    let mut cleaner = Cleaner {
+        file,
+        document: &document,
+        out: String::new(),
+        warnings: Vec::new(),
+        lines: Lines::default(),
+        joints: BTreeSet::new(),
+    };
+    cleaner.robot(document.root_element())?;
+    Ok(Cleaned {
+        text: cleaner.out,
+        warnings: cleaner.warnings,
+        lines: cleaner.lines,
+    })
+}
+
+/// An XML declaration that does not come first, as below a comment, says nothing. The lines
+/// stay.
+fn without_late_declaration(text: &str) -> String {
+    match text.find("<?xml") {
+        Some(at) if at > 0 => {
+            let length = text[at..].find("?>").map_or(0, |end| end + 2);
+            let blank = text[at..at + length].replace(|c| c != '\n', " ");
+            format!("{}{blank}{}", &text[..at], &text[at + length..])
+        }
+        _ => text.to_owned(),
+    }
+}
+
+/// Declares prefixes that the parser would refuse.
+fn declare_prefixes(text: &str) -> String {
+    let mut text = text.to_owned();
+    for _ in 0..MAX_PREFIXES {
+        let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = Document::parse(&text) else {
+            break;
+        };
+        text = text.replacen("<robot", &format!("<robot xmlns:{prefix}=\"{prefix}\""), 1);
+    }
+    text
+}
+
+struct Cleaner<'a, 'input> {
+    file: &'a str,
+    document: &'a Document<'input>,
+    out: String,
+    warnings: Vec<String>,
+    lines: Lines,
+    /// Names of all joints.
+    joints: BTreeSet<String>,
+}
+
+impl Cleaner<'_, '_> {
+    fn line(&self, node: Node<'_, '_>) -> usize {
+        let at = self.document.text_pos_at(node.range().start);
+        usize::try_from(at.row).unwrap_or(0)
+    }
+
+    fn warn(&mut self, node: Node<'_, '_>, what: impl std::fmt::Display) {
+        let line = self.line(node);
+        self.warnings.push(format!("{}:{line}: {what}", self.file));
+    }
+
+    fn robot(&mut self, root: Node<'_, '_>) -> Result<(), ModelError> {
+        if root.tag_name().name() != "robot" {
+            return Err(ModelError::Syntax {
+                place: Location::line(self.file, Some(self.line(root))),
+                message: format!(
+                    "no URDF: the outermost element is '{}', not 'robot'",
+                    root.tag_name().name()
+                ),
+            });
+        }
+        self.open(
+            "robot",
+            &[("name", root.attribute("name").unwrap_or("robot"))],
+        );
+        for joint in elements(root, "joint") {
+            self.joints
+                .insert(joint.attribute("name").unwrap_or_default().to_owned());
+        }
+        for link in elements(root, "link") {
+            self.link(link);
+        }
+        for joint in elements(root, "joint") {
+            self.joint(joint)?;
+        }
+        self.out.push_str("</robot>");
+        Ok(())
+    }
+
+    fn link(&mut self, link: Node<'_, '_>) {
+        let name = link.attribute("name").unwrap_or_default();
+        let line = self.line(link);
+        self.lines.links.entry(name.to_owned()).or_insert(line);
+        self.open("link", &[("name", name)]);
+        if let Some(inertial) = self.only(link, "inertial", name) {
+            self.inertial(inertial, name);
+        }
+        for collision in elements(link, "collision") {
+            self.collision(collision, name);
+        }
+        self.out.push_str("</link>");
+    }
+
+    fn inertial(&mut self, inertial: Node<'_, '_>, link: &str) {
+        self.out.push_str("<inertial>");
+        if let Some(origin) = self.only(inertial, "origin", link) {
+            match (vector(origin, "xyz"), vector(origin, "rpy")) {
+                (Ok(xyz), Ok(rpy)) => self.origin(&xyz, &rpy),
+                _ => self.warn(
+                    origin,
+                    format_args!(
+                        "link '{link}': the centre of mass is unreadable; its origin is taken"
+                    ),
+                ),
+            }
+        }
+        let value = |tag: &'static str, key: &str| {
+            let found = elements(inertial, tag).next();
+            found.and_then(|node| number(node, key)).unwrap_or(0.0)
+        };
+        let mass = value("mass", "value");
+        let keys = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
+        let mut inertia = keys.map(|key| value("inertia", key));
+        if !is_positive(&inertia) {
+            let ball = 0.4 * mass.max(0.0) * BALL_M * BALL_M;
+            self.warn(
+                inertial,
+                format_args!(
+                    "link '{link}': the inertia is not positive; that of a ball of {BALL_M} m is taken"
+                ),
+            );
+            inertia = [ball, 0.0, 0.0, ball, 0.0, ball];
+        }
+        self.single("mass", &[("value", &mass.to_string())]);
+        let texts = inertia.map(|value| value.to_string());
+        let attributes: Vec<(&str, &str)> = keys
+            .into_iter()
+            .zip(texts.iter().map(String::as_str))
+            .collect();
+        self.single("inertia", &attributes);
+        self.out.push_str("</inertial>");
+    }
+
+    /// Copies a shape; one that cannot be read is left out.
+    fn collision(&mut self, collision: Node<'_, '_>, link: &str) {
+        let geometry = elements(collision, "geometry").next();
+        let Some(shape) = geometry.and_then(|node| node.children().find(Node::is_element)) else {
+            return;
+        };
+        let origin = elements(collision, "origin").next();
+        let read = |key: &str| origin.map_or(Ok(vec![0.0; 3]), |node| vector(node, key));
+        let (Ok(xyz), Ok(rpy), Some(shape_text)) = (read("xyz"), read("rpy"), shape_text(shape))
+        else {
+            self.warn(
+                collision,
+                format_args!("link '{link}': a collision shape is unreadable and left out"),
+            );
+            return;
+        };
+        self.out.push_str("<collision>");
+        self.origin(&xyz, &rpy);
+        let _infallible = write!(self.out, "<geometry>{shape_text}</geometry></collision>");
+    }
+
+    fn joint(&mut self, joint: Node<'_, '_>) -> Result<(), ModelError> {
+        let name = joint.attribute("name").unwrap_or_default();
+        let line = self.line(joint);
+        self.lines.joints.entry(name.to_owned()).or_insert(line);
+        let stated = joint.attribute("type").unwrap_or_default();
+        let limit = self.only(joint, "limit", name);
+        let (kind, limits) = self.kind(joint, name, stated, limit);
+        self.open("joint", &[("name", name), ("type", kind)]);
+        if let Some(origin) = self.only(joint, "origin", name) {
+            let xyz = self.joint_vector(origin, name, "xyz")?;
+            let rpy = self.joint_vector(origin, name, "rpy")?;
+            self.origin(&xyz, &rpy);
+        }
+        for end in ["parent", "child"] {
+            let link = elements(joint, end)
+                .next()
+                .and_then(|node| node.attribute("link"));
+            self.single(end, &[("link", link.unwrap_or_default())]);
+        }
+        if let Some(axis) = self.only(joint, "axis", name) {
+            let xyz = if axis.has_attribute("xyz") {
+                self.joint_vector(axis, name, "xyz")?
+            } else {
+                vec![1.0, 0.0, 0.0]
+            };
+            self.single("axis", &[("xyz", &text_of(&xyz))]);
+        }
+        let rate = |key: &str| limit.and_then(|node| node.attribute(key)).unwrap_or("0");
+        let mut attributes = vec![
+            ("lower", limits.0.as_str()),
+            ("upper", limits.1.as_str()),
+            ("velocity", rate("velocity")),
+            ("effort", rate("effort")),
+        ];
+        for key in ["acceleration", "jerk"] {
+            attributes.extend(limit.and_then(|node| Some((key, node.attribute(key)?))));
+        }
+        self.single("limit", &attributes);
+        self.mimic(joint, name);
+        self.out.push_str("</joint>");
+        Ok(())
+    }
+
+    /// Type and limits of a joint as they are used.
+    fn kind<'b>(
+        &mut self,
+        joint: Node<'_, '_>,
+        name: &str,
+        stated: &'b str,
+        limit: Option<Node<'_, '_>>,
+    ) -> (&'b str, (String, String)) {
+        let none = || ("0".to_owned(), "0".to_owned());
+        if ["floating", "planar", "spherical"].contains(&stated) {
+            self.warn(
+                joint,
+                format_args!(
+                    "joint '{name}': type {stated} is not supported; it is held where it is"
+                ),
+            );
+            return ("fixed", none());
+        }
+        if !["revolute", "prismatic"].contains(&stated) {
+            return (stated, none());
+        }
+        let text = |key: &str| limit.and_then(|node| node.attribute(key)).unwrap_or("0");
+        let (lower, upper) = (text("lower"), text("upper"));
+        let values = (lower.trim().parse(), upper.trim().parse());
+        let (Ok(low), Ok(high)): (Result<f64, _>, Result<f64, _>) = values else {
+            return (stated, (lower.to_owned(), upper.to_owned()));
+        };
+        let is_missing = low == 0.0 && high == 0.0;
+        let is_endless = low < high
+            && low.is_finite()
+            && high.is_finite()
+            && (low < -MAX_COORDINATE || high > MAX_COORDINATE);
+        if !is_missing && !is_endless {
+            return (stated, (lower.to_owned(), upper.to_owned()));
+        }
+        let without = if is_missing {
+            "no limits"
+        } else {
+            "no practical limits"
+        };
+        if stated == "prismatic" {
+            self.warn(
+                joint,
+                format_args!("joint '{name}' has {without}: {SLIDE_M} m to both sides is taken"),
+            );
+            return (stated, ((-SLIDE_M).to_string(), SLIDE_M.to_string()));
+        }
+        self.warn(
+            joint,
+            format_args!("joint '{name}' has {without}: two turns to both sides are taken"),
+        );
+        ("continuous", none())
+    }
+
+    fn mimic(&mut self, joint: Node<'_, '_>, name: &str) {
+        let Some(mimic) = elements(joint, "mimic").next() else {
+            return;
+        };
+        let other = mimic.attribute("joint").unwrap_or_default();
+        if self.joints.contains(other) {
+            self.single("mimic", &[("joint", other)]);
+        } else {
+            self.warn(
+                mimic,
+                format_args!(
+                    "joint '{name}': mimic of joint '{other}', which does not exist, is ignored"
+                ),
+            );
+        }
+    }
+
+    /// The element of that name; of several the first.
+    fn only<'b, 'input>(
+        &mut self,
+        owner: Node<'b, 'input>,
+        tag: &'static str,
+        name: &str,
+    ) -> Option<Node<'b, 'input>> {
+        let mut found = elements(owner, tag);
+        let first = found.next();
+        if let Some(second) = found.next() {
+            self.warn(
+                second,
+                format_args!("'{name}' has a second {tag}, which is ignored"),
+            );
+        }
+        first
+    }
+
+    /// Numbers that decide where the robot is.
+    fn joint_vector(
+        &self,
+        node: Node<'_, '_>,
+        joint: &str,
+        key: &str,
+    ) -> Result<Vec<f64>, ModelError> {
+        vector(node, key).map_err(|found| {
+            ModelError::value(
+                Location::line(self.file, Some(self.line(node))),
+                format!("joint '{joint}': {} {key}", node.tag_name().name()),
+                format!("\"{found}\""),
+                "three numbers with spaces between them are needed",
+            )
+        })
+    }
+
+    fn open(&mut self, tag: &str, attributes: &[(&str, &str)]) {
+        self.start(tag, attributes);
+        self.out.push('>');
+    }
+
+    fn single(&mut self, tag: &str, attributes: &[(&str, &str)]) {
+        self.start(tag, attributes);
+        self.out.push_str("/>");
+    }
+
+    fn start(&mut self, tag: &str, attributes: &[(&str, &str)]) {
+        let _infallible = write!(self.out, "<{tag}");
+        for (key, value) in attributes {
+            let _infallible = write!(self.out, " {key}=\"{}\"", escaped(value));
+        }
+    }
+
+    fn origin(&mut self, xyz: &[f64], rpy: &[f64]) {
+        self.single("origin", &[("xyz", &text_of(xyz)), ("rpy", &text_of(rpy))]);
+    }
+}
+
+/// Elements of the URDF itself; those with a prefix belong to other formats.
+fn elements<'a, 'input>(
+    owner: Node<'a, 'input>,
+    tag: &'static str,
+) -> impl Iterator<Item = Node<'a, 'input>> {
+    owner.children().filter(move |node| {
+        node.is_element() && node.tag_name().name() == tag && node.tag_name().namespace().is_none()
+    })
+}
+
+fn number(node: Node<'_, '_>, key: &str) -> Option<f64> {
+    node.attribute(key)?.trim().parse().ok()
+}
+
+/// Three numbers; zeros where there is no such attribute. What is there instead is the
+/// error.
+fn vector(node: Node<'_, '_>, key: &str) -> Result<Vec<f64>, String> {
+    let Some(text) = node.attribute(key) else {
+        return Ok(vec![0.0; 3]);
+    };
+    let parts = text.split(|c: char| c.is_whitespace() || c == ',');
+    let parsed: Result<Vec<f64>, _> = parts
+        .filter(|part| !part.is_empty())
+        .map(str::parse)
+        .collect();
+    match parsed {
+        Ok(values) if values.len() == 3 => Ok(values),
+        _ => Err(text.to_owned()),
+    }
+}
+
+/// A shape as the parser takes it; a mesh only stands for one that is left out.
+fn shape_text(shape: Node<'_, '_>) -> Option<String> {
+    let of = |key: &str| shape.attribute(key).unwrap_or("0").trim().parse::<f64>();
+    match shape.tag_name().name() {
+        "box" => Some(format!(
+            "<box size=\"{}\"/>",
+            text_of(&vector(shape, "size").ok()?)
+        )),
+        "sphere" => Some(format!("<sphere radius=\"{}\"/>", of("radius").ok()?)),
+        tag @ ("cylinder" | "capsule") => {
+            let (radius, length) = (of("radius").ok()?, of("length").ok()?);
+            Some(format!("<{tag} radius=\"{radius}\" length=\"{length}\"/>"))
+        }
+        "mesh" => Some("<mesh filename=\"mesh\"/>".to_owned()),
+        _ => None,
+    }
+}
+
+/// Identified inertias miss definiteness by rounding only. What is not finite is refused
+/// later.
+fn is_positive([ixx, ixy, ixz, iyy, iyz, izz]: &[f64; 6]) -> bool {
+    let matrix = Matrix3::new(*ixx, *ixy, *ixz, *ixy, *iyy, *iyz, *ixz, *iyz, *izz);
+    if !matrix.iter().all(|value| value.is_finite()) {
+        return true;
+    }
+    SymmetricEigen::new(matrix).eigenvalues.min() >= -1.0e-6 * matrix.norm()
+}
+
+fn text_of(values: &[f64]) -> String {
+    let texts: Vec<String> = values.iter().map(f64::to_string).collect();
+    texts.join(" ")
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('"', "&quot;")
+}
