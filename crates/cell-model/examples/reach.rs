@@ -5,8 +5,10 @@
 //! A file is a URDF or a `config.json` of Isaac Sim. The poses are those of joint positions
 //! within 0.8 rad (m) of the default ones and 0.15 inside of the limits; there are eight for
 //! each robot. One is reached when the tool is within 5 mm and 3 degrees of it after 5 s from
-//! the default positions. A row is printed for each file; the exit code is 5 when one was
-//! refused, or fewer than 95 % of all poses were reached.
+//! the default positions. Then it follows twelve hostile targets, random poses within 0.4 of
+//! the arm's length around its base, 1.5 s each, and the least distance of two parts of the
+//! robot that may not touch is printed. A row is printed for each file; the exit code is 5 when
+//! one was refused, fewer than 95 % of all poses were reached, or parts came nearer than -2 mm.
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
@@ -14,8 +16,8 @@ use std::process::ExitCode;
 
 use cell_model::random::Random;
 use cell_model::{Robot, RobotFiles};
-use nalgebra::Isometry3;
-use rmp::MotionState;
+use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
+use rmp::{CollisionSphere, MotionState};
 
 const POSES: usize = 8;
 const TICKS: usize = 5_000;
@@ -23,19 +25,25 @@ const SPREAD: f64 = 0.8;
 const INSIDE: f64 = 0.15;
 const NEAR_M: f64 = 0.005;
 const NEAR_RAD: f64 = 0.052;
+const HOSTILE: usize = 12;
+const HOSTILE_TICKS: usize = 1_500;
+const HOSTILE_REACH: f64 = 0.4;
+/// Parts may come this near (m): the spheres are rounder than the robot.
+const LEAST_M: f64 = -0.002;
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1).peekable();
     let tip = (arguments.next_if_eq("--tip").is_some())
         .then(|| arguments.next())
         .flatten();
-    let (mut refused, mut reached, mut asked) = (0, 0, 0);
+    let (mut refused, mut reached, mut asked, mut too_near) = (0, 0, 0, 0);
     let mut out = io::stdout().lock();
     for file in arguments {
         let row = match row(&file, tip.clone()) {
-            Ok((row, count)) => {
+            Ok((row, count, nearest)) => {
                 reached += count;
                 asked += POSES;
+                too_near += usize::from(nearest < LEAST_M);
                 row
             }
             Err(error) => {
@@ -49,7 +57,7 @@ fn main() -> ExitCode {
         out,
         "{reached} of {asked} poses reached, {refused} files refused"
     );
-    if refused > 0 || reached * 100 < asked * 95 {
+    if refused > 0 || too_near > 0 || reached * 100 < asked * 95 {
         return ExitCode::from(5);
     }
     ExitCode::SUCCESS
@@ -57,7 +65,7 @@ fn main() -> ExitCode {
 
 type Failure = Box<dyn std::error::Error>;
 
-fn row(file: &str, tip: Option<String>) -> Result<(String, usize), Failure> {
+fn row(file: &str, tip: Option<String>) -> Result<(String, usize, f64), Failure> {
     let files = RobotFiles {
         urdf: PathBuf::from(file),
         tip,
@@ -75,15 +83,17 @@ fn row(file: &str, tip: Option<String>) -> Result<(String, usize), Failure> {
             reached += 1;
         }
     }
+    let nearest = follow_hostile(&robot)?;
     let row = format!(
         "{} joints, {} spheres, tool {}, {reached} of {POSES} poses, worst {worst_mm:.1} mm, \
-         {} warnings",
+         self distance {:.1} mm, {} warnings",
         robot.arm_joints.len(),
         robot.spheres.len(),
         robot.tcp_frame_name(),
+        1000.0 * nearest,
         robot.warnings.len()
     );
-    Ok((row, reached))
+    Ok((row, reached, nearest))
 }
 
 fn goal_positions(robot: &Robot, random: &mut Random) -> Vec<f64> {
@@ -127,4 +137,69 @@ fn follow(robot: &Robot, goal: &Isometry3<f64>) -> Result<(f64, f64), Failure> {
     let end = pose(robot, &state.positions);
     let off = (end.translation.vector - goal.translation.vector).norm();
     Ok((off, end.rotation.angle_to(&goal.rotation)))
+}
+
+/// Least distance of two parts that may not touch on the way along the hostile targets (m).
+fn follow_hostile(robot: &Robot) -> Result<f64, Failure> {
+    let mut flow = robot.motion_policies(0)?;
+    let tool = flow.add_target_frame(robot.tcp_frame_name())?;
+    let limits = robot.limits();
+    let mut state = MotionState::at_rest(&robot.default_joint_positions);
+    let offsets = robot.chain.joints().iter();
+    let length: f64 = offsets.map(|j| j.origin.translation.vector.norm()).sum();
+    let mut random = Random::new(12);
+    let mut nearest = f64::INFINITY;
+    for _ in 0..HOSTILE {
+        let mut within = |half: f64| random.around_zero(half);
+        let reach = HOSTILE_REACH * length;
+        let height = within(reach) + reach;
+        let position = Vector3::new(within(reach), within(reach), height);
+        let turn = Quaternion::new(within(1.0), within(1.0), within(1.0), within(1.0));
+        flow.set_position_target(tool, Some(position))?;
+        flow.set_orientation_target(tool, Some(UnitQuaternion::new_normalize(turn)))?;
+        for tick in 0..HOSTILE_TICKS {
+            flow.step_cell(&mut state, &limits, 1.0e-3)?;
+            if tick % 10 == 0 {
+                nearest = nearest.min(self_distance(robot, &state.positions));
+            }
+        }
+    }
+    Ok(nearest)
+}
+
+fn self_distance(robot: &Robot, arm: &[f64]) -> f64 {
+    let mut all = robot.fixed_joint_positions.clone();
+    for (&joint, position) in robot.arm_joints.iter().zip(arm) {
+        all[joint] = *position;
+    }
+    let center = |sphere: &CollisionSphere| {
+        let frame = robot.chain.frame_index(&sphere.frame)?;
+        let pose = robot.frame_pose(frame, &all)?;
+        Some(pose * Point3::from(sphere.center))
+    };
+    let spheres = robot.self_spheres.iter();
+    let placed: Vec<_> = spheres
+        .filter_map(|sphere| Some((sphere, center(sphere)?)))
+        .collect();
+    let carrier = |sphere: &CollisionSphere| {
+        let frame = robot.chain.frame_index(&sphere.frame)?;
+        robot.chain.frames()[frame].joint
+    };
+    let may_touch = |a: &CollisionSphere, b: &CollisionSphere| {
+        let mut pairs = robot.self_ignore.iter();
+        let is_pair = |(c, d): &(String, String)| {
+            (*c == a.frame && *d == b.frame) || (*c == b.frame && *d == a.frame)
+        };
+        carrier(a) == carrier(b) || pairs.any(is_pair)
+    };
+    let mut least = f64::INFINITY;
+    for (index, (a, at)) in placed.iter().enumerate() {
+        for (b, from) in &placed[index + 1..] {
+            let apart = (at - from).norm() - a.radius - b.radius;
+            if apart < least && !may_touch(a, b) {
+                least = apart;
+            }
+        }
+    }
+    least
 }

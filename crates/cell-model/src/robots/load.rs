@@ -76,6 +76,8 @@ impl Loader<'_> {
             suction: self.table.suction.as_ref().map(suction),
             tcp_frame,
             spheres: Vec::new(),
+            self_spheres: Vec::new(),
+            self_ignore: Vec::new(),
             warnings: self.urdf.warnings,
         })
     }

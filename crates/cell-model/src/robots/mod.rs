@@ -8,6 +8,7 @@ mod motion;
 mod plausible;
 pub mod rmpflow;
 pub mod robot;
+mod self_pairs;
 pub mod urdf;
 mod urdf_check;
 mod urdf_clean;

@@ -41,7 +41,10 @@ impl Robot {
             joint_names: &names,
             default_positions: &defaults,
             spheres: &self.spheres,
-            self_collision: SelfCollisionSetup::default(),
+            self_collision: SelfCollisionSetup {
+                spheres: &self.self_spheres,
+                ignore: &self.self_ignore,
+            },
             parameters: &self.rmpflow,
             obstacle_capacity,
         })
@@ -69,6 +72,26 @@ impl Robot {
             self.known_frame(file, &sphere.frame)?;
         }
         self.spheres.clone_from(&xrdf.world_spheres);
+        Ok(())
+    }
+
+    /// Lets the arm keep away from itself: as the XRDF says, or, where it says nothing, with
+    /// the spheres against the world.
+    pub(crate) fn take_self_collision(
+        &mut self,
+        file: &str,
+        xrdf: &Xrdf,
+    ) -> Result<(), ModelError> {
+        for sphere in &xrdf.self_spheres {
+            self.known_frame(file, &sphere.frame)?;
+        }
+        if xrdf.self_spheres.is_empty() {
+            self.self_ignore = self.pairs_that_may_touch(&self.spheres);
+            self.self_spheres.clone_from(&self.spheres);
+        } else {
+            self.self_ignore.clone_from(&xrdf.self_ignore);
+            self.self_spheres.clone_from(&xrdf.self_spheres);
+        }
         Ok(())
     }
 

@@ -86,6 +86,10 @@ pub struct Robot {
     pub tcp_frame: usize,
     /// Collision spheres against the world.
     pub spheres: Vec<CollisionSphere>,
+    /// Spheres against the robot itself; with none the arm does not keep away from itself.
+    pub self_spheres: Vec<CollisionSphere>,
+    /// Pairs of frames with such spheres that may touch.
+    pub self_ignore: Vec<(String, String)>,
     /// Default configuration of the controlled joints for motion policies: the
     /// posture to lean to (rad or m).
     pub default_joint_positions: Vec<f64>,

@@ -118,10 +118,13 @@ impl Source<'_> {
             gripper: None,
             suction: None,
             spheres: Vec::new(),
+            self_spheres: Vec::new(),
+            self_ignore: Vec::new(),
         };
         if let Some((file, xrdf)) = self.description {
             robot.take_xrdf(file, xrdf)?;
             robot.take_tool(file, xrdf)?;
+            robot.take_self_collision(file, xrdf)?;
             // A user's arm starts in its default posture.
             for (spec, position) in robot.joints.iter_mut().zip(&robot.fixed_joint_positions) {
                 spec.home = *position;

@@ -190,3 +190,37 @@ fn of_several_arms_the_first_is_controlled_or_the_one_that_is_named() {
     );
     std::fs::remove_file(&urdf).unwrap();
 }
+
+#[test]
+fn an_arm_whose_files_say_nothing_of_self_collision_keeps_away_from_itself() {
+    let data = Data::checkout_dir().join("robots/panda");
+    let text = std::fs::read_to_string(data.join("panda.xrdf")).unwrap();
+    let section = text.find("self_collision:").unwrap();
+    let rest = text[section..].find("\ngeometry:").unwrap();
+    let without = format!("{}{}", &text[..section], &text[section + rest..]);
+    let xrdf = std::env::temp_dir().join(format!("silent-{}.xrdf", std::process::id()));
+    std::fs::write(&xrdf, without).unwrap();
+    let files = RobotFiles {
+        urdf: data.join("panda.urdf"),
+        xrdf: Some(xrdf.clone()),
+        ..RobotFiles::default()
+    };
+    let robot = Robot::from_files(&files).unwrap();
+    std::fs::remove_file(&xrdf).unwrap();
+    assert_eq!(robot.self_spheres, robot.spheres);
+    let may_touch = |a: &str, b: &str| {
+        let mut pairs = robot.self_ignore.iter();
+        pairs.any(|(c, d)| (c == a && d == b) || (c == b && d == a))
+    };
+    // Neighbours meet at their joint, the last two links are one body with the hand.
+    assert!(may_touch("panda_link3", "panda_link4"));
+    assert!(may_touch("panda_link7", "panda_hand"));
+    // The hand reaches the first links, and must not.
+    for link in ["panda_link1", "panda_link2"] {
+        assert!(
+            !may_touch(link, "panda_hand"),
+            "{link}: {:?}",
+            robot.self_ignore
+        );
+    }
+}

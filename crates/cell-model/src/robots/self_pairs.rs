@@ -1,0 +1,157 @@
+//! Which parts of a robot may touch, where its files do not say it: those next to each
+//! other, those that touch almost always or in the default posture, and those that are never
+//! near each other, found by random poses, as `MoveIt`'s setup assistant does.
+
+use nalgebra::Point3;
+use rmp::CollisionSphere;
+
+use crate::random::Random;
+use crate::robots::robot::Robot;
+
+/// Poses that are tried.
+const POSES: usize = 1_000;
+/// Part of the poses in which a pair touches that cannot keep apart.
+const ALMOST_ALWAYS: f64 = 0.95;
+/// A pair that was never nearer than this need not be looked at (m).
+const FAR_M: f64 = 0.1;
+
+/// What was seen of two frames.
+#[derive(Clone, Copy)]
+struct Seen {
+    touching: usize,
+    nearest: f64,
+}
+
+impl Robot {
+    /// Pairs of frames with `spheres` that may touch.
+    pub(crate) fn pairs_that_may_touch(
+        &self,
+        spheres: &[CollisionSphere],
+    ) -> Vec<(String, String)> {
+        let parts = self.parts(spheres);
+        let count = parts.len();
+        let mut seen = vec![
+            Seen {
+                touching: 0,
+                nearest: f64::INFINITY,
+            };
+            count * count
+        ];
+        let mut random = Random::new(3);
+        let mut touched_at_default = vec![false; count * count];
+        for pose in 0..=POSES {
+            let is_default = pose == POSES;
+            let arm = if is_default {
+                self.default_joint_positions.clone()
+            } else {
+                self.anywhere(&mut random)
+            };
+            let centers = self.centers(&parts, &arm);
+            for a in 0..count {
+                for b in a + 1..count {
+                    let apart = distance(&centers[a], &centers[b]);
+                    let pair = &mut seen[a * count + b];
+                    pair.nearest = pair.nearest.min(apart);
+                    if is_default {
+                        touched_at_default[a * count + b] = apart < 0.0;
+                    } else {
+                        pair.touching += usize::from(apart < 0.0);
+                    }
+                }
+            }
+        }
+        let mut pairs = Vec::new();
+        for a in 0..count {
+            for b in a + 1..count {
+                let pair = seen[a * count + b];
+                let may_touch = self.are_neighbours(parts[a].carrier, parts[b].carrier)
+                    || touched_at_default[a * count + b]
+                    || pair.touching as f64 >= ALMOST_ALWAYS * POSES as f64
+                    || pair.nearest > FAR_M;
+                if may_touch {
+                    pairs.push((parts[a].frame.to_owned(), parts[b].frame.to_owned()));
+                }
+            }
+        }
+        pairs
+    }
+
+    fn parts<'a>(&self, spheres: &'a [CollisionSphere]) -> Vec<Part<'a>> {
+        let mut parts: Vec<Part<'a>> = Vec::new();
+        for sphere in spheres {
+            let known = parts.iter_mut().find(|part| part.frame == sphere.frame);
+            if let Some(part) = known {
+                part.spheres.push(sphere);
+            } else if let Some(frame) = self.chain.frame_index(&sphere.frame) {
+                parts.push(Part {
+                    frame: &sphere.frame,
+                    index: frame,
+                    carrier: self.carrier(self.chain.frames()[frame].joint),
+                    spheres: vec![sphere],
+                });
+            }
+        }
+        parts
+    }
+
+    /// The controlled joint that moves what is fixed to `joint`, as its place in the arm.
+    fn carrier(&self, mut joint: Option<usize>) -> Option<usize> {
+        while let Some(index) = joint {
+            if let Some(place) = self.arm_joints.iter().position(|arm| *arm == index) {
+                return Some(place);
+            }
+            joint = self.chain.joints()[index].parent;
+        }
+        None
+    }
+
+    /// One of them carries the other by a single controlled joint, or both are one body.
+    fn are_neighbours(&self, a: Option<usize>, b: Option<usize>) -> bool {
+        let before = |place: Option<usize>| {
+            place.map(|place| self.carrier(self.chain.joints()[self.arm_joints[place]].parent))
+        };
+        a == b || before(a) == Some(b) || before(b) == Some(a)
+    }
+
+    fn anywhere(&self, random: &mut Random) -> Vec<f64> {
+        let position = |spec: &crate::JointSpec| {
+            let (low, high) = (spec.lower, spec.upper);
+            0.5 * (low + high) + random.around_zero(0.5 * (high - low))
+        };
+        self.arm_specs().map(position).collect()
+    }
+
+    /// Centres (m) and radii of the spheres of each part, the joints of the arm at `arm`.
+    fn centers(&self, parts: &[Part<'_>], arm: &[f64]) -> Vec<Vec<(Point3<f64>, f64)>> {
+        let mut all = self.fixed_joint_positions.clone();
+        for (&joint, position) in self.arm_joints.iter().zip(arm) {
+            all[joint] = *position;
+        }
+        let links = self.link_poses(&all);
+        let of = |part: &Part<'_>| {
+            let frame = &self.chain.frames()[part.index];
+            let pose = links[frame.joint.map_or(0, |joint| joint + 1)] * frame.pose;
+            let spheres = part.spheres.iter();
+            spheres
+                .map(|sphere| (pose * Point3::from(sphere.center), sphere.radius))
+                .collect()
+        };
+        parts.iter().map(of).collect()
+    }
+}
+
+/// The spheres of one frame.
+struct Part<'a> {
+    frame: &'a str,
+    index: usize,
+    carrier: Option<usize>,
+    spheres: Vec<&'a CollisionSphere>,
+}
+
+/// Least distance of two surfaces (m).
+fn distance(one: &[(Point3<f64>, f64)], other: &[(Point3<f64>, f64)]) -> f64 {
+    let pairs = one.iter().flat_map(|a| other.iter().map(move |b| (a, b)));
+    pairs
+        .map(|((a, r), (b, s))| (a - b).norm() - r - s)
+        .fold(f64::INFINITY, f64::min)
+}

@@ -1,0 +1,101 @@
+//! Elements, numbers and texts of a URDF.
+
+use nalgebra::{Matrix3, SymmetricEigen};
+use roxmltree::{Document, Node};
+
+/// Prefixes of other formats that a URDF may use without declaring them.
+const MAX_PREFIXES: usize = 16;
+/// An XML declaration that does not come first, as below a comment, says nothing. The lines
+/// stay.
+pub(super) fn without_late_declaration(text: &str) -> String {
+    match text.find("<?xml") {
+        Some(at) if at > 0 => {
+            let length = text[at..].find("?>").map_or(0, |end| end + 2);
+            let blank = text[at..at + length].replace(|c| c != '\n', " ");
+            format!("{}{blank}{}", &text[..at], &text[at + length..])
+        }
+        _ => text.to_owned(),
+    }
+}
+
+/// Declares prefixes that the parser would refuse.
+pub(super) fn declare_prefixes(text: &str) -> String {
+    let mut text = text.to_owned();
+    for _ in 0..MAX_PREFIXES {
+        let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = Document::parse(&text) else {
+            break;
+        };
+        text = text.replacen("<robot", &format!("<robot xmlns:{prefix}=\"{prefix}\""), 1);
+    }
+    text
+}
+
+/// Elements of the URDF itself; those with a prefix belong to other formats.
+pub(super) fn elements<'a, 'input>(
+    owner: Node<'a, 'input>,
+    tag: &'static str,
+) -> impl Iterator<Item = Node<'a, 'input>> {
+    owner.children().filter(move |node| {
+        node.is_element() && node.tag_name().name() == tag && node.tag_name().namespace().is_none()
+    })
+}
+
+pub(super) fn number(node: Node<'_, '_>, key: &str) -> Option<f64> {
+    node.attribute(key)?.trim().parse().ok()
+}
+
+/// Three numbers; zeros where there is no such attribute. What is there instead is the
+/// error.
+pub(super) fn vector(node: Node<'_, '_>, key: &str) -> Result<Vec<f64>, String> {
+    let Some(text) = node.attribute(key) else {
+        return Ok(vec![0.0; 3]);
+    };
+    let parts = text.split(|c: char| c.is_whitespace() || c == ',');
+    let parsed: Result<Vec<f64>, _> = parts
+        .filter(|part| !part.is_empty())
+        .map(str::parse)
+        .collect();
+    match parsed {
+        Ok(values) if values.len() == 3 => Ok(values),
+        _ => Err(text.to_owned()),
+    }
+}
+
+/// A shape as the parser takes it; a mesh only stands for one that is left out.
+pub(super) fn shape_text(shape: Node<'_, '_>) -> Option<String> {
+    let of = |key: &str| shape.attribute(key).unwrap_or("0").trim().parse::<f64>();
+    match shape.tag_name().name() {
+        "box" => Some(format!(
+            "<box size=\"{}\"/>",
+            text_of(&vector(shape, "size").ok()?)
+        )),
+        "sphere" => Some(format!("<sphere radius=\"{}\"/>", of("radius").ok()?)),
+        tag @ ("cylinder" | "capsule") => {
+            let (radius, length) = (of("radius").ok()?, of("length").ok()?);
+            Some(format!("<{tag} radius=\"{radius}\" length=\"{length}\"/>"))
+        }
+        "mesh" => Some("<mesh filename=\"mesh\"/>".to_owned()),
+        _ => None,
+    }
+}
+
+/// Identified inertias miss definiteness by rounding only. What is not finite is refused
+/// later.
+pub(super) fn is_positive([ixx, ixy, ixz, iyy, iyz, izz]: &[f64; 6]) -> bool {
+    let matrix = Matrix3::new(*ixx, *ixy, *ixz, *ixy, *iyy, *iyz, *ixz, *iyz, *izz);
+    if !matrix.iter().all(|value| value.is_finite()) {
+        return true;
+    }
+    SymmetricEigen::new(matrix).eigenvalues.min() >= -1.0e-6 * matrix.norm()
+}
+
+pub(super) fn text_of(values: &[f64]) -> String {
+    let texts: Vec<String> = values.iter().map(f64::to_string).collect();
+    texts.join(" ")
+}
+
+pub(super) fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('"', "&quot;")
+}
