@@ -42,8 +42,9 @@ const PROCESSES: [&str; 4] = [
     "robocell-monitor",
 ];
 const ENGINES: [&str; 2] = ["rapier3d-f64", "parry3d-f64"];
-const PURE: [&str; 6] = [
+const PURE: [&str; 7] = [
     "robocell-rmp",
+    "plan",
     "robocell-behavior",
     "robocell-cell-model",
     "robocell-task",

@@ -1,0 +1,241 @@
+//! An arm as the planner sees it: joints in the order of evaluation, each with the spheres
+//! it carries.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+use rmp::{Chain, CollisionSphere, Joint, JointKind};
+
+use crate::scene::single;
+
+/// What a [`Body`] is built from.
+#[derive(Debug, Clone, Copy)]
+pub struct BodySetup<'a> {
+    /// The robot.
+    pub chain: &'a Chain,
+    /// The joints that are planned, in the order of every configuration.
+    pub joint_names: &'a [String],
+    /// Where all other joints stand (rad or m); zero where none is given.
+    pub default_positions: &'a BTreeMap<String, f64>,
+    /// Spheres that keep away from the scene.
+    pub spheres: &'a [CollisionSphere],
+    /// Spheres that keep away from each other.
+    pub self_spheres: &'a [CollisionSphere],
+    /// Pairs of frames that may touch.
+    pub self_ignore: &'a [(String, String)],
+}
+
+/// The arm.
+#[derive(Debug, Clone)]
+pub struct Body {
+    pub(crate) joints: Vec<BodyJoint>,
+    /// Spheres against the scene, by what carries them.
+    pub(crate) parts: Vec<Part>,
+    /// Spheres against each other, by frame.
+    pub(crate) self_parts: Vec<Part>,
+    pub(crate) self_pairs: Vec<(usize, usize)>,
+    /// Limits in the order of configurations.
+    pub(crate) lower: Vec<f64>,
+    pub(crate) upper: Vec<f64>,
+}
+
+/// A joint that turns about, or slides along, the z axis of its frame.
+#[derive(Debug, Clone)]
+pub(crate) struct BodyJoint {
+    pub(crate) parent: Option<usize>,
+    pub(crate) slot: usize,
+    pub(crate) slides: bool,
+    /// Row by row, in the parent's frame.
+    pub(crate) rotation: [[f32; 3]; 3],
+    pub(crate) offset: [f32; 3],
+}
+
+/// Spheres that move together.
+#[derive(Debug, Clone)]
+pub(crate) struct Part {
+    /// What carries them; `None` is the base.
+    pub(crate) joint: Option<usize>,
+    /// Around all of them.
+    pub(crate) bound: Ball,
+    pub(crate) balls: Vec<Ball>,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ball {
+    pub(crate) center: [f32; 3],
+    pub(crate) radius: f32,
+}
+
+/// What carries something, and its pose there.
+type Carrier = (Option<usize>, Isometry3<f64>);
+
+impl Body {
+    /// The arm of `setup`; `None` where a joint or frame is named that the chain does not
+    /// have, or more than 16 joints are planned.
+    pub fn new(setup: &BodySetup<'_>) -> Option<Self> {
+        let chain = setup.chain;
+        let known = |name: &String| chain.joint_index(name);
+        let indices: Option<Vec<usize>> = setup.joint_names.iter().map(known).collect();
+        let indices = indices.filter(|all| (1..=16).contains(&all.len()))?;
+        let (joints, carriers) = fold(setup);
+        let place = |sphere: &CollisionSphere| {
+            let frame = &chain.frames()[chain.frame_index(&sphere.frame)?];
+            let (joint, pose) = carrier(&carriers, frame.joint);
+            let center = (pose * frame.pose * Translation3::from(sphere.center))
+                .translation
+                .vector;
+            Some((joint, center, sphere.radius))
+        };
+        let placed = |spheres: &[CollisionSphere]| -> Option<Vec<Placed>> {
+            spheres.iter().map(place).collect()
+        };
+        let world = placed(setup.spheres)?;
+        let mut parts = Vec::new();
+        for joint in std::iter::once(None).chain((0..joints.len()).map(Some)) {
+            let of_joint = world.iter().filter(|ball| ball.0 == joint);
+            parts.extend(Part::new(joint, of_joint));
+        }
+        // The base is where it is: what touches it is no matter of planning.
+        parts.retain(|part| part.joint.is_some());
+        let (self_parts, self_pairs) = self_parts(setup, &placed(setup.self_spheres)?);
+        let limits = |of: fn(&Joint) -> f64| -> Vec<f64> {
+            indices.iter().map(|&j| of(&chain.joints()[j])).collect()
+        };
+        Some(Self {
+            lower: limits(|joint| joint.lower),
+            upper: limits(|joint| joint.upper),
+            joints,
+            parts,
+            self_parts,
+            self_pairs,
+        })
+    }
+
+    /// Number of joints of a configuration.
+    pub fn joint_count(&self) -> usize {
+        self.lower.len()
+    }
+}
+
+/// Joint, centre (m) and radius (m) of a sphere.
+type Placed = (Option<usize>, Vector3<f64>, f64);
+
+impl Part {
+    fn new<'a>(joint: Option<usize>, balls: impl Iterator<Item = &'a Placed>) -> Option<Self> {
+        let all: Vec<&Placed> = balls.collect();
+        if all.is_empty() {
+            return None;
+        }
+        let far = Vector3::repeat(f64::INFINITY);
+        let (low, high) = all
+            .iter()
+            .fold((far, -far), |(low, high), (_, at, radius)| {
+                let r = Vector3::repeat(*radius);
+                (low.inf(&(at - r)), high.sup(&(at + r)))
+            });
+        let center = 0.5 * (low + high);
+        let reach = |ball: &&Placed| (ball.1 - center).norm() + ball.2;
+        let radius = all.iter().map(reach).fold(0.0, f64::max);
+        let ball = |center: &Vector3<f64>, radius: f64| Ball {
+            center: [single(center.x), single(center.y), single(center.z)],
+            radius: single(radius),
+        };
+        Some(Self {
+            joint,
+            bound: ball(&center, radius),
+            balls: all
+                .iter()
+                .map(|(_, at, radius)| ball(at, *radius))
+                .collect(),
+        })
+    }
+}
+
+/// The spheres of each frame, and the pairs of them that two joints carry and nothing lets
+/// touch.
+fn self_parts(setup: &BodySetup<'_>, placed: &[Placed]) -> (Vec<Part>, Vec<(usize, usize)>) {
+    let mut frames: Vec<&str> = Vec::new();
+    for sphere in setup.self_spheres {
+        if !frames.contains(&sphere.frame.as_str()) {
+            frames.push(&sphere.frame);
+        }
+    }
+    let of_frame = |frame: &&str| {
+        let balls = setup.self_spheres.iter().zip(placed);
+        let balls = balls.filter(|(sphere, _)| sphere.frame == **frame);
+        let mut balls = balls.map(|(_, ball)| ball).peekable();
+        let joint = balls.peek().and_then(|ball| ball.0);
+        Part::new(joint, balls)
+    };
+    let parts: Vec<Part> = frames.iter().filter_map(of_frame).collect();
+    let may_touch = |a: usize, b: usize| {
+        let is_pair = |(one, other): &(String, String)| {
+            let (a, b) = (frames[a], frames[b]);
+            (one == a && other == b) || (one == b && other == a)
+        };
+        parts[a].joint == parts[b].joint || setup.self_ignore.iter().any(is_pair)
+    };
+    let mut pairs = Vec::new();
+    for a in 0..parts.len() {
+        for b in a + 1..parts.len() {
+            if !may_touch(a, b) {
+                pairs.push((a, b));
+            }
+        }
+    }
+    (parts, pairs)
+}
+
+/// The planned joints with their axes along z, and what carries the child of each joint of
+/// the chain.
+fn fold(setup: &BodySetup<'_>) -> (Vec<BodyJoint>, Vec<Carrier>) {
+    let mut joints: Vec<BodyJoint> = Vec::new();
+    let mut carriers: Vec<Carrier> = Vec::new();
+    for joint in setup.chain.joints() {
+        let (parent, pose) = carrier(&carriers, joint.parent);
+        let origin = pose * joint.origin;
+        let slot = setup
+            .joint_names
+            .iter()
+            .position(|name| *name == joint.name);
+        let Some(slot) = slot else {
+            let stand = setup.default_positions.get(&joint.name);
+            let stand = stand.copied().unwrap_or(0.0);
+            carriers.push((parent, origin * motion(joint, stand)));
+            continue;
+        };
+        let half_turn =
+            || UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+        let align = UnitQuaternion::rotation_between(&Vector3::z(), &joint.axis);
+        let align = align.unwrap_or_else(half_turn);
+        let rotation = (origin.rotation * align).to_rotation_matrix();
+        let row = |r: usize| [0, 1, 2].map(|c| single(rotation[(r, c)]));
+        joints.push(BodyJoint {
+            parent,
+            slot,
+            slides: joint.kind == JointKind::Prismatic,
+            rotation: [row(0), row(1), row(2)],
+            offset: [0, 1, 2].map(|i| single(origin.translation.vector[i])),
+        });
+        let child = Isometry3::from_parts(Translation3::identity(), align.inverse());
+        carriers.push((Some(joints.len() - 1), child));
+    }
+    (joints, carriers)
+}
+
+fn carrier(carriers: &[Carrier], joint: Option<usize>) -> Carrier {
+    joint
+        .and_then(|joint| carriers.get(joint).copied())
+        .unwrap_or((None, Isometry3::identity()))
+}
+
+fn motion(joint: &Joint, position: f64) -> Isometry3<f64> {
+    match joint.kind {
+        JointKind::Prismatic => Isometry3::from(Translation3::from(joint.axis * position)),
+        JointKind::Revolute => {
+            let axis = Unit::new_normalize(joint.axis);
+            let turn = UnitQuaternion::from_axis_angle(&axis, position);
+            Isometry3::from_parts(Translation3::identity(), turn)
+        }
+    }
+}

@@ -1,0 +1,24 @@
+//! Paths for arms: `RRT`-Connect (`Kuffner` and `LaValle`, 2000) in joint space on the spheres of
+//! a robot, with shortcuts.
+//!
+//! Eight configurations of an edge are checked in one pass, spread over the whole edge, as
+//! Thomason, Kingston and Kavraki describe ("Motions in Microseconds via Vectorized
+//! Sampling-Based Planning", 2024). A plan depends on its inputs and the seed only, and its
+//! effort is bounded by iterations: the same request has the same answer, bit for bit.
+//!
+//! Units are m and rad; poses are in the base frame of the arm. Configurations are checked
+//! in single precision, which is off by about a micrometre for an arm of a metre.
+#![forbid(unsafe_code)]
+
+mod body;
+mod check;
+mod halton;
+mod planner;
+mod scene;
+mod shortcut;
+mod tree;
+
+pub use body::{Body, BodySetup};
+pub use check::LANES;
+pub use planner::{Path, PlanError, Settings, plan};
+pub use scene::{Scene, Solid};
