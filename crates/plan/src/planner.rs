@@ -56,7 +56,9 @@ pub struct Path {
 pub enum PlanError {
     /// Start or goal has another number of joints, or a position that is not finite or
     /// outside of the limits of its joint.
-    #[error("the {what} is no configuration of the arm: joint {joint} is at {position}")]
+    #[error(
+        "the {what} is no configuration of the arm: joint {joint} is at {position}; a finite position within the limits of each joint is needed"
+    )]
     Configuration {
         /// `start` or `goal`.
         what: &'static str,
@@ -66,13 +68,15 @@ pub enum PlanError {
         position: f64,
     },
     /// The arm touches something, or itself, already.
-    #[error("the {what} is in collision")]
+    #[error(
+        "the {what} is in collision with the scene or with the arm itself; move the arm or the obstacle"
+    )]
     InCollision {
         /// `start` or `goal`.
         what: &'static str,
     },
     /// None was found: perhaps there is none.
-    #[error("no path was found in {iterations} iterations")]
+    #[error("no path was found in {iterations} iterations; allow more, or choose another goal")]
     NotFound {
         /// Random configurations that were tried.
         iterations: u64,

@@ -98,7 +98,7 @@ pub struct Robot {
     pub fixed_joint_positions: Vec<f64>,
     /// Tuning of the motion policies.
     pub rmpflow: RmpFlowParameters,
-    /// What of the robot's files was put right or chosen, for people.
+    /// Corrected faults of the robot's files, and choices that the files left open, for people.
     pub warnings: Vec<String>,
 }
 

@@ -45,7 +45,7 @@ pub struct UrdfRobot {
     pub limits: Vec<UrdfLimits>,
     /// The base, then the child link of every joint of the chain.
     pub links: Vec<Link>,
-    /// Faults of the file that were put right, with file and line.
+    /// Corrected faults of the file, with file and line.
     pub warnings: Vec<String>,
     /// Collision meshes that were left out: only primitives take part in
     /// contact.

@@ -1,7 +1,6 @@
-//! A URDF as its parser takes it: what describes the robot, without what is only looked at
-//! or belongs to other programs. Faults that leave no doubt about what is meant are put
-//! right and become warnings with their line; the others are refused later, with the same
-//! lines.
+//! Prepares a URDF for its parser: keeps what describes the robot, and drops visuals and the
+//! elements of other programs. Faults with one possible meaning are corrected and become
+//! warnings with their line; the others are refused later, with the same lines.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -24,7 +23,7 @@ const BALL_M: f64 = 0.05;
 pub(super) struct Cleaned {
     /// The URDF.
     pub(super) text: String,
-    /// What was put right, with file and line.
+    /// Corrected faults, with file and line.
     pub(super) warnings: Vec<String>,
     /// Where links and joints are.
     pub(super) lines: Lines,

@@ -174,6 +174,16 @@ fn faults_that_leave_no_doubt_are_warnings_with_their_line() {
 }
 
 #[test]
+fn a_default_namespace_is_that_of_the_urdf() {
+    let text = format!(
+        "<robot name='x' xmlns='http://www.ros.org'>{LINKS}{}</robot>",
+        joint(LIMIT)
+    );
+    let robot = urdf::parse("good.urdf", &text).unwrap();
+    assert_eq!((robot.chain.joints().len(), robot.links.len()), (1, 2));
+}
+
+#[test]
 fn garbage_and_bombs_are_one_error() {
     let nested = format!(
         "<robot>{}{}</robot>",

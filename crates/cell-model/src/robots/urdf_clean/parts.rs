@@ -5,8 +5,9 @@ use roxmltree::{Document, Node};
 
 /// Prefixes of other formats that a URDF may use without declaring them.
 const MAX_PREFIXES: usize = 16;
-/// An XML declaration that does not come first, as below a comment, says nothing. The lines
-/// stay.
+
+/// Blanks an XML declaration that is not at the start of the file, where the parser refuses
+/// it. Line numbers do not change.
 pub(super) fn without_late_declaration(text: &str) -> String {
     match text.find("<?xml") {
         Some(at) if at > 0 => {
@@ -30,13 +31,15 @@ pub(super) fn declare_prefixes(text: &str) -> String {
     text
 }
 
-/// Elements of the URDF itself; those with a prefix belong to other formats.
+/// Elements of the URDF itself: those in the namespace of `owner`, which most files leave
+/// out. Others belong to other formats.
 pub(super) fn elements<'a, 'input>(
     owner: Node<'a, 'input>,
     tag: &'static str,
 ) -> impl Iterator<Item = Node<'a, 'input>> {
     owner.children().filter(move |node| {
-        node.is_element() && node.tag_name().name() == tag && node.tag_name().namespace().is_none()
+        let name = node.tag_name();
+        node.is_element() && name.name() == tag && name.namespace() == owner.tag_name().namespace()
     })
 }
 
