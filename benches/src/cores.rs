@@ -55,23 +55,29 @@ pub(crate) fn run(core: Core, json: bool) -> Result<(), CoreError> {
 }
 
 /// The RMPflow cycle of the Panda with all its spheres among random obstacles:
-/// evaluate, resolve within limits, integrate.
+/// evaluate, resolve within limits, integrate; without self-collision and with it.
 fn control() -> Result<Report, CoreError> {
     let granted = priority::request(CONTROLLER_PRIORITY, Some(0));
     let mut report = Report::new("control", granted.fifo, &granted.refused);
-    let robot = Robot::load(&Data::checkout(), "panda")?;
-    let mut flows = Vec::new();
-    for count in OBSTACLES {
-        flows.push((
-            flow(&robot, count)?,
-            Samples::with_capacity(ROUNDS * STATES),
-        ));
+    let with = Robot::load(&Data::checkout(), "panda")?;
+    let without = Robot {
+        self_spheres: Vec::new(),
+        ..with.clone()
+    };
+    let spheres = with.spheres.len();
+    let mut rows = Vec::new();
+    for (robot, what) in [(&without, ""), (&with, ", self-collision")] {
+        for count in OBSTACLES {
+            let name = format!("{spheres} spheres x {count} obstacles{what}");
+            let samples = Samples::with_capacity(ROUNDS * STATES);
+            rows.push((flow(robot, count)?, samples, name));
+        }
     }
-    let limits = robot.limits();
+    let limits = with.limits();
     let mut random = Random::new(7);
     for _ in 0..ROUNDS {
         let states: Vec<MotionState> = (0..STATES).map(|_| state(&limits, &mut random)).collect();
-        for ((flow, _), samples) in &mut flows {
+        for ((flow, _), samples, _) in &mut rows {
             for state in &states {
                 let mut state = state.clone();
                 let began_ns = monotonic_ns();
@@ -81,12 +87,10 @@ fn control() -> Result<Report, CoreError> {
             }
         }
     }
-    let spheres = robot.spheres.len();
-    for (count, (_, samples)) in OBSTACLES.into_iter().zip(flows) {
-        report
-            .rows
-            .push(samples.into_row(format!("{spheres} spheres x {count} obstacles")));
-    }
+    let rows = rows.into_iter();
+    report.rows = rows
+        .map(|(_, samples, name)| samples.into_row(name))
+        .collect();
     Ok(report)
 }
 

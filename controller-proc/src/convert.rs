@@ -24,20 +24,16 @@ pub(crate) fn pose(isometry: &Isometry3<f64>) -> Pose {
     }
 }
 
-/// The rounded box around a shape at `pose`. A cylinder counts as the box around
-/// it, a bin as if it were full.
+/// A shape at `pose`; a bin counts as if it were full.
 pub(crate) fn around(shape: &Shape, pose: Isometry3<f64>) -> Obstacle {
-    let (half_extents, radius) = match *shape {
-        Shape::Box { size_m } | Shape::Bin { size_m, .. } => (Vector3::from(size_m) * 0.5, 0.0),
-        Shape::Sphere { radius_m } => (Vector3::zeros(), radius_m),
-        Shape::Cylinder { radius_m, height_m } => {
-            (Vector3::new(radius_m, radius_m, 0.5 * height_m), 0.0)
+    match *shape {
+        Shape::Box { size_m } | Shape::Bin { size_m, .. } => {
+            Obstacle::cuboid(pose, Vector3::from(size_m))
         }
-        Shape::Capsule { radius_m, height_m } => (Vector3::new(0.0, 0.0, 0.5 * height_m), radius_m),
-    };
-    Obstacle {
-        pose,
-        half_extents,
-        radius,
+        Shape::Sphere { radius_m } => Obstacle::rounded_box(pose, Vector3::zeros(), radius_m),
+        Shape::Cylinder { radius_m, height_m } => Obstacle::cylinder(pose, radius_m, height_m),
+        Shape::Capsule { radius_m, height_m } => {
+            Obstacle::rounded_box(pose, Vector3::new(0.0, 0.0, 0.5 * height_m), radius_m)
+        }
     }
 }

@@ -22,7 +22,7 @@ struct Entry {
     /// Index in the cell.
     index: usize,
     name: String,
-    /// The rounded box around it, in its own frame.
+    /// Its shape, in its own frame.
     around: Obstacle,
     id: Option<ObstacleId>,
 }
@@ -59,7 +59,7 @@ impl ObstacleObjects {
     pub fn add_to(&mut self, set: &mut ObstacleSet) -> Result<(), (String, ObstacleError)> {
         for entry in &mut self.objects {
             let refused = |error| (entry.name.clone(), error);
-            let id = set.add(entry.around).map_err(refused)?;
+            let id = set.add(entry.around.clone()).map_err(refused)?;
             set.set_enabled(id, false).map_err(refused)?;
             entry.id = Some(id);
         }

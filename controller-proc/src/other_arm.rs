@@ -29,7 +29,7 @@ pub struct OtherArm {
 }
 
 /// A cover of the spheres of one frame.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Part {
     /// Index among the robot's links.
     link: usize,
@@ -80,7 +80,10 @@ impl OtherArm {
         self.robot.link_poses_into(&self.positions, &mut self.links);
         for part in &self.parts {
             let pose = self.base * self.links[part.link] * part.cover.pose;
-            self.ids.push(set.add(Obstacle { pose, ..part.cover })?);
+            self.ids.push(set.add(Obstacle {
+                pose,
+                ..part.cover.clone()
+            })?);
         }
         Ok(())
     }
@@ -164,15 +167,12 @@ fn boxed(balls: &[Ball]) -> Option<Obstacle> {
     let high = balls
         .iter()
         .fold(*first, |high, (center, _)| high.sup(center));
-    Some(Obstacle {
-        pose: Isometry3::translation(
-            0.5 * (low.x + high.x),
-            0.5 * (low.y + high.y),
-            0.5 * (low.z + high.z),
-        ),
-        half_extents: 0.5 * (high - low),
-        radius: balls.iter().fold(0.0, |most, (_, radius)| radius.max(most)),
-    })
+    let middle = 0.5 * (low + high);
+    Some(Obstacle::rounded_box(
+        Isometry3::translation(middle.x, middle.y, middle.z),
+        0.5 * (high - low),
+        balls.iter().fold(0.0, |most, (_, radius)| radius.max(most)),
+    ))
 }
 
 /// The capsule between the two centres furthest apart, as wide as all need it.
@@ -200,7 +200,7 @@ fn off_segment((a, b): &(Vector3<f64>, Vector3<f64>), point: &Vector3<f64>) -> f
 
 /// Volume of the box around a rounded box (m³): good enough to compare.
 fn volume(obstacle: &Obstacle) -> f64 {
-    let sides = obstacle.half_extents.add_scalar(obstacle.radius) * 2.0;
+    let sides = obstacle.half_extents().add_scalar(obstacle.radius) * 2.0;
     sides.x * sides.y * sides.z
 }
 
@@ -209,13 +209,6 @@ mod tests {
     use super::*;
     use cell_model::Data;
     use ipc_types::Wire;
-
-    /// Signed distance of a point from a rounded box (m).
-    fn distance(obstacle: &Obstacle, point: &Point3<f64>) -> f64 {
-        let local = obstacle.pose.inverse_transform_point(point).coords;
-        let beyond = (local.abs() - obstacle.half_extents).sup(&Vector3::zeros());
-        beyond.norm() - obstacle.radius
-    }
 
     #[test]
     fn every_sphere_of_the_other_arm_lies_within_its_parts_wherever_it_is() {
@@ -236,7 +229,7 @@ mod tests {
             let pose = to_own * arm.robot.frame_pose(frame, &positions).unwrap();
             let center = pose * Point3::from(sphere.center);
             let nearest = (0..set.len())
-                .map(|id| distance(set.get(ObstacleId(id)).unwrap(), &center))
+                .map(|id| set.get(ObstacleId(id)).unwrap().distance(&center))
                 .fold(f64::INFINITY, f64::min);
             assert!(
                 nearest <= 1.0e-9 - sphere.radius,
@@ -258,12 +251,12 @@ mod tests {
             .map(|i| (Vector3::new(0.03, 0.04, 0.0) * f64::from(i), 0.02))
             .collect();
         let capsule = cover(&row).unwrap();
-        assert!((capsule.half_extents.z - 0.075).abs() < 1.0e-12);
+        assert!((capsule.half_extents().z - 0.075).abs() < 1.0e-12);
         assert!((capsule.radius - 0.02).abs() < 1.0e-12);
         let sheet = [(0.0, 0.0), (0.2, 0.0), (0.0, 0.1), (0.2, 0.1)];
         let sheet = sheet.map(|(x, y)| (Vector3::new(x, y, 0.0), 0.02));
         let boxed = cover(&sheet).unwrap();
-        assert_eq!(boxed.half_extents, Vector3::new(0.1, 0.05, 0.0));
+        assert_eq!(boxed.half_extents(), Vector3::new(0.1, 0.05, 0.0));
         assert_eq!(cover(&[]), None);
     }
 }

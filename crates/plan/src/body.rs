@@ -5,8 +5,12 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use rmp::{Chain, CollisionSphere, Joint, JointKind};
+use thiserror::Error;
 
 use crate::scene::single;
+
+/// Most joints that are planned.
+pub(crate) const MAX_JOINTS: usize = 16;
 
 /// What a [`Body`] is built from.
 #[derive(Debug, Clone, Copy)]
@@ -23,6 +27,20 @@ pub struct BodySetup<'a> {
     pub self_spheres: &'a [CollisionSphere],
     /// Pairs of frames that may touch.
     pub self_ignore: &'a [(String, String)],
+}
+
+/// Why an arm cannot be planned for.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum BodyError {
+    /// A joint that the chain does not have.
+    #[error("the robot has no joint '{0}'")]
+    Joint(String),
+    /// Too few or too many joints.
+    #[error("{0} joints cannot be planned; 1 to {MAX_JOINTS} are allowed")]
+    Count(usize),
+    /// A frame that the chain does not have.
+    #[error("the robot has no frame '{0}', which carries a collision sphere")]
+    Frame(String),
 }
 
 /// The arm.
@@ -45,8 +63,8 @@ pub(crate) struct BodyJoint {
     pub(crate) parent: Option<usize>,
     pub(crate) slot: usize,
     pub(crate) slides: bool,
-    /// Row by row, in the parent's frame.
-    pub(crate) rotation: [[f32; 3]; 3],
+    /// Of its rotation in the parent's frame.
+    pub(crate) columns: [[f32; 3]; 3],
     pub(crate) offset: [f32; 3],
 }
 
@@ -70,23 +88,37 @@ pub(crate) struct Ball {
 type Carrier = (Option<usize>, Isometry3<f64>);
 
 impl Body {
-    /// The arm of `setup`; `None` where a joint or frame is named that the chain does not
-    /// have, or more than 16 joints are planned.
-    pub fn new(setup: &BodySetup<'_>) -> Option<Self> {
+    /// The arm of `setup`.
+    ///
+    /// # Errors
+    /// [`BodyError`] where a joint or frame is named that the chain does not have, or none or
+    /// more than 16 joints are planned.
+    pub fn new(setup: &BodySetup<'_>) -> Result<Self, BodyError> {
         let chain = setup.chain;
-        let known = |name: &String| chain.joint_index(name);
-        let indices: Option<Vec<usize>> = setup.joint_names.iter().map(known).collect();
-        let indices = indices.filter(|all| (1..=16).contains(&all.len()))?;
+        let known = |name: &String| {
+            let index = chain.joint_index(name);
+            index.ok_or_else(|| BodyError::Joint(name.clone()))
+        };
+        let indices: Vec<usize> = setup
+            .joint_names
+            .iter()
+            .map(known)
+            .collect::<Result<_, _>>()?;
+        if !(1..=MAX_JOINTS).contains(&indices.len()) {
+            return Err(BodyError::Count(indices.len()));
+        }
         let (joints, carriers) = fold(setup);
         let place = |sphere: &CollisionSphere| {
-            let frame = &chain.frames()[chain.frame_index(&sphere.frame)?];
+            let index = chain.frame_index(&sphere.frame);
+            let index = index.ok_or_else(|| BodyError::Frame(sphere.frame.clone()))?;
+            let frame = &chain.frames()[index];
             let (joint, pose) = carrier(&carriers, frame.joint);
             let center = (pose * frame.pose * Translation3::from(sphere.center))
                 .translation
                 .vector;
-            Some((joint, center, sphere.radius))
+            Ok((joint, center, sphere.radius))
         };
-        let placed = |spheres: &[CollisionSphere]| -> Option<Vec<Placed>> {
+        let placed = |spheres: &[CollisionSphere]| -> Result<Vec<Placed>, BodyError> {
             spheres.iter().map(place).collect()
         };
         let world = placed(setup.spheres)?;
@@ -101,7 +133,7 @@ impl Body {
         let limits = |of: fn(&Joint) -> f64| -> Vec<f64> {
             indices.iter().map(|&j| of(&chain.joints()[j])).collect()
         };
-        Some(Self {
+        Ok(Self {
             lower: limits(|joint| joint.lower),
             upper: limits(|joint| joint.upper),
             joints,
@@ -209,12 +241,12 @@ fn fold(setup: &BodySetup<'_>) -> (Vec<BodyJoint>, Vec<Carrier>) {
         let align = UnitQuaternion::rotation_between(&Vector3::z(), &joint.axis);
         let align = align.unwrap_or_else(half_turn);
         let rotation = (origin.rotation * align).to_rotation_matrix();
-        let row = |r: usize| [0, 1, 2].map(|c| single(rotation[(r, c)]));
+        let column = |c: usize| [0, 1, 2].map(|r| single(rotation[(r, c)]));
         joints.push(BodyJoint {
             parent,
             slot,
             slides: joint.kind == JointKind::Prismatic,
-            rotation: [row(0), row(1), row(2)],
+            columns: [column(0), column(1), column(2)],
             offset: [0, 1, 2].map(|i| single(origin.translation.vector[i])),
         });
         let child = Isometry3::from_parts(Translation3::identity(), align.inverse());

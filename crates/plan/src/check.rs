@@ -1,24 +1,17 @@
-//! Whether configurations are free: eight at a time.
+//! Whether configurations are free: sixteen at a time.
+#![allow(
+    clippy::inline_always,
+    reason = "lanes are compiled for the instruction set of the function they are inlined into"
+)]
 
-use wide::f32x8;
+use pulp::{Arch, Simd, WithSimd};
+use rmp::Hull;
 
-use crate::body::{Ball, Body, Part};
-use crate::scene::{Prepared, Scene, single};
+use crate::body::{Ball, Body, BodyJoint, MAX_JOINTS, Part};
+use crate::lanes::{LANES, Row, Wide, Wide3, add, dot, scale, sub};
+use crate::scene::{Form, Prepared, Scene, single};
 
-/// Configurations in one pass.
-pub const LANES: usize = 8;
-
-/// A point of eight configurations, base frame (m).
-type Point = [f32x8; 3];
-
-/// Frame of a joint in eight configurations: columns of its rotation, then its origin.
-#[derive(Debug, Clone, Copy)]
-struct Frame {
-    columns: [Point; 3],
-    origin: Point,
-}
-
-/// The body in a scene, with room for the frames of a pass.
+/// The body in a scene, with room for the configurations of a pass.
 #[derive(Debug)]
 pub(crate) struct Checker<'a> {
     body: &'a Body,
@@ -27,28 +20,45 @@ pub(crate) struct Checker<'a> {
     resolution: f64,
     /// How far spheres stay off the scene (m).
     pub(crate) padding: f32,
-    frames: Vec<Frame>,
-    positions: Vec<f32x8>,
-    bounds: Vec<Point>,
+    /// By joint.
+    positions: Vec<Row>,
+    /// Solids that were looked at in all passes.
+    pub(crate) looked_at: u64,
+    arch: Arch,
 }
 
 impl<'a> Checker<'a> {
     pub(crate) fn new(body: &'a Body, scene: &'a Scene, resolution: f64) -> Self {
+        Self::with_rows(body, scene, resolution, rows(body))
+    }
+
+    /// With the room that [`rows`] made, to allocate nothing.
+    pub(crate) fn with_rows(
+        body: &'a Body,
+        scene: &'a Scene,
+        resolution: f64,
+        positions: Vec<Row>,
+    ) -> Self {
         Self {
             body,
             scene,
             resolution,
             padding: 0.0,
-            frames: Vec::with_capacity(body.joints.len()),
-            positions: vec![f32x8::ZERO; body.joint_count()],
-            bounds: Vec::with_capacity(body.self_parts.len()),
+            positions,
+            looked_at: 0,
+            arch: Arch::new(),
         }
+    }
+
+    /// The room, for the next one.
+    pub(crate) fn into_rows(self) -> Vec<Row> {
+        self.positions
     }
 
     /// Whether one configuration is free.
     pub(crate) fn is_free(&mut self, at: &[f64]) -> bool {
-        for (lanes, position) in self.positions.iter_mut().zip(at) {
-            *lanes = f32x8::splat(single(*position));
+        for (row, position) in self.positions.iter_mut().zip(at) {
+            *row = Row([single(*position); LANES]);
         }
         self.pass_is_free()
     }
@@ -60,13 +70,13 @@ impl<'a> Checker<'a> {
         let passes = passes.max(1.0);
         let mut pass = 1.0;
         while pass <= passes {
-            // Lane by lane an eighth of the edge further: a wall anywhere ends the first pass.
-            for (slot, lanes) in self.positions.iter_mut().enumerate() {
-                let at = |lane: usize| {
+            // Lane by lane a sixteenth of the edge further: a wall anywhere ends the first
+            // pass.
+            for (slot, row) in self.positions.iter_mut().enumerate() {
+                for (lane, position) in row.0.iter_mut().enumerate() {
                     let along = (lane as f64 + pass / passes) / LANES as f64;
-                    single(from[slot] + along * (to[slot] - from[slot]))
-                };
-                *lanes = f32x8::from([0, 1, 2, 3, 4, 5, 6, 7].map(at));
+                    *position = single(from[slot] + along * (to[slot] - from[slot]));
+                }
             }
             if !self.pass_is_free() {
                 return false;
@@ -76,81 +86,187 @@ impl<'a> Checker<'a> {
         true
     }
 
-    /// Whether all eight configurations are free.
+    /// Whether all configurations of the pass are free.
     fn pass_is_free(&mut self) -> bool {
-        self.place();
-        let free_of_scene = self.body.parts.iter().all(|part| self.part_is_free(part));
-        free_of_scene && self.is_free_of_itself()
+        self.looked_at += self.scene.solids.len().max(1) as u64;
+        self.arch.dispatch(Pass(self))
     }
+}
 
-    fn place(&mut self) {
-        self.frames.clear();
-        for joint in &self.body.joints {
-            let parent = joint.parent.map(|parent| self.frames[parent]);
-            let constant = |value: f32| f32x8::splat(value);
-            let columns = [0, 1, 2].map(|c| {
-                let column = [0, 1, 2].map(|r| constant(joint.rotation[r][c]));
-                parent.map_or(column, |parent| turned(&parent, &column))
-            });
-            let offset = joint.offset.map(constant);
-            let mut origin = parent.map_or(offset, |parent| placed(&parent, &offset));
-            let position = self.positions[joint.slot];
-            let [x, y, z] = columns;
-            let columns = if joint.slides {
-                origin = [0, 1, 2].map(|i| origin[i] + z[i] * position);
-                columns
-            } else {
-                let (sine, cosine) = position.sin_cos();
-                [
-                    [0, 1, 2].map(|i| x[i] * cosine + y[i] * sine),
-                    [0, 1, 2].map(|i| y[i] * cosine - x[i] * sine),
-                    z,
-                ]
-            };
-            self.frames.push(Frame { columns, origin });
+/// Room for the configurations of a pass.
+pub(crate) fn rows(body: &Body) -> Vec<Row> {
+    vec![Row([0.0; LANES]); body.joint_count()]
+}
+
+/// The work of one pass, for any instruction set.
+struct Pass<'a, 'b>(&'a Checker<'b>);
+
+impl WithSimd for Pass<'_, '_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        let checker = self.0;
+        // No closure: an intrinsic inside one is not inlined.
+        for register in 0..LANES / S::F32_LANES {
+            let pose = Posed::new(simd, checker, register);
+            if !pose.is_free_of_scene(checker.scene, checker.padding) || !pose.is_free_of_itself() {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+/// Frame of a joint: columns of its rotation, then its origin (m).
+#[derive(Clone, Copy)]
+struct Frame<S: Simd> {
+    columns: [Wide3<S>; 3],
+    origin: Wide3<S>,
+}
+
+/// The body in the configurations of one register.
+struct Posed<'a, S: Simd> {
+    simd: S,
+    body: &'a Body,
+    frames: [Frame<S>; MAX_JOINTS],
+}
+
+impl<'a, S: Simd> Posed<'a, S> {
+    #[inline(always)]
+    fn new(simd: S, checker: &Checker<'a>, register: usize) -> Self {
+        let zero = Wide::splat3(simd, &[0.0; 3]);
+        let none = Frame {
+            columns: [zero; 3],
+            origin: zero,
+        };
+        let mut frames = [none; MAX_JOINTS];
+        for (index, joint) in checker.body.joints.iter().enumerate() {
+            let position = Wide::load(simd, &checker.positions[joint.slot], register);
+            let parent = joint.parent.map(|parent| frames[parent]);
+            frames[index] = frame(simd, joint, parent.as_ref(), position);
+        }
+        Self {
+            simd,
+            body: checker.body,
+            frames,
         }
     }
 
-    fn point(&self, joint: Option<usize>, ball: &Ball) -> Point {
-        let local = ball.center.map(f32x8::splat);
-        joint.map_or(local, |joint| placed(&self.frames[joint], &local))
-    }
-
-    fn part_is_free(&self, part: &Part) -> bool {
-        let (bound, padding) = (self.point(part.joint, &part.bound), self.padding);
-        let solids = self.scene.solids.iter();
-        let mut near = solids.filter(|solid| touches(solid, &bound, part.bound.radius + padding));
-        near.all(|solid| {
-            let mut balls = part.balls.iter();
-            balls.all(|ball| !touches(solid, &self.point(part.joint, ball), ball.radius + padding))
-        })
-    }
-
-    fn is_free_of_itself(&mut self) -> bool {
-        let body = self.body;
-        self.bounds.clear();
-        for part in &body.self_parts {
-            let at = self.point(part.joint, &part.bound);
-            self.bounds.push(at);
+    #[inline(always)]
+    fn point(&self, joint: Option<usize>, ball: &Ball) -> Wide3<S> {
+        let local = Wide::splat3(self.simd, &ball.center);
+        match joint {
+            Some(joint) => placed(&self.frames[joint], &local),
+            None => local,
         }
-        body.self_pairs.iter().all(|&(a, b)| {
-            let (one, other) = (&body.self_parts[a], &body.self_parts[b]);
-            let reach = one.bound.radius + other.bound.radius;
-            if !are_within(&self.bounds[a], &self.bounds[b], reach) {
+    }
+
+    #[inline(always)]
+    fn is_free_of_scene(&self, scene: &Scene, padding: f32) -> bool {
+        for part in &self.body.parts {
+            let bound = self.point(part.joint, &part.bound);
+            for solid in &scene.solids {
+                if touches(self.simd, solid, &bound, part.bound.radius + padding)
+                    && self.touches_any(part, solid, padding)
+                {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn touches_any(&self, part: &Part, solid: &Prepared, padding: f32) -> bool {
+        for ball in &part.balls {
+            let at = self.point(part.joint, ball);
+            if touches(self.simd, solid, &at, ball.radius + padding) {
                 return true;
             }
-            one.balls.iter().all(|ball| {
-                let at = self.point(one.joint, ball);
-                if !are_within(&at, &self.bounds[b], ball.radius + other.bound.radius) {
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn is_free_of_itself(&self) -> bool {
+        let parts = &self.body.self_parts;
+        for &(a, b) in &self.body.self_pairs {
+            if self.meet(&parts[a], &parts[b]) {
+                return false;
+            }
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn meet(&self, one: &Part, other: &Part) -> bool {
+        let center = self.point(other.joint, &other.bound);
+        let bound = self.point(one.joint, &one.bound);
+        let reach = other.bound.radius;
+        if !self.are_within(&bound, &center, one.bound.radius + reach) {
+            return false;
+        }
+        for ball in &one.balls {
+            let at = self.point(one.joint, ball);
+            if !self.are_within(&at, &center, ball.radius + reach) {
+                continue;
+            }
+            for against in &other.balls {
+                let from = self.point(other.joint, against);
+                if self.are_within(&at, &from, ball.radius + against.radius) {
                     return true;
                 }
-                other.balls.iter().all(|against| {
-                    let from = self.point(other.joint, against);
-                    !are_within(&at, &from, ball.radius + against.radius)
-                })
-            })
-        })
+            }
+        }
+        false
     }
+
+    /// Whether in any lane two points are nearer than `reach` (m).
+    #[inline(always)]
+    fn are_within(&self, a: &Wide3<S>, b: &Wide3<S>, reach: f32) -> bool {
+        let d = sub(a, b);
+        dot(&d, &d).any_less(Wide::splat(self.simd, reach * reach))
+    }
+}
+
+#[inline(always)]
+fn frame<S: Simd>(
+    simd: S,
+    joint: &BodyJoint,
+    parent: Option<&Frame<S>>,
+    position: Wide<S>,
+) -> Frame<S> {
+    let own = [
+        Wide::splat3(simd, &joint.columns[0]),
+        Wide::splat3(simd, &joint.columns[1]),
+        Wide::splat3(simd, &joint.columns[2]),
+    ];
+    let offset = Wide::splat3(simd, &joint.offset);
+    let ([x, y, z], origin) = match parent {
+        None => (own, offset),
+        Some(parent) => (
+            [
+                turned(parent, &own[0]),
+                turned(parent, &own[1]),
+                turned(parent, &own[2]),
+            ],
+            placed(parent, &offset),
+        ),
+    };
+    if joint.slides {
+        return Frame {
+            columns: [x, y, z],
+            origin: add(&origin, &scale(position, &z)),
+        };
+    }
+    let (sine, cosine) = position.sin_cos();
+    let columns = [
+        add(&scale(cosine, &x), &scale(sine, &y)),
+        sub(&scale(cosine, &y), &scale(sine, &x)),
+        z,
+    ];
+    Frame { columns, origin }
 }
 
 /// Euclidean, in joint space (rad and m alike).
@@ -159,44 +275,81 @@ pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-fn turned(frame: &Frame, v: &Point) -> Point {
+#[inline(always)]
+fn turned<S: Simd>(frame: &Frame<S>, v: &Wide3<S>) -> Wide3<S> {
     let [x, y, z] = &frame.columns;
-    [0, 1, 2].map(|i| x[i] * v[0] + y[i] * v[1] + z[i] * v[2])
+    add(&add(&scale(v[0], x), &scale(v[1], y)), &scale(v[2], z))
 }
 
-fn placed(frame: &Frame, v: &Point) -> Point {
-    let turned = turned(frame, v);
-    [0, 1, 2].map(|i| frame.origin[i] + turned[i])
-}
-
-/// Whether in any lane two points are nearer than `reach` (m).
-fn are_within(a: &Point, b: &Point, reach: f32) -> bool {
-    let d = [0, 1, 2].map(|i| a[i] - b[i]);
-    let square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    square.simd_lt(f32x8::splat(reach * reach)).any()
+#[inline(always)]
+fn placed<S: Simd>(frame: &Frame<S>, v: &Wide3<S>) -> Wide3<S> {
+    add(&frame.origin, &turned(frame, v))
 }
 
 /// Whether in any lane a ball touches a solid.
-fn touches(solid: &Prepared, center: &Point, radius: f32) -> bool {
-    let d = [0, 1, 2].map(|i| center[i] - f32x8::splat(solid.center[i]));
-    let local = solid.rows.map(|row| {
-        let [x, y, z] = row.map(f32x8::splat);
-        x * d[0] + y * d[1] + z * d[2]
-    });
-    let half = solid.half.map(f32x8::splat);
-    let over = |value: f32x8| value.fast_max(f32x8::ZERO);
-    let along = over(local[2].abs() - half[2]);
-    let square = if solid.is_cylinder {
-        let aside = (local[0] * local[0] + local[1] * local[1]).sqrt();
-        let aside = over(aside - half[0]);
-        aside * aside + along * along
-    } else {
-        let (x, y) = (
-            over(local[0].abs() - half[0]),
-            over(local[1].abs() - half[1]),
-        );
-        x * x + y * y + along * along
-    };
+#[inline(always)]
+fn touches<S: Simd>(simd: S, solid: &Prepared, center: &Wide3<S>, radius: f32) -> bool {
+    let zero = Wide::splat(simd, 0.0);
+    let d = sub(center, &Wide::splat3(simd, &solid.center));
+    let local = [
+        dot(&Wide::splat3(simd, &solid.rows[0]), &d),
+        dot(&Wide::splat3(simd, &solid.rows[1]), &d),
+        dot(&Wide::splat3(simd, &solid.rows[2]), &d),
+    ];
     let reach = solid.radius + radius;
-    square.simd_lt(f32x8::splat(reach * reach)).any()
+    let square = match &solid.form {
+        Form::Box(half) => {
+            let half = Wide::splat3(simd, half);
+            let out = [
+                (local[0].abs() - half[0]).max(zero),
+                (local[1].abs() - half[1]).max(zero),
+                (local[2].abs() - half[2]).max(zero),
+            ];
+            dot(&out, &out)
+        }
+        Form::Cylinder([radius, half]) => {
+            let off_axis = (local[0] * local[0] + local[1] * local[1]).sqrt();
+            let aside = (off_axis - Wide::splat(simd, *radius)).max(zero);
+            let along = (local[2].abs() - Wide::splat(simd, *half)).max(zero);
+            aside * aside + along * along
+        }
+        Form::Frustum(size) => frustum(simd, size, &local),
+        Form::Hull(hull) => return is_within_planes(simd, hull, &local, reach),
+    };
+    square.any_less(Wide::splat(simd, reach * reach))
+}
+
+/// Square of the distance, zero inside: see [`rmp::Obstacle::distance`].
+#[inline(always)]
+fn frustum<S: Simd>(simd: S, size: &[f32; 3], local: &Wide3<S>) -> Wide<S> {
+    let [bottom, top, half] = *size;
+    let c = |value: f32| Wide::splat(simd, value);
+    let zero = c(0.0);
+    let off_axis = (local[0] * local[0] + local[1] * local[1]).sqrt();
+    let z = local[2];
+    let (across, along) = (top - bottom, 2.0 * half);
+    let square = 1.0 / (across * across + along * along);
+    let part = (c(top) - off_axis) * c(across) + (c(half) - z) * c(along);
+    let part = (part * c(square)).max(zero).min(c(1.0));
+    let aside = off_axis - c(top) + c(across) * part;
+    let below = z - c(half) + c(along) * part;
+    let beyond = z.abs() - c(half);
+    // The nearer end is that on its side of the middle.
+    let end = z.choose_less(zero, c(bottom), c(top));
+    let out = (off_axis - end).max(zero);
+    let to_end = out * out + beyond * beyond;
+    let nearest = to_end.min(aside * aside + below * below);
+    aside.max(beyond).choose_less(zero, zero, nearest)
+}
+
+/// Whether a point is nearer than `reach` (m) to the farthest plane of a hull.
+#[inline(always)]
+fn is_within_planes<S: Simd>(simd: S, hull: &Hull, local: &Wide3<S>, reach: f32) -> bool {
+    let mut farthest = Wide::splat(simd, f32::NEG_INFINITY);
+    for (normal, offset) in hull.planes() {
+        let normal = [single(normal.x), single(normal.y), single(normal.z)];
+        let distance = dot(&Wide::splat3(simd, &normal), local);
+        farthest = farthest.max(distance - Wide::splat(simd, single(*offset)));
+    }
+    farthest.any_less(Wide::splat(simd, reach))
 }

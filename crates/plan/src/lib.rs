@@ -12,13 +12,22 @@
 
 mod body;
 mod check;
+mod follow;
+mod gains;
 mod halton;
+mod ik;
+mod lanes;
 mod planner;
 mod scene;
 mod shortcut;
+mod to_pose;
 mod tree;
 
-pub use body::{Body, BodySetup};
-pub use check::LANES;
+pub use body::{Body, BodyError, BodySetup};
+pub use follow::{Ahead, Guide};
+pub use gains::led;
+pub use ik::{Found, Tool};
+pub use lanes::LANES;
 pub use planner::{Path, PlanError, Settings, plan};
-pub use scene::{Scene, Solid};
+pub use scene::Scene;
+pub use to_pose::plan_to_pose;

@@ -16,6 +16,9 @@ pub struct Settings {
     pub seed: u64,
     /// Random configurations at most.
     pub max_iterations: u64,
+    /// Solids that are looked at, each with sixteen configurations of an edge, at most: what
+    /// a search costs, however many there are.
+    pub max_looks: u64,
     /// Length of an edge at most (rad, m).
     pub range: f64,
     /// Configurations that are checked for each rad (m) of an edge.
@@ -31,9 +34,10 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             seed: 0,
-            max_iterations: 20_000,
+            max_iterations: 100_000,
+            max_looks: 100_000_000,
             range: 1.5,
-            resolution: 48.0,
+            resolution: 96.0,
             padding: 0.002,
             shortcuts: 60,
         }
@@ -74,6 +78,16 @@ pub enum PlanError {
     InCollision {
         /// `start` or `goal`.
         what: &'static str,
+    },
+    /// No configuration within the limits has the pose.
+    #[error(
+        "the pose is out of reach: the nearest configuration found is {off_m:.3} m and {off_rad:.3} rad off; move the target or the arm's base"
+    )]
+    Unreachable {
+        /// m.
+        off_m: f64,
+        /// rad.
+        off_rad: f64,
     },
     /// None was found: perhaps there is none.
     #[error("no path was found in {iterations} iterations; allow more, or choose another goal")]
@@ -159,9 +173,11 @@ fn search(
     // Which of the two grows towards the random configuration.
     let mut grows = 0;
     let mut sample = vec![0.0; body.joint_count()];
-    for iteration in 1..=settings.max_iterations {
+    let mut iterations = 0;
+    while iterations < settings.max_iterations && checker.looked_at < settings.max_looks {
+        iterations += 1;
         for (joint, position) in sample.iter_mut().enumerate() {
-            let part = halton::value(settings.seed.wrapping_add(iteration), joint);
+            let part = halton::value(settings.seed.wrapping_add(iterations), joint);
             *position = body.lower[joint] + part * (body.upper[joint] - body.lower[joint]);
         }
         // The smaller tree grows: it has seen less.
@@ -184,12 +200,10 @@ fn search(
             let mut path = trees[0].way(ends[0]);
             path.reverse();
             path.extend(trees[1].way(ends[1]).into_iter().skip(1));
-            return Ok((path, iteration));
+            return Ok((path, iterations));
         }
     }
-    Err(PlanError::NotFound {
-        iterations: settings.max_iterations,
-    })
+    Err(PlanError::NotFound { iterations })
 }
 
 /// Grows the tree from its nearest configuration towards `to`, by `range` at most; the new

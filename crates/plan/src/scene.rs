@@ -1,95 +1,67 @@
 //! What an arm must not touch.
 
-use nalgebra::Isometry3;
-use rmp::Obstacle;
+use std::sync::Arc;
 
-/// A solid body at rest, base frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Solid {
-    /// A sphere, capsule, cuboid or rounded box.
-    Rounded(Obstacle),
-    /// A cylinder along the z axis of its pose.
-    Cylinder {
-        /// Pose of its centre.
-        pose: Isometry3<f64>,
-        /// Radius (m), > 0.
-        radius: f64,
-        /// Full height (m), > 0.
-        height: f64,
-    },
-}
+use rmp::{Core, Hull, Obstacle, ObstacleError};
 
-impl Solid {
-    /// Signed distance of a point from the surface (m), exact outside; inside of a box or a
-    /// cylinder the distance to the nearest face, negative.
-    pub fn distance(&self, point: &nalgebra::Point3<f64>) -> f64 {
-        match self {
-            Self::Rounded(obstacle) => {
-                let local = obstacle.pose.inverse_transform_point(point).coords.abs();
-                let over = local - obstacle.half_extents;
-                let outside = over.sup(&nalgebra::Vector3::zeros()).norm();
-                outside + over.max().min(0.0) - obstacle.radius
-            }
-            Self::Cylinder {
-                pose,
-                radius,
-                height,
-            } => {
-                let local = pose.inverse_transform_point(point);
-                let (aside, along) = (
-                    local.coords.xy().norm() - radius,
-                    local.z.abs() - 0.5 * height,
-                );
-                aside.max(0.0).hypot(along.max(0.0)) + aside.max(along).min(0.0)
-            }
-        }
-    }
-
-    fn is_valid(&self) -> bool {
-        match self {
-            Self::Rounded(obstacle) => obstacle.validate().is_ok(),
-            Self::Cylinder {
-                pose,
-                radius,
-                height,
-            } => {
-                let core = Obstacle {
-                    pose: *pose,
-                    half_extents: nalgebra::Vector3::new(*radius, *radius, 0.5 * height),
-                    radius: 0.0,
-                };
-                core.validate().is_ok() && *radius > 0.0 && *height > 0.0
-            }
-        }
-    }
-}
-
-/// Solids as they are checked.
+/// Solids at rest, base frame, as they are checked.
 #[derive(Debug, Clone, Default)]
 pub struct Scene {
     pub(crate) solids: Vec<Prepared>,
 }
 
 /// A solid in single precision.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Prepared {
     pub(crate) center: [f32; 3],
     /// World to local, row by row.
     pub(crate) rows: [[f32; 3]; 3],
-    pub(crate) half: [f32; 3],
     /// Beyond the core (m).
     pub(crate) radius: f32,
-    pub(crate) is_cylinder: bool,
+    pub(crate) form: Form,
+}
+
+/// The core.
+#[derive(Debug, Clone)]
+pub(crate) enum Form {
+    /// Half extents (m).
+    Box([f32; 3]),
+    /// Radius and half height (m).
+    Cylinder([f32; 2]),
+    /// Radii at the bottom and at the top, and half height (m).
+    Frustum([f32; 3]),
+    /// Its planes.
+    Hull(Arc<Hull>),
 }
 
 impl Scene {
-    /// Of solids; `None` where one has a size or a pose that is none.
-    pub fn new(solids: &[Solid]) -> Option<Self> {
-        if !solids.iter().all(Solid::is_valid) {
-            return None;
+    /// Room for `capacity` solids.
+    pub fn with_capacity(capacity: usize) -> Self {
+        Self {
+            solids: Vec::with_capacity(capacity),
         }
-        let solids = solids.iter().map(prepared).collect();
-        Some(Self { solids })
+    }
+
+    /// Of obstacles.
+    ///
+    /// # Errors
+    /// [`ObstacleError`] where one has a size or a pose that is none.
+    pub fn new<'a>(
+        obstacles: impl IntoIterator<Item = &'a Obstacle>,
+    ) -> Result<Self, ObstacleError> {
+        let mut scene = Self::default();
+        for obstacle in obstacles {
+            obstacle.validate()?;
+            scene.solids.push(prepared(obstacle));
+        }
+        Ok(scene)
+    }
+
+    /// Takes these in place of the solids it has. They have to be valid, as those of an
+    /// [`rmp::ObstacleSet`] are. Allocates only beyond the capacity.
+    pub fn set<'a>(&mut self, obstacles: impl IntoIterator<Item = &'a Obstacle>) {
+        self.solids.clear();
+        self.solids.extend(obstacles.into_iter().map(prepared));
     }
 }
 
@@ -98,29 +70,35 @@ pub(crate) fn single(value: f64) -> f32 {
     value as f32
 }
 
-fn prepared(solid: &Solid) -> Prepared {
-    let (pose, half, radius, is_cylinder) = match solid {
-        Solid::Rounded(obstacle) => (obstacle.pose, obstacle.half_extents, obstacle.radius, false),
-        Solid::Cylinder {
-            pose,
-            radius,
-            height,
-        } => {
-            let half = nalgebra::Vector3::new(*radius, *radius, 0.5 * height);
-            (*pose, half, 0.0, true)
-        }
-    };
-    let rotation = pose.rotation.to_rotation_matrix();
+#[expect(
+    clippy::float_cmp,
+    reason = "a cylinder is a frustum of two equal radii"
+)]
+fn prepared(obstacle: &Obstacle) -> Prepared {
+    let rotation = obstacle.pose.rotation.to_rotation_matrix();
     let row = |axis: usize| {
         let column = rotation.matrix().column(axis);
         [single(column[0]), single(column[1]), single(column[2])]
     };
-    let at = pose.translation.vector;
+    let at = obstacle.pose.translation.vector;
+    let form = match &obstacle.core {
+        Core::Box(half) => Form::Box([single(half.x), single(half.y), single(half.z)]),
+        Core::Frustum {
+            bottom,
+            top,
+            half_height,
+        } if bottom == top => Form::Cylinder([single(*top), single(*half_height)]),
+        Core::Frustum {
+            bottom,
+            top,
+            half_height,
+        } => Form::Frustum([single(*bottom), single(*top), single(*half_height)]),
+        Core::Hull(hull) => Form::Hull(hull.clone()),
+    };
     Prepared {
         center: [single(at.x), single(at.y), single(at.z)],
         rows: [row(0), row(1), row(2)],
-        half: [single(half.x), single(half.y), single(half.z)],
-        radius: single(radius),
-        is_cylinder,
+        radius: single(obstacle.radius),
+        form,
     }
 }

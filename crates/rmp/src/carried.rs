@@ -1,9 +1,10 @@
-//! Spheres of what the tool holds: they come and go, and count against obstacles
-//! as those of the robot do.
+//! Spheres of what the tool holds: they come and go, and keep away from obstacles and
+//! from the robot as its own spheres do.
 
 use nalgebra::Vector3;
 
 use crate::ball::{Ball, MAX_CARRIED};
+use crate::groups::group;
 use crate::tree::Attachment;
 use crate::{RmpFlow, SetupError, TargetId};
 
@@ -19,7 +20,7 @@ impl RmpFlow {
         id: TargetId,
         spheres: &[(Vector3<f64>, f64)],
     ) -> Result<(), SetupError> {
-        self.carried.clear();
+        self.drop_carried();
         if spheres.len() > MAX_CARRIED {
             return Err(SetupError::Length {
                 what: "carried spheres (at most)",
@@ -34,7 +35,7 @@ impl RmpFlow {
                 return Err(SetupError::NotFinite { what, value });
             }
         }
-        let Some(frame) = self.target_attachment(id) else {
+        let Some(frame) = self.frame(id).map(|frame| frame.attachment.clone()) else {
             let (name, wanted_by) = (format!("{id:?}"), "carried spheres".to_owned());
             return Err(SetupError::UnknownFrame { name, wanted_by });
         };
@@ -46,20 +47,22 @@ impl RmpFlow {
                 },
                 radius: radius.max(0.0),
             }));
+        self.carrier = Some(id);
+        group(&self.carried, &mut self.carried_groups);
+        self.self_collision.carry(&self.carried);
         Ok(())
     }
 
     /// The tool carries nothing any more.
     pub fn drop_carried(&mut self) {
+        self.carrier = None;
         self.carried.clear();
+        self.carried_groups.clear();
+        self.self_collision.carry(&[]);
     }
 
     /// How many spheres are carried.
     pub fn carried_count(&self) -> usize {
         self.carried.len()
-    }
-
-    fn target_attachment(&self, id: TargetId) -> Option<Attachment> {
-        self.targets.get(id.index()).map(|t| t.attachment.clone())
     }
 }

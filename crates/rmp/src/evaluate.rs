@@ -2,16 +2,14 @@
 
 use crate::RmpFlow;
 use crate::RmpFlowParameters;
-use crate::ball::Ball;
-use crate::flow::{Clearance, TargetFrame};
+use crate::flow::Clearance;
 use crate::kinematics::Kinematics;
-use crate::leaves::collision::{Constants, Query};
 use crate::leaves::{
     Floor, axis_target, cspace_target, damping, joint_limit, joint_velocity_cap, target,
 };
-use crate::obstacles::Block;
 use crate::pullback::Pullback;
-use crate::simd::Path;
+use crate::sweep::{Nearest, Sweep};
+use crate::targets::TargetFrame;
 
 impl RmpFlow {
     /// Fills `root` and `clearance` for positions and velocities of checked length.
@@ -24,23 +22,50 @@ impl RmpFlow {
         cspace_target::add(&mut self.root, &p.cspace_target, &self.posture, q, qd);
         joint_limit::add(&mut self.root, &p.joint_limit, &self.ranges, q, qd, floor);
         joint_velocity_cap::add(&mut self.root, &p.joint_velocity_cap, qd);
-        for frame in &self.targets {
+        for frame in self.targets.iter().flatten() {
             add_target(p, &self.kinematics, &mut self.pullback, frame);
         }
-        let mut push = Push {
-            path: self.path,
-            constants: &self.constants,
-            kinematics: &self.kinematics,
-            pullback: &mut self.pullback,
-        };
-        push.away(&self.body_balls, &self.body_blocks);
-        let own = push.away(&self.balls, self.obstacles.blocks());
-        let carried = push.away(&self.carried, self.obstacles.blocks());
+        self.push_away(Of::Body);
+        let own = self.push_away(Of::Robot);
+        let carried = self.push_away(Of::Tool);
         self.clearance = nearer(own, carried, self.balls.len());
         self.pullback.collect(&self.kinematics, &mut self.root);
     }
+
+    /// Adds the collision leaves of some spheres; returns their nearest approach.
+    fn push_away(&mut self, of: Of) -> Option<Clearance> {
+        let (groups, obstacles) = match of {
+            Of::Body => (&self.body_groups, &self.body),
+            Of::Robot => (&self.groups, &self.obstacles),
+            Of::Tool => (&self.carried_groups, &self.obstacles),
+        };
+        let obstacles = obstacles.packed();
+        if groups.is_empty() || obstacles.is_empty() {
+            return None;
+        }
+        let mut sweep = Sweep {
+            constants: &self.constants,
+            kinematics: &self.kinematics,
+            groups,
+            obstacles,
+            near: &mut self.near,
+            pullback: &mut self.pullback,
+        };
+        let Nearest { distance, sphere } = self.path.run(&mut sweep);
+        Some(Clearance { distance, sphere })
+    }
 }
 
+/// Spheres that keep away from something.
+#[derive(Clone, Copy)]
+enum Of {
+    /// Frames that the tuning names, from the body of the robot.
+    Body,
+    /// Those of the robot, from obstacles.
+    Robot,
+    /// Those of what the tool carries, from obstacles.
+    Tool,
+}
 /// The nearer of two approaches; spheres of the second count from `first` on.
 fn nearer(a: Option<Clearance>, b: Option<Clearance>, first: usize) -> Option<Clearance> {
     let b = b.map(|near| Clearance {
@@ -65,58 +90,20 @@ fn add_target(
     let mut metric = nalgebra::Matrix3::identity() * weight;
     let mut squared = None;
     if let Some(position) = &frame.position {
-        let (pull, towards) = target::leaf(&p.target, position, &point);
+        let (pull, towards) = target::leaf(&frame.target, position, &point);
         metric += pull;
         force += towards;
         squared = Some((position - point.position).norm_squared());
     }
     pullback.add_point(&frame.attachment, &point.position, &metric, &force);
     if let Some(wanted) = &frame.orientation {
-        let weight = axis_target::weight(&p.axis_target, squared);
+        let weight = axis_target::weight(&frame.axis_target, squared);
         let rotation = kinematics.rotation(&frame.attachment);
         let link = kinematics.link(&frame.attachment);
         for (axis, target) in rotation.column_iter().zip(wanted.column_iter()) {
             let (n, n0) = (axis.into_owned(), target.into_owned());
-            let force = axis_target::force(&p.axis_target, weight, &n, &n0, link);
+            let force = axis_target::force(&frame.axis_target, weight, &n, &n0, link);
             pullback.add_direction(&frame.attachment, &n, weight, &force);
         }
-    }
-}
-
-/// Collision leaves of spheres against blocks of obstacles.
-struct Push<'a> {
-    path: Path,
-    constants: &'a Constants,
-    kinematics: &'a Kinematics,
-    pullback: &'a mut Pullback,
-}
-
-impl Push<'_> {
-    /// Adds all pairs; returns the nearest approach.
-    fn away(&mut self, balls: &[Ball], blocks: &[Block]) -> Option<Clearance> {
-        if blocks.is_empty() {
-            return None;
-        }
-        let mut nearest: Option<Clearance> = None;
-        for (sphere, ball) in balls.iter().enumerate() {
-            let query = Query {
-                point: self.kinematics.point(&ball.attachment),
-                radius: ball.radius,
-            };
-            let sum = self.path.run(self.constants, &query, blocks);
-            self.pullback.add_point(
-                &ball.attachment,
-                &query.point.position,
-                &sum.metric,
-                &sum.force,
-            );
-            if nearest.is_none_or(|n| sum.clearance < n.distance) {
-                nearest = Some(Clearance {
-                    distance: sum.clearance,
-                    sphere,
-                });
-            }
-        }
-        nearest
     }
 }

@@ -2,16 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, Isometry3, Matrix3, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
 pub use crate::ball::MAX_CARRIED;
+pub use crate::targets::TargetId;
 
 use crate::ball::Ball;
+use crate::groups::Group;
 use crate::kinematics::Kinematics;
 use crate::leaves::Floor;
 use crate::leaves::collision::Constants;
 use crate::leaves::joint_limit::Range;
-use crate::obstacles::Block;
 use crate::pullback::Pullback;
 use crate::resolve::cell::CellResolve;
 use crate::resolve::cholesky::Cholesky;
@@ -20,10 +21,10 @@ use crate::self_collision::SelfCollision;
 use crate::setup;
 use crate::simd::Path;
 use crate::state::{check_dt, check_values};
-use crate::tree::Attachment;
+use crate::targets::TargetFrame;
 use crate::{
-    Chain, ClipFlags, FlowError, JointLimits, MotionState, ObstacleSet, Outcome, RmpFlowParameters,
-    Root, SetupError,
+    Chain, ClipFlags, CollisionParameters, CspaceTargetParameters, FlowError, JointLimits,
+    MotionState, ObstacleSet, Outcome, RmpFlowParameters, Root, SetupError,
 };
 
 /// A sphere of the robot that keeps away from obstacles.
@@ -68,24 +69,6 @@ pub struct SelfCollisionSetup<'a> {
     pub ignore: &'a [(String, String)],
 }
 
-/// Names one target frame of an [`RmpFlow`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TargetId(usize);
-
-impl TargetId {
-    pub(crate) fn index(self) -> usize {
-        self.0
-    }
-}
-
-/// A frame with its targets, if any.
-#[derive(Debug, Clone)]
-pub(crate) struct TargetFrame {
-    pub(crate) attachment: Attachment,
-    pub(crate) position: Option<Vector3<f64>>,
-    pub(crate) orientation: Option<Matrix3<f64>>,
-}
-
 /// The nearest approach of the robot's spheres to an enabled obstacle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clearance {
@@ -121,14 +104,22 @@ pub struct RmpFlow {
     pub(crate) kinematics: Kinematics,
     pub(crate) ranges: Vec<Range>,
     pub(crate) posture: Vec<f64>,
-    pub(crate) targets: Vec<TargetFrame>,
+    /// By id; a removed one leaves its place empty.
+    pub(crate) targets: Vec<Option<TargetFrame>>,
     pub(crate) balls: Vec<Ball>,
+    pub(crate) groups: Vec<Group>,
     /// What the tool holds; its capacity is never exceeded.
     pub(crate) carried: Vec<Ball>,
-    pub(crate) body_balls: Vec<Ball>,
-    pub(crate) body_blocks: Vec<Block>,
+    pub(crate) carried_groups: Vec<Group>,
+    /// Frame that holds it.
+    pub(crate) carrier: Option<TargetId>,
+    pub(crate) body_groups: Vec<Group>,
+    /// Capsules of the tuning around the base.
+    pub(crate) body: ObstacleSet,
     pub(crate) self_collision: SelfCollision,
     pub(crate) obstacles: ObstacleSet,
+    /// Scratch: obstacles near some spheres.
+    pub(crate) near: Vec<usize>,
     pub(crate) path: Path,
     pub(crate) pullback: Pullback,
     pub(crate) root: Root,
@@ -169,66 +160,23 @@ impl RmpFlow {
         Ok(())
     }
 
-    /// Adds a frame that can be given targets. Its drag and inertia act at once.
+    /// Takes other gains of posture and obstacles, from the next evaluation on. Allocates
+    /// nothing.
     ///
     /// # Errors
-    /// [`SetupError::UnknownFrame`].
-    pub fn add_target_frame(&mut self, name: &str) -> Result<TargetId, SetupError> {
-        let attachment = self.attachment(name, "as target frame")?;
-        self.targets.push(TargetFrame {
-            attachment,
-            position: None,
-            orientation: None,
-        });
-        Ok(TargetId(self.targets.len() - 1))
-    }
-
-    /// Sets or clears the position target of a frame, m in the base frame.
-    ///
-    /// # Errors
-    /// [`SetupError::NotFinite`]; nothing is changed.
-    pub fn set_position_target(
+    /// [`SetupError`] for a value that is not allowed; nothing is changed.
+    pub fn set_gains(
         &mut self,
-        id: TargetId,
-        position: Option<Vector3<f64>>,
+        cspace_target: CspaceTargetParameters,
+        collision: CollisionParameters,
     ) -> Result<(), SetupError> {
-        if let Some(&value) = position
-            .as_ref()
-            .and_then(|p| p.iter().find(|x| !x.is_finite()))
-        {
-            return Err(SetupError::NotFinite {
-                what: "position target".into(),
-                value,
-            });
+        let before = (self.parameters.cspace_target, self.parameters.collision);
+        (self.parameters.cspace_target, self.parameters.collision) = (cspace_target, collision);
+        if let Err(error) = self.parameters.validate() {
+            (self.parameters.cspace_target, self.parameters.collision) = before;
+            return Err(error.into());
         }
-        if let Some(frame) = self.targets.get_mut(id.0) {
-            frame.position = position;
-        }
-        Ok(())
-    }
-
-    /// Sets or clears the orientation target of a frame, in the base frame.
-    ///
-    /// # Errors
-    /// [`SetupError::NotFinite`]; nothing is changed.
-    pub fn set_orientation_target(
-        &mut self,
-        id: TargetId,
-        orientation: Option<UnitQuaternion<f64>>,
-    ) -> Result<(), SetupError> {
-        let coords = orientation.map(|o| o.coords);
-        if let Some(&value) = coords
-            .as_ref()
-            .and_then(|c| c.iter().find(|x| !x.is_finite()))
-        {
-            return Err(SetupError::NotFinite {
-                what: "orientation target".into(),
-                value,
-            });
-        }
-        if let Some(frame) = self.targets.get_mut(id.0) {
-            frame.orientation = orientation.map(|o| o.to_rotation_matrix().into_inner());
-        }
+        self.constants = Constants::new(&collision);
         Ok(())
     }
 
@@ -347,54 +295,5 @@ impl RmpFlow {
     /// takes the same way, to the last bit.
     pub fn set_active_bounds(&mut self, lower: u64, upper: u64) {
         self.cell.set_active_bounds(lower, upper);
-    }
-
-    /// Pose of a target frame at the last evaluation, base frame.
-    pub fn target_frame_pose(&self, id: TargetId) -> Option<Isometry3<f64>> {
-        let frame = self.targets.get(id.0)?;
-        Some(self.kinematics.pose(&frame.attachment))
-    }
-
-    /// Pose of a target frame at joint positions `q`, base frame. The kinematics
-    /// stay at `q` until the next evaluation.
-    ///
-    /// # Errors
-    /// [`SetupError::Length`] or [`SetupError::NotFinite`].
-    pub fn target_frame_pose_at(
-        &mut self,
-        id: TargetId,
-        q: &[f64],
-    ) -> Result<Option<Isometry3<f64>>, SetupError> {
-        check_values("joint positions", q, self.joint_count())?;
-        self.scratch.fill(0.0);
-        self.kinematics.update(q, &self.scratch);
-        Ok(self.target_frame_pose(id))
-    }
-
-    /// Writes the 6 x N Jacobian of a target frame's origin at the last
-    /// evaluation: rows linear then angular, base frame. `out` must be 6 x N.
-    ///
-    /// # Errors
-    /// [`SetupError::Length`] when `out` has another size.
-    pub fn target_frame_jacobian(
-        &self,
-        id: TargetId,
-        out: &mut DMatrix<f64>,
-    ) -> Result<(), SetupError> {
-        if out.shape() != (6, self.joint_count()) {
-            return Err(SetupError::Length {
-                what: "Jacobian (6 rows, one column a joint)",
-                found: out.ncols(),
-                expected: self.joint_count(),
-            });
-        }
-        if let Some(frame) = self.targets.get(id.0) {
-            self.kinematics.jacobian(&frame.attachment, out);
-        }
-        Ok(())
-    }
-
-    fn attachment(&self, name: &str, wanted_by: &str) -> Result<Attachment, SetupError> {
-        setup::attach(&self.chain, &self.kinematics.tree, name, wanted_by)
     }
 }

@@ -65,12 +65,18 @@ impl Kinematics {
     }
 
     pub(crate) fn link(&self, attachment: &Attachment) -> &Link {
-        attachment.joint.map_or(&REST, |j| &self.links[j])
+        self.link_of(attachment.joint)
+    }
+
+    /// What `joint` moves; `None` is the base.
+    #[inline]
+    pub(crate) fn link_of(&self, joint: Option<usize>) -> &Link {
+        joint.map_or(&REST, |j| &self.links[j])
     }
 
     /// Position of a point that is fixed in the frame of a joint (m).
     pub(crate) fn place(&self, joint: Option<usize>, offset: &Vector3<f64>) -> Vector3<f64> {
-        let link = joint.map_or(&REST, |j| &self.links[j]);
+        let link = self.link_of(joint);
         link.origin + link.rotation * offset
     }
 

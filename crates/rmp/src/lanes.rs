@@ -6,6 +6,8 @@
     reason = "lanes are compiled for the instruction set of the function they are inlined into"
 )]
 
+pub(crate) mod wide3;
+
 use std::ops::{Add, Div, Mul, Sub};
 
 use wide::{Select, f64x4};
@@ -32,6 +34,8 @@ pub(crate) trait Lanes:
     fn all(self) -> bool;
     /// `self` as mask: whether any lane is set.
     fn any(self) -> bool;
+    /// `self` as mask: a bit for each lane.
+    fn bits(self) -> u32;
     fn sqrt(self) -> Self;
     fn abs(self) -> Self;
     /// Magnitude of `self`, sign of `sign`.
@@ -42,6 +46,13 @@ pub(crate) trait Lanes:
     #[inline(always)]
     fn splat(value: f64) -> Self {
         Self::load(&[value; LANES])
+    }
+
+    /// Sum of the lanes.
+    #[inline(always)]
+    fn total(self) -> f64 {
+        let [a, b, c, d]: [f64; LANES] = self.to_array();
+        (a + b) + (c + d)
     }
 
     /// The greater; `other` where equal.
@@ -176,6 +187,13 @@ impl Lanes for Scalar {
         self.0.iter().any(|lane| lane.to_bits() != 0)
     }
     #[inline(always)]
+    fn bits(self) -> u32 {
+        let lanes = self.0.iter().enumerate();
+        lanes.fold(0, |bits, (i, lane)| {
+            bits | u32::from(lane.to_bits() != 0) << i
+        })
+    }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         self.map(f64::sqrt)
     }
@@ -225,6 +243,10 @@ impl Lanes for f64x4 {
     #[inline(always)]
     fn any(self) -> bool {
         Self::any(self)
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        Self::to_bitmask(self)
     }
     #[inline(always)]
     fn sqrt(self) -> Self {

@@ -16,6 +16,8 @@ mod chain;
 mod error;
 mod evaluate;
 mod flow;
+mod groups;
+mod hull;
 mod kinematics;
 mod lanes;
 mod leaves;
@@ -26,8 +28,11 @@ mod pullback;
 mod resolve;
 mod self_collision;
 mod setup;
+mod shape;
 mod simd;
 mod state;
+mod sweep;
+mod targets;
 mod tree;
 mod validate;
 
@@ -37,9 +42,10 @@ pub use flow::{
     Clearance, CollisionSphere, MAX_CARRIED, RmpFlow, RmpFlowSetup, SelfCollisionSetup, StepReport,
     TargetId,
 };
+pub use hull::{Hull, MAX_HULL_POINTS};
 pub use kinematics::PointMotion;
 pub use limits::{JointLimits, LimitsError};
-pub use obstacles::{Obstacle, ObstacleError, ObstacleId, ObstacleSet};
+pub use obstacles::{ObstacleError, ObstacleId, ObstacleSet};
 pub use parameters::{
     AxisTargetParameters, BodyCapsule, BodyCollisionController, CanonicalResolveParameters,
     CollisionParameters, CspaceTargetParameters, DampingParameters, JointLimitParameters,
@@ -48,4 +54,5 @@ pub use parameters::{
 pub use pullback::Root;
 pub use resolve::cell::{ClipFlags, brake, follow};
 pub use resolve::exact::Outcome;
+pub use shape::{Core, Obstacle};
 pub use state::MotionState;

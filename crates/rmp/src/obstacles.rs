@@ -1,41 +1,43 @@
-//! Obstacles: one shape, the rounded box, stands for sphere, capsule and cuboid,
-//! so that one branch-free kernel serves them all.
+//! The obstacles of a robot. The kernel reads the box around each of them, four by four,
+//! to find those that are near.
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::Isometry3;
 use thiserror::Error;
 
 use crate::lanes::LANES;
-
-/// A box of given half extents grown by a radius. Half extents of zero make a
-/// sphere, a single one a capsule, radius zero a cuboid.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Obstacle {
-    /// Pose of the centre in the base frame, m.
-    pub pose: Isometry3<f64>,
-    /// Half extents of the core box, m, >= 0.
-    pub half_extents: Vector3<f64>,
-    /// How far the surface lies outside the core box, m, >= 0.
-    pub radius: f64,
-}
+use crate::shape::{Core, Obstacle, check_pose};
 
 /// Why an obstacle is refused.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ObstacleError {
     /// A size is negative or not finite, or everything has size zero.
     #[error(
-        "an obstacle has half extents {half_extents:?} m and radius {radius} m; all must be finite and >= 0, and one greater than 0"
+        "an obstacle has the sizes {sizes:?} m and the radius {radius} m; all must be finite and >= 0, and give it a volume"
     )]
     Size {
-        /// Half extents as given.
-        half_extents: [f64; 3],
+        /// Half extents of a box or hull; radii and half height of a frustum.
+        sizes: [f64; 3],
         /// Radius as given.
         radius: f64,
     },
+    /// Points have no convex hull with a volume.
+    #[error("the convex hull of {points} points cannot be an obstacle: {why}")]
+    Hull {
+        /// How many there are.
+        points: usize,
+        /// What is wrong with them.
+        why: &'static str,
+    },
+    /// A compound has no part.
+    #[error("a compound obstacle needs at least one part")]
+    Empty,
     /// The pose is not finite or its orientation not a unit quaternion.
     #[error("an obstacle's pose is not a finite position with a unit quaternion")]
     Pose,
     /// The set is full.
-    #[error("the obstacle set is full: its capacity is {capacity}")]
+    #[error(
+        "the obstacle set is full: its capacity is {capacity} (each part of a compound counts)"
+    )]
     Full {
         /// Its fixed capacity.
         capacity: usize,
@@ -48,70 +50,6 @@ pub enum ObstacleError {
         /// How many there are.
         count: usize,
     },
-}
-
-impl Obstacle {
-    /// A sphere at `center` (base frame, m).
-    pub fn sphere(center: Vector3<f64>, radius: f64) -> Self {
-        Self {
-            pose: Isometry3::from_parts(center.into(), UnitQuaternion::identity()),
-            half_extents: Vector3::zeros(),
-            radius,
-        }
-    }
-
-    /// A capsule: all points within `radius` of the segment `pt1`-`pt2` (base frame, m).
-    pub fn capsule(pt1: Vector3<f64>, pt2: Vector3<f64>, radius: f64) -> Self {
-        let along = pt2 - pt1;
-        let turn = UnitQuaternion::rotation_between(&Vector3::z(), &along)
-            .unwrap_or_else(UnitQuaternion::identity);
-        Self {
-            pose: Isometry3::from_parts(((pt1 + pt2) * 0.5).into(), turn),
-            half_extents: Vector3::new(0.0, 0.0, 0.5 * along.norm()),
-            radius,
-        }
-    }
-
-    /// A cuboid with these side lengths (m), centred on `pose` (base frame).
-    pub fn cuboid(pose: Isometry3<f64>, side_lengths: Vector3<f64>) -> Self {
-        Self {
-            pose,
-            half_extents: side_lengths * 0.5,
-            radius: 0.0,
-        }
-    }
-
-    /// Checks sizes and pose.
-    ///
-    /// # Errors
-    /// [`ObstacleError::Size`] or [`ObstacleError::Pose`].
-    pub fn validate(&self) -> Result<(), ObstacleError> {
-        let sizes = [
-            self.half_extents.x,
-            self.half_extents.y,
-            self.half_extents.z,
-            self.radius,
-        ];
-        let valid = sizes.iter().all(|s| s.is_finite() && *s >= 0.0);
-        if !valid || sizes.iter().all(|&s| s <= 0.0) {
-            return Err(ObstacleError::Size {
-                half_extents: self.half_extents.into(),
-                radius: self.radius,
-            });
-        }
-        check_pose(&self.pose)
-    }
-}
-
-fn check_pose(pose: &Isometry3<f64>) -> Result<(), ObstacleError> {
-    let far = 1e6;
-    let unit = (pose.rotation.coords.norm() - 1.0).abs() < 1e-6;
-    let near = pose.translation.vector.iter().all(|x| x.abs() < far);
-    if unit && near {
-        Ok(())
-    } else {
-        Err(ObstacleError::Pose)
-    }
 }
 
 /// Names one obstacle of an [`ObstacleSet`].
@@ -144,25 +82,101 @@ const EMPTY_BLOCK: Block = {
 /// tick without allocating; disabled obstacles cost nothing.
 #[derive(Debug, Clone)]
 pub struct ObstacleSet {
-    obstacles: Vec<Obstacle>,
-    enabled: Vec<bool>,
+    /// All parts of all obstacles; those of one behind each other.
+    parts: Vec<Part>,
+    /// By id: its first part, and whether it is enabled.
+    entries: Vec<(usize, bool)>,
     capacity: usize,
+    packed: Packed,
+}
+
+#[derive(Debug, Clone)]
+struct Part {
+    obstacle: Obstacle,
+    /// Pose in the frame of the compound; `None` for the only part.
+    local: Option<Isometry3<f64>>,
+    /// Its place among the enabled ones.
+    place: usize,
+}
+
+/// The enabled parts, as the kernel reads them.
+#[derive(Debug, Clone)]
+pub(crate) struct Packed {
+    /// Boxes around all of them, with unused lanes parked.
     blocks: Vec<Block>,
-    /// For each obstacle its place among the enabled ones.
-    places: Vec<usize>,
-    count: usize,
+    /// What they are, by place.
+    cores: Vec<Core>,
+    /// Id of the obstacle each belongs to, by place.
+    owners: Vec<usize>,
+}
+
+impl Packed {
+    fn with_capacity(capacity: usize) -> Self {
+        Self {
+            blocks: Vec::with_capacity(capacity.div_ceil(LANES)),
+            cores: Vec::with_capacity(capacity),
+            owners: Vec::with_capacity(capacity),
+        }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.cores.is_empty()
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.cores.len()
+    }
+
+    pub(crate) fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    pub(crate) fn core(&self, place: usize) -> &Core {
+        &self.cores[place]
+    }
+
+    pub(crate) fn owner(&self, place: usize) -> usize {
+        self.owners[place]
+    }
+
+    fn clear(&mut self) {
+        self.blocks.clear();
+        self.cores.clear();
+        self.owners.clear();
+    }
+
+    fn push(&mut self, obstacle: &Obstacle, owner: usize) -> usize {
+        let place = self.cores.len();
+        if place.is_multiple_of(LANES) {
+            self.blocks.push(EMPTY_BLOCK);
+        }
+        self.cores.push(obstacle.core.clone());
+        self.owners.push(owner);
+        self.move_to(place, obstacle);
+        place
+    }
+
+    fn move_to(&mut self, place: usize, obstacle: &Obstacle) {
+        let axes = obstacle.pose.rotation.to_rotation_matrix().into_inner();
+        let center = obstacle.pose.translation.vector + axes * obstacle.core.middle();
+        let half = obstacle.half_extents();
+        let rows = &mut self.blocks[place / LANES].0;
+        let values = center.iter().chain(axes.iter()).chain(half.iter());
+        let values = values.chain(std::iter::once(&obstacle.radius));
+        for (row, value) in rows.iter_mut().zip(values) {
+            row[place % LANES] = *value;
+        }
+    }
 }
 
 impl ObstacleSet {
     /// An empty set that will hold at most `capacity` obstacles.
     pub fn with_capacity(capacity: usize) -> Self {
         Self {
-            obstacles: Vec::with_capacity(capacity),
-            enabled: Vec::with_capacity(capacity),
+            parts: Vec::with_capacity(capacity),
+            entries: Vec::with_capacity(capacity),
             capacity,
-            blocks: vec![EMPTY_BLOCK; capacity.div_ceil(LANES)],
-            places: Vec::with_capacity(capacity),
-            count: 0,
+            packed: Packed::with_capacity(capacity),
         }
     }
 
@@ -172,44 +186,94 @@ impl ObstacleSet {
     /// [`ObstacleError`] for an invalid obstacle or a full set.
     pub fn add(&mut self, obstacle: Obstacle) -> Result<ObstacleId, ObstacleError> {
         obstacle.validate()?;
-        if self.obstacles.len() >= self.capacity {
-            return Err(ObstacleError::Full {
-                capacity: self.capacity,
-            });
+        self.check_room(1)?;
+        let part = Part {
+            obstacle,
+            local: None,
+            place: 0,
+        };
+        Ok(self.push([part]))
+    }
+
+    /// Adds an enabled obstacle at `pose` that is made of parts, whose poses are in its own
+    /// frame: a can of four walls and a floor, for instance. It counts as one: of each point
+    /// of the robot the nearest part matters. Each part takes one place of the capacity.
+    ///
+    /// # Errors
+    /// [`ObstacleError`] for an invalid part, none, or a full set.
+    pub fn add_compound(
+        &mut self,
+        pose: Isometry3<f64>,
+        parts: &[Obstacle],
+    ) -> Result<ObstacleId, ObstacleError> {
+        check_pose(&pose)?;
+        if parts.is_empty() {
+            return Err(ObstacleError::Empty);
         }
-        self.obstacles.push(obstacle);
-        self.enabled.push(true);
-        self.places.push(0);
-        self.pack();
-        Ok(ObstacleId(self.obstacles.len() - 1))
+        parts.iter().try_for_each(Obstacle::validate)?;
+        self.check_room(parts.len())?;
+        let placed = parts.iter().map(|part| Part {
+            obstacle: Obstacle {
+                pose: pose * part.pose,
+                ..part.clone()
+            },
+            local: Some(part.pose),
+            place: 0,
+        });
+        Ok(self.push(placed))
+    }
+
+    fn check_room(&self, parts: usize) -> Result<(), ObstacleError> {
+        if self.parts.len() + parts <= self.capacity {
+            return Ok(());
+        }
+        Err(ObstacleError::Full {
+            capacity: self.capacity,
+        })
+    }
+
+    fn push(&mut self, parts: impl IntoIterator<Item = Part>) -> ObstacleId {
+        let id = self.entries.len();
+        self.entries.push((self.parts.len(), true));
+        for mut part in parts {
+            part.place = self.packed.push(&part.obstacle, id);
+            self.parts.push(part);
+        }
+        ObstacleId(id)
     }
 
     /// Number of obstacles, enabled or not.
     pub fn len(&self) -> usize {
-        self.obstacles.len()
+        self.entries.len()
     }
 
     /// Whether there is no obstacle at all.
     pub fn is_empty(&self) -> bool {
-        self.obstacles.is_empty()
+        self.entries.is_empty()
     }
 
     /// Removes every obstacle; ids start from zero again.
     pub fn clear(&mut self) {
-        self.obstacles.clear();
-        self.enabled.clear();
-        self.places.clear();
-        self.pack();
+        self.parts.clear();
+        self.entries.clear();
+        self.packed.clear();
     }
 
-    /// The obstacle of that id.
+    /// The obstacle of that id; of a compound its first part.
     pub fn get(&self, id: ObstacleId) -> Option<&Obstacle> {
-        self.obstacles.get(id.0)
+        let (first, _) = self.entries.get(id.0)?;
+        self.parts.get(*first).map(|part| &part.obstacle)
+    }
+
+    /// The enabled obstacles and parts of compounds.
+    pub fn enabled(&self) -> impl Iterator<Item = &Obstacle> {
+        let ids = (0..self.entries.len()).filter(|&id| self.entries[id].1);
+        ids.flat_map(|id| self.parts[self.range(id)].iter().map(|part| &part.obstacle))
     }
 
     /// Whether the obstacle of that id is enabled; `false` for an unknown id.
     pub fn is_enabled(&self, id: ObstacleId) -> bool {
-        self.enabled.get(id.0).copied().unwrap_or(false)
+        self.entries.get(id.0).is_some_and(|(_, enabled)| *enabled)
     }
 
     /// Moves an obstacle. Does not allocate.
@@ -218,13 +282,13 @@ impl ObstacleSet {
     /// [`ObstacleError::Pose`] or [`ObstacleError::NoSuchId`]; nothing is changed.
     pub fn set_pose(&mut self, id: ObstacleId, pose: Isometry3<f64>) -> Result<(), ObstacleError> {
         check_pose(&pose)?;
-        let count = self.obstacles.len();
-        let Some(obstacle) = self.obstacles.get_mut(id.0) else {
-            return Err(ObstacleError::NoSuchId { id: id.0, count });
-        };
-        obstacle.pose = pose;
-        if self.enabled[id.0] {
-            write_lane(&mut self.blocks, self.places[id.0], obstacle);
+        self.check_id(id)?;
+        let (range, enabled) = (self.range(id.0), self.entries[id.0].1);
+        for part in &mut self.parts[range] {
+            part.obstacle.pose = part.local.map_or(pose, |local| pose * local);
+            if enabled {
+                self.packed.move_to(part.place, &part.obstacle);
+            }
         }
         Ok(())
     }
@@ -234,10 +298,8 @@ impl ObstacleSet {
     /// # Errors
     /// [`ObstacleError::NoSuchId`].
     pub fn set_enabled(&mut self, id: ObstacleId, enabled: bool) -> Result<(), ObstacleError> {
-        let count = self.obstacles.len();
-        let Some(flag) = self.enabled.get_mut(id.0) else {
-            return Err(ObstacleError::NoSuchId { id: id.0, count });
-        };
+        self.check_id(id)?;
+        let flag = &mut self.entries[id.0].1;
         if *flag != enabled {
             *flag = enabled;
             self.pack();
@@ -245,40 +307,41 @@ impl ObstacleSet {
         Ok(())
     }
 
-    /// The enabled obstacles, packed, with unused lanes parked.
-    pub(crate) fn blocks(&self) -> &[Block] {
-        &self.blocks[..self.count.div_ceil(LANES)]
+    fn check_id(&self, id: ObstacleId) -> Result<(), ObstacleError> {
+        let count = self.entries.len();
+        if id.0 < count {
+            return Ok(());
+        }
+        Err(ObstacleError::NoSuchId { id: id.0, count })
+    }
+
+    /// Its parts.
+    fn range(&self, id: usize) -> std::ops::Range<usize> {
+        let next = self.entries.get(id + 1);
+        self.entries[id].0..next.map_or(self.parts.len(), |(first, _)| *first)
+    }
+
+    pub(crate) fn packed(&self) -> &Packed {
+        &self.packed
     }
 
     fn pack(&mut self) {
-        self.blocks.fill(EMPTY_BLOCK);
-        self.count = 0;
-        for (index, obstacle) in self.obstacles.iter().enumerate() {
-            if self.enabled[index] {
-                self.places[index] = self.count;
-                write_lane(&mut self.blocks, self.count, obstacle);
-                self.count += 1;
+        self.packed.clear();
+        for id in 0..self.entries.len() {
+            if self.entries[id].1 {
+                let range = self.range(id);
+                for part in &mut self.parts[range] {
+                    part.place = self.packed.push(&part.obstacle, id);
+                }
             }
         }
     }
 }
 
-fn write_lane(blocks: &mut [Block], place: usize, obstacle: &Obstacle) {
-    let center = obstacle.pose.translation.vector;
-    let axes = obstacle.pose.rotation.to_rotation_matrix().into_inner();
-    let rows = &mut blocks[place / LANES].0;
-    let values = center
-        .iter()
-        .chain(axes.iter())
-        .chain(obstacle.half_extents.iter())
-        .chain(std::iter::once(&obstacle.radius));
-    for (row, value) in rows.iter_mut().zip(values) {
-        row[place % LANES] = *value;
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
 
     #[test]
@@ -309,12 +372,12 @@ mod tests {
                 set.add(Obstacle::sphere(center, 0.1)).unwrap()
             })
             .collect();
-        assert_eq!(set.blocks().len(), 3);
+        assert_eq!(set.packed().blocks().len(), 3);
         set.set_enabled(ids[0], false).unwrap();
-        assert_eq!(set.blocks().len(), 2);
-        assert_eq!(set.blocks()[0].0[0], [1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(set.packed().blocks().len(), 2);
+        assert_eq!(set.packed().blocks()[0].0[0], [1.0, 2.0, 3.0, 4.0]);
         set.set_pose(ids[2], Isometry3::translation(7.5, 0.0, 0.0))
             .unwrap();
-        assert_eq!(set.blocks()[0].0[0], [1.0, 7.5, 3.0, 4.0]);
+        assert_eq!(set.packed().blocks()[0].0[0], [1.0, 7.5, 3.0, 4.0]);
     }
 }

@@ -44,13 +44,13 @@ impl Root {
 /// A quadratic form on the spatial velocity (angular, linear about the base
 /// origin) of one link, with its force.
 #[derive(Debug, Clone, Copy)]
-struct Spatial {
-    angular: Matrix3<f64>,
+pub(crate) struct Spatial {
+    pub(crate) angular: Matrix3<f64>,
     /// Angular rows, linear columns.
-    cross: Matrix3<f64>,
-    linear: Matrix3<f64>,
-    torque: Vector3<f64>,
-    force: Vector3<f64>,
+    pub(crate) cross: Matrix3<f64>,
+    pub(crate) linear: Matrix3<f64>,
+    pub(crate) torque: Vector3<f64>,
+    pub(crate) force: Vector3<f64>,
 }
 
 const EMPTY: Spatial = {
@@ -82,6 +82,12 @@ impl Pullback {
 
     pub(crate) fn clear(&mut self) {
         self.links.fill(EMPTY);
+    }
+
+    /// Adds what leaves on points of one link were lifted to.
+    #[inline]
+    pub(crate) fn add(&mut self, joint: usize, sum: &Spatial) {
+        self.links[joint].merge(sum);
     }
 
     /// Adds a leaf on the position of a point: `metric` (symmetric) and the force

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::ball::Ball;
+use crate::ball::{Ball, MAX_CARRIED};
 use crate::kinematics::Kinematics;
 use crate::leaves::self_collision::{Leaf, REACH_M, leaf};
 use crate::{JointKind, PointMotion, Root};
@@ -31,6 +31,16 @@ impl Part {
         part
     }
 
+    /// Room for what the tool carries.
+    fn carried() -> Self {
+        Self {
+            joint: None,
+            balls: Vec::with_capacity(MAX_CARRIED),
+            center: Vector3::zeros(),
+            radius: 0.0,
+        }
+    }
+
     fn bound(&mut self) {
         let low = Vector3::repeat(f64::INFINITY);
         let corners = self.balls.iter().fold((low, -low), |(low, high), ball| {
@@ -44,10 +54,14 @@ impl Part {
 }
 
 /// The parts of a robot and the pairs of them that must not meet.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct SelfCollision {
-    pub(crate) parts: Vec<Part>,
-    pub(crate) pairs: Vec<(usize, usize)>,
+    /// The last one is what the tool carries.
+    parts: Vec<Part>,
+    /// Those of the robot, then those with what the tool carries.
+    pairs: Vec<(usize, usize)>,
+    /// How many of the pairs are of the robot alone.
+    own_pairs: usize,
     /// Centres of the bounds at the last evaluation, base frame (m).
     centers: Vec<Vector3<f64>>,
     /// Row of a Jacobian, by slot of a controlled joint.
@@ -57,13 +71,40 @@ pub(crate) struct SelfCollision {
 }
 
 impl SelfCollision {
-    pub(crate) fn new(parts: Vec<Part>, pairs: Vec<(usize, usize)>, joints: usize) -> Self {
+    pub(crate) fn new(mut parts: Vec<Part>, mut pairs: Vec<(usize, usize)>, joints: usize) -> Self {
+        pairs.reserve(parts.len());
+        parts.push(Part::carried());
         Self {
             centers: vec![Vector3::zeros(); parts.len()],
             row: vec![0.0; joints],
             slots: Vec::with_capacity(joints),
+            own_pairs: pairs.len(),
             parts,
             pairs,
+        }
+    }
+
+    /// From now on the tool carries `balls`, at most [`MAX_CARRIED`]. They keep away from
+    /// the parts that some part on the joint of the tool keeps away from.
+    pub(crate) fn carry(&mut self, balls: &[Ball]) {
+        self.pairs.truncate(self.own_pairs);
+        let Some((carried, own)) = self.parts.split_last_mut() else {
+            return;
+        };
+        carried.balls.clear();
+        let Some(ball) = balls.first() else {
+            return;
+        };
+        carried.balls.extend_from_slice(balls);
+        carried.joint = ball.attachment.joint;
+        carried.bound();
+        let holds = |part: usize| own[part].joint == carried.joint;
+        for part in 0..own.len() {
+            let keeps_away =
+                |&(a, b): &(usize, usize)| a == part && holds(b) || b == part && holds(a);
+            if self.pairs[..self.own_pairs].iter().any(keeps_away) {
+                self.pairs.push((part, own.len()));
+            }
         }
     }
 

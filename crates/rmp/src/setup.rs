@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::ball::{Ball, MAX_CARRIED};
+use crate::groups::{Group, group};
 use crate::kinematics::Kinematics;
 use crate::leaves::Floor;
 use crate::leaves::collision::Constants;
@@ -23,17 +24,24 @@ pub(crate) fn build(setup: &RmpFlowSetup) -> Result<RmpFlow, SetupError> {
     parameters.validate()?;
     let tree = Tree::new(setup.chain, setup.joint_names, setup.default_positions)?;
     let joints = setup.joint_names.len();
+    let balls = balls(setup.chain, setup.spheres, &tree)?;
+    let body = body_capsules(&parameters)?;
+    let most_obstacles = setup.obstacle_capacity.max(body.len());
     let mut flow = RmpFlow {
         chain: setup.chain.clone(),
         constants: Constants::new(&parameters.collision),
         ranges: ranges(setup)?,
         posture: posture(setup),
         targets: Vec::new(),
-        balls: balls(setup.chain, setup.spheres, &tree)?,
+        groups: grouped(&balls),
+        balls,
         self_collision: self_collision(setup, &tree)?,
         carried: Vec::with_capacity(MAX_CARRIED),
-        body_balls: body_balls(setup.chain, &tree, &parameters)?,
-        body_blocks: body_capsules(&parameters)?.blocks().to_vec(),
+        carried_groups: Vec::with_capacity(MAX_CARRIED),
+        carrier: None,
+        body_groups: grouped(&body_balls(setup.chain, &tree, &parameters)?),
+        body,
+        near: Vec::with_capacity(most_obstacles),
         obstacles: ObstacleSet::with_capacity(setup.obstacle_capacity),
         path: Path::best(),
         kinematics: Kinematics::new(tree),
@@ -43,12 +51,18 @@ pub(crate) fn build(setup: &RmpFlowSetup) -> Result<RmpFlow, SetupError> {
         factor: Cholesky::new(joints),
         scratch: vec![0.0; joints],
         acceleration: vec![0.0; joints],
-        cell: CellResolve::new(joints),
+        cell: CellResolve::new(joints, parameters.joint_velocity_cap.max_velocity),
         parameters,
     };
     let (q, qd) = (flow.posture.clone(), vec![0.0; joints]);
     flow.sum_leaves(&q, &qd, Floor::Contact);
     Ok(flow)
+}
+
+fn grouped(balls: &[Ball]) -> Vec<Group> {
+    let mut groups = Vec::new();
+    group(balls, &mut groups);
+    groups
 }
 
 /// Attaches the named frame, or says who wanted it.

@@ -13,8 +13,7 @@
 
 #[cfg(test)]
 use crate::lanes::Scalar;
-use crate::leaves::collision::{Constants, Query, Sum, accumulate};
-use crate::obstacles::Block;
+use crate::sweep::{Nearest, Sweep};
 
 /// Which implementation of the lanes runs the collision kernel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,16 +38,15 @@ impl Path {
         Self::Portable
     }
 
-    /// Sums the collision leaves of one sphere against all blocks.
-    #[inline]
-    pub(crate) fn run(self, constants: &Constants, query: &Query, blocks: &[Block]) -> Sum {
+    /// Adds the collision leaves of all spheres against all obstacles.
+    pub(crate) fn run(self, sweep: &mut Sweep<'_>) -> Nearest {
         match self {
             #[cfg(test)]
-            Self::Scalar => accumulate::<Scalar>(constants, query, blocks),
-            Self::Portable => accumulate::<wide::f64x4>(constants, query, blocks),
+            Self::Scalar => sweep.run::<Scalar>(),
+            Self::Portable => sweep.run::<wide::f64x4>(),
             #[cfg(target_arch = "x86_64")]
             // SAFETY: this variant is only made where AVX2 was detected.
-            Self::Avx2 => unsafe { x86::run(constants, query, blocks) },
+            Self::Avx2 => unsafe { x86::run(sweep) },
         }
     }
 }
@@ -64,14 +62,14 @@ mod x86 {
     };
     use std::ops::{Add, Div, Mul, Sub};
 
-    use super::{Block, Constants, Query, Sum, accumulate};
     use crate::lanes::{LANES, Lanes};
+    use crate::sweep::{Nearest, Sweep};
 
     /// # Safety
     /// The processor must have AVX2.
     #[target_feature(enable = "avx2")]
-    pub(super) unsafe fn run(constants: &Constants, query: &Query, blocks: &[Block]) -> Sum {
-        accumulate::<Avx>(constants, query, blocks)
+    pub(super) unsafe fn run(sweep: &mut Sweep<'_>) -> Nearest {
+        sweep.run::<Avx>()
     }
 
     /// One 256-bit register. Its methods are inlined into [`run`] alone, where
@@ -145,6 +143,11 @@ mod x86 {
             unsafe { _mm256_movemask_pd(self.0) != 0 }
         }
         #[inline(always)]
+        fn bits(self) -> u32 {
+            // SAFETY: only reached through `run`, see `Avx`.
+            unsafe { _mm256_movemask_pd(self.0) }.cast_unsigned()
+        }
+        #[inline(always)]
         fn sqrt(self) -> Self {
             // SAFETY: only reached through `run`, see `Avx`.
             Self(unsafe { _mm256_sqrt_pd(self.0) })
@@ -182,99 +185,5 @@ mod x86 {
             // SAFETY: only reached through `run`, see `Avx`.
             Self(unsafe { _mm256_min_pd(self.0, other.0) })
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-
-    use super::*;
-    use crate::{CollisionParameters, Obstacle, ObstacleSet, PointMotion};
-
-    const P: CollisionParameters = CollisionParameters {
-        damping_gain: 50.0,
-        damping_std_dev: 0.04,
-        damping_robustness_eps: 1e-2,
-        damping_velocity_gate_length_scale: 0.01,
-        repulsion_gain: 800.0,
-        repulsion_std_dev: 0.01,
-        metric_modulation_radius: 0.5,
-        metric_scalar: 1e4,
-        metric_exploder_std_dev: 0.02,
-        metric_exploder_eps: 1e-3,
-    };
-
-    fn bits(sum: &Sum) -> Vec<u64> {
-        let numbers = sum.metric.iter().chain(sum.force.iter());
-        numbers
-            .chain([&sum.clearance])
-            .map(|x| x.to_bits())
-            .collect()
-    }
-
-    fn query(position: Vector3<f64>, velocity: Vector3<f64>) -> Query {
-        Query {
-            point: PointMotion {
-                position,
-                velocity,
-                bias: Vector3::new(0.3, -0.2, 0.1),
-            },
-            radius: 0.05,
-        }
-    }
-
-    #[test]
-    fn every_choice_of_lanes_gives_the_same_bits() {
-        let mut seed = 3_u64;
-        let mut next = || {
-            seed = seed
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
-        let constants = Constants::new(&P);
-        for count in [1, 4, 7, 20] {
-            let mut set = ObstacleSet::with_capacity(count);
-            for _ in 0..count {
-                let at = Vector3::new(next(), next(), next());
-                let turn = UnitQuaternion::from_euler_angles(next(), next(), next());
-                set.add(Obstacle {
-                    pose: Isometry3::from_parts(at.into(), turn),
-                    half_extents: Vector3::new(next().max(0.0), next().abs(), next().max(0.0))
-                        * 0.3,
-                    radius: 0.02,
-                })
-                .unwrap();
-            }
-            for _ in 0..2000 {
-                // Near, far, inside, fast and slow.
-                let at = Vector3::new(next(), next(), next()) * 2.0;
-                let query = query(at, Vector3::new(next(), next(), next()));
-                let scalar = Path::Scalar.run(&constants, &query, set.blocks());
-                let portable = Path::Portable.run(&constants, &query, set.blocks());
-                let best = Path::best().run(&constants, &query, set.blocks());
-                assert!(bits(&scalar).iter().all(|b| f64::from_bits(*b).is_finite()));
-                assert_eq!(bits(&scalar), bits(&portable));
-                assert_eq!(bits(&scalar), bits(&best));
-            }
-        }
-    }
-
-    #[test]
-    fn the_kernel_is_the_published_formula() {
-        let mut set = ObstacleSet::with_capacity(1);
-        set.add(Obstacle::sphere(Vector3::zeros(), 0.1)).unwrap();
-        let query = query(Vector3::new(0.0, 0.0, 0.25), Vector3::new(0.0, 0.2, -0.03));
-        let sum = Path::best().run(&Constants::new(&P), &query, set.blocks());
-        let (x, xd): (f64, f64) = (0.1, -0.03);
-        let s = 1.0 - 1.0 / (1.0 + libm::exp(-xd / 0.01));
-        let g = (1.0 - x / 0.5) * (1.0 - x / 0.5);
-        let a = 800.0 * libm::exp(-x / 0.01) - 50.0 * s * xd / (x / 0.04 + 0.01);
-        let weight = s * g * 1e4 / (x / 0.02 + 0.001);
-        assert!((sum.clearance - x).abs() < 1e-15);
-        assert!((sum.metric[(2, 2)] / weight - 1.0).abs() < 1e-13);
-        assert!((sum.force.z / (weight * (a - 0.1)) - 1.0).abs() < 1e-13);
-        assert_eq!(sum.metric[(0, 0)], 0.0);
     }
 }

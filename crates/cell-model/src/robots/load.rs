@@ -35,7 +35,9 @@ impl Robot {
         }
         .finish()?;
         let (xrdf_file, text) = part(&table.xrdf)?;
-        robot.take_xrdf(&xrdf_file, &xrdf::parse(&xrdf_file, &text)?)?;
+        let xrdf = xrdf::parse(&xrdf_file, &text)?;
+        robot.take_xrdf(&xrdf_file, &xrdf)?;
+        robot.take_self_collision(&xrdf_file, &xrdf)?;
         let (tuning_file, text) = part(&table.rmpflow)?;
         robot.take_tuning(&tuning_file, &text)?;
         Ok(robot)

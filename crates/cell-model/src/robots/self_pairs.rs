@@ -9,17 +9,47 @@ use crate::random::Random;
 use crate::robots::robot::Robot;
 
 /// Poses that are tried.
-const POSES: usize = 1_000;
+const POSES: usize = 10_000;
 /// Part of the poses in which a pair touches that cannot keep apart.
 const ALMOST_ALWAYS: f64 = 0.95;
-/// A pair that was never nearer than this need not be looked at (m).
-const FAR_M: f64 = 0.1;
+/// A pair that was never nearer than this does not touch (m): what is nearer and moves may.
+const CLOSE_M: f64 = 0.005;
+/// Two parts whose distance changes by less are as good as one (m).
+const CONSTANT_M: f64 = 0.001;
 
 /// What was seen of two frames.
 #[derive(Clone, Copy)]
 struct Seen {
     touching: usize,
     nearest: f64,
+    farthest: f64,
+    touches_at_default: bool,
+}
+
+impl Seen {
+    const NOTHING: Self = Self {
+        touching: 0,
+        nearest: f64::INFINITY,
+        farthest: f64::NEG_INFINITY,
+        touches_at_default: false,
+    };
+
+    fn take(&mut self, apart: f64, is_default: bool) {
+        self.nearest = self.nearest.min(apart);
+        self.farthest = self.farthest.max(apart);
+        if is_default {
+            self.touches_at_default = apart < 0.0;
+        } else {
+            self.touching += usize::from(apart < 0.0);
+        }
+    }
+
+    fn may_touch(&self) -> bool {
+        self.touches_at_default
+            || self.touching as f64 >= ALMOST_ALWAYS * POSES as f64
+            || (self.touching == 0 && self.nearest > CLOSE_M)
+            || self.farthest - self.nearest < CONSTANT_M
+    }
 }
 
 impl Robot {
@@ -30,15 +60,8 @@ impl Robot {
     ) -> Vec<(String, String)> {
         let parts = self.parts(spheres);
         let count = parts.len();
-        let mut seen = vec![
-            Seen {
-                touching: 0,
-                nearest: f64::INFINITY,
-            };
-            count * count
-        ];
+        let mut seen = vec![Seen::NOTHING; count * count];
         let mut random = Random::new(3);
-        let mut touched_at_default = vec![false; count * count];
         for pose in 0..=POSES {
             let is_default = pose == POSES;
             let arm = if is_default {
@@ -50,25 +73,15 @@ impl Robot {
             for a in 0..count {
                 for b in a + 1..count {
                     let apart = distance(&centers[a], &centers[b]);
-                    let pair = &mut seen[a * count + b];
-                    pair.nearest = pair.nearest.min(apart);
-                    if is_default {
-                        touched_at_default[a * count + b] = apart < 0.0;
-                    } else {
-                        pair.touching += usize::from(apart < 0.0);
-                    }
+                    seen[a * count + b].take(apart, is_default);
                 }
             }
         }
         let mut pairs = Vec::new();
         for a in 0..count {
             for b in a + 1..count {
-                let pair = seen[a * count + b];
-                let may_touch = self.are_neighbours(parts[a].carrier, parts[b].carrier)
-                    || touched_at_default[a * count + b]
-                    || pair.touching as f64 >= ALMOST_ALWAYS * POSES as f64
-                    || pair.nearest > FAR_M;
-                if may_touch {
+                let are_neighbours = self.are_neighbours(parts[a].carrier, parts[b].carrier);
+                if are_neighbours || seen[a * count + b].may_touch() {
                     pairs.push((parts[a].frame.to_owned(), parts[b].frame.to_owned()));
                 }
             }

@@ -1,28 +1,47 @@
 //! Plans the problems of `MotionBenchMaker`:
 //!
-//! `cargo run --release -p plan --example motion_bench -- PROBLEMS.json [--robot NAME|CONFIG]`
+//! `cargo run --release -p plan --example motion_bench -- PROBLEMS.json [--robot NAME|CONFIG]
+//! [--reactive|--plan|--execute]`
 //!
 //! PROBLEMS.json is what the script `problem_tar_to_pkl_json.py` of the source package of
 //! `vamp-planner` makes of its problems. The robot is one of `robots/` (default: `panda`), or
 //! files as `robocell run --robot` takes them. For each scene it prints how many of the
 //! problems with a free start and a free goal are solved, the times, lengths of paths, and
 //! the least clearance of the spheres from the exact shapes along the paths, each checked at
-//! every 0.005 rad in double precision.
+//! every 0.005 rad in double precision. `--execute` follows each path with motion policies at
+//! 1 kHz and `--reactive` moves with motion policies alone: then a problem is solved when the
+//! tool is within 1 cm and 0.1 rad of the goal within 20 s, and the times are those of the
+//! motion.
 
+mod execute;
 mod problems;
 
 use std::collections::BTreeMap;
 use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Instant;
 
 use cell_model::{Data, Robot, RobotFiles};
+use execute::execute;
 use nalgebra::Point3;
-use plan::{Body, BodySetup, PlanError, Scene, Settings, Solid, plan};
+use plan::{Body, BodySetup, PlanError, Scene, Settings, plan};
+use rmp::{Obstacle, RmpFlow};
 
 /// Each finger is that far from the middle (m) in the problems, beyond its limit.
 const FINGER_M: f64 = 0.065;
+
+const USAGE: &str =
+    "usage: motion_bench PROBLEMS.json [--robot NAME|CONFIG] [--reactive|--plan|--execute]";
+
+/// What is measured.
+#[derive(Clone, Copy, PartialEq)]
+enum Mode {
+    Reactive,
+    Plan,
+    Execute,
+}
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -37,7 +56,6 @@ fn main() -> ExitCode {
     }
 }
 
-#[derive(Default)]
 struct Row {
     valid: usize,
     solved: usize,
@@ -49,13 +67,18 @@ struct Row {
 
 fn run() -> Result<bool, Failure> {
     let mut arguments = std::env::args().skip(1);
-    let file = arguments
-        .next()
-        .ok_or("usage: motion_bench PROBLEMS.json [--robot NAME]")?;
-    let name = match (arguments.next().as_deref(), arguments.next()) {
-        (Some("--robot"), Some(name)) => name,
-        _ => "panda".to_owned(),
-    };
+    let (mut file, mut name, mut mode) = (None, "panda".to_owned(), Mode::Plan);
+    while let Some(argument) = arguments.next() {
+        match argument.as_str() {
+            "--robot" => name = arguments.next().ok_or(USAGE)?,
+            "--plan" => mode = Mode::Plan,
+            "--execute" => mode = Mode::Execute,
+            "--reactive" => mode = Mode::Reactive,
+            _ if file.is_none() && !argument.starts_with('-') => file = Some(argument),
+            _ => return Err(USAGE.into()),
+        }
+    }
+    let file = file.ok_or(USAGE)?;
     let problems = problems::read(&file)?;
     let robot = load(&name)?;
     let arm = Arm::new(&robot, &problems.joints)?;
@@ -69,7 +92,7 @@ fn run() -> Result<bool, Failure> {
     for (scene, list) in &problems.problems {
         let mut row = Row::default();
         for problem in list {
-            arm.solve(problem, &mut row)?;
+            arm.solve(problem, mode, &mut row)?;
         }
         row.print(scene, &mut out)?;
         all.add(row);
@@ -94,7 +117,7 @@ struct Arm<'a> {
     robot: &'a Robot,
     joints: Vec<usize>,
     positions: Vec<f64>,
-    body: Body,
+    body: Arc<Body>,
 }
 
 impl<'a> Arm<'a> {
@@ -123,41 +146,58 @@ impl<'a> Arm<'a> {
             robot,
             joints,
             positions,
-            body: body.ok_or("the robot cannot be planned for")?,
+            body: Arc::new(body?),
         })
     }
 
-    fn solve(&self, problem: &problems::Problem, row: &mut Row) -> Result<(), Failure> {
-        let solids = problem.solids();
-        let scene = Scene::new(&solids).ok_or("a shape has no size")?;
+    /// Motion policies among `obstacles`.
+    fn flow(&self, obstacles: &[Obstacle]) -> Result<RmpFlow, Failure> {
+        let mut robot = self.robot.clone();
+        robot.fixed_joint_positions.clone_from(&self.positions);
+        let mut flow = robot.motion_policies(obstacles.len())?;
+        for obstacle in obstacles {
+            flow.obstacles_mut().add(obstacle.clone())?;
+        }
+        Ok(flow)
+    }
+
+    fn solve(&self, problem: &problems::Problem, mode: Mode, row: &mut Row) -> Result<(), Failure> {
+        let solids = problem.obstacles();
+        let scene = Scene::new(&solids)?;
         let goal = problem.goals.first().ok_or("a problem has no goal")?;
         let began = Instant::now();
-        let found = plan(
-            &self.body,
-            &scene,
-            &problem.start,
-            goal,
-            &Settings::default(),
-        );
+        let settings = Settings::default();
+        let found = plan(&self.body, &scene, &problem.start, goal, &settings);
         let took_us = began.elapsed().as_secs_f64() * 1e6;
-        match found {
-            Err(PlanError::InCollision { .. } | PlanError::Configuration { .. }) => return Ok(()),
-            Err(PlanError::NotFound { .. }) => {}
-            Ok(path) => {
-                let clearance = self.clearance(&path.waypoints, &solids);
-                row.contacts += usize::from(clearance < 0.0);
-                row.least_mm = row.least_mm.min(1e3 * clearance);
-                row.solved += 1;
-                row.lengths.push(path.length);
-            }
+        if let Err(PlanError::InCollision { .. } | PlanError::Configuration { .. }) = found {
+            return Ok(());
         }
         row.valid += 1;
-        row.times_us.push(took_us);
+        if mode == Mode::Plan {
+            row.times_us.push(took_us);
+            if let Ok(path) = found {
+                let clearance = self.clearance(&path.waypoints, &solids);
+                row.take(clearance, path.length);
+            }
+            return Ok(());
+        }
+        let path = found.ok().filter(|_| mode == Mode::Execute);
+        if mode == Mode::Execute && path.is_none() {
+            return Ok(());
+        }
+        let motion = execute(self, &problem.start, goal, &solids, path.as_ref())?;
+        row.contacts += usize::from(motion.clearance < 0.0);
+        row.least_mm = row.least_mm.min(1e3 * motion.clearance);
+        if motion.reached {
+            row.solved += 1;
+            row.times_us.push(1e6 * motion.seconds);
+            row.lengths.push(path.map_or(0.0, |path| path.length));
+        }
         Ok(())
     }
 
     /// Least distance of a sphere from a solid along a path (m).
-    fn clearance(&self, path: &[Vec<f64>], solids: &[Solid]) -> f64 {
+    fn clearance(&self, path: &[Vec<f64>], solids: &[Obstacle]) -> f64 {
         let mut least = f64::INFINITY;
         for pair in path.windows(2) {
             let joints = pair[0].iter().zip(&pair[1]);
@@ -174,7 +214,7 @@ impl<'a> Arm<'a> {
         least
     }
 
-    fn distance(&self, at: &[f64], solids: &[Solid]) -> f64 {
+    fn distance(&self, at: &[f64], solids: &[Obstacle]) -> f64 {
         let mut all = self.positions.clone();
         for (&joint, position) in self.joints.iter().zip(at) {
             all[joint] = *position;
@@ -196,7 +236,27 @@ impl<'a> Arm<'a> {
     }
 }
 
+impl Default for Row {
+    fn default() -> Self {
+        Self {
+            valid: 0,
+            solved: 0,
+            contacts: 0,
+            times_us: Vec::new(),
+            lengths: Vec::new(),
+            least_mm: f64::INFINITY,
+        }
+    }
+}
+
 impl Row {
+    fn take(&mut self, clearance: f64, length: f64) {
+        self.contacts += usize::from(clearance < 0.0);
+        self.least_mm = self.least_mm.min(1e3 * clearance);
+        self.solved += 1;
+        self.lengths.push(length);
+    }
+
     fn add(&mut self, other: Self) {
         self.valid += other.valid;
         self.solved += other.solved;

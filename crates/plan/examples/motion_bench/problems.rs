@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use plan::Solid;
 use rmp::Obstacle;
 use serde::Deserialize;
 
@@ -53,20 +52,19 @@ pub(crate) fn read(file: &str) -> Result<Problems, Box<dyn std::error::Error>> {
 }
 
 impl Problem {
-    pub(crate) fn solids(&self) -> Vec<Solid> {
+    pub(crate) fn obstacles(&self) -> Vec<Obstacle> {
         let boxes = self.boxes.iter().map(|one| {
             let sides = 2.0 * Vector3::from(one.half_extents);
             let pose = pose(one.position, one.orientation_quat_xyzw);
-            Solid::Rounded(Obstacle::cuboid(pose, sides))
+            Obstacle::cuboid(pose, sides)
         });
-        let cylinders = self.cylinders.iter().map(|one| Solid::Cylinder {
-            pose: pose(one.position, one.orientation_quat_xyzw),
-            radius: one.radius,
-            height: one.length,
+        let cylinders = self.cylinders.iter().map(|one| {
+            let pose = pose(one.position, one.orientation_quat_xyzw);
+            Obstacle::cylinder(pose, one.radius, one.length)
         });
         let spheres = self.spheres.iter().map(|one| {
             let center = Vector3::from(one.position);
-            Solid::Rounded(Obstacle::sphere(center, one.radius))
+            Obstacle::sphere(center, one.radius)
         });
         boxes.chain(cylinders).chain(spheres).collect()
     }

@@ -1,13 +1,21 @@
 //! Paths of a Panda around a wall, checked in double precision.
 
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test fails by panicking"
+)]
 
 use std::collections::BTreeMap;
 
 use cell_model::{Data, Robot};
-use nalgebra::{Isometry3, Point3, Vector3};
-use plan::{Body, BodySetup, Path, PlanError, Scene, Settings, Solid, plan};
-use rmp::Obstacle;
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use std::sync::Arc;
+
+use plan::{
+    Ahead, Body, BodySetup, Guide, Path, PlanError, Scene, Settings, Tool, led, plan, plan_to_pose,
+};
+use rmp::{MotionState, Obstacle, RmpFlow};
 
 const LEFT: [f64; 7] = [0.7, 0.2, 0.0, -2.0, 0.0, 2.2, 0.75];
 const RIGHT: [f64; 7] = [-0.7, 0.2, 0.0, -2.0, 0.0, 2.2, 0.75];
@@ -38,8 +46,16 @@ impl Arm {
         }
     }
 
+    fn tool_at(&self, at: &[f64]) -> Isometry3<f64> {
+        let mut all = self.robot.fixed_joint_positions.clone();
+        for (&joint, position) in self.robot.arm_joints.iter().zip(at) {
+            all[joint] = *position;
+        }
+        self.robot.frame_pose(self.robot.tcp_frame, &all).unwrap()
+    }
+
     /// Least distance of a moving sphere from a solid (m), by the kinematics of `cell_model`.
-    fn distance(&self, at: &[f64], solids: &[Solid]) -> f64 {
+    fn distance(&self, at: &[f64], solids: &[Obstacle]) -> f64 {
         let mut all = self.robot.fixed_joint_positions.clone();
         for (&joint, position) in self.robot.arm_joints.iter().zip(at) {
             all[joint] = *position;
@@ -58,7 +74,7 @@ impl Arm {
         least
     }
 
-    fn along(&self, waypoints: &[Vec<f64>], solids: &[Solid]) -> f64 {
+    fn along(&self, waypoints: &[Vec<f64>], solids: &[Obstacle]) -> f64 {
         let mut least = f64::INFINITY;
         for pair in waypoints.windows(2) {
             for part in 0..=500 {
@@ -71,24 +87,20 @@ impl Arm {
         least
     }
 
-    fn plan(&self, solids: &[Solid], settings: &Settings) -> Result<Path, PlanError> {
+    fn plan(&self, solids: &[Obstacle], settings: &Settings) -> Result<Path, PlanError> {
         let scene = Scene::new(solids).unwrap();
         plan(&self.body, &scene, &LEFT, &RIGHT, settings)
     }
 }
 
-fn cuboid(at: [f64; 3], sides: [f64; 3]) -> Solid {
+fn cuboid(at: [f64; 3], sides: [f64; 3]) -> Obstacle {
     let pose = Isometry3::translation(at[0], at[1], at[2]);
-    Solid::Rounded(Obstacle::cuboid(pose, Vector3::from(sides)))
+    Obstacle::cuboid(pose, Vector3::from(sides))
 }
 
 /// Before the arm, across the straight way of the tool.
-fn wall() -> Vec<Solid> {
-    let post = Solid::Cylinder {
-        pose: Isometry3::translation(0.3, 0.0, 0.9),
-        radius: 0.05,
-        height: 0.3,
-    };
+fn wall() -> Vec<Obstacle> {
+    let post = Obstacle::cylinder(Isometry3::translation(0.3, 0.0, 0.9), 0.05, 0.3);
     vec![cuboid([0.6, 0.0, 0.2], [0.5, 0.04, 0.7]), post]
 }
 
@@ -168,7 +180,7 @@ fn what_cannot_be_planned_is_named() {
         with(&inside, &RIGHT),
         PlanError::InCollision { what: "start" }
     );
-    assert!(Scene::new(&[cuboid([f64::NAN, 0.0, 0.0], [1.0; 3])]).is_none());
+    assert!(Scene::new(&[cuboid([f64::NAN, 0.0, 0.0], [1.0; 3])]).is_err());
 }
 
 #[test]
@@ -185,17 +197,219 @@ fn the_effort_is_bounded_by_iterations() {
     assert_eq!(refused, PlanError::NotFound { iterations });
 }
 
+/// Motion policies of the arm among `solids`, 12 s from LEFT towards RIGHT, led along a path
+/// or not: how far the tool ends from its goal (m), and the least clearance (m).
+fn move_to_right(arm: &Arm, solids: &[Obstacle], path: Option<&Path>) -> (f64, f64) {
+    let robot = &arm.robot;
+    let mut flow = robot.motion_policies(solids.len()).unwrap();
+    for solid in solids {
+        flow.obstacles_mut().add(solid.clone()).unwrap();
+    }
+    let tool = flow.add_target_frame(robot.tcp_frame_name()).unwrap();
+    let pose =
+        |flow: &mut RmpFlow, at: &[f64]| flow.target_frame_pose_at(tool, at).unwrap().unwrap();
+    let goal = pose(&mut flow, &RIGHT);
+    let scene = Scene::new(solids).unwrap();
+    let mut guide = path.map(|path| {
+        let (posture, collision) = led(&robot.rmpflow);
+        flow.set_gains(posture, collision).unwrap();
+        let body = Arc::new(arm.body.clone());
+        Guide::new(body, scene, path, &Settings::default(), Ahead::default())
+    });
+    let (limits, mut state) = (robot.limits(), MotionState::at_rest(&LEFT));
+    let mut clearance = f64::INFINITY;
+    for tick in 0..12_000 {
+        let mut target = goal;
+        if let Some(guide) = &mut guide {
+            let next = guide.lead(&state.positions).to_vec();
+            flow.set_posture(&next).unwrap();
+            target = pose(&mut flow, &next);
+        }
+        flow.set_position_target(tool, Some(target.translation.vector))
+            .unwrap();
+        flow.set_orientation_target(tool, Some(target.rotation))
+            .unwrap();
+        flow.step_cell(&mut state, &limits, 1.0e-3).unwrap();
+        if tick % 10 == 0 {
+            clearance = clearance.min(arm.distance(&state.positions, solids));
+        }
+    }
+    let end = pose(&mut flow, &state.positions);
+    (
+        (end.translation.vector - goal.translation.vector).norm(),
+        clearance,
+    )
+}
+
 #[test]
-fn distances_of_solids_are_signed() {
-    let post = Solid::Cylinder {
-        pose: Isometry3::translation(0.0, 0.0, 1.0),
-        radius: 0.5,
-        height: 2.0,
+fn motion_policies_that_are_led_get_around_a_wall_before_which_they_would_stop() {
+    let arm = Arm::new();
+    let path = arm.plan(&wall(), &Settings::default()).unwrap();
+    let (off, clearance) = move_to_right(&arm, &wall(), None);
+    assert!(
+        off > 0.1 && clearance > 0.0,
+        "alone: {off} m off, {clearance}"
+    );
+    let (off, clearance) = move_to_right(&arm, &wall(), Some(&path));
+    assert!(
+        off < 0.01 && clearance > 0.0,
+        "led: {off} m off, {clearance}"
+    );
+}
+
+/// A path from LEFT to a pose of the tool among `solids`, and how far its end is off (m, rad).
+fn to_pose(
+    arm: &Arm,
+    goal: &Isometry3<f64>,
+    solids: &[Obstacle],
+) -> Result<(Path, f64, f64), PlanError> {
+    let mut flow = arm.robot.motion_policies(0).unwrap();
+    let id = flow.add_target_frame(arm.robot.tcp_frame_name()).unwrap();
+    let limits = arm.robot.limits();
+    let mut tool = Tool::new(&mut flow, id, &limits);
+    let scene = Scene::new(solids).unwrap();
+    let posture = &arm.robot.default_joint_positions;
+    let starts = (&LEFT[..], &posture[..]);
+    let path = plan_to_pose(
+        &arm.body,
+        &scene,
+        &mut tool,
+        starts,
+        goal,
+        &Settings::default(),
+    )?;
+    let end = flow
+        .target_frame_pose_at(id, path.waypoints.last().unwrap())
+        .unwrap()
+        .unwrap();
+    let off = (end.translation.vector - goal.translation.vector).norm();
+    Ok((path, off, end.rotation.angle_to(&goal.rotation)))
+}
+
+#[test]
+fn a_pose_behind_a_wall_is_reached_and_one_that_cannot_be_is_named() {
+    let arm = Arm::new();
+    let goal = arm.tool_at(&RIGHT);
+    let (path, off_m, off_rad) = to_pose(&arm, &goal, &wall()).unwrap();
+    assert!(off_m < 1e-3 && off_rad < 1e-2, "{off_m} {off_rad}");
+    assert!(arm.along(&path.waypoints, &wall()) >= 0.0);
+    let far = Isometry3::translation(3.0, 0.0, 0.0) * goal;
+    let refused = to_pose(&arm, &far, &wall()).unwrap_err();
+    assert!(
+        matches!(refused, PlanError::Unreachable { off_m, .. } if off_m > 1.0),
+        "{refused}"
+    );
+    // In the middle of the wall.
+    let inside = Isometry3::from_parts(Vector3::new(0.6, 0.0, 0.2).into(), goal.rotation);
+    let refused = to_pose(&arm, &inside, &wall()).unwrap_err();
+    assert_eq!(refused, PlanError::InCollision { what: "goal" });
+}
+
+#[test]
+fn what_moves_into_the_path_is_seen_ahead() {
+    let arm = Arm::new();
+    let path = arm.plan(&wall(), &Settings::default()).unwrap();
+    let body = Arc::new(arm.body.clone());
+    let scene = Scene::new(&wall()).unwrap();
+    let mut guide = Guide::new(body, scene, &path, &Settings::default(), Ahead::default());
+    guide.lead(&LEFT);
+    assert!(guide.is_free_ahead(10.0));
+    // A ball at the tool of the goal: far ahead, then near.
+    let goal = arm.tool_at(&RIGHT);
+    let ball = Obstacle::sphere(goal.translation.vector, 0.05);
+    guide.scene.set(wall().iter().chain([&ball]));
+    assert!(!guide.is_free_ahead(10.0));
+    assert!(guide.is_free_ahead(0.1));
+    let (at, length) = guide.progress();
+    assert!(at < 0.1 && (length - path.length).abs() < 1e-9);
+}
+
+#[test]
+fn ten_thousand_obstacles_have_an_answer_within_bounds() {
+    let arm = Arm::new();
+    let ball = |index: u32| {
+        let along = |n: u32| f64::from(index / n % 22) / 22.0;
+        let at = Vector3::new(along(1) - 0.2, along(22) - 0.5, 1.2 + along(484));
+        Obstacle::sphere(at, 0.01)
     };
-    let of = |x: f64, z: f64| post.distance(&Point3::new(x, 0.0, z));
-    assert!((of(1.5, 1.0) - 1.0).abs() < 1e-12);
-    assert!((of(0.8, 2.4) - 0.5).abs() < 1e-12);
-    assert!((of(0.4, 1.0) + 0.1).abs() < 1e-12);
-    let wall = cuboid([0.0, 0.0, 0.0], [2.0, 2.0, 2.0]);
-    assert!((wall.distance(&Point3::new(0.0, 0.0, 0.7)) + 0.3).abs() < 1e-12);
+    let mut many: Vec<Obstacle> = (0..10_000).map(ball).collect();
+    many.extend(wall());
+    assert!(arm.plan(&many, &Settings::default()).is_ok());
+    // A plate that the arm gets around on no side.
+    many.push(cuboid([1.2, 0.0, 1.0], [2.0, 0.04, 4.0]));
+    let settings = Settings {
+        max_looks: 3_000_000,
+        ..Settings::default()
+    };
+    let refused = arm.plan(&many, &settings).unwrap_err();
+    let PlanError::NotFound { iterations } = refused else {
+        panic!("{refused}");
+    };
+    assert!(iterations < 1_000, "{iterations}");
+}
+
+#[test]
+fn what_is_no_scene_and_no_arm_is_named() {
+    let nan = Obstacle::sphere(Vector3::new(f64::NAN, 0.0, 0.0), 0.1);
+    assert!(
+        Scene::new([&nan])
+            .unwrap_err()
+            .to_string()
+            .contains("not a finite position")
+    );
+    let robot = Robot::load(&Data::checkout(), "panda").unwrap();
+    let body = |joints: &[String]| {
+        Body::new(&BodySetup {
+            chain: &robot.chain,
+            joint_names: joints,
+            default_positions: &BTreeMap::new(),
+            spheres: &[],
+            self_spheres: &[],
+            self_ignore: &[],
+        })
+    };
+    let refused = body(&["elbow".to_owned()]).unwrap_err();
+    assert_eq!(refused.to_string(), "the robot has no joint 'elbow'");
+    assert_eq!(
+        body(&[]).unwrap_err().to_string(),
+        "0 joints cannot be planned; 1 to 16 are allowed"
+    );
+}
+
+#[test]
+fn every_shape_is_touched_where_its_distance_says() {
+    let arm = Arm::new();
+    let hull = [
+        [0.3, 0.0, 0.0],
+        [0.0, 0.2, 0.0],
+        [0.0, 0.0, 0.3],
+        [-0.1, -0.1, -0.1],
+    ];
+    let (mut free, mut touching) = (0, 0);
+    for step in 0..300_u32 {
+        let along = |n: u32| f64::from(step / n % 7) / 7.0;
+        let turn = UnitQuaternion::from_euler_angles(along(1), 3.0 * along(7), 2.0 * along(49));
+        let at = Vector3::new(0.35 + 0.5 * along(1), along(7) - 0.4, 0.8 * along(49));
+        let pose = Isometry3::from_parts(at.into(), turn);
+        for solid in [
+            Obstacle::cuboid(pose, Vector3::new(0.2, 0.1, 0.3)),
+            Obstacle::cylinder(pose, 0.1, 0.3),
+            Obstacle::cone(pose, 0.2, 0.3),
+            Obstacle::hull(pose, &hull.map(Vector3::from)).unwrap(),
+        ] {
+            let solids = [solid];
+            let distance = arm.distance(&LEFT, &solids);
+            if distance.abs() < 1e-4 {
+                continue;
+            }
+            let scene = Scene::new(&solids).unwrap();
+            let found = plan(&arm.body, &scene, &LEFT, &LEFT, &Settings::default());
+            assert_eq!(found.is_ok(), distance > 0.0, "{solids:?}: {distance}");
+            (free, touching) = (
+                free + i32::from(distance > 0.0),
+                touching + i32::from(distance < 0.0),
+            );
+        }
+    }
+    assert!(free > 100 && touching > 100, "{free} {touching}");
 }

@@ -58,6 +58,73 @@ enum Shape {
         pt2: [f64; 3],
         radius: f64,
     },
+    /// Along z.
+    Cylinder {
+        radius: f64,
+        height: f64,
+        position: [f64; 3],
+        #[serde(default)]
+        orientation_wxyz: Option<[f64; 4]>,
+    },
+    /// Along z, with its tip in that direction; `position` is the middle of its height.
+    Cone {
+        radius: f64,
+        height: f64,
+        position: [f64; 3],
+        #[serde(default)]
+        orientation_wxyz: Option<[f64; 4]>,
+    },
+    ConvexHull {
+        points: Vec<[f64; 3]>,
+        position: [f64; 3],
+        #[serde(default)]
+        orientation_wxyz: Option<[f64; 4]>,
+    },
+}
+
+impl Shape {
+    fn obstacle(&self) -> Result<Obstacle, String> {
+        Ok(match self {
+            Self::Sphere { radius, position } => Obstacle::sphere((*position).into(), *radius),
+            Self::Capsule { pt1, pt2, radius } => {
+                Obstacle::capsule((*pt1).into(), (*pt2).into(), *radius)
+            }
+            Self::Cuboid {
+                side_lengths,
+                position,
+                orientation_wxyz,
+            } => Obstacle::cuboid(
+                pose(position, orientation_wxyz.as_ref())?,
+                (*side_lengths).into(),
+            ),
+            Self::Cylinder {
+                radius,
+                height,
+                position,
+                orientation_wxyz,
+            } => Obstacle::cylinder(pose(position, orientation_wxyz.as_ref())?, *radius, *height),
+            Self::Cone {
+                radius,
+                height,
+                position,
+                orientation_wxyz,
+            } => Obstacle::cone(pose(position, orientation_wxyz.as_ref())?, *radius, *height),
+            Self::ConvexHull {
+                points,
+                position,
+                orientation_wxyz,
+            } => {
+                let points: Vec<Vector3<f64>> = points.iter().map(|p| (*p).into()).collect();
+                let hull = Obstacle::hull(pose(position, orientation_wxyz.as_ref())?, &points);
+                hull.map_err(|error| error.to_string())?
+            }
+        })
+    }
+}
+
+fn pose(position: &[f64; 3], turn: Option<&[f64; 4]>) -> Result<Isometry3<f64>, String> {
+    let turn = orientation("orientation_wxyz", turn.unwrap_or(&[1.0, 0.0, 0.0, 0.0]))?;
+    Ok(Isometry3::from_parts(Vector3::from(*position).into(), turn))
 }
 
 #[derive(Deserialize)]
@@ -146,7 +213,10 @@ impl Case {
             joint_names: &xrdf.joint_names,
             default_positions: &xrdf.default_joint_positions,
             spheres: &xrdf.world_spheres,
-            self_collision: rmp::SelfCollisionSetup::default(),
+            self_collision: rmp::SelfCollisionSetup {
+                spheres: &xrdf.self_spheres,
+                ignore: &xrdf.self_ignore,
+            },
             parameters: &parameters,
             obstacle_capacity: self.obstacles.len(),
         })
@@ -170,22 +240,7 @@ impl Case {
     fn place_obstacles(&self, flow: &mut RmpFlow) -> Result<(), String> {
         for (index, shape) in self.obstacles.iter().enumerate() {
             let key = format!("obstacles[{index}]");
-            let obstacle = match shape {
-                Shape::Sphere { radius, position } => Obstacle::sphere((*position).into(), *radius),
-                Shape::Capsule { pt1, pt2, radius } => {
-                    Obstacle::capsule((*pt1).into(), (*pt2).into(), *radius)
-                }
-                Shape::Cuboid {
-                    side_lengths,
-                    position,
-                    orientation_wxyz,
-                } => {
-                    let turn = orientation_wxyz.unwrap_or([1.0, 0.0, 0.0, 0.0]);
-                    let turn = orientation(&key, &turn)?;
-                    let pose = Isometry3::from_parts(Vector3::from(*position).into(), turn);
-                    Obstacle::cuboid(pose, (*side_lengths).into())
-                }
-            };
+            let obstacle = shape.obstacle().map_err(|e| format!("{key}: {e}"))?;
             flow.obstacles_mut()
                 .add(obstacle)
                 .map_err(|e| format!("{key}: {e}"))?;

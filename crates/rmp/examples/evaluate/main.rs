@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use std::process::ExitCode;
 
 use case::{Case, Problem, Resolve};
-use rmp::{MotionState, RmpFlow};
+use rmp::{MotionState, RmpFlow, StepReport};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -28,6 +28,11 @@ struct Answer {
     final_q: Vec<f64>,
     final_qd: Vec<f64>,
     frame_positions: BTreeMap<String, [f64; 3]>,
+    /// Least distance of a sphere from an obstacle on the way (m); none without obstacles.
+    clearance: Option<f64>,
+    /// Least distance of two parts of the robot on the way (m); none where they were never
+    /// within 0.15 m, and for `exact`, which does not look.
+    self_clearance: Option<f64>,
 }
 
 impl Answer {
@@ -66,13 +71,16 @@ fn answer(path: &str) -> Result<String, String> {
     let case = Case::read(path)?;
     let mut problem = case.build(path)?;
     let mut state = problem.state.clone();
+    let mut least = Least::default();
     for k in 0..case.steps {
         problem
             .move_target(&case, k)
             .map_err(|e| format!("{path}: {e}"))?;
-        step(&mut problem, &case, &mut state).map_err(|e| format!("{path}: step {k}: {e}"))?;
+        let report = step(&mut problem, &case, &mut state);
+        least.take(&report.map_err(|e| format!("{path}: step {k}: {e}"))?);
     }
-    let answer = describe(&mut problem, &case, &state).map_err(|e| format!("{path}: {e}"))?;
+    let answer =
+        describe(&mut problem, &case, &state, least).map_err(|e| format!("{path}: {e}"))?;
     if !answer.is_finite() {
         let advice =
             "the numbers of the case are too large for the formulas; check q, qd and the targets";
@@ -81,22 +89,45 @@ fn answer(path: &str) -> Result<String, String> {
     serde_json::to_string(&answer).map_err(|e| format!("{path}: the answer is no JSON: {e}"))
 }
 
-fn step(problem: &mut Problem, case: &Case, state: &mut MotionState) -> Result<(), rmp::FlowError> {
+/// Least distances of a motion (m).
+#[derive(Clone, Copy, Default)]
+struct Least {
+    clearance: Option<f64>,
+    self_clearance: Option<f64>,
+}
+
+impl Least {
+    fn take(&mut self, report: &StepReport) {
+        let least = |a: Option<f64>, b: f64| Some(a.map_or(b, |a| a.min(b)));
+        if let Some(near) = report.clearance {
+            self.clearance = least(self.clearance, near.distance);
+        }
+        if report.self_clearance.is_finite() {
+            self.self_clearance = least(self.self_clearance, report.self_clearance);
+        }
+    }
+}
+
+fn step(
+    problem: &mut Problem,
+    case: &Case,
+    state: &mut MotionState,
+) -> Result<StepReport, rmp::FlowError> {
     match case.resolve {
         Resolve::Exact => problem.flow.step_exact(state, case.dt),
         Resolve::Cell => problem.flow.step_cell(state, &problem.limits, case.dt),
     }
-    .map(|_| ())
 }
 
 fn describe(
     problem: &mut Problem,
     case: &Case,
     state: &MotionState,
+    mut least: Least,
 ) -> Result<Answer, rmp::FlowError> {
     // One more step of a copy resolves at this very state.
     let mut next = state.clone();
-    step(problem, case, &mut next)?;
+    least.take(&step(problem, case, &mut next)?);
     let flow: &RmpFlow = &problem.flow;
     let metric = flow
         .root()
@@ -114,5 +145,7 @@ fn describe(
         final_q: state.positions.clone(),
         final_qd: state.velocities.clone(),
         frame_positions: problem.frames.iter().filter_map(position).collect(),
+        clearance: least.clearance,
+        self_clearance: least.self_clearance,
     })
 }

@@ -13,12 +13,13 @@
     reason = "lanes are compiled for the instruction set of the function they are inlined into"
 )]
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::Floor;
-use crate::lanes::{LANES, Lanes, exp};
+use crate::CollisionParameters;
+use crate::lanes::wide3::{self, Wide3, dot};
+use crate::lanes::{Lanes, exp};
 use crate::obstacles::Block;
-use crate::{CollisionParameters, PointMotion};
 
 /// The tuning with its lengths inverted.
 #[derive(Debug, Clone, Copy)]
@@ -56,70 +57,14 @@ impl Constants {
         }
     }
 
+    /// Distance beyond which a leaf weighs exactly nothing (m).
+    pub(crate) fn reach(&self) -> f64 {
+        self.radius
+    }
+
     pub(crate) fn set_floor(&mut self, floor: Floor) {
         self.floor = floor.distance();
     }
-}
-
-/// A sphere in motion.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Query {
-    pub(crate) point: PointMotion,
-    pub(crate) radius: f64,
-}
-
-/// Sum of the leaves of one sphere, and its least distance to any obstacle, m.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Sum {
-    pub(crate) metric: Matrix3<f64>,
-    pub(crate) force: Vector3<f64>,
-    pub(crate) clearance: f64,
-}
-
-/// Three lanes wide vector.
-type Wide3<L> = [L; 3];
-
-#[inline(always)]
-fn splat3<L: Lanes>(v: &Vector3<f64>) -> Wide3<L> {
-    [L::splat(v.x), L::splat(v.y), L::splat(v.z)]
-}
-
-#[inline(always)]
-fn dot<L: Lanes>(a: &Wide3<L>, b: &Wide3<L>) -> L {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// Distance to the core box grown by its radius, and the outward normal.
-#[inline(always)]
-fn surface<L: Lanes>(rows: &[L; 16], position: &Wide3<L>) -> (L, Wide3<L>) {
-    let (zero, one) = (L::splat(0.0), L::splat(1.0));
-    let offset: Wide3<L> = std::array::from_fn(|i| position[i] - rows[i]);
-    let axis = |i: usize| [rows[3 + 3 * i], rows[4 + 3 * i], rows[5 + 3 * i]];
-    let local: Wide3<L> = std::array::from_fn(|i| dot(&axis(i), &offset));
-    let beyond: Wide3<L> = std::array::from_fn(|i| local[i].abs() - rows[12 + i]);
-    let out: Wide3<L> = std::array::from_fn(|i| beyond[i].max(zero));
-    let squared = dot(&out, &out);
-    let inside = squared.le(zero);
-    let outer = squared.sqrt();
-    let deepest = beyond[0].max(beyond[1]).max(beyond[2]);
-    let inverse = one / inside.select(one, outer);
-    let mut normal: Wide3<L> = std::array::from_fn(|i| out[i] * inverse);
-    if inside.any() {
-        // The face least deep inside; the first of equals.
-        let x = beyond[0].same(deepest).select(one, zero);
-        let y = beyond[1].same(deepest).select(one, zero) * (one - x);
-        let z = one - x - y;
-        normal = [
-            inside.select(x, normal[0]),
-            inside.select(y, normal[1]),
-            inside.select(z, normal[2]),
-        ];
-    }
-    let signed: Wide3<L> = std::array::from_fn(|i| normal[i].with_sign_of(local[i]));
-    let turned: Wide3<L> = std::array::from_fn(|i| {
-        rows[3 + i] * signed[0] + rows[6 + i] * signed[1] + rows[9 + i] * signed[2]
-    });
-    (inside.select(deepest, outer) - rows[15], turned)
 }
 
 /// Weight along the normal and acceleration, at distance `x` and rate `xd`.
@@ -139,57 +84,68 @@ fn response<L: Lanes>(c: &Constants, x: L, xd: L) -> (L, L) {
     (weight, repulsion * L::splat(c.repulsion_gain) - drag)
 }
 
-/// Sums all blocks for one sphere. Inlined into each caller, so that it is
-/// compiled for the instruction set of that caller.
-#[inline(always)]
-pub(crate) fn accumulate<L: Lanes>(c: &Constants, query: &Query, blocks: &[Block]) -> Sum {
-    let position = splat3::<L>(&query.point.position);
-    let velocity = splat3::<L>(&query.point.velocity);
-    let bias = splat3::<L>(&query.point.bias);
-    let own = L::splat(query.radius);
-    let reach = L::splat(c.radius);
-    let mut sums = [L::splat(0.0); 9];
-    let mut nearest = L::splat(f64::INFINITY);
-    for block in blocks {
-        let rows: [L; 16] = std::array::from_fn(|i| L::load(&block.0[i]));
-        let (distance, n) = surface(&rows, &position);
-        let x = distance - own;
-        nearest = x.min(nearest);
-        if x.gt(reach).all() {
-            continue;
-        }
-        let (weight, a) = response(c, x, dot(&n, &velocity));
-        let force = weight * (a - dot(&n, &bias));
-        let (wx, wy, wz) = (weight * n[0], weight * n[1], weight * n[2]);
-        let terms = [
-            wx * n[0],
-            wx * n[1],
-            wx * n[2],
-            wy * n[1],
-            wy * n[2],
-            wz * n[2],
-            force * n[0],
-            force * n[1],
-            force * n[2],
-        ];
-        sums = std::array::from_fn(|i| sums[i] + terms[i]);
-    }
-    finish(&sums, nearest)
+/// What four spheres need to know of themselves.
+#[derive(Clone, Copy)]
+pub(crate) struct Spheres<L> {
+    pub(crate) position: Wide3<L>,
+    pub(crate) velocity: Wide3<L>,
+    pub(crate) bias: Wide3<L>,
+    pub(crate) radius: L,
 }
 
-#[inline(always)]
-fn finish<L: Lanes>(sums: &[L; 9], nearest: L) -> Sum {
-    let t: [f64; 9] = std::array::from_fn(|i| {
-        let [a, b, c, d]: [f64; LANES] = sums[i].to_array();
-        (a + b) + (c + d)
-    });
-    let clearance = nearest
-        .to_array()
-        .iter()
-        .fold(f64::INFINITY, |least, &x| if x < least { x } else { least });
-    Sum {
-        metric: Matrix3::new(t[0], t[1], t[2], t[1], t[3], t[4], t[2], t[4], t[5]),
-        force: Vector3::new(t[6], t[7], t[8]),
-        clearance,
+/// Sum of the leaves of each of four spheres: the upper triangle of the weight, row by
+/// row, the force, and the least distance to any obstacle (m).
+#[derive(Clone, Copy)]
+pub(crate) struct Sum<L> {
+    pub(crate) metric: [L; 6],
+    pub(crate) force: Wide3<L>,
+    pub(crate) nearest: L,
+}
+
+impl<L: Lanes> Sum<L> {
+    #[inline(always)]
+    pub(crate) fn new() -> Self {
+        let zero = L::splat(0.0);
+        Self {
+            metric: [zero; 6],
+            force: [zero; 3],
+            nearest: L::splat(f64::INFINITY),
+        }
     }
+
+    /// Adds the leaves against an obstacle at these distances (m), along these normals.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, c: &Constants, spheres: &Spheres<L>, distance: L, n: &Wide3<L>) {
+        let x = distance - spheres.radius;
+        self.nearest = x.min(self.nearest);
+        if x.gt(L::splat(c.radius)).all() {
+            return;
+        }
+        let (weight, a) = response(c, x, dot(n, &spheres.velocity));
+        let force = weight * (a - dot(n, &spheres.bias));
+        let w = wide3::scale(weight, n);
+        let [xx, xy, xz, yy, yz, zz] = &mut self.metric;
+        *xx = *xx + w[0] * n[0];
+        *xy = *xy + w[0] * n[1];
+        *xz = *xz + w[0] * n[2];
+        *yy = *yy + w[1] * n[1];
+        *yz = *yz + w[1] * n[2];
+        *zz = *zz + w[2] * n[2];
+        self.force = wide3::add(&self.force, &wide3::scale(force, n));
+    }
+}
+
+/// A bit for each of four obstacles that is not farther than `reach` (m) from a point.
+#[inline(always)]
+pub(crate) fn within<L: Lanes>(block: &Block, point: &Vector3<f64>, reach: f64) -> u32 {
+    let row = |row: usize| L::load(&block.0[row]);
+    let zero = L::splat(0.0);
+    let offset = wide3::sub(&wide3::splat(point), &[row(0), row(1), row(2)]);
+    let out = [
+        (dot(&[row(3), row(4), row(5)], &offset).abs() - row(12)).max(zero),
+        (dot(&[row(6), row(7), row(8)], &offset).abs() - row(13)).max(zero),
+        (dot(&[row(9), row(10), row(11)], &offset).abs() - row(14)).max(zero),
+    ];
+    let limit = row(15) + L::splat(reach);
+    dot(&out, &out).le(limit * limit).bits()
 }

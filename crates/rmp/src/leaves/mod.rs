@@ -8,6 +8,7 @@ pub(crate) mod damping;
 pub(crate) mod joint_limit;
 pub(crate) mod joint_velocity_cap;
 pub(crate) mod self_collision;
+pub(crate) mod surface;
 pub(crate) mod target;
 
 /// Least distance that counts in the weights of leaves that push away.

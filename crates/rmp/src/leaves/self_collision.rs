@@ -23,7 +23,12 @@ const REPULSION_M: f64 = 0.01;
 const DAMPING: f64 = 50.0;
 const DAMPING_M: f64 = 0.04;
 const DAMPING_EPS: f64 = 0.01;
-/// Speed over which the leaf fades when the parts move apart (m/s).
+/// Parts nearer than this push each other away, at rest, too (m).
+const PUSH_M: f64 = 0.01;
+/// Farther away they may approach at this rate of the distance (1/s): the leaf only brakes
+/// what is faster, so that an arm can stay with its parts some centimetres apart.
+const APPROACH: f64 = 4.0;
+/// Speed over which the leaf fades in (m/s).
 const GATE_M_S: f64 = 0.01;
 /// Weight, the distance over which it falls (m), and what keeps it finite.
 const WEIGHT: f64 = 1.0e4;
@@ -48,7 +53,8 @@ pub(crate) fn leaf(one: &PointMotion, other: &PointMotion, distance: f64, x: f64
     let rate = normal.dot(&(one.velocity - other.velocity));
     let bias = normal.dot(&(one.bias - other.bias));
     let x = (x - MARGIN_M).max(0.0);
-    let gate = approach_gate(rate, GATE_M_S);
+    let allowed = APPROACH * (x - PUSH_M).max(0.0);
+    let gate = approach_gate(rate + allowed, GATE_M_S);
     let near = (1.0 - x / (REACH_M - MARGIN_M)).max(0.0);
     let weight = gate * near * near * WEIGHT / (x / WEIGHT_M + WEIGHT_EPS);
     let drag = DAMPING * gate * rate / (x / DAMPING_M + DAMPING_EPS);

@@ -36,9 +36,20 @@ impl ClipFlags {
     }
 }
 
+/// Least ratio of jerk to acceleration limit (1/s). Motion policies ask for accelerations
+/// that change as fast as their damping gains, about 100 1/s; where the jerk limit lets them
+/// follow too late, the arm swings around its target (measured below 20 1/s). A lower
+/// acceleration is reached sooner, so that is what a joint with a low jerk limit gets.
+const LEAST_JERK_RATIO: f64 = 60.0;
+/// Longest time to brake from full speed at full acceleration (s): a joint that cannot brake
+/// in less is slower, for policies do not look farther ahead.
+const LONGEST_BRAKING_S: f64 = 1.0;
+
 /// Preallocated box and solver.
 #[derive(Debug, Clone)]
 pub(crate) struct CellResolve {
+    /// Speed that no joint exceeds (rad/s or m/s).
+    velocity_cap: f64,
     intervals: Vec<Interval>,
     lower: Vec<f64>,
     upper: Vec<f64>,
@@ -46,7 +57,7 @@ pub(crate) struct CellResolve {
 }
 
 impl CellResolve {
-    pub(crate) fn new(joints: usize) -> Self {
+    pub(crate) fn new(joints: usize, velocity_cap: f64) -> Self {
         let zero = Bound {
             value: 0.0,
             reason: Reason::Jerk,
@@ -57,6 +68,7 @@ impl CellResolve {
             conflict: false,
         };
         Self {
+            velocity_cap,
             intervals: vec![interval; joints],
             lower: vec![0.0; joints],
             upper: vec![0.0; joints],
@@ -85,7 +97,8 @@ impl CellResolve {
         out: &mut [f64],
     ) -> (ClipFlags, bool) {
         for i in 0..out.len() {
-            let interval = allowed(&limit_of(limits, i), &last_of(state, i), dt);
+            let limit = self.followed(limit_of(limits, i));
+            let interval = allowed(&limit, &last_of(state, i), dt);
             self.lower[i] = interval.low.value;
             self.upper[i] = interval.high.value;
             self.intervals[i] = interval;
@@ -99,6 +112,17 @@ impl CellResolve {
             }
         }
         (flags(&self.intervals, out), solved)
+    }
+
+    /// The part of `limit` within which motion policies are stable.
+    fn followed(&self, limit: Limit) -> Limit {
+        let acceleration = limit.acceleration.min(limit.jerk / LEAST_JERK_RATIO);
+        let stoppable = acceleration * LONGEST_BRAKING_S;
+        Limit {
+            velocity: limit.velocity.min(self.velocity_cap).min(stoppable),
+            acceleration,
+            ..limit
+        }
     }
 }
 

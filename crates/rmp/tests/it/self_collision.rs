@@ -141,6 +141,53 @@ fn sixty_more_targets_are_no_worse() {
 }
 
 #[test]
+fn what_the_tool_holds_keeps_away_from_the_robot() {
+    let body = Body::of("panda");
+    let (mut flow, tool) = body.flow(true);
+    let limits = body.robot.limits();
+    // The tool moves towards the base with a rod of 0.4 m ahead of it.
+    aim(&mut flow, tool, [0.25, 0.0, 0.25, 0.0, 1.0, 0.0, 0.0]);
+    let rod: Vec<_> = (0..8)
+        .map(|i| (Vector3::new(-0.05 * f64::from(i), 0.0, 0.0), 0.02))
+        .collect();
+    let base = body.files.xrdf.self_spheres.iter();
+    let base: Vec<_> = base
+        .filter(|s| s.frame == "panda_link1" || s.frame == "panda_link0")
+        .collect();
+    let mut least = Vec::new();
+    for holds in [false, true] {
+        if holds {
+            flow.carry(tool, &rod).unwrap();
+        }
+        let mut state = MotionState::at_rest(&body.robot.home());
+        let mut nearest = f64::INFINITY;
+        for _ in 0..4000 {
+            flow.step_cell(&mut state, &limits, 1.0e-3).unwrap();
+            let held = flow.target_frame_pose(tool).unwrap();
+            for sphere in &base {
+                let frame = body.robot.chain.frame_index(&sphere.frame).unwrap();
+                let mut all = body.robot.fixed_joint_positions.clone();
+                for (&index, position) in body.robot.arm_joints.iter().zip(&state.positions) {
+                    all[index] = *position;
+                }
+                let center =
+                    body.robot.frame_pose(frame, &all).unwrap() * Point3::from(sphere.center);
+                for (at, radius) in &rod {
+                    let apart = (held * Point3::from(*at) - center).norm();
+                    nearest = nearest.min(apart - radius - sphere.radius);
+                }
+            }
+        }
+        least.push(nearest);
+    }
+    assert!(
+        least[0] < -0.02,
+        "without it the rod would not reach: {least:?}"
+    );
+    assert!(least[1] > LEAST_M, "{least:?}");
+}
+
+#[test]
 fn the_published_step_knows_no_self_collision() {
     let body = Body::of("panda");
     let mut ends = Vec::new();

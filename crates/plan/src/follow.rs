@@ -1,0 +1,198 @@
+//! Leads an arm along a path: in each cycle to the farthest point ahead of it that it sees,
+//! that is, that is joined with it by a free straight line in joint space.
+
+use std::sync::Arc;
+
+use crate::check::{Checker, distance, rows};
+use crate::lanes::Row;
+use crate::{Body, Path, Scene, Settings};
+
+/// How far ahead of the arm the led point is (rad and m alike): at most, and where nothing
+/// is seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ahead {
+    /// Policies pull harder, so the arm is faster, towards a farther point.
+    pub most: f64,
+    /// Not zero, or an arm beside its path would stay there.
+    pub least: f64,
+    /// How much farther each cycle may look than the one before.
+    pub growth: f64,
+}
+
+impl Default for Ahead {
+    fn default() -> Self {
+        Self {
+            most: 0.6,
+            least: 0.02,
+            growth: 0.005,
+        }
+    }
+}
+
+/// An arm on a path among solids that may move.
+#[derive(Debug)]
+pub struct Guide {
+    body: Arc<Body>,
+    /// What is there now; to be kept up to date.
+    pub scene: Scene,
+    follower: Follower,
+    ahead: Ahead,
+    /// How far the last point was ahead.
+    seen: f64,
+    resolution: f64,
+    rows: Vec<Row>,
+}
+
+impl Guide {
+    /// For an arm at the start of `path`, found with `settings`.
+    pub fn new(
+        body: Arc<Body>,
+        scene: Scene,
+        path: &Path,
+        settings: &Settings,
+        ahead: Ahead,
+    ) -> Self {
+        Self {
+            rows: rows(&body),
+            body,
+            scene,
+            follower: Follower::new(path),
+            seen: ahead.least,
+            ahead,
+            resolution: settings.resolution,
+        }
+    }
+
+    /// Where on the path the arm is, and the length of the path (rad and m alike).
+    pub fn progress(&self) -> (f64, f64) {
+        (self.follower.at(), self.follower.length())
+    }
+
+    /// Where the arm at `positions` is to go next. Allocates nothing.
+    pub fn lead(&mut self, positions: &[f64]) -> &[f64] {
+        self.follower.advance(positions, self.seen);
+        let farthest = (self.seen + self.ahead.growth).min(self.ahead.most);
+        let rows = std::mem::take(&mut self.rows);
+        let mut checker = Checker::with_rows(&self.body, &self.scene, self.resolution, rows);
+        let at = self.follower.at();
+        let mut seen = farthest;
+        // A few halvings: the next cycle looks farther again.
+        while seen > self.ahead.least
+            && !checker.is_edge_free(positions, self.follower.point(at + seen))
+        {
+            seen = (0.5 * seen).max(self.ahead.least);
+        }
+        self.rows = checker.into_rows();
+        self.seen = seen;
+        self.follower.point(at + seen)
+    }
+
+    /// Whether the path is free for `length` ahead of the arm (rad and m alike). Allocates
+    /// nothing.
+    pub fn is_free_ahead(&mut self, length: f64) -> bool {
+        let rows = std::mem::take(&mut self.rows);
+        let mut checker = Checker::with_rows(&self.body, &self.scene, self.resolution, rows);
+        let free = self.follower.is_free_ahead(&mut checker, length);
+        self.rows = checker.into_rows();
+        free
+    }
+}
+
+/// How far along a path an arm is.
+#[derive(Debug, Clone, Default)]
+struct Follower {
+    waypoints: Vec<Vec<f64>>,
+    /// Length of the path up to each waypoint (rad and m alike).
+    lengths: Vec<f64>,
+    /// Where on the path the arm is.
+    at: f64,
+    /// Room for a point of the path.
+    point: Vec<f64>,
+}
+
+/// Points at which the nearest one is searched.
+const STEPS: usize = 20;
+
+impl Follower {
+    /// Along `path`, from its start.
+    fn new(path: &Path) -> Self {
+        let mut lengths = vec![0.0];
+        let mut total = 0.0;
+        for pair in path.waypoints.windows(2) {
+            total += distance(&pair[0], &pair[1]);
+            lengths.push(total);
+        }
+        Self {
+            point: path.waypoints.first().cloned().unwrap_or_default(),
+            waypoints: path.waypoints.clone(),
+            lengths,
+            at: 0.0,
+        }
+    }
+
+    /// Length of the path (rad and m alike).
+    fn length(&self) -> f64 {
+        self.lengths.last().copied().unwrap_or(0.0)
+    }
+
+    /// How much of it is behind the arm.
+    fn at(&self) -> f64 {
+        self.at
+    }
+
+    /// Moves on to the point nearest to `positions` within the next `window` of the path. An
+    /// arm that cuts a corner is near the path again no earlier than where it was led to.
+    fn advance(&mut self, positions: &[f64], window: f64) {
+        let mut nearest = (f64::INFINITY, self.at);
+        for step in 0..=STEPS {
+            let along = self.at + window * step as f64 / STEPS as f64;
+            let off = distance(self.point(along), positions);
+            if off < nearest.0 {
+                nearest = (off, along);
+            }
+        }
+        self.at = nearest.1.min(self.length());
+    }
+
+    /// Whether the path is free from where the arm is.
+    fn is_free_ahead(&mut self, checker: &mut Checker<'_>, length: f64) -> bool {
+        let end = (self.at + length).min(self.length());
+        let at = self.at;
+        self.point(at);
+        let mut after = self.lengths.partition_point(|length| *length <= at);
+        while let Some(to) = self.waypoints.get(after) {
+            let reaches = self.lengths[after] >= end;
+            // The last piece is checked whole: its end is not far.
+            if !checker.is_edge_free(&self.point, to) {
+                return false;
+            }
+            if reaches {
+                break;
+            }
+            self.point.clone_from(to);
+            after += 1;
+        }
+        true
+    }
+
+    /// The point after `along` of the path; beyond its end, the end.
+    fn point(&mut self, along: f64) -> &[f64] {
+        let after = self.lengths.partition_point(|length| *length <= along);
+        let (Some(from), to) = (
+            self.waypoints.get(after.saturating_sub(1)),
+            self.waypoints.get(after),
+        ) else {
+            return &self.point;
+        };
+        let begin = self.lengths[after.saturating_sub(1)];
+        let part = match self.lengths.get(after) {
+            Some(end) => (along - begin) / (end - begin).max(f64::MIN_POSITIVE),
+            None => 0.0,
+        };
+        let to = to.unwrap_or(from);
+        for ((slot, from), to) in self.point.iter_mut().zip(from).zip(to) {
+            *slot = from + part * (to - from);
+        }
+        &self.point
+    }
+}

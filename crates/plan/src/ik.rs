@@ -1,0 +1,118 @@
+//! Joint positions at which a tool has a pose: damped least squares (Nakamura and Hanafusa,
+//! 1986) from several starts.
+
+use nalgebra::{DMatrix, Isometry3, Matrix6, Vector6};
+use rmp::{JointLimits, RmpFlow, TargetId};
+
+/// Steps from one start.
+const STEPS: usize = 120;
+/// Damping, in the units of the Jacobian: what makes a step near a singularity finite.
+const DAMPING: f64 = 0.02;
+/// Longest step of a joint (rad or m).
+const LONGEST_STEP: f64 = 0.3;
+/// A pose is met within this (m, rad).
+const MET_M: f64 = 1.0e-4;
+const MET_RAD: f64 = 1.0e-3;
+
+/// The inverse kinematics of one tool.
+#[derive(Debug)]
+pub struct Tool<'a> {
+    flow: &'a mut RmpFlow,
+    frame: TargetId,
+    limits: &'a JointLimits,
+    jacobian: DMatrix<f64>,
+}
+
+/// How near joint positions came to a pose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// rad or m.
+    pub positions: Vec<f64>,
+    /// Distance of the tool from the pose (m).
+    pub off_m: f64,
+    /// Angle between tool and pose (rad).
+    pub off_rad: f64,
+}
+
+impl Found {
+    /// Whether the pose is met.
+    pub fn is_met(&self) -> bool {
+        self.off_m < MET_M && self.off_rad < MET_RAD
+    }
+}
+
+impl<'a> Tool<'a> {
+    /// Of a target frame of `flow`, whose joints have `limits`. The kinematics of `flow` are
+    /// anywhere afterwards.
+    pub fn new(flow: &'a mut RmpFlow, tool: TargetId, limits: &'a JointLimits) -> Self {
+        let jacobian = DMatrix::zeros(6, flow.joint_count());
+        Self {
+            flow,
+            frame: tool,
+            limits,
+            jacobian,
+        }
+    }
+
+    /// Joint positions within the limits, found from `start` (rad or m), at which the tool
+    /// is at `goal` (base frame), or those that came nearest to it; none where `start` is no
+    /// configuration of the robot.
+    pub fn solve(&mut self, start: &[f64], goal: &Isometry3<f64>) -> Option<Found> {
+        let mut at = start.to_vec();
+        self.clamp(&mut at);
+        let mut best: Option<Found> = None;
+        for _ in 0..STEPS {
+            let (error, found) = self.error(&at, goal)?;
+            let is_nearer = |best: &Found| found.off_m + found.off_rad < best.off_m + best.off_rad;
+            if best.as_ref().is_none_or(is_nearer) {
+                best = Some(found);
+            }
+            if best.as_ref().is_some_and(Found::is_met) {
+                break;
+            }
+            self.step(&mut at, &error)?;
+        }
+        best
+    }
+
+    /// What is left to the goal: linear (m), then angular (rad).
+    fn error(&mut self, at: &[f64], goal: &Isometry3<f64>) -> Option<(Vector6<f64>, Found)> {
+        let pose = self.flow.target_frame_pose_at(self.frame, at).ok()??;
+        let off = goal.translation.vector - pose.translation.vector;
+        let turn = pose.rotation.rotation_to(&goal.rotation).scaled_axis();
+        let found = Found {
+            positions: at.to_vec(),
+            off_m: off.norm(),
+            off_rad: turn.norm(),
+        };
+        let error = Vector6::new(off.x, off.y, off.z, turn.x, turn.y, turn.z);
+        Some((error, found))
+    }
+
+    fn step(&mut self, at: &mut [f64], error: &Vector6<f64>) -> Option<()> {
+        let jacobian = &mut self.jacobian;
+        self.flow.target_frame_jacobian(self.frame, jacobian).ok()?;
+        let mut square = Matrix6::identity() * (DAMPING * DAMPING);
+        for column in jacobian.column_iter() {
+            let column = column.fixed_rows::<6>(0);
+            square += column * column.transpose();
+        }
+        let weights = square.cholesky()?.solve(error);
+        let steps: Vec<f64> = jacobian.column_iter().map(|c| c.dot(&weights)).collect();
+        let longest = steps
+            .iter()
+            .fold(LONGEST_STEP, |most, step| most.max(step.abs()));
+        for (position, step) in at.iter_mut().zip(steps) {
+            *position += step * LONGEST_STEP / longest;
+        }
+        self.clamp(at);
+        Some(())
+    }
+
+    fn clamp(&self, at: &mut [f64]) {
+        let limits = self.limits.lower.iter().zip(&self.limits.upper);
+        for (position, (lower, upper)) in at.iter_mut().zip(limits) {
+            *position = position.max(*lower).min(*upper);
+        }
+    }
+}
