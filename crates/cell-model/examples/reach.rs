@@ -5,11 +5,14 @@
 //! A file is a URDF or a `config.json` of Isaac Sim. The poses are those of joint positions
 //! within 0.8 rad (m) of the default ones and 0.15 inside of the limits; there are eight for
 //! each robot. One is reached when the tool is within 5 mm and 3 degrees of it after 5 s from
-//! the default positions. Then it follows twelve hostile targets, random poses within 0.4 of
-//! the arm's length around its base, 1.5 s each, and the least distance of two parts of the
-//! robot that may not touch is printed. A row is printed for each file; the exit code is 5 when
-//! one was refused, fewer than 95 % of all poses were reached, or parts came nearer than -2 mm.
+//! the default positions. Then it follows hostile targets around its base, 1.5 s each: those of
+//! `crates/rmp/tests/hostile_targets.json`, 72 for each of seven robots, or twelve random poses
+//! within 0.4 of the arm's length. The least distance of two parts of the robot that may not
+//! touch is printed, and the number of cycles that exceeded a limit. A row is printed for each
+//! file; the exit code is 5 when one was refused, fewer than 95 % of all poses were reached,
+//! parts came nearer than -2 mm, or a limit was exceeded.
 
+use std::collections::BTreeMap;
 use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -17,8 +20,12 @@ use std::process::ExitCode;
 use cell_model::random::Random;
 use cell_model::{Robot, RobotFiles};
 use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
-use rmp::{CollisionSphere, MotionState};
+use rmp::{CollisionSphere, JointLimits, MotionState};
 
+/// Length of a cycle (s).
+const CYCLE_S: f64 = 1.0e-3;
+/// Rounding.
+const OVER: f64 = 1.0 + 1.0e-6;
 const POSES: usize = 8;
 const TICKS: usize = 5_000;
 const SPREAD: f64 = 0.8;
@@ -36,15 +43,15 @@ fn main() -> ExitCode {
     let tip = (arguments.next_if_eq("--tip").is_some())
         .then(|| arguments.next())
         .flatten();
-    let (mut refused, mut reached, mut asked, mut too_near) = (0, 0, 0, 0);
+    let (mut refused, mut reached, mut asked, mut failed) = (0, 0, 0, 0);
     let mut out = io::stdout().lock();
     for file in arguments {
         let row = match row(&file, tip.clone()) {
-            Ok((row, count, nearest)) => {
-                reached += count;
+            Ok(row) => {
+                reached += row.reached;
                 asked += POSES;
-                too_near += usize::from(nearest < LEAST_M);
-                row
+                failed += usize::from(row.nearest < LEAST_M || row.violations > 0);
+                row.text
             }
             Err(error) => {
                 refused += 1;
@@ -57,7 +64,7 @@ fn main() -> ExitCode {
         out,
         "{reached} of {asked} poses reached, {refused} files refused"
     );
-    if refused > 0 || too_near > 0 || reached * 100 < asked * 95 {
+    if refused > 0 || failed > 0 || reached * 100 < asked * 95 {
         return ExitCode::from(5);
     }
     ExitCode::SUCCESS
@@ -65,7 +72,15 @@ fn main() -> ExitCode {
 
 type Failure = Box<dyn std::error::Error>;
 
-fn row(file: &str, tip: Option<String>) -> Result<(String, usize, f64), Failure> {
+/// What became of one robot.
+struct Row {
+    text: String,
+    reached: usize,
+    nearest: f64,
+    violations: usize,
+}
+
+fn row(file: &str, tip: Option<String>) -> Result<Row, Failure> {
     let files = RobotFiles {
         urdf: PathBuf::from(file),
         tip,
@@ -83,17 +98,22 @@ fn row(file: &str, tip: Option<String>) -> Result<(String, usize, f64), Failure>
             reached += 1;
         }
     }
-    let nearest = follow_hostile(&robot)?;
-    let row = format!(
+    let (nearest, violations) = follow_hostile(&robot)?;
+    let text = format!(
         "{} joints, {} spheres, tool {}, {reached} of {POSES} poses, worst {worst_mm:.1} mm, \
-         self distance {:.1} mm, {} warnings",
+         self distance {:.1} mm, {violations} limits exceeded, {} warnings",
         robot.arm_joints.len(),
         robot.spheres.len(),
         robot.tcp_frame_name(),
         1000.0 * nearest,
         robot.warnings.len()
     );
-    Ok((row, reached, nearest))
+    Ok(Row {
+        text,
+        reached,
+        nearest,
+        violations,
+    })
 }
 
 fn goal_positions(robot: &Robot, random: &mut Random) -> Vec<f64> {
@@ -132,39 +152,80 @@ fn follow(robot: &Robot, goal: &Isometry3<f64>) -> Result<(f64, f64), Failure> {
     let limits = robot.limits();
     let mut state = MotionState::at_rest(&robot.default_joint_positions);
     for _ in 0..TICKS {
-        flow.step_cell(&mut state, &limits, 1.0e-3)?;
+        flow.step_cell(&mut state, &limits, CYCLE_S)?;
     }
     let end = pose(robot, &state.positions);
     let off = (end.translation.vector - goal.translation.vector).norm();
     Ok((off, end.rotation.angle_to(&goal.rotation)))
 }
 
-/// Least distance of two parts that may not touch on the way along the hostile targets (m).
-fn follow_hostile(robot: &Robot) -> Result<f64, Failure> {
+/// Least distance of two parts that may not touch on the way along the hostile targets (m),
+/// and ticks in which a limit was exceeded.
+fn follow_hostile(robot: &Robot) -> Result<(f64, usize), Failure> {
     let mut flow = robot.motion_policies(0)?;
     let tool = flow.add_target_frame(robot.tcp_frame_name())?;
     let limits = robot.limits();
     let mut state = MotionState::at_rest(&robot.default_joint_positions);
-    let offsets = robot.chain.joints().iter();
-    let length: f64 = offsets.map(|j| j.origin.translation.vector.norm()).sum();
-    let mut random = Random::new(12);
-    let mut nearest = f64::INFINITY;
-    for _ in 0..HOSTILE {
-        let mut within = |half: f64| random.around_zero(half);
-        let reach = HOSTILE_REACH * length;
-        let height = within(reach) + reach;
-        let position = Vector3::new(within(reach), within(reach), height);
-        let turn = Quaternion::new(within(1.0), within(1.0), within(1.0), within(1.0));
-        flow.set_position_target(tool, Some(position))?;
+    let (mut nearest, mut violations) = (f64::INFINITY, 0);
+    for [x, y, z, qw, qx, qy, qz] in hostile_targets(robot)? {
+        let turn = Quaternion::new(qw, qx, qy, qz);
+        flow.set_position_target(tool, Some(Vector3::new(x, y, z)))?;
         flow.set_orientation_target(tool, Some(UnitQuaternion::new_normalize(turn)))?;
         for tick in 0..HOSTILE_TICKS {
-            flow.step_cell(&mut state, &limits, 1.0e-3)?;
+            let before = state.clone();
+            flow.step_cell(&mut state, &limits, CYCLE_S)?;
+            violations += usize::from(!is_within(&limits, &before, &state));
             if tick % 10 == 0 {
                 nearest = nearest.min(self_distance(robot, &state.positions));
             }
         }
     }
-    Ok(nearest)
+    Ok((nearest, violations))
+}
+
+/// Those of the list in the repository, or, for a robot it does not have, twelve of its own:
+/// position (m), then orientation w x y z, in the base frame.
+fn hostile_targets(robot: &Robot) -> Result<Vec<[f64; 7]>, Failure> {
+    let file = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../rmp/tests/hostile_targets.json"
+    );
+    let text = std::fs::read_to_string(file).map_err(|error| format!("{file}: {error}"))?;
+    let mut all: BTreeMap<String, Vec<[f64; 7]>> = serde_json::from_str(&text)?;
+    if let Some(listed) = all.remove(&robot.name) {
+        return Ok(listed);
+    }
+    let offsets = robot.chain.joints().iter();
+    let length: f64 = offsets.map(|j| j.origin.translation.vector.norm()).sum();
+    let reach = HOSTILE_REACH * length;
+    let mut random = Random::new(12);
+    let mut target = || {
+        let mut within = |half: f64| random.around_zero(half);
+        let height = within(reach) + reach;
+        [
+            within(reach),
+            within(reach),
+            height,
+            within(1.0),
+            within(1.0),
+            within(1.0),
+            within(1.0),
+        ]
+    };
+    Ok((0..HOSTILE).map(|_| target()).collect())
+}
+
+/// Whether one cycle kept every limit.
+fn is_within(limits: &JointLimits, before: &MotionState, after: &MotionState) -> bool {
+    (0..after.positions.len()).all(|joint| {
+        let acceleration = (after.velocities[joint] - before.velocities[joint]) / CYCLE_S;
+        let jerk = (acceleration - before.accelerations[joint]) / CYCLE_S;
+        let (lower, upper) = (limits.lower[joint], limits.upper[joint]);
+        after.velocities[joint].abs() <= limits.velocity[joint] * OVER
+            && acceleration.abs() <= limits.acceleration[joint] * OVER
+            && jerk.abs() <= limits.jerk[joint] * OVER
+            && (lower - 1e-9..=upper + 1e-9).contains(&after.positions[joint])
+    })
 }
 
 fn self_distance(robot: &Robot, arm: &[f64]) -> f64 {
