@@ -1,10 +1,13 @@
 //! Paths for arms: `RRT`-Connect (`Kuffner` and `LaValle`, 2000) in joint space on the spheres of
 //! a robot, with shortcuts.
 //!
-//! Eight configurations of an edge are checked in one pass, spread over the whole edge, as
+//! [`plan`] finds a path between two configurations, [`plan_to_pose`] one to a pose of the
+//! tool, and [`Guide`] leads motion policies along it.
+//!
+//! Sixteen configurations of an edge are checked in one pass, spread over the whole edge, as
 //! Thomason, Kingston and Kavraki describe ("Motions in Microseconds via Vectorized
 //! Sampling-Based Planning", 2024). A plan depends on its inputs and the seed only, and its
-//! effort is bounded by iterations: the same request has the same answer, bit for bit.
+//! effort is bounded by iterations and by the solids that are looked at: the same request has the same answer, bit for bit.
 //!
 //! Units are m and rad; poses are in the base frame of the arm. Configurations are checked
 //! in single precision, which is off by about a micrometre for an arm of a metre.

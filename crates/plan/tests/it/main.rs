@@ -9,6 +9,7 @@
 use std::collections::BTreeMap;
 
 use cell_model::{Data, Robot};
+use cell_rt::alloc::count;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 
@@ -16,6 +17,9 @@ use plan::{
     Ahead, Body, BodySetup, Guide, Path, PlanError, Scene, Settings, Tool, led, plan, plan_to_pose,
 };
 use rmp::{MotionState, Obstacle, RmpFlow};
+
+#[global_allocator]
+static ALLOCATOR: cell_rt::alloc::Counting = cell_rt::alloc::Counting;
 
 const LEFT: [f64; 7] = [0.7, 0.2, 0.0, -2.0, 0.0, 2.2, 0.75];
 const RIGHT: [f64; 7] = [-0.7, 0.2, 0.0, -2.0, 0.0, 2.2, 0.75];
@@ -374,6 +378,28 @@ fn what_is_no_scene_and_no_arm_is_named() {
         body(&[]).unwrap_err().to_string(),
         "0 joints cannot be planned; 1 to 16 are allowed"
     );
+}
+
+#[test]
+fn a_cycle_that_is_led_allocates_nothing() {
+    let arm = Arm::new();
+    let path = arm.plan(&wall(), &Settings::default()).unwrap();
+    let body = Arc::new(arm.body.clone());
+    let scene = Scene::new(&wall()).unwrap();
+    let mut guide = Guide::new(body, scene, &path, &Settings::default(), Ahead::default());
+    let (mut at, obstacles) = (LEFT, wall());
+    let before = count();
+    assert!(before > 0, "allocations are counted");
+    for _ in 0..500 {
+        guide.scene.set(&obstacles);
+        let next = guide.lead(&at);
+        at.iter_mut()
+            .zip(next)
+            .for_each(|(q, to)| *q += 0.02 * (to - *q));
+        guide.is_free_ahead(1.0);
+    }
+    assert_eq!(count(), before);
+    assert!(guide.progress().0 > 0.5, "{:?}", guide.progress());
 }
 
 #[test]
