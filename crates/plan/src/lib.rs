@@ -2,7 +2,8 @@
 //! a robot, with shortcuts.
 //!
 //! [`plan`] finds a path between two configurations, [`plan_to_pose`] one to a pose of the
-//! tool, and [`Guide`] leads motion policies along it.
+//! tool, [`Guide`] leads motion policies along it, and [`reason()`] says why an arm is not at
+//! its target.
 //!
 //! Sixteen configurations of an edge are checked in one pass, spread over the whole edge, as
 //! Thomason, Kingston and Kavraki describe ("Motions in Microseconds via Vectorized
@@ -21,6 +22,7 @@ mod halton;
 mod ik;
 mod lanes;
 mod planner;
+mod reason;
 mod scene;
 mod shortcut;
 mod to_pose;
@@ -32,5 +34,6 @@ pub use gains::led;
 pub use ik::{Found, Tool};
 pub use lanes::LANES;
 pub use planner::{Path, PlanError, Settings, plan};
+pub use reason::{Reason, Stuck, reason};
 pub use scene::Scene;
 pub use to_pose::plan_to_pose;

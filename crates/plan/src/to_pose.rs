@@ -56,12 +56,7 @@ fn configurations(
     let mut checker = Checker::new(body, scene, settings.resolution);
     let mut nearest: Option<Found> = None;
     let mut free: Vec<Vec<f64>> = Vec::new();
-    for index in 0..STARTS {
-        let from = match index {
-            0 => start.to_vec(),
-            1 => posture.to_vec(),
-            _ => anywhere(body, settings.seed.wrapping_add(index)),
-        };
+    for from in starts(body, (start, posture), settings) {
         let Some(found) = tool.solve(&from, goal) else {
             continue;
         };
@@ -88,6 +83,19 @@ fn configurations(
             position: f64::NAN,
         }),
     }
+}
+
+/// Where the search for joint positions begins.
+pub(crate) fn starts<'a>(
+    body: &'a Body,
+    (start, posture): (&'a [f64], &'a [f64]),
+    settings: &'a Settings,
+) -> impl Iterator<Item = Vec<f64>> + 'a {
+    (0..STARTS).map(move |index| match index {
+        0 => start.to_vec(),
+        1 => posture.to_vec(),
+        _ => anywhere(body, settings.seed.wrapping_add(index)),
+    })
 }
 
 fn anywhere(body: &Body, index: u64) -> Vec<f64> {

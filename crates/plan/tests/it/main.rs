@@ -14,9 +14,10 @@ use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 
 use plan::{
-    Ahead, Body, BodySetup, Guide, Path, PlanError, Scene, Settings, Tool, led, plan, plan_to_pose,
+    Ahead, Body, BodySetup, Guide, Path, PlanError, Scene, Settings, Stuck, Tool, led, plan,
+    plan_to_pose, reason,
 };
-use rmp::{MotionState, Obstacle, RmpFlow};
+use rmp::{JointLimits, MotionState, Obstacle, RmpFlow};
 
 #[global_allocator]
 static ALLOCATOR: cell_rt::alloc::Counting = cell_rt::alloc::Counting;
@@ -307,6 +308,46 @@ fn a_pose_behind_a_wall_is_reached_and_one_that_cannot_be_is_named() {
     let inside = Isometry3::from_parts(Vector3::new(0.6, 0.0, 0.2).into(), goal.rotation);
     let refused = to_pose(&arm, &inside, &wall()).unwrap_err();
     assert_eq!(refused, PlanError::InCollision { what: "goal" });
+}
+
+#[test]
+fn what_keeps_an_arm_from_its_target_has_a_reason() {
+    let arm = Arm::new();
+    let mut flow = arm.robot.motion_policies(0).unwrap();
+    let tool = flow.add_target_frame(arm.robot.tcp_frame_name()).unwrap();
+    let (limits, posture) = (arm.robot.limits(), &arm.robot.default_joint_positions);
+    let narrow = JointLimits {
+        lower: LEFT.iter().map(|q| q - 0.2).collect(),
+        upper: LEFT.iter().map(|q| q + 0.2).collect(),
+        ..limits.clone()
+    };
+    let mut why_within =
+        |limits: &JointLimits, at: &[f64], goal: &Isometry3<f64>, solids: &[Obstacle]| {
+            let scene = Scene::new(solids).unwrap();
+            let stuck = Stuck {
+                body: &arm.body,
+                scene: &scene,
+                limits,
+                at,
+                posture,
+                goal,
+            };
+            reason(&stuck, &mut flow, tool, &Settings::default()).name()
+        };
+    let goal = arm.tool_at(&RIGHT);
+    assert_eq!(why_within(&narrow, &LEFT, &goal, &[]), "joint_limit");
+    let mut why = |at: &[f64], goal: &Isometry3<f64>, solids: &[Obstacle]| {
+        why_within(&limits, at, goal, solids)
+    };
+    assert_eq!(why(&LEFT, &goal, &[]), "local_minimum");
+    assert_eq!(why(&LEFT, &goal, &wall()), "blocked");
+    let inside = Isometry3::from_parts(Vector3::new(0.6, 0.0, 0.2).into(), goal.rotation);
+    assert_eq!(why(&LEFT, &inside, &wall()), "blocked");
+    let far = Isometry3::translation(3.0, 0.0, 0.0) * goal;
+    assert_eq!(why(&LEFT, &far, &[]), "unreachable");
+    // Stretched upwards.
+    let upright = [0.0, 0.0, 0.0, -0.075, 0.0, 1.0, 0.0];
+    assert_eq!(why(&upright, &goal, &[]), "singular");
 }
 
 #[test]
