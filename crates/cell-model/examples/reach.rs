@@ -22,7 +22,7 @@ use std::sync::Arc;
 use cell_model::random::Random;
 use cell_model::{Robot, RobotFiles};
 use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
-use plan::{Ahead, Body, BodySetup, Guide, Scene, Settings, Tool, led, plan_to_pose};
+use plan::{Ahead, Body, BodySetup, Guide, Request, Scene, Settings, Tool, led, plan_to_pose};
 use rmp::{CollisionSphere, JointLimits, MotionState};
 
 /// Length of a cycle (s).
@@ -186,7 +186,14 @@ fn follow_led(robot: &Robot, goal: &Isometry3<f64>) -> Result<(f64, f64), Failur
     })?;
     let scene = Scene::default();
     let mut inverse = Tool::new(&mut flow, tool, &limits);
-    let path = plan_to_pose(&body, &scene, &mut inverse, (start, start), goal, &settings)?;
+    let request = Request {
+        body: &body,
+        scene: &scene,
+        start,
+        posture: start,
+        goal,
+    };
+    let path = plan_to_pose(&request, &mut inverse, &settings)?;
     let (posture, collision) = led(&robot.rmpflow);
     flow.set_gains(posture, collision)?;
     let mut guide = Guide::new(Arc::new(body), scene, &path, &settings, Ahead::default());

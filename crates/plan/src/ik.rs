@@ -39,6 +39,14 @@ impl Found {
     pub fn is_met(&self) -> bool {
         self.off_m < MET_M && self.off_rad < MET_RAD
     }
+
+    /// The nearer of two, a rad being as far as a metre; of equals the first.
+    pub(crate) fn nearer(best: Option<Self>, other: Self) -> Self {
+        match best {
+            Some(best) if best.off_m + best.off_rad <= other.off_m + other.off_rad => best,
+            _ => other,
+        }
+    }
 }
 
 impl<'a> Tool<'a> {
@@ -54,6 +62,32 @@ impl<'a> Tool<'a> {
         }
     }
 
+    /// The same tool, its joints within other limits.
+    pub(crate) fn within<'b>(&'b mut self, limits: &'b JointLimits) -> Tool<'b> {
+        Tool::new(self.flow, self.frame, limits)
+    }
+
+    /// The limits of its joints.
+    pub(crate) fn limits(&self) -> &'a JointLimits {
+        self.limits
+    }
+
+    /// How far the tool moves at `at` in its worst direction with the best motion of length
+    /// one: the least singular value of its Jacobian. Infinite where `at` is no configuration.
+    pub(crate) fn least_motion(&mut self, at: &[f64]) -> f64 {
+        let posed = self.flow.target_frame_pose_at(self.frame, at).is_ok();
+        let jacobian = &mut self.jacobian;
+        if !posed
+            || self
+                .flow
+                .target_frame_jacobian(self.frame, jacobian)
+                .is_err()
+        {
+            return f64::INFINITY;
+        }
+        jacobian.singular_values().min()
+    }
+
     /// Joint positions within the limits, found from `start` (rad or m), at which the tool
     /// is at `goal` (base frame), or those that came nearest to it; none where `start` is no
     /// configuration of the robot.
@@ -63,19 +97,16 @@ impl<'a> Tool<'a> {
         let mut best: Option<Found> = None;
         for _ in 0..STEPS {
             let (error, found) = self.error(&at, goal)?;
-            let is_nearer = |best: &Found| found.off_m + found.off_rad < best.off_m + best.off_rad;
-            if best.as_ref().is_none_or(is_nearer) {
-                best = Some(found);
+            if found.is_met() {
+                return Some(found);
             }
-            if best.as_ref().is_some_and(Found::is_met) {
-                break;
-            }
+            best = Some(Found::nearer(best, found));
             self.step(&mut at, &error)?;
         }
         best
     }
 
-    /// What is left to the goal: linear (m), then angular (rad).
+    /// The error to the goal: linear (m), then angular (rad).
     fn error(&mut self, at: &[f64], goal: &Isometry3<f64>) -> Option<(Vector6<f64>, Found)> {
         let pose = self.flow.target_frame_pose_at(self.frame, at).ok()??;
         let off = goal.translation.vector - pose.translation.vector;

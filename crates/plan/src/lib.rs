@@ -34,6 +34,6 @@ pub use gains::led;
 pub use ik::{Found, Tool};
 pub use lanes::LANES;
 pub use planner::{Path, PlanError, Settings, plan};
-pub use reason::{Reason, Stuck, reason};
+pub use reason::{Reason, reason};
 pub use scene::Scene;
-pub use to_pose::plan_to_pose;
+pub use to_pose::{Request, plan_to_pose};

@@ -79,6 +79,9 @@ pub enum PlanError {
         /// `start` or `goal`.
         what: &'static str,
     },
+    /// The pose is no position with an orientation.
+    #[error("the pose is not finite; give a position in m and a unit quaternion")]
+    Pose,
     /// No configuration within the limits has the pose.
     #[error(
         "the pose is out of reach: the nearest configuration found is {off_m:.3} m and {off_rad:.3} rad off; move the target or the arm's base"

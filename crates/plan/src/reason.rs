@@ -1,13 +1,11 @@
 //! Why an arm at rest is not at its target.
 
-use nalgebra::{DMatrix, Isometry3};
-use rmp::{JointLimits, RmpFlow, TargetId};
+use rmp::JointLimits;
 
 use crate::check::{Checker, distance};
-use crate::ik::Tool;
+use crate::ik::{Found, Tool};
 use crate::planner::Settings;
-use crate::to_pose::starts;
-use crate::{Body, Scene};
+use crate::to_pose::Request;
 
 /// Below this the tool cannot move in some direction (m/rad, rad/rad).
 const SINGULAR: f64 = 0.03;
@@ -42,99 +40,54 @@ impl Reason {
     }
 }
 
-/// The arm and what it does.
-#[derive(Debug, Clone, Copy)]
-pub struct Stuck<'a> {
-    /// The arm.
-    pub body: &'a Body,
-    /// What is around it.
-    pub scene: &'a Scene,
-    /// Its limits.
-    pub limits: &'a JointLimits,
-    /// Where it is (rad or m).
-    pub at: &'a [f64],
-    /// One it likes (rad or m).
-    pub posture: &'a [f64],
-    /// Where the tool is to be, base frame.
-    pub goal: &'a Isometry3<f64>,
-}
-
-/// Why the arm of `stuck` does not move its tool, a target frame of `flow`, to the goal. The
-/// kinematics of `flow` are anywhere afterwards.
-pub fn reason(
-    stuck: &Stuck<'_>,
-    flow: &mut RmpFlow,
-    tool: TargetId,
-    settings: &Settings,
-) -> Reason {
-    let mut checker = Checker::new(stuck.body, stuck.scene, settings.resolution);
+/// Why the arm of `request`, at rest at its start, does not move `tool` to the goal.
+pub fn reason(request: &Request<'_>, tool: &mut Tool<'_>, settings: &Settings) -> Reason {
     let mut goals = Vec::new();
-    let mut within = Tool::new(flow, tool, stuck.limits);
-    for start in starts(stuck.body, (stuck.at, stuck.posture), settings) {
-        goals.extend(
-            within
-                .solve(&start, stuck.goal)
-                .filter(crate::Found::is_met),
-        );
+    for start in request.starts(settings) {
+        goals.extend(tool.solve(&start, request.goal).filter(Found::is_met));
     }
     if goals.is_empty() {
-        return if is_beyond_a_limit(stuck, flow, tool, settings) {
+        return if is_beyond_a_limit(request, tool, settings) {
             Reason::JointLimit
         } else {
             Reason::Unreachable
         };
     }
     // Motion policies move towards the nearest one.
-    let off = |goal: &crate::Found| distance(&goal.positions, stuck.at);
+    let off = |goal: &Found| distance(&goal.positions, request.start);
     let nearest = goals.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
-    let is_free = nearest.is_some_and(|goal| checker.is_edge_free(stuck.at, &goal.positions));
+    let mut checker = Checker::new(request.body, request.scene, settings.resolution);
+    let is_free = nearest.is_some_and(|goal| checker.is_edge_free(request.start, &goal.positions));
     if !is_free {
-        return Reason::Blocked;
+        Reason::Blocked
+    } else if tool.least_motion(request.start) < SINGULAR {
+        Reason::Singular
+    } else if is_at_a_limit(request.start, tool.limits()) {
+        Reason::JointLimit
+    } else {
+        Reason::LocalMinimum
     }
-    if least_motion(stuck, flow, tool) < SINGULAR {
-        return Reason::Singular;
-    }
-    if is_at_a_limit(stuck) {
-        return Reason::JointLimit;
-    }
-    Reason::LocalMinimum
 }
 
-/// Whether joints without limits have the pose.
-fn is_beyond_a_limit(
-    stuck: &Stuck<'_>,
-    flow: &mut RmpFlow,
-    tool: TargetId,
-    settings: &Settings,
-) -> bool {
+/// Whether joints with a turn (m) more to each side have the pose.
+fn is_beyond_a_limit(request: &Request<'_>, tool: &mut Tool<'_>, settings: &Settings) -> bool {
     let turn = std::f64::consts::TAU;
     let wide = |limits: &[f64], by: f64| limits.iter().map(|limit| limit + by).collect();
     let limits = JointLimits {
-        lower: wide(&stuck.limits.lower, -turn),
-        upper: wide(&stuck.limits.upper, turn),
-        ..stuck.limits.clone()
+        lower: wide(&tool.limits().lower, -turn),
+        upper: wide(&tool.limits().upper, turn),
+        ..tool.limits().clone()
     };
-    let mut beyond = Tool::new(flow, tool, &limits);
-    let mut starts = starts(stuck.body, (stuck.at, stuck.posture), settings);
+    let mut beyond = tool.within(&limits);
+    let mut starts = request.starts(settings);
     starts.any(|start| {
-        let found = beyond.solve(&start, stuck.goal);
+        let found = beyond.solve(&start, request.goal);
         found.is_some_and(|found| found.is_met())
     })
 }
 
-/// How much the tool moves in its worst direction with the best motion of length one: the
-/// least singular value of its Jacobian.
-fn least_motion(stuck: &Stuck<'_>, flow: &mut RmpFlow, tool: TargetId) -> f64 {
-    let mut jacobian = DMatrix::zeros(6, flow.joint_count());
-    let posed = flow.target_frame_pose_at(tool, stuck.at).is_ok();
-    if !posed || flow.target_frame_jacobian(tool, &mut jacobian).is_err() {
-        return f64::INFINITY;
-    }
-    jacobian.singular_values().min()
-}
-
-fn is_at_a_limit(stuck: &Stuck<'_>) -> bool {
-    let limits = stuck.limits.lower.iter().zip(&stuck.limits.upper);
-    let mut joints = stuck.at.iter().zip(limits);
+fn is_at_a_limit(positions: &[f64], limits: &JointLimits) -> bool {
+    let limits = limits.lower.iter().zip(&limits.upper);
+    let mut joints = positions.iter().zip(limits);
     joints.any(|(at, (lower, upper))| at - lower < AT_LIMIT || upper - at < AT_LIMIT)
 }

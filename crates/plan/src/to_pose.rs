@@ -13,22 +13,52 @@ const STARTS: u64 = 24;
 /// Free configurations with the pose, after which no more are searched.
 const ENOUGH: usize = 4;
 
-/// A path of `body` in `scene` from `start` (rad or m) to a configuration in which the tool
-/// is at `goal` (base frame): of some the one next to `start` that a path leads to. `posture`
-/// is one that the arm likes (rad or m).
+/// Where an arm is, and where its tool is to be.
+#[derive(Debug, Clone, Copy)]
+pub struct Request<'a> {
+    /// The arm.
+    pub body: &'a Body,
+    /// What is around it.
+    pub scene: &'a Scene,
+    /// Where it is, within its limits (rad or m).
+    pub start: &'a [f64],
+    /// Joint positions it likes (rad or m).
+    pub posture: &'a [f64],
+    /// Pose of the tool, base frame (m).
+    pub goal: &'a Isometry3<f64>,
+}
+
+impl Request<'_> {
+    /// Where the search for joint positions begins.
+    pub(crate) fn starts(&self, settings: &Settings) -> impl Iterator<Item = Vec<f64>> {
+        let (body, seed) = (self.body, settings.seed);
+        let anywhere = move |index: u64| -> Vec<f64> {
+            let limits = body.lower.iter().zip(&body.upper).enumerate();
+            let part = |joint: usize| halton::value(seed.wrapping_add(index), joint);
+            let position =
+                |(joint, (low, high)): (usize, (&f64, &f64))| low + part(joint) * (high - low);
+            limits.map(position).collect()
+        };
+        let near = [self.start.to_vec(), self.posture.to_vec()];
+        near.into_iter().chain((2..STARTS).map(anywhere))
+    }
+}
+
+/// A path to a configuration in which the tool is at the goal: of some the one next to the
+/// start that a path leads to.
 ///
 /// # Errors
-/// [`PlanError`]: the pose is out of reach, every configuration found with it is in collision,
-/// or no path leads there.
+/// [`PlanError`]: the pose is not finite or out of reach, every configuration found with it is
+/// in collision, the start is invalid or in collision, or no path was found.
 pub fn plan_to_pose(
-    body: &Body,
-    scene: &Scene,
+    request: &Request<'_>,
     tool: &mut Tool<'_>,
-    (start, posture): (&[f64], &[f64]),
-    goal: &Isometry3<f64>,
     settings: &Settings,
 ) -> Result<Path, PlanError> {
-    let mut goals = configurations(body, scene, tool, (start, posture), goal, settings)?;
+    let Request {
+        body, scene, start, ..
+    } = *request;
+    let mut goals = configurations(request, tool, settings)?;
     goals.sort_by(|a, b| distance(a, start).total_cmp(&distance(b, start)));
     let mut failed = PlanError::InCollision { what: "goal" };
     for goal in &goals {
@@ -46,61 +76,36 @@ pub fn plan_to_pose(
 
 /// Free ones with the pose; none where those that have it are in collision.
 fn configurations(
-    body: &Body,
-    scene: &Scene,
+    request: &Request<'_>,
     tool: &mut Tool<'_>,
-    (start, posture): (&[f64], &[f64]),
-    goal: &Isometry3<f64>,
     settings: &Settings,
 ) -> Result<Vec<Vec<f64>>, PlanError> {
-    let mut checker = Checker::new(body, scene, settings.resolution);
+    if !request.goal.to_homogeneous().iter().all(|x| x.is_finite()) {
+        return Err(PlanError::Pose);
+    }
+    let mut checker = Checker::new(request.body, request.scene, settings.resolution);
     let mut nearest: Option<Found> = None;
-    let mut free: Vec<Vec<f64>> = Vec::new();
-    for from in starts(body, (start, posture), settings) {
-        let Some(found) = tool.solve(&from, goal) else {
-            continue;
-        };
-        if found.is_met() && checker.is_free(&found.positions) {
-            free.push(found.positions.clone());
-            if free.len() == ENOUGH {
-                break;
+    let (mut free, mut met) = (Vec::new(), false);
+    for start in request.starts(settings) {
+        match tool.solve(&start, request.goal) {
+            Some(found) if found.is_met() => {
+                met = true;
+                if checker.is_free(&found.positions) {
+                    free.push(found.positions);
+                }
             }
+            Some(found) => nearest = Some(Found::nearer(nearest, found)),
+            None => {}
         }
-        let is_nearer = |best: &Found| found.off_m + found.off_rad < best.off_m + best.off_rad;
-        if nearest.as_ref().is_none_or(is_nearer) {
-            nearest = Some(found);
+        if free.len() == ENOUGH {
+            break;
         }
     }
     match nearest {
-        Some(found) if !found.is_met() => Err(PlanError::Unreachable {
+        Some(found) if !met => Err(PlanError::Unreachable {
             off_m: found.off_m,
             off_rad: found.off_rad,
         }),
-        Some(_) => Ok(free),
-        None => Err(PlanError::Configuration {
-            what: "start",
-            joint: start.len(),
-            position: f64::NAN,
-        }),
+        _ => Ok(free),
     }
-}
-
-/// Where the search for joint positions begins.
-pub(crate) fn starts<'a>(
-    body: &'a Body,
-    (start, posture): (&'a [f64], &'a [f64]),
-    settings: &'a Settings,
-) -> impl Iterator<Item = Vec<f64>> + 'a {
-    (0..STARTS).map(move |index| match index {
-        0 => start.to_vec(),
-        1 => posture.to_vec(),
-        _ => anywhere(body, settings.seed.wrapping_add(index)),
-    })
-}
-
-fn anywhere(body: &Body, index: u64) -> Vec<f64> {
-    let limits = body.lower.iter().zip(&body.upper).enumerate();
-    limits
-        .map(|(joint, (lower, upper))| lower + halton::value(index, joint) * (upper - lower))
-        .collect()
 }

@@ -59,14 +59,8 @@ impl RmpFlow {
         id: TargetId,
         position: Option<Vector3<f64>>,
     ) -> Result<(), SetupError> {
-        if let Some(&value) = position
-            .as_ref()
-            .and_then(|p| p.iter().find(|x| !x.is_finite()))
-        {
-            return Err(SetupError::NotFinite {
-                what: "position target".into(),
-                value,
-            });
+        if let Some(position) = &position {
+            check_values("position target", position.as_slice(), 3)?;
         }
         if let Some(frame) = self.frame_mut(id) {
             frame.position = position;
@@ -84,15 +78,8 @@ impl RmpFlow {
         id: TargetId,
         orientation: Option<UnitQuaternion<f64>>,
     ) -> Result<(), SetupError> {
-        let coords = orientation.map(|o| o.coords);
-        if let Some(&value) = coords
-            .as_ref()
-            .and_then(|c| c.iter().find(|x| !x.is_finite()))
-        {
-            return Err(SetupError::NotFinite {
-                what: "orientation target".into(),
-                value,
-            });
+        if let Some(orientation) = &orientation {
+            check_values("orientation target", orientation.coords.as_slice(), 4)?;
         }
         if let Some(frame) = self.frame_mut(id) {
             frame.orientation = orientation.map(|o| o.to_rotation_matrix().into_inner());
