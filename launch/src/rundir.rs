@@ -165,9 +165,14 @@ impl RunDir {
         if !make_private(&self.path, false).cannot(format!("make the run directory {show}"))? {
             self.check_ours()?;
         }
-        fs::write(self.path.join(MARKER), MARKED).cannot(format!("write to {show}"))?;
         match Lock::take(&self.path.join("lock")).cannot(format!("lock {show}"))? {
-            Ok(lock) => Ok(lock),
+            Ok(lock) => {
+                // A second start may be reading a marker that is there: it is never rewritten.
+                if !self.is_marked() {
+                    fs::write(self.path.join(MARKER), MARKED).cannot(format!("write to {show}"))?;
+                }
+                Ok(lock)
+            }
             Err(holder) => Err(Failure::configuration(format!(
                 "cell `{cell}` is running already: pid {}, since {}; `robocell down --cell {cell}` stops it, \
                  `robocell top --cell {cell}` shows it, and `--cell OTHER` runs another beside it",
@@ -201,7 +206,10 @@ impl RunDir {
                 meta.mode() & 0o777
             ));
         }
-        if self.is_marked() || self.is_unused().cannot(format!("read {show}"))? {
+        // The marker is read again last: a start that won meanwhile has written it before
+        // anything else.
+        if self.is_marked() || self.is_unused().cannot(format!("read {show}"))? || self.is_marked()
+        {
             return Ok(());
         }
         refuse(format!(
@@ -305,6 +313,26 @@ mod tests {
         std::os::unix::fs::symlink(dir.path(), link.path()).unwrap();
         let said = link.take("link").unwrap_err().message;
         assert!(said.contains("symbolic link"), "{said}");
+        fs::remove_dir_all(base).unwrap();
+    }
+
+    #[test]
+    fn starts_beside_a_running_cell_are_told_that_it_runs() {
+        let base = std::env::temp_dir().join(format!("robocell-beside-{}", std::process::id()));
+        let dir = RunDir::at(base.join("cell"));
+        let held = dir.take("cell").unwrap();
+        fs::write(dir.path().join("run.json"), "{}").unwrap();
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    for _ in 0..500 {
+                        let said = dir.take("cell").unwrap_err().message;
+                        assert!(said.contains("is running already"), "{said}");
+                    }
+                });
+            }
+        });
+        drop(held);
         fs::remove_dir_all(base).unwrap();
     }
 
