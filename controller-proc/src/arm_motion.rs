@@ -9,6 +9,7 @@ use crate::controller::{Controller, SequentialController, Setpoint};
 use crate::controllers::{Controllers, RMPFLOW};
 use crate::error::RmpFlowError;
 use crate::follower::Follower;
+use crate::planning::{PlanAnswer, PlanReport, PlanRequest};
 use crate::rmpflow_controller::RmpFlowController;
 use crate::robot_state::RobotState;
 
@@ -81,6 +82,23 @@ impl ArmMotion {
     /// See [`RmpFlowController::see`].
     pub fn see(&mut self, state: &WorldState, arm: usize, object_mask: u64) {
         self.rmpflow.see(state, arm, object_mask);
+    }
+
+    /// See [`Planning::request`](crate::planning).
+    pub(crate) fn plan_request(&self) -> Option<&PlanRequest> {
+        self.rmpflow.planning().request()
+    }
+
+    pub(crate) fn empty_plan_request(&self) -> PlanRequest {
+        self.rmpflow.planning().empty_request()
+    }
+
+    pub(crate) fn answer_plan(&mut self, slot: &mut Option<PlanAnswer>) {
+        self.rmpflow.planning_mut().answer(slot);
+    }
+
+    pub(crate) fn plan_report(&self) -> PlanReport {
+        self.rmpflow.planning().report()
     }
 
     /// TCP of the last command in the base frame.

@@ -6,7 +6,7 @@
 use nalgebra::{Isometry3, UnitQuaternion};
 
 /// Version of the layout; another one is refused.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 /// Why a checkpoint was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -192,6 +192,20 @@ impl<'a> Codec<'a> {
             .filter(|index| *index < count)
             .ok_or(damaged(what, wide))?;
         Ok(())
+    }
+
+    /// A list of at most `most` values.
+    pub(crate) fn list<T: Default + Clone>(
+        &mut self,
+        what: &'static str,
+        list: &mut Vec<T>,
+        most: usize,
+        mut inner: impl FnMut(&mut Self, &mut T) -> Result<(), CheckpointError>,
+    ) -> Result<(), CheckpointError> {
+        let mut count = list.len();
+        self.index(what, &mut count, most + 1)?;
+        list.resize(count, T::default());
+        list.iter_mut().try_for_each(|value| inner(self, value))
     }
 
     /// A value that may be missing.

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, TryLockError};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::checkpoint::{CheckpointError, Codec};
+use crate::planning::PoseGoal;
 use crate::robot_state::RobotState;
 
 /// What a controller shall bring about; a missing part keeps its last value.
@@ -15,6 +16,9 @@ pub struct Setpoint {
     pub position: Option<Vector3<f64>>,
     /// TCP orientation in the arm's base frame; only with `position`.
     pub orientation: Option<UnitQuaternion<f64>>,
+    /// The goal that position and orientation lead to, for a planner; none where there is
+    /// none, or it is not one of the tool.
+    pub goal: Option<PoseGoal>,
     /// Joint values: a posture to lean to, or another controller's output.
     pub joints: RobotState,
     /// Obstacles that count, bit per obstacle.
@@ -28,6 +32,7 @@ impl Setpoint {
     pub const EMPTY: Self = Self {
         position: None,
         orientation: None,
+        goal: None,
         joints: RobotState::EMPTY,
         obstacle_mask: u64::MAX,
         hold: false,

@@ -38,6 +38,14 @@ pub enum RmpFlowError {
         /// What is wrong.
         source: rmp::ObstacleError,
     },
+    /// The planner does not know the robot.
+    #[error("robot '{robot}': {source}; check its URDF and its XRDF")]
+    Planner {
+        /// The robot.
+        robot: String,
+        /// What is wrong.
+        source: plan::BodyError,
+    },
     /// The robot's limits cannot be kept.
     #[error("robot '{robot}': {source}")]
     Limits {

@@ -31,8 +31,8 @@ pub struct HeldObject {
     object: Option<usize>,
     /// Its pose in the tool frame, measured when it was attached.
     pose: Isometry3<f64>,
-    /// Room to turn the spheres into the tool frame.
-    scratch: Vec<Ball>,
+    /// Its spheres in the tool frame.
+    in_tool: Vec<Ball>,
 }
 
 impl HeldObject {
@@ -47,13 +47,18 @@ impl HeldObject {
             spheres: objects.map(|object| spheres(&object.shape)).collect(),
             object: None,
             pose: Isometry3::identity(),
-            scratch: Vec::with_capacity(MAX_CARRIED),
+            in_tool: Vec::with_capacity(MAX_CARRIED),
         }
     }
 
     /// Index of the object that is held.
     pub fn object(&self) -> Option<usize> {
         self.object
+    }
+
+    /// Spheres of what is held: centre in the tool frame and radius (m).
+    pub fn balls(&self) -> &[(Vector3<f64>, f64)] {
+        &self.in_tool
     }
 
     /// Takes note of what `arm` holds in `state`; the `tool` of `flow` carries
@@ -90,15 +95,14 @@ impl HeldObject {
 
     fn carry(&mut self, flow: &mut RmpFlow, tool: TargetId) {
         flow.drop_carried();
+        self.in_tool.clear();
         let Some(spheres) = self.object.and_then(|index| self.spheres.get(index)) else {
             return;
         };
-        self.scratch.clear();
-        let in_tool =
-            |(center, radius): &Ball| ((self.pose * Point3::from(*center)).coords, *radius);
-        self.scratch.extend(spheres.iter().map(in_tool));
+        let place = |(center, radius): &Ball| ((self.pose * Point3::from(*center)).coords, *radius);
+        self.in_tool.extend(spheres.iter().map(place));
         // A pose that is no number is refused, and nothing is carried.
-        let _carried = flow.carry(tool, &self.scratch).is_ok();
+        let _carried = flow.carry(tool, &self.in_tool).is_ok();
     }
 }
 

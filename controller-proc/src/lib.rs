@@ -19,6 +19,7 @@ pub mod gripper_controller;
 pub mod held_object;
 pub mod obstacle_objects;
 pub mod other_arm;
+pub mod planning;
 pub mod process;
 pub mod rmpflow_controller;
 pub mod robot_state;

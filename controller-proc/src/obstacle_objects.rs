@@ -7,7 +7,7 @@ use ipc_types::world::OBJECT_ENABLED;
 use nalgebra::Isometry3;
 use rmp::{Obstacle, ObstacleError, ObstacleId, ObstacleSet};
 
-use crate::convert::{around, isometry};
+use crate::convert::isometry;
 
 /// The objects of a cell that motion keeps away from.
 #[derive(Debug)]
@@ -33,7 +33,7 @@ impl ObstacleObjects {
         let entry = |(index, object): (usize, &cell_model::ObjectSpec)| Entry {
             index,
             name: object.name.clone(),
-            around: around(&object.shape, Isometry3::identity()),
+            around: object.shape.obstacle(Isometry3::identity()),
             id: None,
         };
         Self {

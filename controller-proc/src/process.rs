@@ -17,6 +17,8 @@ use ipc_types::{
 
 use crate::controllers::Controllers;
 use crate::cycle::Cycle;
+use crate::planning::Planner;
+use crate::planning::worker::PlanWorker;
 use crate::rmpflow_controller::RmpFlowError;
 
 /// How long lockstep polls before it sleeps (ns): longer than a step of physics
@@ -38,6 +40,9 @@ pub enum ProcessError {
     /// The robot's tuning.
     #[error(transparent)]
     Tuning(#[from] RmpFlowError),
+    /// The thread of the planner.
+    #[error("the thread of the planner cannot be started: {0}; allow this user more threads")]
+    Planner(std::io::Error),
     /// The bus.
     #[error(transparent)]
     Bus(#[from] BusError),
@@ -47,6 +52,7 @@ impl RunError for ProcessError {
     fn is_lasting(&self) -> bool {
         match self {
             Self::Tuning(_) => true,
+            Self::Planner(_) => false,
             Self::Bus(error) => error.is_lasting(),
         }
     }
@@ -59,9 +65,12 @@ impl RunError for ProcessError {
 /// When the tuning does not fit the robot or the bus cannot be joined.
 pub fn run(start: &Start, controllers: &Controllers) -> Result<(), ProcessError> {
     let cycle = Cycle::with(&start.cell, usize::from(start.arm), controllers)?;
+    // Before this thread gets its priority, which a new thread would have, too.
+    let planner = Planner::new(&start.cell, usize::from(start.arm))?;
+    let planner = PlanWorker::start(planner, &cycle).map_err(ProcessError::Planner)?;
     let fifo = start.real_time(CONTROLLER_PRIORITY, 1 + usize::from(start.arm));
     let bus = start.join(Process::Controller(start.arm))?;
-    let mut process = ControllerProcess::new(start, &bus, cycle, fifo)?;
+    let mut process = ControllerProcess::new(start, &bus, (cycle, planner), fifo)?;
     start.populate();
     while !stop_requested() {
         process.turn();
@@ -71,6 +80,7 @@ pub fn run(start: &Start, controllers: &Controllers) -> Result<(), ProcessError>
 
 struct ControllerProcess {
     cycle: Cycle,
+    planner: PlanWorker,
     state: Subscriber<WorldState>,
     decision: Subscriber<Decision>,
     gate: Gate<Decision>,
@@ -95,7 +105,12 @@ struct ControllerProcess {
 }
 
 impl ControllerProcess {
-    fn new(start: &Start, bus: &Bus, cycle: Cycle, fifo: bool) -> Result<Self, BusError> {
+    fn new(
+        start: &Start,
+        bus: &Bus,
+        (cycle, planner): (Cycle, PlanWorker),
+        fifo: bool,
+    ) -> Result<Self, BusError> {
         let arm = start.arm;
         let limit = if fifo {
             DECISION_AGE_FIFO_TICKS
@@ -104,6 +119,7 @@ impl ControllerProcess {
         };
         let mut process = Self {
             cycle,
+            planner,
             state: bus.subscriber(TopicId::WorldState)?,
             decision: bus.subscriber(TopicId::Decision)?,
             gate: Gate::new(),
@@ -203,9 +219,15 @@ impl ControllerProcess {
             return;
         };
         let decision = decided.then(|| self.gate.current()).flatten();
+        let lockstep = self.lockstep;
+        self.planner.deliver(&mut self.cycle, tick, || {
+            std::thread::yield_now();
+            lockstep && !stop_requested()
+        });
         let (command, report) = (&mut self.sent, &mut self.report);
         self.cycle
             .update(state, decision, self.decision_limit_ticks, command, report);
+        self.planner.hand_over(&self.cycle);
         // Status before command: who has seen the command may rely on it.
         let _sent = self.status.publish(|message| *message = *report).is_ok();
         let sent = self.command.publish(|message| *message = *command).is_ok();

@@ -4,13 +4,17 @@
 use cell_model::Cell;
 use ipc_types::WorldState;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use rmp::{JointLimits, MotionState, RmpFlow, TargetId};
+use rmp::{
+    CollisionParameters, CspaceTargetParameters, JointLimits, MotionState, RmpFlow, TargetId,
+};
 
 pub use crate::error::RmpFlowError;
 
 use crate::checkpoint::{CheckpointError, Codec, damaged};
 use crate::controller::{Controller, Setpoint};
 use crate::held_object::HeldObject;
+use crate::planning::planner::PlannedArm;
+use crate::planning::{Moment, Planning, PoseGoal};
 use crate::robot_state::{MAX_STATE_JOINTS, RobotState};
 use crate::surroundings::Surroundings;
 
@@ -39,6 +43,15 @@ struct Target {
     orientation: Option<UnitQuaternion<f64>>,
 }
 
+/// Gains of posture and obstacles.
+#[derive(Clone, Copy, Debug)]
+struct Gains {
+    own: (CspaceTargetParameters, CollisionParameters),
+    /// While a path leads the arm.
+    led: (CspaceTargetParameters, CollisionParameters),
+    is_led: bool,
+}
+
 /// The arm's motion.
 pub struct RmpFlowController {
     flow: RmpFlow,
@@ -51,6 +64,9 @@ pub struct RmpFlowController {
     target: Target,
     surroundings: Surroundings,
     held: HeldObject,
+    planning: Planning,
+    gains: Gains,
+    tick: u64,
     mode: Mode,
     tool_pose: Isometry3<f64>,
     min_clearance: f64,
@@ -94,6 +110,17 @@ impl RmpFlowController {
             target: Target::default(),
             surroundings,
             held: HeldObject::new(cell, arm),
+            planning: Planning::new(
+                PlannedArm::new(robot, spec.planner)?,
+                spec.planner,
+                capacity,
+            ),
+            gains: Gains {
+                own: (robot.rmpflow.cspace_target, robot.rmpflow.collision),
+                led: plan::led(&robot.rmpflow),
+                is_led: false,
+            },
+            tick: 0,
             mode: Mode::Stay,
             tool_pose: Isometry3::identity(),
             min_clearance: NO_OBSTACLE_M,
@@ -105,6 +132,7 @@ impl RmpFlowController {
     /// Takes note of where everything is that may move, seen by arm `arm`: the
     /// other arms, the objects of `object_mask`, and what the tool holds.
     pub fn see(&mut self, state: &WorldState, arm: usize, object_mask: u64) {
+        self.tick = state.header.tick;
         if let Some(arm) = state.arms().get(arm) {
             self.held.see(state, arm, &mut self.flow, self.tool);
         }
@@ -140,6 +168,8 @@ impl RmpFlowController {
         self.surroundings
             .mask_fixtures(setpoint.obstacle_mask, self.flow.obstacles_mut());
         if setpoint.hold {
+            self.planning.clear();
+            self.set_gains()?;
             return self.hold();
         }
         self.mode = Mode::Follow;
@@ -149,11 +179,57 @@ impl RmpFlowController {
                 .or(self.default_posture.get(joint).copied())
                 .unwrap_or(*slot);
         }
-        self.flow.set_posture(&self.posture)?;
-        self.lead(Target {
+        self.plan(setpoint.goal.as_ref())?;
+        let goal = Target {
             position: setpoint.position,
             orientation: setpoint.orientation,
-        })
+        };
+        let Some((next, is_end)) = self.planning.lead(&self.state.positions) else {
+            self.flow.set_posture(&self.posture)?;
+            return self.lead(goal);
+        };
+        self.flow.set_posture(next)?;
+        let pose = self.flow.target_frame_pose_at(self.tool, next)?;
+        let on_path = Target {
+            position: pose.map(|pose| pose.translation.vector),
+            orientation: pose.map(|pose| pose.rotation),
+        };
+        self.lead(if is_end { goal } else { on_path })
+    }
+
+    /// Asks for a path or a reason where one is needed, and takes what came.
+    fn plan(&mut self, goal: Option<&PoseGoal>) -> Result<(), rmp::SetupError> {
+        self.planning.update(&Moment {
+            tick: self.tick,
+            goal,
+            tool: &self.tool_pose,
+            state: &self.state,
+            posture: &self.posture,
+            held: self.held.balls(),
+            obstacles: self.flow.obstacles(),
+        });
+        self.set_gains()
+    }
+
+    fn set_gains(&mut self) -> Result<(), rmp::SetupError> {
+        let is_led = self.planning.is_led();
+        if is_led != self.gains.is_led {
+            let gains = self.gains;
+            let (posture, collision) = if is_led { gains.led } else { gains.own };
+            self.flow.set_gains(posture, collision)?;
+            self.gains.is_led = is_led;
+        }
+        Ok(())
+    }
+
+    /// Its plans.
+    pub(crate) fn planning(&self) -> &Planning {
+        &self.planning
+    }
+
+    /// Its plans.
+    pub(crate) fn planning_mut(&mut self) -> &mut Planning {
+        &mut self.planning
     }
 
     fn lead(&mut self, target: Target) -> Result<(), rmp::SetupError> {
@@ -234,6 +310,10 @@ impl RmpFlowController {
         self.surroundings
             .checkpoint(codec, self.flow.obstacles_mut())?;
         self.held.checkpoint(codec, &mut self.flow, self.tool)?;
+        self.planning.checkpoint(codec)?;
+        if codec.reads() {
+            self.set_gains().map_err(|_refused| damaged("gains", 0))?;
+        }
         self.record_flow(codec)
     }
 
@@ -275,6 +355,7 @@ impl Controller for RmpFlowController {
             .accelerations
             .copy_from_slice(estimated.accelerations.first(n));
         self.mode = Mode::Brake;
+        self.planning.clear();
         let pose = self
             .flow
             .target_frame_pose_at(self.tool, &self.state.positions);

@@ -6,7 +6,6 @@ use nalgebra::Isometry3;
 use rmp::{ObstacleId, ObstacleSet};
 
 use crate::checkpoint::{CheckpointError, Codec};
-use crate::convert::around;
 use crate::error::RmpFlowError;
 use crate::obstacle_objects::ObstacleObjects;
 use crate::other_arm::OtherArm;
@@ -48,7 +47,7 @@ impl Surroundings {
         set: &mut ObstacleSet,
     ) -> Result<(), RmpFlowError> {
         for fixture in cell.obstacles() {
-            let shape = around(&fixture.shape, base.inverse() * fixture.pose);
+            let shape = fixture.shape.obstacle(base.inverse() * fixture.pose);
             let id = set.add(shape).map_err(|source| RmpFlowError::Obstacle {
                 fixture: fixture.name.clone(),
                 source,

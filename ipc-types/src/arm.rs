@@ -3,7 +3,8 @@
 use crate::header::Header;
 use crate::pose::Pose;
 use crate::validate::{
-    Check, Invalid, MAX_EFFORT, MAX_JOINT_POSITION, MAX_JOINT_VELOCITY, Validate, code,
+    Check, Invalid, MAX_EFFORT, MAX_JOINT_POSITION, MAX_JOINT_VELOCITY, MAX_POSITION_M, Validate,
+    code,
 };
 use crate::wire::wire;
 use crate::{MAX_JOINTS, Text};
@@ -40,6 +41,56 @@ code! {
         Quarantine = 7,
     }
 }
+
+code! {
+    /// Whether a planned path leads the arm.
+    pub enum PlanState {
+        /// No: motion policies move the tool towards the goal.
+        None = 0,
+        /// A plan was requested. Until its answer the arm moves as before.
+        Requested = 1,
+        /// The arm follows a path.
+        Led = 2,
+    }
+}
+
+code! {
+    /// Why an arm does not reach its goal.
+    pub enum NotReached {
+        /// It moves, or it is there.
+        None = 0,
+        /// No joint positions bring the tool there.
+        Unreachable = 1,
+        /// A joint would have to exceed its limit.
+        JointLimit = 2,
+        /// An obstacle or the arm itself is at the goal or on every way found.
+        Blocked = 3,
+        /// The arm is stretched or folded so that the tool cannot move on.
+        Singular = 4,
+        /// The motion policies hold each other off.
+        LocalMinimum = 5,
+        /// The arm touches an obstacle, or itself, where it is.
+        InCollision = 6,
+    }
+}
+
+impl NotReached {
+    /// Stable name, `like_this`; empty for none.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "",
+            Self::Unreachable => "unreachable",
+            Self::JointLimit => "joint_limit",
+            Self::Blocked => "blocked",
+            Self::Singular => "singular",
+            Self::LocalMinimum => "local_minimum",
+            Self::InCollision => "in_collision",
+        }
+    }
+}
+
+/// Points of a path in [`ArmStatus::path`].
+pub const PATH_POINTS: usize = 24;
 
 wire! {
     /// What the gripper is told. Owned by the controller: it is part of every
@@ -122,6 +173,19 @@ wire! {
         pub cycles: u64,
         /// Cycles that found no new state within a period.
         pub missed_cycles: u64,
+        /// [`PlanState`].
+        pub plan_state: u32,
+        /// [`NotReached`].
+        pub not_reached: u32,
+        /// Number of the last plan that was answered; 0: none yet.
+        pub answered_plan: u64,
+        /// How much of the path is behind the arm, rad and m alike.
+        pub path_at: f64,
+        /// Length of the path, rad and m alike; 0 where none leads the arm.
+        pub path_length: f64,
+        /// The tool at evenly spaced points of the path, world frame, metres; valid
+        /// where `path_length` is not 0.
+        pub path: [[f64; 3]; PATH_POINTS],
         /// The latched gripper command.
         pub gripper: GripperCommand,
         /// Name of the selected controller.
@@ -172,6 +236,20 @@ impl Validate for ArmStatus {
             self.stop_cause,
             StopCause::from_code(self.stop_cause).is_some(),
         )?;
+        Check::code(
+            "plan_state",
+            self.plan_state,
+            PlanState::from_code(self.plan_state).is_some(),
+        )?;
+        Check::code(
+            "not_reached",
+            self.not_reached,
+            NotReached::from_code(self.not_reached).is_some(),
+        )?;
+        Check::within("path_at", &[self.path_at, self.path_length], 1.0e4)?;
+        for point in &self.path {
+            Check::within("path", point, MAX_POSITION_M)?;
+        }
         let scalars = [
             self.position_error,
             self.orientation_error,

@@ -126,6 +126,12 @@ wire! {
         /// Accepted commands that broke a velocity, acceleration or jerk limit,
         /// and measured positions outside the joint limits, per joint and tick.
         pub limit_violations: u64,
+        /// Times the arm, its base aside, began to touch an obstacle, another arm, or, not
+        /// with its hand, an object that is an obstacle.
+        pub obstacle_contacts: u64,
+        /// Times two parts of the arm that may not touch began to overlap, by its
+        /// self-collision spheres.
+        pub self_contacts: u64,
     }
 }
 

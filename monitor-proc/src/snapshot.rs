@@ -1,5 +1,6 @@
 //! One moment of the cell as the page's binary frame (docs/page-protocol.md).
 
+use ipc_types::arm::PATH_POINTS;
 use ipc_types::contact::Contact;
 use ipc_types::decision::GoalKind;
 use ipc_types::{ArmState, ArmStatus, Contacts, Decision, ObjectState, Pose, WorldState};
@@ -9,7 +10,7 @@ pub const MAGIC: u32 = 0x3153_4352;
 /// Bytes before the arms.
 pub const HEADER_BYTES: usize = 48;
 /// Bytes of one arm.
-pub const ARM_BYTES: usize = 112 * 4;
+pub const ARM_BYTES: usize = (115 + 3 * PATH_POINTS) * 4;
 /// Bytes of one object.
 pub const OBJECT_BYTES: usize = 14 * 4;
 /// Bytes of one contact.
@@ -182,6 +183,15 @@ impl Frame {
         self.f32(status.map_or(1000.0, |s| s.min_clearance));
         self.u32(gripper.held_object);
         self.u32(view.mask);
+        self.plan(status);
+    }
+
+    fn plan(&mut self, status: Option<&ArmStatus>) {
+        self.u32(status.map_or(0, |s| (s.plan_state & 0xff) | (s.not_reached & 0xff) << 8));
+        self.f32(status.map_or(0.0, |s| s.path_at));
+        self.f32(status.map_or(0.0, |s| s.path_length));
+        let path = status.map_or([[0.0; 3]; PATH_POINTS], |s| s.path);
+        self.all(path.as_flattened());
     }
 
     fn joints(&mut self, arm: &ArmState, status: Option<&ArmStatus>, fingers: usize) {
@@ -246,6 +256,8 @@ mod tests {
         let mut status = ArmStatus::zeroed();
         (status.goal_active, status.stop_action) = (1, 3);
         status.target = Pose::IDENTITY;
+        (status.plan_state, status.not_reached, status.path_length) = (2, 3, 1.5);
+        status.path[PATH_POINTS - 1][2] = 0.75;
         let mut decision = Decision::zeroed();
         decision.goals[1].kind = GoalKind::Pose.code();
         decision.goals[1].obstacle_mask = u64::MAX;
@@ -279,6 +291,9 @@ mod tests {
         assert_eq!(float(&frame, arm + 4 * 94), 1.0, "the target's w");
         assert_eq!(word(&frame, arm + 4 * 110), 3);
         assert_eq!(word(&frame, arm + 4 * 111), u32::MAX);
+        assert_eq!(word(&frame, arm + 4 * 112), 2 | 3 << 8);
+        assert_eq!(float(&frame, arm + 4 * 114), 1.5);
+        assert_eq!(float(&frame, arm + 4 * 186), 0.75, "the last point");
         let object = HEADER_BYTES + 2 * ARM_BYTES + 2 * OBJECT_BYTES;
         assert_eq!(float(&frame, object + 12), 1.0);
         assert_eq!(word(&frame, object + 28), 5);

@@ -6,7 +6,7 @@ use ipc_types::equipment::{BreakCause, BreakLimit, SuctionRefusal, SupplyRefusal
 use ipc_types::health::Scheduling;
 use ipc_types::topic::Process;
 use ipc_types::world::{FLAG_LOCKSTEP, PauseCause};
-use ipc_types::{Decision, GripperState, Health, WorldState};
+use ipc_types::{ArmState, Decision, GripperState, Health, WorldState};
 use serde_json::{Value, json};
 
 /// What a status is made of.
@@ -144,9 +144,10 @@ fn task(look: &StatusInput<'_>) -> Value {
         (Some(world), Some(decision)) => world.header.tick.saturating_sub(decision.header.tick),
         _ => 0,
     };
-    let violations: u64 = look
-        .world
-        .map_or(0, |w| w.arms().iter().map(|a| a.limit_violations).sum());
+    let sum = |of: fn(&ArmState) -> u64| -> u64 {
+        look.world
+            .map_or(0, |world| world.arms().iter().map(of).sum())
+    };
     json!({
         "policy": if policy.is_empty() { look.policy } else { policy },
         "outcome": outcome.map_or("idle", word),
@@ -160,7 +161,9 @@ fn task(look: &StatusInput<'_>) -> Value {
         "placed": placed(decision, look.objects),
         // A tick is a millisecond.
         "decision_age_ms": ticks,
-        "limit_violations": violations,
+        "limit_violations": sum(|arm| arm.limit_violations),
+        "obstacle_contacts": sum(|arm| arm.obstacle_contacts),
+        "self_contacts": sum(|arm| arm.self_contacts),
         "io": { "conveyor_running": decision.is_some_and(|d| d.io.conveyor_running == 1) },
     })
 }

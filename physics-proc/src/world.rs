@@ -11,6 +11,7 @@ use crate::arm::drive::{self, ArmDrive};
 use crate::arm::measured::{Measured, finite_tcp};
 use crate::arm::memory::is_attached;
 use crate::arm::multibody::Arm;
+use crate::arm::touch_count::TouchCounter;
 use crate::arm::touches::{self, ArmContact};
 use crate::arm::violations;
 pub use crate::error::WorldError;
@@ -49,6 +50,7 @@ pub struct World {
     /// By arm: its joints as measured.
     pub(crate) measured: Vec<Measured>,
     pub(crate) contacts: Contacts,
+    touch_counter: TouchCounter,
     /// Of the objects before the last step, while a cup holds one.
     before: Velocities,
     /// What decides the next tick besides the engine.
@@ -95,6 +97,7 @@ impl World {
             memory: Memory::new(cell),
             before: Velocities::default(),
             contacts: Contacts::new(arms.len(), objects.bodies.len()),
+            touch_counter: TouchCounter::new(cell),
             measured: arms.iter().map(|arm| Measured::new(&arm.robot)).collect(),
             drives: cell.arms.iter().map(ArmDrive::new).collect(),
             inputs: Vec::new(),
@@ -137,6 +140,13 @@ impl World {
         self.cups().read();
         self.read_back();
         self.count_outside();
+        self.touch_counter.count_all(
+            &self.engine,
+            &self.arms,
+            &self.measured,
+            &self.contacts.grips,
+            &mut self.memory,
+        );
     }
 
     fn drive_arms(&mut self, commands: &[Option<&ArmCommand>; MAX_ARMS]) {

@@ -1,15 +1,16 @@
 //! What a cycle says: the command to the drives, and how it stands.
 
 use cell_model::stop::Stop;
+use ipc_types::arm::PATH_POINTS;
 use ipc_types::decision::GoalKind;
 use ipc_types::{
     ArmCommand, ArmState, ArmStatus, GripperCommand, Header, Input, MAX_JOINTS, Pose, Text,
     WorldState,
 };
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
 use super::Cycle;
-use crate::convert::{isometry, pose};
+use crate::convert::{angle, isometry, pose};
 
 /// Standard gravity in the world frame (m/s²).
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -114,6 +115,13 @@ impl Cycle {
         status.clipped_cycles = self.clipped_cycles;
         status.cycles = self.cycles;
         status.missed_cycles = self.missed_cycles;
+        if let Some(report) = self.motion.with(|motion| motion.plan_report()) {
+            status.plan_state = report.state.code();
+            status.not_reached = report.not_reached.code();
+            status.answered_plan = report.answered;
+            (status.path_at, status.path_length, status.path) =
+                report.path.unwrap_or((0.0, 0.0, [[0.0; 3]; PATH_POINTS]));
+        }
         status.gripper = gripper;
         status.controller = Text::new(self.controller_name());
     }
@@ -123,10 +131,4 @@ impl Cycle {
         let selected = self.motion.with(|motion| motion.active_name()).flatten();
         selected.unwrap_or(self.pairs.active_name())
     }
-}
-
-/// Angle between two orientations (rad).
-fn angle(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>) -> f64 {
-    let difference = a.inverse() * b;
-    2.0 * libm::atan2(difference.imag().norm(), difference.scalar().abs())
 }

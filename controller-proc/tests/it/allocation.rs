@@ -6,7 +6,10 @@ use crate::support;
 use cell_model::{Cell, Data};
 use cell_rt::alloc::count;
 use controller_proc::cycle::Cycle;
+use controller_proc::planning::Planner;
+use ipc_types::arm::PlanState;
 use ipc_types::decision::GoalKind;
+use ipc_types::world::OBJECT_ENABLED;
 use ipc_types::{ArmCommand, ArmStatus, Decision, GripperGoal, Pose, Wire, WorldState};
 
 #[test]
@@ -46,6 +49,53 @@ fn run_ur10() {
     }
     assert_eq!(count() - before, 0, "allocations among bins");
     assert_eq!(bench.status.stop_action, 0, "it was at work");
+}
+
+/// A Panda that asks for a path and follows it.
+#[test]
+fn no_cycle_with_a_planner_allocates() {
+    let cell = Cell::load(&Data::checkout(), "reach-shelf", 1, None).expect("a cell");
+    let mut cycle = Cycle::new(&cell, 0).expect("a controller");
+    let mut planner = Planner::new(&cell, 0).expect("a planner");
+    let mut state = Box::new(WorldState::zeroed());
+    (state.header.generation, state.arm_count, state.object_count) = (1, 1, 1);
+    state.objects[0].flags = OBJECT_ENABLED;
+    state.objects[0].pose = Pose::IDENTITY;
+    state.objects[0].pose.position = [0.1, -0.65, 0.25];
+    state.arms[0].joint_count = 7;
+    state.arms[0].tcp = Pose::IDENTITY;
+    let left = [0.4, 0.3, 0.0, -1.9, 0.0, 2.2, 1.2];
+    state.arms[0].joint_positions[..7].copy_from_slice(&left);
+    state.arms[0].setpoint_positions[..7].copy_from_slice(&left);
+    let mut decision = Box::new(Decision::zeroed());
+    (decision.header.generation, decision.arm_count) = (1, 1);
+    decision.goals[0].kind = GoalKind::Pose.code();
+    decision.goals[0].goal_id = 1;
+    decision.goals[0].obstacle_mask = u64::MAX;
+    decision.goals[0].object_mask = u64::MAX;
+    decision.goals[0].target = Pose {
+        position: [0.55, -0.25, 0.25],
+        orientation_wxyz: [0.0, 1.0, 0.0, 0.0],
+    };
+    let (mut command, mut status) = (ArmCommand::zeroed(), ArmStatus::zeroed());
+    let mut record = vec![0; ipc_types::tap::KEYFRAME_BYTES];
+    let mut request = cycle.empty_plan_request();
+    let (mut allocated, mut led) = (0, 0);
+    for tick in 0..2_000 {
+        state.header.tick = tick;
+        decision.header.tick = tick;
+        cycle.plan_with(&mut planner, tick);
+        let before = count();
+        cycle.update(&state, Some(&decision), 1_000, &mut command, &mut status);
+        cycle.save(30, &mut record).expect("room");
+        cycle.copy_plan_request(&mut request);
+        allocated += count() - before;
+        state.arms[0].joint_positions = command.joint_positions;
+        state.arms[0].setpoint_positions = command.joint_positions;
+        led += usize::from(status.plan_state == PlanState::Led.code());
+    }
+    assert!(led > 1_000, "led in {led} cycles: {status:?}");
+    assert_eq!(allocated, 0, "allocations in 2000 cycles");
 }
 
 /// Arm 0 of a demo at work, with every other arm at home.

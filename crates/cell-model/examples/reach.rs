@@ -20,10 +20,10 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use cell_model::random::Random;
-use cell_model::{Robot, RobotFiles};
-use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
+use cell_model::{Robot, RobotFiles, SelfDistance};
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use plan::{Ahead, Body, BodySetup, Guide, Request, Scene, Settings, Tool, led, plan_to_pose};
-use rmp::{CollisionSphere, JointLimits, MotionState};
+use rmp::{JointLimits, MotionState};
 
 /// Length of a cycle (s).
 const CYCLE_S: f64 = 1.0e-3;
@@ -141,10 +141,7 @@ fn goal_positions(robot: &Robot, random: &mut Random) -> Vec<f64> {
 
 /// Of the tool in the base frame, the other joints where motion policies take them to be.
 fn pose(robot: &Robot, positions: &[f64]) -> Isometry3<f64> {
-    let mut all = robot.fixed_joint_positions.clone();
-    for (&joint, position) in robot.arm_joints.iter().zip(positions) {
-        all[joint] = *position;
-    }
+    let all = with_arm(robot, positions);
     robot.frame_pose(robot.tcp_frame, &all).unwrap_or_default()
 }
 
@@ -183,6 +180,7 @@ fn follow_led(robot: &Robot, goal: &Isometry3<f64>) -> Result<(f64, f64), Failur
         spheres: &robot.spheres,
         self_spheres: &robot.self_spheres,
         self_ignore: &robot.self_ignore,
+        tool: robot.tcp_frame_name(),
     })?;
     let scene = Scene::default();
     let mut inverse = Tool::new(&mut flow, tool, &limits);
@@ -217,6 +215,7 @@ fn follow_hostile(robot: &Robot) -> Result<(f64, usize), Failure> {
     let mut flow = robot.motion_policies(0)?;
     let tool = flow.add_target_frame(robot.tcp_frame_name())?;
     let limits = robot.limits();
+    let mut distance = SelfDistance::new(robot);
     let mut state = MotionState::at_rest(&robot.default_joint_positions);
     let (mut nearest, mut violations) = (f64::INFINITY, 0);
     for [x, y, z, qw, qx, qy, qz] in hostile_targets(robot)? {
@@ -228,7 +227,8 @@ fn follow_hostile(robot: &Robot) -> Result<(f64, usize), Failure> {
             flow.step_cell(&mut state, &limits, CYCLE_S)?;
             violations += usize::from(!is_within(&limits, &before, &state));
             if tick % 10 == 0 {
-                nearest = nearest.min(self_distance(robot, &state.positions));
+                let all = with_arm(robot, &state.positions);
+                nearest = nearest.min(distance.nearest(robot, &all, f64::INFINITY));
             }
         }
     }
@@ -280,39 +280,11 @@ fn is_within(limits: &JointLimits, before: &MotionState, after: &MotionState) ->
     })
 }
 
-fn self_distance(robot: &Robot, arm: &[f64]) -> f64 {
+/// All joints of the chain, those of the arm at `arm`.
+fn with_arm(robot: &Robot, arm: &[f64]) -> Vec<f64> {
     let mut all = robot.fixed_joint_positions.clone();
     for (&joint, position) in robot.arm_joints.iter().zip(arm) {
         all[joint] = *position;
     }
-    let center = |sphere: &CollisionSphere| {
-        let frame = robot.chain.frame_index(&sphere.frame)?;
-        let pose = robot.frame_pose(frame, &all)?;
-        Some(pose * Point3::from(sphere.center))
-    };
-    let spheres = robot.self_spheres.iter();
-    let placed: Vec<_> = spheres
-        .filter_map(|sphere| Some((sphere, center(sphere)?)))
-        .collect();
-    let carrier = |sphere: &CollisionSphere| {
-        let frame = robot.chain.frame_index(&sphere.frame)?;
-        robot.chain.frames()[frame].joint
-    };
-    let may_touch = |a: &CollisionSphere, b: &CollisionSphere| {
-        let mut pairs = robot.self_ignore.iter();
-        let is_pair = |(c, d): &(String, String)| {
-            (*c == a.frame && *d == b.frame) || (*c == b.frame && *d == a.frame)
-        };
-        carrier(a) == carrier(b) || pairs.any(is_pair)
-    };
-    let mut least = f64::INFINITY;
-    for (index, (a, at)) in placed.iter().enumerate() {
-        for (b, from) in &placed[index + 1..] {
-            let apart = (at - from).norm() - a.radius - b.radius;
-            if apart < least && !may_touch(a, b) {
-                least = apart;
-            }
-        }
-    }
-    least
+    all
 }

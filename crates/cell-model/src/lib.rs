@@ -25,5 +25,6 @@ pub use data::Data;
 pub use error::{Location, ModelError};
 pub use robots::dynamics::Dynamics;
 pub use robots::robot::{JointSpec, ParallelGripper, Robot, SuctionGripper};
+pub use robots::self_distance::SelfDistance;
 pub use robots::user::RobotFiles;
 pub use shape::{Link, LinkShape, Shape};

@@ -2,6 +2,7 @@
 //! round ones stand along z, bins open towards z.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
+use rmp::Obstacle;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -72,6 +73,20 @@ impl Shape {
             panel([inner_x, wall_m, wall_z], [0.0, -at_y, up]),
             panel([inner_x, wall_m, wall_z], [0.0, at_y, up]),
         ])
+    }
+
+    /// The shape at `pose`, as motion keeps away from it; a bin counts as if it were full.
+    pub fn obstacle(&self, pose: Isometry3<f64>) -> Obstacle {
+        match *self {
+            Self::Box { size_m } | Self::Bin { size_m, .. } => {
+                Obstacle::cuboid(pose, Vector3::from(size_m))
+            }
+            Self::Sphere { radius_m } => Obstacle::rounded_box(pose, Vector3::zeros(), radius_m),
+            Self::Cylinder { radius_m, height_m } => Obstacle::cylinder(pose, radius_m, height_m),
+            Self::Capsule { radius_m, height_m } => {
+                Obstacle::rounded_box(pose, Vector3::new(0.0, 0.0, 0.5 * height_m), radius_m)
+            }
+        }
     }
 
     /// Every length of the shape, with its key in a file.

@@ -6,6 +6,7 @@ use cell_model::runs::spec::RunSpec;
 use cell_model::stop::DECISION_AGE_FIFO_TICKS;
 use controller_proc::Controllers;
 use controller_proc::cycle::Cycle;
+use controller_proc::planning::Planner;
 use ipc_types::{
     ArmCommand, ArmStatus, DECISION_TICKS, Decision, MAX_ARMS, OperatorReply, OperatorRequest,
     Wire, WorldState,
@@ -25,6 +26,8 @@ pub struct OneProcess {
     pub(crate) policy: String,
     pub(crate) plant: Plant,
     pub(crate) cycles: Vec<Cycle>,
+    /// By arm.
+    planners: Vec<Planner>,
     pub(crate) task: Task,
     pub(crate) state: Box<WorldState>,
     pub(crate) commands: Vec<ArmCommand>,
@@ -62,6 +65,9 @@ impl OneProcess {
             plant,
             commands: vec![ArmCommand::zeroed(); cycles.len()],
             statuses: vec![ArmStatus::zeroed(); cycles.len()],
+            planners: (0..cycles.len())
+                .map(|arm| Planner::new(&cell, arm))
+                .collect::<Result<_, _>>()?,
             cycles,
             task,
             state: Box::new(WorldState::zeroed()),
@@ -169,8 +175,10 @@ impl OneProcess {
             .cycles
             .iter_mut()
             .zip(&mut self.commands)
-            .zip(&mut self.statuses);
-        for ((cycle, command), status) in answers {
+            .zip(&mut self.statuses)
+            .zip(&mut self.planners);
+        for (((cycle, command), status), planner) in answers {
+            cycle.plan_with(planner, tick);
             cycle.update(
                 &self.state,
                 previous.as_ref(),

@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
-use rmp::{Chain, CollisionSphere, Joint, JointKind};
+use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+use rmp::{Chain, CollisionSphere, Frame, Joint, JointKind};
 use thiserror::Error;
 
 use crate::scene::single;
@@ -27,6 +27,8 @@ pub struct BodySetup<'a> {
     pub self_spheres: &'a [CollisionSphere],
     /// Pairs of frames that may touch.
     pub self_ignore: &'a [(String, String)],
+    /// Frame that carries what is held, see [`Body::carrying`].
+    pub tool: &'a str,
 }
 
 /// Why an arm cannot be planned for.
@@ -41,6 +43,9 @@ pub enum BodyError {
     /// A frame that the chain does not have.
     #[error("the robot has no frame '{0}', which carries a collision sphere")]
     Frame(String),
+    /// A tool that the chain does not have.
+    #[error("the robot has no frame '{0}' for a tool")]
+    Tool(String),
 }
 
 /// The arm.
@@ -55,6 +60,8 @@ pub struct Body {
     /// Limits in the order of configurations.
     pub(crate) lower: Vec<f64>,
     pub(crate) upper: Vec<f64>,
+    /// What carries the tool, and its pose there.
+    tool: Carrier,
 }
 
 /// A joint that turns about, or slides along, the z axis of its frame.
@@ -111,13 +118,13 @@ impl Body {
         let place = |sphere: &CollisionSphere| {
             let index = chain.frame_index(&sphere.frame);
             let index = index.ok_or_else(|| BodyError::Frame(sphere.frame.clone()))?;
-            let frame = &chain.frames()[index];
-            let (joint, pose) = carrier(&carriers, frame.joint);
-            let center = (pose * frame.pose * Translation3::from(sphere.center))
-                .translation
-                .vector;
-            Ok((joint, center, sphere.radius))
+            let (joint, pose) = on_frame(&carriers, &chain.frames()[index]);
+            let center = pose * Point3::from(sphere.center);
+            Ok((joint, center.coords, sphere.radius))
         };
+        let tool = chain.frame_index(setup.tool);
+        let tool = tool.ok_or_else(|| BodyError::Tool(setup.tool.to_owned()))?;
+        let tool = on_frame(&carriers, &chain.frames()[tool]);
         let placed = |spheres: &[CollisionSphere]| -> Result<Vec<Placed>, BodyError> {
             spheres.iter().map(place).collect()
         };
@@ -140,7 +147,35 @@ impl Body {
             parts,
             self_parts,
             self_pairs,
+            tool,
         })
+    }
+
+    /// The arm with spheres that its tool carries: centre in the tool frame and radius (m).
+    /// They keep away from the scene, and from the parts of the arm that some part on the
+    /// joint of the tool keeps away from.
+    #[must_use]
+    pub fn carrying(&self, spheres: &[(Vector3<f64>, f64)]) -> Self {
+        let mut body = self.clone();
+        let (joint, pose) = self.tool;
+        let place = |(center, radius): &(Vector3<f64>, f64)| {
+            (joint, (pose * Point3::from(*center)).coords, *radius)
+        };
+        let placed: Vec<Placed> = spheres.iter().map(place).collect();
+        let Some(held) = Part::new(joint, placed.iter()) else {
+            return body;
+        };
+        let holds = |part: usize| self.self_parts[part].joint == joint;
+        let keeps_away = |part: usize| {
+            let is_pair = |&(a, b): &(usize, usize)| a == part && holds(b) || b == part && holds(a);
+            self.self_pairs.iter().any(is_pair)
+        };
+        let last = self.self_parts.len();
+        let pairs = (0..last).filter(|part| keeps_away(*part));
+        body.self_pairs.extend(pairs.map(|part| (part, last)));
+        body.self_parts.push(held.clone());
+        body.parts.push(held);
+        body
     }
 
     /// Number of joints of a configuration.
@@ -253,6 +288,12 @@ fn fold(setup: &BodySetup<'_>) -> (Vec<BodyJoint>, Vec<Carrier>) {
         carriers.push((Some(joints.len() - 1), child));
     }
     (joints, carriers)
+}
+
+/// What carries a frame, and its pose there.
+fn on_frame(carriers: &[Carrier], frame: &Frame) -> Carrier {
+    let (joint, pose) = carrier(carriers, frame.joint);
+    (joint, pose * frame.pose)
 }
 
 fn carrier(carriers: &[Carrier], joint: Option<usize>) -> Carrier {

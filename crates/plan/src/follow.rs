@@ -68,6 +68,29 @@ impl Guide {
         (self.follower.at(), self.follower.length())
     }
 
+    /// The path: configurations that are joined by straight lines (rad or m).
+    pub fn waypoints(&self) -> &[Vec<f64>] {
+        &self.follower.waypoints
+    }
+
+    /// What changes from cycle to cycle: where on the path the arm is, and how far ahead the
+    /// last point was. With the same path, scene and positions a guide that is set to them
+    /// continues as this one, bit for bit.
+    pub fn memory(&self) -> (f64, f64) {
+        (self.follower.at, self.seen)
+    }
+
+    /// Takes what [`Guide::memory`] gave; a place beyond the path is its end.
+    pub fn set_memory(&mut self, (at, seen): (f64, f64)) {
+        self.follower.at = at.max(0.0).min(self.follower.length());
+        self.seen = seen.max(self.ahead.least).min(self.ahead.most);
+    }
+
+    /// Whether the point that the arm is led to is the end of the path.
+    pub fn sees_the_end(&self) -> bool {
+        self.follower.at + self.seen >= self.follower.length()
+    }
+
     /// Where the arm at `positions` is to go next. Allocates nothing.
     pub fn lead(&mut self, positions: &[f64]) -> &[f64] {
         self.follower.advance(positions, self.seen);

@@ -55,6 +55,24 @@ pub struct Path {
     pub iterations: u64,
 }
 
+impl Path {
+    /// The configuration (rad or m) at a part of the length, 0 to 1; what is beyond is the
+    /// start or the end. Empty where there is no waypoint.
+    pub fn at(&self, part: f64) -> Vec<f64> {
+        let mut left = part * length(&self.waypoints);
+        for pair in self.waypoints.windows(2) {
+            let long = distance(&pair[0], &pair[1]);
+            if left < long {
+                let part = (left / long).max(0.0);
+                let joints = pair[0].iter().zip(&pair[1]);
+                return joints.map(|(from, to)| from + part * (to - from)).collect();
+            }
+            left -= long;
+        }
+        self.waypoints.last().cloned().unwrap_or_default()
+    }
+}
+
 /// Why there is no path.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PlanError {

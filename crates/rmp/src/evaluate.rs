@@ -25,7 +25,11 @@ impl RmpFlow {
         for frame in self.targets.iter().flatten() {
             add_target(p, &self.kinematics, &mut self.pullback, frame);
         }
-        self.push_away(Of::Body);
+        // A tuning keeps few frames away from capsules around the base, which are wider than
+        // the robot: its own spheres against each other say the same without the margin.
+        if floor == Floor::None || !self.self_collision.is_on() {
+            self.push_away(Of::Body);
+        }
         let own = self.push_away(Of::Robot);
         let carried = self.push_away(Of::Tool);
         self.clearance = nearer(own, carried, self.balls.len());
@@ -66,6 +70,7 @@ enum Of {
     /// Those of what the tool carries, from obstacles.
     Tool,
 }
+
 /// The nearer of two approaches; spheres of the second count from `first` on.
 fn nearer(a: Option<Clearance>, b: Option<Clearance>, first: usize) -> Option<Clearance> {
     let b = b.map(|near| Clearance {

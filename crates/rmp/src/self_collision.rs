@@ -84,6 +84,11 @@ impl SelfCollision {
         }
     }
 
+    /// Whether any parts of the robot keep away from each other.
+    pub(crate) fn is_on(&self) -> bool {
+        self.own_pairs > 0
+    }
+
     /// From now on the tool carries `balls`, at most [`MAX_CARRIED`]. They keep away from
     /// the parts that some part on the joint of the tool keeps away from.
     pub(crate) fn carry(&mut self, balls: &[Ball]) {

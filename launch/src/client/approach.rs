@@ -7,8 +7,10 @@ use ipc_types::{Pose, WorldState};
 pub(super) const MOST_S: u64 = 20;
 /// The arm is at rest when every joint is slower than this (rad/s or m/s) ...
 const REST: f64 = 2.0e-3;
-/// ... for this long (ticks).
+/// ... for this long (ticks); away from the target longer, as its controller may look for
+/// another way.
 const REST_TICKS: u64 = 300;
+const AWAY_TICKS: u64 = 1_200;
 /// Nearer than this is there (m, rad).
 const THERE: (f64, f64) = (2.0e-3, 0.02);
 
@@ -67,13 +69,13 @@ impl Approach {
             self.moved_tick = tick;
         }
         let error = error(&found.tcp, &self.target);
-        if tick >= self.moved_tick + REST_TICKS {
-            let there = error.0 < THERE.0 && error.1 < THERE.1;
-            return Some(if there {
-                Arrival::Reached(error)
-            } else {
-                Arrival::AtRest(error)
-            });
+        let rests = tick.saturating_sub(self.moved_tick);
+        if error.0 < THERE.0 && error.1 < THERE.1 {
+            if rests >= REST_TICKS {
+                return Some(Arrival::Reached(error));
+            }
+        } else if rests >= AWAY_TICKS {
+            return Some(Arrival::AtRest(error));
         }
         (tick > self.begin_tick + 1000 * MOST_S).then_some(Arrival::Moving(error))
     }
@@ -113,8 +115,9 @@ mod tests {
     #[test]
     fn an_arm_at_rest_is_there_or_says_how_far_away_it_is() {
         assert_eq!(at_rest(0.0, 700), None);
+        assert_eq!(at_rest(-2.0, 1600), None);
         assert_eq!(at_rest(0.0, 1000), Some(Arrival::Reached((0.0, 0.0))));
-        let Some(Arrival::AtRest((distance_m, _))) = at_rest(-2.053, 1000) else {
+        let Some(Arrival::AtRest((distance_m, _))) = at_rest(-2.053, 2000) else {
             panic!("it is not at rest");
         };
         assert!((distance_m - 2.053).abs() < 1e-9);

@@ -1,7 +1,12 @@
 //! An arm led by hand from the command line.
 
+use std::time::{Duration, Instant};
+
+use cell_bus::Bus;
+use ipc_types::arm::NotReached;
 use ipc_types::operator::OperatorAction;
-use ipc_types::{GripperGoal, Pose, WorldState};
+use ipc_types::topic::TopicId;
+use ipc_types::{ArmStatus, GripperGoal, Pose, WorldState};
 
 use super::Session;
 use super::approach::{Approach, Arrival, MOST_S};
@@ -11,6 +16,8 @@ use crate::cli::{GripperArgs, GripperVerb, TargetArgs};
 use crate::failure::Failure;
 use crate::say;
 
+/// How long a status is waited for.
+const STATUS_PATIENCE: Duration = Duration::from_millis(200);
 /// The policy that goes where the operator points, paused or not.
 const FOLLOWS: &str = "follow";
 
@@ -66,11 +73,31 @@ pub(crate) fn target(args: &TargetArgs) -> Result<(), Failure> {
         let end = approach.look(state, args.arm)?;
         Some((end, state.header.sim_time_ns as f64 * 1.0e-9))
     })?;
-    report(end, time_s)
+    report(end, time_s, not_reached(&bus, args.arm))
+}
+
+/// Why the controller of an arm says that it does not reach its target; empty where it says
+/// nothing.
+fn not_reached(bus: &Bus, arm: u32) -> &'static str {
+    let arm = u8::try_from(arm).ok().map(TopicId::ArmStatus);
+    let mut latest = arm.and_then(|topic| bus.latest::<ArmStatus>(topic).ok());
+    let until = Instant::now() + STATUS_PATIENCE;
+    while let Some(latest) = &mut latest {
+        if latest.refresh()
+            && let Some(status) = latest.get()
+        {
+            return NotReached::from_code(status.not_reached).map_or("", NotReached::name);
+        }
+        if Instant::now() > until {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    ""
 }
 
 /// Says how the arm came to rest.
-fn report(end: Arrival, time_s: f64) -> Result<(), Failure> {
+fn report(end: Arrival, time_s: f64, why: &str) -> Result<(), Failure> {
     let away = |(distance_m, angle): (f64, f64)| {
         format!(
             "{:.1} mm and {:.1} deg",
@@ -86,10 +113,17 @@ fn report(end: Arrival, time_s: f64) -> Result<(), Failure> {
             ));
             Ok(())
         }
-        Arrival::AtRest(error) => Err(Failure::configuration(format!(
-            "not reachable: the arm came to rest {} away from the target at {time_s:.3} s",
-            away(error)
-        ))),
+        Arrival::AtRest(error) => {
+            let why = if why.is_empty() {
+                String::new()
+            } else {
+                format!(" ({why})")
+            };
+            Err(Failure::configuration(format!(
+                "not reachable{why}: the arm came to rest {} away from the target at {time_s:.3} s",
+                away(error)
+            )))
+        }
         Arrival::Moving(error) => {
             say::line(format_args!(
                 "the arm still moves after {MOST_S} s, {} away from the target",

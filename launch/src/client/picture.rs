@@ -8,7 +8,7 @@ use ipc_types::topic::{Process, TopicId};
 use ipc_types::world::FLAG_PAUSED;
 use ipc_types::{ArmStatus, Decision, Health, WorldState};
 
-use super::{Session, scene};
+use super::Session;
 use crate::failure::{Context, Failure};
 
 /// Health arrives at 100 Hz; who is silent for this long is silent.
@@ -84,11 +84,9 @@ impl Picture {
         self.state.get()
     }
 
-    /// By arm: the stop its controller has in force, in words.
-    pub(crate) fn stops(&self) -> Vec<Option<String>> {
-        let statuses = self.statuses.iter().map(Latest::get);
-        let stop = |status: &ArmStatus| scene::stop(status.stop_action, Some(status.stop_cause));
-        statuses.map(|status| status.and_then(stop)).collect()
+    /// By arm: what its controller says.
+    pub(crate) fn said(&self) -> Vec<Option<&ArmStatus>> {
+        self.statuses.iter().map(Latest::get).collect()
     }
 
     /// Simulated time in a second of wall time, of the last second; none while physics is

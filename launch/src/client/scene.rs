@@ -1,10 +1,10 @@
 //! Where everything in a cell is, for `status`.
 
 use cell_model::Cell;
-use ipc_types::arm::{StopAction, StopCause};
+use ipc_types::arm::{NotReached, StopAction, StopCause};
 use ipc_types::equipment::SuctionRefusal;
 use ipc_types::world::{OBJECT_DRAGGED, OBJECT_ENABLED};
-use ipc_types::{ArmState, Pose, WorldState};
+use ipc_types::{ArmState, ArmStatus, Pose, WorldState};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -37,7 +37,12 @@ pub(super) struct ArmReport {
     /// What stops the arm, if anything does.
     stop: Option<String>,
     suction: Option<SuctionReport>,
+    /// Why the arm does not reach its goal: `unreachable`, `joint_limit`, `blocked`,
+    /// `singular`, `local_minimum` or `in_collision`.
+    not_reached: Option<String>,
     limit_violations: u64,
+    obstacle_contacts: u64,
+    self_contacts: u64,
 }
 
 /// A suction gripper.
@@ -65,22 +70,29 @@ pub(super) struct ObjectReport {
     dragged: bool,
 }
 
-/// The arms of `cell` in `state`; `stops` are the stops their controllers have in force.
-pub(super) fn arms(cell: &Cell, state: &WorldState, stops: &[Option<String>]) -> Vec<ArmReport> {
+/// The arms of `cell` in `state`; `said` is what their controllers say.
+pub(super) fn arms(cell: &Cell, state: &WorldState, said: &[Option<&ArmStatus>]) -> Vec<ArmReport> {
     let specs = cell.arms.iter().zip(state.arms()).enumerate();
     let report = |(index, (spec, arm)): (usize, (&cell_model::ArmSpec, &ArmState))| {
         let count = (arm.joint_count as usize).min(arm.joint_positions.len());
         let has_cup = spec.robot.suction.is_some();
         let ours = stop(arm.stop_action, None);
+        let said = said.get(index).copied().flatten();
+        let theirs = said.and_then(|said| stop(said.stop_action, Some(said.stop_cause)));
+        let reason = said.and_then(|said| NotReached::from_code(said.not_reached));
+        let reason = reason.filter(|reason| *reason != NotReached::None);
         ArmReport {
             name: spec.name.clone(),
             joint_positions: arm.joint_positions[..count].to_vec(),
             tcp: (&arm.tcp).into(),
             holds: held(cell, arm).map(|object| object.name.clone()),
-            stop: ours.or_else(|| stops.get(index).cloned().flatten()),
+            stop: ours.or(theirs),
             has_gripper: has_cup || spec.robot.gripper.is_some(),
             suction: has_cup.then(|| suction(arm)),
+            not_reached: reason.map(|reason| reason.name().to_owned()),
             limit_violations: arm.limit_violations,
+            obstacle_contacts: arm.obstacle_contacts,
+            self_contacts: arm.self_contacts,
         }
     };
     specs.map(report).collect()
@@ -163,8 +175,11 @@ impl std::fmt::Display for ArmReport {
                 write!(f, ", refused {} times, the last as {why}", cup.refused)?;
             }
         }
-        match &self.stop {
-            Some(stop) => write!(f, "; {stop}"),
+        if let Some(stop) = &self.stop {
+            write!(f, "; {stop}")?;
+        }
+        match &self.not_reached {
+            Some(why) => write!(f, "; not at its goal: {why}"),
             None => Ok(()),
         }
     }

@@ -159,7 +159,7 @@ pub(super) fn describe(session: &Session, picture: &Picture, cell: &Cell) -> Sta
         recoveries: decision.map_or(0, |d| d.recoveries),
         limit_violations: state.map_or(0, |s| s.arms().iter().map(|a| a.limit_violations).sum()),
         processes: processes(picture),
-        arms: state.map_or_else(Vec::new, |s| scene::arms(cell, s, &picture.stops())),
+        arms: state.map_or_else(Vec::new, |s| scene::arms(cell, s, &picture.said())),
         objects: state.map_or_else(Vec::new, |s| scene::objects(cell, s)),
         conveyor: state.filter(|_| cell.conveyor.is_some()).map(conveyor),
         equipment: state.map_or_else(Vec::new, |s| Names::of(cell).lines(&s.equipment)),

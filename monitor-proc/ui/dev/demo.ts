@@ -199,6 +199,8 @@ function armState(spec: ArmSpec, time: number): ArmState {
     clearance: 1000,
     held: null,
     obstacleMask: 0x80000000,
+    notReached: null,
+    path: null,
   };
 }
 

@@ -4,6 +4,7 @@ use cell_model::{ArmSpec, ParallelGripper};
 use serde::{Deserialize, Serialize};
 
 use crate::arm::brake::Brakes;
+use crate::arm::touch_count::TouchCount;
 use crate::arm::watchdog::Watchdog;
 use crate::gripper::parallel::GripperDrive;
 use crate::gripper::suction::Suction;
@@ -15,6 +16,7 @@ pub(crate) struct ArmMemory {
     pub(crate) brakes: Brakes,
     pub(crate) gripper: GripperDrive,
     pub(crate) suction: Suction,
+    pub(crate) touches: TouchCount,
     /// [`ipc_types::arm::StopAction`] of the last tick.
     pub(crate) stop_action: u32,
 }
@@ -36,6 +38,7 @@ impl ArmMemory {
             brakes: Brakes::default(),
             gripper: fingers.map_or(GripperDrive::NONE, open),
             suction: Suction::default(),
+            touches: TouchCount::default(),
             stop_action: 0,
         }
     }
@@ -44,6 +47,7 @@ impl ArmMemory {
     pub(crate) fn carry_over(&mut self, before: &Self, tick: u64) {
         self.watchdog.carry_over(&before.watchdog, tick);
         self.suction.carry_over(&before.suction);
+        self.touches.carry_over(&before.touches);
     }
 }
 

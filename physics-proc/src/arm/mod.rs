@@ -6,6 +6,7 @@ pub(crate) mod drive;
 pub(crate) mod measured;
 pub(crate) mod memory;
 pub(crate) mod multibody;
+pub(crate) mod touch_count;
 pub mod touches;
 pub(crate) mod violations;
 pub mod watchdog;

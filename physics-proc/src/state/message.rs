@@ -118,6 +118,8 @@ impl View<'_> {
         }
         out.fault = u32::from(memory.watchdog.fault);
         out.limit_violations = memory.watchdog.violations;
+        out.obstacle_contacts = memory.touches.obstacles;
+        out.self_contacts = memory.touches.own_parts;
     }
 
     fn gripper_state(&self, index: usize) -> GripperState {

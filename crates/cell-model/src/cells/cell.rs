@@ -73,6 +73,8 @@ pub struct ArmSpec {
     pub base: Isometry3<f64>,
     /// Controlled joints at the start (rad or m).
     pub home: Vec<f64>,
+    /// Whether it follows planned paths where its goal is behind something.
+    pub planner: bool,
     /// Program with its controllers, where it is not the built-in one.
     pub controller: Option<String>,
 }
@@ -183,6 +185,7 @@ impl Cell {
                 base: pose(arm.base_position_m, arm.base_yaw_rad),
                 robot: loaded,
                 home,
+                planner: arm.planner,
                 controller: arm.controller.clone(),
             });
         }

@@ -74,6 +74,9 @@ pub struct ArmTable {
     /// Joint positions at the start (rad or m); the robot's own where missing.
     #[serde(default)]
     pub home_joint_positions: Option<Vec<f64>>,
+    /// Whether the arm follows planned paths where its goal is behind something.
+    #[serde(default)]
+    pub planner: bool,
     /// Program with the controllers of this arm, where it is not the built-in one:
     /// a file beside the cell file, beside `robocell`, or on PATH.
     #[serde(default)]

@@ -1,5 +1,6 @@
 //! What a robot is: its description, the files it is read from, its dynamics.
 
+pub mod cover;
 pub mod dynamics;
 mod file;
 mod load;
@@ -8,6 +9,7 @@ mod motion;
 mod plausible;
 pub mod rmpflow;
 pub mod robot;
+pub mod self_distance;
 mod self_pairs;
 pub mod urdf;
 mod urdf_check;

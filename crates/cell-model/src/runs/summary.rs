@@ -58,6 +58,10 @@ pub struct RunSummary {
     pub missed_cycles: u64,
     /// Commands and positions outside the limits of a joint.
     pub limit_violations: u64,
+    /// Times an arm began to touch an obstacle.
+    pub obstacle_contacts: u64,
+    /// Times parts of an arm began to overlap.
+    pub self_contacts: u64,
     /// Script lines that never fired.
     pub script_left: u32,
     /// Hash of the last state, 16 hexadecimal digits.
@@ -126,6 +130,8 @@ impl RunSummary {
             task_restarts: facts.task_restarts,
             missed_cycles: facts.missed_cycles,
             limit_violations: state.arms().iter().map(|a| a.limit_violations).sum(),
+            obstacle_contacts: state.arms().iter().map(|a| a.obstacle_contacts).sum(),
+            self_contacts: state.arms().iter().map(|a| a.self_contacts).sum(),
             script_left: state.script_left,
             state_hash: format!("{:016x}", state.state_hash),
             record_gaps: 0,
@@ -167,7 +173,7 @@ mod tests {
         let line = serde_json::to_string(&RunSummary::new(&facts, &state, &decision)).unwrap();
         assert_eq!(
             line,
-            r#"{"demo":"franka-stack","policy":"fsm","seed":3,"outcome":"done","reason":null,"sim_time_s":1.5,"wall_time_s":1.5,"ticks":1500,"placed":["red_cube"],"drops":0,"resyncs":0,"aborts":0,"recoveries":0,"task_restarts":0,"missed_cycles":0,"limit_violations":0,"script_left":0,"state_hash":"0000000000000000","record_gaps":0,"record_bytes":0,"record_error":null}"#
+            r#"{"demo":"franka-stack","policy":"fsm","seed":3,"outcome":"done","reason":null,"sim_time_s":1.5,"wall_time_s":1.5,"ticks":1500,"placed":["red_cube"],"drops":0,"resyncs":0,"aborts":0,"recoveries":0,"task_restarts":0,"missed_cycles":0,"limit_violations":0,"obstacle_contacts":0,"self_contacts":0,"script_left":0,"state_hash":"0000000000000000","record_gaps":0,"record_bytes":0,"record_error":null}"#
         );
     }
 }

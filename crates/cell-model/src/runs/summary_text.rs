@@ -26,7 +26,26 @@ impl Display for RunSummary {
             write!(f, "; {restarts}")?;
         }
         let (violations, hash) = (self.limit_violations, &self.state_hash);
-        write!(f, "; {violations} limit violations; state {hash}")?;
+        write!(f, "; {violations} limit violations")?;
+        let contacts = [
+            (
+                self.obstacle_contacts,
+                "contact with an obstacle",
+                "contacts with obstacles",
+            ),
+            (
+                self.self_contacts,
+                "contact of an arm with itself",
+                "contacts of arms with themselves",
+            ),
+        ];
+        for (count, one, more) in contacts {
+            let count = u32::try_from(count).unwrap_or(u32::MAX);
+            if let Some(contacts) = many(count, one, more) {
+                write!(f, "; {contacts}")?;
+            }
+        }
+        write!(f, "; state {hash}")?;
         if let Some(lines) = many(self.script_left, "line", "lines") {
             let were = if self.script_left == 1 { "was" } else { "were" };
             write!(f, "; {lines} of the script {were} not reached")?;

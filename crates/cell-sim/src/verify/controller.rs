@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use cell_model::Cell;
 use controller_proc::Controllers;
 use controller_proc::cycle::Cycle;
+use controller_proc::planning::Planner;
 use ipc_types::tap::KEYFRAME_BYTES;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{ArmCommand, ArmStatus, Decision, Wire, WorldState};
@@ -21,6 +22,8 @@ pub(super) struct ArmCheck<'a> {
     cell: &'a Cell,
     controllers: &'a Controllers,
     arm: u8,
+    /// Made when the first plan was answered.
+    planner: Option<Planner>,
     waiting: VecDeque<Box<ArmCommand>>,
     running: Option<Running>,
     state: Box<WorldState>,
@@ -40,6 +43,7 @@ impl<'a> ArmCheck<'a> {
             cell,
             controllers,
             arm,
+            planner: None,
             waiting: VecDeque::new(),
             running: None,
             state: Box::new(WorldState::zeroed()),
@@ -66,7 +70,7 @@ impl<'a> ArmCheck<'a> {
                 self.running = self.begin(before, records)?;
                 report.stretches += u64::from(self.running.is_some());
             }
-            match self.step(inputs, report) {
+            match self.step(inputs, report)? {
                 Step::Wait if self.waiting.len() < PATIENCE => return Ok(()),
                 Step::Wait | Step::Lost => {
                     self.running = None;
@@ -96,14 +100,28 @@ impl<'a> ArmCheck<'a> {
         }))
     }
 
-    fn step(&mut self, inputs: &Inputs, report: &mut Report) -> Step {
+    fn step(&mut self, inputs: &Inputs, report: &mut Report) -> Result<Step, VerifyError> {
         let (Some(running), Some(command)) = (&mut self.running, self.waiting.front()) else {
-            return Step::Lost;
+            return Ok(Step::Lost);
         };
         let heard = match heard(self.arm, command, running.cycle.latched(), inputs) {
             Ok(heard) => heard,
-            Err(step) => return step,
+            Err(step) => return Ok(step),
         };
+        if let Some(request) = running.cycle.plan_request() {
+            // When the answer came is in the status alone.
+            let Some(status) = heard.status else {
+                return Ok(Step::Lost);
+            };
+            if status.answered_plan == request.id {
+                let planner = match &mut self.planner {
+                    Some(planner) => planner,
+                    none => none.insert(Planner::new(self.cell, usize::from(self.arm))?),
+                };
+                let answer = planner.answer(&request);
+                running.cycle.answer_plan(&mut Some(answer));
+            }
+        }
         heard.state.write_arms(&mut self.state);
         let (mut computed, mut said) = (ArmCommand::zeroed(), ArmStatus::zeroed());
         running.cycle.update(
@@ -130,7 +148,7 @@ impl<'a> ArmCheck<'a> {
         report.commands.add(found.is_some());
         report.differs(found);
         report.follow(&name, &**command, &computed);
-        Step::Done
+        Ok(Step::Done)
     }
 
     /// Compares what is remembered now with the checkpoint of it, if there is one,

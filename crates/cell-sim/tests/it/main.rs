@@ -13,6 +13,7 @@ mod file_jobs;
 mod fill_bin;
 mod operator;
 mod palletize;
+mod planned;
 mod pyramid;
 mod restart;
 mod snapshot;

@@ -39,6 +39,20 @@ fn stack(ticks: u64) -> Bench {
 }
 
 #[test]
+fn plans_that_were_answered_late_are_computed_again() {
+    let script = r#"{"at_s": 3.0, "do": "target", "orientation_wxyz": [0, 1, 0, 0], "position": [0.55, -0.25, 0.25]}"#;
+    let mut bench = Bench::new("reach-shelf", "follow", script, Timing::default());
+    bench.run(3_030);
+    // The answer comes after the controller was another one: it asks again.
+    bench.restart_controller(0);
+    bench.run(5_500);
+    assert_all_same(&bench);
+    let status = bench.status(0);
+    assert!(status.answered_plan > 0, "{status:?}");
+    assert!(status.position_error < 0.01, "{status:?}");
+}
+
+#[test]
 fn every_demo_and_policy_in_lockstep_is_the_same() {
     let drag = r#"{"at_s": 2.5, "do": "drag", "object": "red_cube", "to": [0.4, 0.35, 0.025]}
 {"at_s": 4.2, "do": "reset"}"#;

@@ -141,6 +141,7 @@ impl<'a> Arm<'a> {
             spheres: &robot.spheres,
             self_spheres: &robot.self_spheres,
             self_ignore: &robot.self_ignore,
+            tool: robot.tcp_frame_name(),
         });
         Ok(Self {
             robot,

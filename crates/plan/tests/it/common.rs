@@ -30,6 +30,7 @@ impl Arm {
             spheres: &robot.spheres,
             self_spheres: &[],
             self_ignore: &[],
+            tool: robot.tcp_frame_name(),
         });
         Self {
             body: body.unwrap(),

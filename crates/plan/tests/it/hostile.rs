@@ -51,6 +51,7 @@ fn what_is_no_scene_and_no_arm_is_named() {
             spheres: &[],
             self_spheres: &[],
             self_ignore: &[],
+            tool: "hand",
         })
     };
     let refused = body(&["elbow".to_owned()]).unwrap_err();

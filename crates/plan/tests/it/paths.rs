@@ -1,6 +1,7 @@
 //! Paths between two configurations.
 
-use plan::{PlanError, Scene, Settings, plan};
+use nalgebra::Vector3;
+use plan::{Body, PlanError, Scene, Settings, plan};
 
 use crate::common::{Arm, LEFT, RIGHT, cuboid, wall};
 
@@ -36,6 +37,23 @@ fn without_a_wall_the_way_is_straight() {
     assert_eq!(path.waypoints, [LEFT.to_vec(), RIGHT.to_vec()]);
     assert_eq!(path.iterations, 0);
     assert!((path.length - 1.4).abs() < 1e-12);
+}
+
+#[test]
+fn what_the_tool_holds_stays_off_the_scene() {
+    let arm = Arm::new();
+    let below = arm.tool_at(&LEFT).translation.vector.z - 0.3;
+    let board = cuboid([0.5, 0.0, below], [0.8, 1.2, 0.02]);
+    let scene = Scene::new([&board]).unwrap();
+    let of = |body: &Body| plan(body, &scene, &LEFT, &RIGHT, &Settings::default());
+    assert!(of(&arm.body).is_ok());
+    // The tool is above the board, pointing down: a stick reaches through it.
+    let stick: Vec<_> = (0..13)
+        .map(|at| (Vector3::new(0.0, 0.0, 0.04 * f64::from(at)), 0.02))
+        .collect();
+    let refused = of(&arm.body.carrying(&stick)).unwrap_err();
+    assert_eq!(refused, PlanError::InCollision { what: "start" });
+    assert!(of(&arm.body.carrying(&stick[..1])).is_ok());
 }
 
 #[test]

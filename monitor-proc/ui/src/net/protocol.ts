@@ -167,6 +167,8 @@ export interface Status {
     placed: string[];
     decision_age_ms: number;
     limit_violations: number;
+    obstacle_contacts: number;
+    self_contacts: number;
     io: { conveyor_running: boolean };
   };
   /** Why simulated time is paused; empty while it is not. */

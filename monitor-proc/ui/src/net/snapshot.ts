@@ -3,7 +3,8 @@ import type { Pose, Vec3 } from "./protocol";
 
 const MAGIC = 0x31534352;
 const HEADER_BYTES = 48;
-const ARM_WORDS = 112;
+const PATH_POINTS = 24;
+const ARM_WORDS = 115 + 3 * PATH_POINTS;
 const OBJECT_WORDS = 14;
 const CONTACT_WORDS = 8;
 const MAX_JOINTS = 16;
@@ -44,6 +45,20 @@ export interface ArmState {
   /** Index of the object, or null. */
   held: number | null;
   obstacleMask: number;
+  /** Why the arm does not reach its goal; null while it moves or is there. */
+  notReached: NotReached | null;
+  /** The path that leads the arm, or null. */
+  path: PlannedPath | null;
+}
+
+const REASONS = ["unreachable", "joint limit", "blocked", "singular", "local minimum", "in collision"] as const;
+export type NotReached = (typeof REASONS)[number];
+
+export interface PlannedPath {
+  /** How much of it is behind the arm, 0 to 1. */
+  done: number;
+  /** The tool at evenly spaced points of it (m, world frame). */
+  points: Vec3[];
 }
 
 export interface ObjectState {
@@ -198,7 +213,13 @@ function decodeArm(view: DataView, at: number): ArmState {
     clearance: f32(109),
     held: u32(110) === 0 ? null : u32(110) - 1,
     obstacleMask: u32(111),
+    notReached: REASONS[(u32(112) >>> 8) - 1] ?? null,
+    path: f32(114) > 0 ? { done: f32(113) / f32(114), points: pathPoints(view, at + 4 * 115) } : null,
   };
+}
+
+function pathPoints(view: DataView, at: number): Vec3[] {
+  return Array.from({ length: PATH_POINTS }, (_, point) => vec3(view, at + 12 * point));
 }
 
 function pose(view: DataView, at: number): Pose {

@@ -45,6 +45,8 @@ function armDiffers(before: ArmState, now: ArmState): boolean {
     before.attached !== now.attached ||
     before.held !== now.held ||
     isUnreachable(before) !== isUnreachable(now) ||
+    before.notReached !== now.notReached ||
+    (before.path === null) !== (now.path === null) ||
     before.obstacleMask !== now.obstacleMask ||
     Math.abs(before.clearance - now.clearance) > SEEN ||
     Math.abs(before.load - now.load) > SEEN_LOAD

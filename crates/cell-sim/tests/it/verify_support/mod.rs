@@ -13,6 +13,7 @@ use cell_model::runs::spec::RunSpec;
 use cell_sim::eval;
 use cell_sim::verify::Message;
 use controller_proc::cycle::Cycle;
+use controller_proc::planning::Planner;
 use ipc_types::header::Message as _;
 use ipc_types::tap::Pieces;
 use ipc_types::topic::Process;
@@ -26,6 +27,8 @@ use robocell_task::inputs::{MISSED_TICKS, name_inputs};
 
 const RUN: u64 = 77;
 const LIMIT: u64 = 80;
+/// Ticks from the request for a plan to its answer.
+const PLANNED_TICKS: u64 = 73;
 
 /// What goes otherwise than in lockstep.
 #[derive(Clone, Copy, Debug, Default)]
@@ -40,6 +43,7 @@ pub(crate) struct Timing {
 
 struct Arm {
     cycle: Cycle,
+    planner: Planner,
     generation: u32,
     seq: u64,
     command: Option<ArmCommand>,
@@ -82,6 +86,7 @@ impl Bench {
         let plant = Plant::new(&cell, &spec).expect("a plant");
         let arms = (0..cell.arms.len()).map(|arm| Arm {
             cycle: Cycle::new(&cell, arm).expect("a controller"),
+            planner: Planner::new(&cell, arm).expect("a planner"),
             generation: 1,
             seq: 0,
             command: None,
@@ -119,6 +124,11 @@ impl Bench {
             self.tick();
         }
         self.drain();
+    }
+
+    /// What arm `index` said last.
+    pub(crate) fn status(&self, index: usize) -> &ArmStatus {
+        self.arms[index].statuses.last().expect("it said something")
     }
 
     /// Another process in the place of a controller.
@@ -233,6 +243,13 @@ impl Bench {
             .map(|(_, decision)| decision)
             .next();
         let arm = &mut self.arms[index];
+        // Later than in lockstep, as on a busy machine.
+        if let Some(request) = arm.cycle.plan_request()
+            && tick >= request.tick + PLANNED_TICKS
+        {
+            let answer = arm.planner.answer(&request);
+            arm.cycle.answer_plan(&mut Some(answer));
+        }
         let (mut command, mut status) = (ArmCommand::zeroed(), ArmStatus::zeroed());
         arm.cycle
             .update(&self.state, decision, LIMIT, &mut command, &mut status);

@@ -57,7 +57,8 @@ export function mountReach(desk: Desk, element: HTMLElement): () => void {
 function verdictOf(state: ArmState): [string, string | null] {
   if (!state.goalActive || !state.targetValid) return ["none yet", null];
   if (state.positionError < THERE_M) return ["reached", "ok"];
-  return isUnreachable(state) ? ["not reachable", "warn"] : ["on the way", "info"];
+  if (isUnreachable(state)) return [state.notReached ?? "not reachable", "warn"];
+  return [state.path === null ? "on the way" : "on a planned path", "info"];
 }
 
 /** A button for each example; the tool keeps its orientation, as on the command line. */

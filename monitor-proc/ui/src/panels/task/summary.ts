@@ -18,7 +18,15 @@ const COUNTERS = [
   ["aborts", "Transfers turned back because the stack below was gone"],
   ["recoveries", "Recoveries of any other kind"],
   ["limit_violations", "Limits of the robot that were violated, as physics measured"],
+  ["obstacle_contacts", "Times an arm touched an obstacle or another arm"],
+  ["self_contacts", "Times parts of an arm touched each other"],
 ] as const;
+
+const NAMES: Partial<Record<string, string>> = {
+  limit_violations: "limits",
+  obstacle_contacts: "contacts",
+  self_contacts: "self-contacts",
+};
 
 export function taskSummary(desk: Desk): HTMLElement {
   const outcome = el("span", { class: "badge" }, "–");
@@ -27,7 +35,7 @@ export function taskSummary(desk: Desk): HTMLElement {
   const reason = el("div", { class: "dim reason" });
   const counters = COUNTERS.map(([key, about]) => {
     const value = el("b", { class: "num" }, "0");
-    const name = key === "limit_violations" ? "limits" : key;
+    const name = NAMES[key] ?? key;
     return { key, value, node: el("span", { class: "counter", title: about }, value, name) };
   });
   desk.store.on("status", ({ task }) => {

@@ -1,7 +1,7 @@
 // The target's frame, the measured tool frame, and the way between them.
 import { Group, type Mesh, Vector3 } from "three";
 import type { Pose } from "../../net/protocol";
-import { isUnreachable, type Snapshot } from "../../net/snapshot";
+import { isUnreachable, type PlannedPath, type Snapshot } from "../../net/snapshot";
 import { place } from "../body";
 import type { Cell } from "../cell";
 import type { Labels } from "../labels";
@@ -10,6 +10,8 @@ import { Strokes } from "./strokes";
 import { triad } from "./triad";
 
 const MOST_ARMS = 8;
+/** Pieces of a path. */
+const MOST_PIECES = 23;
 
 function point(pose: Pose): Vector3 {
   return new Vector3(pose[0], pose[1], pose[2]);
@@ -21,13 +23,15 @@ export class Targets implements Overlay {
   private readonly goals: Mesh[] = [];
   private readonly tools: Mesh[] = [];
   private readonly ways = new Strokes(MOST_ARMS, 0xffd166);
+  private readonly paths = new Strokes(MOST_ARMS * MOST_PIECES, 0x4cc9f0);
 
   constructor() {
-    this.root.add(this.ways.lines);
+    this.root.add(this.ways.lines, this.paths.lines);
   }
 
   update(cell: Cell, snapshot: Snapshot, labels: Labels): void {
     this.ways.clear();
+    this.paths.clear();
     snapshot.arms.forEach((arm, index) => {
       if (index >= MOST_ARMS) return;
       const goal = (this.goals[index] ??= this.frame(0.09, 0.0028));
@@ -36,10 +40,12 @@ export class Targets implements Overlay {
       goal.visible = arm.targetValid;
       if (!arm.targetValid) return;
       place(goal, arm.target);
-      this.ways.add(point(arm.tcp), point(arm.target));
+      if (arm.path === null) this.ways.add(point(arm.tcp), point(arm.target));
+      else this.drawPath(arm.tcp, arm.path);
       if (!isUnreachable(arm)) return;
       const name = cell.scene.arms[index]?.name ?? String(index);
-      const away = `not reachable: ${(1000 * arm.positionError).toFixed(0)} mm away`;
+      const why = arm.notReached ?? "not reachable";
+      const away = `${why}: ${(1000 * arm.positionError).toFixed(0)} mm away`;
       labels.say(`unreachable ${name}`, away, point(arm.target), "number");
     });
   }
@@ -49,6 +55,17 @@ export class Targets implements Overlay {
     this.goals.length = 0;
     this.tools.length = 0;
     this.ways.clear();
+    this.paths.clear();
+  }
+
+  /** What is left of a path, from the tool on. */
+  private drawPath(tcp: Pose, { done, points }: PlannedPath): void {
+    const left = points.slice(Math.ceil(done * (points.length - 1))).map(([x, y, z]) => new Vector3(x, y, z));
+    let from = point(tcp);
+    for (const to of left) {
+      this.paths.add(from, to);
+      from = to;
+    }
   }
 
   private frame(length: number, thickness: number): Mesh {

@@ -1,0 +1,38 @@
+//! Where the tool is to be, as planning sees it.
+
+use nalgebra::{Isometry3, Vector3};
+
+use crate::checkpoint::{CheckpointError, Codec};
+use crate::convert::angle;
+
+/// A pose of the TCP in the arm's base frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PoseGoal {
+    /// The pose (m).
+    pub pose: Isometry3<f64>,
+    /// Direction and length of the last part of the way there (m); zero where any way is
+    /// fine.
+    pub approach: Vector3<f64>,
+}
+
+impl PoseGoal {
+    /// Distance (m) and angle (rad) to another goal.
+    pub(crate) fn off(&self, other: &Self) -> (f64, f64) {
+        self.off_pose(&other.pose)
+    }
+
+    /// Distance (m) and angle (rad) to a pose.
+    pub(crate) fn off_pose(&self, pose: &Isometry3<f64>) -> (f64, f64) {
+        let way = self.pose.translation.vector - pose.translation.vector;
+        (way.norm(), angle(&self.pose.rotation, &pose.rotation))
+    }
+
+    pub(crate) fn has_approach(&self) -> bool {
+        self.approach != Vector3::zeros()
+    }
+
+    pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
+        codec.pose(&mut self.pose)?;
+        codec.f64s(self.approach.iter_mut())
+    }
+}

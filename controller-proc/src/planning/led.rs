@@ -1,0 +1,123 @@
+//! An arm that follows a path.
+
+use std::sync::Arc;
+
+use ipc_types::arm::PATH_POINTS;
+use nalgebra::Vector3;
+use plan::{Ahead, Body, Guide, Path, Scene};
+use rmp::ObstacleSet;
+
+use super::goal::PoseGoal;
+use super::planner::{MAX_WAYPOINTS, PlannedArm};
+use super::request::held;
+use crate::checkpoint::{CheckpointError, Codec};
+
+/// At the beginning of an approach the path ends this near to its last point (rad and m
+/// alike).
+const AT_APPROACH: f64 = 0.15;
+
+/// A path, and where on it the arm is.
+#[derive(Debug)]
+pub(crate) struct Led {
+    pub(crate) guide: Guide,
+    /// The tool at evenly spaced points of the path, world frame (m).
+    pub(crate) points: [[f64; 3]; PATH_POINTS],
+    /// What was held when it was planned: centre in the tool frame, radius (m).
+    held: Vec<(Vector3<f64>, f64)>,
+}
+
+impl Led {
+    /// On `path` of `body`, among at most `capacity` obstacles.
+    pub(crate) fn new(
+        path: &Path,
+        body: Arc<Body>,
+        held: Vec<(Vector3<f64>, f64)>,
+        points: &[[f64; 3]; PATH_POINTS],
+        capacity: usize,
+    ) -> Self {
+        let scene = Scene::with_capacity(capacity);
+        let settings = PlannedArm::settings(0);
+        Self {
+            guide: Guide::new(body, scene, path, &settings, Ahead::default()),
+            points: *points,
+            held,
+        }
+    }
+
+    /// Takes note of where the obstacles are.
+    pub(crate) fn see(&mut self, obstacles: &ObstacleSet) {
+        self.guide.scene.set(obstacles.enabled());
+    }
+
+    /// Where to lead an arm at `positions`, and whether that is the end of the path.
+    pub(crate) fn lead(&mut self, positions: &[f64]) -> (&[f64], bool) {
+        // The guide's answer borrows it whole.
+        let sees_the_end = self.guide.sees_the_end();
+        (self.guide.lead(positions), sees_the_end)
+    }
+
+    /// Whether the path is behind the arm: the approach to `goal` is that of motion policies.
+    pub(crate) fn is_done(&self, goal: &PoseGoal, positions: &[f64]) -> bool {
+        let Some(end) = self.guide.waypoints().last() else {
+            return true;
+        };
+        let off = end.iter().zip(positions).map(|(a, b)| (a - b) * (a - b));
+        goal.has_approach() && off.sum::<f64>() < AT_APPROACH * AT_APPROACH
+    }
+
+    /// Writes it, or reads it into `led`.
+    pub(crate) fn checkpoint(
+        led: &mut Option<Self>,
+        codec: &mut Codec<'_>,
+        arm: &PlannedArm,
+        capacity: usize,
+    ) -> Result<(), CheckpointError> {
+        let (mut waypoints, mut memory) = (Vec::new(), (0.0, 0.0));
+        let (mut spheres, mut points) = (Vec::new(), [[0.0; 3]; PATH_POINTS]);
+        if codec.reads() {
+            read(codec, arm.joint_count(), &mut waypoints)?;
+        } else if let Some(led) = led {
+            write(codec, led.guide.waypoints())?;
+            (memory, points) = (led.guide.memory(), led.points);
+            held(codec, &mut led.held)?;
+        }
+        if codec.reads() {
+            held(codec, &mut spheres)?;
+        }
+        codec.f64(&mut memory.0)?;
+        codec.f64(&mut memory.1)?;
+        codec.f64s(points.as_flattened_mut())?;
+        if codec.reads() {
+            let path = Path {
+                waypoints,
+                length: 0.0,
+                iterations: 0,
+            };
+            let mut read = Self::new(&path, arm.body(&spheres), spheres, &points, capacity);
+            read.guide.set_memory(memory);
+            *led = Some(read);
+        }
+        Ok(())
+    }
+}
+
+fn write(codec: &mut Codec<'_>, waypoints: &[Vec<f64>]) -> Result<(), CheckpointError> {
+    let mut count = waypoints.len();
+    codec.index("waypoints", &mut count, MAX_WAYPOINTS + 1)?;
+    for position in waypoints.iter().flatten() {
+        let mut position = *position;
+        codec.f64(&mut position)?;
+    }
+    Ok(())
+}
+
+fn read(
+    codec: &mut Codec<'_>,
+    joints: usize,
+    waypoints: &mut Vec<Vec<f64>>,
+) -> Result<(), CheckpointError> {
+    let mut count = 0;
+    codec.index("waypoints", &mut count, MAX_WAYPOINTS + 1)?;
+    waypoints.resize(count, vec![0.0; joints]);
+    codec.f64s(waypoints.iter_mut().flatten())
+}

@@ -1,0 +1,280 @@
+//! When a path is planned for an arm, and what leads the arm along it.
+//!
+//! Planning takes longer than a cycle. A cycle only asks: its request is answered by
+//! [`planner`] outside of the cycle, in a thread of the controller process ([`worker`]) or
+//! where the caller likes, [`ANSWER_TICKS`] later. In between, and where no path is needed,
+//! motion policies move the arm alone.
+
+mod goal;
+mod led;
+pub mod planner;
+pub mod request;
+pub mod worker;
+
+use ipc_types::arm::{NotReached, PATH_POINTS, PlanState};
+use nalgebra::{Isometry3, Vector3};
+use rmp::{MotionState, ObstacleSet};
+
+pub use goal::PoseGoal;
+pub use planner::{PlanAnswer, Planner};
+pub use request::{Ask, PlanRequest};
+
+use crate::checkpoint::{CheckpointError, Codec, damaged};
+use led::Led;
+
+/// Ticks from a request to its answer. In real time an answer that is not there yet is taken
+/// when it comes; in lockstep it is waited for.
+pub const ANSWER_TICKS: u64 = 50;
+/// A goal that moves farther than this has a path of its own (m, rad).
+const MOVED_M: f64 = 0.02;
+const MOVED_RAD: f64 = 0.1;
+/// The path to a goal that jumps farther than this is of no use until then (m).
+const JUMPED_M: f64 = 0.2;
+/// The tool is at its goal within this (m, rad).
+const NEAR_M: f64 = 0.005;
+const NEAR_RAD: f64 = 0.05;
+/// An arm whose tool comes no nearer to its goal than by this (m, rad), and whose joints are
+/// slower than this (rad/s or m/s), for so many ticks, is stuck.
+const STUCK_M: f64 = 0.002;
+const STUCK_RAD: f64 = 0.02;
+const STUCK_SPEED: f64 = 0.1;
+const STUCK_TICKS: u64 = 500;
+/// Ticks from a negative answer to the next request.
+const RETRY_TICKS: u64 = 500;
+/// How often the path ahead is checked (ticks), and how far (rad and m alike).
+const LOOK_TICKS: u64 = 10;
+const LOOK_AHEAD: f64 = 1.0;
+
+/// What planning has to know in one cycle.
+pub(crate) struct Moment<'a> {
+    pub(crate) tick: u64,
+    pub(crate) goal: Option<&'a PoseGoal>,
+    /// TCP in the base frame.
+    pub(crate) tool: &'a Isometry3<f64>,
+    pub(crate) state: &'a MotionState,
+    pub(crate) posture: &'a [f64],
+    /// Spheres of what is held, in the tool frame.
+    pub(crate) held: &'a [(Vector3<f64>, f64)],
+    pub(crate) obstacles: &'a ObstacleSet,
+}
+
+/// What is said of planning to others.
+pub(crate) struct PlanReport {
+    pub(crate) state: PlanState,
+    pub(crate) not_reached: NotReached,
+    pub(crate) answered: u64,
+    /// Progress and length of the path, and points of it in the world frame (m).
+    pub(crate) path: Option<(f64, f64, [[f64; 3]; PATH_POINTS])>,
+}
+
+/// The requests of one arm and the path that leads it.
+#[derive(Debug)]
+pub(crate) struct Planning {
+    /// Whether paths lead the arm; else only reasons are asked for.
+    is_on: bool,
+    arm: planner::PlannedArm,
+    /// What the last request was for.
+    goal: Option<PoseGoal>,
+    request: PlanRequest,
+    is_in_flight: bool,
+    answered: u64,
+    not_reached: NotReached,
+    /// An answer that was not looked at yet, or what it made superfluous: memory is not
+    /// freed in a cycle.
+    inbox: Option<PlanAnswer>,
+    led: Option<Led>,
+    /// Whether `led` counts.
+    is_led: bool,
+    /// How far the tool was from its goal when the arm made headway last (m, rad), and the
+    /// ticks since then.
+    last_off: (f64, f64),
+    stuck_ticks: u64,
+    /// No request is made before this tick.
+    quiet_until: u64,
+}
+
+impl Planning {
+    pub(crate) fn new(arm: planner::PlannedArm, is_on: bool, obstacles: usize) -> Self {
+        Self {
+            is_on,
+            request: PlanRequest::with_capacity(arm.joint_count(), obstacles),
+            arm,
+            goal: None,
+            is_in_flight: false,
+            answered: 0,
+            not_reached: NotReached::None,
+            inbox: None,
+            led: None,
+            is_led: false,
+            last_off: (0.0, 0.0),
+            stuck_ticks: 0,
+            quiet_until: 0,
+        }
+    }
+
+    /// An empty request, to copy one into.
+    pub(crate) fn empty_request(&self) -> PlanRequest {
+        let joints = self.arm.joint_count();
+        PlanRequest::with_capacity(joints, self.request.obstacle_capacity())
+    }
+
+    /// The request that waits for its answer.
+    pub(crate) fn request(&self) -> Option<&PlanRequest> {
+        let is_answered = |answer: &PlanAnswer| answer.id == self.request.id;
+        let waits = self.is_in_flight && !self.inbox.as_ref().is_some_and(is_answered);
+        waits.then_some(&self.request)
+    }
+
+    /// Takes the answer in `slot`, for the next cycle, and leaves there what is not needed
+    /// any more.
+    pub(crate) fn answer(&mut self, slot: &mut Option<PlanAnswer>) {
+        std::mem::swap(&mut self.inbox, slot);
+    }
+
+    /// Forgets goal and path; an answer that is under way is dropped.
+    pub(crate) fn clear(&mut self) {
+        self.goal = None;
+        self.is_in_flight = false;
+        self.is_led = false;
+        self.not_reached = NotReached::None;
+        self.stuck_ticks = 0;
+        self.quiet_until = 0;
+    }
+
+    pub(crate) fn is_led(&self) -> bool {
+        self.is_led
+    }
+
+    /// Takes an answer that came, and asks for what is needed. Allocates nothing.
+    pub(crate) fn update(&mut self, now: &Moment<'_>) {
+        let Some(goal) = now.goal else {
+            self.clear();
+            return;
+        };
+        self.take_answer(now.tick);
+        let off = self.goal.as_ref().map(|planned| planned.off(goal));
+        let has_moved = off.is_none_or(|(m, rad)| m > MOVED_M || rad > MOVED_RAD);
+        if off.is_none_or(|(m, _)| m > JUMPED_M) {
+            self.is_led = false;
+        }
+        self.watch(now, goal);
+        if let Some(led) = self.led.as_mut().filter(|_| self.is_led) {
+            led.see(now.obstacles);
+            self.is_led = !led.is_done(goal, &now.state.positions);
+        }
+        if !self.is_in_flight
+            && now.tick >= self.quiet_until
+            && let Some(ask) = self.wanted(now.tick, has_moved)
+        {
+            self.goal = Some(*goal);
+            self.request.fill(ask, now, goal);
+            self.is_in_flight = true;
+        }
+    }
+
+    fn take_answer(&mut self, tick: u64) {
+        let Some(answer) = &mut self.inbox else {
+            return;
+        };
+        if !self.is_in_flight || answer.id != self.request.id {
+            return;
+        }
+        self.is_in_flight = false;
+        self.answered = answer.id;
+        self.not_reached = answer.not_reached;
+        if self.request.ask == Ask::Reason {
+            self.quiet_until = tick + RETRY_TICKS;
+            return;
+        }
+        self.is_led = answer.led.is_some();
+        std::mem::swap(&mut self.led, &mut answer.led);
+        if answer.not_reached != NotReached::None {
+            self.quiet_until = tick + RETRY_TICKS;
+        }
+    }
+
+    /// Notes how long the arm has been stuck away from its goal.
+    fn watch(&mut self, now: &Moment<'_>, goal: &PoseGoal) {
+        let (m, rad) = goal.off_pose(now.tool);
+        let is_there = m < NEAR_M && rad < NEAR_RAD;
+        let is_slow = now.state.velocities.iter().all(|v| v.abs() < STUCK_SPEED);
+        let (last_m, last_rad) = self.last_off;
+        let comes_nearer = m < last_m - STUCK_M || rad < last_rad - STUCK_RAD;
+        if is_there || !is_slow || comes_nearer {
+            (self.last_off, self.stuck_ticks) = ((m, rad), 0);
+            // With a planner it stays until another answer comes.
+            if is_there || !self.is_on {
+                self.not_reached = NotReached::None;
+            }
+        } else {
+            self.stuck_ticks += 1;
+        }
+    }
+
+    fn wanted(&mut self, tick: u64, has_moved: bool) -> Option<Ask> {
+        let is_stuck = self.stuck_ticks >= STUCK_TICKS;
+        if !self.is_on {
+            return is_stuck.then_some(Ask::Reason);
+        }
+        if has_moved {
+            return Some(Ask::Path);
+        }
+        let looks = self.is_led && tick.is_multiple_of(LOOK_TICKS);
+        let led = self.led.as_mut().filter(|_| looks);
+        if led.is_some_and(|led| !led.guide.is_free_ahead(LOOK_AHEAD)) {
+            return Some(Ask::Path);
+        }
+        let failed = self.not_reached != NotReached::None;
+        (is_stuck || failed).then_some(Ask::Detour)
+    }
+
+    /// Joint positions (rad or m) to lead an arm at `positions` to, and whether the tool is
+    /// to go to its goal by now; none where no path leads it. Allocates nothing.
+    pub(crate) fn lead(&mut self, positions: &[f64]) -> Option<(&[f64], bool)> {
+        let led = self.led.as_mut().filter(|_| self.is_led)?;
+        Some(led.lead(positions))
+    }
+
+    pub(crate) fn report(&self) -> PlanReport {
+        let led = self.led.as_ref().filter(|_| self.is_led);
+        let path = led.map(|led| {
+            let (at, length) = led.guide.progress();
+            (at, length, led.points)
+        });
+        PlanReport {
+            state: match (path.is_some(), self.is_in_flight) {
+                (true, _) => PlanState::Led,
+                (false, true) => PlanState::Requested,
+                (false, false) => PlanState::None,
+            },
+            not_reached: self.not_reached,
+            answered: self.answered,
+            path,
+        }
+    }
+
+    /// Writes or reads what is remembered from cycle to cycle.
+    pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
+        codec.same("planner", u64::from(self.is_on))?;
+        codec.option("planned goal", &mut self.goal, |codec, goal| {
+            goal.checkpoint(codec)
+        })?;
+        codec.bool("request", &mut self.is_in_flight)?;
+        self.request.checkpoint(codec, self.is_in_flight)?;
+        codec.u64(&mut self.answered)?;
+        let mut code = self.not_reached.code();
+        codec.u32(&mut code)?;
+        let known = NotReached::from_code(code);
+        self.not_reached = known.ok_or(damaged("reason", u64::from(code)))?;
+        codec.f64(&mut self.last_off.0)?;
+        codec.f64(&mut self.last_off.1)?;
+        codec.u64(&mut self.stuck_ticks)?;
+        codec.u64(&mut self.quiet_until)?;
+        codec.bool("led", &mut self.is_led)?;
+        if !self.is_led {
+            return Ok(());
+        }
+        let capacity = self.request.obstacle_capacity();
+        Led::checkpoint(&mut self.led, codec, &self.arm, capacity)
+    }
+}

@@ -1,0 +1,237 @@
+//! The answer to a request, as a pure function of it.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use cell_model::{Cell, Robot};
+use ipc_types::arm::{NotReached, PATH_POINTS};
+use nalgebra::{Isometry3, Vector3};
+use plan::{
+    Body, BodySetup, Path, PlanError, Reason, Request, Scene, Settings, Tool, plan_to_pose, reason,
+};
+use rmp::{JointLimits, Obstacle, ObstacleId, RmpFlow, TargetId};
+
+use super::led::Led;
+use super::request::{Ask, PlanRequest};
+use crate::error::RmpFlowError;
+use crate::surroundings::Surroundings;
+
+/// Most waypoints of a path; one with more counts as none.
+pub(crate) const MAX_WAYPOINTS: usize = 32;
+/// Random configurations of a search at most: some 100 ms where there is no path.
+const MAX_ITERATIONS: u64 = 10_000;
+/// Solids that are looked at at most.
+const MAX_LOOKS: u64 = 20_000_000;
+
+/// How far paths stay off obstacles (m): the spheres leave out what sticks out by 4 mm.
+const PADDING_M: f64 = 0.008;
+
+/// An arm as the planner sees it.
+#[derive(Clone, Debug)]
+pub(crate) struct PlannedArm {
+    body: Arc<Body>,
+}
+
+impl PlannedArm {
+    /// Of a robot. One that `follows` paths is covered by spheres as a whole: motion policies
+    /// keep far enough away with those of the robot's files, which leave parts of it out.
+    ///
+    /// # Errors
+    /// Where the robot's files contradict each other.
+    pub(crate) fn new(robot: &Robot, follows: bool) -> Result<Self, RmpFlowError> {
+        let names = robot.chain.joints().iter().map(|joint| joint.name.clone());
+        let mut defaults: BTreeMap<String, f64> = names
+            .zip(robot.fixed_joint_positions.iter().copied())
+            .collect();
+        // Fingers take the most room where they are open.
+        if let Some(gripper) = robot.gripper.as_ref().filter(|_| follows) {
+            for joint in gripper.finger_joints {
+                if let Some(joint) = robot.chain.joints().get(joint) {
+                    defaults.insert(joint.name.clone(), 0.5 * gripper.max_width);
+                }
+            }
+        }
+        let mut spheres = robot.spheres.clone();
+        if follows {
+            spheres.extend(robot.uncovered_spheres());
+        }
+        let body = Body::new(&BodySetup {
+            chain: &robot.chain,
+            joint_names: &robot.arm_joint_names(),
+            default_positions: &defaults,
+            spheres: &spheres,
+            self_spheres: &robot.self_spheres,
+            self_ignore: &robot.self_ignore,
+            tool: robot.tcp_frame_name(),
+        });
+        let body = body.map_err(|source| RmpFlowError::Planner {
+            robot: robot.name.clone(),
+            source,
+        })?;
+        Ok(Self {
+            body: Arc::new(body),
+        })
+    }
+
+    pub(crate) fn joint_count(&self) -> usize {
+        self.body.joint_count()
+    }
+
+    /// The arm with what it holds.
+    pub(crate) fn body(&self, held: &[(Vector3<f64>, f64)]) -> Arc<Body> {
+        if held.is_empty() {
+            return Arc::clone(&self.body);
+        }
+        Arc::new(self.body.carrying(held))
+    }
+
+    /// How paths are searched; another seed tries other configurations.
+    pub(crate) fn settings(seed: u64) -> Settings {
+        Settings {
+            seed,
+            max_iterations: MAX_ITERATIONS,
+            max_looks: MAX_LOOKS,
+            padding: PADDING_M,
+            ..Settings::default()
+        }
+    }
+}
+
+/// An answer.
+#[derive(Debug)]
+pub struct PlanAnswer {
+    /// Number of its request.
+    pub id: u64,
+    /// Why there is no path; none where there is one or none is needed.
+    pub not_reached: NotReached,
+    pub(crate) led: Option<Led>,
+}
+
+/// Answers the requests of one arm: the same request with the same answer, bit for bit, and
+/// in bounded time.
+pub struct Planner {
+    arm: PlannedArm,
+    /// For its kinematics and its obstacles.
+    flow: RmpFlow,
+    tool: TargetId,
+    limits: JointLimits,
+    base: Isometry3<f64>,
+}
+
+impl Planner {
+    /// Of arm `arm` of `cell`.
+    ///
+    /// # Errors
+    /// Where there is no such arm, or the robot's files contradict each other.
+    pub fn new(cell: &Cell, arm: usize) -> Result<Self, RmpFlowError> {
+        let spec = cell.arms.get(arm).ok_or(RmpFlowError::NoSuchArm(arm))?;
+        let robot = &spec.robot;
+        let mut surroundings = Surroundings::new(cell, arm, &spec.base);
+        let setup = |source| RmpFlowError::Setup {
+            robot: robot.name.clone(),
+            source,
+        };
+        let capacity = surroundings.obstacle_count(cell);
+        let mut flow = robot.motion_policies(capacity).map_err(setup)?;
+        let tool = flow
+            .add_target_frame(robot.tcp_frame_name())
+            .map_err(setup)?;
+        surroundings.add_to(cell, &spec.base, flow.obstacles_mut())?;
+        Ok(Self {
+            arm: PlannedArm::new(robot, spec.planner)?,
+            flow,
+            tool,
+            limits: robot.limits(),
+            base: spec.base,
+        })
+    }
+
+    /// The answer to `request`.
+    pub fn answer(&mut self, request: &PlanRequest) -> PlanAnswer {
+        let (not_reached, led) = match self.solve(request) {
+            Ok(led) => (NotReached::None, led),
+            Err(reason) => (reason, None),
+        };
+        PlanAnswer {
+            id: request.id,
+            not_reached,
+            led,
+        }
+    }
+
+    /// A path, or none where motion policies need none; or why there is no path.
+    fn solve(&mut self, request: &PlanRequest) -> Result<Option<Led>, NotReached> {
+        let scene = self.scene(request);
+        let body = self.arm.body(&request.held);
+        let settings = PlannedArm::settings(request.id);
+        let wanted = Request {
+            body: &body,
+            scene: &scene,
+            start: &request.start,
+            posture: &request.posture,
+            goal: &request.goal,
+        };
+        let mut tool = Tool::new(&mut self.flow, self.tool, &self.limits);
+        if request.ask == Ask::Reason {
+            return Err(named(reason(&wanted, &mut tool, &settings)));
+        }
+        let path = plan_to_pose(&wanted, &mut tool, &settings);
+        let path = path.map_err(|error| match error {
+            PlanError::InCollision { what: "start" } => NotReached::InCollision,
+            PlanError::Unreachable { .. } => named(reason(&wanted, &mut tool, &settings)),
+            PlanError::Configuration { .. } => NotReached::JointLimit,
+            PlanError::Pose => NotReached::Unreachable,
+            PlanError::InCollision { .. } | PlanError::NotFound { .. } => NotReached::Blocked,
+        })?;
+        let is_straight = path.waypoints.len() <= 2 && path.iterations == 0;
+        if is_straight && request.ask == Ask::Path {
+            return Ok(None);
+        }
+        if path.waypoints.len() > MAX_WAYPOINTS {
+            return Err(NotReached::Blocked);
+        }
+        let points = self.points(&path);
+        let (held, capacity) = (request.held.clone(), self.flow.obstacles().len());
+        Ok(Some(Led::new(&path, body, held, &points, capacity)))
+    }
+
+    fn scene(&self, request: &PlanRequest) -> Scene {
+        let known = self.flow.obstacles();
+        let obstacles: Vec<Obstacle> = request
+            .obstacles
+            .iter()
+            .filter_map(|(id, pose)| {
+                let obstacle = known.get(ObstacleId(*id))?.clone();
+                Some(Obstacle {
+                    pose: *pose,
+                    ..obstacle
+                })
+            })
+            .collect();
+        let mut scene = Scene::with_capacity(obstacles.len());
+        scene.set(&obstacles);
+        scene
+    }
+
+    /// The tool at evenly spaced points of `path`, world frame (m).
+    fn points(&mut self, path: &Path) -> [[f64; 3]; PATH_POINTS] {
+        let mut points = [[0.0; 3]; PATH_POINTS];
+        for (index, point) in points.iter_mut().enumerate() {
+            let at = path.at(index as f64 / (PATH_POINTS - 1) as f64);
+            if let Ok(Some(pose)) = self.flow.target_frame_pose_at(self.tool, &at) {
+                *point = (self.base * pose).translation.vector.into();
+            }
+        }
+        points
+    }
+}
+
+fn named(reason: Reason) -> NotReached {
+    match reason {
+        Reason::Unreachable => NotReached::Unreachable,
+        Reason::JointLimit => NotReached::JointLimit,
+        Reason::Blocked => NotReached::Blocked,
+        Reason::Singular => NotReached::Singular,
+        Reason::LocalMinimum => NotReached::LocalMinimum,
+    }
+}

@@ -1,0 +1,135 @@
+//! What a planner is asked.
+
+use nalgebra::{Isometry3, Vector3};
+use rmp::{MAX_CARRIED, ObstacleId};
+
+use crate::checkpoint::{CheckpointError, Codec, damaged};
+use crate::planning::{Moment, PoseGoal};
+
+/// What is wanted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Ask {
+    /// Why the arm is not at its goal.
+    #[default]
+    Reason,
+    /// A path, where motion policies cannot go straight to the goal.
+    Path,
+    /// A path, even where the straight way is free: motion policies did not take it.
+    Detour,
+}
+
+/// A request: all that its answer depends on.
+#[derive(Clone, Debug)]
+pub struct PlanRequest {
+    /// Number, from 1 up.
+    pub id: u64,
+    /// Tick at which it was made.
+    pub tick: u64,
+    /// What is wanted.
+    pub ask: Ask,
+    /// Where the arm is (rad or m).
+    pub start: Vec<f64>,
+    /// Joint positions it likes (rad or m).
+    pub posture: Vec<f64>,
+    /// Pose of the tool, base frame (m).
+    pub goal: Isometry3<f64>,
+    /// The obstacles that count, by their number in the arm's surroundings, base frame.
+    pub obstacles: Vec<(usize, Isometry3<f64>)>,
+    /// Spheres of what is held: centre in the tool frame, radius (m).
+    pub held: Vec<(Vector3<f64>, f64)>,
+}
+
+impl PlanRequest {
+    /// An empty one with room for an arm of `joints` joints among `obstacles` obstacles.
+    pub fn with_capacity(joints: usize, obstacles: usize) -> Self {
+        Self {
+            id: 0,
+            tick: 0,
+            ask: Ask::Reason,
+            start: vec![0.0; joints],
+            posture: vec![0.0; joints],
+            goal: Isometry3::identity(),
+            obstacles: Vec::with_capacity(obstacles),
+            held: Vec::with_capacity(MAX_CARRIED),
+        }
+    }
+
+    /// How many obstacles there is room for.
+    pub(crate) fn obstacle_capacity(&self) -> usize {
+        self.obstacles.capacity()
+    }
+
+    /// Takes what `other` has. Allocates nothing where there is room.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        (self.id, self.tick, self.ask, self.goal) = (other.id, other.tick, other.ask, other.goal);
+        self.start.clone_from(&other.start);
+        self.posture.clone_from(&other.posture);
+        self.obstacles.clone_from(&other.obstacles);
+        self.held.clone_from(&other.held);
+    }
+
+    /// Becomes the next request.
+    pub(crate) fn fill(&mut self, ask: Ask, now: &Moment<'_>, goal: &PoseGoal) {
+        self.id += 1;
+        self.tick = now.tick;
+        self.ask = ask;
+        self.start.copy_from_slice(&now.state.positions);
+        self.posture.copy_from_slice(now.posture);
+        // Of a goal with an approach the path ends where the approach begins.
+        self.goal = goal.pose;
+        self.goal.translation.vector -= goal.approach;
+        self.obstacles.clear();
+        let ids = (0..now.obstacles.len()).map(ObstacleId);
+        let counted = ids.filter(|id| now.obstacles.is_enabled(*id));
+        let placed = counted.filter_map(|id| Some((id.0, now.obstacles.get(id)?.pose)));
+        self.obstacles.extend(placed);
+        self.held.clear();
+        self.held.extend_from_slice(now.held);
+    }
+
+    /// Writes or reads it; of one that `is_in_flight` all, of another its number.
+    pub(crate) fn checkpoint(
+        &mut self,
+        codec: &mut Codec<'_>,
+        is_in_flight: bool,
+    ) -> Result<(), CheckpointError> {
+        codec.u64(&mut self.id)?;
+        if !is_in_flight {
+            return Ok(());
+        }
+        codec.u64(&mut self.tick)?;
+        let mut ask = self.ask as u32;
+        codec.u32(&mut ask)?;
+        self.ask = match ask {
+            0 => Ask::Reason,
+            1 => Ask::Path,
+            2 => Ask::Detour,
+            found => return Err(damaged("request", u64::from(found))),
+        };
+        codec.f64s(&mut self.start)?;
+        codec.f64s(&mut self.posture)?;
+        codec.pose(&mut self.goal)?;
+        let most = self.obstacle_capacity();
+        codec.list(
+            "obstacles",
+            &mut self.obstacles,
+            most,
+            |codec, (id, pose)| {
+                codec.index("obstacle", id, most)?;
+                codec.pose(pose)
+            },
+        )?;
+        held(codec, &mut self.held)
+    }
+}
+
+/// Writes or reads spheres of what is held.
+pub(crate) fn held(
+    codec: &mut Codec<'_>,
+    held: &mut Vec<(Vector3<f64>, f64)>,
+) -> Result<(), CheckpointError> {
+    codec.list("held spheres", held, MAX_CARRIED, |codec, (at, radius)| {
+        codec.f64s(at.iter_mut())?;
+        codec.f64(radius)
+    })
+}

@@ -1,0 +1,126 @@
+//! The planner in a thread of its own: a cycle hands over and takes, and never waits for it.
+//!
+//! The two sides exchange one box that is always with one of them. A side that has nothing to
+//! do parks and is woken; the channels are only tried, which takes no lock.
+
+use std::io;
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
+use std::thread::{Builder, JoinHandle};
+
+use crate::cycle::Cycle;
+use crate::planning::{ANSWER_TICKS, PlanAnswer, PlanRequest, Planner};
+
+/// What is exchanged.
+struct Job {
+    request: PlanRequest,
+    /// On the way back the answer; on the way there one that is not needed any more.
+    answer: Option<PlanAnswer>,
+    /// Whether the answer is that to the request, and was not delivered.
+    is_answered: bool,
+}
+
+/// The planner of one arm.
+pub struct PlanWorker {
+    to_planner: Option<SyncSender<Box<Job>>>,
+    from_planner: Receiver<Box<Job>>,
+    thread: Option<JoinHandle<()>>,
+    /// Not with the planner.
+    job: Option<Box<Job>>,
+}
+
+impl PlanWorker {
+    /// Starts the thread, with the priority of the caller, for a `cycle` of the planner's arm.
+    ///
+    /// # Errors
+    /// Where no thread can be started.
+    pub fn start(planner: Planner, cycle: &Cycle) -> io::Result<Self> {
+        let (to_planner, requests) = sync_channel(1);
+        let (answers, from_planner) = sync_channel(1);
+        let thread = Builder::new()
+            .name("planner".to_owned())
+            .spawn(move || work(planner, &requests, &answers))?;
+        Ok(Self {
+            to_planner: Some(to_planner),
+            from_planner,
+            thread: Some(thread),
+            job: Some(Box::new(Job {
+                request: cycle.empty_plan_request(),
+                answer: None,
+                is_answered: false,
+            })),
+        })
+    }
+
+    /// Gives the answer that is due at `tick` to `cycle`. One that is not there yet is waited
+    /// for while `waits` says so, and comes in a later cycle. Allocates nothing.
+    pub fn deliver(&mut self, cycle: &mut Cycle, tick: u64, mut waits: impl FnMut() -> bool) {
+        let Some(asked) = cycle.plan_asked() else {
+            return;
+        };
+        if tick < asked.tick + ANSWER_TICKS {
+            return;
+        }
+        loop {
+            self.hand_over(cycle);
+            let done = |job: &&mut Box<Job>| job.is_answered && job.request.id == asked.id;
+            if let Some(job) = self.job.as_mut().filter(done) {
+                job.is_answered = false;
+                cycle.answer_plan(&mut job.answer);
+                return;
+            }
+            if !waits() {
+                return;
+            }
+        }
+    }
+
+    /// Hands a request of `cycle` to the planner that it does not have yet. One that it works
+    /// at is finished first. Allocates nothing.
+    pub fn hand_over(&mut self, cycle: &Cycle) {
+        if let Ok(job) = self.from_planner.try_recv() {
+            self.job = Some(job);
+        }
+        let asked = cycle.plan_asked().map(|asked| asked.id);
+        let is_news = |job: &mut Box<Job>| asked.is_some_and(|id| id != job.request.id);
+        let Some(mut job) = self.job.take_if(is_news) else {
+            return;
+        };
+        cycle.copy_plan_request(&mut job.request);
+        job.is_answered = false;
+        // There is room: there is one job.
+        let sent = self
+            .to_planner
+            .as_ref()
+            .map(|planner| planner.try_send(job));
+        if let (Some(Ok(())), Some(thread)) = (sent, &self.thread) {
+            thread.thread().unpark();
+        }
+    }
+}
+
+/// Answers until nobody can ask any more.
+fn work(mut planner: Planner, requests: &Receiver<Box<Job>>, answers: &SyncSender<Box<Job>>) {
+    loop {
+        match requests.try_recv() {
+            Ok(mut job) => {
+                job.answer = Some(planner.answer(&job.request));
+                job.is_answered = true;
+                // There is room: there is one job.
+                let _sent = answers.try_send(job).is_ok();
+            }
+            Err(TryRecvError::Empty) => std::thread::park(),
+            Err(TryRecvError::Disconnected) => return,
+        }
+    }
+}
+
+impl Drop for PlanWorker {
+    /// Ends the thread.
+    fn drop(&mut self) {
+        self.to_planner = None;
+        if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
+            let _ended = thread.join().is_ok();
+        }
+    }
+}
