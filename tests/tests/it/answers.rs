@@ -90,7 +90,7 @@ fn a_target_is_reached_or_it_is_said_that_it_cannot_be() {
     );
     let said = cell.ask(&["target", "3", "0", "0.5"]);
     assert!(
-        said.code == 3 && said.stderr.contains("not reachable: "),
+        said.code == 3 && said.stderr.contains("not reachable (unreachable): "),
         "{said:?}"
     );
     let said = cell.ask(&["target", "0.4", "-0.1", "0.3", "0", "180", "0"]);
