@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 
 use crate::checkpoint::{CheckpointError, Codec};
 use crate::controller::{Controller, SequentialController, Setpoint};
-use crate::controllers::{Controllers, RMPFLOW};
+use crate::controllers::{Controllers, PLANNED, RMPFLOW};
 use crate::error::RmpFlowError;
 use crate::follower::Follower;
 use crate::planning::{PlanAnswer, PlanReport, PlanRequest};
@@ -65,7 +65,12 @@ impl ArmMotion {
     /// number. Without one the arm holds.
     pub fn select(&mut self, selector: u32) -> bool {
         self.selector = selector;
-        selector == RMPFLOW || self.found().is_some()
+        self.rmpflow.follow_paths(selector == PLANNED);
+        self.is_known()
+    }
+
+    fn is_known(&self) -> bool {
+        matches!(self.selector, RMPFLOW | PLANNED) || self.found().is_some()
     }
 
     fn found(&self) -> Option<usize> {
@@ -151,7 +156,7 @@ impl Controller for ArmMotion {
     }
 
     fn forward(&mut self, estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
-        let known = self.selector == RMPFLOW || self.found().is_some();
+        let known = self.is_known();
         let wanted = self.found().filter(|_| !setpoint.hold);
         if wanted != self.active {
             let from = self.last;

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, TryLockError};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::checkpoint::{CheckpointError, Codec};
-use crate::planning::PoseGoal;
+use crate::planning::PlanGoal;
 use crate::robot_state::RobotState;
 
 /// What a controller shall bring about; a missing part keeps its last value.
@@ -18,7 +18,7 @@ pub struct Setpoint {
     pub orientation: Option<UnitQuaternion<f64>>,
     /// The goal that position and orientation lead to, for a planner; none where there is
     /// none, or it is not one of the tool.
-    pub goal: Option<PoseGoal>,
+    pub goal: Option<PlanGoal>,
     /// Joint values: a posture to lean to, or another controller's output.
     pub joints: RobotState,
     /// Obstacles that count, bit per obstacle.

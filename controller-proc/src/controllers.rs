@@ -15,6 +15,8 @@ use crate::controller::{Controller, Setpoint};
 use crate::error::RmpFlowError;
 use crate::robot_state::{JointSpace, RobotState};
 
+pub use ipc_types::decision::PLANNED;
+
 /// Number of RMPflow.
 pub const RMPFLOW: u32 = 0;
 /// Number of the joint-space PD controller.
@@ -54,8 +56,8 @@ impl Default for Controllers {
 }
 
 impl Controllers {
-    /// Adds a controller under a number other than [`RMPFLOW`]; a later one of the
-    /// same number takes its place.
+    /// Adds a controller under a number other than [`RMPFLOW`] and [`PLANNED`]; a later one
+    /// of the same number takes its place.
     #[must_use]
     pub fn with(
         mut self,
@@ -67,7 +69,7 @@ impl Controllers {
         + 'static,
     ) -> Self {
         self.list.retain(|(known, ..)| *known != selector);
-        if selector != RMPFLOW {
+        if selector != RMPFLOW && selector != PLANNED {
             self.list.push((selector, name, Arc::new(make)));
         }
         self

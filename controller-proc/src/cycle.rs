@@ -18,7 +18,7 @@ use crate::corridor::Corridor;
 use crate::error::RmpFlowError;
 use crate::goal::GoalLatch;
 use crate::gripper_controller::GripperController;
-use crate::planning::{ANSWER_TICKS, PlanAnswer, PlanRequest, Planner, PoseGoal};
+use crate::planning::{ANSWER_TICKS, PlanAnswer, PlanGoal, PlanRequest, Planner};
 use crate::robot_state::RobotState;
 use crate::suction::SuctionController;
 
@@ -374,9 +374,10 @@ impl Cycle {
             GoalKind::Joints => {}
             GoalKind::Pose => {
                 let target = self.base.inverse() * isometry(&goal.target);
-                setpoint.goal = Some(PoseGoal {
+                setpoint.goal = Some(PlanGoal {
                     pose: target,
                     approach: self.base.rotation.inverse() * Vector3::from(goal.approach),
+                    by_joints: false,
                 });
                 setpoint.position = Some(self.approach(goal, &target));
                 setpoint.orientation = Some(target.rotation);

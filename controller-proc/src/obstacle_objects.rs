@@ -22,8 +22,8 @@ struct Entry {
     /// Index in the cell.
     index: usize,
     name: String,
-    /// Its shape, in its own frame.
-    around: Obstacle,
+    /// Its shape, in its own frame: of a bin floor and walls, which count as one.
+    parts: Vec<Obstacle>,
     id: Option<ObstacleId>,
 }
 
@@ -33,7 +33,7 @@ impl ObstacleObjects {
         let entry = |(index, object): (usize, &cell_model::ObjectSpec)| Entry {
             index,
             name: object.name.clone(),
-            around: object.shape.obstacle(Isometry3::identity()),
+            parts: object.shape.obstacles(Isometry3::identity()),
             id: None,
         };
         Self {
@@ -45,6 +45,11 @@ impl ObstacleObjects {
     /// How many obstacles it makes.
     pub fn len(&self) -> usize {
         self.objects.len()
+    }
+
+    /// How many places in a set of obstacles they take.
+    pub fn part_count(&self) -> usize {
+        self.objects.iter().map(|entry| entry.parts.len()).sum()
     }
 
     /// Whether there is none.
@@ -59,7 +64,9 @@ impl ObstacleObjects {
     pub fn add_to(&mut self, set: &mut ObstacleSet) -> Result<(), (String, ObstacleError)> {
         for entry in &mut self.objects {
             let refused = |error| (entry.name.clone(), error);
-            let id = set.add(entry.around.clone()).map_err(refused)?;
+            let id = set
+                .add_parts(Isometry3::identity(), &entry.parts)
+                .map_err(refused)?;
             set.set_enabled(id, false).map_err(refused)?;
             entry.id = Some(id);
         }

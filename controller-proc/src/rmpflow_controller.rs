@@ -14,7 +14,7 @@ use crate::checkpoint::{CheckpointError, Codec, damaged};
 use crate::controller::{Controller, Setpoint};
 use crate::held_object::HeldObject;
 use crate::planning::planner::PlannedArm;
-use crate::planning::{Moment, Planning, PoseGoal};
+use crate::planning::{Moment, PlanGoal, Planning};
 use crate::robot_state::{MAX_STATE_JOINTS, RobotState};
 use crate::surroundings::Surroundings;
 
@@ -65,6 +65,8 @@ pub struct RmpFlowController {
     surroundings: Surroundings,
     held: HeldObject,
     planning: Planning,
+    /// Paths lead the arm whatever the goal says.
+    always_plans: bool,
     gains: Gains,
     tick: u64,
     mode: Mode,
@@ -110,11 +112,8 @@ impl RmpFlowController {
             target: Target::default(),
             surroundings,
             held: HeldObject::new(cell, arm),
-            planning: Planning::new(
-                PlannedArm::new(robot, spec.planner)?,
-                spec.planner,
-                capacity,
-            ),
+            planning: Planning::new(PlannedArm::new(robot)?, capacity),
+            always_plans: spec.planner,
             gains: Gains {
                 own: (robot.rmpflow.cspace_target, robot.rmpflow.collision),
                 led: plan::led(&robot.rmpflow),
@@ -142,6 +141,12 @@ impl RmpFlowController {
             .see_objects(state.objects(), object_mask, held, set);
     }
 
+    /// Whether paths lead the arm around obstacles from now on; where the cell says so they
+    /// do in any case.
+    pub fn follow_paths(&mut self, follow: bool) {
+        self.planning.set_on(follow || self.always_plans);
+    }
+
     /// TCP of the integrated state in the base frame.
     pub fn tool_pose(&self) -> Isometry3<f64> {
         self.tool_pose
@@ -165,8 +170,12 @@ impl RmpFlowController {
     }
 
     fn apply(&mut self, setpoint: &Setpoint) -> Result<(), rmp::SetupError> {
+        let mut fixtures = setpoint.obstacle_mask;
+        if self.planning.is_led() {
+            fixtures &= self.surroundings.solid_mask();
+        }
         self.surroundings
-            .mask_fixtures(setpoint.obstacle_mask, self.flow.obstacles_mut());
+            .mask_fixtures(fixtures, self.flow.obstacles_mut());
         if setpoint.hold {
             self.planning.clear();
             self.set_gains()?;
@@ -179,7 +188,11 @@ impl RmpFlowController {
                 .or(self.default_posture.get(joint).copied())
                 .unwrap_or(*slot);
         }
-        self.plan(setpoint.goal.as_ref())?;
+        let joints = match setpoint.goal {
+            None if self.planning.is_on() => self.joint_goal()?,
+            _ => None,
+        };
+        self.plan(setpoint.goal.or(joints).as_ref())?;
         let goal = Target {
             position: setpoint.position,
             orientation: setpoint.orientation,
@@ -197,8 +210,18 @@ impl RmpFlowController {
         self.lead(if is_end { goal } else { on_path })
     }
 
+    /// The goal of an arm whose joints go to the posture.
+    fn joint_goal(&mut self) -> Result<Option<PlanGoal>, rmp::SetupError> {
+        let pose = self.flow.target_frame_pose_at(self.tool, &self.posture)?;
+        Ok(pose.map(|pose| PlanGoal {
+            pose,
+            approach: Vector3::zeros(),
+            by_joints: true,
+        }))
+    }
+
     /// Asks for a path or a reason where one is needed, and takes what came.
-    fn plan(&mut self, goal: Option<&PoseGoal>) -> Result<(), rmp::SetupError> {
+    fn plan(&mut self, goal: Option<&PlanGoal>) -> Result<(), rmp::SetupError> {
         self.planning.update(&Moment {
             tick: self.tick,
             goal,
@@ -207,6 +230,7 @@ impl RmpFlowController {
             posture: &self.posture,
             held: self.held.balls(),
             obstacles: self.flow.obstacles(),
+            solid_mask: self.surroundings.solid_mask(),
         });
         self.set_gains()
     }

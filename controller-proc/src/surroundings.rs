@@ -1,6 +1,6 @@
 //! All that motion of an arm keeps away from: fixtures, other arms, objects.
 
-use cell_model::Cell;
+use cell_model::{Cell, FixtureSpec};
 use ipc_types::{ArmState, ObjectState};
 use nalgebra::Isometry3;
 use rmp::{ObstacleId, ObstacleSet};
@@ -15,6 +15,8 @@ pub struct Surroundings {
     fixtures: Vec<ObstacleId>,
     /// Fixtures that count, bit per fixture that is an obstacle.
     fixture_mask: u64,
+    /// Those that are solid.
+    solid_mask: u64,
     others: Vec<OtherArm>,
     objects: ObstacleObjects,
 }
@@ -25,15 +27,18 @@ impl Surroundings {
         Self {
             fixtures: Vec::new(),
             fixture_mask: u64::MAX,
+            solid_mask: solid_mask(cell),
             others: OtherArm::all_but(cell, arm),
             objects: ObstacleObjects::new(cell, base),
         }
     }
 
-    /// How many obstacles it makes.
+    /// How many places in a set of obstacles it takes.
     pub fn obstacle_count(&self, cell: &Cell) -> usize {
-        let parts: usize = self.others.iter().map(OtherArm::part_count).sum();
-        cell.obstacles().count() + parts + self.objects.len()
+        let arms: usize = self.others.iter().map(OtherArm::part_count).sum();
+        let parts = |fixture: &FixtureSpec| fixture.shape.obstacles(fixture.pose).len();
+        let fixtures: usize = cell.obstacles().map(parts).sum();
+        fixtures + arms + self.objects.part_count()
     }
 
     /// Adds everything to `set`; fixtures first, in the order of their mask.
@@ -47,11 +52,14 @@ impl Surroundings {
         set: &mut ObstacleSet,
     ) -> Result<(), RmpFlowError> {
         for fixture in cell.obstacles() {
-            let shape = fixture.shape.obstacle(base.inverse() * fixture.pose);
-            let id = set.add(shape).map_err(|source| RmpFlowError::Obstacle {
-                fixture: fixture.name.clone(),
-                source,
-            })?;
+            let parts = fixture.shape.obstacles(Isometry3::identity());
+            let pose = base.inverse() * fixture.pose;
+            let id = set
+                .add_parts(pose, &parts)
+                .map_err(|source| RmpFlowError::Obstacle {
+                    fixture: fixture.name.clone(),
+                    source,
+                })?;
             self.fixtures.push(id);
         }
         for other in &mut self.others {
@@ -82,6 +90,12 @@ impl Surroundings {
         set: &mut ObstacleSet,
     ) {
         self.objects.place(objects, mask, held, set);
+    }
+
+    /// Fixtures that are solid, bit per fixture that is an obstacle: the others lead motion
+    /// policies around something, and paths need no such lead.
+    pub fn solid_mask(&self) -> u64 {
+        self.solid_mask
     }
 
     /// Lets the fixtures of `mask` count, and no others.
@@ -118,4 +132,11 @@ impl Surroundings {
         }
         Ok(())
     }
+}
+
+/// Bit 63 stands for all from the 64th on.
+fn solid_mask(cell: &Cell) -> u64 {
+    let fixtures = cell.obstacles().enumerate();
+    let unsolid = fixtures.filter(|(_, fixture)| !fixture.solid);
+    unsolid.fold(u64::MAX, |mask, (bit, _)| mask & !(1 << bit.min(63)))
 }

@@ -9,6 +9,9 @@ use crate::{BreakName, MAX_ARMS, MAX_JOINTS, Text};
 /// Ids of placed objects a decision can name.
 pub const MAX_PLACED: usize = 48;
 
+/// [`ArmGoal::selector`] of RMPflow that planned paths lead around obstacles.
+pub const PLANNED: u32 = 3;
+
 code! {
     /// What the arm shall do.
     pub enum GoalKind {
@@ -60,7 +63,7 @@ wire! {
         /// [`GripperGoal`].
         pub gripper: u32,
         /// Which controller moves the arm: 0 for RMPflow, 1 for joint-space PD, 2 for
-        /// a Cartesian line, others as the controller program numbers them. An
+        /// a Cartesian line, [`PLANNED`] for RMPflow on planned paths, others as the controller program numbers them. An
         /// unknown one holds the arm.
         pub selector: u32,
         /// 1 when `posture` is given.

@@ -7,15 +7,17 @@ use crate::convert::angle;
 
 /// A pose of the TCP in the arm's base frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PoseGoal {
+pub struct PlanGoal {
     /// The pose (m).
     pub pose: Isometry3<f64>,
     /// Direction and length of the last part of the way there (m); zero where any way is
     /// fine.
     pub approach: Vector3<f64>,
+    /// Not the pose is asked for, but the joint positions of the posture, which have it.
+    pub by_joints: bool,
 }
 
-impl PoseGoal {
+impl PlanGoal {
     /// Distance (m) and angle (rad) to another goal.
     pub(crate) fn off(&self, other: &Self) -> (f64, f64) {
         self.off_pose(&other.pose)
@@ -27,12 +29,14 @@ impl PoseGoal {
         (way.norm(), angle(&self.pose.rotation, &pose.rotation))
     }
 
-    pub(crate) fn has_approach(&self) -> bool {
-        self.approach != Vector3::zeros()
+    /// Whether motion policies go the last part of the way alone.
+    pub(crate) fn ends_alone(&self) -> bool {
+        self.by_joints || self.approach != Vector3::zeros()
     }
 
     pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
         codec.pose(&mut self.pose)?;
-        codec.f64s(self.approach.iter_mut())
+        codec.f64s(self.approach.iter_mut())?;
+        codec.bool("goal by joints", &mut self.by_joints)
     }
 }

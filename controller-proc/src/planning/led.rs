@@ -5,15 +5,19 @@ use std::sync::Arc;
 use ipc_types::arm::PATH_POINTS;
 use nalgebra::Vector3;
 use plan::{Ahead, Body, Guide, Path, Scene};
-use rmp::ObstacleSet;
 
-use super::goal::PoseGoal;
+use super::goal::PlanGoal;
 use super::planner::{MAX_WAYPOINTS, PlannedArm};
 use super::request::held;
 use crate::checkpoint::{CheckpointError, Codec};
 
-/// At the beginning of an approach the path ends this near to its last point (rad and m
-/// alike).
+/// How near to obstacles corners are cut (m).
+const CORNER_M: f64 = 0.006;
+/// How far an arm that holds something is led ahead of where it is, at most (rad and m alike):
+/// farther, and so faster, it would lose what it holds.
+const HELD_AHEAD: f64 = 0.4;
+/// Where motion policies go the last part alone, the path ends this near to its last point
+/// (rad and m alike).
 const AT_APPROACH: f64 = 0.15;
 
 /// A path, and where on it the arm is.
@@ -37,16 +41,18 @@ impl Led {
     ) -> Self {
         let scene = Scene::with_capacity(capacity);
         let settings = PlannedArm::settings(0);
+        let mut ahead = Ahead {
+            padding: CORNER_M,
+            ..Ahead::default()
+        };
+        if !held.is_empty() {
+            ahead.most = HELD_AHEAD;
+        }
         Self {
-            guide: Guide::new(body, scene, path, &settings, Ahead::default()),
+            guide: Guide::new(body, scene, path, &settings, ahead),
             points: *points,
             held,
         }
-    }
-
-    /// Takes note of where the obstacles are.
-    pub(crate) fn see(&mut self, obstacles: &ObstacleSet) {
-        self.guide.scene.set(obstacles.enabled());
     }
 
     /// Where to lead an arm at `positions`, and whether that is the end of the path.
@@ -57,12 +63,12 @@ impl Led {
     }
 
     /// Whether the path is behind the arm: the approach to `goal` is that of motion policies.
-    pub(crate) fn is_done(&self, goal: &PoseGoal, positions: &[f64]) -> bool {
+    pub(crate) fn is_done(&self, goal: &PlanGoal, positions: &[f64]) -> bool {
         let Some(end) = self.guide.waypoints().last() else {
             return true;
         };
         let off = end.iter().zip(positions).map(|(a, b)| (a - b) * (a - b));
-        goal.has_approach() && off.sum::<f64>() < AT_APPROACH * AT_APPROACH
+        goal.ends_alone() && off.sum::<f64>() < AT_APPROACH * AT_APPROACH
     }
 
     /// Writes it, or reads it into `led`.

@@ -13,9 +13,9 @@ pub mod worker;
 
 use ipc_types::arm::{NotReached, PATH_POINTS, PlanState};
 use nalgebra::{Isometry3, Vector3};
-use rmp::{MotionState, ObstacleSet};
+use rmp::{MotionState, ObstacleId, ObstacleSet};
 
-pub use goal::PoseGoal;
+pub use goal::PlanGoal;
 pub use planner::{PlanAnswer, Planner};
 pub use request::{Ask, PlanRequest};
 
@@ -30,6 +30,9 @@ const MOVED_M: f64 = 0.02;
 const MOVED_RAD: f64 = 0.1;
 /// The path to a goal that jumps farther than this is of no use until then (m).
 const JUMPED_M: f64 = 0.2;
+/// Nearer goals are left to motion policies, until the arm is stuck (m, rad).
+const FAR_M: f64 = 0.1;
+const FAR_RAD: f64 = 0.5;
 /// The tool is at its goal within this (m, rad).
 const NEAR_M: f64 = 0.005;
 const NEAR_RAD: f64 = 0.05;
@@ -48,7 +51,7 @@ const LOOK_AHEAD: f64 = 1.0;
 /// What planning has to know in one cycle.
 pub(crate) struct Moment<'a> {
     pub(crate) tick: u64,
-    pub(crate) goal: Option<&'a PoseGoal>,
+    pub(crate) goal: Option<&'a PlanGoal>,
     /// TCP in the base frame.
     pub(crate) tool: &'a Isometry3<f64>,
     pub(crate) state: &'a MotionState,
@@ -56,6 +59,17 @@ pub(crate) struct Moment<'a> {
     /// Spheres of what is held, in the tool frame.
     pub(crate) held: &'a [(Vector3<f64>, f64)],
     pub(crate) obstacles: &'a ObstacleSet,
+    /// The solid ones of the first 64 obstacles.
+    pub(crate) solid_mask: u64,
+}
+
+impl Moment<'_> {
+    /// The obstacles that paths keep away from.
+    pub(crate) fn solids(&self) -> impl Iterator<Item = ObstacleId> {
+        let is_solid = |index: &usize| *index >= 64 || self.solid_mask >> index & 1 == 1;
+        let ids = (0..self.obstacles.len()).filter(is_solid).map(ObstacleId);
+        ids.filter(|id| self.obstacles.is_enabled(*id))
+    }
 }
 
 /// What is said of planning to others.
@@ -74,7 +88,7 @@ pub(crate) struct Planning {
     is_on: bool,
     arm: planner::PlannedArm,
     /// What the last request was for.
-    goal: Option<PoseGoal>,
+    goal: Option<PlanGoal>,
     request: PlanRequest,
     is_in_flight: bool,
     answered: u64,
@@ -94,9 +108,9 @@ pub(crate) struct Planning {
 }
 
 impl Planning {
-    pub(crate) fn new(arm: planner::PlannedArm, is_on: bool, obstacles: usize) -> Self {
+    pub(crate) fn new(arm: planner::PlannedArm, obstacles: usize) -> Self {
         Self {
-            is_on,
+            is_on: false,
             request: PlanRequest::with_capacity(arm.joint_count(), obstacles),
             arm,
             goal: None,
@@ -141,6 +155,15 @@ impl Planning {
         self.quiet_until = 0;
     }
 
+    pub(crate) fn is_on(&self) -> bool {
+        self.is_on
+    }
+
+    pub(crate) fn set_on(&mut self, is_on: bool) {
+        self.is_on = is_on;
+        self.is_led &= is_on;
+    }
+
     pub(crate) fn is_led(&self) -> bool {
         self.is_led
     }
@@ -157,14 +180,17 @@ impl Planning {
         if off.is_none_or(|(m, _)| m > JUMPED_M) {
             self.is_led = false;
         }
-        self.watch(now, goal);
+        let (m, rad) = goal.off_pose(now.tool);
+        self.watch(now, (m, rad));
+        let is_far = m > FAR_M || rad > FAR_RAD;
         if let Some(led) = self.led.as_mut().filter(|_| self.is_led) {
-            led.see(now.obstacles);
+            let parts = now.solids().flat_map(|id| now.obstacles.parts(id));
+            led.guide.scene.set(parts);
             self.is_led = !led.is_done(goal, &now.state.positions);
         }
         if !self.is_in_flight
             && now.tick >= self.quiet_until
-            && let Some(ask) = self.wanted(now.tick, has_moved)
+            && let Some(ask) = self.wanted(now.tick, has_moved && is_far)
         {
             self.goal = Some(*goal);
             self.request.fill(ask, now, goal);
@@ -194,8 +220,7 @@ impl Planning {
     }
 
     /// Notes how long the arm has been stuck away from its goal.
-    fn watch(&mut self, now: &Moment<'_>, goal: &PoseGoal) {
-        let (m, rad) = goal.off_pose(now.tool);
+    fn watch(&mut self, now: &Moment<'_>, (m, rad): (f64, f64)) {
         let is_there = m < NEAR_M && rad < NEAR_RAD;
         let is_slow = now.state.velocities.iter().all(|v| v.abs() < STUCK_SPEED);
         let (last_m, last_rad) = self.last_off;
@@ -211,12 +236,12 @@ impl Planning {
         }
     }
 
-    fn wanted(&mut self, tick: u64, has_moved: bool) -> Option<Ask> {
+    fn wanted(&mut self, tick: u64, is_new: bool) -> Option<Ask> {
         let is_stuck = self.stuck_ticks >= STUCK_TICKS;
         if !self.is_on {
             return is_stuck.then_some(Ask::Reason);
         }
-        if has_moved {
+        if is_new {
             return Some(Ask::Path);
         }
         let looks = self.is_led && tick.is_multiple_of(LOOK_TICKS);
@@ -255,7 +280,7 @@ impl Planning {
 
     /// Writes or reads what is remembered from cycle to cycle.
     pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
-        codec.same("planner", u64::from(self.is_on))?;
+        codec.bool("planner", &mut self.is_on)?;
         codec.option("planned goal", &mut self.goal, |codec, goal| {
             goal.checkpoint(codec)
         })?;

@@ -1,15 +1,16 @@
 //! The answer to a request, as a pure function of it.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use cell_model::{Cell, Robot};
 use ipc_types::arm::{NotReached, PATH_POINTS};
 use nalgebra::{Isometry3, Vector3};
 use plan::{
-    Body, BodySetup, Path, PlanError, Reason, Request, Scene, Settings, Tool, plan_to_pose, reason,
+    Body, BodyError, BodySetup, Path, PlanError, Reason, Request, Scene, Settings, Tool, plan,
+    plan_to_pose, reason,
 };
-use rmp::{JointLimits, Obstacle, ObstacleId, RmpFlow, TargetId};
+use rmp::{CollisionSphere, JointLimits, ObstacleId, RmpFlow, TargetId};
 
 use super::led::Led;
 use super::request::{Ask, PlanRequest};
@@ -23,66 +24,83 @@ const MAX_ITERATIONS: u64 = 10_000;
 /// Solids that are looked at at most.
 const MAX_LOOKS: u64 = 20_000_000;
 
+/// A tool on a straight line in joint space is off its straight line by less, where motion
+/// policies are about as near to that (m).
+const BOW_M: f64 = 0.15;
 /// How far paths stay off obstacles (m): the spheres leave out what sticks out by 4 mm.
 const PADDING_M: f64 = 0.008;
 
-/// An arm as the planner sees it.
-#[derive(Clone, Debug)]
+/// An arm as the planner sees it: covered by spheres as a whole. Motion policies keep far
+/// enough away with those of the robot's files, which leave parts of it out.
+#[derive(Debug)]
 pub(crate) struct PlannedArm {
-    body: Arc<Body>,
+    robot: Robot,
+    /// The arm with the spheres of its files.
+    plain: Arc<Body>,
+    /// With all spheres. They take some 20 ms to find, so not before they are needed.
+    covered: OnceLock<Arc<Body>>,
 }
 
 impl PlannedArm {
-    /// Of a robot. One that `follows` paths is covered by spheres as a whole: motion policies
-    /// keep far enough away with those of the robot's files, which leave parts of it out.
+    /// Of a robot.
     ///
     /// # Errors
     /// Where the robot's files contradict each other.
-    pub(crate) fn new(robot: &Robot, follows: bool) -> Result<Self, RmpFlowError> {
+    pub(crate) fn new(robot: &Robot) -> Result<Self, RmpFlowError> {
+        let plain = Self::with(robot, &robot.spheres).map_err(|source| RmpFlowError::Planner {
+            robot: robot.name.clone(),
+            source,
+        })?;
+        Ok(Self {
+            robot: robot.clone(),
+            plain: Arc::new(plain),
+            covered: OnceLock::new(),
+        })
+    }
+
+    fn with(robot: &Robot, spheres: &[CollisionSphere]) -> Result<Body, BodyError> {
         let names = robot.chain.joints().iter().map(|joint| joint.name.clone());
         let mut defaults: BTreeMap<String, f64> = names
             .zip(robot.fixed_joint_positions.iter().copied())
             .collect();
         // Fingers take the most room where they are open.
-        if let Some(gripper) = robot.gripper.as_ref().filter(|_| follows) {
+        if let Some(gripper) = &robot.gripper {
             for joint in gripper.finger_joints {
                 if let Some(joint) = robot.chain.joints().get(joint) {
                     defaults.insert(joint.name.clone(), 0.5 * gripper.max_width);
                 }
             }
         }
-        let mut spheres = robot.spheres.clone();
-        if follows {
-            spheres.extend(robot.uncovered_spheres());
-        }
-        let body = Body::new(&BodySetup {
+        Body::new(&BodySetup {
             chain: &robot.chain,
             joint_names: &robot.arm_joint_names(),
             default_positions: &defaults,
-            spheres: &spheres,
+            spheres,
             self_spheres: &robot.self_spheres,
             self_ignore: &robot.self_ignore,
             tool: robot.tcp_frame_name(),
-        });
-        let body = body.map_err(|source| RmpFlowError::Planner {
-            robot: robot.name.clone(),
-            source,
-        })?;
-        Ok(Self {
-            body: Arc::new(body),
+        })
+    }
+
+    fn covered(&self) -> &Arc<Body> {
+        self.covered.get_or_init(|| {
+            let mut spheres = self.robot.spheres.clone();
+            spheres.extend(self.robot.uncovered_spheres());
+            // What the plain one has is known, and the others are on links.
+            Self::with(&self.robot, &spheres).map_or_else(|_| self.plain.clone(), Arc::new)
         })
     }
 
     pub(crate) fn joint_count(&self) -> usize {
-        self.body.joint_count()
+        self.plain.joint_count()
     }
 
     /// The arm with what it holds.
     pub(crate) fn body(&self, held: &[(Vector3<f64>, f64)]) -> Arc<Body> {
         if held.is_empty() {
-            return Arc::clone(&self.body);
+            return Arc::clone(self.covered());
         }
-        Arc::new(self.body.carrying(held))
+        Arc::new(self.covered().carrying(held))
     }
 
     /// How paths are searched; another seed tries other configurations.
@@ -116,6 +134,8 @@ pub struct Planner {
     tool: TargetId,
     limits: JointLimits,
     base: Isometry3<f64>,
+    /// Solids there can be.
+    capacity: usize,
 }
 
 impl Planner {
@@ -138,11 +158,12 @@ impl Planner {
             .map_err(setup)?;
         surroundings.add_to(cell, &spec.base, flow.obstacles_mut())?;
         Ok(Self {
-            arm: PlannedArm::new(robot, spec.planner)?,
+            arm: PlannedArm::new(robot)?,
             flow,
             tool,
             limits: robot.limits(),
             base: spec.base,
+            capacity,
         })
     }
 
@@ -159,7 +180,7 @@ impl Planner {
         }
     }
 
-    /// A path, or none where motion policies need none; or why there is no path.
+    /// A path, or none where motion policies can go straight to the goal; or why there is no path.
     fn solve(&mut self, request: &PlanRequest) -> Result<Option<Led>, NotReached> {
         let scene = self.scene(request);
         let body = self.arm.body(&request.held);
@@ -175,7 +196,11 @@ impl Planner {
         if request.ask == Ask::Reason {
             return Err(named(reason(&wanted, &mut tool, &settings)));
         }
-        let path = plan_to_pose(&wanted, &mut tool, &settings);
+        let path = if request.by_joints {
+            plan(&body, &scene, &request.start, &request.posture, &settings)
+        } else {
+            plan_to_pose(&wanted, &mut tool, &settings)
+        };
         let path = path.map_err(|error| match error {
             PlanError::InCollision { what: "start" } => NotReached::InCollision,
             PlanError::Unreachable { .. } => named(reason(&wanted, &mut tool, &settings)),
@@ -183,33 +208,30 @@ impl Planner {
             PlanError::Pose => NotReached::Unreachable,
             PlanError::InCollision { .. } | PlanError::NotFound { .. } => NotReached::Blocked,
         })?;
-        let is_straight = path.waypoints.len() <= 2 && path.iterations == 0;
-        if is_straight && request.ask == Ask::Path {
-            return Ok(None);
-        }
         if path.waypoints.len() > MAX_WAYPOINTS {
             return Err(NotReached::Blocked);
         }
         let points = self.points(&path);
-        let (held, capacity) = (request.held.clone(), self.flow.obstacles().len());
+        // Joints alone would not keep to the straight line.
+        let is_straight = path.iterations == 0 && !request.by_joints && bow(&points) < BOW_M;
+        if is_straight && request.ask == Ask::Path {
+            return Ok(None);
+        }
+        let (held, capacity) = (request.held.clone(), self.capacity);
         Ok(Some(Led::new(&path, body, held, &points, capacity)))
     }
 
-    fn scene(&self, request: &PlanRequest) -> Scene {
-        let known = self.flow.obstacles();
-        let obstacles: Vec<Obstacle> = request
-            .obstacles
-            .iter()
-            .filter_map(|(id, pose)| {
-                let obstacle = known.get(ObstacleId(*id))?.clone();
-                Some(Obstacle {
-                    pose: *pose,
-                    ..obstacle
-                })
-            })
-            .collect();
-        let mut scene = Scene::with_capacity(obstacles.len());
-        scene.set(&obstacles);
+    /// The obstacles of the request, at their places.
+    fn scene(&mut self, request: &PlanRequest) -> Scene {
+        let set = self.flow.obstacles_mut();
+        let mut scene = Scene::with_capacity(set.len());
+        for id in (0..set.len()).map(ObstacleId) {
+            let asked = request.obstacles.iter().find(|(asked, _)| *asked == id.0);
+            // The number is known, and a pose that cannot be was refused before.
+            let placed = asked.is_some_and(|(_, pose)| set.set_pose(id, *pose).is_ok());
+            let _known = set.set_enabled(id, placed).is_ok();
+        }
+        scene.set(set.enabled());
         scene
     }
 
@@ -224,6 +246,21 @@ impl Planner {
         }
         points
     }
+}
+
+/// How far `points` are off the line from the first to the last (m).
+fn bow(points: &[[f64; 3]]) -> f64 {
+    let (Some(first), Some(last)) = (points.first(), points.last()) else {
+        return 0.0;
+    };
+    let first = Vector3::from(*first);
+    let along = Vector3::from(*last) - first;
+    let off = |point: &[f64; 3]| {
+        let from = Vector3::from(*point) - first;
+        let part = from.dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE);
+        (from - along * part.clamp(0.0, 1.0)).norm()
+    };
+    points.iter().map(off).fold(0.0, f64::max)
 }
 
 fn named(reason: Reason) -> NotReached {

@@ -1,10 +1,10 @@
 //! What a planner is asked.
 
 use nalgebra::{Isometry3, Vector3};
-use rmp::{MAX_CARRIED, ObstacleId};
+use rmp::MAX_CARRIED;
 
 use crate::checkpoint::{CheckpointError, Codec, damaged};
-use crate::planning::{Moment, PoseGoal};
+use crate::planning::{Moment, PlanGoal};
 
 /// What is wanted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,6 +33,8 @@ pub struct PlanRequest {
     pub posture: Vec<f64>,
     /// Pose of the tool, base frame (m).
     pub goal: Isometry3<f64>,
+    /// The posture is the goal.
+    pub by_joints: bool,
     /// The obstacles that count, by their number in the arm's surroundings, base frame.
     pub obstacles: Vec<(usize, Isometry3<f64>)>,
     /// Spheres of what is held: centre in the tool frame, radius (m).
@@ -49,6 +51,7 @@ impl PlanRequest {
             start: vec![0.0; joints],
             posture: vec![0.0; joints],
             goal: Isometry3::identity(),
+            by_joints: false,
             obstacles: Vec::with_capacity(obstacles),
             held: Vec::with_capacity(MAX_CARRIED),
         }
@@ -62,6 +65,7 @@ impl PlanRequest {
     /// Takes what `other` has. Allocates nothing where there is room.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         (self.id, self.tick, self.ask, self.goal) = (other.id, other.tick, other.ask, other.goal);
+        self.by_joints = other.by_joints;
         self.start.clone_from(&other.start);
         self.posture.clone_from(&other.posture);
         self.obstacles.clone_from(&other.obstacles);
@@ -69,19 +73,20 @@ impl PlanRequest {
     }
 
     /// Becomes the next request.
-    pub(crate) fn fill(&mut self, ask: Ask, now: &Moment<'_>, goal: &PoseGoal) {
+    pub(crate) fn fill(&mut self, ask: Ask, now: &Moment<'_>, goal: &PlanGoal) {
         self.id += 1;
         self.tick = now.tick;
         self.ask = ask;
         self.start.copy_from_slice(&now.state.positions);
         self.posture.copy_from_slice(now.posture);
         // Of a goal with an approach the path ends where the approach begins.
+        self.by_joints = goal.by_joints;
         self.goal = goal.pose;
         self.goal.translation.vector -= goal.approach;
         self.obstacles.clear();
-        let ids = (0..now.obstacles.len()).map(ObstacleId);
-        let counted = ids.filter(|id| now.obstacles.is_enabled(*id));
-        let placed = counted.filter_map(|id| Some((id.0, now.obstacles.get(id)?.pose)));
+        let placed = now
+            .solids()
+            .filter_map(|id| Some((id.0, now.obstacles.pose(id)?)));
         self.obstacles.extend(placed);
         self.held.clear();
         self.held.extend_from_slice(now.held);
@@ -109,6 +114,7 @@ impl PlanRequest {
         codec.f64s(&mut self.start)?;
         codec.f64s(&mut self.posture)?;
         codec.pose(&mut self.goal)?;
+        codec.bool("goal by joints", &mut self.by_joints)?;
         let most = self.obstacle_capacity();
         codec.list(
             "obstacles",

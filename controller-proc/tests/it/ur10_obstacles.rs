@@ -13,14 +13,16 @@ use ipc_types::GripperGoal;
 use nalgebra::{Isometry3, Vector3};
 use support::{Bench, down};
 
-/// Where a bin stands in the way.
+/// Where the wall of a bin is in the way.
 const TARGET: [f64; 3] = [0.2, 0.75, 0.2];
+/// The middle of that bin.
+const MIDDLE: [f64; 3] = [0.3475, 0.75, 0.2];
 
-/// The distance from the target an arm ends with, bin 3 on the target, after
+/// The distance from the target an arm ends with, a wall of bin 3 on the target, after
 /// `change`, and the least clearance on the way.
 fn ends(change: impl Fn(&mut Bench)) -> (f64, f64) {
     let mut bench = Bench::new();
-    bench.put(3, TARGET);
+    bench.put(3, MIDDLE);
     bench.decision.goals[0].object_mask = 1 << 3;
     bench.goal(TARGET, down(0.0));
     change(&mut bench);
@@ -36,7 +38,7 @@ fn ends(change: impl Fn(&mut Bench)) -> (f64, f64) {
 #[test]
 fn an_object_counts_while_it_is_there_and_its_bit_is_set() {
     let (error, clearance) = ends(|_| ());
-    assert!(error > 0.05, "the bin is in the way: {error}");
+    assert!(error > 0.02, "the bin is in the way: {error}");
     assert!(clearance > 0.0, "{clearance}");
     let (error, _) = ends(|bench| bench.decision.goals[0].object_mask = 1 << 4);
     assert!(error < 0.005, "another bit: {error}");

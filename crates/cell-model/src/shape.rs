@@ -1,7 +1,7 @@
 //! Shapes of links, objects and fixtures. Every shape is centred on its frame;
 //! round ones stand along z, bins open towards z.
 
-use nalgebra::{Isometry3, Matrix3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 use rmp::Obstacle;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -75,7 +75,20 @@ impl Shape {
         ])
     }
 
-    /// The shape at `pose`, as motion keeps away from it; a bin counts as if it were full.
+    /// The parts of the shape at `pose`, as motion keeps away from it: floor and walls of a
+    /// bin, and the shape itself otherwise.
+    pub fn obstacles(&self, pose: Isometry3<f64>) -> Vec<Obstacle> {
+        let Some(panels) = self.panels() else {
+            return vec![self.obstacle(pose)];
+        };
+        let at = |panel: &Panel| pose * Translation3::from(panel.centre);
+        let panels = panels.iter();
+        panels
+            .map(|panel| Obstacle::cuboid(at(panel), panel.size))
+            .collect()
+    }
+
+    /// The shape at `pose` as one solid; a bin counts as if it were full.
     pub fn obstacle(&self, pose: Isometry3<f64>) -> Obstacle {
         match *self {
             Self::Box { size_m } | Self::Bin { size_m, .. } => {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::check::{Checker, distance, rows};
 use crate::lanes::Row;
+use crate::scene::single;
 use crate::{Body, Path, Scene, Settings};
 
 /// How far ahead of the arm the led point is (rad and m alike): at most, and where nothing
@@ -17,6 +18,9 @@ pub struct Ahead {
     pub least: f64,
     /// How much farther each cycle may look than the one before.
     pub growth: f64,
+    /// How far the line to it stays off the scene (m), where the arm does: corners are not cut
+    /// any nearer.
+    pub padding: f64,
 }
 
 impl Default for Ahead {
@@ -25,6 +29,7 @@ impl Default for Ahead {
             most: 0.6,
             least: 0.02,
             growth: 0.005,
+            padding: 0.0,
         }
     }
 }
@@ -97,6 +102,7 @@ impl Guide {
         let farthest = (self.seen + self.ahead.growth).min(self.ahead.most);
         let rows = std::mem::take(&mut self.rows);
         let mut checker = Checker::with_rows(&self.body, &self.scene, self.resolution, rows);
+        checker.padding = single(self.ahead.padding);
         let at = self.follower.at();
         let mut seen = farthest;
         // A few halvings: the next cycle looks farther again.

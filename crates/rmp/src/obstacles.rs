@@ -195,6 +195,24 @@ impl ObstacleSet {
         Ok(self.push([part]))
     }
 
+    /// Adds an enabled obstacle at `pose` of these parts, one or several.
+    ///
+    /// # Errors
+    /// As [`ObstacleSet::add`] and [`ObstacleSet::add_compound`].
+    pub fn add_parts(
+        &mut self,
+        pose: Isometry3<f64>,
+        parts: &[Obstacle],
+    ) -> Result<ObstacleId, ObstacleError> {
+        match parts {
+            [part] => self.add(Obstacle {
+                pose: pose * part.pose,
+                ..part.clone()
+            }),
+            parts => self.add_compound(pose, parts),
+        }
+    }
+
     /// Adds an enabled obstacle at `pose` that is made of parts, whose poses are in its own
     /// frame: a can of four walls and a floor, for instance. It counts as one: of each point
     /// of the robot the nearest part matters. Each part takes one place of the capacity.
@@ -263,6 +281,21 @@ impl ObstacleSet {
     pub fn get(&self, id: ObstacleId) -> Option<&Obstacle> {
         let (first, _) = self.entries.get(id.0)?;
         self.parts.get(*first).map(|part| &part.obstacle)
+    }
+
+    /// Where the obstacle of that id is, as it was added or moved.
+    pub fn pose(&self, id: ObstacleId) -> Option<Isometry3<f64>> {
+        let part = self.parts.get(self.entries.get(id.0)?.0)?;
+        let pose = part.obstacle.pose;
+        Some(part.local.map_or(pose, |local| pose * local.inverse()))
+    }
+
+    /// The obstacle of that id; of a compound all of its parts. Nothing for an unknown id.
+    pub fn parts(&self, id: ObstacleId) -> impl Iterator<Item = &Obstacle> {
+        let range = (id.0 < self.entries.len()).then(|| self.range(id.0));
+        self.parts[range.unwrap_or(0..0)]
+            .iter()
+            .map(|part| &part.obstacle)
     }
 
     /// The enabled obstacles and parts of compounds.

@@ -42,12 +42,18 @@ fn retreat(turn: &mut Turn<'_>, begin: Begin) -> Next {
     turn.memory.forget_bin();
     turn.arm.switch(false);
     let (view, of) = (View::of(turn), turn.of);
-    let route = if paths::is_in_holder(of, &turn.tcp) {
-        out_of_holder(turn)
-    } else {
-        raise(turn, of.without_holder, begin)
-    };
-    paths::around_to(view, route.avoiding(u64::MAX), of.rest).end();
+    let arm = turn.world.arm_setup();
+    if paths::is_in_holder(of, &turn.tcp) {
+        // Along the rails first: there a path would begin before the cup is out of them.
+        let route = out_of_holder(turn).avoiding(u64::MAX);
+        paths::around_to(view, route, of.rest).end();
+        return goto(State::Standby);
+    }
+    let route = raise(turn, of.without_holder, begin).avoiding(u64::MAX);
+    match arm {
+        Some(arm) => route.planned_home(arm).to(of.rest).end(),
+        None => route.to(of.rest).end(),
+    }
     goto(State::Standby)
 }
 

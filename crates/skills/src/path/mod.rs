@@ -5,7 +5,7 @@ mod precision;
 mod route;
 mod waypoint;
 
-use ipc_types::decision::GoalKind;
+use ipc_types::decision::{GoalKind, PLANNED};
 use ipc_types::{GripperGoal, MAX_JOINTS, Pose};
 use robocell_task::{ArmIntent, PolicyTime};
 use serde::{Deserialize, Serialize};
@@ -163,6 +163,7 @@ impl Path {
                 GoalKind::Pose
             },
             target,
+            selector: if first.planned { PLANNED } else { 0 },
             posture: first.posture,
             approach: first.approach,
             approach_std_dev: first.approach_std_dev,

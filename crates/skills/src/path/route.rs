@@ -84,6 +84,14 @@ impl<'p> Route<'p> {
         self.put(waypoint.gliding(RESTORE_TICKS))
     }
 
+    /// To where `arm` was at the start along a planned path: around obstacles, the arm's own
+    /// base among them.
+    #[must_use]
+    pub fn planned_home(mut self, arm: &ArmSetup) -> Self {
+        self.lean = None;
+        self.put(Waypoint::new(arm.wait).by_joints(arm.home).planned())
+    }
+
     /// To `pose` at the pace of long ways.
     #[must_use]
     pub fn to(self, pose: Pose) -> Self {

@@ -34,6 +34,8 @@ pub struct Waypoint {
     /// Brings the joints to the posture, whose TCP pose this is, instead of the
     /// TCP to the pose: the way of the TCP follows from that.
     pub by_joints: bool,
+    /// A planned path leads there, around obstacles.
+    pub planned: bool,
 }
 
 impl Waypoint {
@@ -49,6 +51,7 @@ impl Waypoint {
             object_mask: u64::MAX,
             glide_ticks: 0,
             by_joints: false,
+            planned: false,
         }
     }
 
@@ -67,6 +70,15 @@ impl Waypoint {
         Self {
             by_joints: true,
             ..self.leaning(posture)
+        }
+    }
+
+    /// Along a planned path, around obstacles.
+    #[must_use]
+    pub const fn planned(self) -> Self {
+        Self {
+            planned: true,
+            ..self
         }
     }
 
