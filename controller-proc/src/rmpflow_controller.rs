@@ -16,7 +16,7 @@ use crate::held_object::HeldObject;
 use crate::planning::planner::PlannedArm;
 use crate::planning::{Moment, PlanGoal, Planning};
 use crate::robot_state::{MAX_STATE_JOINTS, RobotState};
-use crate::surroundings::Surroundings;
+use crate::surroundings::{Among, Surroundings};
 
 /// Length of a cycle (s).
 const CYCLE_S: f64 = 1.0e-3;
@@ -92,17 +92,12 @@ impl RmpFlowController {
                 robot: robot.name.clone(),
                 source,
             })?;
-        let setup = |source| RmpFlowError::Setup {
-            robot: robot.name.clone(),
-            source,
-        };
-        let mut surroundings = Surroundings::new(cell, arm, &spec.base);
-        let capacity = surroundings.obstacle_count(cell);
-        let mut flow = robot.motion_policies(capacity).map_err(setup)?;
-        let tool = flow
-            .add_target_frame(robot.tcp_frame_name())
-            .map_err(setup)?;
-        surroundings.add_to(cell, &spec.base, flow.obstacles_mut())?;
+        let Among {
+            flow,
+            tool,
+            surroundings,
+            capacity,
+        } = Among::new(cell, arm, spec)?;
         Ok(Self {
             tool,
             state: MotionState::at_rest(&spec.home),

@@ -1,9 +1,9 @@
 //! All that motion of an arm keeps away from: fixtures, other arms, objects.
 
-use cell_model::{Cell, FixtureSpec};
+use cell_model::{ArmSpec, Cell, FixtureSpec};
 use ipc_types::{ArmState, ObjectState};
 use nalgebra::Isometry3;
-use rmp::{ObstacleId, ObstacleSet};
+use rmp::{ObstacleId, ObstacleSet, RmpFlow, TargetId};
 
 use crate::checkpoint::{CheckpointError, Codec};
 use crate::error::RmpFlowError;
@@ -19,6 +19,44 @@ pub struct Surroundings {
     solid_mask: u64,
     others: Vec<OtherArm>,
     objects: ObstacleObjects,
+}
+
+/// The motion policies of an arm among its surroundings.
+pub(crate) struct Among {
+    pub(crate) flow: RmpFlow,
+    /// The frame of the tool.
+    pub(crate) tool: TargetId,
+    pub(crate) surroundings: Surroundings,
+    /// Places for obstacles.
+    pub(crate) capacity: usize,
+}
+
+impl Among {
+    /// Of arm `arm` of `cell`, which is `spec`.
+    ///
+    /// # Errors
+    /// [`RmpFlowError`] where the robot's files contradict each other, or something cannot be
+    /// an obstacle.
+    pub(crate) fn new(cell: &Cell, arm: usize, spec: &ArmSpec) -> Result<Self, RmpFlowError> {
+        let robot = &spec.robot;
+        let setup = |source| RmpFlowError::Setup {
+            robot: robot.name.clone(),
+            source,
+        };
+        let mut surroundings = Surroundings::new(cell, arm, &spec.base);
+        let capacity = surroundings.obstacle_count(cell);
+        let mut flow = robot.motion_policies(capacity).map_err(setup)?;
+        let tool = flow
+            .add_target_frame(robot.tcp_frame_name())
+            .map_err(setup)?;
+        surroundings.add_to(cell, &spec.base, flow.obstacles_mut())?;
+        Ok(Self {
+            flow,
+            tool,
+            surroundings,
+            capacity,
+        })
+    }
 }
 
 impl Surroundings {

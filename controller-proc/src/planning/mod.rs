@@ -159,9 +159,13 @@ impl Planning {
         self.is_on
     }
 
+    /// Whether paths lead the arm from now on. A goal that was planned before is planned
+    /// again: the arm may be anywhere by now.
     pub(crate) fn set_on(&mut self, is_on: bool) {
-        self.is_on = is_on;
-        self.is_led &= is_on;
+        if is_on != self.is_on {
+            self.is_on = is_on;
+            self.clear();
+        }
     }
 
     pub(crate) fn is_led(&self) -> bool {

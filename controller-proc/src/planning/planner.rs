@@ -15,7 +15,7 @@ use rmp::{CollisionSphere, JointLimits, ObstacleId, RmpFlow, TargetId};
 use super::led::Led;
 use super::request::{Ask, PlanRequest};
 use crate::error::RmpFlowError;
-use crate::surroundings::Surroundings;
+use crate::surroundings::Among;
 
 /// Most waypoints of a path; one with more counts as none.
 pub(crate) const MAX_WAYPOINTS: usize = 32;
@@ -146,24 +146,14 @@ impl Planner {
     pub fn new(cell: &Cell, arm: usize) -> Result<Self, RmpFlowError> {
         let spec = cell.arms.get(arm).ok_or(RmpFlowError::NoSuchArm(arm))?;
         let robot = &spec.robot;
-        let mut surroundings = Surroundings::new(cell, arm, &spec.base);
-        let setup = |source| RmpFlowError::Setup {
-            robot: robot.name.clone(),
-            source,
-        };
-        let capacity = surroundings.obstacle_count(cell);
-        let mut flow = robot.motion_policies(capacity).map_err(setup)?;
-        let tool = flow
-            .add_target_frame(robot.tcp_frame_name())
-            .map_err(setup)?;
-        surroundings.add_to(cell, &spec.base, flow.obstacles_mut())?;
+        let among = Among::new(cell, arm, spec)?;
         Ok(Self {
             arm: PlannedArm::new(robot)?,
-            flow,
-            tool,
+            flow: among.flow,
+            tool: among.tool,
             limits: robot.limits(),
             base: spec.base,
-            capacity,
+            capacity: among.capacity,
         })
     }
 

@@ -98,7 +98,7 @@ impl PlanWorker {
     }
 }
 
-/// Answers until nobody can ask any more.
+/// Answers requests until the worker is dropped.
 fn work(mut planner: Planner, requests: &Receiver<Box<Job>>, answers: &SyncSender<Box<Job>>) {
     loop {
         match requests.try_recv() {

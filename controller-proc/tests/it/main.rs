@@ -10,6 +10,7 @@ mod allocation;
 mod checkpoint;
 mod controllers;
 mod cycle;
+mod planned_goals;
 mod support;
 mod ur10_motion;
 mod ur10_obstacles;

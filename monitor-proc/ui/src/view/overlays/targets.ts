@@ -58,7 +58,7 @@ export class Targets implements Overlay {
     this.paths.clear();
   }
 
-  /** What is left of a path, from the tool on. */
+  /** The rest of a path, from the tool to its end. */
   private drawPath(tcp: Pose, { done, points }: PlannedPath): void {
     const left = points.slice(Math.ceil(done * (points.length - 1))).map(([x, y, z]) => new Vector3(x, y, z));
     let from = point(tcp);

@@ -1,0 +1,64 @@
+//! What a cycle asks a planner, and how it takes the answer.
+
+use super::Cycle;
+use crate::planning::{ANSWER_TICKS, PlanAnswer, PlanRequest, Planner};
+
+/// A request for a plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlanAsked {
+    /// Its number, from 1 up.
+    pub id: u64,
+    /// Tick at which it was made.
+    pub tick: u64,
+}
+
+impl Cycle {
+    /// The request for a plan that waits for its answer.
+    pub fn plan_request(&self) -> Option<PlanRequest> {
+        let request = self.motion.with(|motion| motion.plan_request().cloned());
+        request.flatten()
+    }
+
+    /// Number and tick of that request.
+    pub fn plan_asked(&self) -> Option<PlanAsked> {
+        let asked = |request: &PlanRequest| PlanAsked {
+            id: request.id,
+            tick: request.tick,
+        };
+        let request = self.motion.with(|motion| motion.plan_request().map(asked));
+        request.flatten()
+    }
+
+    /// Copies that request into one that [`Cycle::empty_plan_request`] made. Allocates
+    /// nothing.
+    pub fn copy_plan_request(&self, into: &mut PlanRequest) {
+        self.motion.with(|motion| {
+            if let Some(request) = motion.plan_request() {
+                into.copy_from(request);
+            }
+        });
+    }
+
+    /// A request with room for any of this arm.
+    pub fn empty_plan_request(&self) -> PlanRequest {
+        let empty = self.motion.with(|motion| motion.empty_plan_request());
+        empty.unwrap_or_else(|| PlanRequest::with_capacity(0, 0))
+    }
+
+    /// Takes the answer to a request out of `slot`; the next update uses it. The
+    /// slot then holds an answer to be dropped.
+    pub fn answer_plan(&mut self, slot: &mut Option<PlanAnswer>) {
+        self.motion.with(|motion| motion.answer_plan(slot));
+    }
+
+    /// Lets `planner` answer the request that is due at `tick`, as a process in lockstep
+    /// does.
+    pub fn plan_with(&mut self, planner: &mut Planner, tick: u64) {
+        let due = |asked: PlanAsked| tick >= asked.tick + ANSWER_TICKS;
+        if self.plan_asked().is_some_and(due)
+            && let Some(request) = self.plan_request()
+        {
+            self.answer_plan(&mut Some(planner.answer(&request)));
+        }
+    }
+}
