@@ -68,6 +68,9 @@ pub struct Share {
     pub waited_ns: u64,
     /// Whether it waits now: for a core, or within the kernel for a disk or a page.
     pub waits: bool,
+    /// Whether it ended. The process is gone when all its threads have, which takes
+    /// them a core.
+    pub ended: bool,
 }
 
 impl Share {
@@ -94,6 +97,7 @@ impl Share {
             },
             waited_ns: counted.next().unwrap_or(0),
             waits: matches!(state, "R" | "D"),
+            ended: matches!(state, "Z" | "X"),
         })
     }
 
@@ -264,6 +268,7 @@ mod tests {
         assert_eq!(starved("T", "5000000 1000000 9"), 0);
         assert_eq!(starved("R", "105000000 1000000 9"), 0);
         assert_eq!(starved("R", "15000000 1000000 9"), 90);
+        assert!(at("Z", "6000000 1000000 9").ended && !before.ended);
         assert_eq!(at("R", "0 0 0").ran_ns, 150 * ms, "from the clock ticks");
         assert!(Share::of(own_pid()).unwrap().ran_ns > 0);
         assert_eq!(Share::of(u32::MAX), None);

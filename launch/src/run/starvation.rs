@@ -1,4 +1,4 @@
-//! Which processes get no core: they are slow, and do not hang.
+//! Which processes get no core, or are about to be gone: they do not hang.
 
 use cell_rt::process::Share;
 use ipc_types::topic::Process;
@@ -19,7 +19,7 @@ pub(super) struct Starvation {
 
 impl Starvation {
     /// Time each of `running` (with generation and pid) could not run since the last
-    /// look, as events.
+    /// look, and which of them ends, as events.
     pub(super) fn poll(
         &mut self,
         now_ns: u64,
@@ -38,6 +38,12 @@ impl Starvation {
                 continue;
             };
             shares.push((*pid, share));
+            if share.ended {
+                events.push(Event::Dying {
+                    process: *process,
+                    generation: *generation,
+                });
+            }
             let before = self.last.iter().find(|(before, _)| before == pid);
             let ns = before.map_or(0, |(_, before)| share.starved_ns(before, elapsed_ns));
             if ns > 0 {

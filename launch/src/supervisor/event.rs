@@ -52,6 +52,13 @@ pub enum Event {
         /// Nanoseconds.
         ns: u64,
     },
+    /// A process was killed or exits, and its last threads wait for a core to end.
+    Dying {
+        /// Which.
+        process: Process,
+        /// Which start of it.
+        generation: u32,
+    },
     /// A process is gone.
     Exited {
         /// Which.

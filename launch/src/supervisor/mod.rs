@@ -120,6 +120,14 @@ impl Supervisor {
                     slot.starved(ns);
                 }
             }
+            Event::Dying {
+                process,
+                generation,
+            } => {
+                if let Some(slot) = self.slot(process, generation) {
+                    slot.dying = true;
+                }
+            }
             Event::Exited {
                 process,
                 generation,

@@ -70,6 +70,8 @@ pub(super) struct Slot {
     short_lives: u32,
     /// The next exit was asked for and counts as no crash.
     commanded: bool,
+    /// It ends already: how is known soon.
+    pub(super) dying: bool,
     /// A restart was asked for: `Some(gently)`.
     wanted: Option<bool>,
     fifo: bool,
@@ -97,6 +99,7 @@ impl Slot {
             hung_starts: 0,
             short_lives: 0,
             commanded: false,
+            dying: false,
             wanted: None,
             fifo: false,
             cycles: 0,
@@ -334,6 +337,7 @@ impl Slot {
         self.state = Lifecycle::Starting;
         self.spawned_at = now;
         self.cycles = 0;
+        self.dying = false;
         self.forget_silence();
         out.push(Action::Spawn {
             process: self.process,
@@ -355,7 +359,7 @@ impl Slot {
             }
             return;
         }
-        if !rules.watchdog {
+        if !rules.watchdog || self.dying {
             return;
         }
         let limit = self.silence_limit(rules);

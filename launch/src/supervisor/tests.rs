@@ -374,6 +374,19 @@ fn a_hang_is_found_on_a_busy_machine_too_after_as_much_time_of_its_own() {
 }
 
 #[test]
+fn a_process_that_was_killed_and_takes_its_time_to_end_does_not_hang() {
+    let mut bench = Bench::up(REAL_TIME);
+    let (process, generation) = (Controller(0), 1);
+    bench.run_starving(20, &[process], 0);
+    bench.tell(Event::Dying {
+        process,
+        generation,
+    });
+    bench.run_starving(2_000, &[process], 0);
+    assert!(bench.log.is_empty(), "{:?}", bench.log);
+}
+
+#[test]
 fn a_start_without_a_core_is_no_start_that_hangs() {
     let mut bench = Bench::new(REAL_TIME);
     bench.run_starving(60_000, &[Physics], 5);
