@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use ipc_types::operator::OperatorAction;
 
-use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, EvalArgs};
+use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, EvalArgs, SpheresArgs};
 use crate::failure::{Context, Failure};
 use crate::progress::Progress;
 use crate::{chaos, client, complete, man, new, plot, record, replay, run, shot, task_program};
@@ -26,6 +26,7 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Shot(args) => shot::shot(args),
         Command::Film(args) => shot::film(args),
         Command::Assets(args) => assets(args),
+        Command::Spheres(args) => spheres(args),
         Command::Restart(args) => client::restart(args),
         Command::Pause(args) => client::plain(args, OperatorAction::Pause),
         Command::Resume(args) => client::plain(args, OperatorAction::Resume),
@@ -87,6 +88,20 @@ fn assets(args: &AssetsArgs) -> Result<(), Failure> {
         }
     }
     task_program::run_other("cell-assets", &arguments)
+}
+
+/// Reading meshes is another program's work, too.
+fn spheres(args: &SpheresArgs) -> Result<(), Failure> {
+    let mut arguments = vec![args.urdf.display().to_string()];
+    arguments.extend(["--margin".to_owned(), args.margin.to_string()]);
+    arguments.extend(["--most".to_owned(), args.most.to_string()]);
+    if let Some(tip) = &args.tip {
+        arguments.extend(["--tip".to_owned(), tip.clone()]);
+    }
+    for package in &args.package {
+        arguments.extend(["--package".to_owned(), package.clone()]);
+    }
+    task_program::run_other("cell-spheres", &arguments)
 }
 
 /// Names are checked here, so that a typo is answered before anything starts.

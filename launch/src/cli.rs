@@ -16,6 +16,7 @@ pub use crate::cli_page::{
     AssetsArgs, AssetsVerb, FilmArgs, FilmPart, LoadArgs, PlotArgs, RecordArgs, RecordVerb,
     ReplayArgs, ShotArgs, ShownArgs,
 };
+pub use crate::cli_robot::SpheresArgs;
 use crate::cli_values::{
     cell_name, count, finite, host_name, minutes, positive_seconds, rate, seed, seed_range,
 };
@@ -72,6 +73,8 @@ pub enum Command {
     Film(FilmArgs),
     /// Fetch the meshes of the robots for the page
     Assets(AssetsArgs),
+    /// Fit collision spheres to the meshes of a URDF and print an XRDF
+    Spheres(SpheresArgs),
     /// Restart one process of a running cell
     Restart(RestartArgs),
     /// Pause simulated time

@@ -55,6 +55,30 @@ pub(crate) fn film_speed(text: &str) -> Result<f64, String> {
     }
 }
 
+/// How far a sphere reaches out of what it covers (m).
+pub(crate) fn margin(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.001..=1.0).contains(&value) => Ok(value),
+        _ => Err("metres, from 0.001 to 1".to_owned()),
+    }
+}
+
+/// Spheres of a link.
+pub(crate) fn sphere_count(text: &str) -> Result<u32, String> {
+    match text.parse::<u32>() {
+        Ok(value) if (1..=200).contains(&value) => Ok(value),
+        _ => Err("a whole number from 1 to 200".to_owned()),
+    }
+}
+
+/// A package and its folder.
+pub(crate) fn package(text: &str) -> Result<String, String> {
+    match text.split_once('=') {
+        Some((name, dir)) if !name.is_empty() && !dir.is_empty() => Ok(text.to_owned()),
+        _ => Err("a name and a folder, as in my_robot_description=/path/to/it".to_owned()),
+    }
+}
+
 /// A duration.
 pub(crate) fn positive_seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

@@ -10,6 +10,7 @@ mod cli_behaviour;
 mod cli_common;
 mod cli_hand;
 mod cli_page;
+mod cli_robot;
 mod cli_values;
 mod client;
 mod complete;

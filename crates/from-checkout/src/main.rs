@@ -18,9 +18,10 @@ const PACKAGES: [&str; 5] = [
 
 /// Subcommands with a program of their own, and its package: built only for
 /// those who use it.
-const OPTIONAL: [(&str, &str); 2] = [
+const OPTIONAL: [(&str, &str); 3] = [
     ("assets", "robocell-cell-assets"),
     ("bench", "robocell-benches"),
+    ("spheres", "robocell-cell-spheres"),
 ];
 
 /// Tells `robocell` where the sources of the page are.

@@ -115,19 +115,11 @@ impl Supervisor {
                 process,
                 generation,
                 ns,
-            } => {
-                if let Some(slot) = self.slot(process, generation) {
-                    slot.starved(ns);
-                }
-            }
+            } => self.with(process, generation, |slot| slot.starved(ns)),
             Event::Dying {
                 process,
                 generation,
-            } => {
-                if let Some(slot) = self.slot(process, generation) {
-                    slot.dying = true;
-                }
-            }
+            } => self.with(process, generation, |slot| slot.dying = true),
             Event::Exited {
                 process,
                 generation,
@@ -178,6 +170,12 @@ impl Supervisor {
         self.slots
             .iter_mut()
             .find(|s| s.process == process && s.generation == generation)
+    }
+
+    fn with(&mut self, process: Process, generation: u32, change: impl FnOnce(&mut Slot)) {
+        if let Some(slot) = self.slot(process, generation) {
+            change(slot);
+        }
     }
 
     fn note_ready(&mut self, out: &mut Vec<Action>) {

@@ -34,6 +34,7 @@ fn help_lists_what_works_and_nothing_else() {
         "shot",
         "film",
         "assets",
+        "spheres",
         "restart",
         "pause",
         "resume",

@@ -29,13 +29,32 @@ type Result<T> = std::result::Result<T, String>;
 /// When the text is no COLLADA, is not Z up, or refers to what is not there;
 /// `file` is named in the error.
 pub fn read(file: &str, text: &str) -> std::result::Result<Vec<ColourMesh>, AssetError> {
-    read_document(text).map_err(|reason| AssetError::Collada {
+    read_up(file, text, Up::Z)
+}
+
+/// Which axes a file may say is up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Up {
+    /// Z alone.
+    Z,
+    /// Any, and it has no effect: so viewers of ROS read the meshes of a URDF, and their
+    /// authors looked at them there.
+    Ignored,
+}
+
+/// As [`read`], with a choice what to do about another axis.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn read_up(file: &str, text: &str, up: Up) -> std::result::Result<Vec<ColourMesh>, AssetError> {
+    read_document(text, up).map_err(|reason| AssetError::Collada {
         file: file.to_owned(),
         reason,
     })
 }
 
-fn read_document(text: &str) -> Result<Vec<ColourMesh>> {
+fn read_document(text: &str, up: Up) -> Result<Vec<ColourMesh>> {
     let document = Document::parse(text).map_err(|error| error.to_string())?;
     let root = document.root_element();
     if !root.has_tag_name_any("COLLADA") {
@@ -52,19 +71,20 @@ fn read_document(text: &str) -> Result<Vec<ColourMesh>> {
         geometries: HashMap::new(),
         meshes: BTreeMap::new(),
     };
-    let unit = check_asset(root)?;
+    let unit = check_asset(root, up)?;
     let scene = reader.visual_scene(root)?;
     reader.children(scene, Transform::scaling(unit), 0)?;
     Ok(reader.meshes.into_values().collect())
 }
 
-/// Metres of the file's unit. Other up axes than Z are refused.
-fn check_asset(root: Node<'_, '_>) -> Result<f64> {
+/// Metres of the file's unit.
+fn check_asset(root: Node<'_, '_>, allowed: Up) -> Result<f64> {
     let asset = root.child("asset");
     let up = asset
         .and_then(|a| a.child("up_axis"))
         .and_then(|n| n.text());
-    if let Some(up) = up.map(str::trim).filter(|up| *up != "Z_UP") {
+    let other = up.map(str::trim).filter(|up| *up != "Z_UP");
+    if let Some(up) = other.filter(|_| allowed == Up::Z) {
         return Err(format!("up_axis is {up}, allowed is Z_UP"));
     }
     let unit = asset

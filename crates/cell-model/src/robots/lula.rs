@@ -32,8 +32,9 @@ struct AssetPaths {
     description: PathBuf,
     #[serde(rename = "urdf_path")]
     urdf: PathBuf,
-    #[serde(rename = "rmpflow_config_path")]
-    rmpflow: PathBuf,
+    /// Without it a robot has the general tuning.
+    #[serde(rename = "rmpflow_config_path", default)]
+    rmpflow: Option<PathBuf>,
 }
 
 #[derive(Deserialize)]
@@ -99,7 +100,7 @@ fn config(file: &str, text: &str, dir: &Path) -> Result<RobotFiles, ModelError> 
     Ok(RobotFiles {
         urdf: of(&paths.urdf),
         xrdf: Some(of(&paths.description)),
-        rmpflow: Some(of(&paths.rmpflow)),
+        rmpflow: paths.rmpflow.as_deref().map(of),
         tip: Some(config.end_effector_frame_name),
     })
 }

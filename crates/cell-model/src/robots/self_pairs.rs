@@ -54,10 +54,7 @@ impl Seen {
 
 impl Robot {
     /// Pairs of frames with `spheres` that may touch.
-    pub(crate) fn pairs_that_may_touch(
-        &self,
-        spheres: &[CollisionSphere],
-    ) -> Vec<(String, String)> {
+    pub fn pairs_that_may_touch(&self, spheres: &[CollisionSphere]) -> Vec<(String, String)> {
         let parts = self.parts(spheres);
         let count = parts.len();
         let mut seen = vec![Seen::NOTHING; count * count];
@@ -87,6 +84,12 @@ impl Robot {
             }
         }
         pairs
+    }
+
+    /// Whether a controlled joint moves `frame`; not where there is no such frame.
+    pub fn is_moved(&self, frame: &str) -> bool {
+        let index = self.chain.frame_index(frame);
+        index.is_some_and(|index| self.carrier(self.chain.frames()[index].joint).is_some())
     }
 
     fn parts<'a>(&self, spheres: &'a [CollisionSphere]) -> Vec<Part<'a>> {

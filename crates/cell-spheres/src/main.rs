@@ -1,0 +1,80 @@
+//! `robocell spheres`.
+#![forbid(unsafe_code)]
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use cell_model::RobotFiles;
+use cell_spheres::{Packages, Rules, SphereError, fit_robot};
+use clap::Parser;
+
+/// Fits collision spheres to the geometry of a URDF and prints an XRDF.
+#[derive(Debug, Parser)]
+#[command(name = "cell-spheres", version)]
+struct Cli {
+    urdf: PathBuf,
+    #[arg(long)]
+    tip: Option<String>,
+    #[arg(long)]
+    margin: f64,
+    #[arg(long)]
+    most: usize,
+    #[arg(long)]
+    package: Vec<String>,
+}
+
+/// Something that cannot be used, as for all commands of `robocell`.
+const CONFIGURATION: u8 = 3;
+
+fn main() -> ExitCode {
+    match run(Cli::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            say(&mut std::io::stderr(), &format!("robocell: {error}"));
+            ExitCode::from(CONFIGURATION)
+        }
+    }
+}
+
+fn run(cli: Cli) -> Result<(), SphereError> {
+    // The launcher checked them.
+    let named = cli.package.iter().filter_map(|text| text.split_once('='));
+    let named = named.map(|(name, dir)| (name.to_owned(), PathBuf::from(dir)));
+    let packages = Packages::from_environment(named.collect());
+    let files = RobotFiles {
+        urdf: cli.urdf,
+        tip: cli.tip,
+        ..RobotFiles::default()
+    };
+    let files = RobotFiles {
+        xrdf: None,
+        rmpflow: None,
+        ..files.resolved()?
+    };
+    let rules = Rules {
+        margin: cli.margin,
+        most: cli.most,
+    };
+    let fitted = fit_robot(&files, &packages, rules)?;
+    let mut err = std::io::stderr();
+    for link in &fitted.links {
+        let (count, out) = (link.fit.spheres.len(), 1000.0 * link.fit.margin);
+        let from = if link.is_visual {
+            " (of its visual)"
+        } else {
+            ""
+        };
+        let name = &link.name;
+        say(
+            &mut err,
+            &format!("{name}: {count} spheres, at most {out:.0} mm out of it{from}"),
+        );
+    }
+    say(&mut std::io::stdout(), fitted.xrdf.trim_end());
+    Ok(())
+}
+
+/// A reader that went away is no fault of ours.
+fn say(to: &mut dyn std::io::Write, line: &str) {
+    writeln!(to, "{line}").unwrap_or_default();
+}

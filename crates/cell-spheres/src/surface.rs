@@ -1,0 +1,66 @@
+//! Triangles of a link, and points on them.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+/// Triangles, metres.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Surface {
+    pub(crate) points: Vec<Point3<f64>>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+}
+
+impl Surface {
+    /// Adds `other` at `pose`, stretched by `scale` along its own axes.
+    pub(crate) fn add(&mut self, other: &Self, pose: &Isometry3<f64>, scale: &Vector3<f64>) {
+        let base = u32::try_from(self.points.len()).unwrap_or(u32::MAX);
+        let points = other.points.iter();
+        self.points
+            .extend(points.map(|p| pose * Point3::from(p.coords.component_mul(scale))));
+        let triangles = other.triangles.iter();
+        self.triangles
+            .extend(triangles.map(|corners| corners.map(|corner| base.saturating_add(corner))));
+    }
+
+    fn corners(&self) -> impl Iterator<Item = [Point3<f64>; 3]> {
+        let all = self.triangles.iter();
+        all.map(|corners| corners.map(|corner| self.points[corner as usize]))
+    }
+
+    /// Area (m²).
+    pub(crate) fn area(&self) -> f64 {
+        self.corners()
+            .map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm())
+            .sum()
+    }
+
+    /// Points on the triangles, so that none of the surface is farther from one than
+    /// `spacing` (m); one for each cell of that size.
+    pub(crate) fn samples(&self, spacing: f64) -> Vec<Point3<f64>> {
+        let mut seen = std::collections::BTreeSet::new();
+        let mut samples = Vec::new();
+        for [a, b, c] in self.corners() {
+            let longest = (b - a).norm().max((c - a).norm()).max((c - b).norm());
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "saturates, and is small for finite meshes"
+            )]
+            let steps = ((2.0 * longest / spacing).ceil() as u32).clamp(1, 2_000);
+            for i in 0..=steps {
+                for j in 0..=steps - i {
+                    let (u, v) = (
+                        f64::from(i) / f64::from(steps),
+                        f64::from(j) / f64::from(steps),
+                    );
+                    let point = a + (b - a) * u + (c - a) * v;
+                    #[expect(clippy::cast_possible_truncation, reason = "saturates, by intent")]
+                    let cell = [point.x, point.y, point.z].map(|x| (x / spacing).floor() as i64);
+                    if seen.insert(cell) {
+                        samples.push(point);
+                    }
+                }
+            }
+        }
+        samples
+    }
+}
