@@ -16,6 +16,22 @@ pub enum WorldError {
         /// How deep (m).
         depth: f64,
     },
+    /// An arm starts inside something that motion keeps away from.
+    #[error(
+        "arm '{arm}' starts {:.0} mm inside fixture '{fixture}' with its link '{link}'; move one of \
+         them, or let the fixture have `solid = false`",
+        depth * 1.0e3
+    )]
+    ArmOverlap {
+        /// The arm.
+        arm: String,
+        /// Its link.
+        link: String,
+        /// What it overlaps.
+        fixture: String,
+        /// How deep (m).
+        depth: f64,
+    },
     /// The cell does not fit the messages.
     #[error("the cell has {count} {what}; at most {limit} are possible")]
     TooMany {

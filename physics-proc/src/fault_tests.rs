@@ -40,6 +40,25 @@ fn a_lost_object_is_reported_and_the_rest_goes_on() {
 }
 
 #[test]
+fn a_joint_that_diverges_latches_a_fault_before_readers_refuse_the_state() {
+    let mut world = world();
+    let handle = world.arms[0].bodies[4];
+    let link = *world
+        .engine
+        .multibody_joints
+        .rigid_body_link(handle)
+        .unwrap();
+    let multibody = world
+        .engine
+        .multibody_joints
+        .get_multibody_mut(link.multibody)
+        .unwrap();
+    multibody.generalized_velocity_mut()[3] = 1.0e7;
+    let state = state_after(&mut world, 1);
+    assert_eq!(state.arms[0].fault, 1);
+}
+
+#[test]
 fn a_lost_link_latches_a_fault_until_the_scene_is_reset() {
     let mut world = world();
     let handle = world.arms[0].bodies[4];

@@ -223,13 +223,12 @@ impl World {
 
     /// Reads joints and contacts back from the engine.
     fn read_back(&mut self) {
-        let memory = &self.memory;
-        let arms = self.arms.iter().zip(&mut self.measured).zip(&memory.arms);
-        for ((arm, measured), memory) in arms {
-            if !memory.watchdog.fault {
-                measured.read(arm, &self.engine);
-            }
+        let arms = self.arms.iter().zip(&mut self.measured);
+        for ((arm, measured), memory) in arms.zip(&mut self.memory.arms) {
+            let fault = &mut memory.watchdog.fault;
+            *fault = *fault || !measured.read(arm, &self.engine);
         }
+        let memory = &self.memory;
         if memory.broken {
             return;
         }

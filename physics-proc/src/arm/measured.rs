@@ -1,14 +1,15 @@
 //! Joints as measured.
 
 use cell_model::Robot;
+use ipc_types::validate::{MAX_JOINT_POSITION, MAX_JOINT_VELOCITY};
 use nalgebra::Isometry3;
 use rapier3d_f64::prelude::PhysicsWorld;
 
 use crate::arm::multibody::Arm;
 use crate::engine::convert;
 
-/// Joints of one arm, by joint of the chain. Always finite: a state the engine
-/// lost keeps its last good values.
+/// Joints of one arm, by joint of the chain. Always finite and plausible: a state the
+/// engine lost keeps its last good values.
 #[derive(Clone, Debug)]
 pub(crate) struct Measured {
     /// rad or m.
@@ -30,18 +31,19 @@ impl Measured {
         }
     }
 
-    /// Reads the joints from the engine.
-    pub(crate) fn read(&mut self, arm: &Arm, world: &PhysicsWorld) {
+    /// Reads the joints from the engine; `false` where it lost them.
+    pub(crate) fn read(&mut self, arm: &Arm, world: &PhysicsWorld) -> bool {
         let (positions, velocities) = &mut self.scratch;
         arm.measure(world, positions, velocities);
-        if positions
-            .iter()
-            .chain(velocities.iter())
-            .all(|x| x.is_finite())
-        {
+        // Readers of the state refuse more: an engine that diverges is lost before it
+        // has numbers that are not finite.
+        let is_good = positions.iter().all(|x| x.abs() <= MAX_JOINT_POSITION)
+            && velocities.iter().all(|x| x.abs() <= MAX_JOINT_VELOCITY);
+        if is_good {
             self.positions.copy_from_slice(positions);
             self.velocities.copy_from_slice(velocities);
         }
+        is_good
     }
 }
 

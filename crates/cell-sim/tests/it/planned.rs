@@ -161,3 +161,65 @@ fn a_plan_in_flight_and_one_that_is_followed_are_in_a_snapshot() {
     }
     assert_eq!(seen, [true; 2]);
 }
+
+/// The shelf with a solid box of `size_m` at `position` (m).
+fn with_box(
+    planner: bool,
+    size_m: [f64; 3],
+    position: [f64; 3],
+) -> Result<OneProcess, cell_sim::SimError> {
+    let spec = template("reach-shelf", "follow");
+    let mut cell = spec.load_cell_from(&Data::checkout()).unwrap();
+    cell.arms[0].planner = planner;
+    let mut fixture = cell.fixtures[0].clone();
+    fixture.name = "box".to_owned();
+    fixture.shape = cell_model::Shape::Box { size_m };
+    fixture.pose = nalgebra::Isometry3::translation(position[0], position[1], position[2]);
+    (fixture.solid, fixture.obstacle) = (true, true);
+    cell.fixtures.push(fixture);
+    OneProcess::new(&demos::policies(), &spec, cell)
+}
+
+#[test]
+fn an_arm_that_starts_in_an_obstacle_is_refused_with_the_link_and_the_remedy() {
+    let tool = shelf(true).state().arms()[0].tcp.position;
+    // Around the base, and around the hand.
+    for (size, position) in [([0.4; 3], [0.0, 0.0, 0.2]), ([0.3; 3], tool)] {
+        let error = with_box(true, size, position).err().unwrap().to_string();
+        for part in [
+            "arm 'arm' starts",
+            "fixture 'box'",
+            "link 'panda_",
+            "solid = false",
+        ] {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+    }
+}
+
+#[test]
+fn an_arm_that_starts_against_an_obstacle_leaves_it_and_arrives() {
+    let [x, y, z] = shelf(true).state().arms()[0].tcp.position;
+    for planner in [true, false] {
+        let mut cell = with_box(planner, [0.1; 3], [x, y, z - 0.05]).unwrap();
+        assert!(go(&mut cell, RIGHT, 8_000).0.is_some(), "{planner}");
+    }
+}
+
+#[test]
+fn a_target_that_is_no_number_moves_nothing() {
+    let (mut cell, mut other) = (shelf(true), shelf(true));
+    for position in [
+        [f64::NAN, 0.0, 0.3],
+        [0.5, f64::INFINITY, 0.3],
+        [1e300, 0.0, 0.0],
+    ] {
+        send(&mut cell, position);
+        for _ in 0..500 {
+            cell.tick().unwrap();
+            other.tick().unwrap();
+        }
+    }
+    let joints = |cell: &OneProcess| cell.state().arms()[0].joint_positions;
+    assert_eq!(joints(&cell), joints(&other));
+}
