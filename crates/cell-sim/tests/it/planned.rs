@@ -172,7 +172,7 @@ fn with_box(
     let mut cell = spec.load_cell_from(&Data::checkout()).unwrap();
     cell.arms[0].planner = planner;
     let mut fixture = cell.fixtures[0].clone();
-    fixture.name = "box".to_owned();
+    "box".clone_into(&mut fixture.name);
     fixture.shape = cell_model::Shape::Box { size_m };
     fixture.pose = nalgebra::Isometry3::translation(position[0], position[1], position[2]);
     (fixture.solid, fixture.obstacle) = (true, true);
