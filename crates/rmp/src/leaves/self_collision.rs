@@ -13,7 +13,7 @@ use super::approach_gate;
 use crate::PointMotion;
 
 /// Distance of the surfaces beyond which the weight is zero (m).
-pub(crate) const REACH_M: f64 = 0.15;
+pub(crate) const REACH_M: f64 = 0.25;
 /// Distance that is kept: what is nearer counts as touching (m).
 const MARGIN_M: f64 = 0.005;
 /// Repulsion gain (m/s²) and the distance over which it falls (m).
@@ -27,9 +27,12 @@ const DAMPING_EPS: f64 = 0.01;
 const PUSH_M: f64 = 0.01;
 /// Farther away they may approach at this rate of the distance (1/s): the leaf only brakes
 /// what is faster, so that an arm can stay with its parts some centimetres apart.
-const APPROACH: f64 = 4.0;
+const APPROACH: f64 = 3.0;
 /// Speed over which the leaf fades in (m/s).
 const GATE_M_S: f64 = 0.01;
+/// At so many times this speed below the allowed rate it weighs 2e-9 of the whole, and is
+/// left out: of parts that pass each other most leaves are.
+const GATES: f64 = 20.0;
 /// Weight, the distance over which it falls (m), and what keeps it finite.
 const WEIGHT: f64 = 1.0e4;
 const WEIGHT_M: f64 = 0.02;
@@ -44,16 +47,20 @@ pub(crate) struct Leaf {
 }
 
 /// The leaf of two spheres whose centres are `distance` apart and whose surfaces are
-/// `x` apart; none where the centres coincide.
+/// `x` apart; none where the centres coincide, or where
+/// they approach slower than is allowed.
 pub(crate) fn leaf(one: &PointMotion, other: &PointMotion, distance: f64, x: f64) -> Option<Leaf> {
     if distance <= f64::EPSILON {
         return None;
     }
     let normal = (one.position - other.position) / distance;
     let rate = normal.dot(&(one.velocity - other.velocity));
-    let bias = normal.dot(&(one.bias - other.bias));
     let x = (x - MARGIN_M).max(0.0);
     let allowed = APPROACH * (x - PUSH_M).max(0.0);
+    if rate + allowed > GATES * GATE_M_S {
+        return None;
+    }
+    let bias = normal.dot(&(one.bias - other.bias));
     let gate = approach_gate(rate + allowed, GATE_M_S);
     let near = (1.0 - x / (REACH_M - MARGIN_M)).max(0.0);
     let weight = gate * near * near * WEIGHT / (x / WEIGHT_M + WEIGHT_EPS);
