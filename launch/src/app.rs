@@ -3,8 +3,9 @@
 use clap::ValueEnum;
 use ipc_types::operator::OperatorAction;
 
-use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, EvalArgs, SpheresArgs};
-use crate::failure::{Context, Failure};
+use crate::cli::{AssetsArgs, AssetsVerb, BenchArgs, Cli, Command, SpheresArgs};
+use crate::eval;
+use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{chaos, client, complete, man, new, plot, record, replay, run, shot, task_program};
 
@@ -46,7 +47,7 @@ pub(crate) fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Schema(args) => client::schema(args),
         Command::Bench(args) => run_bench(args),
         Command::Chaos(args) => chaos::chaos(args),
-        Command::Eval(args) => eval(args),
+        Command::Eval(args) => eval::run(args),
         Command::New(args) => new::new(args),
         Command::Completions { shell } => {
             complete::script(*shell);
@@ -102,25 +103,4 @@ fn spheres(args: &SpheresArgs) -> Result<(), Failure> {
         arguments.extend(["--package".to_owned(), package.clone()]);
     }
     task_program::run_other("cell-spheres", &arguments)
-}
-
-/// Names are checked here, so that a typo is answered before anything starts.
-fn eval(args: &EvalArgs) -> Result<(), Failure> {
-    let data = args.data.data.as_deref();
-    let cell = run::plan::load(data, &args.demo, args.seeds.0, None)?;
-    let program = task_program::of_cell(args.data.task.as_deref(), &cell, data)?;
-    let policy = run::plan::policy_name(args.policy.as_deref(), &cell, program.as_deref())?;
-    let seeds = format!("{}..{}", args.seeds.0, args.seeds.1);
-    let jobs = args.jobs.to_string();
-    let mut arguments: Vec<String> = [
-        "eval", &args.demo, "--seeds", &seeds, "--policy", &policy, "--jobs", &jobs,
-    ]
-    .map(str::to_owned)
-    .to_vec();
-    if let Some(dir) = &args.data.data {
-        let dir = std::fs::canonicalize(dir).cannot(format!("find {}", dir.display()))?;
-        arguments.extend(["--data".to_owned(), dir.display().to_string()]);
-    }
-    arguments.extend(args.json.then(|| "--json".to_owned()));
-    task_program::run(program.as_deref(), &arguments)
 }

@@ -11,14 +11,15 @@ pub use crate::cli_behaviour::{
     BehaviourArgs, BehaviourVerb, CheckArgs, PictureFormat, SchemaArgs, SchemaKind, ShowArgs,
 };
 pub use crate::cli_common::{CellArgs, CompleteArgs, DataArgs, ManArgs};
+pub use crate::cli_eval::{EvalArgs, EvalVerb, MergeArgs, ReportRowsArgs};
 pub use crate::cli_hand::{GripperArgs, GripperVerb, JointsArgs, TargetArgs};
 pub use crate::cli_page::{
     AssetsArgs, AssetsVerb, FilmArgs, FilmPart, LoadArgs, PlotArgs, RecordArgs, RecordVerb,
     ReplayArgs, ShotArgs, ShownArgs,
 };
-pub use crate::cli_robot::SpheresArgs;
+pub use crate::cli_robot::{RobotArgs, SpheresArgs};
 use crate::cli_values::{
-    cell_name, count, finite, host_name, minutes, positive_seconds, rate, seed, seed_range,
+    cell_name, count, finite, host_name, minutes, positive_seconds, rate, seed,
 };
 
 /// Runs simulated robot cells.
@@ -113,7 +114,7 @@ pub enum Command {
     Bench(BenchArgs),
     /// Run jobs one after the other under injected faults and count the results
     Chaos(ChaosArgs),
-    /// Run many seeds and count the results
+    /// Run many seeds, on one machine or in shards on many, and count the results
     Eval(EvalArgs),
     /// Create a project: a cell, a policy and a test
     New(NewArgs),
@@ -186,18 +187,9 @@ pub struct RunArgs {
     /// Number of bins of the job [default: all bins of the cell]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     pub bins: Option<u32>,
-    /// Robot to use instead of that of the demo: a URDF, or a config.json of Isaac Sim
-    #[arg(long, value_name = "URDF")]
-    pub robot: Option<PathBuf>,
-    /// Link of that robot that is the tool
-    #[arg(long, value_name = "LINK", requires = "robot")]
-    pub tip: Option<String>,
-    /// Collision spheres and limits of that robot: an XRDF, or a robot description of Lula
-    #[arg(long, value_name = "FILE", requires = "robot")]
-    pub xrdf: Option<PathBuf>,
-    /// Tuning of that robot, a file of `format: rmpflow`
-    #[arg(long, value_name = "FILE", requires = "robot")]
-    pub rmpflow: Option<PathBuf>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub robot: RobotArgs,
     /// Print the summary as one JSON object at the end
     #[arg(long)]
     pub json: bool,
@@ -518,26 +510,4 @@ pub struct BenchArgs {
     /// How long `e2e` and `monitor` measure (s)
     #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 5.0, value_parser = positive_seconds)]
     pub seconds: f64,
-}
-
-/// `robocell eval`.
-#[derive(Clone, Debug, Args)]
-pub struct EvalArgs {
-    /// Name of the demo
-    pub demo: String,
-    /// First and last seed, or a count of seeds from 0
-    #[arg(long, value_name = "A..B|N", allow_hyphen_values = true, value_parser = seed_range)]
-    pub seeds: (u64, u64),
-    /// Policy of the task [default: that of the demo]
-    #[arg(long, value_name = "P")]
-    pub policy: Option<String>,
-    /// Runs at the same time
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]
-    pub jobs: u32,
-    /// Print one JSON object per seed, and one for all seeds as the last line
-    #[arg(long)]
-    pub json: bool,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub data: DataArgs,
 }

@@ -6,6 +6,23 @@ use clap::Args;
 
 use crate::cli_values::{margin, package, sphere_count};
 
+/// A robot of the user in place of that of the demo.
+#[derive(Clone, Debug, Default, Args)]
+pub struct RobotArgs {
+    /// Robot to use instead of that of the demo: a URDF, or a config.json of Isaac Sim
+    #[arg(long, value_name = "URDF")]
+    pub robot: Option<PathBuf>,
+    /// Link of that robot that is the tool
+    #[arg(long, value_name = "LINK", requires = "robot")]
+    pub tip: Option<String>,
+    /// Collision spheres and limits of that robot: an XRDF, or a robot description of Lula
+    #[arg(long, value_name = "FILE", requires = "robot")]
+    pub xrdf: Option<PathBuf>,
+    /// Tuning of that robot, a file of `format: rmpflow`
+    #[arg(long, value_name = "FILE", requires = "robot")]
+    pub rmpflow: Option<PathBuf>,
+}
+
 /// `robocell spheres`.
 #[derive(Clone, Debug, Args)]
 pub struct SpheresArgs {

@@ -5,6 +5,7 @@
 
 use std::ffi::OsStr;
 use std::os::unix::fs::PermissionsExt;
+use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
 
 use cell_model::Cell;
@@ -100,6 +101,16 @@ fn is_program(path: &Path) -> bool {
 /// Runs a task program with `arguments`; its output is ours, its exit code too.
 pub(crate) fn run<S: AsRef<OsStr>>(program: Option<&Path>, arguments: &[S]) -> Result<(), Failure> {
     run_program(&task_program(program)?, arguments)
+}
+
+/// Becomes a task program: who kills this process kills what it does.
+pub(crate) fn become_it(program: Option<&Path>, arguments: &[String]) -> Failure {
+    let path = match task_program(program) {
+        Ok(path) => path,
+        Err(failure) => return failure,
+    };
+    let error = python::command(&path).args(arguments).exec();
+    Failure::configuration(format!("start {}: {error}", path.display()))
 }
 
 /// Runs another of our programs the same way.

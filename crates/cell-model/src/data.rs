@@ -1,7 +1,9 @@
 //! Where robots and cells come from: built into the program, or a directory.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::error::ModelError;
 use crate::{suggest, toml_text};
@@ -18,6 +20,24 @@ pub struct Data {
     origin: Origin,
     /// Where a robot is looked for that is not in `origin`.
     robots: Option<Box<Data>>,
+    /// What was read, where it is noted.
+    log: Option<ReadLog>,
+}
+
+/// Every file that was read, by its path within the data, with its text.
+#[derive(Clone, Debug, Default)]
+pub struct ReadLog(Arc<Mutex<BTreeMap<String, String>>>);
+
+impl ReadLog {
+    /// What was read until now.
+    pub fn files(&self) -> BTreeMap<String, String> {
+        self.lock().clone()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<String, String>> {
+        // A map is whole, wherever a thread that changed it panicked.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -41,7 +61,17 @@ impl Data {
         Self {
             origin,
             robots: None,
+            log: None,
         }
+    }
+
+    /// The same, with every file that is read from now on in the log: by this value and
+    /// its clones.
+    #[must_use]
+    pub fn logged(mut self) -> (Self, ReadLog) {
+        let log = self.log.take().unwrap_or_default();
+        self.log = Some(log.clone());
+        (self, log)
     }
 
     /// These cells, with the robots of `other` where there are none of that name
@@ -86,8 +116,17 @@ impl Data {
     /// [`ModelError::Read`] where it is missing, unreadable or larger than
     /// [`MAX_FILE_BYTES`].
     pub fn read(&self, path: &str) -> Result<Cow<'static, str>, ModelError> {
+        let text = self.find(path)?;
+        if let Some(log) = &self.log {
+            log.lock()
+                .insert(path.to_owned(), text.clone().into_owned());
+        }
+        Ok(text)
+    }
+
+    fn find(&self, path: &str) -> Result<Cow<'static, str>, ModelError> {
         if let Some(robots) = self.robots.as_ref().filter(|_| !self.has_robot_of(path)) {
-            return robots.read(path);
+            return robots.find(path);
         }
         let files = match &self.origin {
             Origin::Dir(dir) => return read_text(&dir.join(path)).map(Cow::Owned),

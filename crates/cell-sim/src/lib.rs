@@ -2,6 +2,7 @@
 //! give the same state hash as four processes in lockstep.
 #![forbid(unsafe_code)]
 
+pub mod episodes;
 pub mod eval;
 pub mod one_process;
 pub mod run;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use cell_model::Cell;
 use cell_model::cells::script::ScriptLine;
 use cell_model::runs::spec::RunSpec;
-use cell_model::runs::summary::{RunFacts, RunSummary};
+use cell_model::runs::summary::{RunFacts, RunOutcome, RunSummary};
 
 use crate::{OneProcess, Program, SimError};
 
@@ -15,6 +15,16 @@ use crate::{OneProcess, Program, SimError};
 pub fn to_the_end(
     program: &Program,
     spec: &RunSpec,
+    on_line: impl FnMut(u64, &str),
+) -> Result<RunSummary, SimError> {
+    to_the_end_unless(program, spec, &|| false, on_line)
+}
+
+/// As [`to_the_end`]; a run ends early, as stopped, when `stop` says so.
+pub fn to_the_end_unless(
+    program: &Program,
+    spec: &RunSpec,
+    stop: &dyn Fn() -> bool,
     mut on_line: impl FnMut(u64, &str),
 ) -> Result<RunSummary, SimError> {
     let began = Instant::now();
@@ -28,7 +38,12 @@ pub fn to_the_end(
     let mut sim = OneProcess::with(&program.policies, &program.controllers, &spec, cell)?;
     // A cell that stands still before its end was paused by its script, and
     // no operator is present to resume it.
+    let mut stopped = false;
     while sim.tick()? {
+        if stop() {
+            stopped = true;
+            break;
+        }
         for (tick, line) in sim.take_trace() {
             on_line(tick, &line);
         }
@@ -42,9 +57,13 @@ pub fn to_the_end(
         task_restarts: sim.task_restarts(),
         missed_cycles: sim.statuses().iter().map(|s| s.missed_cycles).sum(),
     };
+    let mut summary = RunSummary::new(&facts, sim.state(), sim.decision());
+    if stopped {
+        summary.outcome = RunOutcome::Stopped;
+    }
     Ok(RunSummary {
         script_replies: sim.plant().script_replies().to_vec(),
-        ..RunSummary::new(&facts, sim.state(), sim.decision())
+        ..summary
     })
 }
 

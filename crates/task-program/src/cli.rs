@@ -2,7 +2,6 @@
 //! its words.
 
 use std::io::Write as _;
-use std::ops::RangeInclusive;
 use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,17 +10,19 @@ use cell_model::Data;
 use cell_model::runs::output::schema;
 use cell_model::runs::python;
 use cell_model::runs::spec::RunSpec;
-use cell_model::runs::summary::{RunOutcome, RunSummary};
+use cell_model::runs::summary::RunOutcome;
 use cell_record::Recording;
 use cell_sim::eval::EvalLine;
 use cell_sim::verify::{Report, Verdict, Verified, verify_file};
-use cell_sim::{Program, SimError, eval, run};
+use cell_sim::{Program, SimError, run};
 use clap::{Parser, Subcommand};
 
 use crate::around;
 use crate::checked::Checked;
+use crate::evaluate::{self, EvalArgs};
 use crate::inspect::{self, InspectError, Kind};
 use crate::progress::Progress;
+use crate::rows::RowsError;
 
 /// A task that failed or timed out; a recording that differs.
 const TASK_FAILED: u8 = 5;
@@ -47,28 +48,7 @@ enum Command {
         json: bool,
     },
     /// Run many seeds, one row each.
-    Eval {
-        /// Name of the demo.
-        demo: String,
-        /// First and last seed.
-        #[arg(long, value_parser = seeds)]
-        seeds: RangeInclusive<u64>,
-        /// Policy; the cell's default where missing.
-        #[arg(long)]
-        policy: Option<String>,
-        /// Runs at the same time.
-        #[arg(long, default_value_t = 1)]
-        jobs: usize,
-        /// Folder with cells/ and robots/.
-        #[arg(long)]
-        data: Option<PathBuf>,
-        /// A script for every run.
-        #[arg(long)]
-        script: Option<PathBuf>,
-        /// Rows as JSON objects.
-        #[arg(long)]
-        json: bool,
-    },
+    Eval(Box<EvalArgs>),
     /// Pictures and checks of behaviours.
     Behaviour {
         /// What to do.
@@ -132,7 +112,7 @@ enum BehaviourVerb {
 }
 
 /// Prints a line. Whom it is for may have gone (`| head`): that is no failure.
-fn say(line: std::fmt::Arguments<'_>) {
+pub(crate) fn say(line: std::fmt::Arguments<'_>) {
     writeln!(std::io::stdout().lock(), "{line}").ok();
 }
 
@@ -144,28 +124,21 @@ fn kind(word: &str) -> Result<Kind, String> {
     }
 }
 
-fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
-    let hint = || format!("{text:?} is no range of seeds; write 1..50");
-    let (first, last) = text.split_once("..").ok_or_else(hint)?;
-    let last = last.strip_prefix('=').unwrap_or(last);
-    let parse = |part: &str| part.parse::<u64>().map_err(|_not_a_number| hint());
-    let range = parse(first)?..=parse(last)?;
-    if range.is_empty() {
-        Err(hint())
-    } else {
-        Ok(range)
-    }
-}
-
 /// Why a subcommand fails.
 #[derive(Debug, thiserror::Error)]
-enum CliError {
+pub(crate) enum CliError {
     /// A run, or many.
     #[error(transparent)]
     Sim(#[from] SimError),
     /// A behaviour.
     #[error(transparent)]
     Inspect(#[from] InspectError),
+    /// Rows of many runs.
+    #[error(transparent)]
+    Rows(#[from] RowsError),
+    /// The files of a robot, which the launcher passes on.
+    #[error("--robot: {0}")]
+    Robot(#[from] serde_json::Error),
 }
 
 impl From<cell_model::runs::spec::RunSpecError> for CliError {
@@ -199,29 +172,7 @@ fn run(program: &Program, words: &[String]) -> Result<ExitCode, CliError> {
             let spec = RunSpec::load(&spec)?;
             Ok(run_once(program, &spec, json)?)
         }
-        Command::Eval {
-            demo,
-            seeds,
-            policy,
-            jobs,
-            data,
-            script,
-            json,
-        } => {
-            let mut spec = eval::template(&demo, policy.as_deref().unwrap_or_default());
-            spec.data_dir = data;
-            let cell = spec.load_cell_from(&program.data)?;
-            if let Some(path) = script {
-                spec.script = run::script(&path, &cell)?;
-            }
-            if spec.policy.is_empty() {
-                program
-                    .policies
-                    .default_policy(&cell)
-                    .clone_into(&mut spec.policy);
-            }
-            Ok(evaluate(program, &eval::Plan { spec, seeds, jobs }, json)?)
-        }
+        Command::Eval(args) => evaluate::run(program, *args),
         Command::Behaviour { verb } => Ok(inspect(program, verb)?),
         Command::Schema { what } => {
             let schema = match output_schema(&what) {
@@ -321,37 +272,6 @@ fn check(program: &Program, kind: Kind, file: &Path, json: bool) -> Result<ExitC
     Ok(ExitCode::SUCCESS)
 }
 
-fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode, SimError> {
-    let total = plan.seeds.end() - plan.seeds.start();
-    let progress = Progress::of_runs(total.saturating_add(1));
-    let print = |row: &RunSummary| {
-        if json {
-            print_json(row);
-        } else {
-            say(format_args!(
-                "seed {:5}  {:8}  {:6.2} s  placed {}  drops {}  resyncs {}  aborts {}  violations {}  {}",
-                row.seed,
-                format!("{:?}", row.outcome).to_lowercase(),
-                row.sim_time_s,
-                row.placed.len(),
-                row.drops,
-                row.resyncs,
-                row.aborts,
-                row.limit_violations,
-                row.reason.as_deref().unwrap_or_default(),
-            ));
-        }
-    };
-    let counts = eval::evaluate(program, plan, |row| progress.run(|| print(row)))?;
-    drop(progress);
-    if json {
-        print_json(&counts);
-    } else {
-        say(format_args!("{} of {} done", counts.done, counts.runs));
-    }
-    Ok(code(counts.done == counts.runs))
-}
-
 /// The task program of a recorded run, where it is not the built-in one. A
 /// recording that cannot be read is refused by those who verify it.
 fn recorded_program(file: &Path) -> Option<PathBuf> {
@@ -397,7 +317,7 @@ fn output_schema(what: &str) -> Option<serde_json::Value> {
     }
 }
 
-fn print_json(value: &impl serde::Serialize) {
+pub(crate) fn print_json(value: &impl serde::Serialize) {
     match serde_json::to_string(value) {
         Ok(line) => say(format_args!("{line}")),
         Err(error) => {

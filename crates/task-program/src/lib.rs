@@ -11,9 +11,11 @@
 mod around;
 mod checked;
 mod cli;
+mod evaluate;
 pub mod inspect;
 pub mod process;
 mod progress;
+mod rows;
 pub mod slots;
 
 use std::path::Path;

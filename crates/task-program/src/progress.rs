@@ -18,6 +18,21 @@ impl Progress {
         Self::new(ProgressBar::new(total), template)
     }
 
+    /// Of rows, of which some are there already.
+    pub(crate) fn of_rows(before: usize, all: usize) -> Self {
+        let count = |n: usize| u64::try_from(n).unwrap_or(u64::MAX);
+        let bar = ProgressBar::new(count(all)).with_position(count(before));
+        bar.reset_eta();
+        let template = "{bar:30} {pos} of {len} episodes, {per_sec}, {msg}{eta} left";
+        Self::new(bar, template)
+    }
+
+    /// One more row; `failed` of them did not end done.
+    pub(crate) fn row(&self, failed: usize) {
+        self.bar.set_message(format!("{failed} not done, "));
+        self.bar.inc(1);
+    }
+
     /// Of work on simulated time.
     pub(crate) fn of_time(what: &'static str) -> Self {
         let bar = ProgressBar::new_spinner().with_prefix(what);

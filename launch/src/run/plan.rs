@@ -11,7 +11,7 @@ use cell_model::runs::wire;
 use cell_model::{Cell, Data, RobotFiles};
 
 use super::{arms, first_page, phases};
-use crate::cli::RunArgs;
+use crate::cli::{RobotArgs, RunArgs};
 use crate::failure::{Context, Failure};
 use crate::page::Page;
 use crate::rundir::RunDir;
@@ -65,7 +65,7 @@ impl Plan {
 
     fn with_page(args: &RunArgs, page: Option<Page>) -> Result<Self, Failure> {
         let data_dir = args.data.data.as_deref().map(absolute).transpose()?;
-        let robot = robot_files(args)?;
+        let robot = robot_files(&args.robot)?;
         let cell = cell_of(args, data_dir.as_deref(), robot.as_ref())?;
         check_control(&cell)?;
         let program = task_program::of_cell(args.data.task.as_deref(), &cell, data_dir.as_deref())?;
@@ -166,7 +166,9 @@ impl Plan {
             script: None,
             record: None,
             bins: self.args.bins.filter(|_| demo == self.args.demo),
-            robot: self.args.robot.clone().filter(|_| demo == self.args.demo),
+            robot: Some(self.args.robot.clone())
+                .filter(|_| demo == self.args.demo)
+                .unwrap_or_default(),
             ..self.args.clone()
         };
         Self::with_page(&args, self.kept_page())
@@ -367,7 +369,7 @@ fn check_new(path: &Path) -> Result<(), Failure> {
 }
 
 /// Paths are made absolute: the processes work in another directory.
-fn robot_files(args: &RunArgs) -> Result<Option<RobotFiles>, Failure> {
+pub(crate) fn robot_files(args: &RobotArgs) -> Result<Option<RobotFiles>, Failure> {
     let Some(urdf) = &args.robot else {
         return Ok(None);
     };

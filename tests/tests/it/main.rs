@@ -19,6 +19,7 @@ mod descriptor_common;
 #[cfg(feature = "schema")]
 mod descriptor_schema;
 mod equipment;
+mod eval_rows;
 mod hold_times;
 mod incidents;
 mod kill_sweep;

@@ -239,9 +239,21 @@ impl RunSpec {
     /// # Errors
     /// As [`RunSpec::load_cell`].
     pub fn load_cell_from(&self, built_in: &Data) -> Result<Cell, ModelError> {
+        self.load_cell_of(&self.data(built_in))
+    }
+
+    /// Where the files of the run are; what the user gave no folder for is in `built_in`.
+    pub fn data(&self, built_in: &Data) -> Data {
         let data = self.data_dir.as_ref().map(Data::dir);
-        let data = data.map_or_else(|| built_in.clone(), |data| data.with_robots_of(built_in));
-        let mut cell = Cell::load(&data, &self.demo, self.seed, self.robot.as_ref())?;
+        data.map_or_else(|| built_in.clone(), |data| data.with_robots_of(built_in))
+    }
+
+    /// The cell of the run, of the files in `data`.
+    ///
+    /// # Errors
+    /// As [`RunSpec::load_cell`].
+    pub fn load_cell_of(&self, data: &Data) -> Result<Cell, ModelError> {
+        let mut cell = Cell::load(data, &self.demo, self.seed, self.robot.as_ref())?;
         self.bins.map_or(Ok(()), |bins| cell.limit_bins(bins))?;
         Ok(cell)
     }

@@ -1,0 +1,107 @@
+//! Many episodes, none of which ends the others.
+
+use std::any::Any;
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use cell_model::runs::spec::RunSpec;
+use cell_model::runs::summary::{RunOutcome, RunSummary};
+
+use crate::run::to_the_end_unless;
+use crate::{OneProcess, Program, SimError};
+
+/// What became of one episode.
+#[derive(Clone, Debug)]
+pub struct Ended {
+    /// Its seed.
+    pub seed: u64,
+    /// Its summary, or why it could not be finished.
+    pub result: Result<RunSummary, String>,
+    /// Time it took.
+    pub wall_time: Duration,
+}
+
+/// Which episodes, and how.
+pub struct Episodes<'a> {
+    /// The task, and the cells that come with it.
+    pub program: &'a Program,
+    /// Everything but the seed.
+    pub spec: &'a RunSpec,
+    /// Their seeds.
+    pub seeds: &'a [u64],
+    /// Threads.
+    pub jobs: usize,
+    /// Ends all of them early, without a word of those in progress.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl Episodes<'_> {
+    /// Runs all; `on_end` gets each as it ends, in any order, and says whether to go on.
+    pub fn run(&self, on_end: &(dyn Fn(Ended) -> bool + Sync)) {
+        let next = AtomicUsize::new(0);
+        let ended = AtomicUsize::new(0);
+        let stop = || (self.stop)() || ended.load(Ordering::Relaxed) > 0;
+        let worker = || {
+            while let Some(&seed) = self.seeds.get(next.fetch_add(1, Ordering::Relaxed)) {
+                let Some(one) = self.one(seed, &stop) else {
+                    return;
+                };
+                if !on_end(one) {
+                    ended.store(1, Ordering::Relaxed);
+                }
+            }
+        };
+        std::thread::scope(|scope| {
+            for _ in 0..self.jobs.max(1) {
+                scope.spawn(worker);
+            }
+        });
+    }
+
+    /// `None` when it was stopped.
+    fn one(&self, seed: u64, stop: &dyn Fn() -> bool) -> Option<Ended> {
+        if stop() {
+            return None;
+        }
+        let began = Instant::now();
+        let spec = RunSpec {
+            seed,
+            ..self.spec.clone()
+        };
+        let run = || to_the_end_unless(self.program, &spec, stop, |_, _| {});
+        let result = match catch_unwind(AssertUnwindSafe(run)) {
+            Ok(Ok(summary)) if summary.outcome == RunOutcome::Stopped => return None,
+            Ok(Ok(summary)) => Ok(summary),
+            Ok(Err(error)) => Err(error.to_string()),
+            Err(panic) => Err(format!("panic: {}", message(&*panic))),
+        };
+        Some(Ended {
+            seed,
+            result,
+            wall_time: began.elapsed(),
+        })
+    }
+}
+
+fn message(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    let owned = panic.downcast_ref::<String>().map(String::as_str);
+    text.or(owned).unwrap_or("without a message")
+}
+
+/// Every file that an episode of `spec` is made from, by name, with its text: those of the
+/// cell, its robots and its behaviours.
+///
+/// # Errors
+/// Where the first episode cannot begin.
+pub fn files(program: &Program, spec: &RunSpec) -> Result<BTreeMap<String, String>, SimError> {
+    let (data, log) = spec.data(&program.data).logged();
+    let cell = spec.load_cell_of(&data)?;
+    // Its task reads more. A scene that cannot be set up is one with this seed.
+    match OneProcess::with(&program.policies, &program.controllers, spec, cell) {
+        Ok(_) | Err(SimError::World(_)) => Ok(log.files()),
+        Err(error) => Err(error),
+    }
+}

@@ -1,0 +1,59 @@
+//! The side file of rows: what is no input, and which shard the rows are. One JSON object a
+//! line, the plan first.
+
+use std::fs::File;
+use std::io::{BufRead as _, BufReader};
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::identity::Identity;
+use crate::shard::Shard;
+
+/// Which episodes a file of rows is to have.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Plan {
+    /// Build and inputs.
+    #[serde(flatten)]
+    pub identity: Identity,
+    /// First and last seed of all shards.
+    pub seeds: [u64; 2],
+    /// The shard.
+    pub shard: Shard,
+}
+
+impl Plan {
+    /// First to last seed of all shards.
+    pub fn range(&self) -> RangeInclusive<u64> {
+        self.seeds[0]..=self.seeds[1]
+    }
+}
+
+/// When, where and for how long an episode ran.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Episode {
+    /// Its seed.
+    pub seed: u64,
+    /// Name of the machine.
+    pub host: String,
+    /// End (s since 1970).
+    pub ended_s: u64,
+    /// Time it took (s).
+    pub wall_time_s: f64,
+}
+
+/// Path of the side file of the rows at `path`.
+pub fn path_of(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".info");
+    PathBuf::from(name)
+}
+
+/// The plan of the rows at `path`; `None` without a side file, or where it was cut off.
+pub fn plan_of(path: &Path) -> Option<Plan> {
+    let mut line = String::new();
+    let file = File::open(path_of(path)).ok()?;
+    BufReader::new(file).read_line(&mut line).ok()?;
+    serde_json::from_str(&line).ok()
+}

@@ -1,0 +1,366 @@
+//! What rows say: how often a task ends done, why not, how long it takes; and whether another
+//! way is better.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs::File;
+use std::io::{BufRead as _, BufReader};
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::EvaluationError;
+use crate::row::RowOutcome;
+use crate::stats::{bootstrap, mcnemar, quantile, two_proportions, wilson};
+
+/// What is less likely than this by chance is a difference.
+const SIGNIFICANT: f64 = 0.05;
+
+/// What a report needs of a row.
+#[derive(Clone, Debug, Deserialize)]
+struct Short {
+    demo: String,
+    policy: String,
+    seed: u64,
+    outcome: RowOutcome,
+    reason: Option<String>,
+    sim_time_s: f64,
+    drops: u32,
+    resyncs: u32,
+    aborts: u32,
+    limit_violations: u64,
+}
+
+impl Short {
+    fn is_done(&self) -> bool {
+        self.outcome == RowOutcome::Done
+    }
+}
+
+/// Rate of a success, with the interval that holds it with 95 % (Wilson); 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Rate {
+    /// The rate.
+    pub rate: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// Quantiles of simulated time (s).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Times {
+    /// Half of the episodes take no longer.
+    pub p50: f64,
+    /// 90 %.
+    pub p90: f64,
+    /// 99 %.
+    pub p99: f64,
+    /// The longest.
+    pub max: f64,
+}
+
+/// What the rows of one file say.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Report {
+    /// The file.
+    pub file: String,
+    /// Name of the demo.
+    pub demo: String,
+    /// Name of the policy.
+    pub policy: String,
+    /// Episodes.
+    pub episodes: u64,
+    /// Of these, those that ended done.
+    pub done: u64,
+    /// How often.
+    pub success: Rate,
+    /// Why the others did not, with their number.
+    pub reasons: BTreeMap<String, u64>,
+    /// Of those that ended done.
+    pub times_s: Option<Times>,
+    /// Held objects that were lost, in all.
+    pub drops: u64,
+    /// Pick-ups begun again, in all.
+    pub resyncs: u64,
+    /// Transfers turned back, in all.
+    pub aborts: u64,
+    /// Commands and positions outside the limits of a joint, in all.
+    pub limit_violations: u64,
+}
+
+/// What a comparison found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The second ends done more often.
+    Better,
+    /// The second ends done less often.
+    Worse,
+    /// What differs may be chance.
+    NoDifference,
+}
+
+/// A second file against the first.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Comparison {
+    /// Seeds that are in both files.
+    pub pairs: u64,
+    /// Of these, done in both.
+    pub both: u64,
+    /// Done in the first alone.
+    pub first_only: u64,
+    /// Done in the second alone.
+    pub second_only: u64,
+    /// Done in neither.
+    pub neither: u64,
+    /// Success of the second less that of the first.
+    pub difference: f64,
+    /// The interval that holds it with 95 % (bootstrap), where there are pairs.
+    pub interval: Option<(f64, f64)>,
+    /// How likely equals differ as much: `McNemar`'s exact test for pairs, without any the test
+    /// of two proportions.
+    pub p: f64,
+    /// Mean of the time of the second less that of the first (s), where both ended done.
+    pub time_difference_s: Option<f64>,
+    /// The interval that holds it with 95 % (bootstrap).
+    pub time_interval_s: Option<(f64, f64)>,
+    /// What follows for the success, at 5 %.
+    pub verdict: Verdict,
+}
+
+/// A report, and a comparison where a second file was given.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Reports {
+    /// One of each file.
+    pub files: Vec<Report>,
+    /// The second against the first.
+    pub comparison: Option<Comparison>,
+}
+
+/// Reads the rows of `first`, and compares those of `second` with them.
+///
+/// # Errors
+/// A file that cannot be read, has no rows, or has a line that is no row.
+pub fn report(first: &Path, second: Option<&Path>) -> Result<Reports, EvaluationError> {
+    let rows = read(first)?;
+    let mut files = vec![summary(first, &rows)];
+    let Some(second) = second else {
+        return Ok(Reports {
+            files,
+            comparison: None,
+        });
+    };
+    let other = read(second)?;
+    files.push(summary(second, &other));
+    Ok(Reports {
+        comparison: Some(compare(&rows, &other)),
+        files,
+    })
+}
+
+fn read(path: &Path) -> Result<Vec<Short>, EvaluationError> {
+    let file = File::open(path).map_err(EvaluationError::io(path))?;
+    let mut rows = Vec::new();
+    for (line, text) in (1..).zip(BufReader::new(file).lines()) {
+        let text = text.map_err(EvaluationError::io(path))?;
+        let row = serde_json::from_str(&text).map_err(|error| EvaluationError::Line {
+            path: path.to_owned(),
+            line,
+            reason: error.to_string(),
+        })?;
+        rows.push(row);
+    }
+    if rows.is_empty() {
+        return Err(EvaluationError::Line {
+            path: path.to_owned(),
+            line: 1,
+            reason: "the file is empty".to_owned(),
+        });
+    }
+    Ok(rows)
+}
+
+fn summary(path: &Path, rows: &[Short]) -> Report {
+    let count = |n: usize| u64::try_from(n).unwrap_or(u64::MAX);
+    let (episodes, done) = (
+        count(rows.len()),
+        count(rows.iter().filter(|row| row.is_done()).count()),
+    );
+    let mut reasons = BTreeMap::new();
+    for row in rows.iter().filter(|row| !row.is_done()) {
+        let outcome = match row.outcome {
+            RowOutcome::Timeout => "timeout",
+            RowOutcome::Error => "error",
+            _ => "failed",
+        };
+        let reason = row.reason.as_ref();
+        let reason = reason.map_or_else(|| outcome.to_owned(), |why| format!("{outcome}: {why}"));
+        *reasons.entry(reason).or_insert(0) += 1;
+    }
+    let mut times: Vec<f64> = rows
+        .iter()
+        .filter(|row| row.is_done())
+        .map(|row| row.sim_time_s)
+        .collect();
+    times.sort_by(f64::total_cmp);
+    let (low, high) = wilson(done, episodes);
+    let sum = |of: fn(&Short) -> u64| rows.iter().map(of).sum();
+    Report {
+        file: path.display().to_string(),
+        demo: rows.first().map_or(String::new(), |row| row.demo.clone()),
+        policy: rows.first().map_or(String::new(), |row| row.policy.clone()),
+        episodes,
+        done,
+        success: Rate {
+            rate: done as f64 / episodes as f64,
+            low,
+            high,
+        },
+        reasons,
+        times_s: (!times.is_empty()).then(|| Times {
+            p50: quantile(&times, 0.5),
+            p90: quantile(&times, 0.9),
+            p99: quantile(&times, 0.99),
+            max: quantile(&times, 1.0),
+        }),
+        drops: sum(|row| u64::from(row.drops)),
+        resyncs: sum(|row| u64::from(row.resyncs)),
+        aborts: sum(|row| u64::from(row.aborts)),
+        limit_violations: sum(|row| row.limit_violations),
+    }
+}
+
+fn compare(first: &[Short], second: &[Short]) -> Comparison {
+    let by_seed: BTreeMap<u64, &Short> = first.iter().map(|row| (row.seed, row)).collect();
+    let pairs: Vec<(&Short, &Short)> = second
+        .iter()
+        .filter_map(|row| Some((*by_seed.get(&row.seed)?, row)))
+        .collect();
+    let of = |one: bool, other: bool| {
+        let alike = pairs
+            .iter()
+            .filter(|(a, b)| (a.is_done(), b.is_done()) == (one, other));
+        u64::try_from(alike.count()).unwrap_or(u64::MAX)
+    };
+    let (both, first_only) = (of(true, true), of(true, false));
+    let (second_only, neither) = (of(false, true), of(false, false));
+    let all = both + first_only + second_only + neither;
+    let steps: Vec<f64> = pairs
+        .iter()
+        .map(|(a, b)| f64::from(u8::from(b.is_done())) - f64::from(u8::from(a.is_done())))
+        .collect();
+    let times: Vec<f64> = pairs
+        .iter()
+        .filter(|(a, b)| a.is_done() && b.is_done())
+        .map(|(a, b)| b.sim_time_s - a.sim_time_s)
+        .collect();
+    let counts = |rows: &[Short]| {
+        let done = rows.iter().filter(|row| row.is_done()).count();
+        let count = |n: usize| u64::try_from(n).unwrap_or(u64::MAX);
+        (count(done), count(rows.len()))
+    };
+    let (difference, p) = if all > 0 {
+        let difference = (second_only as f64 - first_only as f64) / all as f64;
+        (difference, mcnemar(first_only, second_only))
+    } else {
+        let (one, other) = (counts(first), counts(second));
+        let rate = |(done, all): (u64, u64)| done as f64 / all as f64;
+        (rate(other) - rate(one), two_proportions(one, other))
+    };
+    Comparison {
+        pairs: all,
+        both,
+        first_only,
+        second_only,
+        neither,
+        difference,
+        interval: bootstrap(&steps),
+        p,
+        time_difference_s: mean(&times),
+        time_interval_s: bootstrap(&times),
+        verdict: match p < SIGNIFICANT {
+            true if difference > 0.0 => Verdict::Better,
+            true => Verdict::Worse,
+            false => Verdict::NoDifference,
+        },
+    }
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let percent = |part: f64| 100.0 * part;
+        let Rate { rate, low, high } = self.success;
+        writeln!(f, "{}: {}, policy {}", self.file, self.demo, self.policy)?;
+        writeln!(
+            f,
+            "  done        {} of {}: {:.2} % (95 %: {:.2} to {:.2} %)",
+            self.done,
+            self.episodes,
+            percent(rate),
+            percent(low),
+            percent(high)
+        )?;
+        for (reason, count) in &self.reasons {
+            writeln!(f, "  not done    {count} {reason}")?;
+        }
+        if let Some(times) = self.times_s {
+            let Times { p50, p90, p99, max } = times;
+            writeln!(
+                f,
+                "  time        p50 {p50:.2} s, p90 {p90:.2} s, p99 {p99:.2} s, max {max:.2} s"
+            )?;
+        }
+        write!(
+            f,
+            "  drops {}, resyncs {}, aborts {}, limit violations {}",
+            self.drops, self.resyncs, self.aborts, self.limit_violations
+        )
+    }
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.pairs > 0 {
+            writeln!(
+                f,
+                "second against first, by {} seeds in both: done in both {}, in the first alone {}, \
+                 in the second alone {}, in neither {}",
+                self.pairs, self.both, self.first_only, self.second_only, self.neither
+            )?;
+        } else {
+            writeln!(
+                f,
+                "second against first, as samples that have no seed in common"
+            )?;
+        }
+        write!(f, "  success     {:+.2} %", 100.0 * self.difference)?;
+        if let Some((low, high)) = self.interval {
+            write!(f, " (95 %: {:+.2} to {:+.2} %)", 100.0 * low, 100.0 * high)?;
+        }
+        let test = if self.pairs > 0 {
+            "McNemar"
+        } else {
+            "two proportions"
+        };
+        writeln!(f, ", p = {:.2e} ({test})", self.p)?;
+        if let (Some(mean), Some((low, high))) = (self.time_difference_s, self.time_interval_s) {
+            writeln!(
+                f,
+                "  time        {mean:+.3} s (95 %: {low:+.3} to {high:+.3} s), where both are done"
+            )?;
+        }
+        let verdict = match self.verdict {
+            Verdict::Better => "the second ends done more often",
+            Verdict::Worse => "the second ends done less often",
+            Verdict::NoDifference => "no difference in success is shown",
+        };
+        write!(f, "  verdict     {verdict}")
+    }
+}

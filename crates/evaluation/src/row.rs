@@ -1,0 +1,128 @@
+//! One episode.
+
+use cell_model::runs::summary::{RunOutcome, RunSummary};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::identity::Identity;
+
+/// How an episode ended.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum RowOutcome {
+    /// The task finished.
+    Done,
+    /// The task gave up; see `reason`.
+    Failed,
+    /// The time limit came first.
+    Timeout,
+    /// The program could not finish the episode; see `reason`.
+    Error,
+}
+
+/// One episode; the keys and their order are a contract.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Row {
+    /// Name of the demo.
+    pub demo: String,
+    /// Name of the policy.
+    pub policy: String,
+    /// Name of the build.
+    pub build: String,
+    /// Hash of the inputs.
+    pub inputs: String,
+    /// Seed of the episode.
+    pub seed: u64,
+    /// How it ended.
+    pub outcome: RowOutcome,
+    /// Why it did not end done, if that is known.
+    pub reason: Option<String>,
+    /// Simulated time (s).
+    pub sim_time_s: f64,
+    /// Ticks simulated.
+    pub ticks: u64,
+    /// Objects in place, by name.
+    pub placed: Vec<String>,
+    /// Held objects that were lost.
+    pub drops: u32,
+    /// Pick-ups begun again.
+    pub resyncs: u32,
+    /// Transfers turned back.
+    pub aborts: u32,
+    /// Recoveries of any other kind.
+    pub recoveries: u32,
+    /// Commands and positions outside the limits of a joint.
+    pub limit_violations: u64,
+    /// Times an arm began to touch an obstacle.
+    pub obstacle_contacts: u64,
+    /// Times parts of an arm began to overlap.
+    pub self_contacts: u64,
+    /// Script lines that never fired.
+    pub script_left: u32,
+    /// Hash of the last state, 16 hexadecimal digits; empty after an error.
+    pub state_hash: String,
+}
+
+impl Row {
+    /// The row of an episode that ended with `summary`.
+    pub fn of(identity: &Identity, summary: &RunSummary) -> Self {
+        let outcome = match summary.outcome {
+            RunOutcome::Done => RowOutcome::Done,
+            RunOutcome::Failed => RowOutcome::Failed,
+            RunOutcome::Timeout | RunOutcome::Stopped => RowOutcome::Timeout,
+        };
+        Self {
+            demo: summary.demo.clone(),
+            policy: summary.policy.clone(),
+            build: identity.build.clone(),
+            inputs: identity.inputs.clone(),
+            seed: summary.seed,
+            outcome,
+            reason: summary.reason.clone(),
+            sim_time_s: summary.sim_time_s,
+            ticks: summary.ticks,
+            placed: summary.placed.clone(),
+            drops: summary.drops,
+            resyncs: summary.resyncs,
+            aborts: summary.aborts,
+            recoveries: summary.recoveries,
+            limit_violations: summary.limit_violations,
+            obstacle_contacts: summary.obstacle_contacts,
+            self_contacts: summary.self_contacts,
+            script_left: summary.script_left,
+            state_hash: summary.state_hash.clone(),
+        }
+    }
+
+    /// The row of an episode the program could not finish.
+    pub fn error(
+        identity: &Identity,
+        (demo, policy): (&str, &str),
+        seed: u64,
+        reason: String,
+    ) -> Self {
+        Self {
+            demo: demo.to_owned(),
+            policy: policy.to_owned(),
+            build: identity.build.clone(),
+            inputs: identity.inputs.clone(),
+            seed,
+            outcome: RowOutcome::Error,
+            reason: Some(reason),
+            sim_time_s: 0.0,
+            ticks: 0,
+            placed: Vec::new(),
+            drops: 0,
+            resyncs: 0,
+            aborts: 0,
+            recoveries: 0,
+            limit_violations: 0,
+            obstacle_contacts: 0,
+            self_contacts: 0,
+            script_left: 0,
+            state_hash: String::new(),
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! The file of a shard's rows. A kill at any instant loses at most the rows in progress, and
+//! the same command resumes.
+//!
+//! Rows are appended as episodes end, in any order. When the last one is there, the file is
+//! replaced by one in the order of the seeds.
+
+use std::collections::BTreeSet;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{BufRead as _, BufReader, BufWriter, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+
+use crate::EvaluationError;
+use crate::info::{self, Episode, Plan};
+use crate::row::Row;
+
+/// A file of rows that is written.
+#[derive(Debug)]
+pub struct RowsFile {
+    path: PathBuf,
+    rows: File,
+    /// Locked as long as this process writes.
+    info: File,
+    plan: Plan,
+    done: BTreeSet<u64>,
+}
+
+impl RowsFile {
+    /// Opens the file at `path` for the rows of `plan`, or begins it.
+    ///
+    /// # Errors
+    /// Where it cannot be written, another process writes it, or it was begun with another plan.
+    pub fn open(path: &Path, plan: &Plan) -> Result<Self, EvaluationError> {
+        let open = |path: &Path| {
+            let mut options = OpenOptions::new();
+            options.read(true).append(true).create(true).open(path)
+        };
+        let info_path = info::path_of(path);
+        let info = open(&info_path).map_err(EvaluationError::io(&info_path))?;
+        match info.try_lock() {
+            // Some network file systems have no locks.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+            Err(TryLockError::WouldBlock) => {
+                return Err(EvaluationError::InUse {
+                    path: path.to_owned(),
+                });
+            }
+        }
+        let mut file = Self {
+            rows: open(path).map_err(EvaluationError::io(path))?,
+            path: path.to_owned(),
+            info,
+            plan: plan.clone(),
+            done: BTreeSet::new(),
+        };
+        file.take_plan()?;
+        file.take_rows()?;
+        Ok(file)
+    }
+
+    /// Seeds without a row yet, in order.
+    pub fn left(&self) -> Vec<u64> {
+        let all = self.plan.shard.seeds(&self.plan.range());
+        all.filter(|seed| !self.done.contains(seed)).collect()
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.done.len()
+    }
+
+    /// Appends a row, and to the side file what is no input.
+    ///
+    /// # Errors
+    /// Where it cannot be written.
+    pub fn append(&mut self, row: &Row, episode: &Episode) -> Result<(), EvaluationError> {
+        // In one call: what a kill leaves of it is cut off by the next start.
+        let line = line_of(row);
+        let rows = self.rows.write_all(line.as_bytes());
+        rows.map_err(EvaluationError::io(&self.path))?;
+        self.done.insert(row.seed);
+        let line = line_of(episode);
+        let info = self.info.write_all(line.as_bytes());
+        info.map_err(EvaluationError::io(&info::path_of(&self.path)))
+    }
+
+    /// Brings the rows into the order of their seeds.
+    ///
+    /// # Errors
+    /// Where it cannot be written. The rows stay where they are.
+    pub fn finish(mut self) -> Result<(), EvaluationError> {
+        let mut places = self.places()?;
+        if places.is_sorted() {
+            return Ok(());
+        }
+        places.sort_unstable();
+        let mut sorted = self.path.as_os_str().to_owned();
+        sorted.push(".sorted");
+        let sorted = PathBuf::from(sorted);
+        let write = |from: &mut File| -> std::io::Result<()> {
+            let mut out = BufWriter::new(File::create(&sorted)?);
+            let mut reader = BufReader::new(from);
+            let mut line = Vec::new();
+            for (_, place) in places {
+                line.clear();
+                reader.seek(SeekFrom::Start(place))?;
+                reader.read_until(b'\n', &mut line)?;
+                out.write_all(&line)?;
+            }
+            out.into_inner()?.sync_all()?;
+            std::fs::rename(&sorted, &self.path)
+        };
+        write(&mut self.rows).map_err(EvaluationError::io(&sorted))
+    }
+
+    /// Seed and place (bytes) of every row.
+    fn places(&mut self) -> Result<Vec<(u64, u64)>, EvaluationError> {
+        let mut places = Vec::new();
+        self.each_row(|place, row| {
+            places.push((row.seed, place));
+            Ok(())
+        })?;
+        Ok(places)
+    }
+
+    fn take_plan(&mut self) -> Result<(), EvaluationError> {
+        let Some(found) = info::plan_of(&self.path) else {
+            // New, or its first line was cut off by a kill.
+            let empty = self.info.set_len(0);
+            let line = line_of(&self.plan);
+            let write = empty.and_then(|()| self.info.write_all(line.as_bytes()));
+            return write.map_err(EvaluationError::io(&info::path_of(&self.path)));
+        };
+        let seeds = |plan: &Plan| format!("{}..{}", plan.seeds[0], plan.seeds[1]);
+        let (identity, own) = (&found.identity, &self.plan.identity);
+        for (what, found, wanted) in [
+            ("build", identity.build.clone(), own.build.clone()),
+            ("input", identity.inputs.clone(), own.inputs.clone()),
+            ("range of seeds", seeds(&found), seeds(&self.plan)),
+            (
+                "shard",
+                found.shard.to_string(),
+                self.plan.shard.to_string(),
+            ),
+        ] {
+            if found != wanted {
+                let path = self.path.clone();
+                return Err(EvaluationError::Other {
+                    path,
+                    what,
+                    found,
+                    wanted,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the rows that are there, and cuts off what a kill left of the last one.
+    fn take_rows(&mut self) -> Result<(), EvaluationError> {
+        let mut done = BTreeSet::new();
+        let (plan, path) = (self.plan.clone(), self.path.clone());
+        let mut number = 0;
+        let end = self.each_row(|_, row| {
+            number += 1;
+            let reason = if row.build != plan.identity.build || row.inputs != plan.identity.inputs {
+                "of another build, or of other inputs"
+            } else if !plan.shard.has(&plan.range(), row.seed) {
+                "of a seed that is not of this shard"
+            } else if !done.insert(row.seed) {
+                "of a seed that came before"
+            } else {
+                return Ok(());
+            };
+            Err(EvaluationError::Line {
+                path: path.clone(),
+                line: number,
+                reason: format!("seed {}: {reason}", row.seed),
+            })
+        })?;
+        self.done = done;
+        self.rows
+            .set_len(end)
+            .map_err(EvaluationError::io(&self.path))
+    }
+
+    /// Calls `take` with place and content of every complete line; the place behind them.
+    fn each_row(
+        &mut self,
+        mut take: impl FnMut(u64, &Row) -> Result<(), EvaluationError>,
+    ) -> Result<u64, EvaluationError> {
+        let fail = || EvaluationError::io(&self.path);
+        let mut reader = BufReader::new(&self.rows);
+        reader.seek(SeekFrom::Start(0)).map_err(fail())?;
+        let (mut place, mut number, mut line) = (0, 0, String::new());
+        loop {
+            line.clear();
+            let count = reader.read_line(&mut line).map_err(fail())?;
+            if !line.ends_with('\n') {
+                return Ok(place);
+            }
+            number += 1;
+            let row: Row = serde_json::from_str(&line).map_err(|error| EvaluationError::Line {
+                path: self.path.clone(),
+                line: number,
+                reason: error.to_string(),
+            })?;
+            take(place, &row)?;
+            place += u64::try_from(count).unwrap_or(0);
+        }
+    }
+}
+
+/// One line of JSON.
+fn line_of(value: &impl serde::Serialize) -> String {
+    // What is written has string keys and finite numbers.
+    let mut line = serde_json::to_string(value).unwrap_or_default();
+    line.push('\n');
+    line
+}

@@ -1,0 +1,213 @@
+//! What a user sees of files of rows.
+#![allow(clippy::unwrap_used, reason = "a test that cannot continue has failed")]
+
+mod report;
+
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use evaluation::EvaluationError;
+use evaluation::identity::Identity;
+use evaluation::info::{Episode, Plan};
+use evaluation::merge::merge;
+use evaluation::row::Row;
+use evaluation::rows_file::RowsFile;
+use evaluation::shard::Shard;
+use tempfile::TempDir;
+
+fn identity() -> Identity {
+    Identity {
+        build: "0.1.0+b".to_owned(),
+        inputs: "i".to_owned(),
+    }
+}
+
+fn plan(seeds: [u64; 2], shard: &str) -> Plan {
+    Plan {
+        identity: identity(),
+        seeds,
+        shard: shard.parse::<Shard>().unwrap(),
+    }
+}
+
+fn append(file: &mut RowsFile, seed: u64) {
+    let row = Row::error(&identity(), ("cube", "fsm"), seed, format!("why {seed}"));
+    let episode = Episode {
+        seed,
+        host: "here".to_owned(),
+        ended_s: 1,
+        wall_time_s: 0.5,
+    };
+    file.append(&row, &episode).unwrap();
+}
+
+/// All rows of a shard, in an order that is not that of the seeds.
+fn write(path: &Path, plan: &Plan) {
+    let mut file = RowsFile::open(path, plan).unwrap();
+    let mut left = file.left();
+    left.reverse();
+    for seed in left {
+        append(&mut file, seed);
+    }
+    file.finish().unwrap();
+}
+
+fn merged(files: &[PathBuf]) -> Result<Vec<u8>, EvaluationError> {
+    let mut out = Vec::new();
+    merge(files, &mut out).map(|_| out)
+}
+
+fn shards(dir: &TempDir, seeds: [u64; 2], count: u64) -> Vec<PathBuf> {
+    let path = |index| dir.path().join(format!("{index}of{count}.jsonl"));
+    let files: Vec<PathBuf> = (1..=count).map(path).collect();
+    for (index, path) in (1..).zip(&files) {
+        write(path, &plan(seeds, &format!("{index}/{count}")));
+    }
+    files
+}
+
+#[test]
+fn shards_of_every_number_merge_to_the_bytes_of_an_unsharded_run() {
+    let dir = TempDir::new().unwrap();
+    let whole = dir.path().join("whole.jsonl");
+    write(&whole, &plan([5, 40], "1/1"));
+    let whole = fs::read(whole).unwrap();
+    for count in 1..=64 {
+        let mut files = shards(&dir, [5, 40], count);
+        files.reverse();
+        assert!(merged(&files).unwrap() == whole, "{count} shards");
+    }
+}
+
+#[test]
+fn a_file_that_was_cut_anywhere_is_completed_to_the_same_bytes() {
+    let dir = TempDir::new().unwrap();
+    let (path, plan) = (dir.path().join("a.jsonl"), plan([1, 6], "1/1"));
+    let info = dir.path().join("a.jsonl.info");
+    write(&path, &plan);
+    let (whole, whole_info) = (fs::read(&path).unwrap(), fs::read(&info).unwrap());
+    for cut in 0..=whole.len() {
+        fs::write(&path, &whole[..cut]).unwrap();
+        // The side file may be cut anywhere, too.
+        fs::write(&info, &whole_info[..cut.min(whole_info.len())]).unwrap();
+        let file = RowsFile::open(&path, &plan).unwrap();
+        let complete = whole[..cut].split(|byte| *byte == b'\n').count() - 1;
+        assert_eq!(file.rows(), complete, "cut at {cut}");
+        drop(file);
+        write(&path, &plan);
+        assert!(fs::read(&path).unwrap() == whole, "cut at {cut}");
+    }
+}
+
+#[test]
+fn a_file_of_another_command_is_refused_with_what_differs() {
+    let dir = TempDir::new().unwrap();
+    let path = dir.path().join("a.jsonl");
+    write(&path, &plan([1, 6], "1/2"));
+    let mut build = plan([1, 6], "1/2");
+    build.identity.build = "0.2.0+c".to_owned();
+    let mut inputs = plan([1, 6], "1/2");
+    inputs.identity.inputs = "j".to_owned();
+    for (plan, part) in [
+        (build, "another build (0.1.0+b, now 0.2.0+c)"),
+        (inputs, "another input (i, now j)"),
+        (
+            plan([1, 7], "1/2"),
+            "another range of seeds (1..6, now 1..7)",
+        ),
+        (plan([1, 6], "2/2"), "another shard (1/2, now 2/2)"),
+    ] {
+        let error = RowsFile::open(&path, &plan).unwrap_err().to_string();
+        assert!(error.contains(part) && error.contains("--out"), "{error}");
+    }
+    let held = RowsFile::open(&path, &plan([1, 6], "1/2")).unwrap();
+    let error = RowsFile::open(&path, &plan([1, 6], "1/2")).unwrap_err();
+    assert!(matches!(error, EvaluationError::InUse { .. }), "{error}");
+    drop(held);
+    fs::remove_file(dir.path().join("a.jsonl.info")).unwrap();
+    let mut file = fs::OpenOptions::new().append(true).open(&path).unwrap();
+    file.write_all(b"{\"seed\":1}\n").unwrap();
+    let error = RowsFile::open(&path, &plan([1, 6], "1/2"))
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("a.jsonl:4: no row of an episode"), "{error}");
+}
+
+#[test]
+fn what_is_no_complete_evaluation_is_refused_and_named() {
+    let dir = TempDir::new().unwrap();
+    let files = shards(&dir, [1, 12], 3);
+    let refused = |files: &[PathBuf], parts: &[&str]| {
+        let error = merged(files).unwrap_err().to_string();
+        for part in parts {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+    };
+    refused(
+        &[files[0].clone(), files[2].clone()],
+        &["shard 2/3 is missing", "seed 2 is missing"],
+    );
+    refused(&files[..2], &["shard 3/3 is missing"]);
+    let twice = dir.path().join("twice.jsonl");
+    fs::copy(&files[0], &twice).unwrap();
+    let all = [files.clone(), vec![twice.clone()]].concat();
+    refused(&all, &["seed 1 is in ", "twice.jsonl"]);
+    let all = [files.clone(), vec![files[1].clone()]].concat();
+    refused(&all, &["are both shard 2/3"]);
+    // Without side files gaps are found.
+    for file in &files {
+        let mut info = file.as_os_str().to_owned();
+        info.push(".info");
+        fs::remove_file(info).unwrap();
+    }
+    assert!(merged(&files).is_ok());
+    refused(
+        &[files[0].clone(), files[2].clone()],
+        &["seed 2 is missing", "seed 11 is missing"],
+    );
+    let text = fs::read_to_string(&files[1]).unwrap();
+    fs::write(&files[1], &text[..text.len() - 1]).unwrap();
+    fs::write(
+        &files[2],
+        text.replace("0.1.0+b", "0.1.0+other")
+            .replace("\"i\"", "\"j\""),
+    )
+    .unwrap();
+    refused(
+        &files,
+        &[
+            "2of3.jsonl:4: the line is cut off",
+            "build 0.1.0+other",
+            "inputs j, but",
+        ],
+    );
+    fs::write(&files[0], "{\"seed\": 1}\n[]\n").unwrap();
+    refused(
+        &files[..1],
+        &["1of3.jsonl:1: no row of an episode", "1of3.jsonl:2:"],
+    );
+    let error = merged(&[dir.path().join("none.jsonl")])
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("none.jsonl"), "{error}");
+}
+
+#[test]
+fn a_file_that_is_not_finished_is_no_shard() {
+    let dir = TempDir::new().unwrap();
+    let (path, plan) = (dir.path().join("a.jsonl"), plan([1, 6], "1/1"));
+    let mut file = RowsFile::open(&path, &plan).unwrap();
+    for seed in [3, 1, 2] {
+        append(&mut file, seed);
+    }
+    drop(file);
+    let error = merged(&[path]).unwrap_err().to_string();
+    for part in [
+        "seed 1 comes after 3",
+        "3 of 6 rows of shard 1/1",
+        "resumes",
+    ] {
+        assert!(error.contains(part), "{part}: {error}");
+    }
+}

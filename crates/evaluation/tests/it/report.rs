@@ -1,0 +1,96 @@
+//! What a report says of generated rows.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use evaluation::report::{Verdict, report};
+use evaluation::row::{Row, RowOutcome};
+use tempfile::TempDir;
+
+use crate::identity;
+
+/// `rows` rows from seed `first` on, of which those that `fails` names did not end done.
+fn write(
+    dir: &Path,
+    name: &str,
+    seeds: std::ops::Range<u64>,
+    fails: impl Fn(u64) -> bool,
+) -> PathBuf {
+    let mut text = String::new();
+    for seed in seeds {
+        let mut row = Row::error(&identity(), ("cube", "fsm"), seed, "lost".to_owned());
+        row.outcome = RowOutcome::Failed;
+        if !fails(seed) {
+            (row.outcome, row.reason) = (RowOutcome::Done, None);
+        }
+        row.sim_time_s = 20.0 + (seed % 10) as f64;
+        text += &serde_json::to_string(&row).unwrap();
+        text.push('\n');
+    }
+    let path = dir.join(name);
+    fs::write(&path, text).unwrap();
+    path
+}
+
+/// One of 20, without a pattern that halves could share.
+fn base(seed: u64) -> bool {
+    seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32 & 0xff < 13
+}
+
+#[test]
+fn a_regression_of_3_percent_is_found_in_2000_rows() {
+    let dir = TempDir::new().unwrap();
+    let first = write(dir.path(), "a.jsonl", 0..2_000, base);
+    let second = write(dir.path(), "b.jsonl", 0..2_000, |seed| {
+        base(seed) || seed % 33 == 7
+    });
+    let reports = report(&first, Some(&second)).unwrap();
+    let comparison = reports.comparison.unwrap();
+    assert_eq!((comparison.pairs, comparison.second_only), (2_000, 0));
+    assert!(comparison.first_only > 50, "{comparison}");
+    assert_eq!(comparison.verdict, Verdict::Worse);
+    let (low, high) = comparison.interval.unwrap();
+    assert!(low < comparison.difference && comparison.difference < high && high < 0.0);
+    let back = report(&second, Some(&first)).unwrap().comparison.unwrap();
+    assert_eq!(back.verdict, Verdict::Better);
+}
+
+#[test]
+fn equal_halves_show_no_difference_with_and_without_seeds_in_common() {
+    let dir = TempDir::new().unwrap();
+    let first = write(dir.path(), "a.jsonl", 0..1_000, base);
+    let other = write(dir.path(), "b.jsonl", 1_000..2_000, base);
+    let same = write(dir.path(), "c.jsonl", 0..1_000, |seed| base(seed + 1_000));
+    for second in [&first, &other, &same] {
+        let reports = report(&first, Some(second)).unwrap();
+        let comparison = reports.comparison.unwrap();
+        assert_eq!(comparison.verdict, Verdict::NoDifference, "{comparison}");
+    }
+    let text = report(&first, Some(&other))
+        .unwrap()
+        .comparison
+        .unwrap()
+        .to_string();
+    assert!(text.contains("no seed in common"), "{text}");
+}
+
+#[test]
+fn a_report_has_rate_interval_reasons_and_times() {
+    let dir = TempDir::new().unwrap();
+    let file = write(dir.path(), "a.jsonl", 0..100, |seed| seed < 10);
+    let text = report(&file, None).unwrap().files[0].to_string();
+    for part in [
+        "cube, policy fsm",
+        "90 of 100: 90.00 % (95 %: 82.56 to 94.48 %)",
+        "10 failed: lost",
+        "p50 24.00 s, p90 28.00 s",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    fs::write(&file, "").unwrap();
+    let error = report(&file, None).unwrap_err().to_string();
+    assert!(error.contains("empty"), "{error}");
+    fs::write(&file, "{}\n").unwrap();
+    let error = report(&file, None).unwrap_err().to_string();
+    assert!(error.contains("a.jsonl:1"), "{error}");
+}

@@ -1,0 +1,165 @@
+//! `eval`: many seeds, printed or written as rows.
+
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use cell_model::runs::summary::RunSummary;
+use cell_sim::{Program, SimError, eval, run};
+use clap::Args;
+use evaluation::shard::Shard;
+
+use crate::cli::{CliError, print_json, say};
+use crate::progress::Progress;
+use crate::rows::{self, Order, RowsError};
+
+/// Stopped by a signal before its end, as shells say it.
+const STOPPED: u8 = 130;
+
+/// What to run.
+#[derive(Args)]
+pub(crate) struct EvalArgs {
+    /// Name of the demo.
+    pub(crate) demo: String,
+    /// First and last seed.
+    #[arg(long, value_parser = seeds)]
+    pub(crate) seeds: RangeInclusive<u64>,
+    /// Policy; the cell's default where missing.
+    #[arg(long)]
+    pub(crate) policy: Option<String>,
+    /// Runs at the same time.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) jobs: usize,
+    /// Folder with cells/ and robots/.
+    #[arg(long)]
+    pub(crate) data: Option<PathBuf>,
+    /// A script for every run.
+    #[arg(long)]
+    pub(crate) script: Option<PathBuf>,
+    /// Time limit of a run (simulated s).
+    #[arg(long)]
+    pub(crate) timeout: Option<f64>,
+    /// Bins the job is about.
+    #[arg(long)]
+    pub(crate) bins: Option<u32>,
+    /// A robot of the user, as the JSON of its files.
+    #[arg(long)]
+    pub(crate) robot: Option<String>,
+    /// File for the rows.
+    #[arg(long)]
+    pub(crate) out: Option<PathBuf>,
+    /// The shard of the seeds.
+    #[arg(long, requires = "out", default_value = "1/1")]
+    pub(crate) shard: Shard,
+    /// A file that runs depend on as well.
+    #[arg(long)]
+    pub(crate) input: Vec<PathBuf>,
+    /// Rows as JSON objects.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Runs all seeds.
+pub(crate) fn run(program: &Program, args: EvalArgs) -> Result<ExitCode, CliError> {
+    let mut spec = eval::template(&args.demo, args.policy.as_deref().unwrap_or_default());
+    (spec.data_dir, spec.time_limit_s, spec.bins) = (args.data, args.timeout, args.bins);
+    spec.robot = args
+        .robot
+        .map(|text| serde_json::from_str(&text))
+        .transpose()?;
+    let cell = spec.load_cell_from(&program.data)?;
+    if let Some(path) = args.script {
+        spec.script = run::script(&path, &cell)?;
+    }
+    if spec.policy.is_empty() {
+        program
+            .policies
+            .default_policy(&cell)
+            .clone_into(&mut spec.policy);
+    }
+    let (seeds, jobs) = (args.seeds, args.jobs);
+    let Some(out) = args.out else {
+        let plan = eval::Plan { spec, seeds, jobs };
+        return Ok(evaluate(program, &plan, args.json)?);
+    };
+    let order = Order {
+        spec: &spec,
+        seeds: [*seeds.start(), *seeds.end()],
+        shard: args.shard,
+        jobs,
+        out: &out,
+        inputs: &args.input,
+    };
+    Ok(write_rows(program, &order, args.json)?)
+}
+
+fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
+    let hint = || format!("{text:?} is no range of seeds; write 1..50");
+    let (first, last) = text.split_once("..").ok_or_else(hint)?;
+    let last = last.strip_prefix('=').unwrap_or(last);
+    let parse = |part: &str| part.parse::<u64>().map_err(|_not_a_number| hint());
+    let range = parse(first)?..=parse(last)?;
+    if range.is_empty() {
+        Err(hint())
+    } else {
+        Ok(range)
+    }
+}
+
+fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode, SimError> {
+    let total = plan.seeds.end() - plan.seeds.start();
+    let progress = Progress::of_runs(total.saturating_add(1));
+    let print = |row: &RunSummary| {
+        if json {
+            print_json(row);
+        } else {
+            say(format_args!(
+                "seed {:5}  {:8}  {:6.2} s  placed {}  drops {}  resyncs {}  aborts {}  violations {}  {}",
+                row.seed,
+                format!("{:?}", row.outcome).to_lowercase(),
+                row.sim_time_s,
+                row.placed.len(),
+                row.drops,
+                row.resyncs,
+                row.aborts,
+                row.limit_violations,
+                row.reason.as_deref().unwrap_or_default(),
+            ));
+        }
+    };
+    let counts = eval::evaluate(program, plan, |row| progress.run(|| print(row)))?;
+    drop(progress);
+    if json {
+        print_json(&counts);
+    } else {
+        say(format_args!("{} of {} done", counts.done, counts.runs));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the rows of a shard; a command that was stopped is repeated to resume.
+fn write_rows(program: &Program, order: &Order<'_>, json: bool) -> Result<ExitCode, RowsError> {
+    let written = rows::write(program, order)?;
+    let (new, failed) = written.new;
+    if json {
+        print_json(&serde_json::json!({
+            "out": order.out, "rows": written.rows, "of": written.all,
+            "new": new, "new_not_done": failed,
+        }));
+    } else {
+        say(format_args!(
+            "{}: {} of {} rows; {new} episodes now, {failed} of them not done",
+            order.out.display(),
+            written.rows,
+            written.all
+        ));
+    }
+    if written.rows == written.all {
+        return Ok(ExitCode::SUCCESS);
+    }
+    let left = written.all - written.rows;
+    cell_worker::warn(format_args!(
+        "stopped; {left} rows are left, and the same command resumes"
+    ));
+    Ok(ExitCode::from(STOPPED))
+}

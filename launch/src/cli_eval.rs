@@ -1,0 +1,90 @@
+//! Arguments of `robocell eval`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use evaluation::shard::Shard;
+
+use crate::cli_common::DataArgs;
+use crate::cli_robot::RobotArgs;
+use crate::cli_values::{count, positive_seconds, seed_range};
+
+/// `robocell eval`.
+#[derive(Clone, Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub struct EvalArgs {
+    /// What to do with rows that are there
+    #[command(subcommand)]
+    pub verb: Option<EvalVerb>,
+    /// Name of the demo
+    #[arg(required = true)]
+    pub demo: Option<String>,
+    /// First and last seed, or a count of seeds from 0
+    #[arg(long, value_name = "A..B|N", required = true, allow_hyphen_values = true, value_parser = seed_range)]
+    pub seeds: Option<(u64, u64)>,
+    /// Run part I of N of the seeds, from 1/N to N/N
+    #[arg(long, value_name = "I/N", requires = "out", default_value = "1/1", value_parser = str::parse::<Shard>)]
+    pub shard: Shard,
+    /// Append a row for each seed to this file; repeat the command after a stop to resume
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub out: Option<PathBuf>,
+    /// Policy of the task [default: that of the demo]
+    #[arg(long, value_name = "P")]
+    pub policy: Option<String>,
+    /// Runs at the same time
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub jobs: u32,
+    /// End each run at this simulated time at the latest (s)
+    #[arg(long, value_name = "SIM_S", allow_negative_numbers = true, value_parser = positive_seconds)]
+    pub timeout: Option<f64>,
+    /// Script of every run: what to do at which time or phase, one JSON object per line
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub script: Option<PathBuf>,
+    /// Number of bins of the job [default: all bins of the cell]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
+    pub bins: Option<u32>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub robot: RobotArgs,
+    /// Print one JSON object per seed, and one for all seeds as the last line; with `--out`
+    /// the last line alone
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub data: DataArgs,
+}
+
+/// What to do with rows that are there.
+#[derive(Clone, Debug, Subcommand)]
+pub enum EvalVerb {
+    /// Merge the rows of all shards into one file, in the order of their seeds
+    Merge(MergeArgs),
+    /// Report success, reasons and times of rows; compare two files by their seeds
+    Report(ReportRowsArgs),
+}
+
+/// `robocell eval report`.
+#[derive(Clone, Debug, Args)]
+pub struct ReportRowsArgs {
+    /// File of rows
+    #[arg(value_name = "FILE.jsonl")]
+    pub file: PathBuf,
+    /// File of rows to compare with the first
+    #[arg(value_name = "FILE2.jsonl")]
+    pub other: Option<PathBuf>,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `robocell eval merge`.
+#[derive(Clone, Debug, Args)]
+pub struct MergeArgs {
+    /// Files of rows, one of each shard
+    #[arg(required = true, value_name = "FILE.jsonl")]
+    pub files: Vec<PathBuf>,
+    /// File of the merged rows [default: standard output]
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub out: Option<PathBuf>,
+}
