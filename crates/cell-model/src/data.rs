@@ -276,6 +276,7 @@ mod tests {
                 ("cells/x.toml", "built in"),
             ]),
             robots: None,
+            log: None,
         };
         let dir = std::env::temp_dir().join(format!("robocell-robots-{}", std::process::id()));
         std::fs::create_dir_all(dir.join("robots/a")).unwrap();
