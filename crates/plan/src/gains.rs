@@ -9,7 +9,7 @@ const REACH_M: f64 = 0.03;
 const REFLEX: f64 = 0.2;
 /// Of the weight of the posture: the path is one in joint space, and where it passes a
 /// straight elbow the pose of the tool alone would not lead through.
-const POSTURE: f64 = 100.0;
+const POSTURE: f64 = 200.0;
 
 /// Gains with which an arm follows a path, from those it has: found with the problems of
 /// `MotionBenchMaker` (`motion_bench --execute`), none of which ended in a contact.
