@@ -23,6 +23,15 @@ fn state_after(world: &mut World, ticks: usize) -> WorldState {
     state
 }
 
+/// Gives a joint of the arm a velocity (rad/s) within the engine.
+fn set_rate(world: &mut World, rate: f64) {
+    let link = world.arms[0].bodies[4];
+    let joints = &mut world.engine.multibody_joints;
+    let multibody = joints.rigid_body_link(link).unwrap().multibody;
+    let multibody = joints.get_multibody_mut(multibody).unwrap();
+    multibody.generalized_velocity_mut()[3] = rate;
+}
+
 #[test]
 fn a_lost_object_is_reported_and_the_rest_goes_on() {
     let mut world = world();
@@ -42,18 +51,7 @@ fn a_lost_object_is_reported_and_the_rest_goes_on() {
 #[test]
 fn a_joint_that_diverges_latches_a_fault_before_readers_refuse_the_state() {
     let mut world = world();
-    let handle = world.arms[0].bodies[4];
-    let link = *world
-        .engine
-        .multibody_joints
-        .rigid_body_link(handle)
-        .unwrap();
-    let multibody = world
-        .engine
-        .multibody_joints
-        .get_multibody_mut(link.multibody)
-        .unwrap();
-    multibody.generalized_velocity_mut()[3] = 1.0e7;
+    set_rate(&mut world, 1.0e7);
     let state = state_after(&mut world, 1);
     assert_eq!(state.arms[0].fault, 1);
 }
@@ -61,18 +59,7 @@ fn a_joint_that_diverges_latches_a_fault_before_readers_refuse_the_state() {
 #[test]
 fn a_lost_link_latches_a_fault_until_the_scene_is_reset() {
     let mut world = world();
-    let handle = world.arms[0].bodies[4];
-    let link = *world
-        .engine
-        .multibody_joints
-        .rigid_body_link(handle)
-        .unwrap();
-    let multibody = world
-        .engine
-        .multibody_joints
-        .get_multibody_mut(link.multibody)
-        .unwrap();
-    multibody.generalized_velocity_mut()[3] = f64::NAN;
+    set_rate(&mut world, f64::NAN);
     let state = state_after(&mut world, 50);
     assert_eq!(state.arms[0].fault, 1);
     assert_eq!(state.arms[0].stop_action, StopAction::Stop0.code());

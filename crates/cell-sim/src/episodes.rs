@@ -3,7 +3,8 @@
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use cell_model::runs::spec::RunSpec;
@@ -29,27 +30,31 @@ pub struct Episodes<'a> {
     pub program: &'a Program,
     /// Everything but the seed.
     pub spec: &'a RunSpec,
-    /// Their seeds.
-    pub seeds: &'a [u64],
     /// Threads.
     pub jobs: usize,
-    /// Ends all of them early, without a word of those in progress.
+    /// Ends all of them early; those in progress are not reported.
     pub stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl Episodes<'_> {
-    /// Runs all; `on_end` gets each as it ends, in any order, and says whether to go on.
-    pub fn run(&self, on_end: &(dyn Fn(Ended) -> bool + Sync)) {
-        let next = AtomicUsize::new(0);
-        let ended = AtomicUsize::new(0);
-        let stop = || (self.stop)() || ended.load(Ordering::Relaxed) > 0;
+    /// Runs those of `seeds`; `on_end` gets each as it ends, in any order, and says whether
+    /// to continue.
+    pub fn run(
+        &self,
+        seeds: impl Iterator<Item = u64> + Send,
+        on_end: &(dyn Fn(Ended) -> bool + Sync),
+    ) {
+        let seeds = Mutex::new(seeds);
+        let next = || seeds.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let has_ended = AtomicBool::new(false);
+        let stop = || (self.stop)() || has_ended.load(Ordering::Relaxed);
         let worker = || {
-            while let Some(&seed) = self.seeds.get(next.fetch_add(1, Ordering::Relaxed)) {
+            while let Some(seed) = next() {
                 let Some(one) = self.one(seed, &stop) else {
                     return;
                 };
                 if !on_end(one) {
-                    ended.store(1, Ordering::Relaxed);
+                    has_ended.store(true, Ordering::Relaxed);
                 }
             }
         };

@@ -1,8 +1,7 @@
 //! Many seeds, each a run of its own.
 
 use std::ops::RangeInclusive;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::runs::summary::{RunOutcome, RunSummary};
@@ -11,7 +10,7 @@ use cell_model::runs::wire;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::run::to_the_end;
+use crate::episodes::{self, Ended, Episodes};
 use crate::{Program, SimError};
 
 /// What to evaluate.
@@ -109,51 +108,42 @@ impl EvalSummary {
     }
 }
 
-/// Runs every seed once; `on_row` gets each row as it comes, in any order.
-/// Returns what became of all.
+/// Runs every seed once; `on_end` gets each run as it ends, in any order. One that could not
+/// be finished counts as a run that is not done. Returns what became of all.
+///
+/// # Errors
+/// Where no run could begin, whatever its seed.
 pub fn evaluate(
     program: &Program,
     plan: &Plan,
-    on_row: impl Fn(&RunSummary) + Sync,
+    on_end: impl Fn(&Ended) + Sync,
 ) -> Result<EvalSummary, SimError> {
-    let next = AtomicU64::new(*plan.seeds.start());
+    let (first, last) = (*plan.seeds.start(), *plan.seeds.end());
+    let spec = RunSpec {
+        seed: first,
+        ..plan.spec.clone()
+    };
+    episodes::files(program, &spec)?;
     let counts = Mutex::new(EvalSummary {
-        demo: plan.spec.demo.clone(),
-        policy: plan.spec.policy.clone(),
-        seeds: [*plan.seeds.start(), *plan.seeds.end()],
+        demo: spec.demo.clone(),
+        policy: spec.policy.clone(),
+        seeds: [first, last],
         ..EvalSummary::default()
     });
-    let worker = || -> Result<(), SimError> {
-        loop {
-            let seed = next.fetch_add(1, Ordering::Relaxed);
-            if !plan.seeds.contains(&seed) {
-                return Ok(());
-            }
-            let summary = to_the_end(
-                program,
-                &RunSpec {
-                    seed,
-                    ..plan.spec.clone()
-                },
-                |_, _| {},
-            )?;
-            on_row(&summary);
-            let mut counts = counts
-                .lock()
-                .unwrap_or_else(std::sync::PoisonError::into_inner);
-            counts.add(&summary);
+    Episodes {
+        program,
+        spec: &spec,
+        jobs: plan.jobs,
+        stop: &|| false,
+    }
+    .run(plan.seeds.clone(), &|ended| {
+        on_end(&ended);
+        let mut counts = counts.lock().unwrap_or_else(PoisonError::into_inner);
+        match &ended.result {
+            Ok(summary) => counts.add(summary),
+            Err(_) => counts.runs += 1,
         }
-    };
-    std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..plan.jobs.max(1)).map(|_| scope.spawn(worker)).collect();
-        threads
-            .into_iter()
-            .try_for_each(|thread| match thread.join() {
-                Ok(result) => result,
-                Err(panic) => std::panic::resume_unwind(panic),
-            })
-    })?;
-    Ok(counts
-        .into_inner()
-        .unwrap_or_else(std::sync::PoisonError::into_inner))
+        true
+    });
+    Ok(counts.into_inner().unwrap_or_else(PoisonError::into_inner))
 }

@@ -61,11 +61,7 @@ fn of_scene(read: &std::io::Result<mesh_loader::Scene>) -> Result<Surface, Strin
                 .collect(),
             triangles: mesh.faces.clone(),
         };
-        surface.add(
-            &part,
-            &nalgebra::Isometry3::identity(),
-            &nalgebra::Vector3::repeat(1.0),
-        );
+        surface.append(&part);
     }
     Ok(surface)
 }
@@ -79,11 +75,7 @@ fn of_collada(path: &Path, text: &str) -> Result<Surface, String> {
             points: mesh.positions.into_iter().map(Point3::from).collect(),
             triangles: mesh.triangles,
         };
-        surface.add(
-            &part,
-            &nalgebra::Isometry3::identity(),
-            &nalgebra::Vector3::repeat(1.0),
-        );
+        surface.append(&part);
     }
     Ok(surface)
 }

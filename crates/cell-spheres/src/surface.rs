@@ -21,6 +21,11 @@ impl Surface {
             .extend(triangles.map(|corners| corners.map(|corner| base.saturating_add(corner))));
     }
 
+    /// Adds `other` as it is.
+    pub(crate) fn append(&mut self, other: &Self) {
+        self.add(other, &Isometry3::identity(), &Vector3::repeat(1.0));
+    }
+
     fn corners(&self) -> impl Iterator<Item = [Point3<f64>; 3]> {
         let all = self.triangles.iter();
         all.map(|corners| corners.map(|corner| self.points[corner as usize]))

@@ -165,8 +165,8 @@ fn check_complete(sources: &[Source], problems: &mut Problems) {
         let Some(plan) = info::plan_of(&source.path) else {
             continue;
         };
-        let all = plan.shard.seeds(&plan.range()).count();
-        if u64::try_from(all).is_ok_and(|all| all != source.rows) {
+        let all = plan.shard.len(&plan.range());
+        if all != source.rows {
             problems.add(format!(
                 "{}: {} of {all} rows of shard {}; repeat the command that wrote this file, which \
                  resumes",

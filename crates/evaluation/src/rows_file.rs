@@ -57,15 +57,15 @@ impl RowsFile {
         Ok(file)
     }
 
-    /// Seeds without a row yet, in order.
-    pub fn left(&self) -> Vec<u64> {
-        let all = self.plan.shard.seeds(&self.plan.range());
-        all.filter(|seed| !self.done.contains(seed)).collect()
+    /// Seeds that have no row now, in order. A range may be longer than any memory.
+    pub fn left(&self) -> impl Iterator<Item = u64> + use<> {
+        let (all, done) = (self.plan.shard.seeds(&self.plan.range()), self.done.clone());
+        all.filter(move |seed| !done.contains(seed))
     }
 
     /// Number of rows.
-    pub fn rows(&self) -> usize {
-        self.done.len()
+    pub fn rows(&self) -> u64 {
+        self.done.len() as u64
     }
 
     /// Appends a row, and to the side file what is no input.

@@ -31,6 +31,13 @@ impl Shard {
         all.step_by(usize::try_from(self.count).unwrap_or(usize::MAX))
     }
 
+    /// Number of its seeds of `seeds`; at most [`u64::MAX`].
+    pub fn len(self, seeds: &RangeInclusive<u64>) -> u64 {
+        let first = seeds.start().checked_add(self.index - 1);
+        let beyond = first.and_then(|first| seeds.end().checked_sub(first));
+        beyond.map_or(0, |beyond| (beyond / self.count).saturating_add(1))
+    }
+
     /// Whether `seed` of `seeds` is its own.
     pub fn has(self, seeds: &RangeInclusive<u64>, seed: u64) -> bool {
         seeds.contains(&seed) && (seed - seeds.start()) % self.count == self.index - 1
@@ -75,6 +82,7 @@ mod tests {
                     let shard = Shard { index, count };
                     let own: Vec<u64> = shard.seeds(&seeds).collect();
                     assert!(own.iter().all(|seed| shard.has(&seeds, *seed)));
+                    assert_eq!(own.len() as u64, shard.len(&seeds));
                     all.extend(own);
                 }
                 all.sort_unstable();

@@ -127,7 +127,12 @@ fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode
             ));
         }
     };
-    let counts = eval::evaluate(program, plan, |row| progress.run(|| print(row)))?;
+    let counts = eval::evaluate(program, plan, |ended| {
+        progress.run(|| match &ended.result {
+            Ok(summary) => print(summary),
+            Err(reason) => cell_worker::warn(format_args!("seed {}: {reason}", ended.seed)),
+        });
+    })?;
     drop(progress);
     if json {
         print_json(&counts);

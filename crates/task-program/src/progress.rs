@@ -19,16 +19,15 @@ impl Progress {
     }
 
     /// Of rows, of which some are there already.
-    pub(crate) fn of_rows(before: usize, all: usize) -> Self {
-        let count = |n: usize| u64::try_from(n).unwrap_or(u64::MAX);
-        let bar = ProgressBar::new(count(all)).with_position(count(before));
+    pub(crate) fn of_rows(before: u64, all: u64) -> Self {
+        let bar = ProgressBar::new(all).with_position(before);
         bar.reset_eta();
         let template = "{bar:30} {pos} of {len} episodes, {per_sec}, {msg}{eta} left";
         Self::new(bar, template)
     }
 
     /// One more row; `failed` of them did not end done.
-    pub(crate) fn row(&self, failed: usize) {
+    pub(crate) fn row(&self, failed: u64) {
         self.bar.set_message(format!("{failed} not done, "));
         self.bar.inc(1);
     }

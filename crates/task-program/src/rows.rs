@@ -37,11 +37,11 @@ pub(crate) struct Order<'a> {
 /// What is in the file now.
 pub(crate) struct Written {
     /// Rows of this shard.
-    pub(crate) all: usize,
+    pub(crate) all: u64,
     /// Those in the file.
-    pub(crate) rows: usize,
+    pub(crate) rows: u64,
     /// Of those written by this process: all, and those that did not end done.
-    pub(crate) new: (usize, usize),
+    pub(crate) new: (u64, u64),
 }
 
 /// Why rows could not be written.
@@ -72,7 +72,7 @@ pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, Row
     };
     let file = RowsFile::open(order.out, &plan)?;
     let left = file.left();
-    let (before, all) = (file.rows(), file.rows() + left.len());
+    let (before, all) = (file.rows(), plan.shard.len(&plan.range()));
     let progress = Progress::of_rows(before, all);
     let state = Mutex::new(State {
         file,
@@ -88,11 +88,10 @@ pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, Row
     Episodes {
         program,
         spec: &spec,
-        seeds: &left,
         jobs: order.jobs,
         stop: &signal::stop_requested,
     }
-    .run(&|ended| {
+    .run(left, &|ended| {
         let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
         let goes_on = state.take(&plan.identity, &spec, &host, &ended);
         progress.row(state.failed);
@@ -120,7 +119,7 @@ pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, Row
 
 struct State {
     file: RowsFile,
-    failed: usize,
+    failed: u64,
     error: Option<EvaluationError>,
 }
 
@@ -132,7 +131,7 @@ impl State {
             Ok(summary) => Row::of(identity, summary),
             Err(reason) => Row::error(identity, names, ended.seed, reason.clone()),
         };
-        self.failed += usize::from(row.outcome != RowOutcome::Done);
+        self.failed += u64::from(row.outcome != RowOutcome::Done);
         #[allow(
             clippy::disallowed_methods,
             reason = "for people, who know the calendar; no episode depends on it"

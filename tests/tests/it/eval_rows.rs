@@ -107,7 +107,7 @@ fn a_kill_at_any_instant_loses_no_row_that_was_written() {
         kill(child.id(), SIGKILL).ok();
         child.wait().unwrap();
     }
-    // Ctrl-C ends it with a word about what is left.
+    // Ctrl-C ends it, and the message says how many rows are left.
     let child = robocell(dir, &arguments)
         .stdout(Stdio::null())
         .stderr(Stdio::piped())

@@ -45,7 +45,7 @@ fn append(file: &mut RowsFile, seed: u64) {
 /// All rows of a shard, in an order that is not that of the seeds.
 fn write(path: &Path, plan: &Plan) {
     let mut file = RowsFile::open(path, plan).unwrap();
-    let mut left = file.left();
+    let mut left: Vec<u64> = file.left().collect();
     left.reverse();
     for seed in left {
         append(&mut file, seed);
@@ -93,7 +93,7 @@ fn a_file_that_was_cut_anywhere_is_completed_to_the_same_bytes() {
         fs::write(&info, &whole_info[..cut.min(whole_info.len())]).unwrap();
         let file = RowsFile::open(&path, &plan).unwrap();
         let complete = whole[..cut].split(|byte| *byte == b'\n').count() - 1;
-        assert_eq!(file.rows(), complete, "cut at {cut}");
+        assert_eq!(file.rows(), complete as u64, "cut at {cut}");
         drop(file);
         write(&path, &plan);
         assert!(fs::read(&path).unwrap() == whole, "cut at {cut}");

@@ -101,7 +101,7 @@ export function mountTimeline(desk: Desk, host: HTMLElement): void {
   const legend = MARKS.map(([mark, about]) => el("span", {}, el("i", { "data-mark": mark }), about));
   const lanes = mountLanes(desk, span);
   listen(lanes.root);
-  const live = el("div", { class: "row" }, liveButton(desk), lanes.fold, linkButton(desk));
+  const live = el("div", { class: "row" }, liveButton(desk, () => play.seek(null)), lanes.fold, linkButton(desk));
   host.replaceChildren(
     live,
     now,
@@ -125,7 +125,7 @@ function shownTime(desk: Desk, time: number, last: number): string {
 }
 
 /** Back to now; in a recording, play and pause. */
-function liveButton(desk: Desk): HTMLElement {
+function liveButton(desk: Desk, toNow: () => void): HTMLElement {
   const replay = () => desk.store.hello?.live === false;
   const away = () => desk.flag(FLAG.notLive) && !replay();
   const node = button(desk, {
@@ -136,7 +136,8 @@ function liveButton(desk: Desk): HTMLElement {
       replay() ? (desk.paused ? "Play the recording" : "Pause the recording") : away() ? "Back to what is now" : "You see what is now; drag along the bar to look back",
     twin: () => (replay() ? "robocell replay FILE" : null),
     run: () => {
-      if (!replay()) return desk.send({ do: "seek", time_s: null });
+      // Not around the playback: its next step would lead back into the past.
+      if (!replay()) return toNow();
       const time = desk.snapshot?.time ?? 0;
       return desk.send({ do: "seek", time_s: time, play: desk.paused });
     },

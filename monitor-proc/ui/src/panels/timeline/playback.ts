@@ -15,8 +15,8 @@ export interface Playback {
   /** What is looped, in simulated seconds. */
   readonly range: [number, number] | null;
   setRange(from: number, to: number): void;
-  /** Looks at a moment, and stays there. */
-  seek(time: number): void;
+  /** Looks at a moment, null for now, and stays there. */
+  seek(time: number | null): void;
 }
 
 export function playback(desk: Desk, look: Seek): Playback {

@@ -3,12 +3,12 @@ import type { Desk } from "../desk";
 
 const SEEKS_A_SECOND = 12;
 
-/** Simulated time (s), and the generation of physics where it is not the newest. */
-export type Seek = (time: number, epoch?: number) => void;
+/** Simulated time (s), null for now; and the generation of physics where it is not the newest. */
+export type Seek = (time: number | null, epoch?: number) => void;
 
 /** Sends the newest wish, but not all of a fast hand. */
 export function seeker(desk: Desk): Seek {
-  let wish: { time_s: number; epoch?: number } | null = null;
+  let wish: { time_s: number | null; epoch?: number } | null = null;
   let waiting = false;
   const send = () => {
     waiting = false;
