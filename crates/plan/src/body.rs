@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
-use rmp::{Chain, CollisionSphere, Frame, Joint, JointKind};
+use nalgebra::{Point3, Vector3};
+use rmp::{Carrier, Chain, CollisionSphere, Joint, JointKind, Tree, TreeJoint};
 use thiserror::Error;
 
 use crate::scene::single;
@@ -19,7 +19,8 @@ pub struct BodySetup<'a> {
     pub chain: &'a Chain,
     /// The joints that are planned, in the order of every configuration.
     pub joint_names: &'a [String],
-    /// Where all other joints stand (rad or m); zero where none is given.
+    /// Positions of all other joints (rad or m); where none is given, zero moved into the
+    /// limits of the joint.
     pub default_positions: &'a BTreeMap<String, f64>,
     /// Spheres that keep away from the scene.
     pub spheres: &'a [CollisionSphere],
@@ -32,11 +33,11 @@ pub struct BodySetup<'a> {
 }
 
 /// Why an arm cannot be planned for.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Error)]
 pub enum BodyError {
-    /// A joint that the chain does not have.
-    #[error("the robot has no joint '{0}'")]
-    Joint(String),
+    /// A joint that the chain does not have, or that is named twice.
+    #[error(transparent)]
+    Joints(#[from] rmp::SetupError),
     /// Too few or too many joints.
     #[error("{0} joints cannot be planned; 1 to {MAX_JOINTS} are allowed")]
     Count(usize),
@@ -75,6 +76,19 @@ pub(crate) struct BodyJoint {
     pub(crate) offset: [f32; 3],
 }
 
+impl From<&TreeJoint> for BodyJoint {
+    fn from(joint: &TreeJoint) -> Self {
+        let column = |c: usize| [0, 1, 2].map(|r| single(joint.rotation[(r, c)]));
+        Self {
+            parent: joint.parent,
+            slot: joint.slot,
+            slides: joint.kind == JointKind::Prismatic,
+            columns: [column(0), column(1), column(2)],
+            offset: [0, 1, 2].map(|i| single(joint.offset[i])),
+        }
+    }
+}
+
 /// Spheres that move together.
 #[derive(Debug, Clone)]
 pub(crate) struct Part {
@@ -91,9 +105,6 @@ pub(crate) struct Ball {
     pub(crate) radius: f32,
 }
 
-/// What carries something, and its pose there.
-type Carrier = (Option<usize>, Isometry3<f64>);
-
 impl Body {
     /// The arm of `setup`.
     ///
@@ -101,30 +112,22 @@ impl Body {
     /// [`BodyError`] where a joint or frame is named that the chain does not have, or none or
     /// more than 16 joints are planned.
     pub fn new(setup: &BodySetup<'_>) -> Result<Self, BodyError> {
-        let chain = setup.chain;
-        let known = |name: &String| {
-            let index = chain.joint_index(name);
-            index.ok_or_else(|| BodyError::Joint(name.clone()))
-        };
-        let indices: Vec<usize> = setup
-            .joint_names
-            .iter()
-            .map(known)
-            .collect::<Result<_, _>>()?;
-        if !(1..=MAX_JOINTS).contains(&indices.len()) {
-            return Err(BodyError::Count(indices.len()));
+        let (chain, names) = (setup.chain, setup.joint_names);
+        if !(1..=MAX_JOINTS).contains(&names.len()) {
+            return Err(BodyError::Count(names.len()));
         }
-        let (joints, carriers) = fold(setup);
+        let tree = Tree::new(chain, names, setup.default_positions)?;
+        let joints: Vec<BodyJoint> = tree.joints().iter().map(BodyJoint::from).collect();
         let place = |sphere: &CollisionSphere| {
             let index = chain.frame_index(&sphere.frame);
             let index = index.ok_or_else(|| BodyError::Frame(sphere.frame.clone()))?;
-            let (joint, pose) = on_frame(&carriers, &chain.frames()[index]);
+            let (joint, pose) = tree.carrier_of(&chain.frames()[index]);
             let center = pose * Point3::from(sphere.center);
             Ok((joint, center.coords, sphere.radius))
         };
         let tool = chain.frame_index(setup.tool);
         let tool = tool.ok_or_else(|| BodyError::Tool(setup.tool.to_owned()))?;
-        let tool = on_frame(&carriers, &chain.frames()[tool]);
+        let tool = tree.carrier_of(&chain.frames()[tool]);
         let placed = |spheres: &[CollisionSphere]| -> Result<Vec<Placed>, BodyError> {
             spheres.iter().map(place).collect()
         };
@@ -138,7 +141,8 @@ impl Body {
         parts.retain(|part| part.joint.is_some());
         let (self_parts, self_pairs) = self_parts(setup, &placed(setup.self_spheres)?);
         let limits = |of: fn(&Joint) -> f64| -> Vec<f64> {
-            indices.iter().map(|&j| of(&chain.joints()[j])).collect()
+            let named = names.iter().filter_map(|name| chain.joint_index(name));
+            named.map(|index| of(&chain.joints()[index])).collect()
         };
         Ok(Self {
             lower: limits(|joint| joint.lower),
@@ -251,64 +255,4 @@ fn self_parts(setup: &BodySetup<'_>, placed: &[Placed]) -> (Vec<Part>, Vec<(usiz
         }
     }
     (parts, pairs)
-}
-
-/// The planned joints with their axes along z, and what carries the child of each joint of
-/// the chain.
-fn fold(setup: &BodySetup<'_>) -> (Vec<BodyJoint>, Vec<Carrier>) {
-    let mut joints: Vec<BodyJoint> = Vec::new();
-    let mut carriers: Vec<Carrier> = Vec::new();
-    for joint in setup.chain.joints() {
-        let (parent, pose) = carrier(&carriers, joint.parent);
-        let origin = pose * joint.origin;
-        let slot = setup
-            .joint_names
-            .iter()
-            .position(|name| *name == joint.name);
-        let Some(slot) = slot else {
-            let stand = setup.default_positions.get(&joint.name);
-            let stand = stand.copied().unwrap_or(0.0);
-            carriers.push((parent, origin * motion(joint, stand)));
-            continue;
-        };
-        let half_turn =
-            || UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
-        let align = UnitQuaternion::rotation_between(&Vector3::z(), &joint.axis);
-        let align = align.unwrap_or_else(half_turn);
-        let rotation = (origin.rotation * align).to_rotation_matrix();
-        let column = |c: usize| [0, 1, 2].map(|r| single(rotation[(r, c)]));
-        joints.push(BodyJoint {
-            parent,
-            slot,
-            slides: joint.kind == JointKind::Prismatic,
-            columns: [column(0), column(1), column(2)],
-            offset: [0, 1, 2].map(|i| single(origin.translation.vector[i])),
-        });
-        let child = Isometry3::from_parts(Translation3::identity(), align.inverse());
-        carriers.push((Some(joints.len() - 1), child));
-    }
-    (joints, carriers)
-}
-
-/// What carries a frame, and its pose there.
-fn on_frame(carriers: &[Carrier], frame: &Frame) -> Carrier {
-    let (joint, pose) = carrier(carriers, frame.joint);
-    (joint, pose * frame.pose)
-}
-
-fn carrier(carriers: &[Carrier], joint: Option<usize>) -> Carrier {
-    joint
-        .and_then(|joint| carriers.get(joint).copied())
-        .unwrap_or((None, Isometry3::identity()))
-}
-
-fn motion(joint: &Joint, position: f64) -> Isometry3<f64> {
-    match joint.kind {
-        JointKind::Prismatic => Isometry3::from(Translation3::from(joint.axis * position)),
-        JointKind::Revolute => {
-            let axis = Unit::new_normalize(joint.axis);
-            let turn = UnitQuaternion::from_axis_angle(&axis, position);
-            Isometry3::from_parts(Translation3::identity(), turn)
-        }
-    }
 }

@@ -56,3 +56,4 @@ pub use resolve::cell::{ClipFlags, brake, follow};
 pub use resolve::exact::Outcome;
 pub use shape::{Core, Obstacle};
 pub use state::MotionState;
+pub use tree::{Carrier, Tree, TreeJoint};

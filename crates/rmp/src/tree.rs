@@ -6,18 +6,21 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
-use crate::{Chain, Joint, JointKind, SetupError};
+use crate::{Chain, Frame, Joint, JointKind, SetupError};
 
 /// One controlled joint, z being its axis.
 #[derive(Debug, Clone)]
-pub(crate) struct TreeJoint {
-    pub(crate) parent: Option<usize>,
+pub struct TreeJoint {
+    /// Index of the joint it moves with in evaluation order; `None` is the base.
+    pub parent: Option<usize>,
     /// Index in the caller's order of controlled joints.
-    pub(crate) slot: usize,
-    pub(crate) kind: JointKind,
-    /// Rotation and offset in the parent's aligned frame at position zero.
-    pub(crate) rotation: Matrix3<f64>,
-    pub(crate) offset: Vector3<f64>,
+    pub slot: usize,
+    /// Whether it turns about z or slides along z.
+    pub kind: JointKind,
+    /// Rotation in the parent's aligned frame at position zero.
+    pub rotation: Matrix3<f64>,
+    /// Offset (m) in the parent's aligned frame at position zero.
+    pub offset: Vector3<f64>,
 }
 
 /// A pose that moves rigidly with one controlled joint, or with none.
@@ -29,18 +32,26 @@ pub(crate) struct Attachment {
     pub(crate) offset: Vector3<f64>,
 }
 
+/// Index in evaluation order of the controlled joint that a frame moves with (`None` is the
+/// base), and the pose of the frame in the aligned frame of that joint.
+pub type Carrier = (Option<usize>, Isometry3<f64>);
+
 /// Controlled joints in evaluation order (parents first).
 #[derive(Debug, Clone)]
-pub(crate) struct Tree {
+pub struct Tree {
     pub(crate) joints: Vec<TreeJoint>,
     /// For each joint of the chain: what carries its child frame.
-    carriers: Vec<(Option<usize>, Isometry3<f64>)>,
+    carriers: Vec<Carrier>,
 }
 
 impl Tree {
     /// Folds `chain` down to the joints named in `controlled`; all others stand
     /// at their default position (zero moved into their limits where none given).
-    pub(crate) fn new(
+    ///
+    /// # Errors
+    /// [`SetupError`] where no joint is named, a joint is named twice or is not in the chain,
+    /// or a default position is not finite.
+    pub fn new(
         chain: &Chain,
         controlled: &[String],
         defaults: &BTreeMap<String, f64>,
@@ -62,10 +73,21 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Where a frame of the chain, moved by `local` (m, in the frame), is attached.
-    pub(crate) fn attach(&self, frame: &crate::Frame, local: Vector3<f64>) -> Attachment {
+    /// The controlled joints in evaluation order: a parent comes before its children.
+    pub fn joints(&self) -> &[TreeJoint] {
+        &self.joints
+    }
+
+    /// What carries a frame of the chain that this tree was made of.
+    pub fn carrier_of(&self, frame: &Frame) -> Carrier {
         let (joint, pose) = self.carrier(frame.joint);
-        let pose = pose * frame.pose * Translation3::from(local);
+        (joint, pose * frame.pose)
+    }
+
+    /// Where a frame of the chain, moved by `local` (m, in the frame), is attached.
+    pub(crate) fn attach(&self, frame: &Frame, local: Vector3<f64>) -> Attachment {
+        let (joint, pose) = self.carrier_of(frame);
+        let pose = pose * Translation3::from(local);
         Attachment {
             joint,
             rotation: pose.rotation.to_rotation_matrix().into_inner(),
@@ -73,7 +95,7 @@ impl Tree {
         }
     }
 
-    fn carrier(&self, chain_joint: Option<usize>) -> (Option<usize>, Isometry3<f64>) {
+    fn carrier(&self, chain_joint: Option<usize>) -> Carrier {
         chain_joint
             .and_then(|j| self.carriers.get(j).copied())
             .unwrap_or((None, Isometry3::identity()))
@@ -85,7 +107,7 @@ impl Tree {
         slot: usize,
         carrier: Option<usize>,
         origin: &Isometry3<f64>,
-    ) -> (Option<usize>, Isometry3<f64>) {
+    ) -> Carrier {
         // No rotation is unique when the axis is -z: half a turn about x serves.
         let align =
             UnitQuaternion::rotation_between(&Vector3::z(), &joint.axis).unwrap_or_else(|| {

@@ -55,7 +55,10 @@ fn what_is_no_scene_and_no_arm_is_named() {
         })
     };
     let refused = body(&["elbow".to_owned()]).unwrap_err();
-    assert_eq!(refused.to_string(), "the robot has no joint 'elbow'");
+    assert_eq!(
+        refused.to_string(),
+        "the robot has no actuated joint 'elbow'"
+    );
     assert_eq!(
         body(&[]).unwrap_err().to_string(),
         "0 joints cannot be planned; 1 to 16 are allowed"
