@@ -27,4 +27,4 @@ pub use robots::dynamics::Dynamics;
 pub use robots::robot::{JointSpec, ParallelGripper, Robot, SuctionGripper};
 pub use robots::self_distance::SelfDistance;
 pub use robots::user::RobotFiles;
-pub use shape::{Link, LinkShape, Shape};
+pub use shape::{Link, LinkShape, Panel, Shape};

@@ -1,0 +1,21 @@
+//! The calendar clock, for other hosts.
+
+use std::time::SystemTime;
+
+/// Time since 1970 (ns). It can jump: only ages that cross hosts are computed from it.
+#[allow(
+    clippy::disallowed_methods,
+    reason = "the monotonic clock means nothing on another host"
+)]
+pub fn wall_ns() -> i64 {
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    since.map_or(0, |since| {
+        i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
+    })
+}
+
+/// When something that happened at `monotonic_ns` of this host happened on the calendar.
+pub fn wall_of(monotonic_ns: u64) -> i64 {
+    let age = cell_rt::monotonic_ns().saturating_sub(monotonic_ns);
+    wall_ns().saturating_sub(i64::try_from(age).unwrap_or(i64::MAX))
+}
