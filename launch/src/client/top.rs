@@ -3,6 +3,9 @@
 mod draw;
 mod earlier;
 pub(super) mod equipment;
+mod local;
+mod remote;
+mod screen;
 
 use std::io::IsTerminal;
 use std::time::Duration;
@@ -16,6 +19,8 @@ use ratatui::backend::TestBackend;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use self::remote::Remote;
+use self::screen::Screen;
 use super::Session;
 use super::columns::terminal_width;
 use super::picture::Picture;
@@ -123,9 +128,28 @@ impl Snapshot {
 
 /// Shows the cell until `q`, or prints one frame.
 pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
+    let is_once = args.once || !std::io::stdout().is_terminal();
+    if let Some(url) = &args.connect {
+        let mut remote = Remote::open(url)?;
+        if is_once {
+            for _ in 0..FRAMES_FOR_PICTURES {
+                remote.update(FRAME)?;
+            }
+            if !remote.is_complete() {
+                return Err(Failure::configuration(
+                    "the monitor tells no state of the cell",
+                ));
+            }
+            return once(&remote.screen());
+        }
+        return watch(|| {
+            remote.update(Duration::from_millis(1))?;
+            Ok(Some(remote.screen()))
+        });
+    }
     let mut view = View::open(&args.cell.cell)?;
     view.picture.fill();
-    if args.once || args.json || !std::io::stdout().is_terminal() {
+    if is_once || args.json {
         for _ in 0..FRAMES_FOR_PICTURES {
             view.update();
             if view.trace.is_complete() {
@@ -137,24 +161,35 @@ pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
         if args.json {
             return output::print(&Snapshot::of(&view)?);
         }
-        return once(&view);
+        return once(&Screen::of(&view));
     }
+    watch(|| {
+        view.update();
+        let is_over = view.session.dir.holder().is_none();
+        Ok((!is_over).then(|| Screen::of(&view)))
+    })
+}
+
+/// Draws what `look` returns, until it returns nothing or `q` is pressed.
+fn watch(look: impl FnMut() -> Result<Option<Screen>, Failure>) -> Result<(), Failure> {
     let mut terminal = ratatui::try_init().map_err(|error| {
         ratatui::restore();
         Failure::usage(format!(
             "this is no terminal to draw in ({error}); `robocell top --once` prints one frame as text"
         ))
     })?;
-    let result = watch(&mut terminal, &mut view);
+    let result = watch_in(&mut terminal, look);
     ratatui::restore();
     result
 }
 
-fn watch(terminal: &mut ratatui::DefaultTerminal, view: &mut View) -> Result<(), Failure> {
-    loop {
-        view.update();
+fn watch_in(
+    terminal: &mut ratatui::DefaultTerminal,
+    mut look: impl FnMut() -> Result<Option<Screen>, Failure>,
+) -> Result<(), Failure> {
+    while let Some(screen) = look()? {
         terminal
-            .draw(|frame| draw::draw(frame, view))
+            .draw(|frame| draw::draw(frame, &screen))
             .cannot("draw")?;
         if event::poll(FRAME).cannot("read the keyboard")?
             && let Event::Key(key) = event::read().cannot("read the keyboard")?
@@ -166,19 +201,17 @@ fn watch(terminal: &mut ratatui::DefaultTerminal, view: &mut View) -> Result<(),
                 return Ok(());
             }
         }
-        if view.session.dir.holder().is_none() {
-            return Ok(());
-        }
     }
+    Ok(())
 }
 
 /// One frame as plain text.
-fn once(view: &View) -> Result<(), Failure> {
+fn once(screen: &Screen) -> Result<(), Failure> {
     let width = terminal_width().min(usize::from(ONCE.0));
     let width = u16::try_from(width).unwrap_or(ONCE.0);
     let mut terminal = Terminal::new(TestBackend::new(width, ONCE.1)).cannot("draw")?;
     terminal
-        .draw(|frame| draw::draw(frame, view))
+        .draw(|frame| draw::draw(frame, screen))
         .cannot("draw")?;
     let buffer = terminal.backend().buffer();
     for y in 0..buffer.area.height {

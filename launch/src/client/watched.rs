@@ -37,10 +37,7 @@ impl Trace {
         match TraceKind::from_code(line.kind) {
             Some(TraceKind::Log | TraceKind::Transition | TraceKind::Lifecycle) => {
                 let time_s = line.header.sim_time_ns as f64 * 1.0e-9;
-                self.log.push_back((time_s, text.to_owned()));
-                while self.log.len() > KEPT_LINES {
-                    self.log.pop_front();
-                }
+                self.say(time_s, text.to_owned());
             }
             Some(TraceKind::Node) => self.node(graph, node, line, text),
             Some(TraceKind::Edge) => self.edge(graph, line, text),
@@ -55,6 +52,14 @@ impl Trace {
                 }
             }
             Some(TraceKind::Guard | TraceKind::Key) | None => {}
+        }
+    }
+
+    /// Adds a line to the log: simulated seconds and text.
+    pub(crate) fn say(&mut self, time_s: f64, text: String) {
+        self.log.push_back((time_s, text));
+        while self.log.len() > KEPT_LINES {
+            self.log.pop_front();
         }
     }
 
@@ -144,6 +149,15 @@ impl Trace {
 }
 
 impl Watched {
+    /// A picture of which no status was heard.
+    pub(crate) fn new(graph: Graph) -> Self {
+        Self {
+            statuses: vec![NodeStatus::Invalid; graph.nodes.len()],
+            graph,
+            heard: false,
+        }
+    }
+
     /// Whether every node was heard; who joins in the middle of a picture has
     /// a part of it until the next one.
     pub(crate) fn is_complete(&self) -> bool {
