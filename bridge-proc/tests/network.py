@@ -14,11 +14,13 @@ import subprocess
 import sys
 import time
 import traceback
+import urllib.request
 
 import zenoh
 from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.typesys import Stores, get_typestore
+from websockets.sync.client import connect
 
 CELL_HOST = "10.77.0.1"
 VIEW = f"tcp/{CELL_HOST}:7447"
@@ -328,6 +330,29 @@ def link_cut(hand, reader, bridge, seconds=5):
     told("the next target is followed")
 
 
+def page_and_top(links):
+    """The page by the link to look only, and `robocell top` through both links."""
+    for role, link in links.items():
+        frame = ask("top", "--once", "--connect", link)
+        for shown in ["reach", role, "controller-0", "joints rad"]:
+            assert shown in frame, frame
+    address, token = links["viewer"].removeprefix("http://").split("/?token=")
+    headers = {"Authorization": f"Bearer {token}"}
+    with connect(f"ws://{address}/ws", additional_headers=headers) as page:
+        page.send(json.dumps({"id": 1, "do": "pause"}))
+        until = time.monotonic() + 10
+        while True:
+            assert time.monotonic() < until, "no answer to a command"
+            message = page.recv(timeout=10)
+            answer = json.loads(message) if isinstance(message, str) else {}
+            if answer.get("t") == "ack":
+                break
+    assert not answer["ok"] and not status()["paused"], answer
+    with urllib.request.urlopen(links["viewer"]) as page:
+        assert page.status == 200
+    told("page and `robocell top --connect`:", f"a viewer is told {answer['message']!r}")
+
+
 def bridge_killed(options, count):
     before, tick, began = cycles(), status()["tick"], time.monotonic()
     for _ in range(count):
@@ -352,11 +377,16 @@ def main():
     token_file.touch(mode=0o600)
     token_file.write_text(token)
     options = ["--control", token_file, "--control-listen", CONTROL]
-    cell = in_cell_namespace(robocell, "run", "reach", "--headless", stdout=subprocess.DEVNULL)
+    run = [robocell, "run", "reach", "--listen", f"{CELL_HOST}:8600"]
+    cell = in_cell_namespace(*run, stdout=subprocess.DEVNULL)
     until = time.monotonic() + 20
     while subprocess.run([robocell, "status"], capture_output=True).returncode:
         assert time.monotonic() < until and cell.poll() is None, "the cell does not start"
         time.sleep(0.1)
+    secrets_file = pathlib.Path(os.environ["ROBOCELL_RUN_DIR"]) / "cell/page.json"
+    of_page = json.loads(secrets_file.read_text())
+    page = f"http://{CELL_HOST}:8600/?token="
+    page_and_top({role: page + of_page[f"{role}_token"] for role in ["operator", "viewer"]})
     refused_without_control()
     bridge, viewer = Bridge(*options), session(VIEW)
     reader = Reader(viewer)

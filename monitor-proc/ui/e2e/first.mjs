@@ -187,7 +187,7 @@ export async function reach({ page, look, until, near, same, robocell }) {
   await verdict("reached");
   near("the tool after the command", await tool(), low.slice(1, 4).map(Number), 0.01);
   await button("Out of reach").click();
-  await verdict("not reachable");
+  await verdict("unreachable");
   const away = Number.parseFloat(await shown("Distance to the target"));
   if (!(away > 100)) throw new Error(`out of reach and ${away} mm away`);
   await button("In front").click();

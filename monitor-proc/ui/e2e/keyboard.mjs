@@ -42,6 +42,8 @@ export async function keyboard({ page, look, until, forgive }) {
   await page.keyboard.press("ArrowLeft");
   await until("the past is shown", flag(NOT_LIVE));
   await until("two tenths back", (r, now) => Math.abs(r.store.snapshot.time - now + 0.2) < 0.15, now);
+  // The button is named with the next frame, after the state that it follows.
+  await page.getByRole("button", { name: "Back to live" }).waitFor();
   await tabTo(page, /^Back to live$/, "Shift+Tab");
   await page.keyboard.press("Enter");
   await until("now is shown", noFlag(NOT_LIVE));
