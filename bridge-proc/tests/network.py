@@ -348,7 +348,8 @@ def page_and_top(links):
             if answer.get("t") == "ack":
                 break
     assert not answer["ok"] and not status()["paused"], answer
-    with urllib.request.urlopen(links["viewer"]) as page:
+    browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    with browser.open(links["viewer"]) as page:
         assert page.status == 200
     told("page and `robocell top --connect`:", f"a viewer is told {answer['message']!r}")
 
