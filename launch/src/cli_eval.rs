@@ -76,6 +76,9 @@ pub struct ReportRowsArgs {
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
+    /// Write a page with plots, and the command that runs each failed seed again
+    #[arg(long, value_name = "FILE.html")]
+    pub html: Option<PathBuf>,
 }
 
 /// `robocell eval merge`.

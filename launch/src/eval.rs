@@ -1,5 +1,7 @@
 //! `robocell eval`: runs seeds by the task program, merges rows and reports them.
 
+mod page;
+
 use std::ffi::OsStr;
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
@@ -103,6 +105,10 @@ fn merge_into(args: &MergeArgs, path: &Path) -> Result<Merged, Failure> {
 
 fn report_files(args: &ReportRowsArgs) -> Result<(), Failure> {
     let reports = report(&args.file, args.other.as_deref()).map_err(Failure::configuration)?;
+    if let Some(path) = &args.html {
+        let page = page::page(&reports).map_err(Failure::configuration)?;
+        std::fs::write(path, page).cannot(format!("write {}", path.display()))?;
+    }
     if args.json {
         say::line(serde_json::to_string(&reports).cannot("print the report")?);
         return Ok(());

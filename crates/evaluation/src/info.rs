@@ -21,6 +21,10 @@ pub struct Plan {
     pub seeds: [u64; 2],
     /// The shard.
     pub shard: Shard,
+    /// What `robocell run` takes beside policy and seed to run one of the episodes again; for
+    /// people, as paths differ from host to host.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub arguments: Vec<String>,
 }
 
 impl Plan {

@@ -10,6 +10,7 @@ pub mod identity;
 pub mod info;
 pub mod merge;
 pub mod report;
+mod report_text;
 pub mod row;
 pub mod rows_file;
 pub mod shard;

@@ -2,7 +2,6 @@
 //! way is better.
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::fs::File;
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
@@ -35,6 +34,17 @@ struct Short {
 impl Short {
     fn is_done(&self) -> bool {
         self.outcome == RowOutcome::Done
+    }
+
+    /// Why it did not end done.
+    fn reason(&self) -> String {
+        let outcome = match self.outcome {
+            RowOutcome::Timeout => "timeout",
+            RowOutcome::Error => "error",
+            _ => "failed",
+        };
+        let reason = self.reason.as_ref();
+        reason.map_or_else(|| outcome.to_owned(), |why| format!("{outcome}: {why}"))
     }
 }
 
@@ -140,6 +150,44 @@ pub struct Reports {
     pub comparison: Option<Comparison>,
 }
 
+/// An episode that did not end done.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Failed {
+    /// Its seed.
+    pub seed: u64,
+    /// How it ended, and why if that is known.
+    pub reason: String,
+    /// Simulated time (s).
+    pub sim_time_s: f64,
+}
+
+/// What of each episode is shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Episodes {
+    /// Simulated times of those that ended done, in increasing order (s).
+    pub times_s: Vec<f64>,
+    /// The others, in the order of the file.
+    pub failed: Vec<Failed>,
+}
+
+/// Reads the episodes of a file.
+///
+/// # Errors
+/// As [`report`].
+pub fn episodes(path: &Path) -> Result<Episodes, EvaluationError> {
+    let rows = read(path)?;
+    let failed = rows.iter().filter(|row| !row.is_done());
+    let failed = failed.map(|row| Failed {
+        seed: row.seed,
+        reason: row.reason(),
+        sim_time_s: row.sim_time_s,
+    });
+    Ok(Episodes {
+        times_s: times(&rows),
+        failed: failed.collect(),
+    })
+}
+
 /// Reads the rows of `first`, and compares those of `second` with them.
 ///
 /// # Errors
@@ -191,21 +239,9 @@ fn summary(path: &Path, rows: &[Short]) -> Report {
     );
     let mut reasons = BTreeMap::new();
     for row in rows.iter().filter(|row| !row.is_done()) {
-        let outcome = match row.outcome {
-            RowOutcome::Timeout => "timeout",
-            RowOutcome::Error => "error",
-            _ => "failed",
-        };
-        let reason = row.reason.as_ref();
-        let reason = reason.map_or_else(|| outcome.to_owned(), |why| format!("{outcome}: {why}"));
-        *reasons.entry(reason).or_insert(0) += 1;
+        *reasons.entry(row.reason()).or_insert(0) += 1;
     }
-    let mut times: Vec<f64> = rows
-        .iter()
-        .filter(|row| row.is_done())
-        .map(|row| row.sim_time_s)
-        .collect();
-    times.sort_by(f64::total_cmp);
+    let times = times(rows);
     let (low, high) = wilson(done, episodes);
     let sum = |of: fn(&Short) -> u64| rows.iter().map(of).sum();
     Report {
@@ -231,6 +267,14 @@ fn summary(path: &Path, rows: &[Short]) -> Report {
         aborts: sum(|row| u64::from(row.aborts)),
         limit_violations: sum(|row| row.limit_violations),
     }
+}
+
+/// Of those that ended done, in increasing order (s).
+fn times(rows: &[Short]) -> Vec<f64> {
+    let done = rows.iter().filter(|row| row.is_done());
+    let mut times: Vec<f64> = done.map(|row| row.sim_time_s).collect();
+    times.sort_by(f64::total_cmp);
+    times
 }
 
 fn compare(first: &[Short], second: &[Short]) -> Comparison {
@@ -291,76 +335,4 @@ fn compare(first: &[Short], second: &[Short]) -> Comparison {
 
 fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-}
-
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let percent = |part: f64| 100.0 * part;
-        let Rate { rate, low, high } = self.success;
-        writeln!(f, "{}: {}, policy {}", self.file, self.demo, self.policy)?;
-        writeln!(
-            f,
-            "  done        {} of {}: {:.2} % (95 %: {:.2} to {:.2} %)",
-            self.done,
-            self.episodes,
-            percent(rate),
-            percent(low),
-            percent(high)
-        )?;
-        for (reason, count) in &self.reasons {
-            writeln!(f, "  not done    {count} {reason}")?;
-        }
-        if let Some(times) = self.times_s {
-            let Times { p50, p90, p99, max } = times;
-            writeln!(
-                f,
-                "  time        p50 {p50:.2} s, p90 {p90:.2} s, p99 {p99:.2} s, max {max:.2} s"
-            )?;
-        }
-        write!(
-            f,
-            "  drops {}, resyncs {}, aborts {}, limit violations {}",
-            self.drops, self.resyncs, self.aborts, self.limit_violations
-        )
-    }
-}
-
-impl fmt::Display for Comparison {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.pairs > 0 {
-            writeln!(
-                f,
-                "second against first, by {} seeds in both: done in both {}, in the first alone {}, \
-                 in the second alone {}, in neither {}",
-                self.pairs, self.both, self.first_only, self.second_only, self.neither
-            )?;
-        } else {
-            writeln!(
-                f,
-                "second against first, as samples that have no seed in common"
-            )?;
-        }
-        write!(f, "  success     {:+.2} %", 100.0 * self.difference)?;
-        if let Some((low, high)) = self.interval {
-            write!(f, " (95 %: {:+.2} to {:+.2} %)", 100.0 * low, 100.0 * high)?;
-        }
-        let test = if self.pairs > 0 {
-            "McNemar"
-        } else {
-            "two proportions"
-        };
-        writeln!(f, ", p = {:.2e} ({test})", self.p)?;
-        if let (Some(mean), Some((low, high))) = (self.time_difference_s, self.time_interval_s) {
-            writeln!(
-                f,
-                "  time        {mean:+.3} s (95 %: {low:+.3} to {high:+.3} s), where both are done"
-            )?;
-        }
-        let verdict = match self.verdict {
-            Verdict::Better => "the second ends done more often",
-            Verdict::Worse => "the second ends done less often",
-            Verdict::NoDifference => "no difference in success is shown",
-        };
-        write!(f, "  verdict     {verdict}")
-    }
 }

@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use cell_model::RobotFiles;
 use cell_model::runs::summary::RunSummary;
 use cell_sim::{Program, SimError, eval, run};
 use clap::Args;
@@ -59,14 +60,42 @@ pub(crate) struct EvalArgs {
     pub(crate) json: bool,
 }
 
+impl EvalArgs {
+    /// What `robocell run` takes to run one of the episodes again.
+    fn of_run(&self, robot: Option<&RobotFiles>) -> Vec<String> {
+        let path = |path: &PathBuf| path.display().to_string();
+        let robot = robot.into_iter().flat_map(|robot| {
+            let files = [
+                ("--robot", Some(&robot.urdf)),
+                ("--xrdf", robot.xrdf.as_ref()),
+                ("--rmpflow", robot.rmpflow.as_ref()),
+            ];
+            let files = files.map(|(name, file)| (name, file.map(path)));
+            files.into_iter().chain([("--tip", robot.tip.clone())])
+        });
+        let options = [
+            ("--data", self.data.as_ref().map(path)),
+            ("--script", self.script.as_ref().map(path)),
+            ("--timeout", self.timeout.map(|limit| limit.to_string())),
+            ("--bins", self.bins.map(|bins| bins.to_string())),
+        ];
+        let given = options.into_iter().chain(robot);
+        let given = given.filter_map(|(name, value)| Some([name.to_owned(), value?]));
+        given.flatten().collect()
+    }
+}
+
 /// Runs all seeds.
 pub(crate) fn run(program: &Program, args: EvalArgs) -> Result<ExitCode, CliError> {
+    let robot: Option<RobotFiles> = args
+        .robot
+        .as_deref()
+        .map(serde_json::from_str)
+        .transpose()?;
+    let arguments = args.of_run(robot.as_ref());
     let mut spec = eval::template(&args.demo, args.policy.as_deref().unwrap_or_default());
     (spec.data_dir, spec.time_limit_s, spec.bins) = (args.data, args.timeout, args.bins);
-    spec.robot = args
-        .robot
-        .map(|text| serde_json::from_str(&text))
-        .transpose()?;
+    spec.robot = robot;
     let cell = spec.load_cell_from(&program.data)?;
     if let Some(path) = args.script {
         spec.script = run::script(&path, &cell)?;
@@ -89,6 +118,7 @@ pub(crate) fn run(program: &Program, args: EvalArgs) -> Result<ExitCode, CliErro
         jobs,
         out: &out,
         inputs: &args.input,
+        arguments,
     };
     Ok(write_rows(program, &order, args.json)?)
 }

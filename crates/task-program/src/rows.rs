@@ -32,6 +32,8 @@ pub(crate) struct Order<'a> {
     pub(crate) out: &'a Path,
     /// More files that episodes depend on.
     pub(crate) inputs: &'a [PathBuf],
+    /// See [`Plan::arguments`].
+    pub(crate) arguments: Vec<String>,
 }
 
 /// What is in the file now.
@@ -69,6 +71,7 @@ pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, Row
         identity: identity(program, order)?,
         seeds: order.seeds,
         shard: order.shard,
+        arguments: order.arguments.clone(),
     };
     let file = RowsFile::open(order.out, &plan)?;
     let left = file.left();

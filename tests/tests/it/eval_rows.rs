@@ -174,3 +174,34 @@ fn an_episode_that_cannot_begin_and_one_out_of_time_are_rows() {
         );
     }
 }
+
+#[test]
+fn the_page_of_a_report_has_the_command_that_runs_a_failed_seed_again() {
+    let dir = base();
+    let dir = dir.path();
+    assert_eq!(eval(dir, "rows.jsonl", &["--timeout", "2"]).code, 0);
+    let [file, page] = ["rows.jsonl", "page.html"].map(|name| dir.join(name).display().to_string());
+    let said = finish(robocell(dir, &["eval", "report", &file, "--html", &page]));
+    assert_eq!(said.code, 0, "{said:?}");
+    let page = fs::read_to_string(page).unwrap();
+    assert!(
+        page.contains("None ended done") && !page.contains("http:"),
+        "{page}"
+    );
+    let command = page.split("<code>robocell ").nth(3).expect("a third seed");
+    let command = command.split("</code>").next().unwrap();
+    assert!(
+        command.contains("--seed 3 ") && command.contains("--timeout 2"),
+        "{command}"
+    );
+    let words: Vec<&str> = command.split(' ').collect();
+    let again = finish(robocell(
+        dir,
+        &[&words[..], &["--one-process", "--json"]].concat(),
+    ));
+    let summary: Value = serde_json::from_str(again.stdout.lines().last().unwrap()).unwrap();
+    let row = &rows(dir, "rows.jsonl")[2];
+    for key in ["outcome", "ticks", "state_hash"] {
+        assert_eq!(summary[key], row[key], "{key}: {again:?}");
+    }
+}

@@ -25,6 +25,7 @@ fn identity() -> Identity {
 
 fn plan(seeds: [u64; 2], shard: &str) -> Plan {
     Plan {
+        arguments: Vec::new(),
         identity: identity(),
         seeds,
         shard: shard.parse::<Shard>().unwrap(),

@@ -1,0 +1,77 @@
+//! Reports as text.
+
+use std::fmt;
+
+use crate::report::{Comparison, Rate, Report, Times, Verdict};
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let percent = |part: f64| 100.0 * part;
+        let Rate { rate, low, high } = self.success;
+        writeln!(f, "{}: {}, policy {}", self.file, self.demo, self.policy)?;
+        writeln!(
+            f,
+            "  done        {} of {}: {:.2} % (95 %: {:.2} to {:.2} %)",
+            self.done,
+            self.episodes,
+            percent(rate),
+            percent(low),
+            percent(high)
+        )?;
+        for (reason, count) in &self.reasons {
+            writeln!(f, "  not done    {count} {reason}")?;
+        }
+        if let Some(times) = self.times_s {
+            let Times { p50, p90, p99, max } = times;
+            writeln!(
+                f,
+                "  time        p50 {p50:.2} s, p90 {p90:.2} s, p99 {p99:.2} s, max {max:.2} s"
+            )?;
+        }
+        write!(
+            f,
+            "  drops {}, resyncs {}, aborts {}, limit violations {}",
+            self.drops, self.resyncs, self.aborts, self.limit_violations
+        )
+    }
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.pairs > 0 {
+            writeln!(
+                f,
+                "second against first, by {} seeds in both: done in both {}, in the first alone {}, \
+                 in the second alone {}, in neither {}",
+                self.pairs, self.both, self.first_only, self.second_only, self.neither
+            )?;
+        } else {
+            writeln!(
+                f,
+                "second against first, as samples that have no seed in common"
+            )?;
+        }
+        write!(f, "  success     {:+.2} %", 100.0 * self.difference)?;
+        if let Some((low, high)) = self.interval {
+            write!(f, " (95 %: {:+.2} to {:+.2} %)", 100.0 * low, 100.0 * high)?;
+        }
+        let test = if self.pairs > 0 {
+            "McNemar"
+        } else {
+            "two proportions"
+        };
+        writeln!(f, ", p = {:.2e} ({test})", self.p)?;
+        if let (Some(mean), Some((low, high))) = (self.time_difference_s, self.time_interval_s) {
+            writeln!(
+                f,
+                "  time        {mean:+.3} s (95 %: {low:+.3} to {high:+.3} s), where both are done"
+            )?;
+        }
+        let verdict = match self.verdict {
+            Verdict::Better => "the second ends done more often",
+            Verdict::Worse => "the second ends done less often",
+            Verdict::NoDifference => "no difference in success is shown",
+        };
+        write!(f, "  verdict     {verdict}")
+    }
+}
