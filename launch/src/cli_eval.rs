@@ -28,6 +28,9 @@ pub struct EvalArgs {
     /// Append a row for each seed to this file; repeat the command after a stop to resume
     #[arg(long, value_name = "FILE.jsonl")]
     pub out: Option<PathBuf>,
+    /// Record each episode that does not end done to this directory, by running it once more
+    #[arg(long, value_name = "DIR", requires = "out")]
+    pub record_failures: Option<PathBuf>,
     /// Policy of the task [default: that of the demo]
     #[arg(long, value_name = "P")]
     pub policy: Option<String>,

@@ -56,6 +56,12 @@ fn run_seeds(args: &EvalArgs) -> Result<(), Failure> {
             .as_deref()
             .filter(|program| python::is_file(program));
         add("--input", file.map(path));
+        add("--named-task", args.data.task.clone());
+        if let Some(dir) = &args.record_failures {
+            let own = std::env::current_exe().cannot("find this program")?;
+            add("--record-failures", Some(path(dir)));
+            add("--launcher", Some(path(&own)));
+        }
     }
     if let Some(robot) = &robot {
         add(

@@ -29,6 +29,7 @@ struct Short {
     resyncs: u32,
     aborts: u32,
     limit_violations: u64,
+    state_hash: String,
 }
 
 impl Short {
@@ -159,6 +160,8 @@ pub struct Failed {
     pub reason: String,
     /// Simulated time (s).
     pub sim_time_s: f64,
+    /// Hash of the last state; empty where the program could not finish it.
+    pub state_hash: String,
 }
 
 /// What of each episode is shown.
@@ -181,6 +184,7 @@ pub fn episodes(path: &Path) -> Result<Episodes, EvaluationError> {
         seed: row.seed,
         reason: row.reason(),
         sim_time_s: row.sim_time_s,
+        state_hash: row.state_hash.clone(),
     });
     Ok(Episodes {
         times_s: times(&rows),

@@ -22,6 +22,7 @@ use crate::checked::Checked;
 use crate::evaluate::{self, EvalArgs};
 use crate::inspect::{self, InspectError, Kind};
 use crate::progress::Progress;
+use crate::recordings::RecordingError;
 use crate::rows::RowsError;
 
 /// A task that failed or timed out; a recording that differs.
@@ -136,6 +137,9 @@ pub(crate) enum CliError {
     /// Rows of many runs.
     #[error(transparent)]
     Rows(#[from] RowsError),
+    /// Recordings of failed runs.
+    #[error(transparent)]
+    Recordings(#[from] RecordingError),
     /// The files of a robot, which the launcher passes on.
     #[error("--robot: {0}")]
     Robot(#[from] serde_json::Error),

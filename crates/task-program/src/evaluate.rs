@@ -12,6 +12,7 @@ use evaluation::shard::Shard;
 
 use crate::cli::{CliError, print_json, say};
 use crate::progress::Progress;
+use crate::recordings::Recordings;
 use crate::rows::{self, Order, RowsError};
 
 /// Stopped by a signal before its end, as shells say it.
@@ -55,6 +56,15 @@ pub(crate) struct EvalArgs {
     /// A file that runs depend on as well.
     #[arg(long)]
     pub(crate) input: Vec<PathBuf>,
+    /// `--task` of the launcher.
+    #[arg(long)]
+    pub(crate) named_task: Option<String>,
+    /// Folder for recordings of episodes that do not end done.
+    #[arg(long, requires = "launcher")]
+    pub(crate) record_failures: Option<PathBuf>,
+    /// The launcher, which records them.
+    #[arg(long)]
+    pub(crate) launcher: Option<PathBuf>,
     /// Rows as JSON objects.
     #[arg(long)]
     pub(crate) json: bool,
@@ -78,6 +88,7 @@ impl EvalArgs {
             ("--script", self.script.as_ref().map(path)),
             ("--timeout", self.timeout.map(|limit| limit.to_string())),
             ("--bins", self.bins.map(|bins| bins.to_string())),
+            ("--task", self.named_task.clone()),
         ];
         let given = options.into_iter().chain(robot);
         let given = given.filter_map(|(name, value)| Some([name.to_owned(), value?]));
@@ -120,7 +131,23 @@ pub(crate) fn run(program: &Program, args: EvalArgs) -> Result<ExitCode, CliErro
         inputs: &args.input,
         arguments,
     };
-    Ok(write_rows(program, &order, args.json)?)
+    let code = write_rows(program, &order, args.json)?;
+    if let (Some(dir), Some(launcher)) = (&args.record_failures, &args.launcher) {
+        let recordings = Recordings {
+            dir,
+            launcher,
+            names: (&spec.demo, &spec.policy),
+            arguments: &order.arguments,
+        };
+        let made = recordings.of(&out)?;
+        if !args.json {
+            say(format_args!(
+                "{}: recorded {made} failed episodes",
+                dir.display()
+            ));
+        }
+    }
+    Ok(code)
 }
 
 fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {

@@ -15,6 +15,7 @@ mod evaluate;
 pub mod inspect;
 pub mod process;
 mod progress;
+mod recordings;
 mod rows;
 pub mod slots;
 

@@ -13,8 +13,12 @@ use serde_json::Value;
 const SEEDS: &str = "1..6";
 
 fn eval(dir: &Path, out: &str, options: &[&str]) -> Said {
+    eval_seeds(dir, SEEDS, out, options)
+}
+
+fn eval_seeds(dir: &Path, seeds: &str, out: &str, options: &[&str]) -> Said {
     let out = dir.join(out).display().to_string();
-    let mut arguments = vec!["eval", "cube", "--seeds", SEEDS, "--out", &out];
+    let mut arguments = vec!["eval", "cube", "--seeds", seeds, "--out", &out];
     arguments.extend(options);
     finish(robocell(dir, &arguments))
 }
@@ -176,10 +180,21 @@ fn an_episode_that_cannot_begin_and_one_out_of_time_are_rows() {
 }
 
 #[test]
-fn the_page_of_a_report_has_the_command_that_runs_a_failed_seed_again() {
+fn a_failed_seed_is_recorded_and_the_page_of_a_report_has_the_command_that_runs_it_again() {
     let dir = base();
     let dir = dir.path();
-    assert_eq!(eval(dir, "rows.jsonl", &["--timeout", "2"]).code, 0);
+    let kept = dir.join("failures").display().to_string();
+    let options = ["--timeout", "2", "--record-failures", &kept];
+    let said = eval_seeds(dir, "3..4", "rows.jsonl", &options);
+    assert_eq!(said.code, 0, "{said:?}");
+    assert!(said.stdout.contains("recorded 2 failed"), "{said:?}");
+    let recording = dir.join("failures/seed-3.mcap").display().to_string();
+    let verified = finish(robocell(dir, &["replay", &recording, "--verify"]));
+    assert_eq!(verified.code, 0, "{verified:?}");
+    // What was recorded is kept.
+    fs::remove_file(&recording).unwrap();
+    let again = eval_seeds(dir, "3..4", "rows.jsonl", &options);
+    assert!(again.stdout.contains("recorded 1 failed"), "{again:?}");
     let [file, page] = ["rows.jsonl", "page.html"].map(|name| dir.join(name).display().to_string());
     let said = finish(robocell(dir, &["eval", "report", &file, "--html", &page]));
     assert_eq!(said.code, 0, "{said:?}");
@@ -188,7 +203,7 @@ fn the_page_of_a_report_has_the_command_that_runs_a_failed_seed_again() {
         page.contains("None ended done") && !page.contains("http:"),
         "{page}"
     );
-    let command = page.split("<code>robocell ").nth(3).expect("a third seed");
+    let command = page.split("<code>robocell ").nth(1).expect("a failed seed");
     let command = command.split("</code>").next().unwrap();
     assert!(
         command.contains("--seed 3 ") && command.contains("--timeout 2"),
@@ -200,7 +215,7 @@ fn the_page_of_a_report_has_the_command_that_runs_a_failed_seed_again() {
         &[&words[..], &["--one-process", "--json"]].concat(),
     ));
     let summary: Value = serde_json::from_str(again.stdout.lines().last().unwrap()).unwrap();
-    let row = &rows(dir, "rows.jsonl")[2];
+    let row = &rows(dir, "rows.jsonl")[0];
     for key in ["outcome", "ticks", "state_hash"] {
         assert_eq!(summary[key], row[key], "{key}: {again:?}");
     }
