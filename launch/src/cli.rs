@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use cell_model::cells::setting::Setting;
 use cell_model::runs::spec::Speed;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -11,7 +12,7 @@ pub use crate::cli_behaviour::{
     BehaviourArgs, BehaviourVerb, CheckArgs, PictureFormat, SchemaArgs, SchemaKind, ShowArgs,
 };
 pub use crate::cli_common::{CellArgs, CompleteArgs, DataArgs, ManArgs};
-pub use crate::cli_eval::{EvalArgs, EvalVerb, MergeArgs, ReportRowsArgs};
+pub use crate::cli_eval::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, MergeArgs, ReportRowsArgs};
 pub use crate::cli_hand::{GripperArgs, GripperVerb, JointsArgs, TargetArgs};
 pub use crate::cli_page::{
     AssetsArgs, AssetsVerb, FilmArgs, FilmPart, LoadArgs, PlotArgs, RecordArgs, RecordVerb,
@@ -115,7 +116,7 @@ pub enum Command {
     /// Run jobs one after the other under injected faults and count the results
     Chaos(ChaosArgs),
     /// Run many seeds, on one machine or in shards on many, and count the results
-    Eval(EvalArgs),
+    Eval(Box<EvalArgs>),
     /// Create a project: a cell, a policy and a test
     New(NewArgs),
     /// Print completions for a shell
@@ -187,6 +188,9 @@ pub struct RunArgs {
     /// Number of bins of the job [default: all bins of the cell]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     pub bins: Option<u32>,
+    /// Number in place of that of the cell file, as `task.timeout_s=4`; may be repeated
+    #[arg(long, value_name = "KEY=V", value_parser = str::parse::<Setting>)]
+    pub set: Vec<Setting>,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub robot: RobotArgs,

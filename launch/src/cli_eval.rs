@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
+use cell_model::cells::sweep::{Bounds, Values};
 use clap::{Args, Subcommand};
 use evaluation::shard::Shard;
 
 use crate::cli_common::DataArgs;
 use crate::cli_robot::RobotArgs;
-use crate::cli_values::{count, positive_seconds, seed_range};
+use crate::cli_values::{count, positive_seconds, seed_range, share};
 
 /// `robocell eval`.
 #[derive(Clone, Debug, Args)]
@@ -31,6 +32,18 @@ pub struct EvalArgs {
     /// Record each episode that does not end done to this directory, by running it once more
     #[arg(long, value_name = "DIR", requires = "out")]
     pub record_failures: Option<PathBuf>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub episodes: EpisodeArgs,
+    /// Print one JSON object per seed, and one for all seeds as the last line; with `--out`
+    /// the last line alone
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What every episode has.
+#[derive(Clone, Debug, Args)]
+pub struct EpisodeArgs {
     /// Policy of the task [default: that of the demo]
     #[arg(long, value_name = "P")]
     pub policy: Option<String>,
@@ -49,10 +62,12 @@ pub struct EvalArgs {
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub robot: RobotArgs,
-    /// Print one JSON object per seed, and one for all seeds as the last line; with `--out`
-    /// the last line alone
-    #[arg(long)]
-    pub json: bool,
+    /// Number in place of that of the cell file; of several values each is run with every seed
+    #[arg(long, value_name = "KEY=V[,V..]", value_parser = str::parse::<Values>)]
+    pub set: Vec<Values>,
+    /// Number in place of that of the cell file, drawn between both bounds for every seed
+    #[arg(long, value_name = "KEY=LOW..HIGH", value_parser = str::parse::<Bounds>)]
+    pub vary: Vec<Bounds>,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub data: DataArgs,
@@ -63,8 +78,35 @@ pub struct EvalArgs {
 pub enum EvalVerb {
     /// Merge the rows of all shards into one file, in the order of their seeds
     Merge(MergeArgs),
+    /// Find the least value of a number with which the task is done too rarely
+    Bisect(Box<BisectArgs>),
     /// Report success, reasons and times of rows; compare two files by their seeds
     Report(ReportRowsArgs),
+}
+
+/// `robocell eval bisect`.
+#[derive(Clone, Debug, Args)]
+pub struct BisectArgs {
+    /// Name of the demo
+    pub demo: String,
+    /// Number of the cell file, a bound with which the task is done, and one with which it is not
+    #[arg(long, value_name = "KEY=LOW..HIGH", value_parser = str::parse::<Bounds>)]
+    pub axis: Bounds,
+    /// First and last seed, or a count of seeds from 0, of the episodes of each value
+    #[arg(long, value_name = "A..B|N", allow_hyphen_values = true, value_parser = seed_range)]
+    pub seeds: (u64, u64),
+    /// Share of the seeds that must be done
+    #[arg(long, value_name = "SHARE", default_value = "1", allow_negative_numbers = true, value_parser = share)]
+    pub least_done: f64,
+    /// Values to try between the bounds: each halves what is left
+    #[arg(long, value_name = "N", default_value_t = 8, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=50))]
+    pub steps: u32,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    pub episodes: EpisodeArgs,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `robocell eval report`.

@@ -151,6 +151,13 @@ pub(crate) fn seed_range(text: &str) -> Result<(u64, u64), String> {
     }
 }
 
+/// A share from 0 to 1, but not 0.
+pub(crate) fn share(text: &str) -> Result<f64, String> {
+    let share = text.parse::<f64>().ok();
+    let share = share.filter(|share| *share > 0.0 && *share <= 1.0);
+    share.ok_or_else(|| "above 0, up to 1".to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -222,6 +229,10 @@ mod tests {
         assert_eq!(seed_range("3..10"), Ok((3, 10)));
         assert_eq!(seed_range("5..5"), Ok((5, 5)));
         assert_eq!(seed_range("5"), Ok((0, 4)));
+        assert_eq!(share("0.9"), Ok(0.9));
+        for bad in ["0", "1.1", "-1", "nan"] {
+            assert!(share(bad).is_err(), "{bad}");
+        }
         for bad in ["0", "9..2", "..", "a..b"] {
             assert!(seed_range(bad).is_err(), "{bad}");
         }

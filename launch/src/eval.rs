@@ -4,14 +4,15 @@ mod page;
 
 use std::ffi::OsStr;
 use std::io::{BufWriter, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use cell_model::cells::sweep::{Bounds, Values};
 use cell_model::runs::python;
 use evaluation::EvaluationError;
 use evaluation::merge::{Merged, merge};
 use evaluation::report::report;
 
-use crate::cli::{EvalArgs, EvalVerb, MergeArgs, ReportRowsArgs};
+use crate::cli::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, MergeArgs, ReportRowsArgs};
 use crate::failure::{Context as _, Failure};
 use crate::run::plan;
 use crate::{say, task_program};
@@ -21,60 +22,94 @@ pub(crate) fn run(args: &EvalArgs) -> Result<(), Failure> {
     match &args.verb {
         Some(EvalVerb::Merge(merge)) => merge_files(merge),
         Some(EvalVerb::Report(report)) => report_files(report),
+        Some(EvalVerb::Bisect(args)) => bisect(args),
         None => run_seeds(args),
     }
 }
 
-/// Names are checked here, so that a typo is answered before anything starts.
+/// Runs seeds by the task program, in place of this process.
 fn run_seeds(args: &EvalArgs) -> Result<(), Failure> {
     // The command line requires both.
-    let (demo, seeds) = (
-        args.demo.as_deref().unwrap_or_default(),
-        args.seeds.unwrap_or_default(),
-    );
-    let data = args.data.data.as_deref();
-    let robot = plan::robot_files(&args.robot)?;
-    let cell = plan::load(data, demo, seeds.0, robot.as_ref())?;
-    let program = task_program::of_cell(args.data.task.as_deref(), &cell, data)?;
-    let policy = plan::policy_name(args.policy.as_deref(), &cell, program.as_deref())?;
-    let mut arguments = vec!["eval".to_owned(), demo.to_owned()];
-    let mut add = |name: &str, value: Option<String>| {
-        arguments.extend(value.into_iter().flat_map(|value| [name.to_owned(), value]));
-    };
-    add("--seeds", Some(format!("{}..{}", seeds.0, seeds.1)));
-    add("--policy", Some(policy));
-    add("--jobs", Some(args.jobs.to_string()));
-    add("--timeout", args.timeout.map(|limit| limit.to_string()));
-    add("--bins", args.bins.map(|bins| bins.to_string()));
-    let path = |path: &Path| path.display().to_string();
-    add("--script", args.script.as_deref().map(path));
+    let demo = args.demo.as_deref().unwrap_or_default();
+    let mut order = Order::of(&args.episodes, demo, args.seeds.unwrap_or_default())?;
     if let Some(out) = &args.out {
-        add("--out", Some(path(out)));
-        add("--shard", Some(args.shard.to_string()));
+        order.add("--out", Some(path(out)));
+        order.add("--shard", Some(args.shard.to_string()));
         // What runs a Python file is the same for all of them.
-        let file = program
-            .as_deref()
-            .filter(|program| python::is_file(program));
-        add("--input", file.map(path));
-        add("--named-task", args.data.task.clone());
+        let program = order.program.as_deref();
+        let file = program.filter(|program| python::is_file(program)).map(path);
+        order.add("--input", file);
+        order.add("--named-task", args.episodes.data.task.clone());
         if let Some(dir) = &args.record_failures {
             let own = std::env::current_exe().cannot("find this program")?;
-            add("--record-failures", Some(path(dir)));
-            add("--launcher", Some(path(&own)));
+            order.add("--record-failures", Some(path(dir)));
+            order.add("--launcher", Some(path(&own)));
         }
     }
-    if let Some(robot) = &robot {
-        add(
-            "--robot",
-            Some(serde_json::to_string(robot).cannot("name the robot")?),
-        );
+    order.run(args.json)
+}
+
+fn bisect(args: &BisectArgs) -> Result<(), Failure> {
+    let mut order = Order::of(&args.episodes, &args.demo, args.seeds)?;
+    order.add("--bisect", Some(args.axis.to_string()));
+    order.add("--least-done", Some(args.least_done.to_string()));
+    order.add("--steps", Some(args.steps.to_string()));
+    order.run(args.json)
+}
+
+fn path(path: &Path) -> String {
+    path.display().to_string()
+}
+
+/// What the task program is told.
+struct Order {
+    program: Option<PathBuf>,
+    arguments: Vec<String>,
+}
+
+impl Order {
+    /// Names are checked here, so that a typo is answered before anything starts.
+    fn of(args: &EpisodeArgs, demo: &str, seeds: (u64, u64)) -> Result<Self, Failure> {
+        let data = args.data.data.as_deref();
+        let robot = plan::robot_files(&args.robot)?;
+        let cell = plan::load(data, demo, seeds.0, robot.as_ref(), &[])?;
+        let program = task_program::of_cell(args.data.task.as_deref(), &cell, data)?;
+        let policy = plan::policy_name(args.policy.as_deref(), &cell, program.as_deref())?;
+        let mut order = Self {
+            program,
+            arguments: vec!["eval".to_owned(), demo.to_owned()],
+        };
+        order.add("--seeds", Some(format!("{}..{}", seeds.0, seeds.1)));
+        order.add("--policy", Some(policy));
+        order.add("--jobs", Some(args.jobs.to_string()));
+        order.add("--timeout", args.timeout.map(|limit| limit.to_string()));
+        order.add("--bins", args.bins.map(|bins| bins.to_string()));
+        order.add("--script", args.script.as_deref().map(path));
+        order.add("--set", args.set.iter().map(Values::to_string));
+        order.add("--vary", args.vary.iter().map(Bounds::to_string));
+        if let Some(robot) = &robot {
+            let robot = serde_json::to_string(robot).cannot("name the robot")?;
+            order.add("--robot", Some(robot));
+        }
+        if let Some(dir) = data {
+            let dir = std::fs::canonicalize(dir).cannot(format!("find {}", dir.display()))?;
+            order.add("--data", Some(path(&dir)));
+        }
+        Ok(order)
     }
-    if let Some(dir) = data {
-        let dir = std::fs::canonicalize(dir).cannot(format!("find {}", dir.display()))?;
-        add("--data", Some(path(&dir)));
+
+    /// Adds an option with each of its values.
+    fn add(&mut self, name: &str, values: impl IntoIterator<Item = String>) {
+        let pairs = values.into_iter();
+        let pairs = pairs.flat_map(|value| [name.to_owned(), value]);
+        self.arguments.extend(pairs);
     }
-    arguments.extend(args.json.then(|| "--json".to_owned()));
-    Err(task_program::become_it(program.as_deref(), &arguments))
+
+    fn run(mut self, json: bool) -> Result<(), Failure> {
+        self.arguments.extend(json.then(|| "--json".to_owned()));
+        let program = self.program.as_deref();
+        Err(task_program::become_it(program, &self.arguments))
+    }
 }
 
 /// Checks all files before a row is printed, or a file replaced.

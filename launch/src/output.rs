@@ -16,6 +16,8 @@ use crate::{chaos, client, plot, record, say, task_program};
 pub enum OutputName {
     /// `bench`.
     Bench,
+    /// `eval bisect`.
+    Bisect,
     /// `chaos`.
     Chaos,
     /// `bt check` and `fsm check`.
@@ -82,7 +84,7 @@ pub(crate) fn print_schema(name: Option<OutputName>, task: Option<&str>) -> Resu
         OutputName::Bench => {
             task_program::run_other("robocell-bench", &["--schema".to_owned()])?;
         }
-        OutputName::Check | OutputName::Eval | OutputName::Verify => {
+        OutputName::Bisect | OutputName::Check | OutputName::Eval | OutputName::Verify => {
             let program = task
                 .map(|name| task_program::find(name, None))
                 .transpose()?;

@@ -9,6 +9,7 @@ use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
 
 use cell_model::Cell;
+use cell_model::cells::setting::Setting;
 use cell_model::runs::python;
 
 use crate::failure::{Code, Context, Failure};
@@ -145,13 +146,16 @@ pub(crate) fn check_policy(
     program: Option<&Path>,
     demo: &str,
     policy: &str,
-    data_dir: Option<&Path>,
+    (data_dir, set): (Option<&Path>, &[Setting]),
 ) -> Result<String, Failure> {
     let path = task_program(program)?;
     let mut command = python::command(&path);
     command.args(["behaviour", "show", "bt", demo, "--policy", policy]);
     if let Some(dir) = data_dir {
         command.arg("--data").arg(dir);
+    }
+    for setting in set {
+        command.args(["--set", &setting.to_string()]);
     }
     if program.is_some() {
         // It may be built first, which takes its time and has to be seen.

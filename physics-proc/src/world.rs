@@ -99,7 +99,9 @@ impl World {
             contacts: Contacts::new(arms.len(), objects.bodies.len()),
             touch_counter: TouchCounter::new(cell),
             measured: arms.iter().map(|arm| Measured::new(&arm.robot)).collect(),
-            drives: cell.arms.iter().map(ArmDrive::new).collect(),
+            drives: (cell.arms.iter())
+                .map(|arm| ArmDrive::new(arm, &cell.disturbance))
+                .collect(),
             inputs: Vec::new(),
             initial: Vec::new(),
             reset_pauses: cell.reset_pauses,

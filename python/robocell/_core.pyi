@@ -126,6 +126,7 @@ class Sim:
         bins: int | None = None,
         script: str | None = None,
         time_limit_s: float | None = None,
+        set: list[str] = ...,
     ) -> Sim: ...
     @property
     def moment(self) -> Moment: ...

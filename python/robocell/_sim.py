@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,8 @@ class Cell(View):
         bins: how many of the bins of the cell are used.
         script: disturbances, in the form of ``robocell run --script``: JSON, a line each.
         time_limit_s: end of a run; that of the cell file with a policy, else none.
+        set: numbers in place of those of the cell file, by keys as of ``robocell run --set``:
+            ``{"object.*.mass_kg": 0.2, "disturbance.position_noise_m": 0.002}``.
 
     Raises:
         ValueError: for a cell, a policy or a script that does not exist or has mistakes.
@@ -47,6 +49,7 @@ class Cell(View):
         bins: int | None = None,
         script: str | None = None,
         time_limit_s: float | None = None,
+        set: Mapping[str, float] | None = None,
     ) -> None:
         named, maker = None, None
         if isinstance(policy, str):
@@ -64,6 +67,7 @@ class Cell(View):
             bins,
             script,
             time_limit_s,
+            [f"{key}={value!r}" for key, value in (set or {}).items()],
         )
         super().__init__(self._sim.moment)
         #: Seed of the scene.

@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use cell_model::Cell;
 use cell_model::cells::script;
+use cell_model::cells::setting::Setting;
 use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::{RunFacts, RunSummary};
 use cell_sim::{OneProcess, SimError, eval};
@@ -124,7 +125,7 @@ impl Sim {
     /// with `maker` it is one in Python; without both the arms are told from outside.
     #[new]
     #[pyo3(signature = (name, seed=0, policy=None, maker=None, data=None, bins=None, script=None,
-                        time_limit_s=None))]
+                        time_limit_s=None, set=Vec::new()))]
     #[allow(clippy::too_many_arguments, reason = "they are named in Python")]
     fn new(
         py: Python<'_>,
@@ -136,12 +137,15 @@ impl Sim {
         bins: Option<u32>,
         script: Option<&str>,
         time_limit_s: Option<f64>,
+        set: Vec<String>,
     ) -> PyResult<Self> {
         let mut spec = eval::template(name, "");
         spec.seed = seed;
         spec.data_dir = data;
         spec.bins = bins;
         spec.time_limit_s = time_limit_s;
+        let set: Result<Vec<Setting>, String> = set.iter().map(|one| one.parse()).collect();
+        spec.set = set.map_err(PyValueError::new_err)?;
         let cell = spec.load_cell_from(&cell_files::data()).map_err(refused)?;
         if let Some(script) = script {
             spec.script = script::parse_for(script, "script", &cell).map_err(refused)?;

@@ -33,6 +33,16 @@ def test_has_the_state_hash_of_the_program(run: Callable[..., Any], demo: str, p
     assert summary["outcome"] == "done"
 
 
+def test_with_other_numbers_has_the_state_hash_of_the_program(run: Callable[..., Any]):
+    numbers = {"object.*.mass_kg": 0.2, "disturbance.position_noise_m": 0.002}
+    summary = robocell.Cell("cube", 3, policy="default", set=numbers).run()
+    words = [word for key, value in numbers.items() for word in ("--set", f"{key}={value}")]
+    program = run("cube", None, "--one-process", "--seed", "3", "--until-done", *words).summary
+    assert summary["state_hash"] == program["state_hash"]
+    with pytest.raises(ValueError, match="did you mean 'mass_kg'"):
+        robocell.Cell("cube", set={"object.cube.mas_kg": 1.0})
+
+
 def test_with_a_policy_in_python_has_the_state_hash_of_the_program(run: Callable[..., Any]):
     from stack_ifelse import Stack  # type: ignore[import-not-found]
 

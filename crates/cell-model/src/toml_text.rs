@@ -9,9 +9,17 @@ use crate::suggest;
 /// Reads `text` as `T`. Unknown keys are refused (where `T` denies them), and so
 /// is every number that is not finite.
 pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, ModelError> {
-    let table = DeTable::parse(text).map_err(|error| explain(file, text, &error))?;
+    let table = table(file, text)?;
     refuse_non_finite(file, text, table.get_ref(), "")?;
     toml::from_str(text).map_err(|error| explain(file, text, &error))
+}
+
+/// The whole of `text`, with the place of every value.
+pub(crate) fn table<'a>(
+    file: &str,
+    text: &'a str,
+) -> Result<toml::Spanned<DeTable<'a>>, ModelError> {
+    DeTable::parse(text).map_err(|error| explain(file, text, &error))
 }
 
 /// Reads the table `key` of `text` as `T`, but for the keys in `without`. Numbers
@@ -22,7 +30,7 @@ pub(crate) fn parse_table<T: DeserializeOwned>(
     key: &str,
     without: &[&str],
 ) -> Result<T, ModelError> {
-    let parsed = DeTable::parse(text).map_err(|error| explain(file, text, &error))?;
+    let parsed = table(file, text)?;
     let Some(mut value) = parsed.into_inner().remove(key) else {
         return Err(ModelError::value(
             Location::file(file),
@@ -158,7 +166,8 @@ fn check_value(
     }
 }
 
-fn join(path: &str, key: &str) -> String {
+/// A dotted path.
+pub(crate) fn join(path: &str, key: &str) -> String {
     if path.is_empty() {
         key.to_owned()
     } else {

@@ -7,6 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use cell_model::cells::setting::Setting;
+use cell_model::cells::sweep::{Case, Cases, Sweep};
 use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::{RunOutcome, RunSummary};
 
@@ -16,8 +18,8 @@ use crate::{OneProcess, Program, SimError};
 /// What became of one episode.
 #[derive(Clone, Debug)]
 pub struct Ended {
-    /// Its seed.
-    pub seed: u64,
+    /// Which.
+    pub case: Case,
     /// Its summary, or why it could not be finished.
     pub result: Result<RunSummary, String>,
     /// Time it took.
@@ -28,7 +30,7 @@ pub struct Ended {
 pub struct Episodes<'a> {
     /// The task, and the cells that come with it.
     pub program: &'a Program,
-    /// Everything but the seed.
+    /// Everything but the seed, and the numbers that differ between them.
     pub spec: &'a RunSpec,
     /// Threads.
     pub jobs: usize,
@@ -37,20 +39,20 @@ pub struct Episodes<'a> {
 }
 
 impl Episodes<'_> {
-    /// Runs those of `seeds`; `on_end` gets each as it ends, in any order, and says whether
+    /// Runs those of `cases`; `on_end` gets each as it ends, in any order, and says whether
     /// to continue.
     pub fn run(
         &self,
-        seeds: impl Iterator<Item = u64> + Send,
+        cases: impl Iterator<Item = Case> + Send,
         on_end: &(dyn Fn(Ended) -> bool + Sync),
     ) {
-        let seeds = Mutex::new(seeds);
-        let next = || seeds.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let cases = Mutex::new(cases);
+        let next = || cases.lock().unwrap_or_else(PoisonError::into_inner).next();
         let has_ended = AtomicBool::new(false);
         let stop = || (self.stop)() || has_ended.load(Ordering::Relaxed);
         let worker = || {
-            while let Some(seed) = next() {
-                let Some(one) = self.one(seed, &stop) else {
+            while let Some(case) = next() {
+                let Some(one) = self.one(case, &stop) else {
                     return;
                 };
                 if !on_end(one) {
@@ -66,15 +68,14 @@ impl Episodes<'_> {
     }
 
     /// `None` when it was stopped.
-    fn one(&self, seed: u64, stop: &dyn Fn() -> bool) -> Option<Ended> {
+    fn one(&self, case: Case, stop: &dyn Fn() -> bool) -> Option<Ended> {
         if stop() {
             return None;
         }
         let began = Instant::now();
-        let spec = RunSpec {
-            seed,
-            ..self.spec.clone()
-        };
+        let mut spec = self.spec.clone();
+        spec.seed = case.seed;
+        spec.set.extend(case.settings());
         let run = || to_the_end_unless(self.program, &spec, stop, |_, _| {});
         let result = match catch_unwind(AssertUnwindSafe(run)) {
             Ok(Ok(summary)) if summary.outcome == RunOutcome::Stopped => return None,
@@ -83,7 +84,7 @@ impl Episodes<'_> {
             Err(panic) => Err(format!("panic: {}", message(&*panic))),
         };
         Some(Ended {
-            seed,
+            case,
             result,
             wall_time: began.elapsed(),
         })
@@ -109,4 +110,35 @@ pub fn files(program: &Program, spec: &RunSpec) -> Result<BTreeMap<String, Strin
         Ok(_) | Err(SimError::World(_)) => Ok(log.files()),
         Err(error) => Err(error),
     }
+}
+
+/// The episodes of `sweep`, after each of its values was tried: the cell and its task are
+/// set up with it.
+///
+/// # Errors
+/// A key or a value that the cell or the task refuses.
+pub fn cases(program: &Program, spec: &RunSpec, sweep: Sweep) -> Result<Cases, SimError> {
+    let data = spec.data(&program.data);
+    let file = format!("cells/{}.toml", spec.demo);
+    // A demo that is unknown is refused with those that are known.
+    spec.load_cell_of(&data)?;
+    let cases = sweep.cases(&data.name_of(&file), &data.read(&file)?)?;
+    for case in cases.samples(spec.seed) {
+        try_settings(program, spec, case.settings())?;
+    }
+    Ok(cases)
+}
+
+/// Sets the cell and its task up with these numbers.
+///
+/// # Errors
+/// A key or a value that the cell or the task refuses.
+pub fn try_settings(program: &Program, spec: &RunSpec, set: Vec<Setting>) -> Result<(), SimError> {
+    let spec = RunSpec {
+        set,
+        ..spec.clone()
+    };
+    let cell = spec.load_cell_from(&program.data)?;
+    program.policies.task(&cell, &spec.policy)?;
+    Ok(())
 }

@@ -1,14 +1,18 @@
 //! Many seeds, each a run of its own.
 
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::sync::{Mutex, PoisonError};
 
+use cell_model::cells::setting::Setting;
+use cell_model::cells::sweep::{Case, Cases};
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::runs::summary::{RunOutcome, RunSummary};
 use cell_model::runs::wire;
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use serde_json::Number;
 
 use crate::episodes::{self, Ended, Episodes};
 use crate::{Program, SimError};
@@ -16,12 +20,40 @@ use crate::{Program, SimError};
 /// What to evaluate.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// Template: everything but the seed.
+    /// Template: everything but the seed and the settings.
     pub spec: RunSpec,
+    /// Numbers that are replaced.
+    pub cases: Cases,
     /// First and last seed.
     pub seeds: RangeInclusive<u64>,
     /// Threads.
     pub jobs: usize,
+}
+
+impl Plan {
+    /// Their number; at most [`u64::MAX`].
+    pub fn episodes(&self) -> u64 {
+        let seeds = self.seeds.end().saturating_sub(*self.seeds.start());
+        let variants = self.cases.sweep().variants().count() as u64;
+        seeds.saturating_add(1).saturating_mul(variants)
+    }
+
+    /// The same with one more number, of which all are in place.
+    #[must_use]
+    pub fn with(&self, setting: &Setting) -> Self {
+        let mut plan = self.clone();
+        plan.spec.set.push(setting.clone());
+        plan
+    }
+
+    /// Each of them: of every seed all combinations of values.
+    pub fn all(&self) -> impl Iterator<Item = Case> + '_ {
+        let variants = self.cases.sweep().variants();
+        self.seeds.clone().flat_map(move |seed| {
+            let variants = variants.clone();
+            variants.map(move |variant| self.cases.case(seed, variant))
+        })
+    }
 }
 
 /// A run file for cells without processes.
@@ -46,6 +78,7 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
         script: Vec::new(),
         paused: false,
         bins: None,
+        set: Vec::new(),
         until_done: true,
         time_limit_s: None,
         real_time: false,
@@ -84,12 +117,23 @@ pub struct EvalSummary {
     pub longest_s: f64,
 }
 
+/// A run, and its numbers in place of those of the cell file.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct EvalRun {
+    /// How it ended.
+    #[serde(flatten)]
+    pub summary: RunSummary,
+    /// By the keys of the cell file; not there where there are none.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub set: BTreeMap<String, Number>,
+}
+
 /// One line of `eval --json`: each run as it ends, then the summary of all.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum EvalLine {
     /// A run.
-    Run(Box<RunSummary>),
+    Run(Box<EvalRun>),
     /// All runs.
     All(EvalSummary),
 }
@@ -136,7 +180,7 @@ pub fn evaluate(
         jobs: plan.jobs,
         stop: &|| false,
     }
-    .run(plan.seeds.clone(), &|ended| {
+    .run(plan.all(), &|ended| {
         on_end(&ended);
         let mut counts = counts.lock().unwrap_or_else(PoisonError::into_inner);
         match &ended.result {

@@ -21,6 +21,9 @@ pub struct Plan {
     pub seeds: [u64; 2],
     /// The shard.
     pub shard: Shard,
+    /// Combinations of the values of `--set`; 0 without.
+    #[serde(default)]
+    pub variants: u32,
     /// What `robocell run` takes beside policy and seed to run one of the episodes again; for
     /// people, as paths differ from host to host.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -32,6 +35,17 @@ impl Plan {
     pub fn range(&self) -> RangeInclusive<u64> {
         self.seeds[0]..=self.seeds[1]
     }
+
+    /// Numbers of the combinations, of which each seed has all: 0 alone without `--set`.
+    pub fn variants(&self) -> RangeInclusive<u32> {
+        self.variants.min(1)..=self.variants
+    }
+
+    /// Rows of the shard.
+    pub fn rows(&self) -> u64 {
+        let each = u64::from(self.variants.max(1));
+        self.shard.len(&self.range()).saturating_mul(each)
+    }
 }
 
 /// When, where and for how long an episode ran.
@@ -39,6 +53,9 @@ impl Plan {
 pub struct Episode {
     /// Its seed.
     pub seed: u64,
+    /// Its variant; 0 without `--set`.
+    #[serde(default)]
+    pub variant: u32,
     /// Name of the machine.
     pub host: String,
     /// End (s since 1970).

@@ -10,6 +10,7 @@ use serde::Deserialize;
 
 use crate::EvaluationError;
 use crate::info::{self, Plan};
+use crate::row::Key;
 
 /// So many problems are told.
 const MOST_PROBLEMS: usize = 100;
@@ -20,6 +21,17 @@ struct Head {
     build: String,
     inputs: String,
     seed: u64,
+    #[serde(default)]
+    variant: u32,
+}
+
+impl Head {
+    fn key(&self) -> Key {
+        Key {
+            seed: self.seed,
+            variant: self.variant,
+        }
+    }
 }
 
 /// One file that is read.
@@ -165,7 +177,7 @@ fn check_complete(sources: &[Source], problems: &mut Problems) {
         let Some(plan) = info::plan_of(&source.path) else {
             continue;
         };
-        let all = plan.shard.len(&plan.range());
+        let all = plan.rows();
         if all != source.rows {
             problems.add(format!(
                 "{}: {} of {all} rows of shard {}; repeat the command that wrote this file, which \
@@ -186,34 +198,23 @@ fn merge_rows(
     let mut queue = BinaryHeap::new();
     for (index, source) in sources.iter_mut().enumerate() {
         source.next(problems)?;
-        queue.extend(source.head.as_ref().map(|head| Reverse((head.seed, index))));
+        queue.extend(
+            source
+                .head
+                .as_ref()
+                .map(|head| Reverse((head.key(), index))),
+        );
     }
     let mut rows = 0;
     let mut identity: Option<(String, String, PathBuf)> = None;
-    let mut last: Option<(u64, usize)> = None;
-    while let Some(Reverse((seed, index))) = queue.pop() {
+    let mut last: Option<(Key, usize)> = None;
+    while let Some(Reverse((key, index))) = queue.pop() {
         let path = sources[index].path.clone();
-        match last {
-            Some((before, of)) if before == seed => problems.add(format!(
-                "seed {seed} is in {} and in {}",
-                sources[of].name(),
-                path.display()
-            )),
-            Some((before, _)) if before > seed => problems.add(format!(
-                "{}:{}: seed {seed} comes after {before}: the file is not finished; repeat the \
-                 command that wrote it, which resumes",
-                path.display(),
-                sources[index].number
-            )),
-            Some((before, _)) if seed - before == 2 => {
-                problems.add(format!("seed {} is missing", before + 1));
-            }
-            Some((before, _)) if seed - before > 2 => {
-                problems.add(format!("seeds {} to {} are missing", before + 1, seed - 1));
-            }
-            _ => {}
+        if let Some((before, of)) = last {
+            let place = format!("{}:{}", path.display(), sources[index].number);
+            check_order((before, &sources[of].path), (key, &path, place), problems);
         }
-        last = Some((seed, index));
+        last = Some((key, index));
         let source = &mut sources[index];
         if let Some(head) = &source.head {
             check_identity(head, &path, &mut identity, problems);
@@ -223,9 +224,43 @@ fn merge_rows(
         written.map_err(EvaluationError::io(Path::new("the merged rows")))?;
         rows += 1;
         source.next(problems)?;
-        queue.extend(source.head.as_ref().map(|head| Reverse((head.seed, index))));
+        queue.extend(
+            source
+                .head
+                .as_ref()
+                .map(|head| Reverse((head.key(), index))),
+        );
     }
     Ok(Merged { rows })
+}
+
+/// Each row is behind the one before, and no seed is between them.
+fn check_order(
+    (before, of): (Key, &Path),
+    (key, path, place): (Key, &Path, String),
+    problems: &mut Problems,
+) {
+    let between = key.seed.saturating_sub(before.seed);
+    if before == key {
+        problems.add(format!(
+            "{key} is in {} and in {}",
+            of.display(),
+            path.display()
+        ));
+    } else if before > key {
+        problems.add(format!(
+            "{place}: {key} comes after {before}: the file is not finished; repeat the command \
+             that wrote it, which resumes"
+        ));
+    } else if between == 2 {
+        problems.add(format!("seed {} is missing", before.seed + 1));
+    } else if between > 2 {
+        problems.add(format!(
+            "seeds {} to {} are missing",
+            before.seed + 1,
+            key.seed - 1
+        ));
+    }
 }
 
 /// All rows are of one build and of the same inputs.

@@ -6,11 +6,13 @@ use std::fs::File;
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 
+use cell_model::cells::setting::Setting;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::Number;
 
 use crate::EvaluationError;
-use crate::row::RowOutcome;
+use crate::row::{Key, RowOutcome};
 use crate::stats::{bootstrap, mcnemar, quantile, two_proportions, wilson};
 
 /// What is less likely than this by chance is a difference.
@@ -22,6 +24,12 @@ struct Short {
     demo: String,
     policy: String,
     seed: u64,
+    #[serde(default)]
+    variant: u32,
+    #[serde(default)]
+    set: BTreeMap<String, Number>,
+    #[serde(default)]
+    drawn: BTreeMap<String, Number>,
     outcome: RowOutcome,
     reason: Option<String>,
     sim_time_s: f64,
@@ -33,6 +41,13 @@ struct Short {
 }
 
 impl Short {
+    fn key(&self) -> Key {
+        Key {
+            seed: self.seed,
+            variant: self.variant,
+        }
+    }
+
     fn is_done(&self) -> bool {
         self.outcome == RowOutcome::Done
     }
@@ -73,6 +88,21 @@ pub struct Times {
     pub max: f64,
 }
 
+/// What the rows with one combination of the values of `--set` say.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Variant {
+    /// The values, by the keys of the cell file.
+    pub set: BTreeMap<String, Number>,
+    /// Episodes.
+    pub episodes: u64,
+    /// Of these, those that ended done.
+    pub done: u64,
+    /// How often.
+    pub success: Rate,
+    /// Of those that ended done.
+    pub times_s: Option<Times>,
+}
+
 /// What the rows of one file say.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Report {
@@ -92,6 +122,9 @@ pub struct Report {
     pub reasons: BTreeMap<String, u64>,
     /// Of those that ended done.
     pub times_s: Option<Times>,
+    /// Of each combination of the values of `--set`; empty without.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub variants: Vec<Variant>,
     /// Held objects that were lost, in all.
     pub drops: u64,
     /// Pick-ups begun again, in all.
@@ -117,7 +150,7 @@ pub enum Verdict {
 /// A second file against the first.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Comparison {
-    /// Seeds that are in both files.
+    /// Episodes (seeds, with `--set` of each variant) that are in both files.
     pub pairs: u64,
     /// Of these, done in both.
     pub both: u64,
@@ -154,8 +187,10 @@ pub struct Reports {
 /// An episode that did not end done.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Failed {
-    /// Its seed.
-    pub seed: u64,
+    /// Which.
+    pub key: Key,
+    /// What it had in place of numbers of the cell file.
+    pub settings: Vec<Setting>,
     /// How it ended, and why if that is known.
     pub reason: String,
     /// Simulated time (s).
@@ -181,13 +216,14 @@ pub fn episodes(path: &Path) -> Result<Episodes, EvaluationError> {
     let rows = read(path)?;
     let failed = rows.iter().filter(|row| !row.is_done());
     let failed = failed.map(|row| Failed {
-        seed: row.seed,
+        key: row.key(),
+        settings: settings(&row.set).chain(settings(&row.drawn)).collect(),
         reason: row.reason(),
         sim_time_s: row.sim_time_s,
         state_hash: row.state_hash.clone(),
     });
     Ok(Episodes {
-        times_s: times(&rows),
+        times_s: times(rows.iter()),
         failed: failed.collect(),
     })
 }
@@ -235,18 +271,35 @@ fn read(path: &Path) -> Result<Vec<Short>, EvaluationError> {
     Ok(rows)
 }
 
+fn settings(numbers: &BTreeMap<String, Number>) -> impl Iterator<Item = Setting> {
+    numbers.iter().map(|(key, value)| Setting {
+        key: key.clone(),
+        value: value.clone(),
+    })
+}
+
+fn count(n: usize) -> u64 {
+    u64::try_from(n).unwrap_or(u64::MAX)
+}
+
+/// Episodes, those that ended done, and how often they did.
+fn success<'a>(rows: impl Iterator<Item = &'a Short>) -> (u64, u64, Rate) {
+    let (mut episodes, mut done) = (0, 0);
+    for row in rows {
+        episodes += 1;
+        done += u64::from(row.is_done());
+    }
+    let (low, high) = wilson(done, episodes);
+    let rate = done as f64 / episodes as f64;
+    (episodes, done, Rate { rate, low, high })
+}
+
 fn summary(path: &Path, rows: &[Short]) -> Report {
-    let count = |n: usize| u64::try_from(n).unwrap_or(u64::MAX);
-    let (episodes, done) = (
-        count(rows.len()),
-        count(rows.iter().filter(|row| row.is_done()).count()),
-    );
+    let (episodes, done, success) = success(rows.iter());
     let mut reasons = BTreeMap::new();
     for row in rows.iter().filter(|row| !row.is_done()) {
         *reasons.entry(row.reason()).or_insert(0) += 1;
     }
-    let times = times(rows);
-    let (low, high) = wilson(done, episodes);
     let sum = |of: fn(&Short) -> u64| rows.iter().map(of).sum();
     Report {
         file: path.display().to_string(),
@@ -254,18 +307,10 @@ fn summary(path: &Path, rows: &[Short]) -> Report {
         policy: rows.first().map_or(String::new(), |row| row.policy.clone()),
         episodes,
         done,
-        success: Rate {
-            rate: done as f64 / episodes as f64,
-            low,
-            high,
-        },
+        success,
         reasons,
-        times_s: (!times.is_empty()).then(|| Times {
-            p50: quantile(&times, 0.5),
-            p90: quantile(&times, 0.9),
-            p99: quantile(&times, 0.99),
-            max: quantile(&times, 1.0),
-        }),
+        times_s: quantiles(&times(rows.iter())),
+        variants: variants(rows),
         drops: sum(|row| u64::from(row.drops)),
         resyncs: sum(|row| u64::from(row.resyncs)),
         aborts: sum(|row| u64::from(row.aborts)),
@@ -273,25 +318,52 @@ fn summary(path: &Path, rows: &[Short]) -> Report {
     }
 }
 
+fn variants(rows: &[Short]) -> Vec<Variant> {
+    let mut by_variant: BTreeMap<u32, Vec<&Short>> = BTreeMap::new();
+    for row in rows.iter().filter(|row| row.variant > 0) {
+        by_variant.entry(row.variant).or_default().push(row);
+    }
+    let one = |rows: Vec<&Short>| {
+        let (episodes, done, success) = success(rows.iter().copied());
+        Variant {
+            set: rows.first().map(|row| row.set.clone()).unwrap_or_default(),
+            episodes,
+            done,
+            success,
+            times_s: quantiles(&times(rows.into_iter())),
+        }
+    };
+    by_variant.into_values().map(one).collect()
+}
+
+fn quantiles(times: &[f64]) -> Option<Times> {
+    (!times.is_empty()).then(|| Times {
+        p50: quantile(times, 0.5),
+        p90: quantile(times, 0.9),
+        p99: quantile(times, 0.99),
+        max: quantile(times, 1.0),
+    })
+}
+
 /// Of those that ended done, in increasing order (s).
-fn times(rows: &[Short]) -> Vec<f64> {
-    let done = rows.iter().filter(|row| row.is_done());
+fn times<'a>(rows: impl Iterator<Item = &'a Short>) -> Vec<f64> {
+    let done = rows.filter(|row| row.is_done());
     let mut times: Vec<f64> = done.map(|row| row.sim_time_s).collect();
     times.sort_by(f64::total_cmp);
     times
 }
 
 fn compare(first: &[Short], second: &[Short]) -> Comparison {
-    let by_seed: BTreeMap<u64, &Short> = first.iter().map(|row| (row.seed, row)).collect();
+    let by_key: BTreeMap<Key, &Short> = first.iter().map(|row| (row.key(), row)).collect();
     let pairs: Vec<(&Short, &Short)> = second
         .iter()
-        .filter_map(|row| Some((*by_seed.get(&row.seed)?, row)))
+        .filter_map(|row| Some((*by_key.get(&row.key())?, row)))
         .collect();
     let of = |one: bool, other: bool| {
         let alike = pairs
             .iter()
             .filter(|(a, b)| (a.is_done(), b.is_done()) == (one, other));
-        u64::try_from(alike.count()).unwrap_or(u64::MAX)
+        count(alike.count())
     };
     let (both, first_only) = (of(true, true), of(true, false));
     let (second_only, neither) = (of(false, true), of(false, false));
@@ -306,9 +378,8 @@ fn compare(first: &[Short], second: &[Short]) -> Comparison {
         .map(|(a, b)| b.sim_time_s - a.sim_time_s)
         .collect();
     let counts = |rows: &[Short]| {
-        let done = rows.iter().filter(|row| row.is_done()).count();
-        let count = |n: usize| u64::try_from(n).unwrap_or(u64::MAX);
-        (count(done), count(rows.len()))
+        let (all, done, _) = success(rows.iter());
+        (done, all)
     };
     let (difference, p) = if all > 0 {
         let difference = (second_only as f64 - first_only as f64) / all as f64;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::report::{Comparison, Rate, Report, Times, Verdict};
+use crate::report::{Comparison, Rate, Report, Times, Variant, Verdict};
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -28,6 +28,9 @@ impl fmt::Display for Report {
                 "  time        p50 {p50:.2} s, p90 {p90:.2} s, p99 {p99:.2} s, max {max:.2} s"
             )?;
         }
+        for variant in &self.variants {
+            writeln!(f, "  {variant}")?;
+        }
         write!(
             f,
             "  drops {}, resyncs {}, aborts {}, limit violations {}",
@@ -36,19 +39,41 @@ impl fmt::Display for Report {
     }
 }
 
+impl fmt::Display for Variant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Rate { rate, low, high } = self.success;
+        for (key, value) in &self.set {
+            write!(f, "{key}={value} ")?;
+        }
+        write!(
+            f,
+            " {} of {}: {:.2} % (95 %: {:.2} to {:.2} %)",
+            self.done,
+            self.episodes,
+            100.0 * rate,
+            100.0 * low,
+            100.0 * high
+        )?;
+        match self.times_s {
+            Some(times) => write!(f, ", p50 {:.2} s", times.p50),
+            None => Ok(()),
+        }
+    }
+}
+
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.pairs > 0 {
             writeln!(
                 f,
-                "second against first, by {} seeds in both: done in both {}, in the first alone {}, \
+                "second against first, by {} episodes in both: done in both {}, in the first alone {}, \
                  in the second alone {}, in neither {}",
                 self.pairs, self.both, self.first_only, self.second_only, self.neither
             )?;
         } else {
             writeln!(
                 f,
-                "second against first, as samples that have no seed in common"
+                "second against first, as samples that have no episode in common"
             )?;
         }
         write!(f, "  success     {:+.2} %", 100.0 * self.difference)?;

@@ -1,8 +1,14 @@
 //! One episode.
 
+use std::collections::BTreeMap;
+use std::fmt;
+
+use cell_model::cells::setting::Setting;
+use cell_model::cells::sweep::Case;
 use cell_model::runs::summary::{RunOutcome, RunSummary};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::Number;
 
 use crate::identity::Identity;
 
@@ -22,6 +28,24 @@ pub enum RowOutcome {
     Error,
 }
 
+/// Which episode of an evaluation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Key {
+    /// Its seed.
+    pub seed: u64,
+    /// See [`Row::variant`].
+    pub variant: u32,
+}
+
+impl fmt::Display for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.variant {
+            0 => write!(f, "seed {}", self.seed),
+            variant => write!(f, "seed {}, variant {variant}", self.seed),
+        }
+    }
+}
+
 /// One episode; the keys and their order are a contract.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Row {
@@ -35,6 +59,15 @@ pub struct Row {
     pub inputs: String,
     /// Seed of the episode.
     pub seed: u64,
+    /// Which combination of the values of `--set`, from 1; not there without.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub variant: u32,
+    /// The values of that combination, by the keys of the cell file.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub set: BTreeMap<String, Number>,
+    /// What was drawn for the seed, with `--vary`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub drawn: BTreeMap<String, Number>,
     /// How it ended.
     pub outcome: RowOutcome,
     /// Why it did not end done, if that is known.
@@ -65,9 +98,28 @@ pub struct Row {
     pub state_hash: String,
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn is_zero(variant: &u32) -> bool {
+    *variant == 0
+}
+
+fn by_key(settings: &[Setting]) -> BTreeMap<String, Number> {
+    let pairs = settings.iter();
+    let pairs = pairs.map(|setting| (setting.key.clone(), setting.value.clone()));
+    pairs.collect()
+}
+
 impl Row {
+    /// Which episode of an evaluation it is.
+    pub fn key(&self) -> Key {
+        Key {
+            seed: self.seed,
+            variant: self.variant,
+        }
+    }
+
     /// The row of an episode that ended with `summary`.
-    pub fn of(identity: &Identity, summary: &RunSummary) -> Self {
+    pub fn of(identity: &Identity, case: &Case, summary: &RunSummary) -> Self {
         let outcome = match summary.outcome {
             RunOutcome::Done => RowOutcome::Done,
             RunOutcome::Failed => RowOutcome::Failed,
@@ -78,7 +130,10 @@ impl Row {
             policy: summary.policy.clone(),
             build: identity.build.clone(),
             inputs: identity.inputs.clone(),
-            seed: summary.seed,
+            seed: case.seed,
+            variant: case.variant,
+            set: by_key(&case.set),
+            drawn: by_key(&case.drawn),
             outcome,
             reason: summary.reason.clone(),
             sim_time_s: summary.sim_time_s,
@@ -100,7 +155,7 @@ impl Row {
     pub fn error(
         identity: &Identity,
         (demo, policy): (&str, &str),
-        seed: u64,
+        case: &Case,
         reason: String,
     ) -> Self {
         Self {
@@ -108,7 +163,10 @@ impl Row {
             policy: policy.to_owned(),
             build: identity.build.clone(),
             inputs: identity.inputs.clone(),
-            seed,
+            seed: case.seed,
+            variant: case.variant,
+            set: by_key(&case.set),
+            drawn: by_key(&case.drawn),
             outcome: RowOutcome::Error,
             reason: Some(reason),
             sim_time_s: 0.0,

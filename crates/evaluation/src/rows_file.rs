@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use crate::EvaluationError;
 use crate::info::{self, Episode, Plan};
-use crate::row::Row;
+use crate::row::{Key, Row};
 
 /// A file of rows that is written.
 #[derive(Debug)]
@@ -21,7 +21,7 @@ pub struct RowsFile {
     /// Locked as long as this process writes.
     info: File,
     plan: Plan,
-    done: BTreeSet<u64>,
+    done: BTreeSet<Key>,
 }
 
 impl RowsFile {
@@ -57,10 +57,15 @@ impl RowsFile {
         Ok(file)
     }
 
-    /// Seeds that have no row now, in order. A range may be longer than any memory.
-    pub fn left(&self) -> impl Iterator<Item = u64> + use<> {
-        let (all, done) = (self.plan.shard.seeds(&self.plan.range()), self.done.clone());
-        all.filter(move |seed| !done.contains(seed))
+    /// Episodes that have no row now, in order. A range may be longer than any memory.
+    pub fn left(&self) -> impl Iterator<Item = Key> + use<> {
+        let (seeds, done) = (self.plan.shard.seeds(&self.plan.range()), self.done.clone());
+        let variants = self.plan.variants();
+        let all = seeds.flat_map(move |seed| {
+            let variants = variants.clone();
+            variants.map(move |variant| Key { seed, variant })
+        });
+        all.filter(move |key| !done.contains(key))
     }
 
     /// Number of rows.
@@ -77,7 +82,7 @@ impl RowsFile {
         let line = line_of(row);
         let rows = self.rows.write_all(line.as_bytes());
         rows.map_err(EvaluationError::io(&self.path))?;
-        self.done.insert(row.seed);
+        self.done.insert(row.key());
         let line = line_of(episode);
         let info = self.info.write_all(line.as_bytes());
         info.map_err(EvaluationError::io(&info::path_of(&self.path)))
@@ -112,11 +117,11 @@ impl RowsFile {
         write(&mut self.rows).map_err(EvaluationError::io(&sorted))
     }
 
-    /// Seed and place (bytes) of every row.
-    fn places(&mut self) -> Result<Vec<(u64, u64)>, EvaluationError> {
+    /// Place (bytes) of every row, with its episode.
+    fn places(&mut self) -> Result<Vec<(Key, u64)>, EvaluationError> {
         let mut places = Vec::new();
         self.each_row(|place, row| {
-            places.push((row.seed, place));
+            places.push((row.key(), place));
             Ok(())
         })?;
         Ok(places)
@@ -166,15 +171,17 @@ impl RowsFile {
                 "of another build, or of other inputs"
             } else if !plan.shard.has(&plan.range(), row.seed) {
                 "of a seed that is not of this shard"
-            } else if !done.insert(row.seed) {
-                "of a seed that came before"
+            } else if !plan.variants().contains(&row.variant) {
+                "of a variant that is not of this evaluation"
+            } else if !done.insert(row.key()) {
+                "of an episode that came before"
             } else {
                 return Ok(());
             };
             Err(EvaluationError::Line {
                 path: path.clone(),
                 line: number,
-                reason: format!("seed {}: {reason}", row.seed),
+                reason: format!("{}: {reason}", row.key()),
             })
         })?;
         self.done = done;

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use cell_model::Data;
+use cell_model::cells::setting::Setting;
 use cell_model::runs::output::schema;
 use cell_model::runs::python;
 use cell_model::runs::spec::RunSpec;
@@ -18,6 +19,7 @@ use cell_sim::{Program, SimError, run};
 use clap::{Parser, Subcommand};
 
 use crate::around;
+use crate::bisect::Found;
 use crate::checked::Checked;
 use crate::evaluate::{self, EvalArgs};
 use crate::inspect::{self, InspectError, Kind};
@@ -95,6 +97,9 @@ enum BehaviourVerb {
         /// Folder with cells/ and robots/.
         #[arg(long)]
         data: Option<PathBuf>,
+        /// Numbers in place of those of the cell file.
+        #[arg(long)]
+        set: Vec<Setting>,
         /// Characters of a line, for tables; no limit where missing.
         #[arg(long)]
         width: Option<usize>,
@@ -238,11 +243,13 @@ fn inspect(program: &Program, verb: BehaviourVerb) -> Result<ExitCode, InspectEr
             format,
             policy,
             data,
+            set,
             width,
         } => {
             let data = data.map(|dir| Data::dir(dir).with_robots_of(&program.data));
             let data = data.unwrap_or_else(|| program.data.clone());
-            let graphs = inspect::graphs(program, kind, &what, policy.as_deref(), &data)?;
+            let policy = policy.as_deref();
+            let graphs = inspect::graphs(program, kind, &what, policy, (&data, &set))?;
             say(format_args!(
                 "{}",
                 inspect::draw(&graphs, &format, width.unwrap_or(usize::MAX)).trim_end()
@@ -315,6 +322,7 @@ fn print_report(report: &Report, json: bool) {
 fn output_schema(what: &str) -> Option<serde_json::Value> {
     match what {
         "eval" => Some(schema::<EvalLine>()),
+        "bisect" => Some(schema::<Found>()),
         "verify" => Some(schema::<Verified<'_>>()),
         "check" => Some(schema::<Checked>()),
         _ => None,

@@ -1,15 +1,21 @@
 //! `eval`: many seeds, printed or written as rows.
 
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use cell_model::RobotFiles;
+use cell_model::cells::setting::Setting;
+use cell_model::cells::sweep::{Bounds, Case, Sweep, Values};
 use cell_model::runs::summary::RunSummary;
-use cell_sim::{Program, SimError, eval, run};
+use cell_sim::eval::EvalRun;
+use cell_sim::{Program, SimError, episodes, eval, run};
 use clap::Args;
 use evaluation::shard::Shard;
+use serde_json::Number;
 
+use crate::bisect::{self, Search};
 use crate::cli::{CliError, print_json, say};
 use crate::progress::Progress;
 use crate::recordings::Recordings;
@@ -44,6 +50,21 @@ pub(crate) struct EvalArgs {
     /// Bins the job is about.
     #[arg(long)]
     pub(crate) bins: Option<u32>,
+    /// Numbers in place of those of the cell file.
+    #[arg(long)]
+    pub(crate) set: Vec<Values>,
+    /// Numbers that are drawn for each seed.
+    #[arg(long)]
+    pub(crate) vary: Vec<Bounds>,
+    /// The number whose least value is searched for with which the task is done too rarely.
+    #[arg(long)]
+    pub(crate) bisect: Option<Bounds>,
+    /// Share of the seeds that are done where it is done often enough.
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) least_done: f64,
+    /// Values tried between the bounds.
+    #[arg(long, default_value_t = 8)]
+    pub(crate) steps: u32,
     /// A robot of the user, as the JSON of its files.
     #[arg(long)]
     pub(crate) robot: Option<String>,
@@ -104,29 +125,25 @@ pub(crate) fn run(program: &Program, args: EvalArgs) -> Result<ExitCode, CliErro
         .map(serde_json::from_str)
         .transpose()?;
     let arguments = args.of_run(robot.as_ref());
-    let mut spec = eval::template(&args.demo, args.policy.as_deref().unwrap_or_default());
-    (spec.data_dir, spec.time_limit_s, spec.bins) = (args.data, args.timeout, args.bins);
-    spec.robot = robot;
-    let cell = spec.load_cell_from(&program.data)?;
-    if let Some(path) = args.script {
-        spec.script = run::script(&path, &cell)?;
+    let plan = plan(program, &args, robot)?;
+    if let Some(bounds) = args.bisect {
+        let search = Search {
+            plan,
+            bounds,
+            least_done: args.least_done,
+            steps: args.steps,
+        };
+        return Ok(bisect::run(program, &search, args.json)?);
     }
-    if spec.policy.is_empty() {
-        program
-            .policies
-            .default_policy(&cell)
-            .clone_into(&mut spec.policy);
-    }
-    let (seeds, jobs) = (args.seeds, args.jobs);
     let Some(out) = args.out else {
-        let plan = eval::Plan { spec, seeds, jobs };
         return Ok(evaluate(program, &plan, args.json)?);
     };
     let order = Order {
-        spec: &spec,
-        seeds: [*seeds.start(), *seeds.end()],
+        spec: &plan.spec,
+        cases: &plan.cases,
+        seeds: [*plan.seeds.start(), *plan.seeds.end()],
         shard: args.shard,
-        jobs,
+        jobs: plan.jobs,
         out: &out,
         inputs: &args.input,
         arguments,
@@ -136,7 +153,7 @@ pub(crate) fn run(program: &Program, args: EvalArgs) -> Result<ExitCode, CliErro
         let recordings = Recordings {
             dir,
             launcher,
-            names: (&spec.demo, &spec.policy),
+            names: (&plan.spec.demo, &plan.spec.policy),
             arguments: &order.arguments,
         };
         let made = recordings.of(&out)?;
@@ -148,6 +165,38 @@ pub(crate) fn run(program: &Program, args: EvalArgs) -> Result<ExitCode, CliErro
         }
     }
     Ok(code)
+}
+
+/// Which episodes, after what they are made from was read.
+fn plan(
+    program: &Program,
+    args: &EvalArgs,
+    robot: Option<RobotFiles>,
+) -> Result<eval::Plan, SimError> {
+    let mut spec = eval::template(&args.demo, args.policy.as_deref().unwrap_or_default());
+    spec.data_dir.clone_from(&args.data);
+    (spec.time_limit_s, spec.bins) = (args.timeout, args.bins);
+    (spec.robot, spec.seed) = (robot, *args.seeds.start());
+    let cell = spec.load_cell_from(&program.data)?;
+    if let Some(path) = &args.script {
+        spec.script = run::script(path, &cell)?;
+    }
+    if spec.policy.is_empty() {
+        program
+            .policies
+            .default_policy(&cell)
+            .clone_into(&mut spec.policy);
+    }
+    let sweep = Sweep {
+        set: args.set.clone(),
+        vary: args.vary.clone(),
+    };
+    Ok(eval::Plan {
+        cases: episodes::cases(program, &spec, sweep)?,
+        spec,
+        seeds: args.seeds.clone(),
+        jobs: args.jobs,
+    })
 }
 
 fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
@@ -164,30 +213,35 @@ fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
 }
 
 fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode, SimError> {
-    let total = plan.seeds.end() - plan.seeds.start();
-    let progress = Progress::of_runs(total.saturating_add(1));
-    let print = |row: &RunSummary| {
+    let progress = Progress::of_runs(plan.episodes());
+    let print = |case: &Case, row: &RunSummary| {
         if json {
-            print_json(row);
-        } else {
-            say(format_args!(
-                "seed {:5}  {:8}  {:6.2} s  placed {}  drops {}  resyncs {}  aborts {}  violations {}  {}",
-                row.seed,
-                format!("{:?}", row.outcome).to_lowercase(),
-                row.sim_time_s,
-                row.placed.len(),
-                row.drops,
-                row.resyncs,
-                row.aborts,
-                row.limit_violations,
-                row.reason.as_deref().unwrap_or_default(),
-            ));
+            print_json(&EvalRun {
+                summary: row.clone(),
+                set: set_of(case),
+            });
+            return;
         }
+        let set: Vec<String> = case.settings().iter().map(Setting::to_string).collect();
+        let line = format!(
+            "seed {:5}  {:8}  {:6.2} s  placed {}  drops {}  resyncs {}  aborts {}  violations {}  {}  {}",
+            row.seed,
+            format!("{:?}", row.outcome).to_lowercase(),
+            row.sim_time_s,
+            row.placed.len(),
+            row.drops,
+            row.resyncs,
+            row.aborts,
+            row.limit_violations,
+            row.reason.as_deref().unwrap_or_default(),
+            set.join("  "),
+        );
+        say(format_args!("{}", line.trim_end()));
     };
     let counts = eval::evaluate(program, plan, |ended| {
         progress.run(|| match &ended.result {
-            Ok(summary) => print(summary),
-            Err(reason) => cell_worker::warn(format_args!("seed {}: {reason}", ended.seed)),
+            Ok(summary) => print(&ended.case, summary),
+            Err(reason) => cell_worker::warn(format_args!("seed {}: {reason}", ended.case.seed)),
         });
     })?;
     drop(progress);
@@ -197,6 +251,12 @@ fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode
         say(format_args!("{} of {} done", counts.done, counts.runs));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What an episode has in place of numbers of the cell file.
+fn set_of(case: &Case) -> BTreeMap<String, Number> {
+    let settings = case.settings().into_iter();
+    settings.map(|one| (one.key, one.value)).collect()
 }
 
 /// Writes the rows of a shard; a command that was stopped is repeated to resume.

@@ -7,6 +7,7 @@ use std::path::Path;
 use behavior::descriptor::Source;
 use behavior::graph::GraphKind;
 use behavior::{Finding, Graph, machine, matrix, views};
+use cell_model::cells::setting::Setting;
 use cell_model::{Cell, Data, ModelError};
 use cell_sim::Program;
 use robocell_task::{TaskError, TreeError, TreeTools};
@@ -37,7 +38,7 @@ pub enum Kind {
     Machine,
 }
 
-/// Pictures of a demo's policy, or of a file.
+/// Pictures of a demo's policy, with `set` in place of numbers of its cell file, or of a file.
 ///
 /// # Errors
 /// When the demo, the policy or the file is not there or not right.
@@ -46,12 +47,12 @@ pub fn graphs(
     kind: Kind,
     what: &str,
     policy: Option<&str>,
-    data: &Data,
+    (data, set): (&Data, &[Setting]),
 ) -> Result<Vec<Graph>, InspectError> {
     if is_file(what) {
         return Ok(vec![graph_of_file(program, kind, Path::new(what))?]);
     }
-    let cell = Cell::load(data, what, 0, None)?;
+    let cell = Cell::load_with(data, what, 0, None, set)?;
     let policy = policy.unwrap_or_else(|| program.policies.default_policy(&cell));
     Ok(program.policies.task(&cell, policy)?.graphs().to_vec())
 }

@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 mod around;
+mod bisect;
 mod checked;
 mod cli;
 mod evaluate;

@@ -56,6 +56,11 @@ impl Progress {
         self.bar.inc(1);
     }
 
+    /// Writes to stdout.
+    pub(crate) fn print(&self, print: impl FnOnce()) {
+        self.bar.suspend(print);
+    }
+
     /// Work has come to `tick`.
     pub(crate) fn tick(&self, tick: u64) {
         let time_s = tick / 1000;

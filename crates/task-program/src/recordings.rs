@@ -56,7 +56,11 @@ impl Recordings<'_> {
         fs::create_dir_all(self.dir).map_err(cannot)?;
         let mut made = 0;
         for failed in episodes(rows)?.failed {
-            let file = self.dir.join(format!("seed-{}.mcap", failed.seed));
+            let name = match failed.key.variant {
+                0 => format!("seed-{}", failed.key.seed),
+                variant => format!("seed-{}-variant-{variant}", failed.key.seed),
+            };
+            let file = self.dir.join(format!("{name}.mcap"));
             // An episode that could not be finished has no end to record.
             if failed.state_hash.is_empty() || file.exists() {
                 continue;
@@ -64,7 +68,7 @@ impl Recordings<'_> {
             if signal::stop_requested() {
                 break;
             }
-            let partial = self.dir.join(format!("seed-{}.partial.mcap", failed.seed));
+            let partial = self.dir.join(format!("{name}.partial.mcap"));
             fs::remove_file(&partial).ok();
             match self.record(&failed, &partial).map_err(cannot)? {
                 Ok(()) => {
@@ -73,7 +77,7 @@ impl Recordings<'_> {
                 }
                 Err(reason) if signal::stop_requested() => drop(reason),
                 Err(reason) => {
-                    cell_worker::warn(format_args!("seed {}: not recorded: {reason}", failed.seed));
+                    cell_worker::warn(format_args!("{}: not recorded: {reason}", failed.key));
                 }
             }
         }
@@ -83,7 +87,9 @@ impl Recordings<'_> {
     /// Runs an episode once more.
     fn record(&self, failed: &Failed, file: &Path) -> io::Result<Result<(), String>> {
         let (demo, policy) = self.names;
-        let seed = failed.seed.to_string();
+        let seed = failed.key.seed.to_string();
+        let set = failed.settings.iter();
+        let set = set.flat_map(|one| ["--set".to_owned(), one.to_string()]);
         let cell = format!("eval-{}", std::process::id());
         let run = Command::new(self.launcher)
             .args(["run", demo, "--policy", policy, "--seed", &seed])
@@ -91,6 +97,7 @@ impl Recordings<'_> {
             .args(["--cell", &cell, "--record"])
             .arg(file)
             .args(self.arguments)
+            .args(set)
             .stdin(Stdio::null())
             .output()?;
         let text = String::from_utf8_lossy(&run.stdout);

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::SystemTime;
 
+use cell_model::cells::sweep::Cases;
 use cell_model::runs::spec::RunSpec;
 use cell_rt::signal;
 use cell_sim::episodes::{self, Ended, Episodes};
@@ -22,6 +23,8 @@ use crate::progress::Progress;
 pub(crate) struct Order<'a> {
     /// Everything but the seed.
     pub(crate) spec: &'a RunSpec,
+    /// Numbers that are replaced.
+    pub(crate) cases: &'a Cases,
     /// First and last seed of all shards.
     pub(crate) seeds: [u64; 2],
     /// The shard.
@@ -71,11 +74,13 @@ pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, Row
         identity: identity(program, order)?,
         seeds: order.seeds,
         shard: order.shard,
+        variants: *order.cases.sweep().variants().end(),
         arguments: order.arguments.clone(),
     };
     let file = RowsFile::open(order.out, &plan)?;
     let left = file.left();
-    let (before, all) = (file.rows(), plan.shard.len(&plan.range()));
+    let left = left.map(|key| order.cases.case(key.seed, key.variant));
+    let (before, all) = (file.rows(), plan.rows());
     let progress = Progress::of_rows(before, all);
     let state = Mutex::new(State {
         file,
@@ -131,8 +136,8 @@ impl State {
     fn take(&mut self, identity: &Identity, spec: &RunSpec, host: &str, ended: &Ended) -> bool {
         let names = (spec.demo.as_str(), spec.policy.as_str());
         let row = match &ended.result {
-            Ok(summary) => Row::of(identity, summary),
-            Err(reason) => Row::error(identity, names, ended.seed, reason.clone()),
+            Ok(summary) => Row::of(identity, &ended.case, summary),
+            Err(reason) => Row::error(identity, names, &ended.case, reason.clone()),
         };
         self.failed += u64::from(row.outcome != RowOutcome::Done);
         #[allow(
@@ -141,7 +146,8 @@ impl State {
         )]
         let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let episode = Episode {
-            seed: ended.seed,
+            seed: ended.case.seed,
+            variant: ended.case.variant,
             host: host.to_owned(),
             ended_s: since.map_or(0, |since| since.as_secs()),
             wall_time_s: ended.wall_time.as_secs_f64(),
@@ -186,7 +192,7 @@ fn identity(program: &Program, order: &Order<'_>) -> Result<Identity, RowsError>
     let tip = spec.robot.as_ref().and_then(|robot| robot.tip.clone());
     let options = serde_json::json!({
         "demo": spec.demo, "policy": spec.policy, "script": spec.script, "bins": spec.bins,
-        "time_limit_s": spec.time_limit_s, "tip": tip,
+        "time_limit_s": spec.time_limit_s, "tip": tip, "sweep": order.cases.sweep(),
     });
     inputs.add("options", options.to_string().as_bytes());
     Ok(Identity {

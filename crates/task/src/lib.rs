@@ -16,6 +16,7 @@ pub mod job;
 pub mod observation;
 pub mod operator;
 pub mod output;
+mod perception;
 pub mod policy;
 mod ranges;
 pub mod reason;

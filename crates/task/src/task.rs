@@ -15,6 +15,7 @@ use crate::job::Job;
 use crate::observation::Observation;
 use crate::operator::{PanelChange, PanelState, log_change};
 use crate::output::{ArmIntent, Output, TraceLineText};
+use crate::perception::Perception;
 use crate::policy::AnyPolicy;
 use crate::time::{PolicyClock, PolicyTime};
 use crate::trace::Tracer;
@@ -43,6 +44,7 @@ pub struct Task {
     breakpoints: Breakpoints,
     out: Output,
     tracer: Tracer,
+    perception: Perception,
     /// Belief and world have to be compared before the next decision.
     unsure: bool,
 }
@@ -65,6 +67,7 @@ impl Task {
             panel: PanelState::default(),
             breakpoints: Breakpoints::default(),
             out: Output::default(),
+            perception: Perception::new(cell),
             unsure: true,
         }
     }
@@ -81,7 +84,8 @@ impl Task {
     ) {
         let change = self.panel.update(&state.panel);
         let now = self.clock.advance(state.header.tick, self.panel.paused());
-        let observation = Observation::new(state, status, now);
+        let mut perception = std::mem::take(&mut self.perception);
+        let observation = Observation::new(perception.see(state), status, now);
         self.out.begin();
         self.obey(change, &state.panel);
         let (entries, from) = (self.job.counters.phase_entry, trace.len());
@@ -105,6 +109,7 @@ impl Task {
             self.work(&observation);
             self.count_phase(entries);
         }
+        self.perception = perception;
         if self.panel.paused() {
             self.out.outcome = Outcome::Paused;
         }

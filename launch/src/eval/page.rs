@@ -119,14 +119,17 @@ fn failed(out: &mut String, report: &Report, episodes: &Episodes) {
     out.push_str("<table>\n<tr><th>seed<th>why<th>after<th>run it again\n");
     for failed in episodes.failed.iter().take(LISTED) {
         let (demo, policy) = (quoted(&report.demo), quoted(&report.policy));
+        let set = failed.settings.iter().map(|one| quoted(&one.to_string()));
+        let set: Vec<String> = set.flat_map(|one| ["--set".to_owned(), one]).collect();
+        let set = set.join(" ");
         let command = format!(
-            "robocell run {demo} --policy {policy} --seed {} --until-done {options}",
-            failed.seed
+            "robocell run {demo} --policy {policy} --seed {} --until-done {options} {set}",
+            failed.key.seed
         );
         let _ok = writeln!(
             out,
             "<tr><td>{}<td>{}<td>{:.2} s<td><code>{}</code>",
-            failed.seed,
+            failed.key.seed,
             escape(&failed.reason),
             failed.sim_time_s,
             escape(command.trim_end())

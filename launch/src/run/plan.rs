@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use cell_model::cells::script::{self, ScriptLine};
+use cell_model::cells::setting::Setting;
 use cell_model::runs::python;
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::runs::wire;
@@ -104,6 +105,7 @@ impl Plan {
             script,
             paused: args.paused,
             bins: args.bins,
+            set: args.set.clone(),
             until_done: args.until_done,
             time_limit_s: limit,
             real_time: args.speed == Speed::RealTime,
@@ -166,6 +168,9 @@ impl Plan {
             script: None,
             record: None,
             bins: self.args.bins.filter(|_| demo == self.args.demo),
+            set: Some(self.args.set.clone())
+                .filter(|_| demo == self.args.demo)
+                .unwrap_or_default(),
             robot: Some(self.args.robot.clone())
                 .filter(|_| demo == self.args.demo)
                 .unwrap_or_default(),
@@ -190,7 +195,7 @@ fn cell_of(
     data_dir: Option<&Path>,
     robot: Option<&RobotFiles>,
 ) -> Result<Cell, Failure> {
-    let mut cell = load(data_dir, &args.demo, args.seed, robot)?;
+    let mut cell = load(data_dir, &args.demo, args.seed, robot, &args.set)?;
     args.bins
         .map_or(Ok(()), |bins| cell.limit_bins(bins))
         .map_err(Failure::configuration)?;
@@ -207,7 +212,7 @@ fn policy_of(
     program: Option<&Path>,
 ) -> Result<(String, String), Failure> {
     let policy = policy_name(args.policy.as_deref(), cell, program)?;
-    let drawing = task_program::check_policy(program, &args.demo, &policy, data_dir)?;
+    let drawing = task_program::check_policy(program, &args.demo, &policy, (data_dir, &args.set))?;
     Ok((policy, drawing))
 }
 
@@ -261,17 +266,19 @@ fn check_control(cell: &Cell) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The cell of `demo`, from a directory or from what is built in.
+/// The cell of `demo`, from a directory or from what is built in, with `set` in place of
+/// numbers of its file.
 pub(crate) fn load(
     data_dir: Option<&Path>,
     demo: &str,
     seed: u64,
     robot: Option<&RobotFiles>,
+    set: &[Setting],
 ) -> Result<Cell, Failure> {
     let built_in = cell_files::data();
     let data = data_dir.map(|dir| Data::dir(dir).with_robots_of(&built_in));
     let data = data.unwrap_or(built_in);
-    Cell::load(&data, demo, seed, robot).map_err(|error| {
+    Cell::load_with(&data, demo, seed, robot, set).map_err(|error| {
         let hint = data_dir.map_or_else(|| data_hint(Path::new("."), demo), |_| "");
         Failure::configuration(format!("{error}{hint}"))
     })

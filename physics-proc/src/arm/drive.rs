@@ -1,5 +1,6 @@
 //! From an accepted command to the drives of an arm and its hand.
 
+use cell_model::cells::cell::Disturbance;
 use cell_model::ramp::RampState;
 use cell_model::{ArmSpec, Dynamics};
 use ipc_types::arm::StopAction;
@@ -8,6 +9,7 @@ use nalgebra::Vector3;
 use rapier3d_f64::prelude::PhysicsWorld;
 use rmp::JointLimits;
 
+use crate::arm::delay::Delay;
 use crate::arm::measured::Measured;
 use crate::arm::memory::ArmMemory;
 use crate::arm::multibody::{Arm, DriveTarget};
@@ -20,14 +22,16 @@ pub(crate) struct ArmDrive {
     pub(crate) targets: Vec<DriveTarget>,
     limits: JointLimits,
     dynamics: Dynamics,
+    delay: Delay,
     /// Gravity in the base frame (m/s²).
     gravity: Vector3<f64>,
 }
 
 impl ArmDrive {
     /// Of an arm that is in the engine.
-    pub(crate) fn new(spec: &ArmSpec) -> Self {
+    pub(crate) fn new(spec: &ArmSpec, disturbance: &Disturbance) -> Self {
         Self {
+            delay: Delay::new(disturbance.drive_delay_s),
             targets: vec![DriveTarget::default(); spec.robot.joints.len()],
             limits: spec.robot.limits(),
             dynamics: Dynamics::new(&spec.robot),
@@ -78,14 +82,16 @@ impl ArmDrive {
         };
         let efforts = efforts.iter().zip(&carried);
         let states = setpoint.iter().zip(efforts);
-        for (&joint, (state, (effort, gravity))) in robot.arm_joints.iter().zip(states) {
-            let target = DriveTarget {
-                position: state.position,
-                velocity: state.velocity,
-                effort: *effort,
-                gravity: *gravity,
-                max_effort: robot.joints[joint].effort,
-            };
+        let joints = robot.arm_joints.iter().zip(states);
+        let targets = joints.map(|(&joint, (state, (effort, gravity)))| DriveTarget {
+            position: state.position,
+            velocity: state.velocity,
+            effort: *effort,
+            gravity: *gravity,
+            max_effort: robot.joints[joint].effort,
+        });
+        let targets = self.delay.pass(&mut memory.delayed, targets.collect());
+        for (&joint, target) in robot.arm_joints.iter().zip(targets) {
             arm.drive(engine, joint, &target);
             self.targets[joint] = target;
         }
@@ -99,6 +105,7 @@ impl ArmDrive {
         memory: &mut ArmMemory,
     ) {
         let robot = &arm.robot;
+        memory.delayed.clear();
         let held = memory.brakes.hold(robot, &measured.positions);
         for (&joint, target) in robot.arm_joints.iter().zip(held) {
             arm.drive(engine, joint, &target);

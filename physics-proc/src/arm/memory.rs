@@ -4,6 +4,7 @@ use cell_model::{ArmSpec, ParallelGripper};
 use serde::{Deserialize, Serialize};
 
 use crate::arm::brake::Brakes;
+use crate::arm::delay::Delayed;
 use crate::arm::touch_count::TouchCount;
 use crate::arm::watchdog::Watchdog;
 use crate::gripper::parallel::GripperDrive;
@@ -14,6 +15,7 @@ use crate::gripper::suction::Suction;
 pub(crate) struct ArmMemory {
     pub(crate) watchdog: Watchdog,
     pub(crate) brakes: Brakes,
+    pub(crate) delayed: Delayed,
     pub(crate) gripper: GripperDrive,
     pub(crate) suction: Suction,
     pub(crate) touches: TouchCount,
@@ -36,6 +38,7 @@ impl ArmMemory {
         Self {
             watchdog: Watchdog::new(&arm.home),
             brakes: Brakes::default(),
+            delayed: Delayed::default(),
             gripper: fingers.map_or(GripperDrive::NONE, open),
             suction: Suction::default(),
             touches: TouchCount::default(),

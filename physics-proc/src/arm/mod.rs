@@ -2,6 +2,7 @@
 
 pub(crate) mod brake;
 pub(crate) mod catch_up;
+pub(crate) mod delay;
 pub(crate) mod drive;
 pub(crate) mod measured;
 pub(crate) mod memory;

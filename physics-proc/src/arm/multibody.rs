@@ -9,6 +9,7 @@ use cell_model::{ArmSpec, JointSpec, Link, Robot};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rapier3d_f64::prelude::*;
 use rmp::JointKind;
+use serde::{Deserialize, Serialize};
 
 use crate::engine::convert;
 use crate::engine::settings::FRESH;
@@ -34,7 +35,7 @@ pub(crate) struct Arm {
 }
 
 /// What a drive is told.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct DriveTarget {
     /// rad or m.
     pub(crate) position: f64,

@@ -88,6 +88,7 @@ fn run_has_the_options_scripts_depend_on() {
         "--record",
         "--listen",
         "--bins",
+        "--set",
     ] {
         assert!(said.stdout.contains(option), "{option}");
     }

@@ -20,6 +20,7 @@ mod descriptor_common;
 mod descriptor_schema;
 mod equipment;
 mod eval_rows;
+mod eval_sweep;
 mod hold_times;
 mod incidents;
 mod kill_sweep;

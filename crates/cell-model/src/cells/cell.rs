@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::cells::check_file;
 use crate::cells::file::{CellFile, ObjectTable, numbered};
+use crate::cells::setting::{self, Setting};
 use crate::cells::task_table::TaskTable;
 use crate::check::Checker;
 use crate::data::Data;
@@ -17,7 +18,7 @@ use crate::shape::Shape;
 use crate::{suggest, toml_text};
 
 pub use crate::cells::file::{
-    Camera, ConveyorTable, DispenserTable, SensorTable, SpawnArea, SupplyTable,
+    Camera, ConveyorTable, DispenserTable, Disturbance, SensorTable, SpawnArea, SupplyTable,
 };
 
 /// A cell.
@@ -50,6 +51,8 @@ pub struct Cell {
     pub clear_below_m: Option<f64>,
     /// A reset of the task leaves it paused.
     pub reset_pauses: bool,
+    /// What is less than ideal.
+    pub disturbance: Disturbance,
     /// Bins the job is about: all of the cell, or fewer where the run says so.
     pub bins: usize,
     /// Seed of everything random in this run.
@@ -141,6 +144,20 @@ impl Cell {
         seed: u64,
         robot: Option<&RobotFiles>,
     ) -> Result<Self, ModelError> {
+        Self::load_with(data, demo, seed, robot, &[])
+    }
+
+    /// As [`Cell::load`], with `settings` in place of numbers of the cell file.
+    ///
+    /// # Errors
+    /// As [`Cell::load`], and for a key that leads to no number.
+    pub fn load_with(
+        data: &Data,
+        demo: &str,
+        seed: u64,
+        robot: Option<&RobotFiles>,
+        settings: &[Setting],
+    ) -> Result<Self, ModelError> {
         let demos = data.demos();
         if !demos.iter().any(|(name, _)| name == demo) {
             let names: Vec<&str> = demos.iter().map(|(name, _)| name.as_str()).collect();
@@ -151,8 +168,14 @@ impl Cell {
             });
         }
         let file = format!("cells/{demo}.toml");
-        let text = data.read(&file)?;
-        Self::from_text(data, demo, &data.name_of(&file), &text, seed, robot)
+        let (text, name) = (data.read(&file)?, data.name_of(&file));
+        if settings.is_empty() {
+            return Self::from_text(data, demo, &name, &text, seed, robot);
+        }
+        let text = setting::apply(&name, &text, settings)?;
+        let words: Vec<String> = settings.iter().map(Setting::to_string).collect();
+        let name = format!("{name} with {}", words.join(" "));
+        Self::from_text(data, demo, &name, &text, seed, robot)
     }
 
     /// Loads a cell from the text of its file; `file` is its name in messages.
@@ -206,6 +229,7 @@ impl Cell {
             sensors: table.sensors,
             clear_below_m: table.clear_below_m,
             reset_pauses: table.reset_pauses,
+            disturbance: table.disturbance,
             fixtures: table.fixtures.iter().map(fixture).collect(),
             description: table.description,
             policies: table.policies,
@@ -350,7 +374,7 @@ fn random_index(count: usize, random: &mut Random) -> usize {
 
 fn vary(nominal: &Isometry3<f64>, spawn: SpawnArea, random: &mut Random) -> Isometry3<f64> {
     let (x, y) = (random.around_zero(spawn.x_m), random.around_zero(spawn.y_m));
-    let turn = yaw(random.around_zero(spawn.yaw_rad));
+    let turn = turn_about_z(random.around_zero(spawn.yaw_rad));
     Isometry3::from_parts(
         Translation3::new(x, y, 0.0) * nominal.translation,
         turn * nominal.rotation,
@@ -365,7 +389,7 @@ fn fixture(table: &crate::cells::file::FixtureTable) -> FixtureSpec {
             Translation3::from(table.position_m),
             table
                 .orientation_wxyz
-                .map_or_else(|| yaw(table.yaw_rad), unit),
+                .map_or_else(|| turn_about_z(table.yaw_rad), unit),
         ),
         friction: table.friction,
         solid: table.solid,
@@ -375,7 +399,7 @@ fn fixture(table: &crate::cells::file::FixtureTable) -> FixtureSpec {
 }
 
 fn pose([x, y, z]: [f64; 3], yaw_rad: f64) -> Isometry3<f64> {
-    Isometry3::from_parts(Translation3::new(x, y, z), yaw(yaw_rad))
+    Isometry3::from_parts(Translation3::new(x, y, z), turn_about_z(yaw_rad))
 }
 
 /// The rotation of a quaternion w x y z that was checked to be of norm 1.
@@ -383,8 +407,8 @@ fn unit([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z))
 }
 
-/// A turn about z (rad).
-fn yaw(angle: f64) -> UnitQuaternion<f64> {
+/// A turn about z (rad), the same on every machine.
+pub fn turn_about_z(angle: f64) -> UnitQuaternion<f64> {
     let (sin, cos) = (libm::sin(0.5 * angle), libm::cos(0.5 * angle));
     Unit::new_unchecked(nalgebra::Quaternion::new(cos, 0.0, 0.0, sin))
 }

@@ -1,6 +1,6 @@
 //! Ranges of the numbers in a cell file.
 
-use crate::cells::file::{CellFile, FixtureTable, ObjectTable, SpawnArea, numbered};
+use crate::cells::file::{CellFile, Disturbance, FixtureTable, ObjectTable, SpawnArea, numbered};
 use crate::check::{Checker, MAX_COORDINATE_M};
 use crate::error::ModelError;
 use crate::robots::robot::Robot;
@@ -39,6 +39,7 @@ pub(crate) fn check(file: &str, text: &str, cell: &CellFile) -> Result<(), Model
     if let Some(height) = cell.clear_below_m {
         checker.number("clear_below_m", height, -MAX_COORDINATE_M, MAX_COORDINATE_M)?;
     }
+    checker.disturbance(&cell.disturbance)?;
     checker.equipment(cell)
 }
 
@@ -64,6 +65,17 @@ pub(crate) fn home(
 }
 
 impl Checker<'_> {
+    fn disturbance(&self, disturbance: &Disturbance) -> Result<(), ModelError> {
+        let ranges = [
+            ("position_offset_m", disturbance.position_offset_m, 0.0, 1.0),
+            ("position_noise_m", disturbance.position_noise_m, 0.0, 1.0),
+            ("yaw_offset_rad", disturbance.yaw_offset_rad, 0.0, 3.2),
+            ("yaw_noise_rad", disturbance.yaw_noise_rad, 0.0, 3.2),
+            ("drive_delay_s", disturbance.drive_delay_s, 0.0, 1.0),
+        ];
+        self.ranges("disturbance", &ranges)
+    }
+
     fn counts(&self, cell: &CellFile) -> Result<(), ModelError> {
         let counts = cell.objects.iter().map(|object| object.count.unwrap_or(1));
         let objects = counts.map(|count| count as usize).sum();

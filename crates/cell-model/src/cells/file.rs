@@ -44,8 +44,30 @@ pub struct CellFile {
     /// A reset of the task leaves it paused, as in Isaac Sim's samples of some demos.
     #[serde(default)]
     pub reset_pauses: bool,
+    /// What is less than ideal.
+    #[serde(default)]
+    pub disturbance: Disturbance,
     /// The job.
     pub task: TaskHead,
+}
+
+/// `[disturbance]`: what a real cell adds, none of it where the table is missing. All of it
+/// depends on the seed and the tick alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Disturbance {
+    /// The task sees each object at most this far from where it is, along each axis; the same
+    /// for all of the run (m).
+    pub position_offset_m: f64,
+    /// The same, drawn for each decision (m).
+    pub position_noise_m: f64,
+    /// The task sees each object turned about z by at most this much; the same for all of the
+    /// run (rad).
+    pub yaw_offset_rad: f64,
+    /// The same, drawn for each decision (rad).
+    pub yaw_noise_rad: f64,
+    /// The drives of an arm follow the joint setpoints this much later, in whole ticks (s).
+    pub drive_delay_s: f64,
 }
 
 /// `[camera]`: world frame.

@@ -1,6 +1,7 @@
 //! What a cell is: arms, objects, fixtures, equipment, the task's table, and the
 //! scripts that act upon it.
 
+pub mod axis;
 pub mod cell;
 mod check_equipment;
 mod check_file;
@@ -9,4 +10,6 @@ pub mod script;
 mod script_check;
 mod script_keys;
 mod script_line;
+pub mod setting;
+pub mod sweep;
 pub mod task_table;

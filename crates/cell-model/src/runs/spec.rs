@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cells::cell::Cell;
 use crate::cells::script::ScriptLine;
+use crate::cells::setting::Setting;
 use crate::data::Data;
 use crate::error::ModelError;
 use crate::robots::user::RobotFiles;
@@ -125,6 +126,9 @@ pub struct RunSpec {
     /// Bins the job is about; all of the cell where missing.
     #[serde(default)]
     pub bins: Option<u32>,
+    /// Numbers in place of those of the cell file.
+    #[serde(default)]
+    pub set: Vec<Setting>,
     /// End the run when the task is done or has failed.
     pub until_done: bool,
     /// End the run at this simulated time at the latest (s).
@@ -253,7 +257,8 @@ impl RunSpec {
     /// # Errors
     /// As [`RunSpec::load_cell`].
     pub fn load_cell_of(&self, data: &Data) -> Result<Cell, ModelError> {
-        let mut cell = Cell::load(data, &self.demo, self.seed, self.robot.as_ref())?;
+        let mut cell =
+            Cell::load_with(data, &self.demo, self.seed, self.robot.as_ref(), &self.set)?;
         self.bins.map_or(Ok(()), |bins| cell.limit_bins(bins))?;
         Ok(cell)
     }

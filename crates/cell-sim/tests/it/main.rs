@@ -9,6 +9,7 @@
 mod bin_stack;
 mod clearance;
 mod cube;
+mod episodes;
 mod file_jobs;
 mod fill_bin;
 mod operator;

@@ -7,11 +7,12 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use cell_model::cells::sweep::Case;
 use evaluation::EvaluationError;
 use evaluation::identity::Identity;
 use evaluation::info::{Episode, Plan};
 use evaluation::merge::merge;
-use evaluation::row::Row;
+use evaluation::row::{Key, Row};
 use evaluation::rows_file::RowsFile;
 use evaluation::shard::Shard;
 use tempfile::TempDir;
@@ -29,13 +30,27 @@ fn plan(seeds: [u64; 2], shard: &str) -> Plan {
         identity: identity(),
         seeds,
         shard: shard.parse::<Shard>().unwrap(),
+        variants: 0,
     }
 }
 
-fn append(file: &mut RowsFile, seed: u64) {
-    let row = Row::error(&identity(), ("cube", "fsm"), seed, format!("why {seed}"));
+fn case(seed: u64) -> Case {
+    Case {
+        seed,
+        ..Case::default()
+    }
+}
+
+fn append(file: &mut RowsFile, key: Key) {
+    let Key { seed, variant } = key;
+    let case = Case {
+        variant,
+        ..case(seed)
+    };
+    let row = Row::error(&identity(), ("cube", "fsm"), &case, format!("why {key}"));
     let episode = Episode {
         seed,
+        variant,
         host: "here".to_owned(),
         ended_s: 1,
         wall_time_s: 0.5,
@@ -46,10 +61,10 @@ fn append(file: &mut RowsFile, seed: u64) {
 /// All rows of a shard, in an order that is not that of the seeds.
 fn write(path: &Path, plan: &Plan) {
     let mut file = RowsFile::open(path, plan).unwrap();
-    let mut left: Vec<u64> = file.left().collect();
+    let mut left: Vec<Key> = file.left().collect();
     left.reverse();
-    for seed in left {
-        append(&mut file, seed);
+    for key in left {
+        append(&mut file, key);
     }
     file.finish().unwrap();
 }
@@ -79,6 +94,46 @@ fn shards_of_every_number_merge_to_the_bytes_of_an_unsharded_run() {
         files.reverse();
         assert!(merged(&files).unwrap() == whole, "{count} shards");
     }
+}
+
+#[test]
+fn shards_of_a_sweep_merge_to_the_bytes_of_an_unsharded_run() {
+    let dir = TempDir::new().unwrap();
+    let sweep = |shard: &str| Plan {
+        variants: 3,
+        ..plan([1, 7], shard)
+    };
+    let whole = dir.path().join("whole.jsonl");
+    write(&whole, &sweep("1/1"));
+    let text = fs::read_to_string(&whole).unwrap();
+    assert_eq!(text.lines().count(), 21);
+    assert!(
+        text.lines()
+            .nth(4)
+            .unwrap()
+            .contains("\"seed\":2,\"variant\":2,")
+    );
+    let files: Vec<PathBuf> = (1..=2)
+        .map(|n| dir.path().join(format!("{n}.jsonl")))
+        .collect();
+    write(&files[0], &sweep("1/2"));
+    write(&files[1], &sweep("2/2"));
+    assert_eq!(merged(&files).unwrap(), text.as_bytes());
+    let short = text
+        .lines()
+        .filter(|line| !line.contains("\"seed\":2,\"variant\":2,"));
+    let short: Vec<&str> = short.collect();
+    fs::write(&whole, short.join("\n") + "\n").unwrap();
+    let error = merged(std::slice::from_ref(&whole))
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("20 of 21 rows"), "{error}");
+    fs::write(&whole, format!("{text}{text}")).unwrap();
+    let error = merged(&[whole]).unwrap_err().to_string();
+    assert!(
+        error.contains("seed 1, variant 1 comes after seed 7, variant 3"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -200,12 +255,12 @@ fn a_file_that_is_not_finished_is_no_shard() {
     let (path, plan) = (dir.path().join("a.jsonl"), plan([1, 6], "1/1"));
     let mut file = RowsFile::open(&path, &plan).unwrap();
     for seed in [3, 1, 2] {
-        append(&mut file, seed);
+        append(&mut file, Key { seed, variant: 0 });
     }
     drop(file);
     let error = merged(&[path]).unwrap_err().to_string();
     for part in [
-        "seed 1 comes after 3",
+        "seed 1 comes after seed 3",
         "3 of 6 rows of shard 1/1",
         "resumes",
     ] {

@@ -7,7 +7,7 @@ use evaluation::report::{Verdict, report};
 use evaluation::row::{Row, RowOutcome};
 use tempfile::TempDir;
 
-use crate::identity;
+use crate::{case, identity};
 
 /// `rows` rows from seed `first` on, of which those that `fails` names did not end done.
 fn write(
@@ -18,7 +18,7 @@ fn write(
 ) -> PathBuf {
     let mut text = String::new();
     for seed in seeds {
-        let mut row = Row::error(&identity(), ("cube", "fsm"), seed, "lost".to_owned());
+        let mut row = Row::error(&identity(), ("cube", "fsm"), &case(seed), "lost".to_owned());
         row.outcome = RowOutcome::Failed;
         if !fails(seed) {
             (row.outcome, row.reason) = (RowOutcome::Done, None);
@@ -71,7 +71,7 @@ fn equal_halves_show_no_difference_with_and_without_seeds_in_common() {
         .comparison
         .unwrap()
         .to_string();
-    assert!(text.contains("no seed in common"), "{text}");
+    assert!(text.contains("no episode in common"), "{text}");
 }
 
 #[test]
@@ -93,4 +93,43 @@ fn a_report_has_rate_interval_reasons_and_times() {
     fs::write(&file, "{}\n").unwrap();
     let error = report(&file, None).unwrap_err().to_string();
     assert!(error.contains("a.jsonl:1"), "{error}");
+}
+
+#[test]
+fn a_report_of_a_sweep_has_a_line_for_each_variant_and_pairs_are_of_the_same() {
+    let dir = TempDir::new().unwrap();
+    let write = |name: &str, fails: fn(u64, u32) -> bool| {
+        let mut text = String::new();
+        for (seed, variant) in (0..40).flat_map(|seed| [(seed, 1), (seed, 2)]) {
+            let mut case = case(seed);
+            case.variant = variant;
+            case.set = vec![format!("task.timeout_s={variant}").parse().unwrap()];
+            let mut row = Row::error(&identity(), ("cube", "fsm"), &case, "lost".to_owned());
+            if !fails(seed, variant) {
+                (row.outcome, row.reason) = (RowOutcome::Done, None);
+            }
+            text += &serde_json::to_string(&row).unwrap();
+            text.push('\n');
+        }
+        let path = dir.path().join(name);
+        fs::write(&path, text).unwrap();
+        path
+    };
+    let first = write("a.jsonl", |seed, variant| variant == 1 && seed < 10);
+    let second = write("b.jsonl", |seed, variant| variant == 2 && seed < 10);
+    let reports = report(&first, Some(&second)).unwrap();
+    let text = reports.files[0].to_string();
+    for line in [
+        "task.timeout_s=1  30 of 40: 75.00 %",
+        "task.timeout_s=2  40 of 40: 100.00 %",
+    ] {
+        assert!(text.contains(line), "{text}");
+    }
+    let comparison = reports.comparison.unwrap();
+    let counts = (
+        comparison.pairs,
+        comparison.first_only,
+        comparison.second_only,
+    );
+    assert_eq!(counts, (80, 10, 10));
 }

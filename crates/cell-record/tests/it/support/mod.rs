@@ -21,6 +21,7 @@ pub(crate) fn run() -> RunSpec {
         policy: "fsm".into(),
         seed: 3,
         bins: None,
+        set: Vec::new(),
         speed: Speed::RealTime,
         data_dir: None,
         task_program: None,

@@ -1,0 +1,194 @@
+//! The least disturbance that breaks a task, for `eval bisect`.
+
+use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
+
+use cell_model::cells::axis::Axis;
+use cell_model::cells::sweep::Bounds;
+use cell_model::runs::summary::RunOutcome;
+use cell_sim::{Program, SimError, episodes, eval};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Number;
+
+use crate::cli::{print_json, say};
+use crate::progress::Progress;
+
+/// What to search.
+pub(crate) struct Search {
+    /// The episodes that are run with each value.
+    pub(crate) plan: eval::Plan,
+    /// The number, with a value at which the task is done and one at which it is not.
+    pub(crate) bounds: Bounds,
+    /// Share of the episodes that must be done.
+    pub(crate) least_done: f64,
+    /// Values that are tried between the bounds.
+    pub(crate) steps: u32,
+}
+
+/// What became of the episodes with one value.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub(crate) struct Tried {
+    /// The value.
+    value: Number,
+    /// Episodes that ended done.
+    done: u64,
+    /// All of them.
+    episodes: u64,
+    /// Whether enough of them were done.
+    holds: bool,
+    /// The least seed that did not end done.
+    first_failed: Option<FirstFailed>,
+}
+
+/// An episode that did not end done.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
+struct FirstFailed {
+    seed: u64,
+    reason: String,
+}
+
+/// What was found; `eval bisect --json` prints it.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub(crate) struct Found {
+    /// The key of the cell file.
+    key: String,
+    /// First and last seed.
+    seeds: [u64; 2],
+    /// Share of the episodes that must be done.
+    least_done: f64,
+    /// The largest value tried, below those that break the task, with which it holds; none
+    /// where it breaks at the lower bound.
+    holds: Option<Number>,
+    /// The least value that breaks the task; none where it holds at the upper bound.
+    breaks: Option<Number>,
+    /// All values, in the order they were tried.
+    tried: Vec<Tried>,
+}
+
+/// Searches, and prints what is found.
+pub(crate) fn run(program: &Program, search: &Search, json: bool) -> Result<ExitCode, SimError> {
+    let (plan, key) = (&search.plan, &search.bounds.key);
+    let data = plan.spec.data(&program.data);
+    let file = format!("cells/{}.toml", plan.spec.demo);
+    let axis = Axis::new(
+        search.bounds.clone(),
+        &data.name_of(&file),
+        &data.read(&file)?,
+    )?;
+    let ends = axis.ends();
+    for end in &ends {
+        episodes::try_settings(program, &plan.spec, vec![axis.at(end)])?;
+    }
+    let values = u64::from(search.steps) + 2;
+    let progress = Progress::of_runs(values.saturating_mul(plan.episodes()));
+    let mut found = Found {
+        key: key.clone(),
+        seeds: [*plan.seeds.start(), *plan.seeds.end()],
+        least_done: search.least_done,
+        holds: None,
+        breaks: None,
+        tried: Vec::new(),
+    };
+    for end in ends {
+        let tried = search.try_value(program, &axis, end, &progress)?;
+        progress.print(|| tell(key, &tried, json));
+        found.take(tried);
+        // The other bound says nothing more.
+        if found.breaks.is_some() {
+            break;
+        }
+    }
+    for _ in 0..search.steps {
+        let between = found.holds.as_ref().zip(found.breaks.as_ref());
+        let Some(middle) = between.and_then(|(low, high)| axis.middle(low, high)) else {
+            break;
+        };
+        let tried = search.try_value(program, &axis, middle, &progress)?;
+        progress.print(|| tell(key, &tried, json));
+        found.take(tried);
+    }
+    drop(progress);
+    if json {
+        print_json(&found);
+    } else {
+        say(format_args!("{}", found.verdict()));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+impl Search {
+    fn try_value(
+        &self,
+        program: &Program,
+        axis: &Axis,
+        value: Number,
+        progress: &Progress,
+    ) -> Result<Tried, SimError> {
+        let failed = Mutex::new(Vec::new());
+        let plan = self.plan.with(&axis.at(&value));
+        let counts = eval::evaluate(program, &plan, |ended| {
+            progress.run(|| {});
+            let reason = match &ended.result {
+                Ok(summary) if summary.outcome == RunOutcome::Done => return,
+                Ok(summary) => (summary.reason.clone())
+                    .unwrap_or_else(|| format!("{:?}", summary.outcome).to_lowercase()),
+                Err(reason) => reason.clone(),
+            };
+            let seed = ended.case.seed;
+            let mut failed = failed.lock().unwrap_or_else(PoisonError::into_inner);
+            failed.push(FirstFailed { seed, reason });
+        })?;
+        let failed = failed.into_inner().unwrap_or_else(PoisonError::into_inner);
+        Ok(Tried {
+            value,
+            done: counts.done,
+            episodes: counts.runs,
+            holds: counts.done as f64 >= self.least_done * counts.runs as f64,
+            first_failed: failed.into_iter().min(),
+        })
+    }
+}
+
+impl Found {
+    fn take(&mut self, tried: Tried) {
+        let end = if tried.holds {
+            &mut self.holds
+        } else {
+            &mut self.breaks
+        };
+        *end = Some(tried.value.clone());
+        self.tried.push(tried);
+    }
+
+    fn verdict(&self) -> String {
+        let key = &self.key;
+        match (&self.holds, &self.breaks) {
+            (Some(holds), Some(breaks)) => {
+                format!("{key} breaks the task between {holds} and {breaks}")
+            }
+            (None, Some(breaks)) => {
+                format!("{key} breaks the task at {breaks}, the lower bound, already")
+            }
+            (Some(holds), None) => format!("the task holds up to {key}={holds}, the upper bound"),
+            (None, None) => format!("no value of {key} was tried"),
+        }
+    }
+}
+
+/// A line for each value, as soon as it is known.
+fn tell(key: &str, tried: &Tried, json: bool) {
+    if json {
+        return;
+    }
+    let verdict = if tried.holds { "holds" } else { "breaks" };
+    let failed = tried.first_failed.as_ref();
+    let failed = failed.map(|first| format!(" (seed {}: {})", first.seed, first.reason));
+    say(format_args!(
+        "{key}={}  {} of {} done  {verdict}{}",
+        tried.value,
+        tried.done,
+        tried.episodes,
+        failed.unwrap_or_default()
+    ));
+}

@@ -1,0 +1,84 @@
+//! Drives that follow their targets later, for `drive_delay_s` of `[disturbance]`.
+
+use std::collections::VecDeque;
+
+use ipc_types::TICK_NS;
+
+use crate::arm::multibody::DriveTarget;
+
+/// Targets of the joints of an arm that its drives do not follow yet, the oldest first.
+pub(crate) type Delayed = VecDeque<Vec<DriveTarget>>;
+
+/// How much later drives follow.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Delay {
+    ticks: usize,
+}
+
+impl Delay {
+    /// By the nearest whole number of ticks; 0 to 1 s.
+    pub(crate) fn new(seconds: f64) -> Self {
+        let ticks = (seconds * 1.0e9 / TICK_NS as f64).round().clamp(0.0, 1.0e3);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a whole number up to 1000"
+        )]
+        Self {
+            ticks: ticks as usize,
+        }
+    }
+
+    /// Takes the targets of this tick, and gives those to follow now. The first ones are
+    /// followed until later ones are due. What carries the arm is never late: drives know
+    /// their own posture.
+    pub(crate) fn pass(self, delayed: &mut Delayed, new: Vec<DriveTarget>) -> Vec<DriveTarget> {
+        if self.ticks == 0 {
+            return new;
+        }
+        let carried: Vec<f64> = new.iter().map(|target| target.gravity).collect();
+        delayed.push_back(new);
+        let due = if delayed.len() > self.ticks {
+            delayed.pop_front()
+        } else {
+            delayed.front().cloned()
+        };
+        let due = due.unwrap_or_default();
+        let due = due.into_iter().zip(carried);
+        due.map(|(target, gravity)| DriveTarget { gravity, ..target })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn targets_are_followed_so_many_ticks_later() {
+        let at = |position: f64| {
+            vec![DriveTarget {
+                position,
+                gravity: position,
+                ..DriveTarget::default()
+            }]
+        };
+        let follow = |seconds: f64| {
+            let (delay, mut delayed) = (Delay::new(seconds), Delayed::default());
+            let each = (0..6).map(|tick| delay.pass(&mut delayed, at(f64::from(tick)))[0]);
+            each.collect::<Vec<DriveTarget>>()
+        };
+        let positions = |seconds| {
+            let all = follow(seconds);
+            all.iter().map(|t| t.position).collect::<Vec<f64>>()
+        };
+        assert_eq!(positions(0.0), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+        assert_eq!(positions(0.0021), [0.0, 0.0, 0.0, 1.0, 2.0, 3.0]);
+        assert!(
+            follow(0.002)
+                .iter()
+                .zip(0..6)
+                .all(|(target, tick)| { (target.gravity - f64::from(tick)).abs() < f64::EPSILON })
+        );
+    }
+}
