@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use evaluation::EvaluationError;
 use evaluation::identity::Identity;
 use evaluation::info::{Episode, Plan};
-use evaluation::merge::merge;
+use evaluation::merge::{merge, merge_lines};
 use evaluation::row::Row;
 use evaluation::rows_file::RowsFile;
 use evaluation::shard::Shard;
@@ -209,6 +209,19 @@ fn a_file_that_is_not_finished_is_no_shard() {
         "3 of 6 rows of shard 1/1",
         "resumes",
     ] {
+        assert!(error.contains(part), "{part}: {error}");
+    }
+}
+
+#[test]
+fn all_lines_that_cannot_be_taken_are_named() {
+    let dir = TempDir::new().unwrap();
+    let path = dir.path().join("a.jsonl");
+    let line = |seed| format!("{{\"build\":\"b\",\"inputs\":\"i\",\"seed\":{seed}}}\n");
+    fs::write(&path, [line(1), line(2)].concat()).unwrap();
+    let error = merge_lines(&[path], &mut |line| line.row().map(drop)).unwrap_err();
+    let error = error.to_string();
+    for part in ["a.jsonl:1: no row", "a.jsonl:2: no row", "missing field"] {
         assert!(error.contains(part), "{part}: {error}");
     }
 }
