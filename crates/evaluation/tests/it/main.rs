@@ -1,6 +1,8 @@
 //! What a user sees of files of rows.
 #![allow(clippy::unwrap_used, reason = "a test that cannot continue has failed")]
 
+#[cfg(feature = "parquet")]
+mod parquet_file;
 mod report;
 
 use std::fs;
