@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use parquet::basic::Compression;
-use parquet::errors::Result;
+use parquet::errors::{ParquetError, Result};
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 
@@ -13,7 +13,7 @@ use crate::EvaluationError;
 use crate::columns::{COLUMNS, schema};
 use crate::row::Row;
 
-/// Rows of a row group. They are in memory until it is written: about 10 MB.
+/// Rows of a row group. They are in memory until it is written.
 const GROUP: usize = 16_384;
 
 /// A Parquet file that is written. It has a column for each key of a row.
@@ -89,6 +89,10 @@ fn write_group(writer: &mut SerializedFileWriter<File>, rows: &[Row]) -> Result<
 }
 
 fn or_error<T>(path: &Path, result: Result<T>) -> Result<T, EvaluationError> {
-    let result = result.map_err(std::io::Error::other);
+    let result = result.map_err(|error| match error {
+        // Of the file system.
+        ParquetError::External(source) => std::io::Error::other(source),
+        error => std::io::Error::other(error),
+    });
     result.map_err(EvaluationError::io(path))
 }
