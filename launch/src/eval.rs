@@ -1,18 +1,16 @@
 //! `robocell eval`: runs seeds by the task program, merges rows and reports them.
 
+mod merged;
 mod page;
+mod parquet;
 
-use std::ffi::OsStr;
-use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 use cell_model::cells::sweep::{Bounds, Values};
 use cell_model::runs::python;
-use evaluation::EvaluationError;
-use evaluation::merge::{Merged, merge};
 use evaluation::report::report;
 
-use crate::cli::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, MergeArgs, ReportRowsArgs};
+use crate::cli::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, ReportRowsArgs};
 use crate::failure::{Context as _, Failure};
 use crate::run::plan;
 use crate::{say, task_program};
@@ -20,7 +18,7 @@ use crate::{say, task_program};
 /// Does what the arguments say.
 pub(crate) fn run(args: &EvalArgs) -> Result<(), Failure> {
     match &args.verb {
-        Some(EvalVerb::Merge(merge)) => merge_files(merge),
+        Some(EvalVerb::Merge(merge)) => merged::write(merge),
         Some(EvalVerb::Report(report)) => report_files(report),
         Some(EvalVerb::Bisect(args)) => bisect(args),
         None => run_seeds(args),
@@ -110,38 +108,6 @@ impl Order {
         let program = self.program.as_deref();
         Err(task_program::become_it(program, &self.arguments))
     }
-}
-
-/// Checks all files before a row is printed, or a file replaced.
-fn merge_files(args: &MergeArgs) -> Result<(), Failure> {
-    let Some(out) = &args.out else {
-        merge(&args.files, &mut std::io::sink()).map_err(Failure::configuration)?;
-        let mut stdout = BufWriter::new(std::io::stdout().lock());
-        return match merge(&args.files, &mut stdout).map(|_| stdout.flush()) {
-            // A reader that went away is no failure.
-            Ok(_) | Err(EvaluationError::Io { .. }) => Ok(()),
-            Err(error) => Err(Failure::configuration(error)),
-        };
-    };
-    let mut partial = out.as_os_str().to_owned();
-    partial.push(OsStr::new(".partial"));
-    let partial = Path::new(&partial);
-    let merged = merge_into(args, partial);
-    if merged.is_err() {
-        std::fs::remove_file(partial).ok();
-    }
-    let Merged { rows } = merged?;
-    std::fs::rename(partial, out).cannot(format!("write {}", out.display()))?;
-    say::line(format_args!("{}: {rows} rows", out.display()));
-    Ok(())
-}
-
-fn merge_into(args: &MergeArgs, path: &Path) -> Result<Merged, Failure> {
-    let what = || format!("write {}", path.display());
-    let mut file = BufWriter::new(std::fs::File::create(path).cannot(what())?);
-    let merged = merge(&args.files, &mut file).map_err(Failure::configuration)?;
-    file.flush().cannot(what())?;
-    Ok(merged)
 }
 
 fn report_files(args: &ReportRowsArgs) -> Result<(), Failure> {
