@@ -25,16 +25,17 @@ use launch::run::{End, LiveCell, Plan};
 /// What the bench runs.
 const DEMO: &str = "franka-stack";
 /// Figures of the first second hold the start.
-const WARM_UP_NS: u64 = 1_500_000_000;
+pub(crate) const WARM_UP_NS: u64 = 1_500_000_000;
 /// One sample of the per-second figures this often.
-const WINDOW_NS: u64 = 1_000_000_000;
+pub(crate) const WINDOW_NS: u64 = 1_000_000_000;
 
 /// p50, p99 and max of each second.
 #[derive(Debug, Default)]
-struct Series(Vec<[f64; 3]>);
+pub(crate) struct Series(pub(crate) Vec<[f64; 3]>);
 
 impl Series {
-    fn row(&self, name: String) -> Row {
+    /// Medians over the seconds, and the p99 and the maximum of the worst one.
+    pub(crate) fn row(&self, name: String) -> Row {
         let column = |k: usize| {
             let mut values: Vec<f64> = self.0.iter().map(|second| second[k] * 1.0e-3).collect();
             values.sort_by(f64::total_cmp);
@@ -82,7 +83,8 @@ impl Probe {
     }
 }
 
-fn lateness(health: &Health) -> [f64; 3] {
+/// How late the cycles of the last second began (ns): p50, p99 and maximum.
+pub(crate) fn lateness(health: &Health) -> [f64; 3] {
     [
         health.lateness_p50_ns,
         health.lateness_p99_ns,
@@ -92,7 +94,8 @@ fn lateness(health: &Health) -> [f64; 3] {
 
 /// Measures for `seconds` and prints.
 pub(crate) fn run(seconds: f64, json: bool) -> Result<(), Failure> {
-    let live = LiveCell::start(plan()?)?;
+    let cell = format!("bench-{}", std::process::id());
+    let live = LiveCell::start(plan(&cell)?)?;
     let flight_dir = live.spec().record.flight_dir.clone();
     let (mut probe, mut kills) = (Probe::default(), Kills::default());
     let mut until = None;
@@ -132,20 +135,20 @@ fn look(live: &LiveCell) -> Sighting {
     }
 }
 
+/// In nanoseconds.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "the command line allows up to 1e6 s"
 )]
-fn nanos(seconds: f64) -> u64 {
+pub(crate) fn nanos(seconds: f64) -> u64 {
     (seconds * 1.0e9) as u64
 }
 
-/// A real-time run of a cell of its own.
-fn plan() -> Result<Plan, Failure> {
+/// A real-time run of a cell of this name.
+pub(crate) fn plan(cell: &str) -> Result<Plan, Failure> {
     use clap::Parser;
-    let cell = format!("bench-{}", std::process::id());
-    let cli = Cli::try_parse_from(["robocell", "run", DEMO, "--headless", "--cell", &cell])
+    let cli = Cli::try_parse_from(["robocell", "run", DEMO, "--headless", "--cell", cell])
         .map_err(Failure::usage)?;
     match &cli.command {
         Command::Run(args) => Plan::resolve(args),

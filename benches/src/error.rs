@@ -1,6 +1,9 @@
-//! Why a core cannot be measured.
+//! Why something cannot be measured.
+
+use std::path::PathBuf;
 
 use cell_sim::SimError;
+use launch::failure::Failure;
 
 /// Why a core cannot be measured.
 #[derive(Debug, thiserror::Error)]
@@ -20,6 +23,48 @@ pub(crate) enum CoreError {
     /// RMPflow does not take an obstacle.
     #[error(transparent)]
     Obstacle(#[from] rmp::ObstacleError),
+    /// The results cannot be printed.
+    #[error("the results cannot be written: {0}")]
+    Output(std::io::Error),
+}
+
+/// Why a fleet cannot be measured.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum FleetError {
+    /// A cell in this process.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// A robot or a cell file.
+    #[error(transparent)]
+    Model(#[from] cell_model::ModelError),
+    /// A scene that cannot be set up.
+    #[error(transparent)]
+    World(#[from] physics_proc::world::WorldError),
+    /// A cell of processes.
+    #[error(transparent)]
+    Cell(#[from] Failure),
+    /// An episode that did not run.
+    #[error("an episode cannot be measured: {0}")]
+    Episode(String),
+    /// A thread with a cell.
+    #[error("a thread of the bench panicked; its message is above")]
+    Panicked,
+    /// A program that does not start.
+    #[error("{}: {source}; `cargo build --release --workspace --bins` builds it", path.display())]
+    Program {
+        /// Where it is looked for.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A cell whose processes do not come up.
+    #[error(
+        "cell `{0}` did not come up within 60 s; `robocell run franka-stack --headless` says why"
+    )]
+    NotUp(String),
+    /// Where this program is.
+    #[error("the path of this program cannot be read: {0}")]
+    Own(std::io::Error),
     /// The results cannot be printed.
     #[error("the results cannot be written: {0}")]
     Output(std::io::Error),

@@ -6,9 +6,11 @@ mod behavior;
 mod cores;
 mod e2e;
 mod error;
+mod fleet;
 mod monitor;
 mod mujoco;
 mod piles;
+mod procfs;
 mod python;
 mod report;
 mod transport;
@@ -38,6 +40,8 @@ enum Kind {
     Behavior,
     /// The page and the recorder.
     Monitor,
+    /// Many cells, and one that grows.
+    Fleet,
 }
 
 #[derive(Parser)]
@@ -46,7 +50,7 @@ struct Arguments {
     /// What to measure.
     #[arg(required_unless_present = "schema")]
     kind: Option<Kind>,
-    /// Length of a bench with a running cell (s).
+    /// Length of a bench with a running cell, and of each part of `fleet` (s).
     #[arg(long, default_value_t = 10.0)]
     seconds: f64,
     /// One JSON object as the last line.
@@ -83,6 +87,7 @@ fn main() -> ExitCode {
             _ => behavior::bench(json),
         },
         Kind::Monitor => monitor::run(arguments.seconds, json).map_err(Into::into),
+        Kind::Fleet => fleet::run(arguments.seconds, json).map_err(Into::into),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

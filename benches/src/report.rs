@@ -34,14 +34,8 @@ impl Samples {
     }
 
     /// The row of these durations, in microseconds.
-    pub(crate) fn into_row(mut self, name: String) -> Row {
-        self.0.sort_unstable();
-        let at = |permille: usize| {
-            // The smallest value that so many do not exceed.
-            let rank = (self.0.len() * permille).div_ceil(1000).max(1) - 1;
-            self.0.get(rank).map_or(0.0, |ns| *ns as f64 / 1000.0)
-        };
-        Row::new(name, self.0.len(), [at(500), at(990), at(999), at(1000)])
+    pub(crate) fn into_row(self, name: String) -> Row {
+        Row::of(name, self.micros(), "us")
     }
 }
 
@@ -89,6 +83,23 @@ impl Row {
             ratio_p99: None,
             ratio_p999: None,
         }
+    }
+
+    /// The row of all of these values; without one its figures are 0.
+    pub(crate) fn of(name: String, mut values: Vec<f64>, unit: &'static str) -> Self {
+        values.sort_unstable_by(f64::total_cmp);
+        let at = |permille: usize| {
+            // The smallest value that so many do not exceed.
+            let rank = (values.len() * permille).div_ceil(1000).max(1) - 1;
+            values.get(rank).copied().unwrap_or(0.0)
+        };
+        let figures = [at(500), at(990), at(999), at(1000)];
+        Self::new(name, values.len(), figures).in_unit(unit)
+    }
+
+    /// A row of one value.
+    pub(crate) fn single(name: &str, value: f64, unit: &'static str) -> Self {
+        Self::of(name.to_owned(), vec![value], unit)
     }
 
     /// The same figures, which are of this unit.

@@ -504,6 +504,8 @@ pub enum BenchKind {
     Behavior,
     /// Cost of the page and the recorder
     Monitor,
+    /// Cells per core, memory of a cell, start of an episode, cost over size
+    Fleet,
 }
 
 /// `robocell bench`.
@@ -514,7 +516,7 @@ pub struct BenchArgs {
     /// Print one JSON object as the last line
     #[arg(long)]
     pub json: bool,
-    /// How long `e2e` and `monitor` measure (s)
+    /// How long `e2e`, `monitor` and each part of `fleet` measure (s)
     #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 5.0, value_parser = positive_seconds)]
     pub seconds: f64,
 }

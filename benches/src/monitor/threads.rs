@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::fs;
 
+use crate::procfs::on_processor;
+
 /// Time used so far (ns), by thread name.
 pub(crate) struct Usage(BTreeMap<String, u64>);
 
@@ -37,24 +39,9 @@ impl Usage {
     }
 }
 
-/// Time on a processor (ns) in `/proc/PID/task/TID/schedstat`: user and system
-/// time are told there in hundredths of a second only.
-fn on_processor(schedstat: &str) -> Option<u64> {
-    schedstat.split_whitespace().next()?.parse().ok()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_first_number_is_the_time_on_a_processor() {
-        assert_eq!(
-            on_processor("1601507001 46256494 5928\n"),
-            Some(1_601_507_001)
-        );
-        assert_eq!(on_processor("nonsense"), None);
-    }
 
     #[test]
     fn percent_is_of_one_core_and_the_recorder_is_told_apart() {

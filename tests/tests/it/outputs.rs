@@ -160,6 +160,21 @@ fn the_end_of_a_run_fits_its_schema() {
 fn a_bench_and_chaos_fit_their_schemas() {
     let base = base();
     checked(base.path(), "bench", &["bench", "loop", "--json"]);
+    let fleet = ["bench", "fleet", "--seconds", "0.2", "--json"];
+    let said = checked(base.path(), "bench", &fleet);
+    assert_eq!(said.code, 0, "{said:?}");
+    for name in [
+        "memory of a cell of processes",
+        "lockstep, 1 job: per core",
+        "episodes of cube, 1 job",
+        "reach, start: reset in place",
+        "arms: exponent",
+        "real time: cells until p99 doubles",
+    ] {
+        let json = said.json();
+        let mut rows = json["rows"].as_array().into_iter().flatten();
+        assert!(rows.any(|row| row["name"] == name), "{name}: {said:?}");
+    }
     let chaos = ["chaos", "reach", "--minutes", "0.1", "--json"];
     checked(base.path(), "chaos", &chaos);
 }
