@@ -174,7 +174,7 @@ impl Cell {
         }
         let text = setting::apply(&name, &text, settings)?;
         let words: Vec<String> = settings.iter().map(Setting::to_string).collect();
-        let name = format!("{name} with {}", words.join(" "));
+        let name = format!("{name} (with {})", words.join(" "));
         Self::from_text(data, demo, &name, &text, seed, robot)
     }
 
