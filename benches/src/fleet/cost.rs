@@ -40,7 +40,7 @@ struct Axis {
 const AXES: [Axis; 6] = [
     Axis {
         name: "obstacles",
-        sizes: &[0, 8, 16, 32, 64],
+        sizes: &[0, 8, 16, 32, 48, 64],
         scene: scenes::obstacles,
         settle_ticks: 100.0,
         reason: UNKNOWN,
