@@ -37,10 +37,11 @@ pub(crate) fn refresh(
         }
         for collider in bodies.get(*handle).map_or(&[][..], RigidBody::colliders) {
             let colliders = &mut engine.colliders;
+            // One that is borrowed to be changed costs the engine a look at all its pairs.
             let differs = colliders
                 .get(*collider)
                 .is_some_and(|c| c.active_hooks() != hooks);
-            if let Some(collider) = colliders.get_mut(*collider).filter(|_| differs) {
+            if differs && let Some(collider) = colliders.get_mut(*collider) {
                 collider.set_active_hooks(hooks);
             }
         }
