@@ -20,8 +20,9 @@ pub(super) fn write(args: &MergeArgs) -> Result<(), Failure> {
     if args.out == args.parquet {
         return Err(Failure::usage("--out and --parquet name the same file"));
     }
-    let out = args.out.as_deref().map(Partial::of);
-    let parquet = args.parquet.as_deref().map(Partial::of);
+    let of = |name, path: Option<&Path>| path.map(|path| Partial::of(name, path)).transpose();
+    let out = of("--out", args.out.as_deref())?;
+    let parquet = of("--parquet", args.parquet.as_deref())?;
     let Merged { rows } = write_partial(&args.files, out.as_ref(), parquet.as_ref())?;
     for file in [out, parquet].into_iter().flatten() {
         let path = file.path.display();
@@ -48,13 +49,20 @@ struct Partial {
 }
 
 impl Partial {
-    fn of(path: &Path) -> Self {
+    /// A device or a pipe would be replaced by a file.
+    fn of(option: &str, path: &Path) -> Result<Self, Failure> {
+        if path.metadata().is_ok_and(|meta| !meta.is_file()) {
+            return Err(Failure::usage(format!(
+                "{option}: {} is no regular file; without --out the rows go to standard output",
+                path.display()
+            )));
+        }
         let mut partial = path.as_os_str().to_owned();
         partial.push(".partial");
-        Self {
+        Ok(Self {
             path: path.to_owned(),
             partial: PathBuf::from(partial),
-        }
+        })
     }
 }
 
