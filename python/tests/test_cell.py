@@ -33,6 +33,7 @@ def test_has_the_state_hash_of_the_program(run: Callable[..., Any], demo: str, p
     assert summary["outcome"] == "done"
 
 
+@pytest.mark.sample
 def test_with_other_numbers_has_the_state_hash_of_the_program(run: Callable[..., Any]):
     numbers = {"object.*.mass_kg": 0.2, "disturbance.position_noise_m": 0.002}
     summary = robocell.Cell("cube", 3, policy="default", set=numbers).run()
