@@ -114,25 +114,24 @@ fn failed(out: &mut String, report: &Report, episodes: &Episodes) {
         );
     }
     let options = plan.map(|plan| plan.arguments).unwrap_or_default();
-    let options: Vec<String> = options.iter().map(|word| quoted(word)).collect();
-    let options = options.join(" ");
     out.push_str("<table>\n<tr><th>seed<th>why<th>after<th>run it again\n");
     for failed in episodes.failed.iter().take(LISTED) {
-        let (demo, policy) = (quoted(&report.demo), quoted(&report.policy));
-        let set = failed.settings.iter().map(|one| quoted(&one.to_string()));
-        let set: Vec<String> = set.flat_map(|one| ["--set".to_owned(), one]).collect();
-        let set = set.join(" ");
-        let command = format!(
-            "robocell run {demo} --policy {policy} --seed {} --until-done {options} {set}",
-            failed.key.seed
-        );
+        let seed = failed.key.seed.to_string();
+        let run = ["robocell", "run", &report.demo, "--policy", &report.policy];
+        let run = run.into_iter().chain(["--seed", &seed, "--until-done"]);
+        let set = failed.settings.iter();
+        let set: Vec<String> = set
+            .flat_map(|one| ["--set".to_owned(), one.to_string()])
+            .collect();
+        let given = options.iter().chain(&set).map(String::as_str);
+        let command: Vec<String> = run.chain(given).map(quoted).collect();
         let _ok = writeln!(
             out,
             "<tr><td>{}<td>{}<td>{:.2} s<td><code>{}</code>",
             failed.key.seed,
             escape(&failed.reason),
             failed.sim_time_s,
-            escape(command.trim_end())
+            escape(&command.join(" "))
         );
     }
     out.push_str("</table>\n");
