@@ -98,7 +98,7 @@ pub struct BisectArgs {
     /// Share of the seeds that must be done
     #[arg(long, value_name = "SHARE", default_value = "1", allow_negative_numbers = true, value_parser = share)]
     pub least_done: f64,
-    /// Values to try between the bounds: each halves what is left
+    /// Values to try between the bounds: each halves the interval
     #[arg(long, value_name = "N", default_value_t = 8, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=50))]
     pub steps: u32,
     #[command(flatten)]

@@ -172,7 +172,7 @@ fn cell(axis: &Axis, size: usize) -> Result<Ticks, FleetError> {
 }
 
 impl Ticks {
-    /// Whether the cell goes on.
+    /// One tick; false at the end of the run.
     fn tick(&mut self) -> Result<bool, FleetError> {
         match self {
             Self::Cell(sim) => Ok(sim.tick()?),

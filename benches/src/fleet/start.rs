@@ -20,7 +20,7 @@ const DEMOS: [&str; 2] = ["reach", DEMO];
 /// Turns through all ways in a second of `--seconds`, and at most.
 const TURNS_PER_SECOND: f64 = 6.0;
 const MOST_TURNS: f64 = 60.0;
-/// Ticks of an episode that is begun anew.
+/// Ticks of a cell before it is reset.
 const TICKS: usize = 200;
 
 /// Adds a row for each way of each cell.

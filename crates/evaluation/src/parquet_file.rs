@@ -54,7 +54,7 @@ impl ParquetFile {
         self.write_group()
     }
 
-    /// Writes what is left. Without this call the file cannot be read.
+    /// Writes the rows of the last group and the footer, without which the file cannot be read.
     ///
     /// # Errors
     /// Where the file cannot be written.

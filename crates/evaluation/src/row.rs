@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use cell_model::cells::setting::Setting;
+use cell_model::cells::setting::by_key;
 use cell_model::cells::sweep::Case;
 use cell_model::runs::summary::{RunOutcome, RunSummary};
 use schemars::JsonSchema;
@@ -101,12 +101,6 @@ pub struct Row {
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
 fn is_zero(variant: &u32) -> bool {
     *variant == 0
-}
-
-fn by_key(settings: &[Setting]) -> BTreeMap<String, Number> {
-    let pairs = settings.iter();
-    let pairs = pairs.map(|setting| (setting.key.clone(), setting.value.clone()));
-    pairs.collect()
 }
 
 impl Row {

@@ -1,19 +1,17 @@
 //! `eval`: many seeds, printed or written as rows.
 
-use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use cell_model::RobotFiles;
-use cell_model::cells::setting::Setting;
+use cell_model::cells::setting::{Setting, by_key};
 use cell_model::cells::sweep::{Bounds, Case, Sweep, Values};
 use cell_model::runs::summary::RunSummary;
 use cell_sim::eval::EvalRun;
 use cell_sim::{Program, SimError, episodes, eval, run};
 use clap::Args;
 use evaluation::shard::Shard;
-use serde_json::Number;
 
 use crate::bisect::{self, Search};
 use crate::cli::{CliError, print_json, say};
@@ -218,7 +216,7 @@ fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode
         if json {
             print_json(&EvalRun {
                 summary: row.clone(),
-                set: set_of(case),
+                set: by_key(&case.settings()),
             });
             return;
         }
@@ -251,12 +249,6 @@ fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode
         say(format_args!("{} of {} done", counts.done, counts.runs));
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// What an episode has in place of numbers of the cell file.
-fn set_of(case: &Case) -> BTreeMap<String, Number> {
-    let settings = case.settings().into_iter();
-    settings.map(|one| (one.key, one.value)).collect()
 }
 
 /// Writes the rows of a shard; a command that was stopped is repeated to resume.

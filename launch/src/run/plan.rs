@@ -80,9 +80,8 @@ impl Plan {
             say::warn(warning);
         }
         let dir = RunDir::of(&args.cell.cell);
-        let limit = args
-            .timeout
-            .or(args.until_done.then_some(cell.time_limit_s));
+        let cell_limit = args.until_done.then_some(cell.time_limit_s);
+        let limit = args.timeout.or(cell_limit);
         let (run, root, prefix) = site_of(&dir)?;
         let about_arms = about_arms(args, &cell, robot.as_ref());
         let spec = RunSpec {

@@ -3,6 +3,7 @@
 //! A key is a dotted path such as `task.timeout_s` or `object.red_cube.mass_kg`: an entry of a
 //! list of tables is found by its name, or by its place from 0; `*` is every entry.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
@@ -41,6 +42,13 @@ impl FromStr for Setting {
             value: number(value).ok_or_else(allowed)?,
         })
     }
+}
+
+/// The numbers of `settings` by their keys.
+pub fn by_key<'a>(settings: impl IntoIterator<Item = &'a Setting>) -> BTreeMap<String, Number> {
+    let pairs = settings.into_iter();
+    let pairs = pairs.map(|setting| (setting.key.clone(), setting.value.clone()));
+    pairs.collect()
 }
 
 /// A key as it is written in arguments.
