@@ -1,14 +1,16 @@
 //! Many episodes, none of which ends the others.
 
 use std::any::Any;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use cell_model::cells::axis::Axis;
 use cell_model::cells::setting::Setting;
-use cell_model::cells::sweep::{Case, Cases, Sweep};
+use cell_model::cells::sweep::{Bounds, Case, Cases, Sweep};
 use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::{RunOutcome, RunSummary};
 
@@ -118,22 +120,38 @@ pub fn files(program: &Program, spec: &RunSpec) -> Result<BTreeMap<String, Strin
 /// # Errors
 /// A key or a value that the cell or the task refuses.
 pub fn cases(program: &Program, spec: &RunSpec, sweep: Sweep) -> Result<Cases, SimError> {
-    let data = spec.data(&program.data);
-    let file = format!("cells/{}.toml", spec.demo);
-    // A demo that is unknown is refused with those that are known.
-    spec.load_cell_of(&data)?;
-    let cases = sweep.cases(&data.name_of(&file), &data.read(&file)?)?;
+    let (file, text) = cell_file(program, spec)?;
+    let cases = sweep.cases(&file, &text)?;
     for case in cases.samples(spec.seed) {
         try_settings(program, spec, case.settings())?;
     }
     Ok(cases)
 }
 
-/// Sets the cell and its task up with these numbers.
+/// The number whose value is searched for, after both bounds were tried as by [`cases`].
 ///
 /// # Errors
-/// A key or a value that the cell or the task refuses.
-pub fn try_settings(program: &Program, spec: &RunSpec, set: Vec<Setting>) -> Result<(), SimError> {
+/// A key or a bound that the cell or the task refuses.
+pub fn axis(program: &Program, spec: &RunSpec, bounds: Bounds) -> Result<Axis, SimError> {
+    let (file, text) = cell_file(program, spec)?;
+    let axis = Axis::new(bounds, &file, &text)?;
+    for end in axis.ends() {
+        try_settings(program, spec, vec![axis.at(&end)])?;
+    }
+    Ok(axis)
+}
+
+/// Name for messages, and text, of the cell file.
+fn cell_file(program: &Program, spec: &RunSpec) -> Result<(String, Cow<'static, str>), SimError> {
+    let data = spec.data(&program.data);
+    // A demo that is unknown is refused with those that are known.
+    spec.load_cell_of(&data)?;
+    let file = format!("cells/{}.toml", spec.demo);
+    Ok((data.name_of(&file), data.read(&file)?))
+}
+
+/// Sets the cell and its task up with these numbers.
+fn try_settings(program: &Program, spec: &RunSpec, set: Vec<Setting>) -> Result<(), SimError> {
     let spec = RunSpec {
         set,
         ..spec.clone()

@@ -69,17 +69,7 @@ pub(crate) struct Found {
 /// Searches, and prints what is found.
 pub(crate) fn run(program: &Program, search: &Search, json: bool) -> Result<ExitCode, SimError> {
     let (plan, key) = (&search.plan, &search.bounds.key);
-    let data = plan.spec.data(&program.data);
-    let file = format!("cells/{}.toml", plan.spec.demo);
-    let axis = Axis::new(
-        search.bounds.clone(),
-        &data.name_of(&file),
-        &data.read(&file)?,
-    )?;
-    let ends = axis.ends();
-    for end in &ends {
-        episodes::try_settings(program, &plan.spec, vec![axis.at(end)])?;
-    }
+    let axis = episodes::axis(program, &plan.spec, search.bounds.clone())?;
     let values = u64::from(search.steps) + 2;
     let progress = Progress::of_runs(values.saturating_mul(plan.episodes()));
     let mut found = Found {
@@ -90,7 +80,7 @@ pub(crate) fn run(program: &Program, search: &Search, json: bool) -> Result<Exit
         breaks: None,
         tried: Vec::new(),
     };
-    for end in ends {
+    for end in axis.ends() {
         let tried = search.try_value(program, &axis, end, &progress)?;
         progress.print(|| tell(key, &tried, json));
         found.take(tried);
