@@ -262,6 +262,7 @@ impl ControllerProcess {
             fits = length.is_some();
             // Fits: the room is that of the array.
             message.len = length.map_or(0, |length| u32::try_from(length).unwrap_or(0));
+            (message.offset, message.total) = (0, u64::from(message.len));
         });
         if !fits || sent.is_err() {
             self.health

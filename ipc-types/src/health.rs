@@ -51,6 +51,9 @@ wire! {
         pub apply_age_p99_ns: f64,
         /// Newest trouble in words, empty if none.
         pub note: Text<96>,
+        /// State that is lost, or would be lost if this process were killed now, in
+        /// words; empty if none.
+        pub lost: Text<160>,
     }
 }
 
@@ -72,6 +75,7 @@ impl Validate for Health {
             self.apply_age_p99_ns,
         ];
         Check::within("figures", &values, 1.0e15)?;
-        self.note.check("note")
+        self.note.check("note")?;
+        self.lost.check("lost")
     }
 }

@@ -15,7 +15,7 @@ pub const PIECE_OBJECTS: usize = 8;
 /// only what is touched or pulled, and obstacles that changed: controllers look
 /// at them in every tick.
 pub const OBJECT_TICKS: u64 = crate::DECISION_TICKS;
-/// Bytes of a state record in a [`Keyframe`].
+/// Bytes of a checkpoint in one [`Keyframe`]; a longer one takes several.
 pub const KEYFRAME_BYTES: usize = 16 * 1024;
 
 wire! {
@@ -58,6 +58,12 @@ wire! {
         /// As in the state.
         pub overruns: u64,
         /// As in the state.
+        pub resumed_tick: u64,
+        /// As in the state.
+        pub saving_tick: u64,
+        /// As in the state.
+        pub saved_tick: u64,
+        /// As in the state.
         pub state_hash: u64,
         /// As in the state.
         pub panel: OperatorPanel,
@@ -75,19 +81,24 @@ wire! {
 }
 
 wire! {
-    /// All that a process remembers, as of the message with number `after_seq`
-    /// on its main topic (a command, a decision): a process that restores `bytes` and
-    /// is given the inputs that came later computes what the process did.
+    /// A checkpoint of a process, or a part of it, as of the message with number
+    /// `after_seq` on its main topic (a command, a decision): a process that restores
+    /// the bytes of all parts and gets the inputs that came later computes what the
+    /// process did.
     pub struct Keyframe {
         /// Header; `tick` is the tick of that message.
         pub header: Header,
-        /// Number of the last message the record covers, 0 before the first.
+        /// Number of the last message the checkpoint covers, 0 before the first.
         pub after_seq: u64,
+        /// Bytes of the checkpoint, all parts together.
+        pub total: u64,
+        /// Place of `bytes` in the checkpoint.
+        pub offset: u64,
         /// Valid entries of `bytes`.
         pub len: u32,
         /// Zero.
         pub reserved: u32,
-        /// The record; its own format says its version.
+        /// The part; the format of the checkpoint says its version.
         pub bytes: [u8; KEYFRAME_BYTES],
     }
 }
@@ -103,6 +114,9 @@ impl WorldPiece {
         self.script_left = state.script_left;
         self.quarantined = state.quarantined;
         self.overruns = state.overruns;
+        self.resumed_tick = state.resumed_tick;
+        self.saving_tick = state.saving_tick;
+        self.saved_tick = state.saved_tick;
         self.state_hash = state.state_hash;
         self.panel = state.panel;
         self.equipment = state.equipment;
@@ -119,6 +133,9 @@ impl WorldPiece {
         state.script_left = self.script_left;
         state.quarantined = self.quarantined;
         state.overruns = self.overruns;
+        state.resumed_tick = self.resumed_tick;
+        state.saving_tick = self.saving_tick;
+        state.saved_tick = self.saved_tick;
         state.state_hash = self.state_hash;
         state.panel = self.panel;
         state.equipment = self.equipment;
@@ -137,16 +154,24 @@ impl WorldPiece {
 }
 
 impl Keyframe {
-    /// The record.
+    /// The part.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes[..(self.len as usize).min(KEYFRAME_BYTES)]
     }
 
-    /// Takes `bytes` in; false, and empty, when there is no room.
-    pub fn set(&mut self, bytes: &[u8]) -> bool {
-        let fits = self.bytes.get_mut(..bytes.len());
-        self.len = fits.as_ref().map_or(0, |_| number(bytes.len()));
-        fits.map(|place| place.copy_from_slice(bytes)).is_some()
+    /// Takes in as much of `checkpoint` from `offset` on as there is room for.
+    pub fn set(&mut self, checkpoint: &[u8], offset: usize) {
+        let part = checkpoint.get(offset..).unwrap_or_default();
+        let part = part.get(..KEYFRAME_BYTES).unwrap_or(part);
+        self.bytes[..part.len()].copy_from_slice(part);
+        self.total = checkpoint.len() as u64;
+        self.offset = offset as u64;
+        self.len = number(part.len());
+    }
+
+    /// Whether no part of the checkpoint follows this one.
+    pub fn is_last(&self) -> bool {
+        self.offset.saturating_add(u64::from(self.len)) >= self.total
     }
 }
 
@@ -170,7 +195,17 @@ impl Validate for WorldPiece {
 
 impl Validate for Keyframe {
     fn validate(&self) -> Result<(), Invalid> {
-        Check::count("len", self.len, KEYFRAME_BYTES)
+        Check::count("len", self.len, KEYFRAME_BYTES)?;
+        let end = self.offset.saturating_add(u64::from(self.len));
+        if end <= self.total {
+            return Ok(());
+        }
+        Err(Invalid {
+            field: "offset",
+            index: 0,
+            value: self.offset as f64,
+            allowed: "a part inside of the checkpoint",
+        })
     }
 }
 
@@ -297,9 +332,21 @@ mod tests {
     }
 
     #[test]
-    fn a_record_that_is_too_long_is_refused() {
-        let mut frame = Keyframe::zeroed();
-        assert!(frame.set(&[1, 2, 3]) && frame.bytes() == [1, 2, 3]);
-        assert!(!frame.set(&vec![0; KEYFRAME_BYTES + 1]) && frame.bytes().is_empty());
+    fn a_long_checkpoint_comes_in_parts_one_after_the_other() {
+        let checkpoint: Vec<u8> = (0..KEYFRAME_BYTES * 2 + 3).map(|i| (i % 251) as u8).collect();
+        let (mut whole, mut frame) = (Vec::new(), Keyframe::zeroed());
+        loop {
+            frame.set(&checkpoint, whole.len());
+            assert_eq!(frame.offset, whole.len() as u64);
+            whole.extend(frame.bytes());
+            if frame.is_last() {
+                break;
+            }
+        }
+        assert_eq!(whole, checkpoint);
+        frame.set(&[], 0);
+        assert!(frame.is_last() && frame.bytes().is_empty() && frame.validate().is_ok());
+        frame.offset = 1;
+        assert_eq!(frame.validate().unwrap_err().field, "offset");
     }
 }

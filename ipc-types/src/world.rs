@@ -219,6 +219,11 @@ wire! {
         /// Tick this start of physics began with: that of the state its predecessor
         /// kept, or 0 with a fresh scene.
         pub resumed_tick: u64,
+        /// Tick of the newest state that is kept for a successor of physics, or is
+        /// being written now; a task keeps its checkpoint as of that state.
+        pub saving_tick: u64,
+        /// Tick of the state that a successor of physics would resume from.
+        pub saved_tick: u64,
         /// Hash over bodies, joints and tick: equal for equal runs.
         pub state_hash: u64,
         /// What people asked for.

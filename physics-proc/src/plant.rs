@@ -49,6 +49,8 @@ pub struct Plant {
     policy: String,
     /// Requests obeyed, but for those that come with every frame of a page.
     requests: u64,
+    /// Requests obeyed that another start of physics has to obey, too: their number.
+    accepted: u64,
     /// Tick this start of physics began with.
     resumed_tick: u64,
     /// When the task reached the breakpoint that paused last.
@@ -64,6 +66,8 @@ struct Saved {
     waiting: Option<(u32, ScriptAction)>,
     replies: Vec<ScriptReply>,
     speed: Speed,
+    accepted: u64,
+    break_tick: u64,
 }
 
 impl Plant {
@@ -89,6 +93,7 @@ impl Plant {
             replies: Vec::new(),
             policy: spec.policy.clone(),
             requests: 0,
+            accepted: 0,
             resumed_tick: 0,
             break_tick: 0,
         })
@@ -96,6 +101,13 @@ impl Plant {
 
     /// The present state as bytes, for a successor of this process; see [`Plant::restore`].
     pub fn save(&self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        self.save_to(&mut bytes);
+        bytes
+    }
+
+    /// As [`Plant::save`], appended to `out`.
+    pub(crate) fn save_to(&self, out: &mut Vec<u8>) {
         let saved = Saved {
             script: self.script.clone(),
             pause_cause: self.pause_cause(),
@@ -103,12 +115,13 @@ impl Plant {
             waiting: self.waiting.clone(),
             replies: self.replies.clone(),
             speed: self.speed,
+            accepted: self.accepted,
+            break_tick: self.break_tick,
         };
         // Without its first line it is refused by `restore`.
-        let mut bytes = serde_json::to_vec(&saved).unwrap_or_default();
-        bytes.push(b'\n');
-        bytes.extend(self.world.snapshot());
-        bytes
+        serde_json::to_writer(&mut *out, &saved).ok();
+        out.push(b'\n');
+        self.world.write_snapshot(out);
     }
 
     /// Continues from what [`Plant::save`] gave in a run of the same cell and script.
@@ -130,8 +143,21 @@ impl Plant {
         self.waiting = saved.waiting;
         self.replies = saved.replies;
         self.speed = saved.speed;
+        self.accepted = saved.accepted;
+        // Else the breakpoint that the task reached last would pause the cell again.
+        self.break_tick = saved.break_tick;
         self.resumed_tick = self.world.tick();
         Ok(())
+    }
+
+    /// Number of the newest request that a successor of this process has to obey, too.
+    pub(crate) fn accepted(&self) -> u64 {
+        self.accepted
+    }
+
+    /// The next request gets the number after `accepted`.
+    pub(crate) fn set_accepted(&mut self, accepted: u64) {
+        self.accepted = accepted;
     }
 
     /// What people switched.
@@ -213,6 +239,14 @@ impl Plant {
 
     /// Acts on a request and answers it.
     pub fn operate(&mut self, request: &OperatorRequest) -> OperatorReply {
+        let reply = self.answer(request);
+        let is_accepted = reply.code == ReplyCode::Accepted.code();
+        self.accepted += u64::from(is_accepted && has_effect(request));
+        reply
+    }
+
+    /// As [`Plant::operate`], for a request that a successor makes again by itself.
+    fn answer(&mut self, request: &OperatorRequest) -> OperatorReply {
         let (code, message) = match OperatorAction::from_code(request.action) {
             None => (
                 ReplyCode::OutOfRange,
@@ -220,11 +254,10 @@ impl Plant {
             ),
             Some(action) => self.act(action, request),
         };
-        let is_kept = !matches!(
-            OperatorAction::from_code(request.action),
-            None | Some(OperatorAction::Ping | OperatorAction::Drag | OperatorAction::ScriptDone)
-        );
-        self.requests += u64::from(is_kept && code == ReplyCode::Accepted);
+        // One comes with every frame of a page.
+        let is_frequent = request.action == OperatorAction::Drag.code();
+        let is_counted = code == ReplyCode::Accepted && has_effect(request) && !is_frequent;
+        self.requests += u64::from(is_counted);
         let is_step = request.action == OperatorAction::Step.code();
         let left = self.steps_left.filter(|_| is_step);
         let until_tick = left.map_or(0, |left| self.world.tick() + left);
@@ -311,7 +344,7 @@ impl Plant {
         }
         let request = self.request_of(action);
         let request = request.ok_or_else(|| "this cell has no such object or arm".to_owned())?;
-        let reply = self.operate(&request);
+        let reply = self.answer(&request);
         match ReplyCode::from_code(reply.code) {
             Some(ReplyCode::Accepted) => Ok(()),
             _ => Err(reply.message.as_str().to_owned()),
@@ -393,6 +426,14 @@ impl Plant {
         request.action = code.code();
         Some(request)
     }
+}
+
+/// Whether a state after `request` differs from one before it.
+pub(crate) fn has_effect(request: &OperatorRequest) -> bool {
+    !matches!(
+        OperatorAction::from_code(request.action),
+        None | Some(OperatorAction::Ping | OperatorAction::ScriptDone)
+    )
 }
 
 /// With an orientation of length 1: people round.

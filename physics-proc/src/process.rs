@@ -179,6 +179,7 @@ impl PhysicsProcess {
             if !self.wait_for_answers() {
                 break;
             }
+            self.resume.wait(self.tick);
             if period_ns > 0 {
                 grid.wait();
             }
@@ -203,8 +204,12 @@ impl PhysicsProcess {
         }
         self.decision.refresh();
         let plant = &mut self.plant;
-        self.operator
-            .poll(REQUESTS_PER_TICK, |request| plant.operate(request));
+        let resume = &mut self.resume;
+        self.operator.poll(REQUESTS_PER_TICK, |request| {
+            let reply = plant.operate(request);
+            resume.note(plant, request, &reply);
+            reply
+        });
     }
 
     fn step(&mut self) -> Next {
@@ -236,17 +241,22 @@ impl PhysicsProcess {
         if std::mem::replace(&mut self.faults, faults) < faults {
             cell_worker::warn(format_args!("{}", self.plant.world().fault_words()));
         }
-        self.resume.turn(&self.plant);
+        self.resume.save(&self.plant);
+        // The log has it already.
+        let _changed = self.health.lost(&self.resume.lost(self.tick));
         self.report.turn(&self.plant);
     }
 
     fn publish(&mut self) {
         let (plant, overruns, tap) = (&self.plant, self.overruns, &mut self.tap);
+        let (saving_tick, saved_tick) = self.resume.announce(plant);
         let boxed = &mut self.boxed;
         // A state that was not sent is followed by another; the port counts it.
         let _sent = self.state.publish(|state| {
             plant.write_state(state);
             state.overruns = overruns;
+            state.saving_tick = saving_tick;
+            state.saved_tick = saved_tick;
             *boxed = boxed_values(state);
             tap.keep(state);
         });

@@ -348,10 +348,16 @@ impl World {
         self.view().state_hash()
     }
 
-    /// The present state as bytes; empty if the engine cannot be written, which
-    /// no state of a cell causes.
+    /// The present state as bytes.
     pub fn snapshot(&self) -> Vec<u8> {
-        snapshot::encode(self.fingerprint, &self.memory, &self.engine)
+        let mut bytes = Vec::new();
+        self.write_snapshot(&mut bytes);
+        bytes
+    }
+
+    /// Appends the present state to `out`, as [`World::snapshot`] gives it.
+    pub(crate) fn write_snapshot(&self, out: &mut Vec<u8>) {
+        snapshot::encode(self.fingerprint, &self.memory, &self.engine, out);
     }
 
     /// Goes back to a snapshot of this cell, its tick included.

@@ -1,13 +1,16 @@
 //! Records that survive `kill -9` at any instant.
 //!
 //! Two slots or more in a mapped file, written in turn, each with a checksum over
-//! everything in it. While one is being written the others are whole.
+//! everything in it. While one is being written the others are whole. A record that is
+//! longer than a slot moves the whole records to a file with longer slots, which
+//! replaces the old one.
 
-use std::io;
-use std::path::Path;
+use std::fs::OpenOptions;
+use std::io::{self, Read};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering, fence};
 
-use crate::crc::crc32;
 use crate::shared::SharedWords;
 
 /// Marks a file of this layout (`RCSLOT02`).
@@ -16,14 +19,16 @@ const MAGIC: u64 = u64::from_le_bytes(*b"RCSLOT02");
 const FILE_HEADER: usize = 3;
 /// Words before a slot's content: seq, length in bytes, checksum.
 const SLOT_HEADER: usize = 3;
-/// Largest record.
+/// Largest record: a broken length must not ask for more memory.
 const MAX_CAPACITY: usize = 64 * 1024 * 1024;
 /// Most slots.
 const MAX_SLOTS: usize = 64;
 
-/// The file of slots. Writing allocates nothing and makes no system call.
+/// The file of slots. Writing allocates nothing and makes no system call, unless the
+/// record is longer than all before it.
 #[derive(Debug)]
 pub struct SlotFile {
+    path: PathBuf,
     memory: SharedWords,
     capacity: usize,
     slots: usize,
@@ -32,9 +37,9 @@ pub struct SlotFile {
 }
 
 impl SlotFile {
-    /// Opens or creates the file at `path` (on tmpfs) for records of up to
-    /// `capacity` bytes. A file of another layout or capacity is initialised again:
-    /// what is in it is not ours to read.
+    /// Opens or creates the file at `path` (on tmpfs) for records of `capacity` bytes,
+    /// more if needed. A file of another layout is initialised again: its content is
+    /// not ours to read.
     pub fn open(path: &Path, capacity: usize) -> io::Result<Self> {
         Self::with_slots(path, capacity, 2)
     }
@@ -49,27 +54,25 @@ impl SlotFile {
             );
             return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
         }
-        let words = FILE_HEADER + slots * (SLOT_HEADER + capacity.div_ceil(8));
-        let memory = SharedWords::open(path, words)?;
+        let found = Found::at(path, slots)?;
+        let capacity = match found {
+            Found::Ours(found) => found.max(capacity),
+            Found::Nothing | Found::Damaged => capacity,
+        };
+        // Slots of another length begin elsewhere.
+        let is_kept = matches!(found, Found::Ours(found) if found == capacity);
         let mut this = Self {
-            memory,
+            path: path.to_owned(),
+            memory: SharedWords::open(path, words(capacity, slots))?,
             capacity,
             slots,
             next: 0,
-            damaged: false,
+            damaged: matches!(found, Found::Damaged),
         };
-        let wanted = [MAGIC, capacity as u64, slots as u64];
-        let found = [0, 1, 2].map(|i| this.memory.words()[i].load(Ordering::Relaxed));
-        this.damaged = if found == wanted {
-            (0..slots).any(|slot| this.is_damaged_slot(slot))
+        if is_kept {
+            this.damaged = (0..slots).any(|slot| this.is_damaged_slot(slot));
         } else {
-            found[0] != 0
-        };
-        if found != wanted {
-            this.clear();
-            for (word, value) in this.memory.words().iter().zip(wanted).rev() {
-                word.store(value, Ordering::Release);
-            }
+            this.initialise();
         }
         // The oldest slot is the one to write next.
         this.next = match this.newest_slot() {
@@ -79,9 +82,17 @@ impl SlotFile {
         Ok(this)
     }
 
-    /// Whether the file was damaged, or of another layout, when it was opened: records
-    /// of it are lost. One that was being written when its writer was killed does not
-    /// count.
+    fn initialise(&mut self) {
+        self.clear();
+        let header = [MAGIC, self.capacity as u64, self.slots as u64];
+        for (word, value) in self.memory.words().iter().zip(header).rev() {
+            word.store(value, Ordering::Release);
+        }
+    }
+
+    /// Whether the file was damaged, cut off, or of another layout, when it was opened:
+    /// records of it are lost. One that was being written when its writer was killed
+    /// does not count.
     pub fn was_damaged(&self) -> bool {
         self.damaged
     }
@@ -92,18 +103,34 @@ impl SlotFile {
         stored != 0 && stored != u64::MAX && self.read(slot).is_none()
     }
 
-    /// Largest record in bytes.
-    pub fn capacity(&self) -> usize {
-        self.capacity
+    /// Number of slots.
+    pub fn slots(&self) -> usize {
+        self.slots
     }
 
-    /// Writes a record. `seq` says which record is the newest and must grow.
-    /// False, and nothing is written, when the record is too long.
-    pub fn write(&mut self, seq: u64, record: &[u8]) -> bool {
+    /// Writes a record over the oldest. `seq` says which record is the newest and must
+    /// grow.
+    ///
+    /// # Errors
+    /// Where the record is longer than any before it and there is no room for longer
+    /// slots, or it is longer than 64 MiB. The records before it stay.
+    pub fn write(&mut self, seq: u64, record: &[u8]) -> io::Result<()> {
+        let slot = self.next;
+        self.write_at(slot, seq, record)?;
+        self.next = (slot + 1) % self.slots;
+        Ok(())
+    }
+
+    /// As [`Self::write`], over the record in `slot`, counted as the records of
+    /// [`Self::all`] are.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub fn write_at(&mut self, slot: usize, seq: u64, record: &[u8]) -> io::Result<()> {
         if record.len() > self.capacity {
-            return false;
+            self.grow(record.len())?;
         }
-        let slot = self.slot(self.next);
+        let slot = self.slot(slot % self.slots);
         // Not valid while it is being written: no record has a checksum above
         // 32 bits.
         slot[2].store(u64::MAX, Ordering::Relaxed);
@@ -115,8 +142,32 @@ impl SlotFile {
         }
         fence(Ordering::SeqCst);
         slot[2].store(u64::from(checksum(seq, record)), Ordering::Release);
-        self.next = (self.next + 1) % self.slots;
-        true
+        Ok(())
+    }
+
+    /// Moves the whole records to slots for `needed` bytes in a file of their own, which
+    /// replaces this one: a process killed meanwhile leaves one of the two.
+    fn grow(&mut self, needed: usize) -> io::Result<()> {
+        let capacity = needed.next_power_of_two().min(MAX_CAPACITY);
+        if needed > capacity {
+            let text = format!("a record of {needed} bytes; at most {MAX_CAPACITY} are kept");
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
+        }
+        let path = grown(&self.path);
+        // Left by a process that was killed here.
+        std::fs::remove_file(&path).ok();
+        let grown = Self::with_slots(&path, capacity, self.slots).and_then(|mut grown| {
+            for (slot, seq, record) in self.all_slots() {
+                grown.write_at(slot, seq, &record)?;
+            }
+            std::fs::rename(&path, &self.path)?;
+            Ok(grown)
+        });
+        let grown = grown.inspect_err(|_| {
+            std::fs::remove_file(&path).ok();
+        })?;
+        (self.memory, self.capacity) = (grown.memory, grown.capacity);
+        Ok(())
     }
 
     /// The newest whole record with its `seq`.
@@ -127,10 +178,17 @@ impl SlotFile {
 
     /// All whole records with their `seq`, the newest first.
     pub fn all(&self) -> Vec<(u64, Vec<u8>)> {
-        let slots = 0..self.slots;
-        let mut all: Vec<_> = slots.filter_map(|slot| self.read(slot)).collect();
+        let mut all: Vec<_> = self.all_slots().map(|(_, seq, record)| (seq, record)).collect();
         all.sort_by_key(|(seq, _)| core::cmp::Reverse(*seq));
         all
+    }
+
+    /// All whole records with their slot and their `seq`.
+    pub fn all_slots(&self) -> impl Iterator<Item = (usize, u64, Vec<u8>)> {
+        (0..self.slots).filter_map(|slot| {
+            let (seq, record) = self.read(slot)?;
+            Some((slot, seq, record))
+        })
     }
 
     /// Forgets all records.
@@ -147,7 +205,7 @@ impl SlotFile {
     }
 
     fn slot(&self, index: usize) -> &[AtomicU64] {
-        let length = SLOT_HEADER + self.capacity.div_ceil(8);
+        let length = slot_words(self.capacity);
         &self.memory.words()[FILE_HEADER + index * length..][..length]
     }
 
@@ -168,6 +226,63 @@ impl SlotFile {
     }
 }
 
+/// A file before it is mapped.
+enum Found {
+    Nothing,
+    /// Of this layout and number of slots, with slots of this many bytes.
+    Ours(usize),
+    /// Of another layout, or cut off.
+    Damaged,
+}
+
+impl Found {
+    fn at(path: &Path, slots: usize) -> io::Result<Self> {
+        // A link is not followed, and a FIFO not waited for.
+        let flags = libc::O_NOFOLLOW | libc::O_NONBLOCK;
+        let file = OpenOptions::new().read(true).custom_flags(flags).open(path);
+        let mut file = match file {
+            Ok(file) => file,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::Nothing),
+            Err(error) => return Err(error),
+        };
+        let length = file.metadata()?.len();
+        if length == 0 {
+            return Ok(Self::Nothing);
+        }
+        let mut header = [0; FILE_HEADER * 8];
+        if file.read_exact(&mut header).is_err() {
+            return Ok(Self::Damaged);
+        }
+        let (header, _) = header.as_chunks::<8>();
+        let [magic, capacity, found_slots] = [0, 1, 2].map(|i| u64::from_le_bytes(header[i]));
+        // Killed before the header was written, which is stored last.
+        if magic == 0 {
+            return Ok(Self::Nothing);
+        }
+        let capacity = usize::try_from(capacity).ok();
+        let capacity = capacity.filter(|capacity| (1..=MAX_CAPACITY).contains(capacity));
+        let is_whole = |capacity: &usize| length >= (words(*capacity, slots) * 8) as u64;
+        let is_ours = magic == MAGIC && found_slots == slots as u64;
+        let ours = capacity.filter(is_whole).filter(|_| is_ours);
+        Ok(ours.map_or(Self::Damaged, Self::Ours))
+    }
+}
+
+/// The file that replaces the one at `path`.
+fn grown(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".grown");
+    name.into()
+}
+
+fn slot_words(capacity: usize) -> usize {
+    SLOT_HEADER + capacity.div_ceil(8)
+}
+
+fn words(capacity: usize, slots: usize) -> usize {
+    FILE_HEADER + slots * slot_words(capacity)
+}
+
 fn word_of(bytes: &[u8]) -> u64 {
     let mut word = [0; 8];
     word[..bytes.len()].copy_from_slice(bytes);
@@ -175,8 +290,12 @@ fn word_of(bytes: &[u8]) -> u64 {
 }
 
 fn checksum(seq: u64, record: &[u8]) -> u32 {
-    let start = crc32(crc32(0, &MAGIC.to_le_bytes()), &seq.to_le_bytes());
-    crc32(crc32(start, &(record.len() as u64).to_le_bytes()), record)
+    let mut hasher = crc32fast::Hasher::new();
+    for number in [MAGIC, seq, record.len() as u64] {
+        hasher.update(&number.to_le_bytes());
+    }
+    hasher.update(record);
+    hasher.finalize()
 }
 
 #[cfg(test)]
@@ -205,13 +324,12 @@ mod tests {
         let mut file = SlotFile::open(&place.0, 100).unwrap();
         assert_eq!(file.newest(), None);
         for seq in 1..=7 {
-            assert!(file.write(seq, format!("record {seq}").as_bytes()));
+            file.write(seq, format!("record {seq}").as_bytes()).unwrap();
         }
-        assert!(!file.write(8, &[0; 101]), "too long");
         drop(file);
         let mut file = SlotFile::open(&place.0, 100).unwrap();
         assert_eq!(file.newest(), Some((7, b"record 7".to_vec())));
-        assert!(file.write(8, b""));
+        file.write(8, b"").unwrap();
         assert_eq!(
             SlotFile::open(&place.0, 100).unwrap().newest(),
             Some((8, Vec::new()))
@@ -225,7 +343,7 @@ mod tests {
         let place = TestFile::new("many");
         let mut file = SlotFile::with_slots(&place.0, 8, 5).unwrap();
         for seq in 1..=7 {
-            assert!(file.write(seq, &seq.to_le_bytes()));
+            file.write(seq, &seq.to_le_bytes()).unwrap();
         }
         drop(file);
         let file = SlotFile::with_slots(&place.0, 8, 5).unwrap();
@@ -239,8 +357,8 @@ mod tests {
     fn a_record_that_was_being_written_gives_way_to_the_one_before() {
         let place = TestFile::new("torn");
         let mut file = SlotFile::open(&place.0, 64).unwrap();
-        file.write(1, &[1; 64]);
-        file.write(2, &[2; 64]);
+        file.write(1, &[1; 64]).unwrap();
+        file.write(2, &[2; 64]).unwrap();
         let slot = usize::from(file.newest_slot().unwrap().0 == 1);
         for word in 0..SLOT_HEADER + 8 {
             let victim = &file.slot(slot)[word];
@@ -262,14 +380,46 @@ mod tests {
     fn damage_is_noticed_and_a_write_that_was_cut_off_is_none() {
         let place = TestFile::new("damage");
         let mut file = SlotFile::open(&place.0, 64).unwrap();
-        file.write(1, &[1; 64]);
-        file.write(2, &[2; 64]);
+        file.write(1, &[1; 64]).unwrap();
+        file.write(2, &[2; 64]).unwrap();
         let reopened = || SlotFile::open(&place.0, 64).unwrap();
         assert!(!reopened().was_damaged());
         file.slot(0)[2].store(u64::MAX, Ordering::Relaxed);
         assert!(!reopened().was_damaged());
         file.slot(1)[SLOT_HEADER].store(7, Ordering::Relaxed);
         assert!(reopened().was_damaged());
+    }
+
+    #[test]
+    fn a_record_longer_than_all_before_makes_the_slots_longer() {
+        let place = TestFile::new("grown");
+        let mut file = SlotFile::open(&place.0, 64).unwrap();
+        file.write(1, &[1; 64]).unwrap();
+        file.write(2, &[2; 64]).unwrap();
+        // Left by a process that was killed while it did this.
+        std::fs::write(grown(&place.0), b"a part").unwrap();
+        file.write(3, &[3; 200_000]).unwrap();
+        let found = [(3, vec![3; 200_000]), (2, vec![2; 64])];
+        assert_eq!(file.all(), found);
+        let mut file = SlotFile::open(&place.0, 64).unwrap();
+        assert!(!file.was_damaged());
+        assert_eq!(file.all(), found, "read by a process that expects less");
+        assert!(file.write(4, &vec![0; MAX_CAPACITY + 1]).is_err());
+        assert_eq!(file.all(), found);
+    }
+
+    #[test]
+    fn a_file_that_was_cut_off_is_damaged() {
+        let place = TestFile::new("cut");
+        let mut file = SlotFile::open(&place.0, 5_000).unwrap();
+        file.write(1, &[1; 5_000]).unwrap();
+        drop(file);
+        let whole = std::fs::read(&place.0).unwrap();
+        for length in [1, 23, 24, 3_000, whole.len() - 1] {
+            std::fs::write(&place.0, &whole[..length]).unwrap();
+            let file = SlotFile::open(&place.0, 5_000).unwrap();
+            assert!(file.was_damaged() && file.newest().is_none(), "{length}");
+        }
     }
 
     #[test]
@@ -280,12 +430,7 @@ mod tests {
         assert!(file.newest().is_none() && file.was_damaged());
         let mut file = SlotFile::open(&place.0, 64).unwrap();
         assert!(!file.was_damaged());
-        file.write(1, b"ours");
-        assert_eq!(
-            SlotFile::open(&place.0, 128).unwrap().newest(),
-            None,
-            "other capacity"
-        );
+        file.write(1, b"ours").unwrap();
         assert!(SlotFile::open(&place.0, 0).is_err());
         assert!(SlotFile::open(&place.0, usize::MAX / 4).is_err());
     }

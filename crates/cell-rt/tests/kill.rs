@@ -15,7 +15,7 @@ fn helper_writes_until_killed() {
     let mut file = SlotFile::open(path.as_ref(), CAPACITY).unwrap();
     let start = file.newest().map_or(0, |(seq, _)| seq);
     for seq in start + 1.. {
-        file.write(seq, &record(seq));
+        file.write(seq, &record(seq)).unwrap();
     }
 }
 

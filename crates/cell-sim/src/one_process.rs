@@ -13,7 +13,8 @@ use ipc_types::{
 };
 use physics_proc::plant::{Next, Plant};
 use physics_proc::world::StepInput;
-use robocell_task::{Policies, Task};
+use robocell_task::Policies;
+use robocell_task::starts::{Decider, NoHistory};
 
 use crate::SimError;
 
@@ -28,7 +29,7 @@ pub struct OneProcess {
     pub(crate) cycles: Vec<Cycle>,
     /// By arm.
     planners: Vec<Planner>,
-    pub(crate) task: Task,
+    pub(crate) decider: Decider,
     pub(crate) state: Box<WorldState>,
     pub(crate) commands: Vec<ArmCommand>,
     pub(crate) statuses: Vec<ArmStatus>,
@@ -57,7 +58,7 @@ impl OneProcess {
     ) -> Result<Self, SimError> {
         let plant = Plant::new(&cell, spec)?;
         let cycles = cycles(&cell, controllers)?;
-        let task = policies.task(&cell, &spec.policy)?;
+        let decider = Decider::new(policies.task(&cell, &spec.policy)?);
         let mut sim = Self {
             policies: policies.clone(),
             controllers: controllers.clone(),
@@ -69,7 +70,7 @@ impl OneProcess {
                 .map(|arm| Planner::new(&cell, arm))
                 .collect::<Result<_, _>>()?,
             cycles,
-            task,
+            decider,
             state: Box::new(WorldState::zeroed()),
             decision: Decision::zeroed(),
             decided: false,
@@ -89,7 +90,7 @@ impl OneProcess {
 
     /// What the task remembers.
     pub fn task_checkpoint(&self) -> Vec<u8> {
-        self.task.checkpoint()
+        self.decider.task.checkpoint()
     }
 
     /// The newest decision.
@@ -195,7 +196,9 @@ impl OneProcess {
             *slot = (tick > 0).then_some(status);
         }
         self.lines.clear();
-        self.task
+        // Physics is started once.
+        let _begun = self.decider.begin(&self.state, &mut NoHistory);
+        self.decider
             .decide(&self.state, &statuses, &mut self.decision, &mut self.lines);
         // Physics tells by it who counts the equipment's requests.
         self.decision.header.generation = self.task_restarts + 1;
@@ -236,9 +239,11 @@ impl OneProcess {
 
     /// Drops the task; a new one resumes from its checkpoint.
     pub fn restart_task(&mut self) -> Result<(), SimError> {
-        let checkpoint = self.task.checkpoint();
-        self.task = self.policies.task(&self.cell, &self.policy)?;
-        self.task.restore(&checkpoint)?;
+        let checkpoint = self.decider.task.checkpoint();
+        let decided = self.decider.decided();
+        let mut decider = Decider::new(self.policies.task(&self.cell, &self.policy)?);
+        decider.restore(&checkpoint, decided)?;
+        self.decider = decider;
         self.task_restarts += 1;
         Ok(())
     }

@@ -5,6 +5,7 @@ use cell_model::stop::DECISION_AGE_FIFO_TICKS;
 use controller_proc::cycle::Cycle;
 use ipc_types::tap::KEYFRAME_BYTES;
 use ipc_types::{ArmCommand, ArmStatus, Decision, Wire};
+use robocell_task::starts::Decider;
 use serde::{Deserialize, Serialize};
 
 use crate::{OneProcess, SimError};
@@ -83,7 +84,7 @@ impl OneProcess {
         let saved = Saved {
             version: VERSION,
             plant: self.plant.save(),
-            task: self.task.checkpoint(),
+            task: self.decider.task.checkpoint(),
             decision: self.decision.as_bytes().to_vec(),
             decided: self.decided,
             task_restarts: self.task_restarts,
@@ -106,12 +107,12 @@ impl OneProcess {
             cycle.restore(&of.cycle).map_err(SnapshotError::from)?;
             cycles.push(cycle);
         }
-        let mut task = self.policies.task(&self.cell, &self.policy)?;
-        task.restore(&saved.task)?;
+        let mut decider = Decider::new(self.policies.task(&self.cell, &self.policy)?);
+        decider.restore(&saved.task, None)?;
         // The last step that can fail; it changes nothing when it does.
         self.plant.restore(&saved.plant)?;
         self.cycles = cycles;
-        self.task = task;
+        self.decider = decider;
         self.decision = messages.decision;
         self.commands = messages.commands;
         self.statuses = messages.statuses;

@@ -150,6 +150,14 @@ impl HealthReporter {
         }
     }
 
+    /// State that is lost, or would be lost with this process; empty for none. The
+    /// launcher reports it, in the log and in the summary of the run. Whether it differs
+    /// from before.
+    pub fn lost(&mut self, lost: &str) -> bool {
+        let lost = Text::new(lost);
+        std::mem::replace(&mut self.message.lost, lost) != lost
+    }
+
     /// A message of `topic` was refused, if `invalid` says why. It is told for some
     /// seconds where there is no other note.
     pub fn refused(&mut self, topic: &'static str, invalid: Option<Invalid>, now_ns: u64) {

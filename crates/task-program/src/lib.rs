@@ -14,6 +14,7 @@ mod checked;
 mod cli;
 mod evaluate;
 pub mod inspect;
+mod keyframes;
 pub mod process;
 mod progress;
 mod recordings;

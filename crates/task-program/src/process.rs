@@ -10,14 +10,15 @@ use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::{TraceEvent, TraceKind};
 use ipc_types::world::FLAG_LOCKSTEP;
 use ipc_types::{
-    ArmStatus, DECISION_TICKS, Decision, Header, Keyframe, MAX_ARMS, TICK_NS, TraceLine, Wire,
+    ArmStatus, DECISION_TICKS, Decision, Header, MAX_ARMS, TICK_NS, TraceLine, Wire,
     WorldState,
 };
 
-use robocell_task::inputs::{MISSED_TICKS, name_inputs};
 use robocell_task::output::ROOM_FOR_LINES;
+use robocell_task::starts::{Begun, Decider};
 use robocell_task::{Policies, Task, TaskError, TraceLineText};
 
+use crate::keyframes::Keyframes;
 use crate::slots::{Slots, SlotsError};
 
 /// Longest sleep between two looks at the state.
@@ -30,8 +31,6 @@ const DELIVERY_NS: u64 = 2_000_000_000;
 const STATUS_TICKS: u64 = 100;
 /// How often the pictures are sent (ticks).
 const PICTURE_TICKS: u64 = 1000;
-/// How often the task's checkpoint is sent (ticks).
-const KEYFRAME_TICKS: u64 = 1000;
 
 /// Why a task cannot run.
 #[derive(Debug, thiserror::Error)]
@@ -76,27 +75,23 @@ pub fn run(start: &Start, policies: &Policies) -> Result<(), ProcessError> {
 }
 
 struct TaskProcess {
-    task: Task,
+    decider: Decider,
     slots: Slots,
     state: Subscriber<WorldState>,
     statuses: Vec<(Subscriber<ArmStatus>, Gate<ArmStatus>)>,
     decision: Publisher<Decision>,
     trace: Publisher<TraceLine>,
-    keyframe: Publisher<Keyframe>,
+    keyframes: Keyframes,
     lines: Vec<TraceLineText>,
     bells: Vec<Doorbell>,
     sleeper: Sleeper,
     class: LoopClass,
     health: HealthReporter,
     message: Decision,
-    /// Generation of physics and tick decided on last.
-    decided: Option<(u32, u64)>,
     begun: bool,
     /// Tick the pictures were sent at last, and when that was (ns).
     drawn: Option<u64>,
     drawn_ns: u64,
-    /// Second of simulated time the checkpoint was sent in last.
-    kept_in: Option<u64>,
 }
 
 impl TaskProcess {
@@ -109,24 +104,22 @@ impl TaskProcess {
             statuses.push((bus.subscriber(TopicId::ArmStatus(arm))?, Gate::new()));
         }
         Ok(Self {
-            task,
+            decider: Decider::new(task),
             slots,
             state: bus.subscriber(TopicId::WorldState)?,
             statuses,
             decision: bus.publisher(TopicId::Decision)?,
             trace: bus.publisher(TopicId::Trace)?,
-            keyframe: bus.publisher(TopicId::Keyframe(Process::Task))?,
+            keyframes: Keyframes::new(bus.publisher(TopicId::Keyframe(Process::Task))?),
             lines: Vec::with_capacity(ROOM_FOR_LINES),
             bells,
             sleeper: bus.sleeper(Process::Task)?,
             class: LoopClass::new(TASK_PRIORITY, fifo),
             health: HealthReporter::new(start, bus, Process::Task, fifo)?,
             message: Decision::zeroed(),
-            decided: None,
             begun: false,
             drawn: None,
             drawn_ns: 0,
-            kept_in: None,
         })
     }
 
@@ -142,7 +135,7 @@ impl TaskProcess {
         self.health
             .refused("state", self.state.take_invalid(), now_ns);
         self.health
-            .publish_if_due(self.decided.map_or(0, |(_, tick)| tick), now_ns);
+            .publish_if_due(self.decider.decided().map_or(0, |(_, tick)| tick), now_ns);
         self.decision.update_connections();
         self.trace.update_connections();
         // Every turn counts, also one that finds the same state again: a task
@@ -161,11 +154,11 @@ impl TaskProcess {
         self.health.set_lockstep(lockstep);
         if !self.begun {
             self.begun = true;
-            self.begin(generation, tick);
-            let checkpoint = self.task.checkpoint();
-            self.publish_keyframe(&checkpoint);
+            self.begin();
+            let checkpoint = self.decider.task.checkpoint();
+            self.send_keyframe(checkpoint);
         }
-        let due = match self.decided {
+        let due = match self.decider.decided() {
             Some((g, last)) if g == generation && tick >= last => {
                 let on_the_tick = tick.is_multiple_of(DECISION_TICKS) && tick > last;
                 on_the_tick || (!lockstep && tick / DECISION_TICKS > last / DECISION_TICKS)
@@ -178,12 +171,18 @@ impl TaskProcess {
     }
 
     /// Resumes from the checkpoint of the process before, if there is one.
-    fn begin(&mut self, generation: u32, tick: u64) {
-        let Some(saved) = self.slots.newest(generation) else {
-            self.begin_scene();
+    fn begin(&mut self) {
+        let Some(state) = self.state.current() else {
             return;
         };
-        match self.task.restore(&saved.checkpoint) {
+        let (generation, tick) = (state.header.generation, state.header.tick);
+        let Some(saved) = self.slots.newest(generation) else {
+            let begun = self.decider.begin(state, &mut self.slots);
+            self.report(&begun, tick);
+            return;
+        };
+        let decided = (generation, saved.tick);
+        match self.decider.resume(&saved.checkpoint, decided, state) {
             Ok(()) => self.say(tick, "[task] resumed from its checkpoint"),
             Err(error) => {
                 // What happened before is lost; what is seen is not.
@@ -192,50 +191,25 @@ impl TaskProcess {
                 return;
             }
         }
-        if tick / DECISION_TICKS > saved.tick / DECISION_TICKS + 1 {
-            self.reconcile();
-        }
-        self.decided = Some((generation, saved.tick));
         self.message = saved.decision;
         // The decision was made, perhaps not heard, or not by all. It is
         // absolute, and its tick says how old it is. Another one follows.
         let _sent = self.publish();
     }
 
-    /// Physics was started again: it has the state its predecessor kept, which this
-    /// task remembers, or a fresh scene.
-    fn begin_scene(&mut self) {
-        let resumed_tick = self.state.current().map_or(0, |state| state.resumed_tick);
-        let saved = self.slots.at(resumed_tick);
-        let restored = saved.is_some_and(|saved| {
-            let restored = self.task.restore(&saved.checkpoint);
-            if let Err(error) = &restored {
+    fn report(&mut self, begun: &Begun, tick: u64) {
+        match begun {
+            Begun::Resumed => self.say(tick, "[task] resumed where physics resumed"),
+            Begun::Lost(error) => {
                 cell_worker::warn(format_args!("{error}"));
+                self.say(tick, "[task] started without a checkpoint");
             }
-            restored.is_ok()
-        });
-        if restored {
-            self.reconcile();
-            self.say(resumed_tick, "[task] resumed where physics resumed");
-        } else {
-            self.task.begin_new_scene();
-        }
-    }
-
-    fn reconcile(&mut self) {
-        if let Some(state) = self.state.current() {
-            self.task.reconcile(state);
+            Begun::Continued | Begun::Reconciled | Begun::NewScene => {}
         }
     }
 
     fn decide(&mut self, generation: u32, tick: u64, lockstep: bool) {
         let began_ns = monotonic_ns();
-        match self.decided {
-            Some((known, _)) if known != generation => self.begin_scene(),
-            // This process was stopped for a while.
-            Some((_, last)) if tick > last + MISSED_TICKS => self.reconcile(),
-            _ => {}
-        }
         self.take_statuses(generation, tick, lockstep);
         let Some(state) = self.state.current() else {
             return;
@@ -245,28 +219,33 @@ impl TaskProcess {
             *slot = gate.current().filter(|s| s.header.answers(generation));
         }
         self.lines.clear();
-        self.slots.deciding_on(generation, tick);
-        self.task
-            .decide(state, &statuses, &mut self.message, &mut self.lines);
-        name_inputs(&mut self.message.header, state, &statuses);
-        self.decided = Some((generation, tick));
-        let checkpoint = self.task.checkpoint();
-        if !self
-            .slots
-            .write(generation, tick, &self.message, &checkpoint)
-        {
-            self.health
-                .note("the task's checkpoint is too long to be kept");
-        }
+        let begun = self.decider.begin(state, &mut self.slots);
+        let message = &mut self.message;
+        self.decider.decide(state, &statuses, message, &mut self.lines);
+        let checkpoint = self.decider.task.checkpoint();
+        self.slots.write(generation, tick, message, &checkpoint);
+        self.report(&begun, tick);
+        self.report_lost(tick);
         let sent = self.publish();
-        if sent && self.is_keyframe_due(tick) {
-            self.publish_keyframe(&checkpoint);
+        let is_resumed = !matches!(begun, Begun::Continued | Begun::Reconciled);
+        if sent && (self.keyframes.is_due(tick) || is_resumed) {
+            self.send_keyframe(checkpoint);
         }
+        self.send_part();
         self.draw(tick);
         self.send_lines(tick);
         let outcome = f64::from(self.message.outcome);
         self.health
             .cycle(tick, began_ns, 0, [outcome, 0.0, 0.0, 0.0]);
+    }
+
+    /// In the log of the cell, when it changes, and in the health.
+    fn report_lost(&mut self, tick: u64) {
+        let lost = self.slots.lost();
+        if self.health.lost(lost) && !lost.is_empty() {
+            let line = format!("[task] {lost}");
+            self.say(tick, &line);
+        }
     }
 
     /// Says at 10 Hz how every node stands, and once a second what the nodes
@@ -278,17 +257,17 @@ impl TaskProcess {
         {
             self.drawn = Some(tick);
             self.drawn_ns = monotonic_ns();
-            self.task.trace_pictures(&mut self.lines);
+            self.decider.task.trace_pictures(&mut self.lines);
         }
         if tick.is_multiple_of(STATUS_TICKS) {
-            self.task.trace_statuses(&mut self.lines);
+            self.decider.task.trace_statuses(&mut self.lines);
         }
     }
 
     /// Simulated time stands still while the cell is paused; who begins to look
     /// then wants to see the task, too.
     fn draw_while_nothing_moves(&mut self, now_ns: u64) {
-        let Some((_, tick)) = self.decided else {
+        let Some((_, tick)) = self.decider.decided() else {
             return;
         };
         if now_ns < self.drawn_ns + PICTURE_TICKS * TICK_NS {
@@ -313,7 +292,8 @@ impl TaskProcess {
     fn take_statuses(&mut self, generation: u32, tick: u64, lockstep: bool) {
         let patient_until_ns = monotonic_ns() + DELIVERY_NS;
         if self
-            .decided
+            .decider
+            .decided()
             .is_none_or(|(g, t)| g != generation || t > tick)
         {
             self.statuses.iter_mut().for_each(|(_, gate)| gate.clear());
@@ -343,33 +323,16 @@ impl TaskProcess {
         sent
     }
 
-    /// Once a second, and after a decision between two tenth ticks: the states
-    /// there are recorded in part only.
-    fn is_keyframe_due(&mut self, tick: u64) -> bool {
-        let second = tick / KEYFRAME_TICKS;
-        let due = self.kept_in != Some(second) || !tick.is_multiple_of(DECISION_TICKS);
-        self.kept_in = Some(second);
-        due
+    /// Records the checkpoint, as of the newest decision.
+    fn send_keyframe(&mut self, checkpoint: Vec<u8>) {
+        let after_seq = self.decision.seq();
+        self.keyframes.begin(checkpoint, &self.message.header, after_seq);
     }
 
-    /// Sends `checkpoint`, as of the newest decision, for those who compute the
-    /// decisions again; its tick and inputs are in the header.
-    fn publish_keyframe(&mut self, checkpoint: &[u8]) {
-        let (last, after_seq) = (self.message.header, self.decision.seq());
-        let mut fits = true;
-        let sent = self.keyframe.publish(|message| {
-            message.header = Header {
-                inputs: last.inputs,
-                input_count: last.input_count,
-                ..Header::caused_by::<Keyframe>(last.tick)
-            };
-            message.after_seq = after_seq;
-            message.reserved = 0;
-            fits = message.set(checkpoint);
-        });
-        if !fits || sent.is_err() {
+    fn send_part(&mut self) {
+        if !self.keyframes.send() {
             self.health
-                .note("the task's checkpoint could not be recorded: no replay verifies this run");
+                .note("a checkpoint could not be recorded: `replay --verify` skips a part");
         }
     }
 

@@ -15,8 +15,9 @@ use crate::time::PolicyClock;
 /// it observes.
 pub const VERSION: u32 = 6;
 
-/// A checkpoint is never longer, so a broken length cannot ask for more memory.
-pub const MAX_BYTES: u64 = 64 * 1024;
+/// Longest checkpoint that is kept for a successor of the process and recorded (bytes).
+/// It is written with every decision: at 100 Hz, this much takes most of a core.
+pub const MAX_BYTES: usize = 16 * 1024 * 1024;
 
 #[derive(Serialize, Deserialize)]
 pub(crate) struct TaskCheckpoint {
@@ -68,10 +69,11 @@ pub enum CheckpointError {
     },
 }
 
-/// Plain little-endian bytes; floats bit by bit. Empty, which no reader takes
-/// for a checkpoint, if `value` were longer than [`MAX_BYTES`].
+/// Plain little-endian bytes; floats bit by bit. Of any length: the program that keeps
+/// them has the limit. Empty, which no reader takes for a checkpoint, where `value`
+/// cannot be serialised.
 pub fn to_bytes<T: Serialize>(value: &T) -> Vec<u8> {
-    options().serialize(value).unwrap_or_default()
+    options(usize::MAX).serialize(value).unwrap_or_default()
 }
 
 /// Reads what [`to_bytes`] wrote.
@@ -79,16 +81,17 @@ pub fn to_bytes<T: Serialize>(value: &T) -> Vec<u8> {
 /// # Errors
 /// For damaged, foreign and over-long bytes.
 pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, bincode::Error> {
-    options().deserialize(bytes)
+    options(bytes.len()).deserialize(bytes)
 }
 
 /// Version of a checkpoint, readable whatever follows it.
 pub(crate) fn version(bytes: &[u8]) -> Result<u32, bincode::Error> {
-    options().allow_trailing_bytes().deserialize(bytes)
+    options(bytes.len()).allow_trailing_bytes().deserialize(bytes)
 }
 
-fn options() -> impl bincode::Options {
+/// `most` keeps a broken length from asking for more memory than the bytes can fill.
+fn options(most: usize) -> impl bincode::Options {
     bincode::DefaultOptions::new()
         .with_fixint_encoding()
-        .with_limit(MAX_BYTES)
+        .with_limit(most as u64)
 }

@@ -23,6 +23,7 @@ pub mod reason;
 pub mod registry;
 pub mod ring;
 pub mod settings;
+pub mod starts;
 pub mod task;
 pub mod time;
 pub mod trace;

@@ -116,7 +116,7 @@ impl Faults {
                 let (file, process) = [
                     ("task.slots", Process::Task),
                     ("task.history", Process::Task),
-                    ("physics.slots", Process::Physics),
+                    ("physics.state", Process::Physics),
                 ][random.below(3)];
                 corrupt(&live.run_dir().path().join(file), random)?;
                 let (struck, pid) = of(live, process, now_ns)?;

@@ -130,7 +130,7 @@ impl IncidentRecorder {
         }
         let state_file = match process {
             Process::Task => Some("task.slots"),
-            Process::Physics => Some("physics.slots"),
+            Process::Physics => Some("physics.state"),
             _ => None,
         };
         let files = state_file.and_then(|name| Some((name, self.state_file(name)?)));

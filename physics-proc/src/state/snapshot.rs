@@ -9,9 +9,6 @@ use crate::error::WorldError;
 use crate::state::hash::StateHash;
 use crate::state::memory::Memory;
 
-/// A snapshot larger than this is none (bytes).
-const MAX_BYTES: u64 = 64 << 20;
-
 /// What a snapshot begins with: another engine or another cell is refused.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 struct Stamp {
@@ -28,10 +25,11 @@ fn stamp(fingerprint: u64) -> Stamp {
     }
 }
 
-fn codec() -> impl Options {
+/// `most` keeps a broken length from asking for more memory than the bytes can fill.
+fn codec(most: usize) -> impl Options {
     bincode::DefaultOptions::new()
         .with_fixint_encoding()
-        .with_limit(MAX_BYTES)
+        .with_limit(most as u64)
 }
 
 /// Number of a cell as it was set up: names, bases, masses, frictions, poses.
@@ -63,11 +61,16 @@ pub(crate) fn fingerprint(cell: &Cell) -> u64 {
     hash.finish()
 }
 
-/// A state as bytes; empty if the engine cannot be written, which no state of a
-/// cell causes.
-pub(crate) fn encode(fingerprint: u64, memory: &Memory, engine: &PhysicsWorld) -> Vec<u8> {
+/// Appends a state to `out`: as bytes, of any size. Less than a state, which
+/// [`decode`] refuses, if the engine cannot be written, which no state of a cell causes.
+pub(crate) fn encode(
+    fingerprint: u64,
+    memory: &Memory,
+    engine: &PhysicsWorld,
+    out: &mut Vec<u8>,
+) {
     let parts = (stamp(fingerprint), memory, engine);
-    codec().serialize(&parts).unwrap_or_default()
+    codec(usize::MAX).serialize_into(out, &parts).ok();
 }
 
 /// The state in `bytes`, of the cell with this fingerprint.
@@ -77,7 +80,7 @@ pub(crate) fn encode(fingerprint: u64, memory: &Memory, engine: &PhysicsWorld) -
 pub(crate) fn decode(fingerprint: u64, bytes: &[u8]) -> Result<(Memory, PhysicsWorld), WorldError> {
     let refuse = |reason: String| WorldError::Snapshot { reason };
     let mut reader = bytes;
-    let found: Stamp = codec()
+    let found: Stamp = codec(bytes.len())
         .allow_trailing_bytes()
         .deserialize_from(&mut reader)
         .map_err(|e| refuse(format!("it is damaged ({e})")))?;
@@ -86,7 +89,7 @@ pub(crate) fn decode(fingerprint: u64, bytes: &[u8]) -> Result<(Memory, PhysicsW
             "it is of another cell, seed or engine version".to_owned(),
         ));
     }
-    codec()
+    codec(bytes.len())
         .deserialize_from(reader)
         .map_err(|e| refuse(format!("it is damaged ({e})")))
 }

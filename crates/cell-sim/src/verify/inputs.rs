@@ -84,6 +84,8 @@ pub(super) struct Checkpoint {
 #[derive(Default)]
 pub(super) struct Checkpoints {
     records: BTreeMap<(Process, u32, u64), Checkpoint>,
+    /// By process: a checkpoint of which parts are missing.
+    parts: BTreeMap<Process, Checkpoint>,
 }
 
 impl Checkpoints {
@@ -101,16 +103,24 @@ impl Checkpoints {
 
     fn take(&mut self, process: Process, keyframe: &Keyframe) {
         let header = *keyframe.header();
-        // One that did not fit says nothing.
-        if keyframe.bytes().is_empty() {
+        if keyframe.offset == 0 {
+            let bytes = Vec::new();
+            self.parts.insert(process, Checkpoint { header, bytes });
+        }
+        let Some(mut checkpoint) = self.parts.remove(&process) else {
+            return;
+        };
+        // Without the part before, which was not recorded, it is of no use.
+        if checkpoint.bytes.len() as u64 != keyframe.offset || keyframe.bytes().is_empty() {
             return;
         }
-        let record = Checkpoint {
-            header,
-            bytes: keyframe.bytes().to_vec(),
-        };
-        let at = (process, header.generation, keyframe.after_seq);
-        self.records.insert(at, record);
+        checkpoint.bytes.extend(keyframe.bytes());
+        if keyframe.is_last() {
+            let at = (process, header.generation, keyframe.after_seq);
+            self.records.insert(at, checkpoint);
+        } else {
+            self.parts.insert(process, checkpoint);
+        }
     }
 
     /// The checkpoint as of the message with `key`; number 0 for before the first.

@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use cell_model::Cell;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{ArmStatus, Decision, MAX_ARMS, Wire, WorldState};
-use robocell_task::inputs::{MISSED_TICKS, name_inputs};
-use robocell_task::{Policies, Task, TaskError};
+use robocell_task::starts::{Decider, History, Kept};
+use robocell_task::{Policies, TaskError};
 
 use super::VerifyError;
 use super::difference::{Difference, first_byte};
@@ -25,15 +25,42 @@ pub(super) struct TaskCheck<'a> {
     /// The newest that was computed.
     last: Option<Decision>,
     state: Box<WorldState>,
+    history: Computed,
     doubts: Vec<Doubt>,
+}
+
+/// Checkpoints, as computed, for the states that physics saved.
+#[derive(Default)]
+struct Computed(Vec<Kept>);
+
+/// As many as a task process keeps.
+const HISTORY: usize = 4;
+
+impl History for Computed {
+    fn at(&self, tick: u64) -> Option<Kept> {
+        let found = self.0.iter().rev().find(|kept| kept.tick <= tick)?;
+        Some(Kept {
+            tick: found.tick,
+            checkpoint: found.checkpoint.clone(),
+        })
+    }
+
+    fn keep(&mut self, tick: u64, saved_tick: u64, checkpoint: &dyn Fn() -> Vec<u8>) {
+        // Physics went back before these.
+        self.0.retain(|kept| kept.tick < tick);
+        let needed = self.0.iter().rposition(|kept| kept.tick <= saved_tick);
+        if self.0.len() >= HISTORY {
+            self.0.remove(usize::from(needed == Some(0)));
+        }
+        let checkpoint = checkpoint();
+        self.0.push(Kept { tick, checkpoint });
+    }
 }
 
 /// A task as it was after a decision.
 struct Running {
-    task: Task,
+    decider: Decider,
     at: Key,
-    /// Generation of physics and tick decided on last.
-    decided: Option<(u32, u64)>,
     /// Whether all it saw was recorded.
     sure: bool,
 }
@@ -57,6 +84,7 @@ impl<'a> TaskCheck<'a> {
             running: None,
             last: None,
             state: Box::new(WorldState::zeroed()),
+            history: Computed::default(),
             doubts: Vec::new(),
         }
     }
@@ -114,9 +142,8 @@ impl<'a> TaskCheck<'a> {
             task => task,
         };
         let mut running = Running {
-            task: task?,
+            decider: Decider::new(task?),
             at,
-            decided: None,
             sure: true,
         };
         running.restore(record)?;
@@ -156,7 +183,7 @@ impl<'a> TaskCheck<'a> {
         };
         seen.write(&mut self.state);
         running.sure &= seen.is_whole();
-        let mut computed = running.decide(&self.state, &statuses);
+        let mut computed = running.decide(&self.state, &statuses, &mut self.history);
         running.at = key(&decision.header);
         report.compared_at(decision.header.tick);
         match compare("decision", &**decision, &mut computed) {
@@ -192,7 +219,7 @@ impl<'a> TaskCheck<'a> {
             }
             return Ok(());
         };
-        let computed = running.task.checkpoint();
+        let computed = running.decider.task.checkpoint();
         let same = computed == record.bytes;
         if running.sure {
             report.records.add(!same);
@@ -234,27 +261,21 @@ impl<'a> TaskCheck<'a> {
 
 impl Running {
     fn restore(&mut self, record: &Checkpoint) -> Result<(), VerifyError> {
-        self.task.restore(&record.bytes)?;
         let state = input(&record.header, TopicId::WorldState);
-        self.decided = state.map(|(generation, _)| (generation, record.header.tick));
-        Ok(())
+        let decided = state.map(|(generation, _)| (generation, record.header.tick));
+        Ok(self.decider.restore(&record.bytes, decided)?)
     }
 
-    /// What the process does on the bus once it is time to decide.
-    fn decide(&mut self, state: &WorldState, statuses: &Heard<'_>) -> Decision {
-        let (generation, tick) = (state.header.generation, state.header.tick);
-        match self.decided {
-            Some((known, _)) if known != generation => self.task.begin_new_scene(),
-            Some((_, last)) if tick > last.saturating_add(MISSED_TICKS) => {
-                self.task.reconcile(state);
-            }
-            _ => {}
-        }
+    fn decide(
+        &mut self,
+        state: &WorldState,
+        statuses: &Heard<'_>,
+        history: &mut Computed,
+    ) -> Decision {
         let mut decision = Decision::zeroed();
-        self.task
+        let _begun = self.decider.begin(state, history);
+        self.decider
             .decide(state, statuses, &mut decision, &mut Vec::new());
-        name_inputs(&mut decision.header, state, statuses);
-        self.decided = Some((generation, tick));
         decision
     }
 }

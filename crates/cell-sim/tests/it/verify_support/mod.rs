@@ -275,6 +275,7 @@ impl Bench {
         keyframe.after_seq = arm.seq;
         let length = arm.cycle.save(LIMIT, &mut keyframe.bytes).expect("room");
         keyframe.len = length as u32;
+        keyframe.total = length as u64;
         let process = Process::Controller(index as u8);
         self.topics[5].push(Message::Keyframe(process, keyframe));
     }
@@ -285,11 +286,16 @@ impl Bench {
         keyframe.header = policy.message.header;
         stamp(&mut *keyframe, policy.generation, policy.seq + 1);
         keyframe.after_seq = policy.seq;
-        assert!(
-            keyframe.set(&policy.task.checkpoint()),
-            "room for the record"
-        );
-        self.topics[6].push(Message::Keyframe(Process::Task, keyframe));
+        let checkpoint = policy.task.checkpoint();
+        let mut offset = 0;
+        loop {
+            keyframe.set(&checkpoint, offset);
+            offset += keyframe.bytes().len();
+            self.topics[6].push(Message::Keyframe(Process::Task, keyframe.clone()));
+            if keyframe.is_last() {
+                break;
+            }
+        }
     }
 
     fn tap_state(&mut self) {

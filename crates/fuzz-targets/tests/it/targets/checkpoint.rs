@@ -2,7 +2,7 @@
 //! process that was killed.
 
 use cell_model::{Cell, Data};
-use cell_rt::SlotFile;
+use cell_rt::RecordFile;
 use cell_sim::{OneProcess, eval::template};
 use controller_proc::cycle::Cycle;
 use ipc_types::tap::KEYFRAME_BYTES;
@@ -18,8 +18,6 @@ const DEMOS: [(&str, &str); 4] = [
     ("ur10-palletize", "table"),
     ("ur10-fill-bin", "matrix"),
 ];
-/// Room for a state of physics (bytes).
-const CAPACITY: usize = 1 << 20;
 /// Age limit of decisions a controller's checkpoint remembers (ticks).
 const LIMIT: u64 = 28;
 
@@ -60,7 +58,7 @@ pub(crate) const CHECKPOINT: Target = Target {
             }
             all.push([vec![kind], sim.task_checkpoint()].concat());
             if kind == 0 {
-                all.extend(slot_file(&sim.plant().world().snapshot()));
+                all.extend(record_file(&sim.plant().world().snapshot()));
             }
         }
         all.extend(cell("franka-stack").and_then(|cell| {
@@ -72,23 +70,23 @@ pub(crate) const CHECKPOINT: Target = Target {
     },
 };
 
-/// Bytes of a file of slots with `state`, which physics resumes from.
-fn slot_file(state: &[u8]) -> Option<Vec<u8>> {
+/// Bytes of a file with `state`, which physics resumes from.
+fn record_file(state: &[u8]) -> Option<Vec<u8>> {
     let file = NamedTempFile::new().ok()?;
-    let mut slots = SlotFile::open(file.path(), CAPACITY).ok()?;
-    slots.write(1, state);
+    let record = RecordFile::new(file.path());
+    record.write(state).ok()?;
     let bytes = std::fs::read(file.path()).ok()?;
     Some([vec![8], bytes].concat())
 }
 
-/// The engine trusts a state; that it is one, the checksum of its slot tells.
+/// The engine trusts the bytes of a state; the checksum of its file tells damaged ones.
 fn physics(bytes: &[u8]) {
     let state = NamedTempFile::new().ok().and_then(|file| {
         std::fs::write(file.path(), bytes).ok()?;
-        SlotFile::open(file.path(), CAPACITY).ok()?.newest()
+        RecordFile::new(file.path()).read().ok()?
     });
     let world = cell("franka-stack").and_then(|cell| World::new(&cell).ok());
-    if let (Some((_, state)), Some(mut world)) = (state, world)
+    if let (Some(state), Some(mut world)) = (state, world)
         && world.restore(&state).is_ok()
     {
         for _ in 0..10 {

@@ -180,9 +180,8 @@ impl TreePolicy {
             policy.add(tree, graph, board);
         }
         policy.begin();
-        // A checkpoint that does not fit is written empty.
-        let allowed =
-            usize::try_from(robocell_task::checkpoint::MAX_BYTES / 2).unwrap_or(usize::MAX);
+        // A longer checkpoint would not be kept; the job and the goals have the other half.
+        let allowed = robocell_task::checkpoint::MAX_BYTES / 2;
         let found = policy.initial.len();
         if found == 0 || found > allowed {
             let problem = format!(

@@ -1,0 +1,190 @@
+//! A task over the starts of its process and of physics.
+//!
+//! Before it decides on a state, a task may have to begin a new scene, to resume from a
+//! checkpoint, or to reconcile with what it observes. [`Decider`] holds that rule for
+//! every program that runs tasks: the process on the bus, a cell in one process and the
+//! verification of recordings. A second copy of it would compute other decisions.
+
+use ipc_types::{ArmStatus, Decision, WorldState};
+
+use crate::Task;
+use crate::checkpoint::CheckpointError;
+use crate::inputs::{MISSED_TICKS, name_inputs};
+use crate::output::TraceLineText;
+
+/// A checkpoint and the state it belongs to.
+pub struct Kept {
+    /// Tick of the state that it was the newest checkpoint for.
+    pub tick: u64,
+    /// The checkpoint.
+    pub checkpoint: Vec<u8>,
+}
+
+/// Checkpoints for the states that physics saves.
+pub trait History {
+    /// The checkpoint for the state of `tick`, or the newest before that.
+    fn at(&self, tick: u64) -> Option<Kept>;
+
+    /// Physics saves the state of `tick`: the present `checkpoint` belongs to it. A
+    /// successor of physics would resume from the state of `saved_tick`, or from this
+    /// one; other checkpoints are not needed any more.
+    fn keep(&mut self, tick: u64, saved_tick: u64, checkpoint: &dyn Fn() -> Vec<u8>);
+}
+
+/// No checkpoints: physics is started once.
+pub struct NoHistory;
+
+impl History for NoHistory {
+    fn at(&self, _tick: u64) -> Option<Kept> {
+        None
+    }
+
+    fn keep(&mut self, _tick: u64, _saved_tick: u64, _checkpoint: &dyn Fn() -> Vec<u8>) {}
+}
+
+/// What preceded a decision.
+#[derive(Debug)]
+pub enum Begun {
+    /// Nothing: it follows the decision before.
+    Continued,
+    /// Decisions were missed; the task reconciles with what it observes.
+    Reconciled,
+    /// Physics resumed from a state it saved, and the task from its checkpoint for it.
+    Resumed,
+    /// A new scene.
+    NewScene,
+    /// A new scene, since the checkpoint could not be used.
+    Lost(CheckpointError),
+}
+
+/// A task and the state it decided on last.
+pub struct Decider {
+    /// The task.
+    pub task: Task,
+    /// Whether the task has a scene: its own, or that of a checkpoint.
+    has_scene: bool,
+    /// Generation of physics and tick decided on last.
+    decided: Option<(u32, u64)>,
+    /// Generation of physics and tick of the saved state that the history has a
+    /// checkpoint for.
+    kept: Option<(u32, u64)>,
+}
+
+impl Decider {
+    /// `task`, which decided nothing yet.
+    pub fn new(task: Task) -> Self {
+        Self {
+            task,
+            has_scene: false,
+            decided: None,
+            kept: None,
+        }
+    }
+
+    /// Restores the task from the checkpoint of its decision on `decided` (generation of
+    /// physics and tick), or from one before its first decision, without a gap.
+    ///
+    /// # Errors
+    /// As [`Task::restore`].
+    pub fn restore(
+        &mut self,
+        checkpoint: &[u8],
+        decided: Option<(u32, u64)>,
+    ) -> Result<(), CheckpointError> {
+        self.has_scene = true;
+        self.task.restore(checkpoint)?;
+        self.decided = decided;
+        Ok(())
+    }
+
+    /// Generation of physics and tick decided on last.
+    pub fn decided(&self) -> Option<(u32, u64)> {
+        self.decided
+    }
+
+    /// Resumes from the checkpoint that the process before wrote with its decision on
+    /// `decided`; the present state is `state`.
+    ///
+    /// # Errors
+    /// As [`Task::restore`]; the task then starts from what it observes.
+    pub fn resume(
+        &mut self,
+        checkpoint: &[u8],
+        decided: (u32, u64),
+        state: &WorldState,
+    ) -> Result<(), CheckpointError> {
+        self.restore(checkpoint, Some(decided))?;
+        let decisions = |tick: u64| tick / ipc_types::DECISION_TICKS;
+        if decisions(state.header.tick) > decisions(decided.1).saturating_add(1) {
+            self.task.reconcile(state);
+        }
+        Ok(())
+    }
+
+    /// To be called before a decision on `state`: begins, resumes or reconciles.
+    pub fn begin(&mut self, state: &WorldState, history: &mut dyn History) -> Begun {
+        let (generation, tick) = (state.header.generation, state.header.tick);
+        let begun = match self.decided {
+            _ if !self.has_scene => self.begin_scene(state, history),
+            Some((known, _)) if known != generation => self.begin_scene(state, history),
+            // This process was stopped for a while.
+            Some((_, last)) if tick > last.saturating_add(MISSED_TICKS) => {
+                self.task.reconcile(state);
+                Begun::Reconciled
+            }
+            _ => Begun::Continued,
+        };
+        self.keep(state, history);
+        begun
+    }
+
+    /// Physics was started: it has a state that its predecessor saved, or a new scene.
+    fn begin_scene(&mut self, state: &WorldState, history: &dyn History) -> Begun {
+        self.has_scene = true;
+        let tick = state.resumed_tick;
+        let kept = history.at(tick).filter(|_| tick > 0);
+        let is_exact = kept.as_ref().is_some_and(|kept| kept.tick == tick);
+        // The task is not younger than the state: nothing has to be undone.
+        let is_current = tick > 0 && self.decided.is_some_and(|(_, last)| last <= tick);
+        if let Some(kept) = kept.filter(|_| is_exact || !is_current) {
+            if let Err(error) = self.task.restore(&kept.checkpoint) {
+                self.task.begin_new_scene();
+                return Begun::Lost(error);
+            }
+        } else if !is_current {
+            self.task.begin_new_scene();
+            return Begun::NewScene;
+        }
+        self.task.reconcile(state);
+        Begun::Resumed
+    }
+
+    /// The checkpoint before the decision on a saved state, or on the next one with a
+    /// decision, is the one to resume from with that state.
+    fn keep(&mut self, state: &WorldState, history: &mut dyn History) {
+        let saving = (state.header.generation, state.saving_tick);
+        let is_new = state.saving_tick > 0 && self.kept != Some(saving);
+        let is_ours = self.decided.is_some_and(|(generation, last)| {
+            generation == saving.0 && last <= saving.1
+        });
+        if is_new {
+            self.kept = Some(saving);
+            if is_ours {
+                history.keep(saving.1, state.saved_tick, &|| self.task.checkpoint());
+            }
+        }
+    }
+
+    /// Decides on `state`, for which [`Decider::begin`] was called.
+    pub fn decide(
+        &mut self,
+        state: &WorldState,
+        statuses: &[Option<&ArmStatus>],
+        out: &mut Decision,
+        trace: &mut Vec<TraceLineText>,
+    ) {
+        self.task.decide(state, statuses, out, trace);
+        name_inputs(&mut out.header, state, statuses);
+        self.decided = Some((state.header.generation, state.header.tick));
+    }
+}

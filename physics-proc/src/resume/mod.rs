@@ -1,0 +1,184 @@
+//! What physics resumes from after its process was killed: its state of a moment ago.
+//!
+//! A kill at any instant costs at most one second of simulated time. So a state is
+//! saved every half second, and the write of a state has the other half: it is done by a
+//! thread of its own, since it takes longer than a tick. The file is replaced as a
+//! whole ([`RecordFile`]), so states may have any size and a kill during the write
+//! leaves the state before. A state is announced in the message of its tick, before it
+//! is written: the task keeps its checkpoint as of an announced state. What cannot be
+//! saved is reported at once, not at the kill.
+
+mod due;
+mod requests;
+mod writer;
+
+use std::path::Path;
+
+use cell_rt::RecordFile;
+use ipc_types::{OperatorReply, OperatorRequest};
+
+use crate::plant::{Plant, has_effect};
+use due::{Due, MAX_LOST_TICKS};
+pub(crate) use due::Switches;
+use requests::Requests;
+use writer::Writer;
+
+/// Name of the file in the run directory.
+const FILE: &str = "physics.state";
+/// Bytes before a state: identity of the run.
+const HEAD_BYTES: usize = 8;
+/// In lockstep physics waits for a write that is running while its newest saved state
+/// is older than this (ticks): no tick has to be in time there.
+const LOCKSTEP_TICKS: u64 = 900;
+
+/// Saves the state of physics.
+pub(crate) struct Resume {
+    writer: Writer,
+    requests: Option<Requests>,
+    run: u64,
+    due: Due,
+    /// Tick of the state that was announced and has to be handed over.
+    announced: Option<u64>,
+    /// Tick of the newest state that is in the file.
+    saved_tick: u64,
+    /// Why the last state could not be saved; empty if it could.
+    problem: String,
+    /// What was lost when this process started.
+    lost: String,
+}
+
+impl Resume {
+    /// Opens the files in `run_dir`. `plant`, just set up, is restored to the state of
+    /// physics before this one if there `was_one`.
+    pub(crate) fn open(run_dir: &Path, run: u64, was_one: bool, plant: &mut Plant) -> Self {
+        let file = RecordFile::new(&run_dir.join(FILE));
+        let requests = Requests::open(run_dir, run);
+        let mut lost = String::new();
+        if let Err(error) = &requests {
+            lost = format!("requests of a killed physics would be lost: {error}");
+        }
+        let requests = requests.ok();
+        if was_one {
+            lost = resume(&file, run, plant).err().unwrap_or(lost);
+            let repeated = requests.as_ref().map_or(0, |requests| requests.repeat(plant));
+            if lost.is_empty() && repeated > 0 {
+                lost = format!("{repeated} requests of people; ask again");
+            }
+        }
+        if !lost.is_empty() {
+            cell_worker::warn(format_args!("lost: {lost}"));
+        }
+        let tick = plant.world().tick();
+        let saved = Due {
+            tick: (tick > 0).then_some(tick),
+            switches: plant.switches(),
+        };
+        Self {
+            writer: Writer::start(file),
+            requests,
+            run,
+            due: saved,
+            announced: None,
+            saved_tick: tick,
+            problem: String::new(),
+            lost,
+        }
+    }
+
+    /// Takes note of a request that was answered.
+    pub(crate) fn note(&mut self, plant: &Plant, request: &OperatorRequest, reply: &OperatorReply) {
+        let is_accepted = reply.code == ipc_types::operator::ReplyCode::Accepted.code();
+        if let Some(requests) = self.requests.as_mut().filter(|_| is_accepted) {
+            if has_effect(request) {
+                requests.note(plant.accepted(), request);
+            }
+        }
+    }
+
+    /// To be called before the present state is published: whether it is saved is part
+    /// of the message. Returns the ticks to announce: of the newest state that is saved
+    /// or being written, and of the newest that is saved.
+    pub(crate) fn announce(&mut self, plant: &Plant) -> (u64, u64) {
+        self.take_results();
+        let tick = plant.world().tick();
+        let is_due = !plant.is_ending() && self.due.is_due(tick, plant.switches());
+        if is_due && self.writer.is_idle() {
+            self.announced = Some(tick);
+            self.due = Due {
+                tick: Some(tick),
+                switches: plant.switches(),
+            };
+        }
+        (self.due.tick.unwrap_or(0), self.saved_tick)
+    }
+
+    /// To be called after it was published: hands the state over, if it was announced.
+    pub(crate) fn save(&mut self, plant: &Plant) {
+        let Some(tick) = self.announced.take() else {
+            return;
+        };
+        let run = self.run;
+        self.writer.write(tick, |bytes| {
+            bytes.extend(run.to_le_bytes());
+            plant.save_to(bytes);
+        });
+    }
+
+    /// In lockstep: waits for the write that is running if the newest saved state is
+    /// about to be too old.
+    pub(crate) fn wait(&mut self, tick: u64) {
+        let is_old = |this: &Self| tick.saturating_sub(this.saved_tick) > LOCKSTEP_TICKS;
+        if is_old(self) && !self.writer.is_idle() {
+            self.writer.wait();
+            self.take_results();
+        }
+    }
+
+    /// What is lost, or would be lost if this process were killed now; empty for
+    /// nothing.
+    pub(crate) fn lost(&self, tick: u64) -> String {
+        if tick.saturating_sub(self.saved_tick) <= MAX_LOST_TICKS {
+            return self.lost.clone();
+        }
+        let saved_s = self.saved_tick as f64 / 1000.0;
+        let why = if self.problem.is_empty() {
+            "the write takes long"
+        } else {
+            &self.problem
+        };
+        format!("a kill of physics would go back to {saved_s:.1} s: no newer state is saved, {why}")
+    }
+
+    fn take_results(&mut self) {
+        while let Some((tick, result)) = self.writer.result() {
+            match result {
+                Ok(()) => {
+                    self.saved_tick = tick;
+                    self.problem.clear();
+                }
+                Err(error) => {
+                    if self.problem.is_empty() {
+                        cell_worker::warn(format_args!("the state of physics is not saved: {error}"));
+                    }
+                    self.problem = error;
+                }
+            }
+        }
+    }
+}
+
+/// Restores `plant`; what is lost if it cannot be.
+fn resume(file: &RecordFile, run: u64, plant: &mut Plant) -> Result<(), String> {
+    let begins = "the scene began again";
+    let path = file.path().display();
+    let bytes = file.read().map_err(|error| format!("{path}: {error}; {begins}"))?;
+    // Killed before the first state was written, a moment after the start.
+    let Some(bytes) = bytes else {
+        return Err(format!("{path} is missing; {begins}"));
+    };
+    let (head, state) = bytes.split_at_checked(HEAD_BYTES).unwrap_or_default();
+    if head != run.to_le_bytes() {
+        return Err(format!("{path} is of another run; {begins}"));
+    }
+    plant.restore(state).map_err(|error| format!("{error}; {begins}"))
+}

@@ -1,0 +1,65 @@
+//! Requests that were accepted after the newest saved state, so that a successor of
+//! physics obeys them again.
+
+use std::io;
+use std::path::Path;
+
+use cell_rt::SlotFile;
+use ipc_types::{OperatorRequest, Wire};
+
+use crate::plant::Plant;
+
+/// Name of the file in the run directory.
+const FILE: &str = "physics.requests";
+/// Requests it has room for: more than a page sends in the time between two saved
+/// states (60 Hz for 1 s at most); what is beyond is reported as lost.
+const REQUESTS: usize = 64;
+/// Bytes before a request: identity of the run.
+const HEAD_BYTES: usize = 8;
+
+/// The file.
+pub(super) struct Requests {
+    file: SlotFile,
+    run: u64,
+}
+
+impl Requests {
+    pub(super) fn open(run_dir: &Path, run: u64) -> io::Result<Self> {
+        let size = HEAD_BYTES + size_of::<OperatorRequest>();
+        let file = SlotFile::with_slots(&run_dir.join(FILE), size, REQUESTS)?;
+        Ok(Self { file, run })
+    }
+
+    /// Notes that `request` was accepted with this number. No system call, no
+    /// allocation: physics does it within a tick.
+    pub(super) fn note(&mut self, number: u64, request: &OperatorRequest) {
+        let mut bytes = [0; HEAD_BYTES + size_of::<OperatorRequest>()];
+        bytes[..HEAD_BYTES].copy_from_slice(&self.run.to_le_bytes());
+        bytes[HEAD_BYTES..].copy_from_slice(request.as_bytes());
+        // It fits: all have this size.
+        self.file.write(number, &bytes).ok();
+    }
+
+    /// Obeys again what was accepted after the state that `plant` was restored to;
+    /// the number of requests that are lost.
+    pub(super) fn repeat(&self, plant: &mut Plant) -> u64 {
+        let mut lost = 0;
+        let mut noted = self.file.all();
+        noted.reverse();
+        for (number, bytes) in noted {
+            let (run, request) = bytes.split_at(HEAD_BYTES.min(bytes.len()));
+            let request = OperatorRequest::from_bytes(request);
+            let is_ours = run == self.run.to_le_bytes();
+            let Some(request) = request.filter(|_| is_ours && number > plant.accepted()) else {
+                continue;
+            };
+            lost += number - plant.accepted() - 1;
+            plant.set_accepted(number - 1);
+            plant.operate(&request);
+            // One that is refused now keeps its number: the next one has its own.
+            lost += u64::from(plant.accepted() < number);
+            plant.set_accepted(number);
+        }
+        lost
+    }
+}

@@ -1,0 +1,98 @@
+//! The thread that writes states.
+
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+
+use cell_rt::RecordFile;
+
+/// A state and its tick; the buffer comes back with the result.
+type State = (u64, Vec<u8>);
+type Written = (u64, Vec<u8>, Result<(), String>);
+
+/// Writes one state at a time.
+pub(super) struct Writer {
+    states: Option<SyncSender<State>>,
+    written: Receiver<Written>,
+    thread: Option<JoinHandle<()>>,
+    /// Of the state before: memory that is mapped already is filled faster.
+    buffer: Vec<u8>,
+    is_idle: bool,
+    /// A result that [`Writer::wait`] took.
+    waited: Option<Written>,
+    /// Why there is no thread.
+    problem: Option<String>,
+}
+
+impl Writer {
+    pub(super) fn start(file: RecordFile) -> Self {
+        let (states, to_write) = sync_channel::<State>(1);
+        let (results, written) = sync_channel::<Written>(1);
+        let work = move || {
+            for (tick, bytes) in to_write {
+                let result = file.write(&bytes);
+                let result = result.map_err(|error| format!("{}: {error}", file.path().display()));
+                if results.send((tick, bytes, result)).is_err() {
+                    return;
+                }
+            }
+        };
+        let thread = std::thread::Builder::new().name("resume".to_owned());
+        let thread = thread.spawn(work);
+        let problem = thread.as_ref().err().map(ToString::to_string);
+        Self {
+            states: Some(states),
+            written,
+            thread: thread.ok(),
+            buffer: Vec::new(),
+            is_idle: true,
+            waited: None,
+            problem,
+        }
+    }
+
+    /// Whether another state can be handed over.
+    pub(super) fn is_idle(&self) -> bool {
+        self.is_idle
+    }
+
+    /// Hands over the state of `tick` that `fill` appends to an empty buffer.
+    pub(super) fn write(&mut self, tick: u64, fill: impl FnOnce(&mut Vec<u8>)) {
+        let mut bytes = std::mem::take(&mut self.buffer);
+        bytes.clear();
+        fill(&mut bytes);
+        let Some(states) = &self.states else {
+            return;
+        };
+        if let Err(error) = states.try_send((tick, bytes)) {
+            let problem = self.problem.clone().unwrap_or_else(|| error.to_string());
+            self.waited = Some((tick, Vec::new(), Err(problem)));
+        }
+        self.is_idle = false;
+    }
+
+    /// The result of a write since the last call.
+    pub(super) fn result(&mut self) -> Option<(u64, Result<(), String>)> {
+        let written = self.waited.take().or_else(|| self.written.try_recv().ok());
+        let (tick, bytes, result) = written?;
+        self.buffer = bytes;
+        self.is_idle = true;
+        Some((tick, result))
+    }
+
+    /// Waits until the running write has a result.
+    pub(super) fn wait(&mut self) {
+        if self.waited.is_none() {
+            self.waited = self.written.recv().ok();
+        }
+    }
+}
+
+impl Drop for Writer {
+    fn drop(&mut self) {
+        self.states = None;
+        if let Some(thread) = self.thread.take() {
+            // It returns nothing.
+            thread.join().ok();
+        }
+    }
+}
