@@ -333,8 +333,10 @@ mod tests {
 
     #[test]
     fn a_long_checkpoint_comes_in_parts_one_after_the_other() {
-        let checkpoint: Vec<u8> = (0..KEYFRAME_BYTES * 2 + 3).map(|i| (i % 251) as u8).collect();
-        let (mut whole, mut frame) = (Vec::new(), Keyframe::zeroed());
+        let checkpoint: Vec<u8> = (0..KEYFRAME_BYTES * 2 + 3)
+            .map(|i| (i % 251) as u8)
+            .collect();
+        let (mut whole, mut frame) = (Vec::<u8>::new(), Keyframe::zeroed());
         loop {
             frame.set(&checkpoint, whole.len());
             assert_eq!(frame.offset, whole.len() as u64);

@@ -178,7 +178,10 @@ impl SlotFile {
 
     /// All whole records with their `seq`, the newest first.
     pub fn all(&self) -> Vec<(u64, Vec<u8>)> {
-        let mut all: Vec<_> = self.all_slots().map(|(_, seq, record)| (seq, record)).collect();
+        let mut all: Vec<_> = self
+            .all_slots()
+            .map(|(_, seq, record)| (seq, record))
+            .collect();
         all.sort_by_key(|(seq, _)| core::cmp::Reverse(*seq));
         all
     }

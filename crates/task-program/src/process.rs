@@ -10,8 +10,7 @@ use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::{TraceEvent, TraceKind};
 use ipc_types::world::FLAG_LOCKSTEP;
 use ipc_types::{
-    ArmStatus, DECISION_TICKS, Decision, Header, MAX_ARMS, TICK_NS, TraceLine, Wire,
-    WorldState,
+    ArmStatus, DECISION_TICKS, Decision, Header, MAX_ARMS, TICK_NS, TraceLine, Wire, WorldState,
 };
 
 use robocell_task::output::ROOM_FOR_LINES;
@@ -221,7 +220,8 @@ impl TaskProcess {
         self.lines.clear();
         let begun = self.decider.begin(state, &mut self.slots);
         let message = &mut self.message;
-        self.decider.decide(state, &statuses, message, &mut self.lines);
+        self.decider
+            .decide(state, &statuses, message, &mut self.lines);
         let checkpoint = self.decider.task.checkpoint();
         self.slots.write(generation, tick, message, &checkpoint);
         self.report(&begun, tick);
@@ -326,7 +326,8 @@ impl TaskProcess {
     /// Records the checkpoint, as of the newest decision.
     fn send_keyframe(&mut self, checkpoint: Vec<u8>) {
         let after_seq = self.decision.seq();
-        self.keyframes.begin(checkpoint, &self.message.header, after_seq);
+        self.keyframes
+            .begin(checkpoint, &self.message.header, after_seq);
     }
 
     fn send_part(&mut self) {

@@ -111,7 +111,9 @@ impl Slots {
     /// Checkpoints that are lost, or would be lost with this process; empty for none.
     pub fn lost(&self) -> &str {
         let all = [&self.problem, &self.history_problem, &self.damage];
-        all.into_iter().find(|text| !text.is_empty()).map_or("", String::as_str)
+        all.into_iter()
+            .find(|text| !text.is_empty())
+            .map_or("", String::as_str)
     }
 
     /// The newest entry of this run and this start of physics.
@@ -158,9 +160,13 @@ impl Slots {
         let written = if checkpoint.len() > MAX_BYTES {
             self.buffer.clear();
             let bytes = checkpoint.len();
-            Err(format!("at most {MAX_BYTES} bytes are kept, it has {bytes}"))
+            Err(format!(
+                "at most {MAX_BYTES} bytes are kept, it has {bytes}"
+            ))
         } else {
-            self.file.write(self.seq, &self.buffer).map_err(|e| e.to_string())
+            self.file
+                .write(self.seq, &self.buffer)
+                .map_err(|e| e.to_string())
         };
         note(&mut self.problem, "a killed task", written);
     }
@@ -190,7 +196,10 @@ impl Slots {
     }
 
     fn read_history(&self, slot: usize, label: u64) -> Option<Kept> {
-        let (.., bytes) = self.history.all_slots().find(|(found, ..)| *found == slot)?;
+        let (.., bytes) = self
+            .history
+            .all_slots()
+            .find(|(found, ..)| *found == slot)?;
         let (_, saved) = self.entry(&bytes)?;
         Some(Kept {
             tick: label,
@@ -223,26 +232,42 @@ impl History for Slots {
             // The process before wrote it.
             self.buffer = self.file.newest().unwrap_or_default().1;
         }
-        let head = self.buffer.get(..HEAD_BYTES).map(checkpoint::from_bytes::<Head>);
+        let head = self
+            .buffer
+            .get(..HEAD_BYTES)
+            .map(checkpoint::from_bytes::<Head>);
         // One that is too long is not there, and was reported.
         let Some(Ok(mut head)) = head else {
             return;
         };
         head.label = tick;
-        self.buffer.splice(..HEAD_BYTES, checkpoint::to_bytes(&head));
+        self.buffer
+            .splice(..HEAD_BYTES, checkpoint::to_bytes(&head));
         let needed = self.find(saved_tick).map(|(slot, _)| slot);
         let slots = (0..HISTORY).filter(|slot| Some(*slot) != needed);
-        let number = |slot: &usize| self.labels.get(*slot).copied().flatten().map(|(_, seq)| seq);
+        let number = |slot: &usize| {
+            self.labels
+                .get(*slot)
+                .copied()
+                .flatten()
+                .map(|(_, seq)| seq)
+        };
         let Some(oldest) = slots.min_by_key(number) else {
             return;
         };
         self.history_seq += 1;
-        let written = self.history.write_at(oldest, self.history_seq, &self.buffer);
+        let written = self
+            .history
+            .write_at(oldest, self.history_seq, &self.buffer);
         if let Some(label) = self.labels.get_mut(oldest) {
             *label = written.is_ok().then_some((tick, self.history_seq));
         }
         let written = written.map_err(|error| error.to_string());
-        note(&mut self.history_problem, "the task, after a kill of physics,", written);
+        note(
+            &mut self.history_problem,
+            "the task, after a kill of physics,",
+            written,
+        );
     }
 }
 
@@ -319,7 +344,11 @@ mod tests {
         decide(&mut slots, 1, 1_500..1_700);
         assert_eq!(found(&slots, 1_500).as_deref(), Some("1: 1490"));
         assert_eq!(found(&slots, 1_000).as_deref(), Some("1: 990"));
-        assert_eq!(found(&slots, 1_690).as_deref(), Some("1: 1690"), "the newest");
+        assert_eq!(
+            found(&slots, 1_690).as_deref(),
+            Some("1: 1690"),
+            "the newest"
+        );
         // Physics goes back to 1000 and gets to 1750.
         decide(&mut slots, 2, 1_000..1_500);
         keep(&mut slots, 1_500, 1_000);

@@ -86,7 +86,9 @@ pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, bincode::Error
 
 /// Version of a checkpoint, readable whatever follows it.
 pub(crate) fn version(bytes: &[u8]) -> Result<u32, bincode::Error> {
-    options(bytes.len()).allow_trailing_bytes().deserialize(bytes)
+    options(bytes.len())
+        .allow_trailing_bytes()
+        .deserialize(bytes)
 }
 
 /// `most` keeps a broken length from asking for more memory than the bytes can fill.

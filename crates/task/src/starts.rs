@@ -164,9 +164,9 @@ impl Decider {
     fn keep(&mut self, state: &WorldState, history: &mut dyn History) {
         let saving = (state.header.generation, state.saving_tick);
         let is_new = state.saving_tick > 0 && self.kept != Some(saving);
-        let is_ours = self.decided.is_some_and(|(generation, last)| {
-            generation == saving.0 && last <= saving.1
-        });
+        let is_ours = self
+            .decided
+            .is_some_and(|(generation, last)| generation == saving.0 && last <= saving.1);
         if is_new {
             self.kept = Some(saving);
             if is_ours {

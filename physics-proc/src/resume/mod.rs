@@ -10,6 +10,8 @@
 
 mod due;
 mod requests;
+#[cfg(test)]
+mod tests;
 mod writer;
 
 use std::path::Path;
@@ -18,8 +20,8 @@ use cell_rt::RecordFile;
 use ipc_types::{OperatorReply, OperatorRequest};
 
 use crate::plant::{Plant, has_effect};
-use due::{Due, MAX_LOST_TICKS};
 pub(crate) use due::Switches;
+use due::{Due, MAX_LOST_TICKS};
 use requests::Requests;
 use writer::Writer;
 
@@ -60,24 +62,25 @@ impl Resume {
         let requests = requests.ok();
         if was_one {
             lost = resume(&file, run, plant).err().unwrap_or(lost);
-            let repeated = requests.as_ref().map_or(0, |requests| requests.repeat(plant));
-            if lost.is_empty() && repeated > 0 {
-                lost = format!("{repeated} requests of people; ask again");
-            }
+        }
+        let tick = plant.world().tick();
+        let due = Due {
+            tick: (tick > 0).then_some(tick),
+            switches: plant.switches(),
+        };
+        let repeated = requests.as_ref().filter(|_| was_one);
+        let missing = repeated.map_or(0, |requests| requests.repeat(plant));
+        if lost.is_empty() && missing > 0 {
+            lost = format!("{missing} requests of people; ask again");
         }
         if !lost.is_empty() {
             cell_worker::warn(format_args!("lost: {lost}"));
         }
-        let tick = plant.world().tick();
-        let saved = Due {
-            tick: (tick > 0).then_some(tick),
-            switches: plant.switches(),
-        };
         Self {
             writer: Writer::start(file),
             requests,
             run,
-            due: saved,
+            due,
             announced: None,
             saved_tick: tick,
             problem: String::new(),
@@ -158,7 +161,9 @@ impl Resume {
                 }
                 Err(error) => {
                     if self.problem.is_empty() {
-                        cell_worker::warn(format_args!("the state of physics is not saved: {error}"));
+                        cell_worker::warn(format_args!(
+                            "the state of physics is not saved: {error}"
+                        ));
                     }
                     self.problem = error;
                 }
@@ -171,7 +176,9 @@ impl Resume {
 fn resume(file: &RecordFile, run: u64, plant: &mut Plant) -> Result<(), String> {
     let begins = "the scene began again";
     let path = file.path().display();
-    let bytes = file.read().map_err(|error| format!("{path}: {error}; {begins}"))?;
+    let bytes = file
+        .read()
+        .map_err(|error| format!("{path}: {error}; {begins}"))?;
     // Killed before the first state was written, a moment after the start.
     let Some(bytes) = bytes else {
         return Err(format!("{path} is missing; {begins}"));
@@ -180,5 +187,7 @@ fn resume(file: &RecordFile, run: u64, plant: &mut Plant) -> Result<(), String> 
     if head != run.to_le_bytes() {
         return Err(format!("{path} is of another run; {begins}"));
     }
-    plant.restore(state).map_err(|error| format!("{error}; {begins}"))
+    plant
+        .restore(state)
+        .map_err(|error| format!("{error}; {begins}"))
 }

@@ -63,12 +63,7 @@ pub(crate) fn fingerprint(cell: &Cell) -> u64 {
 
 /// Appends a state to `out`: as bytes, of any size. Less than a state, which
 /// [`decode`] refuses, if the engine cannot be written, which no state of a cell causes.
-pub(crate) fn encode(
-    fingerprint: u64,
-    memory: &Memory,
-    engine: &PhysicsWorld,
-    out: &mut Vec<u8>,
-) {
+pub(crate) fn encode(fingerprint: u64, memory: &Memory, engine: &PhysicsWorld, out: &mut Vec<u8>) {
     let parts = (stamp(fingerprint), memory, engine);
     codec(usize::MAX).serialize_into(out, &parts).ok();
 }

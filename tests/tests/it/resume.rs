@@ -16,10 +16,11 @@ fn a_job_is_finished_though_physics_is_killed_in_the_middle_of_it() {
 {"at_phase": "RELEASE", "nth": 3, "do": "kill", "process": "physics"}"#;
     std::fs::write(&script, lines).unwrap();
     let script = script.to_str().unwrap().to_owned();
+    let recording = base.path().join("run.mcap").to_str().unwrap().to_owned();
     let mut arguments = "franka-stack --headless --until-done --json --speed max --timeout 200"
         .split(' ')
         .collect::<Vec<_>>();
-    arguments.extend(["--script", &script]);
+    arguments.extend(["--script", &script, "--record", &recording]);
     let mut cell = TestCell::start_in(base, &arguments);
     let said = cell.wait_end();
     assert_eq!(said.code, 0, "{said:?}");
@@ -34,6 +35,9 @@ fn a_job_is_finished_though_physics_is_killed_in_the_middle_of_it() {
         2,
         "{log}"
     );
+    let said = cell.ask(&["replay", &recording, "--verify", "--json"]);
+    let verdict = said.json();
+    assert_eq!(verdict["verdict"], "same", "{verdict}");
 }
 
 #[test]
