@@ -7,6 +7,7 @@ mod cores;
 mod e2e;
 mod error;
 mod fleet;
+mod kept;
 mod monitor;
 mod mujoco;
 mod piles;

@@ -6,6 +6,7 @@ use cell_model::cells::setting::Setting;
 use cell_model::runs::spec::Speed;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use ipc_types::topic::Process;
 
 use crate::chaos::FaultKind;
 pub use crate::cli_behaviour::{
@@ -227,12 +228,25 @@ pub struct ChaosArgs {
         default_value = "kill,stop,starve,flood,fill,corrupt"
     )]
     pub faults: Vec<FaultKind>,
+    /// So many kills at random instants of the whole job, instead of faults for so many
+    /// minutes; the job is repeated until all are done
+    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with_all = ["rate", "faults", "minutes"], value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub kills: Option<u32>,
+    /// Kill and stop no other process
+    #[arg(long, value_name = "PROCESS")]
+    pub process: Option<ProcessName>,
     /// Seed of the faults and of the first scene
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, value_parser = seed)]
     pub seed: u64,
     /// Duration (min)
     #[arg(long, value_name = "M", allow_negative_numbers = true, default_value = "5", value_parser = minutes)]
     pub minutes: f64,
+    /// `1`: real time; `max` or another factor: lockstep
+    #[arg(long, value_name = "1|max|X", allow_negative_numbers = true, default_value = "1", value_parser = str::parse::<Speed>)]
+    pub speed: Speed,
+    /// Number of bins of the job [default: all bins of the cell]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
+    pub bins: Option<u32>,
     /// Name of the cell
     #[arg(long, value_name = "NAME", default_value = "chaos", value_parser = cell_name)]
     pub cell: String,
@@ -372,6 +386,18 @@ pub enum ProcessName {
     Physics,
     /// Page and recorder.
     Monitor,
+}
+
+impl ProcessName {
+    /// Whether `process` is, or is one of, those of this name.
+    pub(crate) fn includes(self, process: Process) -> bool {
+        match self {
+            Self::Task => process == Process::Task,
+            Self::Controller => matches!(process, Process::Controller(_)),
+            Self::Physics => process == Process::Physics,
+            Self::Monitor => process == Process::Monitor,
+        }
+    }
 }
 
 /// `robocell restart`.

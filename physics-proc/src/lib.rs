@@ -12,6 +12,7 @@ pub mod error;
 #[cfg(test)]
 mod fault_tests;
 mod gripper;
+pub mod keeper;
 pub mod operator;
 pub mod plant;
 pub mod process;

@@ -9,7 +9,7 @@ mod fit;
 mod lockstep;
 mod memory;
 mod real_time;
-mod scenes;
+pub(crate) mod scenes;
 mod start;
 
 use std::path::PathBuf;

@@ -7,7 +7,7 @@ use cell_sim::eval::template;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 /// The cell that all are made from.
-pub(super) const DEMO: &str = "reach";
+pub(crate) const DEMO: &str = "reach";
 /// Outer edge lengths of a bin, and its walls (m).
 const BIN_M: [f64; 3] = [0.3, 0.2, 0.147];
 const WALL_M: f64 = 0.004;
@@ -50,7 +50,7 @@ pub(super) fn obstacles(count: usize) -> Result<Cell, ModelError> {
 }
 
 /// Cubes apart from each other on the floor.
-pub(super) fn cubes(count: usize) -> Result<Cell, ModelError> {
+pub(crate) fn cubes(count: usize) -> Result<Cell, ModelError> {
     let mut cell = base()?;
     let place = |index: usize| {
         let (row, column) = (index / CUBES_IN_A_ROW, index % CUBES_IN_A_ROW);
@@ -66,7 +66,7 @@ pub(super) fn cubes(count: usize) -> Result<Cell, ModelError> {
 }
 
 /// Parts that fall into one bin that stands fast.
-pub(super) fn pile(count: usize) -> Result<Cell, ModelError> {
+pub(crate) fn pile(count: usize) -> Result<Cell, ModelError> {
     let mut cell = base()?;
     cell.fixtures.push(FixtureSpec {
         name: "bin".to_owned(),
@@ -103,7 +103,7 @@ pub(super) fn bins_awake(count: usize) -> Result<Cell, ModelError> {
 }
 
 /// Bins that sleep when they rest, in columns of four.
-pub(super) fn bins_asleep(count: usize) -> Result<Cell, ModelError> {
+pub(crate) fn bins_asleep(count: usize) -> Result<Cell, ModelError> {
     bins(count, true)
 }
 

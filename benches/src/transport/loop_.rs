@@ -1,11 +1,14 @@
-//! `bench loop`: how late a 1 kHz cycle starts.
+//! `bench loop`: how late a 1 kHz cycle starts, and how late that of physics where it
+//! keeps a state of 1 MB.
 
 use std::process::Command;
 
 use cell_rt::priority::{self, PHYSICS_PRIORITY};
 use cell_rt::{Grid, monotonic_ns, sleep_until};
 
+use super::site::BenchRun;
 use super::{BenchError, io};
+use crate::kept::KeptPhysics;
 use crate::report::{Report, Row, Samples};
 
 const PERIOD_NS: u64 = 1_000_000;
@@ -14,16 +17,28 @@ const BLOCK: usize = 1000;
 /// Goes of each row.
 const ROUNDS: usize = 12;
 
+/// The rows of physics.
+const NOT_KEPT: &str = "physics, no state is kept";
+const KEPT: &str = "physics, a state of 1 MB is kept";
+
 /// Measures and prints.
 pub(crate) fn run(json: bool) -> Result<(), BenchError> {
+    let place = BenchRun::create()?;
+    // Its thread that writes gets neither real-time priority nor the core.
+    let mut physics = KeptPhysics::new(&place.dir)?;
     let core = priority::core_count() - 1;
     let granted = priority::request(PHYSICS_PRIORITY, Some(core));
     let mut grid = Samples::with_capacity(ROUNDS * BLOCK);
     let mut sleep = Samples::with_capacity(ROUNDS * BLOCK);
+    let mut not_kept = Samples::with_capacity(ROUNDS * BLOCK);
+    let mut kept = Samples::with_capacity(ROUNDS * BLOCK);
     let mut cyclictest = Some(Samples::with_capacity(ROUNDS * BLOCK));
     for _ in 0..ROUNDS {
         grid_block(&mut grid, granted.fifo);
         sleep_block(&mut sleep);
+        let block = (BLOCK, PERIOD_NS);
+        physics.block(&mut not_kept, block, granted.fifo, false);
+        physics.block(&mut kept, block, granted.fifo, true);
         // Once missing, it stays missing.
         cyclictest = match cyclictest {
             Some(samples) => cyclictest_block(samples, core, granted.fifo)?,
@@ -41,6 +56,13 @@ pub(crate) fn run(json: bool) -> Result<(), BenchError> {
         grid.into_row("grid".to_owned()),
         sleep.into_row("nanosleep".to_owned()),
     ];
+    let megabytes = physics.megabytes();
+    report.notes.push(format!(
+        "physics: a tick of a scene at rest, without a bus; its state has {megabytes:.2} MB"
+    ));
+    report.rows.push(not_kept.into_row(NOT_KEPT.to_owned()));
+    report.rows.push(kept.into_row(KEPT.to_owned()));
+    report.compare(KEPT, NOT_KEPT);
     let base = add_cyclictest(&mut report, cyclictest);
     report.compare("grid", base);
     if base != "nanosleep" {

@@ -11,6 +11,8 @@ mod site;
 
 use thiserror::Error;
 
+use crate::error::CoreError;
+
 /// A bench could not be carried through.
 #[derive(Debug, Error)]
 pub(crate) enum BenchError {
@@ -22,6 +24,9 @@ pub(crate) enum BenchError {
         /// Why it failed.
         source: std::io::Error,
     },
+    /// A scene whose state is kept.
+    #[error("the bench has no scene: {0}")]
+    Scene(#[from] CoreError),
     /// Shared memory made trouble.
     #[error("the bench has no transport: {0}")]
     Bus(String),

@@ -13,6 +13,7 @@ use clap::ValueEnum;
 use ipc_types::topic::Process;
 
 use super::random::Random;
+use crate::cli::ProcessName;
 use crate::run::LiveCell;
 
 /// Busy loops beside the cell.
@@ -65,12 +66,21 @@ pub(super) enum Begun {
 /// Faults that last.
 #[derive(Debug, Default)]
 pub(super) struct Faults {
+    /// What is killed and stopped; any process without it.
+    only: Option<ProcessName>,
     stopped: Vec<(u64, u32)>,
     busy: Vec<(u64, Child)>,
     filled: Option<(u64, PathBuf)>,
 }
 
 impl Faults {
+    /// None so far; `only` this process is killed and stopped.
+    pub(super) fn new(only: Option<ProcessName>) -> Self {
+        let mut this = Self::default();
+        this.only = only;
+        this
+    }
+
     /// Does `kind` to the cell; `None` where it cannot be done now.
     pub(super) fn begin(
         &mut self,
@@ -80,13 +90,9 @@ impl Faults {
         now_ns: u64,
     ) -> Option<Begun> {
         match kind {
-            FaultKind::Kill => {
-                let (struck, pid) = victim(live, random, now_ns)?;
-                kill(pid, SIGKILL).ok()?;
-                Some(Begun::Gone(struck))
-            }
+            FaultKind::Kill => kill_one(live, self.only, random, now_ns).map(Begun::Gone),
             FaultKind::Stop => {
-                let (struck, pid) = victim(live, random, now_ns)?;
+                let (struck, pid) = victim(live, self.only, random, now_ns)?;
                 kill(pid, SIGSTOP).ok()?;
                 let for_ns = STOPPED_NS.0 + random.share() * (STOPPED_NS.1 - STOPPED_NS.0);
                 self.stopped.push((now_ns + nanos(for_ns), pid));
@@ -182,8 +188,26 @@ fn flood(socket: &Path, until_ns: u64) {
     }
 }
 
-fn victim(live: &LiveCell, random: &mut Random, now_ns: u64) -> Option<(Struck, u32)> {
-    let pids = live.pids();
+/// Kills a process; `None` where it is gone already.
+pub(super) fn kill_one(
+    live: &LiveCell,
+    only: Option<ProcessName>,
+    random: &mut Random,
+    now_ns: u64,
+) -> Option<Struck> {
+    let (struck, pid) = victim(live, only, random, now_ns)?;
+    kill(pid, SIGKILL).ok()?;
+    Some(struck)
+}
+
+fn victim(
+    live: &LiveCell,
+    only: Option<ProcessName>,
+    random: &mut Random,
+    now_ns: u64,
+) -> Option<(Struck, u32)> {
+    let mut pids = live.pids();
+    pids.retain(|(process, _)| only.is_none_or(|name| name.includes(*process)));
     let (process, _) = pids.get(random.below(pids.len()))?;
     of(live, *process, now_ns)
 }

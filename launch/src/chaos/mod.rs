@@ -1,21 +1,25 @@
 //! `robocell chaos`: jobs back to back, and faults while they run.
 
 mod fault;
+mod kills;
 mod random;
 mod report;
 
+use cell_model::runs::summary::RunOutcome;
 use cell_rt::clock::monotonic_ns;
 use cell_rt::signal::stop_requested;
 use clap::Parser;
 use ipc_types::topic::Process;
+use ipc_types::world::FLAG_ENDING;
 
-use crate::cli::{ChaosArgs, Cli, Command};
+use crate::cli::{ChaosArgs, Cli, Command, ProcessName};
 use crate::failure::{Code, Failure};
 use crate::leftovers::Leftovers;
 use crate::run::{End, LiveCell, Plan};
 use crate::{output, say};
 pub use fault::FaultKind;
-use fault::{Begun, Faults, Struck};
+use fault::{Begun, Faults, Struck, kill_one};
+use kills::{Kills, Sight};
 use random::Random;
 use report::Recovery;
 pub(crate) use report::Report;
@@ -26,50 +30,70 @@ const LONGEST_NS: u64 = 30 * SECOND_NS;
 
 /// Does what the command line says.
 pub(crate) fn chaos(args: &ChaosArgs) -> Result<(), Failure> {
-    let end_ns = monotonic_ns() + nanos(args.minutes * 60.0);
-    let mut report = Report::new(&args.demo, args.seed, args.minutes);
-    for kind in &args.faults {
-        report.faults.insert(word(*kind), 0);
-    }
-    let mut injector = Injector::new(args, end_ns);
+    let mut report = Report::new(&args.demo, args.seed);
+    let mut course = match args.kills {
+        Some(count) => Course::Kills(Kills::new(count, args.seed)),
+        None => Course::Faults(Box::new(Injector::new(args, &mut report))),
+    };
     let mut job = 0;
-    while monotonic_ns() < end_ns && !stop_requested() {
-        let plan = plan(args, args.seed + job)?;
+    while !course.is_over() && !stop_requested() {
+        let seed = args.seed.wrapping_add(job);
+        let plan = plan(args, seed)?;
         job += 1;
-        let dir = plan.dir.clone();
-        let live = LiveCell::start(plan)?;
-        let end = live.stay(|live| injector.turn(live, &mut report));
-        injector.end_of_job();
-        report.leftovers += Leftovers::find(&dir).count();
-        match end {
-            End::Finished(summary) => report.job(&summary),
-            End::GaveUp(failure) => {
-                report.jobs_failed += 1;
-                say::warn(format_args!("job {job}: {failure}"));
-            }
-            End::Stopped(_) | End::Replaced(_) => {}
-        }
-        if !args.json {
-            say::line(format_args!(
-                "job {job}: {} finished, {} failed, {} parts lost",
-                report.jobs_done, report.jobs_failed, report.parts_lost
-            ));
-        }
+        course.begin_job(job, seed);
+        let ticks = play(args, plan, job, &mut course, &mut report)?;
+        course.end_of_job(ticks);
     }
-    report.recovery_ms = Recovery::of(injector.recoveries_ms);
+    let note = course.end(&mut report);
     if args.json {
         output::print(&report)?;
     } else {
         say::raw(report.table().as_bytes());
-        injector.impossible.iter().for_each(|kind| {
-            say::line(format_args!("note: {} could not be done here", word(*kind)));
-        });
     }
-    let is_bad = report.jobs_failed > 0 || report.parts_lost > 0 || report.leftovers > 0;
-    if is_bad {
+    if let Some(note) = note {
+        say::warn(note);
+    }
+    if report.is_bad() {
         return Err(Failure::silent(Code::TaskFailed));
     }
     Ok(())
+}
+
+/// One job; its length in ticks where it was done.
+fn play(
+    args: &ChaosArgs,
+    plan: Plan,
+    job: u64,
+    course: &mut Course,
+    report: &mut Report,
+) -> Result<Option<u64>, Failure> {
+    let dir = plan.dir.clone();
+    let live = LiveCell::start(plan)?;
+    let end = live.stay(|live| course.turn(live, args, report));
+    report.leftovers += Leftovers::find(&dir).count();
+    let mut ticks = None;
+    match end {
+        End::Finished(summary) => {
+            report.job(&summary);
+            ticks = (summary.outcome == RunOutcome::Done).then_some(summary.ticks);
+            if ticks.is_none() {
+                let reason = summary.reason.as_deref().unwrap_or("out of time");
+                say::warn(format_args!("job {job} failed: {reason}"));
+            }
+        }
+        End::GaveUp(failure) => {
+            report.jobs_failed += 1;
+            say::warn(format_args!("job {job}: {failure}"));
+        }
+        End::Stopped(_) | End::Replaced(_) => {}
+    }
+    if !args.json {
+        say::line(format_args!(
+            "job {job}: {} finished, {} failed, {} parts lost",
+            report.jobs_done, report.jobs_failed, report.parts_lost
+        ));
+    }
+    Ok(ticks)
 }
 
 /// The run of one job, as `robocell run` would have it.
@@ -84,9 +108,86 @@ fn plan(args: &ChaosArgs, seed: u64) -> Result<Plan, Failure> {
     match &mut cli.command {
         Command::Run(run) => {
             run.data = args.data.clone();
+            run.speed = args.speed;
+            run.bins = args.bins;
             Plan::resolve(run)
         }
         _ => Err(Failure::usage("no run")),
+    }
+}
+
+/// What happens to the jobs.
+enum Course {
+    /// Faults for a time.
+    Faults(Box<Injector>),
+    /// A number of kills.
+    Kills(Kills),
+}
+
+impl Course {
+    fn is_over(&self) -> bool {
+        match self {
+            Self::Faults(injector) => monotonic_ns() >= injector.end_ns,
+            Self::Kills(kills) => kills.is_over(),
+        }
+    }
+
+    fn begin_job(&mut self, job: u64, seed: u64) {
+        match self {
+            Self::Faults(_) => {}
+            Self::Kills(kills) => kills.begin_job(job, seed),
+        }
+    }
+
+    fn turn(&mut self, live: &mut LiveCell, args: &ChaosArgs, report: &mut Report) {
+        match self {
+            Self::Faults(injector) => injector.turn(live, report),
+            Self::Kills(kills) => {
+                let now_ns = monotonic_ns();
+                let strike = |random: &mut Random| kill_one(live, args.process, random, now_ns);
+                kills.turn(now_ns, &sight(live), strike, |process| {
+                    works_since(live, process)
+                });
+            }
+        }
+    }
+
+    fn end_of_job(&mut self, ticks: Option<u64>) {
+        match self {
+            Self::Faults(injector) => injector.end_of_job(),
+            Self::Kills(kills) => kills.end_of_job(ticks),
+        }
+    }
+
+    /// Completes the report; what else a person has to know.
+    fn end(self, report: &mut Report) -> Option<String> {
+        match self {
+            Self::Faults(injector) => {
+                report.recovery_ms = Recovery::of(injector.recoveries_ms);
+                let kinds = injector.impossible.into_iter().map(word);
+                let kinds = kinds.collect::<Vec<_>>().join(", ");
+                (!kinds.is_empty()).then(|| format!("{kinds} could not be done here"))
+            }
+            Self::Kills(kills) => {
+                let (missing, why) = (kills.missing(), kills.why_over());
+                report.kills(kills.into_done(), missing);
+                let are = if missing == 1 { "kill is" } else { "kills are" };
+                (missing > 0).then(|| format!("{missing} {are} missing: {why}"))
+            }
+        }
+    }
+}
+
+/// What is seen of a running cell.
+fn sight(live: &LiveCell) -> Sight {
+    let Some(state) = live.watch().state() else {
+        return Sight::default();
+    };
+    Sight {
+        can_be_hit: live.is_ready() && !state.has(FLAG_ENDING),
+        tick: state.header.tick,
+        generation: state.header.generation,
+        resumed_tick: state.resumed_tick,
     }
 }
 
@@ -102,6 +203,7 @@ struct Injector {
     end_ns: u64,
     random: Random,
     next_ns: u64,
+    only: Option<ProcessName>,
     faults: Faults,
     struck: Vec<Struck>,
     recoveries_ms: Vec<f64>,
@@ -109,14 +211,17 @@ struct Injector {
 }
 
 impl Injector {
-    fn new(args: &ChaosArgs, end_ns: u64) -> Self {
+    fn new(args: &ChaosArgs, report: &mut Report) -> Self {
+        report.minutes = Some(args.minutes);
+        report.faults = args.faults.iter().map(|kind| (word(*kind), 0)).collect();
         Self {
             kinds: args.faults.clone(),
             mean_ns: 60.0e9 / args.rate,
-            end_ns,
+            end_ns: monotonic_ns() + nanos(args.minutes * 60.0),
             random: Random::new(args.seed),
             next_ns: 0,
-            faults: Faults::default(),
+            only: args.process,
+            faults: Faults::new(args.process),
             struck: Vec::new(),
             recoveries_ms: Vec::new(),
             impossible: Vec::new(),
@@ -181,7 +286,7 @@ impl Injector {
     }
 
     fn end_of_job(&mut self) {
-        self.faults = Faults::default();
+        self.faults = Faults::new(self.only);
         self.struck.clear();
         self.next_ns = 0;
     }

@@ -4,8 +4,11 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use cell_model::runs::summary::{RunOutcome, RunSummary};
+use ipc_types::TICK_NS;
 use schemars::JsonSchema;
 use serde::Serialize;
+
+use super::kills::{Kill, MOST_TICKS_LOST};
 
 /// Percentiles of the time until a process was back (ms).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
@@ -35,7 +38,8 @@ impl Recovery {
 pub(crate) struct Report {
     pub(super) demo: String,
     pub(super) seed: u64,
-    pub(super) minutes: f64,
+    /// Duration; null with `--kills`.
+    pub(super) minutes: Option<f64>,
     /// How many of each kind were injected.
     pub(super) faults: BTreeMap<String, u32>,
     pub(super) recovery_ms: Recovery,
@@ -46,16 +50,20 @@ pub(crate) struct Report {
     pub(super) limit_violations: u64,
     /// Processes, segments and files that a job left behind.
     pub(super) leftovers: usize,
+    /// Each kill of `--kills`; empty without.
+    pub(super) kills: Vec<Kill>,
+    /// Kills of `--kills` that were not done.
+    pub(super) kills_missing: usize,
     #[serde(skip)]
     placed: Vec<usize>,
 }
 
 impl Report {
-    pub(super) fn new(demo: &str, seed: u64, minutes: f64) -> Self {
+    pub(super) fn new(demo: &str, seed: u64) -> Self {
         Self {
             demo: demo.to_owned(),
             seed,
-            minutes,
+            minutes: None,
             faults: BTreeMap::new(),
             recovery_ms: Recovery::default(),
             jobs_done: 0,
@@ -63,6 +71,8 @@ impl Report {
             parts_lost: 0,
             limit_violations: 0,
             leftovers: 0,
+            kills: Vec::new(),
+            kills_missing: 0,
             placed: Vec::new(),
         }
     }
@@ -81,9 +91,23 @@ impl Report {
         self.parts_lost = u32::try_from(lost).unwrap_or(u32::MAX);
     }
 
+    /// The kills of `--kills`, all of them.
+    pub(super) fn kills(&mut self, kills: Vec<Kill>, missing: usize) {
+        let count = u32::try_from(kills.len()).unwrap_or(u32::MAX);
+        self.faults.insert("kill".to_owned(), count);
+        self.recovery_ms = Recovery::of(kills.iter().filter_map(|kill| kill.back_ms).collect());
+        (self.kills, self.kills_missing) = (kills, missing);
+    }
+
+    /// Whether a promise was broken.
+    pub(super) fn is_bad(&self) -> bool {
+        let is_lost = self.jobs_failed > 0 || self.parts_lost > 0 || self.leftovers > 0;
+        is_lost || self.kills_missing > 0 || self.kills.iter().any(Kill::is_bad)
+    }
+
     /// For people.
     pub(super) fn table(&self) -> String {
-        let mut out = String::new();
+        let mut out = self.kill_table();
         let faults = self.faults.iter().map(|(kind, n)| format!("{kind} {n}"));
         let faults: Vec<_> = faults.collect();
         let recovery = &self.recovery_ms;
@@ -105,6 +129,34 @@ impl Report {
         for (name, value) in rows {
             // Writing to a string cannot fail.
             let _written = writeln!(out, "{name:<18}{value}").is_ok();
+        }
+        if let Some(most) = self.kills.iter().filter_map(|kill| kill.ticks_lost).max() {
+            let row = format!("{most} at most, {MOST_TICKS_LOST} are allowed");
+            let _written = writeln!(out, "{:<18}{row}", "ticks lost").is_ok();
+        }
+        out
+    }
+
+    /// A line for each kill of `--kills`.
+    fn kill_table(&self) -> String {
+        let mut out = String::new();
+        if self.kills.is_empty() {
+            return out;
+        }
+        let heads = "kill   job  process              at s  ticks lost  back after ms";
+        let _written = writeln!(out, "{heads}").is_ok();
+        for (number, kill) in (1..).zip(&self.kills) {
+            let at_s = (kill.tick * TICK_NS) as f64 * 1.0e-9;
+            let lost = kill.ticks_lost.map_or("-".to_owned(), |n| n.to_string());
+            let back = kill.back_ms.map(|ms| format!("{ms:.0}"));
+            let back = back.unwrap_or_else(|| "never".to_owned());
+            let mark = if kill.is_bad() { "  <- broken" } else { "" };
+            let _written = writeln!(
+                out,
+                "{number:>4} {:>5}  {:<14} {at_s:>10.3} {lost:>11} {back:>14}{mark}",
+                kill.job, kill.process
+            )
+            .is_ok();
         }
         out
     }
@@ -139,7 +191,7 @@ mod tests {
 
     #[test]
     fn a_part_is_lost_where_a_finished_job_has_fewer_than_the_others() {
-        let mut report = Report::new("d", 1, 5.0);
+        let mut report = Report::new("d", 1);
         report.job(&summary(Outcome::Done, 3));
         report.job(&summary(Outcome::Done, 4));
         report.job(&summary(Outcome::Failed, 0));
@@ -152,13 +204,41 @@ mod tests {
 
     #[test]
     fn the_keys_are_the_published_ones() {
-        let mut report = Report::new("franka-stack", 7, 0.5);
+        let mut report = Report::new("franka-stack", 7);
+        report.minutes = Some(0.5);
         report.faults.insert("kill".to_owned(), 2);
         report.recovery_ms = Recovery::of(vec![30.0, 10.0, 20.0]);
         assert_eq!(
             serde_json::to_string(&report).unwrap(),
-            r#"{"demo":"franka-stack","seed":7,"minutes":0.5,"faults":{"kill":2},"recovery_ms":{"p50":20.0,"p99":30.0,"max":30.0},"jobs_done":0,"jobs_failed":0,"parts_lost":0,"limit_violations":0,"leftovers":0}"#
+            r#"{"demo":"franka-stack","seed":7,"minutes":0.5,"faults":{"kill":2},"recovery_ms":{"p50":20.0,"p99":30.0,"max":30.0},"jobs_done":0,"jobs_failed":0,"parts_lost":0,"limit_violations":0,"leftovers":0,"kills":[],"kills_missing":0}"#
         );
         assert!(report.table().contains("kill 2"));
+    }
+
+    #[test]
+    fn a_kill_that_went_too_far_back_is_marked_and_makes_the_report_bad() {
+        let kill = |ticks_lost| Kill {
+            job: 2,
+            seed: 7,
+            process: "physics".to_owned(),
+            tick: 10_240,
+            ticks_lost: Some(ticks_lost),
+            back_ms: Some(45.2),
+        };
+        let mut report = Report::new("franka-stack", 7);
+        report.kills(vec![kill(1000)], 0);
+        assert!(!report.is_bad());
+        report.kills(vec![kill(1000), kill(91_200)], 0);
+        assert!(report.is_bad());
+        let table = report.table();
+        assert!(table.contains("ticks lost        91200 at most"), "{table}");
+        assert_eq!(table.matches("<- broken").count(), 1, "{table}");
+        assert_eq!(
+            serde_json::to_string(&report.kills[1]).unwrap(),
+            r#"{"job":2,"seed":7,"process":"physics","tick":10240,"ticks_lost":91200,"back_ms":45.2}"#
+        );
+        // A kill that is missing proves nothing.
+        report.kills(vec![kill(10)], 1);
+        assert!(report.is_bad());
     }
 }

@@ -36,10 +36,7 @@ pub(crate) fn restart(args: &RestartArgs) -> Result<(), Failure> {
         check_task(&session, args.policy.as_deref())?;
     }
     let bus = session.join()?;
-    let is_named = |process: &Process| {
-        process.name() == name
-            || (name == "controller" && matches!(process, Process::Controller(_)))
-    };
+    let is_named = |process: &Process| args.process.includes(*process);
     let processes = Process::all(session.spec.arms).into_iter().filter(is_named);
     let mut starts = processes
         .map(|process| Start::watch(&bus, process))

@@ -32,6 +32,7 @@ mod new_project;
 mod outputs;
 mod page;
 mod page_serving;
+mod physics_kills;
 mod plot;
 mod random_kills;
 mod replay;

@@ -24,7 +24,7 @@ fn check(base: &Path, name: &str, said: &Said) {
 }
 
 /// `robocell WORDS` in `base`, whose output is described as NAME.
-fn checked(base: &Path, name: &str, words: &[&str]) -> Said {
+pub(crate) fn checked(base: &Path, name: &str, words: &[&str]) -> Said {
     let said = finish(robocell(base, words));
     check(base, name, &said);
     said
