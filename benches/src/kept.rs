@@ -53,21 +53,27 @@ impl KeptPhysics {
         self.bytes as f64 * 1.0e-6
     }
 
-    /// So many ticks on a grid of `period_ns`; how late each one started.
-    pub(crate) fn block(
-        &mut self,
-        samples: &mut Samples,
-        (ticks, period_ns): (usize, u64),
-        fifo: bool,
-        keeps: bool,
-    ) {
-        let mut grid = Grid::new(period_ns, monotonic_ns(), fifo);
+    /// A block of ticks on `grid`, without a state that is kept.
+    pub(crate) fn not_kept(&mut self, grid: &mut Grid, ticks: usize, late: &mut Samples) {
         for _ in 0..ticks {
-            samples.record(grid.wait().lateness_ns());
+            late.record(grid.wait().lateness_ns());
             tick(&mut self.plant);
-            if keeps {
-                self.keeper.turn(&self.plant);
-            }
+        }
+    }
+
+    /// The same with one that is kept; `keeping` is the time that each tick spends on it.
+    pub(crate) fn kept(
+        &mut self,
+        grid: &mut Grid,
+        ticks: usize,
+        (late, keeping): (&mut Samples, &mut Samples),
+    ) {
+        for _ in 0..ticks {
+            late.record(grid.wait().lateness_ns());
+            tick(&mut self.plant);
+            let began_ns = monotonic_ns();
+            self.keeper.turn(&self.plant);
+            keeping.record(monotonic_ns().saturating_sub(began_ns));
         }
     }
 }

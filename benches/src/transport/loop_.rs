@@ -20,6 +20,7 @@ const ROUNDS: usize = 12;
 /// The rows of physics.
 const NOT_KEPT: &str = "physics, no state is kept";
 const KEPT: &str = "physics, a state of 1 MB is kept";
+const KEEPING: &str = "time of a tick that is spent on keeping";
 
 /// Measures and prints.
 pub(crate) fn run(json: bool) -> Result<(), BenchError> {
@@ -30,15 +31,15 @@ pub(crate) fn run(json: bool) -> Result<(), BenchError> {
     let granted = priority::request(PHYSICS_PRIORITY, Some(core));
     let mut grid = Samples::with_capacity(ROUNDS * BLOCK);
     let mut sleep = Samples::with_capacity(ROUNDS * BLOCK);
-    let mut not_kept = Samples::with_capacity(ROUNDS * BLOCK);
-    let mut kept = Samples::with_capacity(ROUNDS * BLOCK);
+    let [mut not_kept, mut kept, mut keeping] =
+        [(); 3].map(|()| Samples::with_capacity(ROUNDS * BLOCK));
     let mut cyclictest = Some(Samples::with_capacity(ROUNDS * BLOCK));
     for _ in 0..ROUNDS {
         grid_block(&mut grid, granted.fifo);
         sleep_block(&mut sleep);
-        let block = (BLOCK, PERIOD_NS);
-        physics.block(&mut not_kept, block, granted.fifo, false);
-        physics.block(&mut kept, block, granted.fifo, true);
+        physics.not_kept(&mut new_grid(granted.fifo), BLOCK, &mut not_kept);
+        let both = (&mut kept, &mut keeping);
+        physics.kept(&mut new_grid(granted.fifo), BLOCK, both);
         // Once missing, it stays missing.
         cyclictest = match cyclictest {
             Some(samples) => cyclictest_block(samples, core, granted.fifo)?,
@@ -62,6 +63,7 @@ pub(crate) fn run(json: bool) -> Result<(), BenchError> {
     ));
     report.rows.push(not_kept.into_row(NOT_KEPT.to_owned()));
     report.rows.push(kept.into_row(KEPT.to_owned()));
+    report.rows.push(keeping.into_row(KEEPING.to_owned()));
     report.compare(KEPT, NOT_KEPT);
     let base = add_cyclictest(&mut report, cyclictest);
     report.compare("grid", base);
@@ -84,9 +86,13 @@ fn add_cyclictest(report: &mut Report, samples: Option<Samples>) -> &'static str
     "nanosleep"
 }
 
+fn new_grid(fifo: bool) -> Grid {
+    Grid::new(PERIOD_NS, monotonic_ns(), fifo)
+}
+
 /// The cell's loop: sleeps most of the way, spins the rest.
 fn grid_block(samples: &mut Samples, fifo: bool) {
-    let mut grid = Grid::new(PERIOD_NS, monotonic_ns(), fifo);
+    let mut grid = new_grid(fifo);
     for _ in 0..BLOCK {
         samples.record(grid.wait().lateness_ns());
     }

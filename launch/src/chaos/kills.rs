@@ -339,7 +339,14 @@ mod tests {
     #[test]
     fn a_kill_that_costs_more_than_a_second_is_bad() {
         let (kills, ..) = series(1001, 5);
-        assert!(kills.into_done().iter().filter(|kill| kill.is_bad()).count() > 15);
+        assert!(
+            kills
+                .into_done()
+                .iter()
+                .filter(|kill| kill.is_bad())
+                .count()
+                > 15
+        );
     }
 
     #[test]
