@@ -49,11 +49,19 @@ wire! {
         pub apply_age_p50_ns: f64,
         /// p99 of the same.
         pub apply_age_p99_ns: f64,
-        /// Newest trouble in words, empty if none.
-        pub note: Text<96>,
-        /// State that is lost, or would be lost if this process were killed now, in
-        /// words; empty if none.
-        pub lost: Text<160>,
+        /// Newest trouble in words, empty if none. A fault begins with [`FAULT`].
+        pub note: Text<192>,
+    }
+}
+
+/// Before a note that people must see at once, and after the run: the process works, but
+/// a promise is not kept.
+pub const FAULT: &str = "fault: ";
+
+impl Health {
+    /// The fault it reports.
+    pub fn fault(&self) -> Option<&str> {
+        self.note.as_str().strip_prefix(FAULT)
     }
 }
 
@@ -75,7 +83,6 @@ impl Validate for Health {
             self.apply_age_p99_ns,
         ];
         Check::within("figures", &values, 1.0e15)?;
-        self.note.check("note")?;
-        self.lost.check("lost")
+        self.note.check("note")
     }
 }

@@ -18,6 +18,7 @@ impl Keeper {
 
     /// Keeps the state if it is due; called after each tick.
     pub fn turn(&mut self, plant: &Plant) {
-        self.0.turn(plant);
+        self.0.announce(plant);
+        self.0.save(plant);
     }
 }

@@ -242,8 +242,9 @@ impl PhysicsProcess {
             cell_worker::warn(format_args!("{}", self.plant.world().fault_words()));
         }
         self.resume.save(&self.plant);
-        // The log has it already.
-        let _changed = self.health.lost(&self.resume.lost(self.tick));
+        let lost = self.resume.lost(self.tick);
+        self.health
+            .fault((!lost.is_empty()).then_some(lost.as_str()));
         self.report.turn(&self.plant);
     }
 

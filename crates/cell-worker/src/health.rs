@@ -5,7 +5,7 @@ use cell_model::runs::incident::ring_path;
 use cell_rt::black_box::VALUES;
 use cell_rt::overrun::OverrunWatch;
 use cell_rt::{BlackBox, BoxedCycle, Histogram};
-use ipc_types::health::Scheduling;
+use ipc_types::health::{FAULT, Scheduling};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{DECISION_TICKS, Header, Health, Invalid, TICK_NS, Text};
 
@@ -31,6 +31,8 @@ pub struct HealthReporter {
     next_ns: u64,
     /// The newest message that was refused: its topic, why, and when it is forgotten.
     refused: Option<(&'static str, Invalid, u64)>,
+    /// What is told before any note.
+    fault: Option<Text<192>>,
     process: Process,
     lockstep: bool,
     overruns: OverrunWatch,
@@ -91,6 +93,7 @@ impl HealthReporter {
             window_cycles: 0,
             next_ns: 0,
             refused: None,
+            fault: None,
         })
     }
 
@@ -150,12 +153,11 @@ impl HealthReporter {
         }
     }
 
-    /// State that is lost, or would be lost with this process; empty for none. The
-    /// launcher reports it, in the log and in the summary of the run. Whether it differs
-    /// from before.
-    pub fn lost(&mut self, lost: &str) -> bool {
-        let lost = Text::new(lost);
-        std::mem::replace(&mut self.message.lost, lost) != lost
+    /// A promise that is not kept, in up to 185 bytes, until it is kept again (`None`). It
+    /// hides every note: `status`, `top`, the page and the launcher show it at once, the
+    /// summary of the run at the end.
+    pub fn fault(&mut self, fault: Option<&str>) {
+        self.fault = fault.map(|fault| Text::format(format_args!("{FAULT}{fault}")));
     }
 
     /// A message of `topic` was refused, if `invalid` says why. It is told for some
@@ -182,6 +184,9 @@ impl HealthReporter {
         let mut message = self.message;
         if let (true, Some((topic, invalid, _))) = (message.note.is_empty(), &self.refused) {
             message.note = Text::format(format_args!("refused a {topic}: {invalid}"));
+        }
+        if let Some(fault) = self.fault {
+            message.note = fault;
         }
         // A message that was not sent is followed by another in 10 ms.
         let _sent = self.publisher.publish(|slot| *slot = message).is_ok();

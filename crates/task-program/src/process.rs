@@ -88,6 +88,8 @@ struct TaskProcess {
     health: HealthReporter,
     message: Decision,
     begun: bool,
+    /// What was reported as lost last.
+    lost: String,
     /// Tick the pictures were sent at last, and when that was (ns).
     drawn: Option<u64>,
     drawn_ns: u64,
@@ -117,6 +119,7 @@ impl TaskProcess {
             health: HealthReporter::new(start, bus, Process::Task, fifo)?,
             message: Decision::zeroed(),
             begun: false,
+            lost: String::new(),
             drawn: None,
             drawn_ns: 0,
         })
@@ -239,11 +242,16 @@ impl TaskProcess {
             .cycle(tick, began_ns, 0, [outcome, 0.0, 0.0, 0.0]);
     }
 
-    /// In the log of the cell, when it changes, and in the health.
+    /// In the health of the process, and in the trace when it changes.
     fn report_lost(&mut self, tick: u64) {
         let lost = self.slots.lost();
-        if self.health.lost(lost) && !lost.is_empty() {
-            let line = format!("[task] {lost}");
+        if self.lost == lost {
+            return;
+        }
+        self.lost = lost.to_owned();
+        self.health.fault((!lost.is_empty()).then_some(lost));
+        if !self.lost.is_empty() {
+            let line = format!("[task] {}", self.lost);
             self.say(tick, &line);
         }
     }

@@ -308,6 +308,9 @@ impl LiveCell {
         for event in self.watch.take(news) {
             self.tell(now, event);
         }
+        while let Some(fault) = self.watch.next_fault() {
+            say::warn(format_args!("fault of {fault}"));
+        }
         if self.bus.deaf_ns(now) <= DEAF_LIMIT_NS {
             return;
         }
@@ -333,7 +336,7 @@ impl LiveCell {
         };
         let bus = BusThread::start(site.clone(), spec.run, &self.processes)?;
         drop(std::mem::replace(&mut self.bus, bus));
-        self.watch = Watch::new(&self.processes);
+        self.watch = Watch::new(&self.processes).with_faults_of(&mut self.watch);
         self.sweep = HalfMadeSweep::new(site);
         leftovers::sweep(&self.plan.dir, &self.plan.spec.prefix);
         leftovers::remove(&old_root).cannot(format!("remove {}", old_root.display()))

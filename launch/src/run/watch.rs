@@ -7,6 +7,9 @@ use ipc_types::{Decision, Health, WorldState};
 use super::bus_thread::News;
 use crate::supervisor::Event;
 
+/// Different faults that are told of one cell.
+const MOST_FAULTS: usize = 20;
+
 /// Health of one process, over its restarts.
 struct Pulse {
     process: Process,
@@ -22,6 +25,10 @@ pub struct Watch {
     pulses: Vec<Pulse>,
     state: Option<Box<WorldState>>,
     decision: Option<Box<Decision>>,
+    /// Each fault that was reported, once, in the order of the reports.
+    faults: Vec<String>,
+    /// How many of them were told.
+    told: usize,
 }
 
 impl Watch {
@@ -38,6 +45,17 @@ impl Watch {
             pulses: processes.iter().map(pulse).collect(),
             state: None,
             decision: None,
+            faults: Vec::new(),
+            told: 0,
+        }
+    }
+
+    /// The same, with the faults that were reported to `before`.
+    pub(super) fn with_faults_of(self, before: &mut Self) -> Self {
+        Self {
+            faults: std::mem::take(&mut before.faults),
+            told: before.told,
+            ..self
         }
     }
 
@@ -51,10 +69,32 @@ impl Watch {
             ns: news.listened_ns,
         }];
         for (process, health) in news.healths {
+            self.note_fault(process, &health);
             let pulse = self.pulses.iter_mut().find(|p| p.process == process);
             events.extend(pulse.map(|pulse| pulse.take(health)));
         }
         events
+    }
+
+    fn note_fault(&mut self, process: Process, health: &Health) {
+        let fault = health.fault();
+        let fault = fault.map(|fault| format!("{}: {fault}", process.name()));
+        // A process that reports a new number with each fault must not fill the summary.
+        let is_new =
+            |fault: &String| self.faults.len() < MOST_FAULTS && !self.faults.contains(fault);
+        self.faults.extend(fault.filter(is_new));
+    }
+
+    /// Faults that processes reported since the start of the cell.
+    pub(super) fn faults(&self) -> &[String] {
+        &self.faults
+    }
+
+    /// The next fault that was not told yet.
+    pub(super) fn next_fault(&mut self) -> Option<String> {
+        let fault = self.faults.get(self.told)?.clone();
+        self.told += 1;
+        Some(fault)
     }
 
     /// The newest state of the world.
@@ -104,7 +144,7 @@ impl Pulse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ipc_types::{Header, Wire};
+    use ipc_types::{Header, Text, Wire};
 
     use crate::supervisor::{Action, Rules, Supervisor};
 
@@ -122,6 +162,21 @@ mod tests {
             listened_ns: gap_ns,
             ..News::default()
         }
+    }
+
+    #[test]
+    fn a_fault_is_told_once_though_its_process_is_replaced_and_is_kept_for_the_summary() {
+        let mut watch = Watch::new(&[Process::Physics]);
+        let mut told = Vec::new();
+        let fault = "fault: its state is not kept: 70000000 bytes";
+        for note in ["tick 7 waits for task", fault, fault, "", fault] {
+            let mut news = news(10, 5_000_000);
+            news.healths[0].1.note = Text::new(note);
+            watch.take(news);
+            told.extend(watch.next_fault());
+        }
+        assert_eq!(told, ["physics: its state is not kept: 70000000 bytes"]);
+        assert_eq!(watch.faults(), told);
     }
 
     #[test]

@@ -72,6 +72,9 @@ pub struct RunSummary {
     pub record_bytes: u64,
     /// Why what was recorded is not complete, if it is not.
     pub record_error: Option<String>,
+    /// Faults that processes reported, as `physics: REASON`, each once; missing without one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<String>,
     /// What became of the lines of the script; missing without one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub script_replies: Vec<ScriptReply>,
@@ -137,6 +140,7 @@ impl RunSummary {
             record_gaps: 0,
             record_bytes: 0,
             record_error: None,
+            faults: Vec::new(),
             script_replies: Vec::new(),
         }
     }

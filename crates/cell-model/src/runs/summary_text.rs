@@ -50,7 +50,9 @@ impl Display for RunSummary {
             let were = if self.script_left == 1 { "was" } else { "were" };
             write!(f, "; {lines} of the script {were} not reached")?;
         }
-        Ok(())
+        self.faults
+            .iter()
+            .try_for_each(|fault| write!(f, "; fault of {fault}"))
     }
 }
 
@@ -107,6 +109,28 @@ mod tests {
         assert!(!said(&state).contains("script"));
         state.script_left = 2;
         assert!(said(&state).contains("; 2 lines of the script were not reached"));
+    }
+
+    #[test]
+    fn a_fault_of_a_process_is_in_the_line() {
+        let facts = RunFacts {
+            demo: "reach",
+            policy: "follow",
+            seed: 0,
+            objects: &[],
+            wall_time_s: 1.0,
+            task_restarts: 0,
+            missed_cycles: 0,
+        };
+        let (state, decision) = (WorldState::zeroed(), Decision::zeroed());
+        let mut summary = RunSummary::new(&facts, &state, &decision);
+        assert!(!summary.to_string().contains("fault"));
+        summary.faults = vec!["physics: its state is not kept".to_owned()];
+        let text = summary.to_string();
+        assert!(
+            text.ends_with("; fault of physics: its state is not kept"),
+            "{text}"
+        );
     }
 
     #[test]

@@ -25,6 +25,7 @@ impl LiveCell {
         let none = Decision::zeroed();
         let decision = self.watch.decision().unwrap_or(&none);
         let mut summary = RunSummary::new(&facts, state, decision);
+        summary.faults = self.watch.faults().to_vec();
         let is_over = state.has(FLAG_ENDING) || summary.outcome != RunOutcome::Timeout;
         if !is_over {
             summary.outcome = RunOutcome::Stopped;

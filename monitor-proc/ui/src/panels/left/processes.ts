@@ -61,8 +61,9 @@ function show(
 ): void {
   const running = status.state === "running";
   const idle = running && status.rate_hz < 0.5;
-  setAttr(at.dot, "data-tone", running ? (idle ? "warn" : "ok") : "bad");
-  setTitle(at.dot, idle ? "running, but no cycle in the last second" : status.state);
+  const fault = status.note.startsWith("fault: ");
+  setAttr(at.dot, "data-tone", running ? (idle || fault ? "warn" : "ok") : "bad");
+  setTitle(at.dot, fault ? status.note : idle ? "running, but no cycle in the last second" : status.state);
   setText(at.rate, running ? `${status.rate_hz.toFixed(0)} Hz` : status.state);
   setText(at.late, running && status.late_p99_us > 0 ? micros(status.late_p99_us) : "–");
   setTitle(
@@ -75,7 +76,9 @@ function show(
   if (status.missed > 0) facts.push(status.missed === 1 ? "1 cycle missed" : `${status.missed} cycles missed`);
   if (status.rejected > 0) facts.push(`${status.rejected} rejected`);
   if (status.fenced > 0) facts.push(`${status.fenced} fenced`);
-  if (status.note !== "") facts.push(status.note);
+  // A fault comes first: the line may be cut off at its end.
+  if (fault) facts.unshift(status.note);
+  else if (status.note !== "") facts.push(status.note);
   setText(at.more, facts.join(" · "));
   if (status.missed_why !== "") facts.push(`missed: ${status.missed_why}`);
   setTitle(at.more, `pid ${status.pid ?? "–"} · ${facts.join(" · ")}`);
