@@ -4,6 +4,7 @@
 use crate::verify_support;
 
 use cell_sim::verify::{Message, Report, Verdict, verify};
+use ipc_types::Keyframe;
 use ipc_types::topic::Process;
 use verify_support::{Bench, Timing, tick_of};
 
@@ -219,4 +220,38 @@ fn a_state_record_that_is_not_what_was_computed_is_named() {
         (first.message.as_str(), first.tick),
         ("record of controller-0", 2_000)
     );
+}
+
+/// The same in parts of 64 bytes.
+fn parts(whole: &Keyframe) -> Vec<Message> {
+    let parts = whole.bytes().chunks(64).enumerate();
+    let part = |(index, bytes): (usize, &[u8])| {
+        let mut part = Box::new(*whole);
+        part.bytes[..bytes.len()].copy_from_slice(bytes);
+        (part.offset, part.len) = (index as u64 * 64, bytes.len() as u32);
+        Message::Keyframe(Process::Task, part)
+    };
+    parts.map(part).collect()
+}
+
+#[test]
+fn a_checkpoint_in_parts_is_put_together_and_not_used_without_one_of_them() {
+    let mut bench = stack(3_500);
+    let whole = report(&bench).records.compared;
+    let in_parts = bench.recorded.iter().flat_map(|message| match message {
+        Message::Keyframe(Process::Task, keyframe) => parts(keyframe),
+        other => vec![other.clone()],
+    });
+    bench.recorded = in_parts.collect();
+    let found = report(&bench);
+    assert_eq!(found.verdict(), Verdict::Same, "{found}");
+    assert_eq!(found.records.compared, whole);
+    let lost = bench.recorded.iter().position(|message| {
+        matches!(message, Message::Keyframe(Process::Task, part)
+            if part.header.tick == 2_000 && part.offset == 64)
+    });
+    bench.recorded.remove(lost.expect("a second part"));
+    let found = report(&bench);
+    assert_eq!(found.verdict(), Verdict::Same, "{found}");
+    assert_eq!(found.records.compared, whole - 1);
 }
