@@ -4,10 +4,16 @@ use crate::header::Header;
 use crate::pose::Pose;
 use crate::validate::{Check, Invalid, MAX_EFFORT, MAX_JOINT_POSITION, Validate, code};
 use crate::wire::wire;
-use crate::{BreakName, MAX_ARMS, MAX_JOINTS, Text};
+use crate::{BreakName, MAX_ARMS, MAX_JOINTS, MAX_OBJECTS, Text};
 
-/// Ids of placed objects a decision can name.
-pub const MAX_PLACED: usize = 48;
+/// Placed objects a decision can name: all of a cell.
+pub const MAX_PLACED: usize = MAX_OBJECTS;
+/// Bytes of the name of a phase.
+pub const PHASE_BYTES: usize = 32;
+/// Bytes of the name of a policy.
+pub const POLICY_BYTES: usize = 16;
+/// Bytes of the name of a reason.
+pub const REASON_BYTES: usize = 48;
 
 /// [`ArmGoal::selector`] of RMPflow that planned paths lead around obstacles.
 pub const PLANNED: u32 = 3;
@@ -117,11 +123,11 @@ wire! {
         /// Equipment.
         pub io: CellIo,
         /// Name of the phase or state, for people and for scripts.
-        pub phase: Text<32>,
+        pub phase: Text<PHASE_BYTES>,
         /// Name of the policy.
-        pub policy: Text<16>,
+        pub policy: Text<POLICY_BYTES>,
         /// Stable name of the outcome's reason, `like_this`, empty if none.
-        pub reason: Text<48>,
+        pub reason: Text<REASON_BYTES>,
         /// Counts entries into a phase, from 1 up.
         pub phase_entry: u32,
         /// Held objects that were lost.

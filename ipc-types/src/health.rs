@@ -5,6 +5,9 @@ use crate::header::Header;
 use crate::validate::{Check, Invalid, Validate, code};
 use crate::wire::wire;
 
+/// Bytes of a note.
+pub const NOTE_BYTES: usize = 192;
+
 code! {
     /// Scheduling a process was granted.
     pub enum Scheduling {
@@ -50,7 +53,7 @@ wire! {
         /// p99 of the same.
         pub apply_age_p99_ns: f64,
         /// Newest trouble in words, empty if none. A fault begins with [`FAULT`].
-        pub note: Text<192>,
+        pub note: Text<NOTE_BYTES>,
     }
 }
 

@@ -51,8 +51,10 @@ pub const MAX_OBJECTS: usize = 160;
 pub const MAX_BREAKS: usize = 8;
 /// Inputs a message can name as its cause.
 pub const MAX_INPUTS: usize = 4;
+/// Bytes of the name of a breakpoint.
+pub const BREAK_BYTES: usize = 48;
 /// Name of a node, state or guard at which the task pauses the cell.
-pub type BreakName = Text<48>;
+pub type BreakName = Text<BREAK_BYTES>;
 /// Length of one simulated tick in nanoseconds (1 ms).
 pub const TICK_NS: u64 = 1_000_000;
 /// The task decides on every tick that is a multiple of this (100 Hz).

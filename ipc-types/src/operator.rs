@@ -6,6 +6,9 @@ use crate::validate::{Check, Invalid, MAX_JOINT_POSITION, Validate, code};
 use crate::wire::{Wire, wire};
 use crate::{BreakName, GripperGoal, MAX_JOINTS, Text};
 
+/// Bytes of the message of a reply.
+pub const REPLY_BYTES: usize = 120;
+
 code! {
     /// What is asked for.
     pub enum OperatorAction {
@@ -103,7 +106,7 @@ wire! {
         /// Tick at which a step is done; 0 of other requests.
         pub until_tick: u64,
         /// What to tell the person, empty when accepted.
-        pub message: Text<120>,
+        pub message: Text<REPLY_BYTES>,
     }
 }
 

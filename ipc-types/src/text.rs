@@ -3,6 +3,9 @@
 use crate::validate::Invalid;
 use crate::wire::{Wire, hash_start, hash_u64};
 
+/// The end of a text that was cut.
+pub const CUT: char = '…';
+
 /// UTF-8 text of at most `N` bytes; the rest is zeros.
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -23,25 +26,22 @@ impl<const N: usize> Text<N> {
     /// No text.
     pub const EMPTY: Self = Self { bytes: [0; N] };
 
-    /// `text`, cut at the last character that fits.
+    /// `text`, cut as by [`Self::format`].
     pub fn new(text: &str) -> Self {
-        let mut end = text.len().min(N);
-        while !text.is_char_boundary(end) {
-            end -= 1;
-        }
-        let mut bytes = [0; N];
-        bytes[..end].copy_from_slice(&text.as_bytes()[..end]);
-        Self { bytes }
+        Self::format(format_args!("{text}"))
     }
 
-    /// What `arguments` print, cut at the last character that fits. Allocates nothing.
+    /// What `arguments` print. A text that is too long is cut at a character and ends
+    /// with [`CUT`], so that a reader sees that some is missing. Allocates nothing.
     pub fn format(arguments: core::fmt::Arguments<'_>) -> Self {
         let mut cut = CutOff {
             bytes: [0; N],
             used: 0,
         };
         // It refuses what does not fit, which is cut off.
-        let _fits = core::fmt::write(&mut cut, arguments).is_ok();
+        if core::fmt::write(&mut cut, arguments).is_err() {
+            cut.mark();
+        }
         Self { bytes: cut.bytes }
     }
 
@@ -100,6 +100,23 @@ struct CutOff<const N: usize> {
     used: usize,
 }
 
+impl<const N: usize> CutOff<N> {
+    /// Replaces the last characters by [`CUT`]; a text of less room stays as it is.
+    fn mark(&mut self) {
+        let mut mark = [0; 4];
+        let mark = CUT.encode_utf8(&mut mark).as_bytes();
+        let Some(mut end) = N.checked_sub(mark.len()).map(|end| end.min(self.used)) else {
+            return;
+        };
+        // A byte that continues a character is no place to cut.
+        while end > 0 && self.bytes[end] & 0xC0 == 0x80 {
+            end -= 1;
+        }
+        self.bytes[end..].fill(0);
+        self.bytes[end..][..mark.len()].copy_from_slice(mark);
+    }
+}
+
 impl<const N: usize> core::fmt::Write for CutOff<N> {
     fn write_str(&mut self, text: &str) -> core::fmt::Result {
         let mut end = text.len().min(N - self.used);
@@ -121,9 +138,15 @@ mod tests {
     use super::Text;
 
     #[test]
-    fn long_text_is_cut_at_a_character() {
-        assert_eq!(Text::<4>::new("aßßß").as_str(), "aß");
+    fn a_text_that_is_too_long_is_cut_at_a_character_and_says_so() {
+        assert_eq!(Text::<6>::new("aßßß").as_str(), "aß…");
+        assert_eq!(Text::<7>::new("aßßß").as_str(), "aßßß");
+        assert_eq!(Text::<4>::new("LIFTED").as_str(), "L…");
+        assert_eq!(Text::<2>::new("LIFT").as_str(), "LI");
         assert_eq!(Text::<8>::new("LIFT").as_str(), "LIFT");
+        assert_eq!(Text::<4>::new("LIFT").as_str(), "LIFT");
         assert!(Text::<8>::new("").is_empty());
+        let parts = Text::<8>::format(format_args!("{} {}", "number", 1234));
+        assert_eq!(parts.as_str(), "numbe…");
     }
 }

@@ -106,7 +106,7 @@ wire! {
         /// [`TraceEvent`].
         pub event: u32,
         /// The line.
-        pub text: Text<160>,
+        pub text: Text<LINE_BYTES>,
     }
 }
 

@@ -303,7 +303,12 @@ impl MonitorProcess {
         });
         let gaps = self.trace.counts().late;
         if gaps > self.gaps {
-            self.journal.gap(gaps - self.gaps);
+            let missing = gaps - self.gaps;
+            self.journal.gap(missing);
+            if let Some(hub) = hub {
+                let text = format!("[monitor] {missing} lines of the task were not read in time");
+                hub.say(self.tick as f64 * TICK_NS as f64 / 1.0e9, "lifecycle", &text);
+            }
             self.gaps = gaps;
         }
     }

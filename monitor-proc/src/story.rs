@@ -13,7 +13,8 @@ pub mod history;
 
 /// Lines of the log a late joiner is told.
 pub const KEPT_LINES: usize = 500;
-/// A policy has no more pictures, and none has more nodes, edges or names.
+/// Most pictures, nodes and edges of one, and names of guards and keys: more than any
+/// policy that loads has, but for edges. A page would not draw more in time.
 const MAX_GRAPHS: usize = 16;
 const MAX_NODES: usize = 4096;
 const MAX_NAMES: usize = 512;
@@ -55,6 +56,8 @@ pub struct Story {
     news: News,
     /// Generation of physics that lines belong to; not known of a recording.
     epoch: Option<u32>,
+    /// Limits that were exceeded, each reported once.
+    exceeded: BTreeSet<&'static str>,
 }
 
 impl Story {
@@ -67,7 +70,7 @@ impl Story {
     pub fn take(&mut self, line: &TraceLine) {
         let (graph, node) = (line.graph as usize, line.node as usize);
         let text = line.text.as_str();
-        let time_s = line.header.sim_time_ns as f64 * 1.0e-9;
+        let time_s = seconds(line);
         let event = TraceEvent::from_code(line.event).unwrap_or_default();
         match TraceKind::from_code(line.kind) {
             Some(TraceKind::Log) => self.say(time_s, "log", event, text),
@@ -88,7 +91,7 @@ impl Story {
             Some(TraceKind::Guard) => {
                 self.guard((graph, node), text, line.to == 1, time_s);
             }
-            Some(TraceKind::Key) => self.key(graph, text),
+            Some(TraceKind::Key) => self.key(graph, text, time_s),
             None => {}
         }
     }
@@ -260,7 +263,7 @@ impl Story {
         let name = of_node.map_or(name, |node| &node.name).to_owned();
         let room = picture.guards.len() < MAX_NAMES || picture.guards.contains_key(&name);
         if !room {
-            return;
+            return self.exceed(time_s, "guards", MAX_NAMES);
         }
         let told_s = picture.guards_told_s.get(&name);
         let is_recent = told_s.is_some_and(|told_s| (0.0..RETELL_S).contains(&(time_s - told_s)));
@@ -270,7 +273,15 @@ impl Story {
         }
     }
 
-    fn key(&mut self, graph: usize, text: &str) {
+    /// Reports once that some `what` beyond `limit` are not shown.
+    fn exceed(&mut self, time_s: f64, what: &'static str, limit: usize) {
+        if self.exceeded.insert(what) {
+            let text = format!("[monitor] a picture of the task shows {limit} {what}, not all");
+            self.say(time_s, "lifecycle", TraceEvent::None, &text);
+        }
+    }
+
+    fn key(&mut self, graph: usize, text: &str, time_s: f64) {
         let (Some(picture), Some((name, value))) =
             (self.pictures.get_mut(graph), text.split_once('='))
         else {
@@ -278,7 +289,9 @@ impl Story {
         };
         let room = picture.keys.len() < MAX_NAMES || picture.keys.contains_key(name);
         let known = picture.keys.get(name).is_some_and(|known| known == value);
-        if room && !known {
+        if !room {
+            self.exceed(time_s, "keys", MAX_NAMES);
+        } else if !known {
             picture.keys.insert(name.to_owned(), value.to_owned());
             self.news.keys.insert((graph, name.to_owned()));
         }
@@ -286,7 +299,14 @@ impl Story {
 
     fn node(&mut self, graph: usize, node: usize, line: &TraceLine) {
         let count = line.to as usize;
-        if graph >= MAX_GRAPHS || count > MAX_NODES || node >= count {
+        let time_s = seconds(line);
+        if graph >= MAX_GRAPHS {
+            return self.exceed(time_s, "graphs", MAX_GRAPHS);
+        }
+        if count > MAX_NODES {
+            return self.exceed(time_s, "nodes", MAX_NODES);
+        }
+        if node >= count {
             return;
         }
         if self.pictures.len() <= graph {
@@ -338,12 +358,21 @@ impl Story {
             label: line.text.as_str().to_owned(),
         };
         let nodes = picture.nodes.len();
-        let fits = edge.from < nodes && edge.to < nodes && picture.edges.len() < MAX_NODES;
-        if fits && !picture.edges.contains(&edge) {
-            picture.edges.push(edge);
-            self.news.graphs = true;
+        let fits = edge.from < nodes && edge.to < nodes;
+        if !fits || picture.edges.contains(&edge) {
+            return;
         }
+        if picture.edges.len() == MAX_NODES {
+            return self.exceed(seconds(line), "edges", MAX_NODES);
+        }
+        picture.edges.push(edge);
+        self.news.graphs = true;
     }
+}
+
+/// Simulated time of a line (s).
+fn seconds(line: &TraceLine) -> f64 {
+    line.header.sim_time_ns as f64 * 1.0e-9
 }
 
 impl Picture {

@@ -1,4 +1,18 @@
 //! Which of the messages that arrive may be used. Pure.
+//!
+//! What can go wrong: a process that was stopped and replaced wakes up and publishes
+//! again, and a bit of a header can be flipped in shared memory.
+//!
+//! The rule: the newest generation is used, and nothing of an older one. A process has
+//! one port on a topic and one generation for life, and a port delivers in the order
+//! of publication. So a header that contradicts earlier ones of *its own port* is
+//! damaged, and says nothing about the writer; only another port can replace it.
+//! Without the port, one flipped bit in a generation looked like a successor, and the
+//! writer was not heard again until it restarted.
+//!
+//! A change must not break: messages of a replaced port are never used, whatever they
+//! claim; one damaged header costs one message, not the writer. The port id comes from
+//! the connection, not from the message.
 
 use ipc_types::Header;
 
@@ -10,8 +24,8 @@ pub struct Counts {
     /// Messages dropped because a value in them makes no sense, or because they
     /// are of another run or type.
     pub rejected: u64,
-    /// Messages dropped because a later start of the writer has spoken already,
-    /// or because they are older than one that was used.
+    /// Messages dropped because a later start of the writer has published already,
+    /// or because they were used before.
     pub fenced: u64,
     /// Messages that were sent but overwritten before this reader looked.
     pub late: u64,
@@ -24,13 +38,62 @@ pub(crate) enum Admission {
     Drop,
 }
 
+/// A port that publishes, by its headers.
+#[derive(Clone, Copy, Debug)]
+struct Writer {
+    port: u128,
+    generation: u32,
+    /// Whether two messages in a row carried this generation: one alone may be damaged.
+    confirmed: bool,
+    seq: u64,
+    /// Messages counted as late with the last one.
+    gap: u64,
+    /// A number that went back, and was taken for damaged.
+    went_back: Option<u64>,
+}
+
+impl Writer {
+    fn new(port: u128, header: &Header) -> Self {
+        Self {
+            port,
+            generation: header.generation,
+            confirmed: false,
+            seq: header.seq,
+            gap: 0,
+            went_back: None,
+        }
+    }
+
+    /// Takes `seq` as the newest number; returns by how many messages fewer or more are
+    /// missing. A number that goes back shows that it or the one before was damaged.
+    fn advance(&mut self, seq: u64) -> i128 {
+        let gap = std::mem::take(&mut self.gap);
+        let went_back = self.went_back.take();
+        if seq > self.seq {
+            self.gap = seq - self.seq - 1;
+            self.seq = seq;
+            return self.gap.into();
+        }
+        let before_last = self.seq - 1 - gap;
+        if seq > before_last || went_back.is_some_and(|before| seq > before) {
+            // The one before was damaged: what was missing before it was not.
+            self.seq = seq;
+            return -i128::from(gap);
+        }
+        self.went_back = Some(seq);
+        self.seq = self.seq.saturating_add(1);
+        0
+    }
+}
+
 /// Remembers the newest writer and message.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fence {
     run: u64,
     schema: u64,
-    generation: u32,
-    seq: u64,
+    newest: Option<Writer>,
+    /// The one that `newest` replaced.
+    replaced: Option<Writer>,
     pub(crate) counts: Counts,
 }
 
@@ -39,41 +102,82 @@ impl Fence {
         Self {
             run,
             schema,
-            generation: 0,
-            seq: 0,
+            newest: None,
+            replaced: None,
             counts: Counts::default(),
         }
     }
 
     /// Generation of the newest writer heard; 0 before the first.
     pub(crate) fn generation(&self) -> u32 {
-        self.generation
+        self.newest.map_or(0, |writer| writer.generation)
     }
 
-    /// Judges a message by its header and by whether its content is `valid`,
-    /// and counts it.
-    pub(crate) fn judge(&mut self, header: &Header, valid: bool) -> Admission {
+    /// Judges a message from `port` by its header and by whether its content is
+    /// `valid`, and counts it.
+    pub(crate) fn judge(&mut self, port: u128, header: &Header, valid: bool) -> Admission {
         let ours = header.run == self.run && header.schema == self.schema && header.seq > 0;
         if !ours {
             self.counts.rejected += 1;
             return Admission::Drop;
         }
-        let newer = header.generation > self.generation;
-        if !newer && (header.generation < self.generation || header.seq <= self.seq) {
+        // An invalid message still moves the fence: its writer is the newest.
+        let admission = match self.newest {
+            Some(writer) if writer.port == port => self.next(writer, header),
+            _ => self.first(port, header),
+        };
+        match admission {
+            Admission::Drop => Admission::Drop,
+            Admission::Accept if valid => {
+                self.counts.accepted += 1;
+                Admission::Accept
+            }
+            Admission::Accept => {
+                self.counts.rejected += 1;
+                Admission::Drop
+            }
+        }
+    }
+
+    /// One more message of the newest port, which is `writer`.
+    fn next(&mut self, mut writer: Writer, header: &Header) -> Admission {
+        if header.generation == writer.generation {
+            writer.confirmed = true;
+        } else if writer.confirmed {
+            self.counts.rejected += 1;
+            return Admission::Drop;
+        } else if let Some(replaced) = self.replaced.filter(|r| header.generation < r.generation) {
+            // The only message that made this port the newest was damaged.
+            (self.newest, self.replaced) = (Some(replaced), None);
+            self.counts.fenced += 1;
+            return Admission::Drop;
+        } else {
+            writer.generation = header.generation;
+        }
+        if header.seq == writer.seq {
+            self.newest = Some(writer);
             self.counts.fenced += 1;
             return Admission::Drop;
         }
-        if !newer {
-            self.counts.late += header.seq - self.seq - 1;
-        }
-        // An invalid message still moves the fence: its writer is the newest.
-        self.generation = header.generation;
-        self.seq = header.seq;
-        if !valid {
-            self.counts.rejected += 1;
+        let missing = writer.advance(header.seq);
+        let late = i128::from(self.counts.late) + missing;
+        self.counts.late = u64::try_from(late.max(0)).unwrap_or(u64::MAX);
+        self.newest = Some(writer);
+        Admission::Accept
+    }
+
+    /// A message of a port that is not the newest.
+    fn first(&mut self, port: u128, header: &Header) -> Admission {
+        let is_replaced = self.replaced.is_some_and(|r| r.port == port);
+        if is_replaced || header.generation < self.generation() {
+            self.counts.fenced += 1;
             return Admission::Drop;
         }
-        self.counts.accepted += 1;
+        // A port of the same generation is that of a process which opened it again.
+        if header.generation > self.generation() {
+            self.replaced = self.newest;
+        }
+        self.newest = Some(Writer::new(port, header));
         Admission::Accept
     }
 }
@@ -93,23 +197,33 @@ mod tests {
         }
     }
 
-    fn heard(messages: &[(u32, u64)]) -> (Vec<bool>, Counts) {
-        let mut fence = Fence::new(7, 9);
-        let accepted = messages
-            .iter()
-            .map(|(generation, seq)| {
-                fence.judge(&header(*generation, *seq), true) == Admission::Accept
-            })
-            .collect();
-        (accepted, fence.counts)
+    /// Whether each message was used, given its port, generation and number.
+    fn heard(fence: &mut Fence, messages: &[(u128, u32, u64)]) -> Vec<bool> {
+        let judged = messages.iter().map(|(port, generation, seq)| {
+            fence.judge(*port, &header(*generation, *seq), true) == Admission::Accept
+        });
+        judged.collect()
+    }
+
+    fn fence() -> Fence {
+        Fence::new(7, 9)
     }
 
     #[test]
     fn a_stopped_writer_that_wakes_up_is_not_heard_again() {
-        let (accepted, counts) = heard(&[(1, 10), (1, 11), (2, 1), (1, 12), (2, 2), (1, 13)]);
+        let mut fence = fence();
+        let messages = [
+            (1, 1, 10),
+            (1, 1, 11),
+            (2, 2, 1),
+            (1, 1, 12),
+            (2, 2, 2),
+            (1, 1, 13),
+        ];
+        let accepted = heard(&mut fence, &messages);
         assert_eq!(accepted, [true, true, true, false, true, false]);
         assert_eq!(
-            counts,
+            fence.counts,
             Counts {
                 accepted: 4,
                 rejected: 0,
@@ -120,21 +234,110 @@ mod tests {
     }
 
     #[test]
+    fn a_successor_of_one_message_silences_the_stopped_writer_for_good() {
+        let mut fence = fence();
+        heard(&mut fence, &[(1, 1, 10), (1, 1, 11), (2, 2, 1)]);
+        let zombie: Vec<(u128, u32, u64)> = (12..200).map(|seq| (1, 1, seq)).collect();
+        assert!(!heard(&mut fence, &zombie).contains(&true));
+        assert_eq!(heard(&mut fence, &[(2, 2, 2)]), [true]);
+    }
+
+    #[test]
+    fn a_flipped_bit_in_a_generation_costs_its_message_only() {
+        for bit in 0..u32::BITS {
+            let mut fence = fence();
+            heard(&mut fence, &[(1, 2, 10), (1, 2, 11)]);
+            let accepted = heard(&mut fence, &[(1, 2 ^ 1 << bit, 12), (1, 2, 13), (1, 2, 14)]);
+            assert_eq!(accepted, [false, true, true], "bit {bit}");
+            assert_eq!(fence.generation(), 2, "bit {bit}");
+            let successor = heard(&mut fence, &[(2, 3, 1), (1, 2, 15), (2, 3, 2)]);
+            assert_eq!(successor, [true, false, true], "bit {bit}");
+        }
+    }
+
+    #[test]
+    fn a_flipped_bit_in_a_sequence_number_costs_at_most_the_next_message() {
+        for bit in 0..u64::BITS {
+            let mut fence = fence();
+            heard(&mut fence, &[(1, 1, 10), (1, 1, 11)]);
+            let accepted = heard(&mut fence, &[(1, 1, 12 ^ 1 << bit), (1, 1, 13), (1, 1, 14)]);
+            assert_eq!(accepted[2], true, "bit {bit}");
+            assert!(accepted[0] || accepted[1], "bit {bit}");
+            heard(&mut fence, &[(1, 1, 15), (1, 1, 16)]);
+            assert!(fence.counts.late <= 1, "bit {bit}: {:?}", fence.counts);
+        }
+    }
+
+    #[test]
+    fn a_flipped_bit_in_the_first_message_does_not_shut_its_writer_out() {
+        for bit in 0..u32::BITS {
+            let mut fence = fence();
+            heard(&mut fence, &[(1, 1, 50), (2, 2 ^ 1 << bit, 1)]);
+            assert_eq!(
+                heard(&mut fence, &[(2, 2, 2), (1, 1, 51), (2, 2, 3)]),
+                [true, false, true],
+                "bit {bit}"
+            );
+        }
+        for bit in 0..u64::BITS {
+            let mut fence = fence();
+            let first = [(1, 1, 8 ^ 1 << bit), (1, 1, 9), (1, 1, 10), (1, 1, 14)];
+            assert_eq!(heard(&mut fence, &first)[2..], [true, true], "bit {bit}");
+            assert!(fence.counts.late >= 3, "bit {bit}");
+        }
+    }
+
+    #[test]
+    fn a_flipped_bit_of_a_replaced_writer_does_not_bring_it_back() {
+        for bit in 0..u32::BITS {
+            let mut fence = fence();
+            heard(&mut fence, &[(1, 1, 50), (1, 1, 51), (2, 2, 1), (2, 2, 2)]);
+            let messages = [(1, 1 ^ 1 << bit, 52), (2, 2, 3), (1, 1, 53), (2, 2, 4)];
+            assert_eq!(
+                heard(&mut fence, &messages),
+                [false, true, false, true],
+                "bit {bit}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_port_that_claimed_a_newer_generation_once_gives_way_to_the_newest() {
+        let mut fence = fence();
+        heard(&mut fence, &[(2, 2, 1), (2, 2, 2)]);
+        // Of generation 1, joined late, with a flipped bit.
+        let stray = heard(&mut fence, &[(1, 1 | 1 << 20, 52), (1, 1, 53), (2, 2, 3)]);
+        assert_eq!(stray, [true, false, true]);
+        assert_eq!(fence.generation(), 2);
+    }
+
+    #[test]
+    fn a_process_that_opens_its_port_again_is_heard() {
+        let mut fence = fence();
+        let messages = [(1, 1, 50), (1, 1, 51), (2, 1, 1), (2, 1, 2)];
+        assert_eq!(heard(&mut fence, &messages), [true; 4]);
+    }
+
+    #[test]
     fn what_was_overwritten_is_counted_within_one_generation() {
-        let (_, counts) = heard(&[(1, 5), (1, 6), (1, 10), (3, 40), (3, 42)]);
-        assert_eq!(counts.late, 3 + 1);
+        let mut fence = fence();
+        heard(
+            &mut fence,
+            &[(1, 1, 5), (1, 1, 6), (1, 1, 10), (3, 3, 40), (3, 3, 42)],
+        );
+        assert_eq!(fence.counts.late, 3 + 1);
     }
 
     #[test]
     fn the_same_message_twice_is_used_once() {
-        let (accepted, counts) = heard(&[(1, 1), (1, 1)]);
-        assert_eq!(accepted, [true, false]);
-        assert_eq!(counts.fenced, 1);
+        let mut fence = fence();
+        assert_eq!(heard(&mut fence, &[(1, 1, 1), (1, 1, 1)]), [true, false]);
+        assert_eq!(fence.counts.fenced, 1);
     }
 
     #[test]
     fn strangers_are_rejected_and_move_nothing() {
-        let mut fence = Fence::new(7, 9);
+        let mut fence = fence();
         for stranger in [
             Header {
                 run: 8,
@@ -149,19 +352,19 @@ mod tests {
                 ..header(5, 5)
             },
         ] {
-            assert_eq!(fence.judge(&stranger, true), Admission::Drop);
+            assert_eq!(fence.judge(1, &stranger, true), Admission::Drop);
         }
         assert_eq!(fence.generation(), 0);
-        assert_eq!(fence.judge(&header(1, 1), true), Admission::Accept);
+        assert_eq!(heard(&mut fence, &[(1, 1, 1)]), [true]);
         assert_eq!(fence.counts.rejected, 3);
     }
 
     #[test]
     fn nonsense_of_a_new_writer_still_silences_the_old_one() {
-        let mut fence = Fence::new(7, 9);
-        fence.judge(&header(1, 1), true);
-        assert_eq!(fence.judge(&header(2, 1), false), Admission::Drop);
-        assert_eq!(fence.judge(&header(1, 2), true), Admission::Drop);
+        let mut fence = fence();
+        fence.judge(1, &header(1, 1), true);
+        assert_eq!(fence.judge(2, &header(2, 1), false), Admission::Drop);
+        assert_eq!(fence.judge(1, &header(1, 2), true), Admission::Drop);
         assert_eq!(
             fence.counts,
             Counts {

@@ -13,7 +13,7 @@ use crate::fence::{Admission, Counts, Fence};
 use crate::message::TopicMessage;
 
 /// Takes messages and reads them in place. Every message is judged once: of
-/// this run, of the newest generation of its writer, newer than the last, and
+/// this run, of the newest generation of its writer, not used before, and
 /// valid in every field. What fails is dropped and counted; the last good one
 /// stays.
 #[derive(Debug)]
@@ -125,7 +125,9 @@ impl<T: Message> Reader<T> {
             let sample = received?;
             let message = sample.payload();
             let checked = message.validate();
-            if self.fence.judge(message.header(), checked.is_ok()) == Admission::Accept {
+            let port = sample.origin().value();
+            let admission = self.fence.judge(port, message.header(), checked.is_ok());
+            if admission == Admission::Accept {
                 return Some(sample);
             }
             self.invalid = checked.err().or(self.invalid);

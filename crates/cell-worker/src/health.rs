@@ -5,7 +5,7 @@ use cell_model::runs::incident::ring_path;
 use cell_rt::black_box::VALUES;
 use cell_rt::overrun::OverrunWatch;
 use cell_rt::{BlackBox, BoxedCycle, Histogram};
-use ipc_types::health::{FAULT, Scheduling};
+use ipc_types::health::{FAULT, NOTE_BYTES, Scheduling};
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{DECISION_TICKS, Header, Health, Invalid, TICK_NS, Text};
 
@@ -32,7 +32,7 @@ pub struct HealthReporter {
     /// The newest message that was refused: its topic, why, and when it is forgotten.
     refused: Option<(&'static str, Invalid, u64)>,
     /// What is told before any note.
-    fault: Option<Text<192>>,
+    fault: Option<Text<NOTE_BYTES>>,
     process: Process,
     lockstep: bool,
     overruns: OverrunWatch,

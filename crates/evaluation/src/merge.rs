@@ -128,8 +128,12 @@ struct Problems(Vec<String>);
 
 impl Problems {
     fn add(&mut self, problem: String) {
-        if self.0.len() < MOST_PROBLEMS {
-            self.0.push(problem);
+        match self.0.len() {
+            count if count < MOST_PROBLEMS => self.0.push(problem),
+            MOST_PROBLEMS => self.0.push(format!(
+                "more than {MOST_PROBLEMS} problems; only the first are shown"
+            )),
+            _ => {}
         }
     }
 }

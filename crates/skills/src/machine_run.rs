@@ -6,6 +6,16 @@ use behavior::machine::{Actions, Happening, Machine, StateId, Table};
 use behavior::{Graph, NodeStatus};
 use robocell_task::{Output, TraceEvent};
 
+/// Says that more happened in one call than its trace has room for.
+pub(crate) fn lost(happenings: u32, out: &mut Output) {
+    if happenings > 0 {
+        let room = behavior::machine::TRACE_CAPACITY;
+        out.log(format_args!(
+            "[trace] {happenings} changes and guards are not shown: {room} are kept of one call"
+        ));
+    }
+}
+
 /// A machine, with the table that it starts from after a reset.
 #[derive(Clone, Debug)]
 pub struct MachineRun {
@@ -75,6 +85,7 @@ impl MachineRun {
                 _ => {}
             }
         }
+        lost(self.machine.lost_happenings(), out);
     }
 
     fn tell_change(&self, from: StateId, to: StateId, why: &str, out: &mut Output) {

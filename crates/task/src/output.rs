@@ -1,7 +1,5 @@
 //! What a policy says in one decision, and how it becomes a message.
 
-use std::fmt::Write as _;
-
 use behavior::NodeStatus;
 use ipc_types::decision::{GoalKind, Outcome};
 use ipc_types::trace::{LINE_BYTES, TraceEvent, TraceKind};
@@ -184,9 +182,6 @@ impl Output {
     }
 
     fn push(&mut self, kind: TraceKind, event: TraceEvent, line: std::fmt::Arguments<'_>) {
-        let mut buffer = LineBuffer::default();
-        // The buffer cuts what does not fit and never fails.
-        let _cut = buffer.write_fmt(line).is_err();
         self.lines.push(TraceLineText {
             kind,
             graph: 0,
@@ -194,7 +189,7 @@ impl Output {
             from: 0,
             to: 0,
             event,
-            text: Text::new(buffer.as_str()),
+            text: Text::format(line),
         });
     }
 
@@ -261,42 +256,6 @@ impl ArmIntent {
     }
 }
 
-/// Formats into a fixed buffer: a line costs no heap of its own.
-struct LineBuffer {
-    bytes: [u8; LINE_BYTES],
-    len: usize,
-}
-
-impl Default for LineBuffer {
-    fn default() -> Self {
-        Self {
-            bytes: [0; LINE_BYTES],
-            len: 0,
-        }
-    }
-}
-
-impl LineBuffer {
-    fn as_str(&self) -> &str {
-        let written = self.bytes.get(..self.len).unwrap_or_default();
-        std::str::from_utf8(written).unwrap_or_default()
-    }
-}
-
-impl std::fmt::Write for LineBuffer {
-    fn write_str(&mut self, text: &str) -> std::fmt::Result {
-        for character in text.chars() {
-            let end = self.len + character.len_utf8();
-            let Some(slot) = self.bytes.get_mut(self.len..end) else {
-                return Err(std::fmt::Error);
-            };
-            character.encode_utf8(slot);
-            self.len = end;
-        }
-        Ok(())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -318,11 +277,12 @@ mod tests {
     }
 
     #[test]
-    fn a_long_line_is_cut_at_a_character() {
+    fn a_long_line_is_cut_and_says_so() {
         let mut out = Output::default();
         out.log(format_args!("{}ß", "x".repeat(LINE_BYTES - 1)));
         out.log(format_args!("[decide] -> stack {}", "red_cube"));
-        assert_eq!(out.lines[0].text.as_str(), "x".repeat(LINE_BYTES - 1));
+        let cut = format!("{}…", "x".repeat(LINE_BYTES - 3));
+        assert_eq!(out.lines[0].text.as_str(), cut);
         assert_eq!(out.lines[1].text.as_str(), "[decide] -> stack red_cube");
     }
 }

@@ -10,9 +10,9 @@ pub struct Reason(Text<{ Self::MAX_BYTES }>);
 
 impl Reason {
     /// Longest name.
-    pub const MAX_BYTES: usize = 48;
+    pub const MAX_BYTES: usize = ipc_types::decision::REASON_BYTES;
 
-    /// A reason; a longer name is cut.
+    /// A reason; a longer name is cut and ends with `…`.
     pub fn new(name: &str) -> Self {
         Self(Text::new(name))
     }

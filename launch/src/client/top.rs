@@ -47,6 +47,8 @@ pub(crate) struct View {
     pub(crate) session: Session,
     pub(crate) picture: Picture,
     lines: Subscriber<TraceLine>,
+    /// Lines that were overwritten before they were read.
+    missed: u64,
     pub(crate) trace: Trace,
     /// Names of what a state only numbers.
     names: equipment::Names,
@@ -70,6 +72,7 @@ impl View {
             session,
             picture,
             lines,
+            missed: 0,
             trace,
         })
     }
@@ -83,6 +86,12 @@ impl View {
                 trace.take(line);
             }
         });
+        let late = self.lines.counts().late;
+        if late > self.missed {
+            let time_s = trace.log.back().map_or(0.0, |(at_s, _)| *at_s);
+            trace.missed(time_s, late - self.missed);
+        }
+        self.missed = late;
     }
 }
 

@@ -9,7 +9,8 @@ use ipc_types::trace::{FIELD_END, TraceKind};
 
 /// Lines of the log that are kept.
 const KEPT_LINES: usize = 200;
-/// A policy has no more pictures, and none has more nodes or edges.
+/// Most pictures, and nodes and edges of one: more than any policy that loads has, but
+/// for edges.
 const MAX_GRAPHS: usize = 16;
 const MAX_NODES: usize = 4096;
 
@@ -27,6 +28,8 @@ pub(crate) struct Trace {
     pub(crate) pictures: Vec<Watched>,
     /// Newest last: simulated seconds and text.
     pub(crate) log: VecDeque<(f64, String)>,
+    /// Whether it was said that a picture is larger than is shown.
+    said_large: bool,
 }
 
 impl Trace {
@@ -75,7 +78,10 @@ impl Trace {
 
     fn node(&mut self, graph: usize, node: usize, line: &TraceLine, text: &str) {
         let count = line.to as usize;
-        if graph >= MAX_GRAPHS || count > MAX_NODES || node >= count {
+        if graph >= MAX_GRAPHS || count > MAX_NODES {
+            return self.exceed(line);
+        }
+        if node >= count {
             return;
         }
         while self.pictures.len() <= graph {
@@ -124,11 +130,31 @@ impl Trace {
             label: text.to_owned(),
         };
         let nodes = picture.graph.nodes.len();
-        let fits = edge.from < nodes && edge.to < nodes && picture.graph.edges.len() < MAX_NODES;
-        if fits && !picture.graph.edges.contains(&edge) {
-            picture.graph.kind = GraphKind::Machine;
-            picture.graph.edges.push(edge);
+        let fits = edge.from < nodes && edge.to < nodes;
+        if !fits || picture.graph.edges.contains(&edge) {
+            return;
         }
+        if picture.graph.edges.len() == MAX_NODES {
+            return self.exceed(line);
+        }
+        picture.graph.kind = GraphKind::Machine;
+        picture.graph.edges.push(edge);
+    }
+
+    /// Reports once that a picture is larger than is shown.
+    fn exceed(&mut self, line: &TraceLine) {
+        if !std::mem::replace(&mut self.said_large, true) {
+            let text = format!(
+                "the task has more than {MAX_GRAPHS} graphs, or one with more than {MAX_NODES} \
+                 nodes or edges: not all are shown"
+            );
+            self.say(line.header.sim_time_ns as f64 * 1.0e-9, text);
+        }
+    }
+
+    /// `lines` of the trace were not read in time, up to simulated time `time_s`.
+    pub(crate) fn missed(&mut self, time_s: f64, lines: u64) {
+        self.say(time_s, format!("{lines} lines of the task were not read in time"));
     }
 
     /// Whether there is a picture, and each is whole.

@@ -4,9 +4,13 @@ use super::signals::Signal;
 use crate::failure::Failure;
 use crate::run::plan::did_you_mean;
 
-/// The signals named by `asked`, each once, in the order they are named; `*` in a name
-/// stands for any text.
-pub(super) fn choose(all: &[Signal], asked: &[String]) -> Result<Vec<Signal>, Failure> {
+/// The signals named by `asked`, each once, in the order they are named and at most
+/// `most`; `*` in a name matches any text.
+pub(super) fn choose(
+    all: &[Signal],
+    asked: &[String],
+    most: usize,
+) -> Result<Vec<Signal>, Failure> {
     let mut chosen: Vec<Signal> = Vec::new();
     for name in asked {
         let named = all.iter().filter(|signal| matches(name, &signal.name));
@@ -21,11 +25,11 @@ pub(super) fn choose(all: &[Signal], asked: &[String]) -> Result<Vec<Signal>, Fa
         if !is_known {
             return Err(unknown(all, name));
         }
-        if chosen.len() > charts::MAX_LINES {
+        if chosen.len() > most {
             return Err(Failure::usage(format!(
-                "`{name}` makes it {} signals, after {before}; a plot has at most {}",
+                "`{name}` makes it {} signals, after {before}; a plot has at most {most}, \
+                 `--json` any number",
                 chosen.len(),
-                charts::MAX_LINES
             )));
         }
     }
@@ -69,7 +73,7 @@ mod tests {
 
     fn names(asked: &[&str]) -> Result<Vec<String>, Failure> {
         let asked: Vec<String> = asked.iter().map(|name| (*name).to_owned()).collect();
-        let chosen = choose(&all(), &asked)?;
+        let chosen = choose(&all(), &asked, charts::MAX_LINES)?;
         Ok(chosen.into_iter().map(|signal| signal.name).collect())
     }
 
@@ -99,5 +103,7 @@ mod tests {
             said.code == Code::Usage && said.message.contains("at most 16"),
             "{said}"
         );
+        let every = choose(&all(), &["*".to_owned()], usize::MAX).unwrap();
+        assert_eq!(every, all());
     }
 }

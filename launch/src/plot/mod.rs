@@ -73,7 +73,14 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<(), Failure> {
     let recording = Recording::open(&args.file).map_err(Failure::configuration)?;
     let all = signals::signals(recording.scene());
     let span = span(args, recording.span_s())?;
-    let chosen = choose::choose(&all, &args.signals)?;
+    // A picture has as many colours and marks as can be told apart; numbers need none.
+    let is_picture = !args.json || args.output.is_some() || args.text;
+    let most = if is_picture {
+        charts::MAX_LINES
+    } else {
+        usize::MAX
+    };
+    let chosen = choose::choose(&all, &args.signals, most)?;
     if chosen.is_empty() {
         return list(args, &all, span);
     }
@@ -251,7 +258,7 @@ mod tests {
         let scene = json!({ "arms": [{ "name": "a", "joints": [{ "name": "j1" }] }] });
         let all = signals::signals(&scene);
         let asked = ["a/j1 error", "a/TCP x", "a/j1 position"].map(str::to_owned);
-        let chosen = choose::choose(&all, &asked).unwrap();
+        let chosen = choose::choose(&all, &asked, charts::MAX_LINES).unwrap();
         let lines = vec![Line::default(); 3];
         let panels = by_unit(&chosen, &lines);
         let counts: Vec<_> = panels

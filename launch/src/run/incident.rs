@@ -2,7 +2,7 @@
 //! the log and the state files of the process are kept, before a successor starts.
 
 use std::path::PathBuf;
-use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, channel, sync_channel};
 use std::time::{Duration, SystemTime};
 
 use cell_model::runs::incident::{
@@ -45,6 +45,9 @@ pub(super) struct IncidentRecorder {
     faults: u32,
     writer: SyncSender<Draft>,
     done: Receiver<()>,
+    /// Whether it was said that the disk is slow, and that a file is too long.
+    said_full: bool,
+    said_large: bool,
 }
 
 /// An incident of which the second after it is not over.
@@ -104,6 +107,8 @@ impl IncidentRecorder {
             faults: 0,
             writer,
             done,
+            said_full: false,
+            said_large: false,
         }
     }
 
@@ -225,22 +230,41 @@ impl IncidentRecorder {
             files,
         };
         // Without its thread, which was said, nothing is kept.
-        self.writer.try_send(draft).ok();
+        if let Err(TrySendError::Full(draft)) = self.writer.try_send(draft)
+            && !std::mem::replace(&mut self.said_full, true)
+        {
+            say::warn(format_args!(
+                "incident {} and later ones may be incomplete: {DRAFTS} wait for the disk",
+                draft.incident.head.number
+            ));
+        }
     }
 
-    fn state_file(&self, name: &str) -> Option<Vec<u8>> {
+    fn state_file(&mut self, name: &str) -> Option<Vec<u8>> {
         let path = self.dir.path().join(name);
-        let is_small = std::fs::metadata(&path).ok()?.len() <= STATE_FILE;
-        is_small.then(|| std::fs::read(path).ok()).flatten()
+        let bytes = std::fs::metadata(&path).ok()?.len();
+        if bytes <= STATE_FILE {
+            return std::fs::read(path).ok();
+        }
+        if !std::mem::replace(&mut self.said_large, true) {
+            say::warn(format_args!(
+                "{name} has {bytes} bytes: an incident keeps state files of at most {STATE_FILE}"
+            ));
+        }
+        None
     }
 }
 
 impl Open {
+    /// Adds an event; the last that fits says that there were more.
     fn add(&mut self, now_ns: u64, what: String) {
-        if self.events.len() < EVENTS {
-            let at_ms = ms(now_ns, self.first_ns);
-            self.events.push(Event { at_ms, what });
-        }
+        let what = match self.events.len() {
+            count if count + 1 < EVENTS => what,
+            count if count < EVENTS => format!("more events; {} are kept", EVENTS - 1),
+            _ => return,
+        };
+        let at_ms = ms(now_ns, self.first_ns);
+        self.events.push(Event { at_ms, what });
     }
 }
 

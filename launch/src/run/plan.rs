@@ -10,6 +10,7 @@ use cell_model::runs::python;
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::runs::wire;
 use cell_model::{Cell, Data, RobotFiles};
+use ipc_types::decision::POLICY_BYTES;
 
 use super::{arms, first_page, phases};
 use crate::cli::{RobotArgs, RunArgs};
@@ -21,8 +22,6 @@ use crate::{flight, say, task_program};
 /// The demo for arms that users bring.
 const REACH: &str = "reach";
 
-/// What a decision carries of the name of a policy (bytes).
-const POLICY_BYTES: usize = 16;
 
 /// A file system with less room than this takes no recording (bytes).
 const LEAST_FREE_BYTES: u64 = 1 << 20;

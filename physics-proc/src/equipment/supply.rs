@@ -58,9 +58,13 @@ impl SupplyMemory {
         self.refusal = before.refusal;
     }
 
-    /// The task asks for bins.
+    /// The task asks for bins; requests beyond [`MOST_PENDING`] are refused.
     pub(crate) fn ask(&mut self, count: u32) {
-        self.pending = (self.pending + count).min(MOST_PENDING);
+        let all = self.pending.saturating_add(count);
+        self.pending = all.min(MOST_PENDING);
+        for _ in self.pending..all {
+            self.refuse(SupplyRefusal::TooManyWaiting);
+        }
     }
 
     fn refuse(&mut self, why: SupplyRefusal) {

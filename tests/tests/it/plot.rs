@@ -63,6 +63,12 @@ fn signals_of_a_recording_are_listed_drawn_and_printed() {
     let first = signal["values"][0].as_f64().expect("a value");
     assert!((-180.0..-60.0).contains(&first), "{first}");
 
+    // A picture tells 16 lines apart; numbers have no such limit.
+    let signals = list.stdout.lines().count();
+    let every = plot(&["*", "--json"]).json();
+    assert!(signals > 16, "{list:?}");
+    assert_eq!(every["signals"].as_array().map(Vec::len), Some(signals));
+
     let picture = base.path().join("a.svg");
     let out = picture.display().to_string();
     let said = plot(&["panda/joint*", "--output", &out]);

@@ -99,15 +99,14 @@ impl std::fmt::Display for Problems {
 pub(crate) struct Collector(pub(crate) Vec<Problem>);
 
 impl Collector {
-    /// Notes a problem; of very many only the first are kept.
+    /// Notes a problem; of very many only the first are kept, and one that says so.
     pub(crate) fn add(&mut self, place: Location, message: impl Into<String>) {
-        if self.0.len() >= MAX_REPORTED {
-            return;
-        }
-        self.0.push(Problem {
-            place,
-            message: message.into(),
-        });
+        let message = match self.0.len() {
+            count if count < MAX_REPORTED => message.into(),
+            MAX_REPORTED => format!("more than {MAX_REPORTED} mistakes; only the first are shown"),
+            _ => return,
+        };
+        self.0.push(Problem { place, message });
     }
 
     /// `value`, unless there were problems.

@@ -7,6 +7,13 @@ use crate::robots::robot::Robot;
 use crate::shape::Shape;
 use crate::suggest;
 
+/// Most fixtures: a goal has a bit for each that is an obstacle.
+pub const MAX_FIXTURES: usize = 64;
+/// Most objects that are obstacles: likewise.
+pub const MAX_OBSTACLE_OBJECTS: usize = 64;
+/// Most policies of one kind of task.
+const MAX_POLICIES: usize = 16;
+
 /// Refuses a cell whose names or numbers cannot be meant.
 pub(crate) fn check(file: &str, text: &str, cell: &CellFile) -> Result<(), ModelError> {
     let checker = Checker::new(file, text);
@@ -82,8 +89,8 @@ impl Checker<'_> {
         let limits = [
             ("arm", cell.arms.len(), 1, ipc_types::MAX_ARMS),
             ("object", objects, 0, ipc_types::MAX_OBJECTS),
-            ("fixture", cell.fixtures.len(), 0, 64),
-            ("policies", cell.policies.len(), 1, 16),
+            ("fixture", cell.fixtures.len(), 0, MAX_FIXTURES),
+            ("policies", cell.policies.len(), 1, MAX_POLICIES),
         ];
         for (key, count, low, high) in limits {
             if !(low..=high).contains(&count) {
@@ -94,6 +101,7 @@ impl Checker<'_> {
                 ));
             }
         }
+        self.obstacles(cell)?;
         let known: Vec<&str> = cell.policies.iter().map(String::as_str).collect();
         if !known.contains(&cell.default_policy.as_str()) {
             let allowed = format!(
@@ -101,6 +109,25 @@ impl Checker<'_> {
                 suggest::advice(&cell.default_policy, &known)
             );
             return Err(self.refuse("default_policy", &cell.default_policy, allowed));
+        }
+        Ok(())
+    }
+
+    /// A goal has a bit for each of them: without one, an arm could not be told to touch
+    /// an object.
+    fn obstacles(&self, cell: &CellFile) -> Result<(), ModelError> {
+        let mut count = 0;
+        for (index, object) in cell.objects.iter().enumerate() {
+            if object.obstacle {
+                count += object.count.unwrap_or(1) as usize;
+            }
+            if count > MAX_OBSTACLE_OBJECTS {
+                return Err(self.refuse(
+                    &format!("object.{index}.obstacle"),
+                    format!("{count} objects that are obstacles"),
+                    format!("0 to {MAX_OBSTACLE_OBJECTS} are allowed"),
+                ));
+            }
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! Scripts: one JSON object a line, run at a simulated time or a phase.
 
-use ipc_types::TICK_NS;
+use ipc_types::decision::PHASE_BYTES;
+use ipc_types::{TICK_NS, Text};
 use serde::{Deserialize, Serialize};
 
 use crate::cells::cell::Cell;
@@ -181,6 +182,8 @@ impl ScriptRunner {
 
     /// Takes note of the newest decision's phase and its count of entries.
     pub fn observe(&mut self, tick: u64, phase: &str, phase_entry: u32) {
+        // A decision carries a long name cut.
+        let is_now = |at: &str| Text::<PHASE_BYTES>::new(at).as_str() == phase;
         if phase_entry == self.phase_entry && phase == self.phase {
             return;
         }
@@ -192,7 +195,7 @@ impl ScriptRunner {
                 nth,
                 after_s,
             } = &pending.line.trigger
-                && at_phase == phase
+                && is_now(at_phase)
             {
                 pending.entries += 1;
                 if pending.entries == *nth {

@@ -8,7 +8,7 @@ use super::job::BinStackNumbers;
 use super::numbers::BinColumns;
 
 /// Columns there are: three by three.
-const COLUMNS: usize = 9;
+pub(super) const COLUMNS: usize = 9;
 /// Most levels a column can have.
 const MAX_LEVELS: usize = 5;
 

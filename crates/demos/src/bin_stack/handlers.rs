@@ -2,7 +2,7 @@
 //! after one was lost.
 
 use behavior::matrix::Next;
-use ipc_types::decision::{MAX_PLACED, Outcome};
+use ipc_types::decision::Outcome;
 use robocell_skills::matrix::{SuctionPick as _, goto};
 use robocell_skills::{Named as _, pose};
 use robocell_task::TraceEvent;
@@ -148,7 +148,7 @@ fn give_up_for_good(turn: &mut Turn<'_>) {
 pub(super) fn report(turn: &mut Turn<'_>) {
     let view = View::of(turn);
     let (job, out) = (&mut *turn.world.job, &mut *turn.world.out);
-    for (bin, _) in view.stacked().zip(0..MAX_PLACED) {
+    for bin in view.stacked() {
         job.placed
             .push(u32::try_from(bin.object).unwrap_or(u32::MAX));
     }

@@ -6,6 +6,7 @@ use robocell_task::Settings;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::columns::COLUMNS;
 use crate::check;
 
 /// Most steps of 1/60 s that a bin may take to come.
@@ -168,7 +169,20 @@ fn bin_table(at: &Checker<'_>, task: &BinStackTask, cell: &Cell) -> Result<(), M
     let mut names: Vec<&str> = bins.map(|object| object.kind.as_str()).collect();
     names.dedup();
     let what = "[[object]] with the shape of a bin";
-    check::known(at, "task.bins", &task.bins, what, &names)
+    check::known(at, "task.bins", &task.bins, what, &names)?;
+    // More could never be in place, and the job would not end.
+    let bins = cell.objects.iter();
+    let count = bins.filter(|object| object.kind == task.bins).count();
+    let wanted = count.min(cell.bins);
+    let (levels, places) = (task.stack.levels, COLUMNS * task.stack.levels as usize);
+    if wanted <= places {
+        return Ok(());
+    }
+    let allowed = format!(
+        "{COLUMNS} columns of {levels} levels have {places} places; lower the `count` of the \
+         object, raise task.stack.levels, or stack fewer with --bins"
+    );
+    Err(at.refuse("task.bins", format!("{wanted} bins"), allowed))
 }
 
 fn sensor_of(at: &Checker<'_>, task: &BinStackTask, cell: &Cell) -> Result<(), ModelError> {

@@ -11,8 +11,8 @@ use serde::Deserialize;
 use super::steps;
 use crate::check;
 
-/// Most places a pallet may have: what a decision can name.
-const MAX_SLOTS: usize = 48;
+/// Most places a pallet may have: a bin for each of them has to be an object.
+const MAX_SLOTS: usize = ipc_types::MAX_OBJECTS;
 
 /// Bins off a conveyor onto a pallet, the upside-down ones over the flip jig.
 ///

@@ -120,6 +120,7 @@ impl MatrixRun {
                 _ => {}
             }
         }
+        crate::machine_run::lost(self.matrix.lost_happenings(), out);
         changed
     }
 

@@ -1,7 +1,7 @@
 //! What the arm is told, and what the job and the log are.
 
 use ipc_types::GripperGoal;
-use ipc_types::decision::{GoalKind, MAX_PLACED, Outcome};
+use ipc_types::decision::{GoalKind, Outcome};
 use robocell_task::{ArmIntent, TraceEvent};
 
 use super::World;
@@ -90,7 +90,7 @@ impl World<'_> {
         for (number, object) in (0_u32..).zip(0..self.setup.objects.len()) {
             let mut places = 0..self.setup.places.len();
             let placed = places.any(|p| self.slot_of(object, p, tolerance_m).is_some());
-            if placed && self.job.placed.len() < MAX_PLACED {
+            if placed {
                 self.job.placed.push(number);
             }
         }
