@@ -121,10 +121,9 @@ impl TopicId {
     /// before it, and may look after that of tick k was sent.
     pub fn depth(self) -> usize {
         match self {
-            Self::Trace | Self::WorldTap => 1024,
+            Self::Trace | Self::WorldTap => TRACE_DEPTH,
             Self::ArmStatus(_) | Self::Decision => 2,
-            // Some 300 ms of lockstep at full speed.
-            Self::ArmCommandTap(_) | Self::ArmStatusTap(_) => 2048,
+            Self::ArmCommandTap(_) | Self::ArmStatusTap(_) => TAP_DEPTH,
             Self::DecisionTap => 256,
             // A task on a busy machine sends one with every decision.
             Self::Keyframe(_) => 16,
@@ -154,6 +153,12 @@ impl TopicId {
         )
     }
 }
+
+/// Lines of the trace, and pieces of states for the recorder, that can wait.
+pub const TRACE_DEPTH: usize = 1024;
+/// Messages of an arm for the recorder that can wait: some 300 ms of lockstep at full
+/// speed.
+pub const TAP_DEPTH: usize = 2048;
 
 /// Service name of the operator's requests.
 pub const OPERATOR_SERVICE: &str = "operator";

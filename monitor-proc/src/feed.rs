@@ -34,6 +34,8 @@ pub struct Feed {
     status: Vec<Latest<ArmStatus>>,
     decision: Latest<Decision>,
     contacts: Latest<Contacts>,
+    /// Whether it was said that there are more of them than a message carries.
+    contacts_exceeded: bool,
     healths: Vec<(Process, Latest<Health>)>,
     misses: Misses,
     pace: Pace,
@@ -70,6 +72,7 @@ impl Feed {
             status: status.collect::<Result<_, _>>()?,
             decision: bus.latest(TopicId::Decision)?,
             contacts: bus.latest(TopicId::Contacts)?,
+            contacts_exceeded: false,
             healths,
             misses: Misses::default(),
             pace: Pace::default(),
@@ -126,9 +129,26 @@ impl Feed {
     fn look(&mut self) {
         self.world.refresh();
         self.decision.refresh();
-        self.contacts.refresh();
+        if self.contacts.refresh() {
+            self.report_contacts();
+        }
         for status in &mut self.status {
             status.refresh();
+        }
+    }
+
+    /// Says once that there are more contacts than a message carries.
+    fn report_contacts(&mut self) {
+        let Some(contacts) = self.contacts.get().filter(|c| c.total > c.count) else {
+            return;
+        };
+        if !std::mem::replace(&mut self.contacts_exceeded, true) {
+            let time_s = contacts.header.sim_time_ns as f64 * 1.0e-9;
+            let text = format!(
+                "[physics] {} contacts: the {} with the largest forces are shown",
+                contacts.total, contacts.count
+            );
+            self.hub.say(time_s, "lifecycle", &text);
         }
     }
 

@@ -144,11 +144,17 @@ pub fn prepare_page(
     // Of a live cell `robocell status` prints a new link; of a recording nothing does.
     let one_time_links = incidents.is_some().then(|| page.secrets.clone());
     let files = Files::page(page.dist.as_deref(), &page.hint);
+    let meshes = meshes();
+    for limit in [files.limit("the page"), meshes.limit("the robots' meshes")] {
+        if let Some(limit) = limit {
+            cell_worker::warn(format_args!("{limit}"));
+        }
+    }
     let (hint, fed) = (page.hint.clone(), hub.clone());
     let site = move |gate| Site {
         gate,
         files,
-        meshes: meshes(),
+        meshes,
         hint,
         hub: fed,
         desk,

@@ -10,6 +10,9 @@ use ipc_types::trace::{FIELD_END, TraceEvent, TraceKind};
 use serde_json::{Value, json};
 
 pub mod history;
+mod picture;
+
+use picture::Picture;
 
 /// Lines of the log a late joiner is told.
 pub const KEPT_LINES: usize = 500;
@@ -21,21 +24,6 @@ const MAX_NAMES: usize = 512;
 /// An answer that stays the same is told again after this, so that a page knows how old
 /// it is (simulated s).
 const RETELL_S: f64 = 0.5;
-
-/// One picture of the policy.
-#[derive(Clone, Debug, Default)]
-struct Picture {
-    name: String,
-    nodes: Vec<GraphNode>,
-    edges: Vec<GraphEdge>,
-    letters: Vec<u8>,
-    taken: Option<GraphEdge>,
-    left: Option<usize>,
-    keys: BTreeMap<String, String>,
-    guards: BTreeMap<String, bool>,
-    /// Simulated time at which each guard was told last (s).
-    guards_told_s: BTreeMap<String, f64>,
-}
 
 /// What was said since it was told last.
 #[derive(Clone, Debug, Default)]
@@ -373,66 +361,6 @@ impl Story {
 /// Simulated time of a line (s).
 fn seconds(line: &TraceLine) -> f64 {
     line.header.sim_time_ns as f64 * 1.0e-9
-}
-
-impl Picture {
-    /// What it is a picture of: a tree has no edges, and the names of the nodes
-    /// of the others tell which.
-    fn kind(&self) -> &'static str {
-        let is = |kind: &str| self.nodes.iter().any(|node| node.kind == kind);
-        match () {
-            () if is("phase") => "code",
-            () if is("state") && self.nodes.iter().any(|n| n.detail.contains(": ")) => "matrix",
-            () if is("state") => "machine",
-            () => "tree",
-        }
-    }
-
-    fn is_whole(&self) -> bool {
-        self.nodes.iter().all(|node| !node.id.is_empty())
-    }
-
-    fn to_json(&self) -> Value {
-        json!({ "name": self.name, "kind": self.kind(), "nodes": self.nodes, "edges": self.edges })
-    }
-
-    /// The edge that was taken for `reason`, the trigger or event of its label; one
-    /// that is not in the picture where no row led this way.
-    fn way(&self, from: usize, to: usize, reason: &str) -> GraphEdge {
-        let mut rows = self.edges.iter().filter(|e| e.from == from && e.to == to);
-        let mut fired = rows.clone().filter(|e| trigger(&e.label) == reason);
-        // Rows of one trigger differ in their guards, which were told before.
-        let known = fired.clone().find(|e| self.holds(&e.label));
-        let known = known.or_else(|| fired.next());
-        // A picture of code names no trigger.
-        let tells = !reason.is_empty() && self.kind() != "code";
-        let known = known.or_else(|| rows.next().filter(|_| !tells));
-        known.cloned().unwrap_or_else(|| GraphEdge {
-            from,
-            to,
-            label: reason.to_owned(),
-        })
-    }
-
-    /// Whether all guards of a label, `trigger [one, not other]`, held when they
-    /// were asked last.
-    fn holds(&self, label: &str) -> bool {
-        let guards = label.split_once(" [").map_or("", |(_, guards)| guards);
-        let guards = guards.split(']').next().unwrap_or_default();
-        let mut asked = guards.split(", ").filter(|guard| !guard.is_empty());
-        asked.all(|guard| {
-            let (name, wanted) = guard
-                .strip_prefix("not ")
-                .map_or((guard, true), |name| (name, false));
-            self.guards.get(name) == Some(&wanted)
-        })
-    }
-}
-
-/// The trigger or event of an edge's label.
-fn trigger(label: &str) -> &str {
-    let end = label.find(" [").or_else(|| label.find(" (internal)"));
-    end.and_then(|end| label.get(..end)).unwrap_or(label)
 }
 
 /// The page knows four letters: a node that is told to stop still runs.

@@ -15,6 +15,8 @@ pub(crate) const MAX_BORROWED: usize = 2;
 /// A late joiner gets the newest messages, as many as a reader can be behind,
 /// but no more than this.
 pub(crate) const HISTORY: usize = 2;
+/// Readers of a topic of few messages: the processes of a cell and tools.
+const MAX_SUBSCRIBERS: usize = 16;
 /// Loans of one publisher at a time.
 const MAX_LOANED: usize = 2;
 
@@ -24,7 +26,7 @@ pub(crate) fn max_subscribers(topic: TopicId) -> usize {
         // The recorder, and one that was killed.
         _ if topic.is_tap() => 3,
         _ if topic.depth() > HISTORY => 6,
-        _ => 16,
+        _ => MAX_SUBSCRIBERS,
     }
 }
 

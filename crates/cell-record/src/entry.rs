@@ -7,7 +7,7 @@ use ipc_types::{Keyframe, TICK_NS, Validate, Wire, WorldPiece};
 
 use crate::channel::Channel;
 use crate::error::RecordError;
-use crate::pack::{pack, unpack};
+use crate::pack::{MAX_BYTES, pack, unpack};
 
 /// A message to be recorded.
 #[derive(Clone, Copy, Debug)]
@@ -100,6 +100,7 @@ const _: () = assert!(
 
 /// The bytes of `message` that are recorded.
 pub fn wire_bytes<T: Cut>(message: &T) -> &[u8] {
+    const { assert!(size_of::<T>() <= MAX_BYTES, "what is packed would be cut") };
     let bytes = message.as_bytes();
     bytes.get(..message.used()).unwrap_or(bytes)
 }

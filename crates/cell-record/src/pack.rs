@@ -10,8 +10,8 @@ const GROUP: usize = 64;
 const RUN: usize = 8;
 /// Bytes of the length at the front.
 const FRONT: usize = 4;
-/// No struct of ours comes near this (bytes).
-const MAX_BYTES: usize = 1 << 20;
+/// Longest struct (bytes); a longer one does not compile, see `entry.rs`.
+pub(crate) const MAX_BYTES: usize = 1 << 20;
 
 /// Appends `bytes`, packed, to `out`: their number (u32); a mask (u64) for every
 /// 64 words of eight bytes, bit `i` set where word `i` is not zero; those words.

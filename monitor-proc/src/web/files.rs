@@ -7,7 +7,7 @@ use std::path::Path;
 use axum::body::Bytes;
 use rust_embed::RustEmbed;
 
-/// More files, or larger ones all together, are no page of ours.
+/// Most files and bytes that are served: they are kept in memory.
 const MAX_FILES: usize = 4000;
 const MAX_BYTES: u64 = 128 << 20;
 /// Folders within folders.
@@ -37,6 +37,8 @@ pub fn has_page() -> bool {
 #[derive(Clone, Debug, Default)]
 pub struct Files {
     by_path: BTreeMap<String, Asset>,
+    /// Files beyond a limit, which are not served.
+    left_out: usize,
 }
 
 impl Files {
@@ -79,9 +81,14 @@ impl Files {
             let path = format!("{prefix}/{name}");
             if kind.is_dir() && depth > 0 {
                 self.walk(&entry.path(), &path, depth - 1, room);
+                continue;
             }
             let size = entry.metadata().map_or(u64::MAX, |meta| meta.len());
-            if !kind.is_file() || size > *room || self.by_path.len() >= MAX_FILES {
+            if kind.is_dir() || size > *room || self.by_path.len() >= MAX_FILES {
+                self.left_out += 1;
+                continue;
+            }
+            if !kind.is_file() {
                 continue;
             }
             if let Ok(body) = std::fs::read(entry.path()) {
@@ -101,6 +108,19 @@ impl Files {
     pub fn get(&self, path: &str) -> Option<&Asset> {
         self.by_path
             .get(if path == "/" { "/index.html" } else { path })
+    }
+
+    /// Says how many files of `what` are not served, if any.
+    #[must_use]
+    pub fn limit(&self, what: &str) -> Option<String> {
+        (self.left_out > 0).then(|| {
+            format!(
+                "{} files of {what} are not served: at most {MAX_FILES} files with {} MiB in \
+                 {MAX_DEPTH} folders deep are",
+                self.left_out,
+                MAX_BYTES >> 20
+            )
+        })
     }
 
     /// Whether there is a page.

@@ -25,6 +25,7 @@ mod hold_times;
 mod incidents;
 mod kill_sweep;
 mod licences;
+mod limits;
 mod links;
 mod lockstep;
 mod machine;

@@ -8,9 +8,9 @@ use crate::shape::Shape;
 use crate::suggest;
 
 /// Most fixtures: a goal has a bit for each that is an obstacle.
-pub const MAX_FIXTURES: usize = 64;
+const MAX_FIXTURES: usize = 64;
 /// Most objects that are obstacles: likewise.
-pub const MAX_OBSTACLE_OBJECTS: usize = 64;
+const MAX_OBSTACLE_OBJECTS: usize = 64;
 /// Most policies of one kind of task.
 const MAX_POLICIES: usize = 16;
 

@@ -25,8 +25,8 @@ pub struct Paces {
     pub turn_speed_rad_s: f64,
 }
 
-/// Replaces a [`Path`], waypoint by waypoint. Ways are shorter than
-/// [`super::MAX_WAYPOINTS`]; waypoints beyond it are left out.
+/// Replaces a [`Path`], waypoint by waypoint. One of more than
+/// [`super::MAX_WAYPOINTS`] is not followed: without its end it would lead elsewhere.
 pub struct Route<'p> {
     path: &'p mut Path,
     paces: Paces,
@@ -163,7 +163,9 @@ impl<'p> Route<'p> {
     fn put(mut self, waypoint: Waypoint) -> Self {
         let waypoint = waypoint.avoiding(self.obstacles, u64::MAX);
         if self.begun {
-            let _fits = self.path.then(waypoint);
+            if !self.path.then(waypoint) {
+                self.path.stop();
+            }
         } else {
             self.path.go(waypoint, &self.at, self.now);
             self.begun = true;

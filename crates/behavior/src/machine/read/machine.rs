@@ -132,7 +132,8 @@ fn state(value: &Value, parent: &str, depth: usize, problems: &mut Collector) ->
     let name = fields.required("name", problems)?;
     let children = fields.list("children", problems);
     if depth >= MAX_DEPTH && !children.is_empty() {
-        problems.add(name.place, "states too deep in one another");
+        let message = format!("states more than {MAX_DEPTH} deep in one another");
+        problems.add(name.place, message);
         return None;
     }
     let full = match parent {
