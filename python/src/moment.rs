@@ -159,8 +159,12 @@ impl Moment {
         let indices = indices?.into_iter().filter_map(|i| u32::try_from(i).ok());
         let inner = &mut *inner;
         inner.job.placed.clear();
-        let most = ipc_types::decision::MAX_PLACED;
-        inner.job.placed.extend(indices.take(most));
+        // An object that is named twice is placed once, so that all fit.
+        for index in indices {
+            if !inner.job.placed.contains(&index) {
+                inner.job.placed.push(index);
+            }
+        }
         inner.job.done = done;
         inner.out.outcome = if done {
             Outcome::Done

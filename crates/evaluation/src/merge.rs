@@ -341,3 +341,18 @@ fn check_identity(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn problems_that_are_not_shown_are_reported() {
+        let mut problems = Problems::default();
+        for number in 0..MOST_PROBLEMS + 10 {
+            problems.add(format!("problem {number}"));
+        }
+        assert_eq!(problems.0.len(), MOST_PROBLEMS + 1);
+        assert!(problems.0[MOST_PROBLEMS].contains("more than 100 problems"));
+    }
+}

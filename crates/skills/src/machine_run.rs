@@ -125,3 +125,18 @@ impl MachineRun {
         restored.map_err(serde::de::Error::custom)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_trace_has_no_room_for_is_reported_with_its_number() {
+        let (mut out, mut lines) = (Output::default(), Vec::new());
+        lost(0, &mut out);
+        lost(7, &mut out);
+        out.finish(0, &mut ipc_types::Wire::zeroed(), &mut lines);
+        assert_eq!(lines.len(), 1);
+        assert!(lines[0].text.as_str().contains("7 changes and guards"));
+    }
+}

@@ -360,6 +360,21 @@ mod tests {
     use cell_rt::overrun::Cause;
 
     #[test]
+    fn events_that_are_not_kept_are_reported_as_the_last_one() {
+        let mut open = Open {
+            first_ns: 0,
+            events: Vec::new(),
+            about: Vec::new(),
+        };
+        for number in 0..EVENTS + 10 {
+            open.add(0, format!("event {number}"));
+        }
+        assert_eq!(open.events.len(), EVENTS);
+        assert_eq!(open.events[EVENTS - 2].what, "event 62");
+        assert_eq!(open.events[EVENTS - 1].what, "more events; 63 are kept");
+    }
+
+    #[test]
     fn a_trace_has_the_cycles_around_the_first_event() {
         let second = 1_000_000_000;
         let cycle = |began_ns, cause| BoxedCycle {

@@ -170,3 +170,17 @@ fn nonsense_is_left_out_and_the_log_is_bounded() {
         KEPT_LINES
     );
 }
+
+#[test]
+fn edges_beyond_the_limit_are_reported_once() {
+    let mut story = machine();
+    for label in 0..MAX_NODES + 5 {
+        story.take(&line(TraceKind::Edge, 0, 0, 1, &label.to_string()));
+    }
+    let news = story.news();
+    let log = news.iter().find(|m| m["t"] == "log").expect("a report");
+    let lines = log["lines"].as_array().expect("lines");
+    assert_eq!(lines.len(), 1);
+    let text = lines[0]["text"].as_str().expect("text");
+    assert!(text.contains("4096 edges"), "{text}");
+}

@@ -14,8 +14,9 @@ use crate::equipment::sensors::{self, Sensor};
 use crate::equipment::site::{Site, Stream};
 use crate::equipment::supply::{Supply, SupplyMemory, Way};
 
-/// A counter that went up by more than this was set, not counted.
-const MOST_REQUESTS: u32 = 16;
+/// A counter that went up by more than this was set, not counted: no cell has so many
+/// objects.
+const MOST_REQUESTS: u32 = 1_000;
 
 /// What a cell has, and what its objects are.
 pub(crate) struct Equipment {
@@ -235,6 +236,6 @@ mod tests {
         assert_eq!(take(6, 9), (1, 2));
         assert_eq!(take(0, 9), (0, 0), "a task without its record");
         assert_eq!(take(16, 9), (16, 0));
-        assert_eq!(take(33, 9), (0, 0), "set forward");
+        assert_eq!(take(1_017, 9), (0, 0), "set forward");
     }
 }

@@ -223,3 +223,18 @@ fn upside_down(shape: &Shape) -> UnitQuaternion<f64> {
     let (x, y) = if along_y { (0.0, 1.0) } else { (1.0, 0.0) };
     Unit::new_unchecked(Quaternion::new(0.0, x, y, 0.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn requests_beyond_what_can_wait_are_counted_as_refused() {
+        let mut memory = SupplyMemory::default();
+        memory.ask(MOST_PENDING - 1);
+        assert_eq!(memory.refusals, 0);
+        memory.ask(3);
+        assert_eq!((memory.pending, memory.refusals), (MOST_PENDING, 2));
+        assert_eq!(memory.refusal, SupplyRefusal::TooManyWaiting.code());
+    }
+}

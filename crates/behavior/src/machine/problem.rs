@@ -117,3 +117,19 @@ impl Collector {
         Err(Problems::new(file, self.0))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mistakes_that_are_not_shown_are_reported() {
+        let mut collector = Collector::default();
+        for number in 0..MAX_REPORTED + 10 {
+            collector.add(Location { line: 1, column: 1 }, format!("mistake {number}"));
+        }
+        let problems = collector.finish("a.toml", ()).unwrap_err();
+        assert_eq!(problems.to_string().lines().count(), MAX_REPORTED + 1);
+        assert!(problems.to_string().contains("more than 100 mistakes"));
+    }
+}

@@ -1,5 +1,8 @@
 //! What a reader of a topic gets, and what it is spared.
 
+use core::mem::offset_of;
+use std::os::unix::fs::FileExt as _;
+
 use crate::common;
 
 use common::{RUN, TestRun, decision};
@@ -176,4 +179,63 @@ fn a_ring_wakes_a_sleeper_once() {
     bell.ring();
     assert!(sleeper.drain() && !sleeper.drain());
     assert_eq!(bell.errors(), 0);
+}
+
+/// Flips a bit of the message `seq` of a topic in the shared memory of the run.
+fn flip(run: &TestRun, seq: u64, field: usize, bit: usize) {
+    let mut flipped = 0;
+    for entry in std::fs::read_dir("/dev/shm").unwrap().flatten() {
+        let name = entry.file_name().into_string().unwrap_or_default();
+        if !name.starts_with(&run.site.prefix) {
+            continue;
+        }
+        let mut bytes = std::fs::read(entry.path()).unwrap();
+        let start = [Decision::SCHEMA.to_ne_bytes(), RUN.to_ne_bytes()].concat();
+        let is_it = |at: &usize| {
+            let rest = &bytes[*at..];
+            let numbered = rest.get(offset_of!(Header, seq)..).unwrap_or_default();
+            rest.starts_with(&start) && numbered.starts_with(&seq.to_ne_bytes())
+        };
+        let found: Vec<usize> = (0..bytes.len()).step_by(8).filter(is_it).collect();
+        for at in found {
+            let byte = &mut bytes[at + field + bit / 8];
+            *byte ^= 1 << (bit % 8);
+            let file = std::fs::File::options().write(true).open(entry.path());
+            let place = (at + field + bit / 8) as u64;
+            file.unwrap().write_all_at(&[*byte], place).unwrap();
+            flipped += 1;
+        }
+    }
+    assert!(flipped > 0, "the message {seq} is in shared memory");
+}
+
+#[test]
+fn a_flipped_bit_of_a_header_in_shared_memory_costs_one_message_at_most() {
+    let fields = [
+        (offset_of!(Header, generation), u32::BITS),
+        (offset_of!(Header, seq), u64::BITS),
+    ];
+    for (field, bits) in fields {
+        for bit in (0..bits as usize).step_by(5) {
+            let run = TestRun::new();
+            let mut publisher = run.join(2).publisher::<Decision>(TOPIC).unwrap();
+            let mut subscriber = run.join(2).subscriber::<Decision>(TOPIC).unwrap();
+            let mut heard = |publisher: &mut cell_bus::Publisher<Decision>, tick| {
+                let seq = publisher.publish_copy(&decision(tick, 1)).unwrap();
+                if tick == 30 {
+                    flip(&run, seq, field, bit);
+                }
+                subscriber.take().map(|message| message.header.tick)
+            };
+            assert_eq!(heard(&mut publisher, 10), Some(10));
+            assert_eq!(heard(&mut publisher, 20), Some(20));
+            let (damaged, next) = (heard(&mut publisher, 30), heard(&mut publisher, 40));
+            assert!(
+                damaged.is_some() || next.is_some(),
+                "field at {field}, bit {bit}"
+            );
+            assert_eq!(heard(&mut publisher, 50), Some(50), "{field} {bit}");
+            assert_eq!(heard(&mut publisher, 60), Some(60), "{field} {bit}");
+        }
+    }
 }

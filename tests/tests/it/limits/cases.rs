@@ -49,17 +49,31 @@ fn cell(dir: &Path, text: &str) -> Said {
     let data = dir.join("data");
     written(&data, "cells/large.toml", text);
     let data = data.display().to_string();
-    robot(dir, &["run", "large", "--data", &data, "--headless", "--one-process"])
+    robot(
+        dir,
+        &[
+            "run",
+            "large",
+            "--data",
+            &data,
+            "--headless",
+            "--one-process",
+        ],
+    )
 }
 
 /// `text` as often as `count`, numbered.
 fn times(text: &str, count: usize) -> String {
-    (1..=count).map(|n| text.replace('#', &n.to_string())).collect()
+    (1..=count)
+        .map(|n| text.replace('#', &n.to_string()))
+        .collect()
 }
 
 /// `text` with the line that starts with `key` replaced.
 fn with(text: &str, key: &str, line: &str) -> String {
-    let replaced = text.lines().map(|l| if l.starts_with(key) { line } else { l });
+    let replaced = text
+        .lines()
+        .map(|l| if l.starts_with(key) { line } else { l });
     replaced.collect::<Vec<_>>().join("\n")
 }
 
@@ -74,7 +88,10 @@ fn cells() -> Vec<(&'static str, Case)> {
             cell(dir, &format!("{CUBE}{}", times(ARM, limit)))
         }),
         ("ipc-types/src/lib.rs::MAX_OBJECTS", |dir, limit| {
-            cell(dir, &format!("{CUBE}{}", OBJECTS.replace('#', &limit.to_string())))
+            cell(
+                dir,
+                &format!("{CUBE}{}", OBJECTS.replace('#', &limit.to_string())),
+            )
         }),
         (
             "crates/cell-model/src/cells/check_file.rs::MAX_OBSTACLE_OBJECTS",
@@ -97,34 +114,45 @@ fn cells() -> Vec<(&'static str, Case)> {
         ("ipc-types/src/equipment.rs::MAX_SENSORS", |dir, limit| {
             cell(dir, &format!("{CUBE}{}", times(SENSOR, limit + 1)))
         }),
-        ("crates/cell-model/src/data.rs::MAX_FILE_BYTES", |dir, limit| {
-            cell(dir, &format!("{CUBE}#{}", "x".repeat(limit)))
-        }),
+        (
+            "crates/cell-model/src/data.rs::MAX_FILE_BYTES",
+            |dir, limit| cell(dir, &format!("{CUBE}#{}", "x".repeat(limit))),
+        ),
         ("crates/skills/src/settings.rs::MAX_SLOTS", |dir, limit| {
             let grid = format!(
                 "pattern = {{ kind = \"grid\", count = [{}, 1, 1], pitch_m = [0.1, 0.1, 0.1] }}\n",
                 limit + 1
             );
-            let text = with(CUBE, "kind = \"cube\"", "kind = \"tree\"\nbehaviour = \"a.json\"");
-            cell(dir, &format!("{text}\n{grid}"))
+            cell(dir, &format!("{CUBE}\n{grid}"))
         }),
         ("crates/demos/src/check.rs::MAX_STACK", |dir, limit| {
             let objects = OBJECTS.replace('#', &(limit + 1).to_string());
-            let order: Vec<String> = (1..=limit + 1).map(|n| format!("\"o_{n}\"")).collect();
+            let order: Vec<String> = (1..=limit + 1).map(|n| format!("\"o_{n:02}\"")).collect();
             let order = format!("order = [{}]", order.join(", "));
             cell(dir, &format!("{}{objects}", with(STACK, "order", &order)))
         }),
         (
             "crates/demos/src/palletize/numbers.rs::MAX_SLOTS",
             |dir, limit| {
-                let x: Vec<String> = (0..=limit).map(|n| format!("{:.2}", 0.01 * n as f64)).collect();
-                let text = with(PALLET, "slot_x_m", &format!("slot_x_m = [{}]", x.join(", ")));
+                let x: Vec<String> = (0..=limit)
+                    .map(|n| format!("{:.2}", 0.01 * n as f64))
+                    .collect();
+                let text = with(
+                    PALLET,
+                    "slot_x_m",
+                    &format!("slot_x_m = [{}]", x.join(", ")),
+                );
                 cell(dir, &with(&text, "slot_y_m", "slot_y_m = [0.0]"))
             },
         ),
         (
             "crates/demos/src/bin_stack/columns.rs::MAX_LEVELS",
-            |dir, limit| cell(dir, &with(BINS, "levels", &format!("levels = {}", limit + 1))),
+            |dir, limit| {
+                cell(
+                    dir,
+                    &with(BINS, "levels", &format!("levels = {}", limit + 1)),
+                )
+            },
         ),
     ]
 }
@@ -141,26 +169,39 @@ fn bins_that_have_no_place_are_refused_with_both_numbers() {
 
 fn urdf(dir: &Path, text: &str) -> Said {
     let file = written(dir, "arm.urdf", text);
-    robot(dir, &["run", "reach", "--robot", &file, "--headless", "--one-process"])
+    robot(
+        dir,
+        &[
+            "run",
+            "reach",
+            "--robot",
+            &file,
+            "--headless",
+            "--one-process",
+        ],
+    )
+}
+
+/// A URDF of so many joints, one after the other.
+fn chain(joints: usize, kind: &str, more: &str) -> String {
+    let mut text = "<robot name=\"r\"><link name=\"l0\"/>".to_owned();
+    for n in 1..=joints {
+        write!(
+            text,
+            "<link name=\"l{n}\"/><joint name=\"j{n}\" type=\"{kind}\"><parent link=\"l{}\"/>\
+             <child link=\"l{n}\"/><origin xyz=\"0 0 0.02\"/>{more}</joint>",
+            n - 1
+        )
+        .expect("text");
+    }
+    text + "</robot>"
 }
 
 fn robots_and_runs() -> Vec<(&'static str, Case)> {
     vec![
         (
             "crates/cell-model/src/robots/urdf_check.rs::MAX_LINKS",
-            |dir, limit| {
-                let mut text = "<robot name=\"r\"><link name=\"l0\"/>".to_owned();
-                for n in 1..=limit {
-                    write!(
-                        text,
-                        "<link name=\"l{n}\"/><joint name=\"j{n}\" type=\"fixed\">\
-                         <parent link=\"l{}\"/><child link=\"l{n}\"/></joint>",
-                        n - 1
-                    )
-                    .expect("text");
-                }
-                urdf(dir, &format!("{text}</robot>"))
-            },
+            |dir, limit| urdf(dir, &chain(limit, "fixed", "")),
         ),
         (
             "crates/cell-model/src/robots/urdf_scan.rs::MAX_DEPTH",
@@ -169,12 +210,31 @@ fn robots_and_runs() -> Vec<(&'static str, Case)> {
                 urdf(dir, &format!("<robot name=\"r\">{open}{close}</robot>"))
             },
         ),
-        ("crates/cell-model/src/cells/script.rs::MAX_PARTS", |dir, limit| {
-            let line = format!("{{\"at_s\": 1.0, \"do\": \"drop_parts\", \"count\": {}}}\n", limit + 1);
-            let script = written(dir, "a.jsonl", &line);
-            let run = ["run", "ur10-fill-bin", "--script", &script];
-            robot(dir, &[&run[..], &["--headless", "--one-process"]].concat())
+        (
+            "crates/cell-model/src/robots/urdf_scan.rs::MAX_BYTES",
+            |dir, limit| {
+                urdf(
+                    dir,
+                    &format!("<robot name=\"r\">{}</robot>", " ".repeat(limit)),
+                )
+            },
+        ),
+        ("crates/rmp/src/chain.rs::MAX_JOINTS", |dir, limit| {
+            let axis = "<axis xyz=\"0 0 1\"/><limit lower=\"-1\" upper=\"1\" effort=\"9\" velocity=\"1\"/>";
+            urdf(dir, &chain(limit + 1, "revolute", axis))
         }),
+        (
+            "crates/cell-model/src/cells/script.rs::MAX_PARTS",
+            |dir, limit| {
+                let line = format!(
+                    "{{\"at_s\": 1.0, \"do\": \"drop_parts\", \"count\": {}}}\n",
+                    limit + 1
+                );
+                let script = written(dir, "a.jsonl", &line);
+                let run = ["run", "ur10-fill-bin", "--script", &script];
+                robot(dir, &[&run[..], &["--headless", "--one-process"]].concat())
+            },
+        ),
         (
             "crates/cell-model/src/cells/sweep.rs::MAX_VARIANTS",
             |dir, limit| {
@@ -183,10 +243,13 @@ fn robots_and_runs() -> Vec<(&'static str, Case)> {
                 robot(dir, &["eval", "cube", "--seeds", "1..1", "--set", &set])
             },
         ),
-        ("crates/evaluation/src/shard.rs::MAX_SHARDS", |dir, limit| {
-            let shard = format!("1/{}", limit + 1);
-            robot(dir, &["eval", "cube", "--seeds", "1..2", "--shard", &shard])
-        }),
+        (
+            "crates/evaluation/src/shard.rs::MAX_SHARDS",
+            |dir, limit| {
+                let shard = format!("1/{}", limit + 1);
+                robot(dir, &["eval", "cube", "--seeds", "1..2", "--shard", &shard])
+            },
+        ),
         ("crates/cell-bus/src/site.rs::MAX_LENGTH", |dir, limit| {
             let long = dir.join("x".repeat(limit));
             std::fs::create_dir_all(&long).expect("a directory");
@@ -197,14 +260,17 @@ fn robots_and_runs() -> Vec<(&'static str, Case)> {
 
 /// `bt check` of a tree file with that root and those members besides.
 fn tree(dir: &Path, root: &str, besides: &str) -> Said {
-    let text = format!("{{\"format\": \"behavior-tree/1\", \"name\": \"t\"{besides}, \"root\": {root}}}");
+    let text =
+        format!("{{\"format\": \"behavior-tree/1\", \"name\": \"t\"{besides}, \"root\": {root}}}");
     robot(dir, &["bt", "check", &written(dir, "t.json", &text)])
 }
 
 const LEAF: &str = r##"{"id": "n#", "type": "Open", "name": "n"}"##;
 
 fn leaves(count: usize) -> String {
-    let leaves: Vec<String> = (0..count).map(|n| LEAF.replace('#', &n.to_string())).collect();
+    let leaves: Vec<String> = (0..count)
+        .map(|n| LEAF.replace('#', &n.to_string()))
+        .collect();
     format!(
         r#"{{"id": "root", "type": "Sequence", "name": "r", "children": [{}]}}"#,
         leaves.join(", ")
@@ -213,25 +279,26 @@ fn leaves(count: usize) -> String {
 
 fn trees() -> Vec<(&'static str, Case)> {
     vec![
-        ("crates/behavior/src/tree/mod.rs::MAX_NODES", |dir, limit| {
-            tree(dir, &leaves(limit), "")
-        }),
-        ("crates/behavior/src/tree/mod.rs::MAX_DEPTH", |dir, limit| {
-            let mut root = LEAF.to_owned();
-            for n in 0..limit {
-                root = format!(
-                    r#"{{"id": "s{n}", "type": "Sequence", "name": "s", "children": [{root}]}}"#
-                );
-            }
-            // Objects and lists count for the nesting of JSON, too.
-            tree(dir, &root, "")
-        }),
+        (
+            "crates/behavior/src/tree/mod.rs::MAX_NODES",
+            |dir, limit| tree(dir, &leaves(limit), ""),
+        ),
+        (
+            "crates/behavior/src/tree/mod.rs::MAX_DEPTH",
+            |dir, limit| {
+                // Children inside one another would exceed the nesting of JSON first.
+                let modifiers = vec![r#"{"type": "Inverter"}"#; limit + 1].join(", ");
+                let root = LEAF.replace('}', &format!(r#", "modifiers": [{modifiers}]}}"#));
+                tree(dir, &root, "")
+            },
+        ),
         (
             "crates/behavior/src/descriptor/limits.rs::MAX_FILES",
             |dir, limit| {
                 for n in 1..=limit {
                     let besides = format!(", \"includes\": [\"f{}.json\"]", n + 1);
-                    let text = format!("{{\"format\": \"behavior-tree/1\", \"name\": \"t\"{besides}}}");
+                    let text =
+                        format!("{{\"format\": \"behavior-tree/1\", \"name\": \"t\"{besides}}}");
                     written(dir, &format!("f{n}.json"), &text);
                 }
                 tree(dir, LEAF, ", \"includes\": [\"f1.json\"]")
@@ -241,7 +308,11 @@ fn trees() -> Vec<(&'static str, Case)> {
             "crates/behavior/src/descriptor/limits.rs::MAX_ENTRIES",
             |dir, limit| {
                 let all: Vec<String> = (0..=limit).map(|n| format!("\"c{n}\": {n}")).collect();
-                tree(dir, LEAF, &format!(", \"constants\": {{{}}}", all.join(", ")))
+                tree(
+                    dir,
+                    LEAF,
+                    &format!(", \"constants\": {{{}}}", all.join(", ")),
+                )
             },
         ),
         (
@@ -249,7 +320,8 @@ fn trees() -> Vec<(&'static str, Case)> {
             |dir, limit| {
                 let all: Vec<String> = (0..=limit).map(|n| format!("\"p{n}\": {n}")).collect();
                 let ports = all.join(", ");
-                let root = format!(r#"{{"id": "n", "type": "Open", "name": "n", "ports": {{{ports}}}}}"#);
+                let root =
+                    format!(r#"{{"id": "n", "type": "Open", "name": "n", "ports": {{{ports}}}}}"#);
                 tree(dir, &root, "")
             },
         ),
@@ -260,11 +332,12 @@ fn trees() -> Vec<(&'static str, Case)> {
         (
             "crates/behavior/src/descriptor/limits.rs::MAX_TEXT",
             |dir, limit| {
-                let text = "x".repeat(limit + 1);
-                let root = format!(
-                    r#"{{"id": "n", "type": "Close", "name": "n", "ports": {{"object": "{text}"}}}}"#
-                );
-                tree(dir, &root, "")
+                let name = "x".repeat(limit + 1);
+                tree(
+                    dir,
+                    &format!(r#"{{"id": "n", "type": "Open", "name": "{name}"}}"#),
+                    "",
+                )
             },
         ),
         (
@@ -273,11 +346,21 @@ fn trees() -> Vec<(&'static str, Case)> {
         ),
         (
             "crates/behavior/src/descriptor/json.rs::MAX_DEPTH",
-            |dir, limit| tree(dir, &format!("{}{}", "[".repeat(limit), "]".repeat(limit)), ""),
+            |dir, limit| {
+                tree(
+                    dir,
+                    &format!("{}{}", "[".repeat(limit), "]".repeat(limit)),
+                    "",
+                )
+            },
         ),
         ("crates/behavior/src/value.rs::STR_BYTES", |dir, limit| {
             let text = "x".repeat(limit + 1);
-            tree(dir, LEAF, &format!(", \"constants\": {{\"c\": \"{text}\"}}"))
+            tree(
+                dir,
+                LEAF,
+                &format!(", \"constants\": {{\"c\": \"{text}\"}}"),
+            )
         }),
         ("crates/behavior/src/value.rs::MAX_NUMBERS", |dir, limit| {
             let numbers = vec!["1.0"; limit + 1].join(", ");
@@ -296,7 +379,10 @@ fn machine(dir: &Path, text: &str) -> Said {
 
 fn states(count: usize) -> String {
     let states = "[[states]]\nname = \"s#\"\n";
-    format!("version = 1\nname = \"m\"\ninitial = \"s1\"\n{}", times(states, count))
+    format!(
+        "version = 1\nname = \"m\"\ninitial = \"s1\"\n{}",
+        times(states, count)
+    )
 }
 
 const ROW: &str = "[[rows]]\ntrigger = \"t#\"\nsource = \"s1\"\ndest = \"s2\"\n";
@@ -311,9 +397,10 @@ fn nested(depth: usize) -> String {
 
 fn machines() -> Vec<(&'static str, Case)> {
     vec![
-        ("crates/behavior/src/machine/set.rs::MAX_MEMBERS", |dir, limit| {
-            machine(dir, &states(limit + 1))
-        }),
+        (
+            "crates/behavior/src/machine/set.rs::MAX_MEMBERS",
+            |dir, limit| machine(dir, &states(limit + 1)),
+        ),
         (
             "crates/behavior/src/machine/compile/states.rs::MAX_DEPTH",
             |dir, limit| machine(dir, &nested(limit + 1)),
@@ -337,17 +424,25 @@ fn machines() -> Vec<(&'static str, Case)> {
             "crates/behavior/src/machine/read/fields.rs::MAX_NAME",
             |dir, limit| {
                 let name = "x".repeat(limit + 1);
-                machine(dir, &format!("{}[[states]]\nname = \"{name}\"\n", states(2)))
+                machine(
+                    dir,
+                    &format!("{}[[states]]\nname = \"{name}\"\n", states(2)),
+                )
             },
         ),
-        ("crates/behavior/src/matrix/ids.rs::MAX_EVENTS", |dir, limit| {
-            let event = "e# = { do = \"Holding\", object = \"cube\" }\n";
-            let text = format!(
-                "version = 1\nname = \"m\"\nstates = [\"A\"]\ninitial = \"A\"\n[events]\n{}",
-                times(event, limit + 1)
-            );
-            let file = written(dir, "m.matrix.toml", &text);
-            robot(dir, &["fsm", "check", &file])
-        }),
+        (
+            "crates/behavior/src/matrix/ids.rs::MAX_EVENTS",
+            |dir, limit| {
+                let event = "n# = { do = \"Holding\", object = \"cube\" }\n";
+                let text = format!(
+                    "version = 1\nname = \"m\"\nstates = [\"A\"]\ninitial = \"A\"\n\
+                 precedence = [{}]\n[events]\n{}",
+                    names(limit + 1),
+                    times(event, limit + 1)
+                );
+                let file = written(dir, "m.matrix.toml", &text);
+                robot(dir, &["fsm", "check", &file])
+            },
+        ),
     ]
 }
