@@ -155,7 +155,8 @@ const ELSEWHERE: [&str; 5] = [
 const SLOW: [&str; 1] = ["crates/behavior/src/machine/compile/mod.rs::MAX_ROWS"];
 
 fn is_quantity(text: &str) -> bool {
-    text.parse::<f64>().is_ok() && text.contains(['.', 'e'])
+    let plain = text.replace('_', "");
+    plain.parse::<f64>().is_ok() && plain.contains(['.', 'e'])
 }
 
 /// All sources but those of tests, examples and benchmarks.
