@@ -114,7 +114,7 @@ pub(crate) fn tick(tick: u64, mut say: impl FnMut(&Message<'_>)) {
     if tick.is_multiple_of(1000) {
         let mut keyframe = Keyframe::zeroed();
         keyframe.header = Header::caused_by::<Keyframe>(tick);
-        keyframe.set(&[7; 300]);
+        keyframe.set(&[7; 300], 0);
         let channel = Channel::Keyframe(Process::Task);
         put(channel, &keyframe.header, wire_bytes(&keyframe));
     }
