@@ -115,6 +115,48 @@ def test_reach_ends_at_its_goal():
 
 
 @pytest.mark.sample
+@pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf])
+def test_an_action_that_is_not_finite_is_refused_by_name_and_the_next_one_works(number: float):
+    env, other = (gymnasium.make(STACK).unwrapped for _ in range(2))
+    env.reset(seed=1)
+    other.reset(seed=1)
+    good = np.full(7, 0.5, dtype=np.float32)
+    bad = good.copy()
+    bad[4] = number
+    env.step(good)
+    with pytest.raises(ValueError, match=r"action\[4\], rotation y of arm 'panda', is .*(nan|inf)"):
+        env.step(bad)
+    other.step(good)
+    assert (env.step(good)[0] == other.step(good)[0]).all()
+
+
+@pytest.mark.sample
+def test_a_finite_action_is_clipped():
+    env, other = (gymnasium.make(STACK).unwrapped for _ in range(2))
+    env.reset(seed=1)
+    other.reset(seed=1)
+    one, huge = np.ones(7, dtype=np.float32), np.full(7, 1e30, dtype=np.float32)
+    assert (env.step(huge)[0] == other.step(one)[0]).all()
+    with pytest.raises(ValueError, match="the action has 3 numbers; 7 for each arm, 7 in all"):
+        env.step(one[:3])
+
+
+@pytest.mark.sample
+def test_a_bad_action_of_one_cell_of_a_vector_changes_no_cell():
+    many, single = vector(2), gymnasium.make(STACK)
+    many.reset(seed=5)
+    single.reset(seed=6)
+    good = np.full((2, 7), 0.5, dtype=np.float32)
+    bad = good.copy()
+    bad[0, 6] = np.nan
+    with pytest.raises(
+        ValueError, match=r"environment 0: action\[6\], gripper of arm 'panda', is nan"
+    ):
+        many.step(bad)
+    assert (many.step(good)[0][1] == single.step(good[1])[0]).all()
+
+
+@pytest.mark.sample
 def test_wrong_options_are_refused():
     with pytest.raises(ValueError, match="'dense' and 'sparse' are allowed"):
         gymnasium.make(STACK, reward="sparce")

@@ -16,8 +16,18 @@ from robocell.gym._jobs import JOBS
 
 #: Ticks of 1 ms in a step: 20 actions in a second.
 TICKS = 50
-#: Actions of one arm: translation, rotation, gripper.
-ACTIONS = 7
+#: Names of the actions of one arm.
+_NAMES = (
+    "translation x",
+    "translation y",
+    "translation z",
+    "rotation x",
+    "rotation y",
+    "rotation z",
+    "gripper",
+)
+#: Actions of one arm.
+ACTIONS = len(_NAMES)
 #: Translation (m) and rotation (rad) of the goal by an action of 1.
 _STEP_M = 0.03
 _STEP_RAD = 0.15
@@ -35,7 +45,8 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
 
     An action has seven numbers of -1 to 1 for each arm: translation (x y z, up to 3 cm)
     and rotation (a rotation vector, up to 0.15 rad) of the goal of its TCP in the world
-    frame, and the gripper, which closes above 0. A step is 50 ms of the cell; RMPflow
+    frame, and the gripper, which closes above 0. Numbers beyond -1 and 1 are clipped; NaN and
+    infinity are refused, and the cell is as before. A step is 50 ms of the cell; RMPflow
     moves the arm to the goal, past obstacles and within the limits of its joints.
 
     An observation has, for each arm: joint positions and velocities, TCP position and
@@ -86,15 +97,36 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
         return self._observation(), self._info()
 
     def step(self, action: Floats) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
-        """Advances the cell by 50 ms."""
-        self.act(action)
+        """Advances the cell by 50 ms.
+
+        Raises:
+            ValueError: for an action with NaN or infinity, or of another shape.
+        """
+        self.act(self.checked(action))
         self.cell.step(TICKS)
         return self.judge()
 
-    def act(self, action: Floats) -> None:
-        """The first half of a step: tells the arms."""
-        clipped: Array = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
-        parts = clipped.reshape(len(self.cell.arms), ACTIONS)
+    def checked(self, action: Floats) -> Array:
+        """An action, clipped: a row for each arm. A goal that was moved by NaN would stay
+        NaN, so it is refused before anything changes."""
+        arms = self.cell.arms
+        numbers: Array = np.asarray(action, dtype=np.float64)
+        if numbers.size != ACTIONS * len(arms):
+            allowed = f"{ACTIONS} for each arm, {ACTIONS * len(arms)} in all, are needed"
+            raise ValueError(f"the action has {numbers.size} numbers; {allowed}")
+        parts = numbers.reshape(len(arms), ACTIONS)
+        for index, number in np.argwhere(~np.isfinite(parts)):
+            what = f"{_NAMES[number]} of arm '{arms[index].name}'"
+            at = index * ACTIONS + number
+            raise ValueError(
+                f"action[{at}], {what}, is {parts[index, number]}; a finite number is needed, "
+                "which is clipped to -1..1"
+            )
+        clipped: Array = np.clip(parts, -1.0, 1.0)
+        return clipped
+
+    def act(self, parts: Array) -> None:
+        """The first half of a step: tells the arms what :meth:`checked` gave."""
         for index, (arm, part) in enumerate(zip(self.cell.arms, parts, strict=True)):
             position, orientation = self._goals[index]
             position = position + _STEP_M * part[:3]

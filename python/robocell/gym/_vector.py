@@ -11,7 +11,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from robocell._sim import step_all
-from robocell.gym._env import TICKS, CellEnv, Floats
+from robocell.gym._env import TICKS, Array, CellEnv, Floats
 from robocell.gym._jobs import JOBS
 
 Flags = npt.NDArray[np.bool_]
@@ -92,10 +92,18 @@ class CellVectorEnv(VectorEnv[Floats, Floats, Any]):
         return np.stack(observations), infos
 
     def step(self, actions: Floats) -> tuple[Floats, Any, Flags, Flags, dict[str, Any]]:
-        """Advances every cell by 50 ms; those whose episode has ended are reset."""
+        """Advances every cell by 50 ms; those whose episode has ended are reset.
+
+        Raises:
+            ValueError: for an action with NaN or infinity, or of another shape, with its
+                environment; no cell has advanced then, and the next step continues.
+        """
+        if len(actions) != self.num_envs:
+            raise ValueError(f"{len(actions)} actions for {self.num_envs} environments")
         going = [index for index in range(self.num_envs) if not self._has_ended[index]]
-        for index in going:
-            self.envs[index].act(actions[index])
+        checked = [self._checked(index, actions[index]) for index in going]
+        for index, action in zip(going, checked, strict=True):
+            self.envs[index].act(action)
         step_all([self._cells[index] for index in going], TICKS, self._threads)
         self._steps += 1
         rewards = np.zeros(self.num_envs, dtype=np.float64)
@@ -113,6 +121,12 @@ class CellVectorEnv(VectorEnv[Floats, Floats, Any]):
         truncated: Flags = self._steps >= self._limit
         self._has_ended = terminated | truncated
         return np.stack(observations), rewards, terminated, truncated, infos
+
+    def _checked(self, index: int, action: Floats) -> Array:
+        try:
+            return self.envs[index].checked(action)
+        except ValueError as error:
+            raise ValueError(f"environment {index}: {error}") from None
 
     def render(self) -> tuple[Any, ...] | None:
         """A picture of each cell."""
