@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod app;
+mod asked;
 pub mod chaos;
 mod child;
 pub mod cli;

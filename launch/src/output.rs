@@ -88,7 +88,9 @@ pub(crate) fn print_schema(name: Option<OutputName>, task: Option<&str>) -> Resu
             let program = task
                 .map(|name| task_program::find(name, None))
                 .transpose()?;
-            task_program::run(program.as_deref(), &["schema", &name.word()])?;
+            let word = name.word();
+            let question = format!("the schema of {word}");
+            task_program::answer(program.as_deref(), &question, &["schema", &word])?;
         }
     }
     Ok(())

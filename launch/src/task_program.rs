@@ -7,13 +7,17 @@ use std::ffi::OsStr;
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::time::Duration;
 
 use cell_model::Cell;
 use cell_model::cells::setting::Setting;
 use cell_model::runs::python;
 
+use crate::asked;
 use crate::failure::{Code, Context, Failure};
 use crate::programs::{beside, task_program};
+use crate::say;
 
 /// The program of `cell`: the one `asked` for, else the one its cell file names;
 /// `None` for the built-in one.
@@ -104,6 +108,38 @@ pub(crate) fn run<S: AsRef<OsStr>>(program: Option<&Path>, arguments: &[S]) -> R
     run_program(&task_program(program)?, arguments)
 }
 
+/// As [`run`], for a run that leaves the file `ended` at its end: a task that calls an
+/// exit in the middle of it may do so with any code, 0 included.
+pub(crate) fn run_to_its_end(
+    program: Option<&Path>,
+    arguments: &[String],
+    ended: &Path,
+) -> Result<(), Failure> {
+    let path = task_program(program)?;
+    let status = python::command(&path)
+        .args(arguments)
+        .status()
+        .cannot(format!("start {}", path.display()))?;
+    let result = result_of(&path, status);
+    if ended.is_file() || cell_rt::signal::stop_requested() {
+        return result;
+    }
+    // Of another version it refuses the run, and says so, with one of these.
+    let is_refusal = matches!(status.code(), Some(2 | 3));
+    let code = result
+        .err()
+        .filter(|_| is_refusal)
+        .map(|failure| failure.code);
+    Err(Failure {
+        code: code.unwrap_or(Code::GaveUp),
+        message: format!(
+            "{} ended with {status} before the end of the run: a task that has to give up \
+             raises an exception or fails its job, and does not end its process",
+            named(&path)
+        ),
+    })
+}
+
 /// Becomes a task program: who kills this process kills what it does.
 pub(crate) fn become_it(program: Option<&Path>, arguments: &[String]) -> Failure {
     let path = match task_program(program) {
@@ -124,6 +160,28 @@ fn run_program<S: AsRef<OsStr>>(path: &Path, arguments: &[S]) -> Result<(), Fail
         .args(arguments)
         .status()
         .cannot(format!("start {}", path.display()))?;
+    result_of(path, status)
+}
+
+/// Asks a task program, whose output is ours and whose exit code is, too.
+pub(crate) fn answer<S: AsRef<OsStr>>(
+    program: Option<&Path>,
+    question: &str,
+    arguments: &[S],
+) -> Result<(), Failure> {
+    let path = task_program(program)?;
+    let mut command = python::command(&path);
+    let said = asked::ask(
+        command.args(arguments),
+        &named(&path),
+        question,
+        limit(program),
+    )?;
+    result_of(&path, said.status)
+}
+
+/// What the exit code of a program of ours says; the program has said why.
+fn result_of(path: &Path, status: ExitStatus) -> Result<(), Failure> {
     let code = match status.code() {
         Some(0) => return Ok(()),
         Some(2) => Code::Usage,
@@ -131,13 +189,46 @@ fn run_program<S: AsRef<OsStr>>(path: &Path, arguments: &[S]) -> Result<(), Fail
         Some(4) => Code::NotRunning,
         Some(5) => Code::TaskFailed,
         _ => {
-            return Err(Failure {
-                code: Code::GaveUp,
-                message: format!("{} ended with {status}", path.display()),
-            });
+            return Err(Failure::gave_up(format!(
+                "{} ended with {status}",
+                path.display()
+            )));
         }
     };
     Err(Failure::silent(code))
+}
+
+/// A task program in a message.
+fn named(path: &Path) -> String {
+    format!("task program {}", path.display())
+}
+
+/// How long a task program may take for an answer.
+fn limit(program: Option<&Path>) -> Duration {
+    match program {
+        Some(path) if python::is_file(path) => asked::IMPORTS,
+        Some(_) => asked::BUILD,
+        None => asked::QUICK,
+    }
+}
+
+/// The command that asks for the picture of `policy`.
+fn picture(
+    path: &Path,
+    demo: &str,
+    policy: &str,
+    (data_dir, set): (Option<&Path>, &[Setting]),
+) -> Command {
+    let mut command = python::command(path);
+    command.args(["behaviour", "show", "bt", demo, "--policy", policy]);
+    if let Some(dir) = data_dir {
+        command.arg("--data").arg(dir);
+    }
+    for setting in set {
+        command.args(["--set", &setting.to_string()]);
+    }
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
 }
 
 /// The drawing of `policy`, if a task with it can be made from the files as they are
@@ -146,35 +237,34 @@ pub(crate) fn check_policy(
     program: Option<&Path>,
     demo: &str,
     policy: &str,
-    (data_dir, set): (Option<&Path>, &[Setting]),
+    files: (Option<&Path>, &[Setting]),
 ) -> Result<String, Failure> {
     let path = task_program(program)?;
-    let mut command = python::command(&path);
-    command.args(["behaviour", "show", "bt", demo, "--policy", policy]);
-    if let Some(dir) = data_dir {
-        command.arg("--data").arg(dir);
-    }
-    for setting in set {
-        command.args(["--set", &setting.to_string()]);
-    }
-    if program.is_some() {
+    let mut command = picture(&path, demo, policy, files);
+    // What a Python file says is answered to the page, too, which does not see a terminal.
+    let is_seen = program.is_some_and(|program| !python::is_file(program));
+    if is_seen {
         // It may be built first, which takes its time and has to be seen.
-        command.stderr(std::process::Stdio::inherit());
+        command.stderr(Stdio::inherit());
     }
-    let said = command
-        .output()
-        .cannot(format!("start {}", path.display()))?;
+    let question = format!("policy '{policy}' of demo '{demo}'");
+    let said = asked::ask(&mut command, &named(&path), &question, limit(program))?;
+    let text = String::from_utf8_lossy(&said.stderr);
+    let text = text.trim();
     if said.status.success() {
+        // Warnings of Python.
+        text.lines().for_each(say::warn);
         return Ok(String::from_utf8_lossy(&said.stdout).into_owned());
     }
-    if program.is_some() {
-        return Err(Failure::configuration(format!(
-            "task program {} does not take demo '{demo}' with policy '{policy}', see above",
-            path.display()
-        )));
-    }
-    let text = String::from_utf8_lossy(&said.stderr);
-    Err(Failure::configuration(text.trim()))
+    let why = match (is_seen, said.status) {
+        (false, _) if !text.is_empty() => return Err(Failure::configuration(text)),
+        (true, _) => "see above".to_owned(),
+        (false, status) => format!("it ended with {status} and wrote nothing"),
+    };
+    Err(Failure::configuration(format!(
+        "{} does not take demo '{demo}' with policy '{policy}': {why}",
+        named(&path)
+    )))
 }
 
 /// Names of the nodes and states of `policy`.
@@ -185,14 +275,10 @@ pub(crate) fn node_names(
     data_dir: Option<&Path>,
 ) -> Result<Vec<String>, Failure> {
     let path = task_program(program)?;
-    let mut command = python::command(&path);
-    command.args(["behaviour", "show", "bt", demo, "--policy", policy]);
+    let mut command = picture(&path, demo, policy, (data_dir, &[]));
     command.args(["--format", "names"]);
-    if let Some(dir) = data_dir {
-        command.arg("--data").arg(dir);
-    }
-    let said = command.output();
-    let said = said.cannot(format!("start {}", path.display()))?;
+    let question = format!("the nodes of policy '{policy}'");
+    let said = asked::ask(&mut command, &named(&path), &question, limit(program))?;
     let text = String::from_utf8_lossy(&said.stdout);
     let is_good = said.status.success();
     Ok(text

@@ -35,6 +35,36 @@ pub fn kill(pid: u32, signal: i32) -> io::Result<()> {
     }
 }
 
+/// Kills a process of ours and all that it started, as a shell script has: what they hold,
+/// as a pipe, is free then.
+pub fn kill_tree(pid: u32) -> io::Result<()> {
+    let parents: Vec<(u32, u32)> = fs::read_dir("/proc")?
+        .flatten()
+        .filter_map(|entry| entry.file_name().to_str()?.parse().ok())
+        .filter_map(|pid| Some((pid, parent_of(pid)?)))
+        .collect();
+    let mut tree = vec![pid];
+    let mut next = 0;
+    while let Some(parent) = tree.get(next).copied() {
+        let children = parents.iter().filter(|(_, of)| *of == parent);
+        tree.extend(children.map(|(child, _)| *child));
+        next += 1;
+    }
+    let killed = kill(pid, SIGKILL);
+    for child in tree.into_iter().skip(1) {
+        // It may have ended with its parent.
+        kill(child, SIGKILL).ok();
+    }
+    killed
+}
+
+fn parent_of(pid: u32) -> Option<u32> {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    // Field 4 of the line; the state behind the name is field 3.
+    let rest = stat.get(stat.rfind(')')? + 2..)?;
+    rest.split(' ').nth(1)?.parse().ok()
+}
+
 /// Whether a process of this id exists. One that ended but was not waited for
 /// by its parent (a zombie) counts as dead.
 pub fn is_alive(pid: u32) -> bool {

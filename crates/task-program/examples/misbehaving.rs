@@ -18,7 +18,7 @@ const TARGET: Pose = Pose {
 #[derive(Clone, Copy)]
 enum Defect {
     Panics,
-    Exits,
+    Exits(i32),
     Hangs,
     NotANumber,
     OutOfThisWorld,
@@ -41,9 +41,9 @@ impl Policy for Misbehaving {
         if cell.time().seconds() >= BEGINS_S {
             match self.0 {
                 Defect::Panics => panic!("the policy has a defect"),
-                Defect::Exits => {
+                Defect::Exits(code) => {
                     eprintln!("the policy ends its process");
-                    std::process::exit(1)
+                    std::process::exit(code)
                 }
                 Defect::Hangs => loop {
                     std::hint::spin_loop();
@@ -78,7 +78,9 @@ fn main() -> ExitCode {
     };
     let mut policies = Policies::new();
     policies = policy(policies, "panics", Defect::Panics);
-    policies = policy(policies, "exits", Defect::Exits);
+    policies = policy(policies, "exits", Defect::Exits(1));
+    policies = policy(policies, "exits_with_0", Defect::Exits(0));
+    policies = policy(policies, "exits_with_5", Defect::Exits(5));
     policies = policy(policies, "hangs", Defect::Hangs);
     policies = policy(policies, "not_a_number", Defect::NotANumber);
     policies = policy(policies, "out_of_this_world", Defect::OutOfThisWorld);

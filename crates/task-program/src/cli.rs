@@ -10,7 +10,7 @@ use cell_model::Data;
 use cell_model::cells::setting::Setting;
 use cell_model::runs::output::schema;
 use cell_model::runs::python;
-use cell_model::runs::spec::RunSpec;
+use cell_model::runs::spec::{ENDED_FILE, RunSpec};
 use cell_model::runs::summary::RunOutcome;
 use cell_record::Recording;
 use cell_sim::eval::EvalLine;
@@ -178,8 +178,10 @@ fn run(program: &Program, words: &[String]) -> Result<ExitCode, CliError> {
     let cli = Cli::parse_from(own_name.chain(words.iter().map(String::as_str)));
     match cli.command {
         Command::Run { spec, json } => {
-            let spec = RunSpec::load(&spec)?;
-            Ok(run_once(program, &spec, json)?)
+            let code = run_file(program, &spec, json);
+            // The launcher takes an exit without this file for one that a policy called.
+            std::fs::write(spec.with_file_name(ENDED_FILE), "").ok();
+            code
         }
         Command::Eval(args) => evaluate::run(program, *args),
         Command::Behaviour { verb } => Ok(inspect(program, verb)?),
@@ -203,6 +205,11 @@ fn run(program: &Program, words: &[String]) -> Result<ExitCode, CliError> {
             Ok(verify(program, &file, data, json)?)
         }
     }
+}
+
+fn run_file(program: &Program, path: &Path, json: bool) -> Result<ExitCode, CliError> {
+    let spec = RunSpec::load(path)?;
+    Ok(run_once(program, &spec, json)?)
 }
 
 fn run_once(program: &Program, spec: &RunSpec, json: bool) -> Result<ExitCode, SimError> {

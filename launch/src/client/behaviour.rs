@@ -49,7 +49,9 @@ pub(crate) fn schema(args: &SchemaArgs) -> Result<(), Failure> {
         return Ok(());
     }
     let program = found(args.task.as_deref())?;
-    task_program::run(program.as_deref(), &["schema", args.what.word()])
+    let what = args.what.word();
+    let question = format!("the schema of a {what}");
+    task_program::answer(program.as_deref(), &question, &["schema", what])
 }
 
 fn checked(kind: &str, args: &CheckArgs) -> Result<(), Failure> {
@@ -57,7 +59,8 @@ fn checked(kind: &str, args: &CheckArgs) -> Result<(), Failure> {
     let program = found(args.task.as_deref())?;
     let mut arguments = vec!["behaviour", "check", kind, &file];
     arguments.extend(args.json.then_some("--json"));
-    task_program::run(program.as_deref(), &arguments)
+    let question = format!("a check of {file}");
+    task_program::answer(program.as_deref(), &question, &arguments)
 }
 
 fn draw(kind: &str, args: &ShowArgs) -> Result<(), Failure> {
@@ -85,7 +88,8 @@ fn draw(kind: &str, args: &ShowArgs) -> Result<(), Failure> {
     if std::io::stdout().is_terminal() {
         arguments.extend(["--width".to_owned(), terminal_width().to_string()]);
     }
-    task_program::run(program.as_deref(), &arguments)
+    let question = format!("a picture of {what}");
+    task_program::answer(program.as_deref(), &question, &arguments)
 }
 
 /// The task program asked for; `None` for the built-in one.

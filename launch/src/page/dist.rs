@@ -9,7 +9,7 @@ use std::time::{Duration, SystemTime};
 use cell_rt::lock::Lock;
 
 use crate::progress::Progress;
-use crate::say;
+use crate::{asked, say};
 
 /// Names the directory of the page's sources, in place of that of the checkout.
 const ENV_UI: &str = "ROBOCELL_UI_DIR";
@@ -140,25 +140,21 @@ fn newest(path: &Path) -> Option<SystemTime> {
 }
 
 fn knows(program: &str) -> bool {
-    let said = Command::new(program)
-        .arg("--version")
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status();
-    said.is_ok_and(|status| status.success())
+    let mut command = Command::new(program);
+    command.arg("--version");
+    command.stdout(Stdio::null()).stderr(Stdio::null());
+    let said = asked::ask(&mut command, program, "its version", asked::QUICK);
+    said.is_ok_and(|said| said.status.success())
 }
 
 fn npm(ui: &Path, arguments: &[&str]) -> Result<(), String> {
     let _progress = Progress::new(format!("npm {}", arguments.join(" ")));
-    let said = Command::new("npm")
-        .args(arguments)
-        .current_dir(ui)
-        .stdin(Stdio::null())
-        .output();
+    let mut command = Command::new("npm");
+    command.args(arguments).current_dir(ui);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
     let what = arguments.join(" ");
-    let said =
-        said.map_err(|error| format!("The page is not built: cannot start npm: {error}."))?;
+    let said = asked::ask(&mut command, "npm", &format!("`{what}`"), asked::BUILD);
+    let said = said.map_err(|error| format!("The page is not built: {error}."))?;
     if said.status.success() {
         return Ok(());
     }

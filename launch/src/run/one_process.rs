@@ -2,6 +2,8 @@
 
 use std::os::unix::fs::DirBuilderExt;
 
+use cell_model::runs::spec::ENDED_FILE;
+
 use super::plan::Plan;
 use crate::failure::{Code, Context, Failure};
 use crate::rundir::{RunDir, base};
@@ -30,7 +32,8 @@ pub(crate) fn run(plan: &Plan, json: bool) -> Result<(), Failure> {
                 dir.spec().display().to_string(),
             ];
             arguments.extend(json.then(|| "--json".to_owned()));
-            task_program::run(spec.task_program.as_deref(), &arguments)
+            let ended = dir.path().join(ENDED_FILE);
+            task_program::run_to_its_end(spec.task_program.as_deref(), &arguments, &ended)
         });
     std::fs::remove_dir_all(dir.path()).ok();
     if cell_rt::signal::stop_requested() {

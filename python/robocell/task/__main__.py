@@ -7,7 +7,9 @@ import gc
 import importlib.util
 import os
 import sys
+import threading
 from types import ModuleType
+from typing import NoReturn
 
 from robocell import _core
 from robocell.task import _registry
@@ -60,12 +62,46 @@ def policies(path: str) -> list[tuple[str, Maker]]:
     return [(name, found[name]) for name in names]
 
 
+def _refuse_exit() -> None:
+    """Lets ``os._exit`` raise: it ends all of the cell in one process, and leaves nothing to
+    report. Forked processes keep it."""
+    leave, own = os._exit, os.getpid()
+
+    def exit_or_raise(status: int) -> NoReturn:
+        if os.getpid() != own:
+            leave(status)
+        raise RuntimeError(
+            f"os._exit({status}) would end the process of the task; raise an exception, or "
+            "call cell.fail(reason, why)"
+        )
+
+    vars(os)["_exit"] = exit_or_raise
+    vars(os)["_leave"] = leave
+
+
+def _leave_threads(code: int) -> None:
+    """Ends this process although a thread of the task does not: whoever has asked this
+    program waits for its end."""
+    alive = [one for one in threading.enumerate() if not one.daemon]
+    names = [one.name for one in alive if one is not threading.main_thread()]
+    if names:
+        print(
+            f"warning: {sys.argv[1]}: the process ends although these threads of the task have "
+            f"not: {', '.join(names)}; daemon=True allows it without this warning",
+            file=sys.stderr,
+        )
+        sys.stdout.flush()
+        sys.stderr.flush()
+        vars(os)["_leave"](code)
+
+
 def main() -> int:
     """The task program of ``sys.argv[1]``; its exit code."""
     if len(sys.argv) < 2:
         print("usage: python -m robocell.task FILE [ARGUMENTS]", file=sys.stderr)
         return 2
     path = sys.argv[1]
+    _refuse_exit()
     try:
         found = policies(path)
     except Exception as error:
@@ -78,4 +114,6 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    code = main()
+    _leave_threads(code)
+    sys.exit(code)

@@ -148,12 +148,24 @@ fn that_ends_again_and_again_is_given_up_with_its_last_words() {
     for (defect, words) in [
         ("panics", "the policy has a defect"),
         ("exits", "the policy ends its process"),
+        ("exits_with_0", "the policy ends its process"),
     ] {
         let base = base();
         let said = run_defect(base.path(), defect, &[]);
         assert_eq!(said.code, 6, "{said:?}");
         let last = said.stderr.split("Its last words:").nth(1);
         assert!(last.is_some_and(|last| last.contains(words)), "{said:?}");
+    }
+}
+
+#[test]
+fn that_ends_its_process_in_one_process_is_not_done_whatever_its_exit_code() {
+    for (defect, code) in [("exits", 1), ("exits_with_0", 0), ("exits_with_5", 5)] {
+        let base = base();
+        let said = run_defect(base.path(), defect, &["--one-process"]);
+        assert_eq!(said.code, 6, "{said:?}");
+        let words = format!("ended with exit status: {code} before the end of the run");
+        assert!(said.stderr.contains(&words), "{said:?}");
     }
 }
 

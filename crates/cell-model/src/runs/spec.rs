@@ -15,6 +15,9 @@ use crate::runs::wire;
 
 pub use super::secrets::PageSecrets;
 
+/// Written beside the run file by a run in one process when it has come to its end.
+pub const ENDED_FILE: &str = "ended";
+
 /// How simulated time goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -4,6 +4,7 @@ use std::fs;
 use std::process::{Command, Stdio};
 
 use super::{Check, Severity};
+use crate::asked;
 use crate::page::dist;
 use crate::programs::beside;
 use crate::shot::browser::PROGRAMS;
@@ -41,7 +42,11 @@ pub(super) fn page() -> Check {
         return Check::ok("page", found);
     }
     let monitor = beside("monitor-proc").ok();
-    let said = monitor.and_then(|path| Command::new(path).arg("page").output().ok());
+    let said = monitor.and_then(|path| {
+        let mut command = Command::new(path);
+        command.arg("page").stdout(Stdio::piped());
+        asked::ask(&mut command, "monitor-proc", "its page", asked::QUICK).ok()
+    });
     let found = said.map(|said| String::from_utf8_lossy(&said.stdout).trim().to_owned());
     let found = found.filter(|found| !found.is_empty());
     let fine = found.as_deref() == Some("built in");
@@ -104,8 +109,9 @@ fn governors() -> Vec<String> {
 /// The first line of `PROGRAM --version`; none where it does not start.
 fn version_of(program: &str) -> Option<String> {
     let mut command = Command::new(program);
-    command.arg("--version").stdin(Stdio::null());
-    let said = command.stderr(Stdio::null()).output().ok()?;
+    command.arg("--version").stdout(Stdio::piped());
+    command.stderr(Stdio::null());
+    let said = asked::ask(&mut command, program, "its version", asked::QUICK).ok()?;
     let text = String::from_utf8_lossy(&said.stdout);
     let line = text.lines().next().unwrap_or_default().trim().to_owned();
     said.status.success().then_some(line)
