@@ -23,6 +23,18 @@ const RAISED: &str = "policy_raised";
 
 /// What happens to an exception of a policy: it, and a line with its file and line.
 pub(crate) type OnFault = Arc<dyn Fn(PyErr, &str) + Send + Sync>;
+/// What happens to a warning, besides the line in the log of the task.
+pub(crate) type OnWarning = Arc<dyn Fn(&str) + Send + Sync>;
+
+/// Where the problems of a policy are reported.
+#[derive(Clone)]
+pub(crate) struct Reports {
+    pub(crate) on_fault: OnFault,
+    pub(crate) on_warning: OnWarning,
+}
+
+/// Kind of a line from Python that is a warning; any other line is about the task itself.
+const WARNING: &str = "warning";
 
 /// The memory of a policy between two decisions.
 #[derive(Serialize, Deserialize)]
@@ -39,8 +51,10 @@ pub(crate) struct PyPolicy {
     runner: Py<PyAny>,
     moment: Py<Moment>,
     shared: Shared,
-    on_fault: OnFault,
+    reports: Reports,
     phase: Text<32>,
+    /// Whether the last restore took anything back.
+    has_resumed: bool,
 }
 
 impl PyPolicy {
@@ -51,7 +65,7 @@ impl PyPolicy {
     pub(crate) fn new(
         make: &Py<PyAny>,
         cell: &Cell,
-        on_fault: &OnFault,
+        reports: &Reports,
     ) -> Result<Self, SetupError> {
         let refused = |problem: String| SetupError::in_file(problem);
         let settings: Value = cell.task.read().map_err(|e| refused(e.to_string()))?;
@@ -70,8 +84,9 @@ impl PyPolicy {
                 runner,
                 moment,
                 shared,
-                on_fault: Arc::clone(on_fault),
+                reports: reports.clone(),
                 phase: Text::EMPTY,
+                has_resumed: true,
             })
         })
     }
@@ -81,22 +96,33 @@ impl PyPolicy {
         lock(&self.shared).begin(seen, job, out);
         let answer = Python::attach(|py| {
             let called = self.moment.get().show_state(py);
-            let phase = called.and_then(|()| self.runner.call_method0(py, method));
-            let phase = phase.and_then(|phase| phase.extract::<Option<String>>(py));
-            phase.map_err(|error| (explain(py, &error), error))
+            let said = called.and_then(|()| self.runner.call_method0(py, method));
+            let said = said.and_then(|said| said.extract::<(String, Vec<(String, String)>)>(py));
+            said.map_err(|error| (explain(py, &error), error))
         });
         lock(&self.shared).end(answer.is_ok() && method == "decide", job, out);
         match answer {
-            Ok(phase) => {
-                if let Some(phase) = phase {
-                    self.phase = Text::new(&phase);
+            Ok((phase, lines)) => {
+                self.phase = Text::new(&phase);
+                for (kind, line) in lines {
+                    self.tell(&kind, &line, out);
                 }
             }
             Err((problem, error)) => {
                 out.event(TraceEvent::Fault, format_args!("[fault] {problem}"));
                 job.fail(RAISED);
-                (self.on_fault)(error, &problem);
+                (self.reports.on_fault)(error, &problem);
             }
+        }
+    }
+
+    /// A line of the policy's memory: a loss, or what an edited file has changed.
+    fn tell(&self, kind: &str, line: &str, out: &mut Output) {
+        if kind == WARNING {
+            out.log(format_args!("[warning] {line}"));
+            (self.reports.on_warning)(line);
+        } else {
+            out.lifecycle(TraceEvent::None, format_args!("[task] {line}"));
         }
     }
 
@@ -107,7 +133,7 @@ impl PyPolicy {
             Ok(answer) => answer,
             Err(error) => {
                 let problem = explain(py, &error);
-                (self.on_fault)(error, &problem);
+                (self.reports.on_fault)(error, &problem);
                 T::default()
             }
         })
@@ -155,6 +181,7 @@ impl AnyPolicy for PyPolicy {
             inner.memories.fill(ArmMemory::default());
             inner.resumed = false;
         }
+        self.has_resumed = true;
         self.ask(|py, runner| runner.call_method0(py, "reset").map(|_| ()));
     }
 
@@ -193,10 +220,21 @@ impl AnyPolicy for PyPolicy {
         out.extend(numbers.into_iter().map(status_of));
     }
 
+    fn has_resumed(&self) -> bool {
+        self.has_resumed
+    }
+
     fn save(&self) -> Vec<u8> {
-        let object: Vec<u8> = self.ask(|py, runner| {
-            let bytes = runner.call_method0(py, "save")?;
+        let object: PyResult<Vec<u8>> = Python::attach(|py| {
+            let bytes = self.runner.call_method0(py, "save")?;
             Ok(bytes.bind(py).cast::<PyBytes>()?.as_bytes().to_vec())
+        });
+        // A process that ended here would end after each restart, too: it continues, and
+        // only a restart starts the policy again.
+        let object = object.unwrap_or_else(|error| {
+            let problem = Python::attach(|py| explain(py, &error));
+            (self.reports.on_warning)(&format!("the memory is not kept: {problem}"));
+            Vec::new()
         });
         let inner = lock(&self.shared);
         checkpoint::to_bytes(&Memory {
@@ -216,15 +254,20 @@ impl AnyPolicy for PyPolicy {
             }
             inner.resumed = memory.resumed;
         }
-        let restored: PyResult<Option<String>> = Python::attach(|py| {
+        if memory.object.is_empty() {
+            self.has_resumed = false;
+            return Ok(());
+        }
+        let restored: PyResult<(String, bool)> = Python::attach(|py| {
             let state = PyBytes::new(py, &memory.object);
             self.runner
                 .call_method1(py, "restore", (state,))?
                 .extract(py)
         });
         match restored {
-            Ok(phase) => {
-                self.phase = Text::new(&phase.unwrap_or_default());
+            Ok((phase, has_resumed)) => {
+                self.phase = Text::new(&phase);
+                self.has_resumed = has_resumed;
                 Ok(())
             }
             Err(error) => {

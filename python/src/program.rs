@@ -1,26 +1,27 @@
 //! The task program of a Python file: the one of `robocell-task-program`, with the
 //! policies of the file.
 
+use std::collections::HashSet;
 use std::process::ExitCode;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use cell_sim::controller_proc::Controllers;
 use pyo3::prelude::*;
 use robocell_task::{AnyPolicy, Policies};
 use robocell_task_program::main_of;
 
-use crate::policy::{OnFault, PyPolicy};
+use crate::policy::{PyPolicy, Reports};
 
 /// A process whose policy raised an exception ends with this.
 const EXIT_RAISED: i32 = 1;
 
 /// Policies for every cell: by name, what makes one.
-pub(crate) fn policies(makers: Vec<(String, Py<PyAny>)>, on_fault: &OnFault) -> Policies {
+pub(crate) fn policies(makers: Vec<(String, Py<PyAny>)>, reports: &Reports) -> Policies {
     let mut policies = Policies::new();
     for (name, make) in makers {
-        let on_fault = Arc::clone(on_fault);
+        let reports = reports.clone();
         policies = policies.policy_for_every_kind(&name, move |cell| {
-            let policy: Box<dyn AnyPolicy> = Box::new(PyPolicy::new(&make, cell, &on_fault)?);
+            let policy: Box<dyn AnyPolicy> = Box::new(PyPolicy::new(&make, cell, &reports)?);
             Ok(policy)
         });
     }
@@ -35,12 +36,25 @@ pub(crate) fn task_main(
     words: Vec<String>,
 ) -> u8 {
     let is_process = words.first().is_some_and(|word| word == "--spec");
-    let on_fault: OnFault = if is_process {
-        Arc::new(end_process)
-    } else {
-        Arc::new(|_, _| {})
+    // Of a run in one process the log is printed, unless a program reads the output.
+    let prints_log = words.first().is_some_and(|word| word == "run")
+        && !words.iter().any(|word| word == "--json");
+    let warned = Mutex::new(HashSet::new());
+    let reports = Reports {
+        on_fault: if is_process {
+            Arc::new(end_process)
+        } else {
+            Arc::new(|_, _| {})
+        },
+        on_warning: Arc::new(move |line| {
+            // Each of many seeds has the same.
+            let mut warned = warned.lock().unwrap_or_else(PoisonError::into_inner);
+            if !prints_log && warned.insert(line.to_owned()) {
+                cell_worker::warn(line);
+            }
+        }),
     };
-    let policies = policies(makers, &on_fault);
+    let policies = policies(makers, &reports);
     let code = py.detach(move || main_of(policies, Controllers::default(), &words));
     // An ExitCode tells its number to the operating system only.
     (0..=u8::MAX)

@@ -27,7 +27,7 @@ use crate::inner::{Inner, Shared, lock};
 use crate::moment::Moment;
 use crate::outside::{self, Outside};
 use crate::picture;
-use crate::policy::{OnFault, places};
+use crate::policy::{Reports, places};
 use crate::program;
 
 type Fault = Arc<Mutex<Option<PyErr>>>;
@@ -354,11 +354,15 @@ fn built_in(policy: &str, cell: &Cell, spec: &mut RunSpec) -> Policies {
 fn in_python(maker: Py<PyAny>, fault: &Fault, spec: &mut RunSpec) -> Policies {
     "python".clone_into(&mut spec.policy);
     let fault = Arc::clone(fault);
-    let on_fault: OnFault = Arc::new(move |error, _| {
-        // The first is the cause.
-        let _kept = peek(&fault).get_or_insert(error);
-    });
-    program::policies(vec![(spec.policy.clone(), maker)], &on_fault)
+    let reports = Reports {
+        on_fault: Arc::new(move |error, _| {
+            // The first is the cause.
+            let _kept = peek(&fault).get_or_insert(error);
+        }),
+        // `Cell.log` has it.
+        on_warning: Arc::new(|_| {}),
+    };
+    program::policies(vec![(spec.policy.clone(), maker)], &reports)
 }
 
 fn from_outside(shared: &Shared, spec: &mut RunSpec) -> Policies {

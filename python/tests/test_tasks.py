@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from conftest import EXAMPLES
 
-from robocell import wire
+from robocell import read, wire
 
 LOCKSTEP = ("--speed", "max")
 KILLS = [{"at_s": at, "do": "kill", "process": "task"} for at in (3.0, 6.5, 9.0, 15.5)]
@@ -155,6 +155,177 @@ def test_that_cannot_be_made_is_refused_before_anything_starts(run, task, text, 
     ended = run("franka-stack", task(text))
     assert ended.code == 3, ended.text
     assert message in ended.text
+
+
+SHARED = """
+import py_trees
+from robocell.task import policy, skills
+from robocell.task.trees import SkillLeaf, TreePolicy
+
+class Note(py_trees.behaviour.Behaviour):
+    def __init__(self, name, done):
+        super().__init__(name)
+        self.done = done
+
+    def update(self):
+        self.done.append(self.name)
+        return py_trees.common.Status.SUCCESS
+
+@policy
+class Tree(TreePolicy):
+    def build(self, cell):
+        self.done = []
+        pick = SkillLeaf("pick", cell.arm, skills.pick("red_cube"))
+        home = SkillLeaf("home", cell.arm, skills.home())
+        notes = [Note(name, self.done) for name in "ab"]
+        return py_trees.composites.Sequence("all", True, [pick, notes[0], home, notes[1]])
+
+    def after(self, cell, status):
+        cell.report(self.done == ["a", "b"])
+"""
+
+
+def test_leaves_and_the_policy_of_a_tree_share_an_object_after_a_kill(run, task):
+    pytest.importorskip("py_trees")
+    file = task(SHARED)
+    alone = run("franka-stack", file, "--one-process").summary
+    kill = [{"at_s": 5.0, "do": "kill", "process": "task"}]
+    killed = run("franka-stack", file, *LOCKSTEP, script=kill).summary
+    assert (killed["outcome"], killed["task_restarts"]) == ("done", 1)
+    assert killed["state_hash"] == alone["state_hash"]
+
+
+LOCKED = """
+import threading
+from robocell.task import SUCCESS, policy, skills
+
+@policy
+class Locked:
+    def __init__(self, cell):
+        self.skills = [skills.pick("red_cube"), skills.home()]
+        self.lock = threading.Lock()
+
+    def decide(self, cell):
+        if self.skills and cell.arm.do(self.skills[0]) == SUCCESS:
+            del self.skills[0]
+        cell.report(not self.skills)
+"""
+
+
+@pytest.mark.sample
+def test_an_attribute_that_cannot_be_kept_is_named_in_every_mode_and_the_rest_resumes(
+    run, robocell, task
+):
+    file = task(LOCKED)
+    message = f"{file}:9: self.lock is not kept over a restart: TypeError: cannot pickle"
+    alone = run("franka-stack", file, "--one-process")
+    assert message in alone.text
+    kill = [{"at_s": 3.0, "do": "kill", "process": "task"}]
+    killed = run("franka-stack", file, *LOCKSTEP, script=kill)
+    assert killed.summary["outcome"] == "done", killed.text
+    assert killed.summary["state_hash"] == alone.summary["state_hash"]
+    assert message in robocell("logs", "task").text
+    seeds = robocell("eval", "franka-stack", "--task", str(file), "--seeds", "1..3")
+    assert seeds.text.count(message) == 1, seeds.text
+
+
+SCRIPT = """
+from robocell.task import RUNNING, policy, skills
+
+@policy
+class Script:
+    def __init__(self, cell):
+        self.steps = self.script(cell)
+
+    def script(self, cell):
+        home = skills.home()
+        while cell.arm.do(home) == RUNNING or cell.time_s < 2.0:
+            yield
+
+    def decide(self, cell):
+        cell.report(next(self.steps, "end") == "end")
+"""
+
+
+@pytest.mark.sample
+def test_the_log_says_resumed_only_if_something_was(run, task, tmp_path):
+    def said(text: str) -> list[str]:
+        file = tmp_path / f"{len(text)}.mcap"
+        kill = {"at_s": 1.0, "do": "kill", "process": "task"}
+        words = (*LOCKSTEP, "--record", str(file))
+        done = run("franka-stack", task(text), *words, "--timeout", "9", script=[kill])
+        assert done.summary["task_restarts"] == 1, done.text
+        lines = [event.text for event in read(file).events]
+        return [line for line in lines if line.startswith("[task] ")]
+
+    assert said(LOCKED) == ["[task] resumed from its checkpoint"]
+    again = "[task] the policy starts again: nothing of its memory was kept; the job continues"
+    assert said(SCRIPT) == [again]
+
+
+@pytest.mark.sample
+def test_that_calls_exit_is_reported_with_file_and_line(run, robocell, task):
+    file = task("import os\n" + FAULTY.format(line="os._exit(0)"))
+    message = "mine.py:8: in decide: RuntimeError: os._exit(0) would end the process"
+    one = run("franka-stack", file, "--one-process")
+    assert (one.code, one.summary["outcome"], one.summary["reason"]) == (
+        5,
+        "failed",
+        "policy_raised",
+    )
+    four = run("franka-stack", file)
+    assert four.code == 6
+    assert message in four.text
+
+
+@pytest.mark.sample
+def test_whose_process_ends_in_the_middle_of_a_run_is_not_done(run, task):
+    # As a library in C may do it.
+    exits = "__import__('ctypes').CDLL(None)._exit(0)"
+    ended = run("franka-stack", task(FAULTY.format(line=exits)), "--one-process")
+    assert ended.code == 6
+    assert "mine.py ended with exit status: 0 before the end of the run" in ended.text
+
+
+@pytest.mark.sample
+def test_whose_thread_does_not_end_runs_and_the_thread_is_named(run, task):
+    text = """
+import threading, time
+from robocell.task import policy
+
+@policy
+class Threaded:
+    def __init__(self, cell):
+        threading.Thread(target=time.sleep, args=(1000,), name="reader").start()
+
+    def decide(self, cell):
+        cell.report(True)
+"""
+    ended = run("franka-stack", task(text), "--one-process")
+    assert ended.code == 0, ended.text
+    assert "mine.py: the process ends although these threads of the task have not: reader" in (
+        ended.text
+    )
+
+
+@pytest.mark.sample
+def test_that_a_signal_ends_in_its_constructor_is_reported_with_the_signal(run, task):
+    text = """
+import os
+from robocell.task import policy
+
+@policy
+class Aborts:
+    def __init__(self, cell):
+        os.abort()
+
+    def decide(self, cell):
+        pass
+"""
+    ended = run("franka-stack", task(text))
+    assert ended.code == 3
+    assert "mine.py was asked for policy 'mine' of demo 'franka-stack'" in ended.text
+    assert "SIGABRT" in ended.text
 
 
 def test_that_hangs_is_replaced(run, task):

@@ -15,7 +15,7 @@ use ipc_types::{
 
 use robocell_task::output::ROOM_FOR_LINES;
 use robocell_task::starts::{Begun, Decider};
-use robocell_task::{Policies, Task, TaskError, TraceLineText};
+use robocell_task::{Policies, Restored, Task, TaskError, TraceLineText};
 
 use crate::keyframes::Keyframes;
 use crate::slots::{Slots, SlotsError};
@@ -180,12 +180,13 @@ impl TaskProcess {
         let (generation, tick) = (state.header.generation, state.header.tick);
         let Some(saved) = self.slots.newest(generation) else {
             let begun = self.decider.begin(state, &mut self.slots);
-            self.report(&begun, tick);
+            let restored = self.decider.task.restored();
+            self.report(&begun, restored, tick);
             return;
         };
         let decided = (generation, saved.tick);
         match self.decider.resume(&saved.checkpoint, decided, state) {
-            Ok(()) => self.say(tick, "[task] resumed from its checkpoint"),
+            Ok(()) => self.say(tick, self.decider.task.restored().line()),
             Err(error) => {
                 // What happened before is lost; what is seen is not.
                 cell_worker::warn(format_args!("{error}"));
@@ -199,9 +200,12 @@ impl TaskProcess {
         let _sent = self.publish();
     }
 
-    fn report(&mut self, begun: &Begun, tick: u64) {
+    fn report(&mut self, begun: &Begun, restored: Restored, tick: u64) {
         match begun {
-            Begun::Resumed => self.say(tick, "[task] resumed where physics resumed"),
+            Begun::Resumed if restored == Restored::All => {
+                self.say(tick, "[task] resumed where physics resumed");
+            }
+            Begun::Resumed => self.say(tick, restored.line()),
             Begun::Lost(error) => {
                 cell_worker::warn(format_args!("{error}"));
                 self.say(tick, "[task] started without a checkpoint");
@@ -222,12 +226,13 @@ impl TaskProcess {
         }
         self.lines.clear();
         let begun = self.decider.begin(state, &mut self.slots);
+        let restored = self.decider.task.restored();
         let message = &mut self.message;
         self.decider
             .decide(state, &statuses, message, &mut self.lines);
         let checkpoint = self.decider.task.checkpoint();
         self.slots.write(generation, tick, message, &checkpoint);
-        self.report(&begun, tick);
+        self.report(&begun, restored, tick);
         self.report_lost(tick);
         let sent = self.publish();
         let is_resumed = !matches!(begun, Begun::Continued | Begun::Reconciled);

@@ -41,6 +41,6 @@ pub use policy::{AnyPolicy, Policy, boxed};
 pub use reason::Reason;
 pub use registry::{Kind, Policies, TaskError};
 pub use settings::{NoSettings, Settings, SetupError};
-pub use task::Task;
+pub use task::{Restored, Task};
 pub use time::PolicyTime;
 pub use trees::{TreeError, TreeTools};

@@ -125,6 +125,12 @@ pub trait AnyPolicy: Send {
     /// When `bytes` are not of this policy; it is then as after a reset.
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error>;
 
+    /// Whether [`AnyPolicy::restore`] took anything back, or there was nothing to take:
+    /// the checkpoint of a policy in Python may have lost all of it.
+    fn has_resumed(&self) -> bool {
+        true
+    }
+
     /// See [`Policy::follows_operator`].
     fn follows_operator(&self) -> bool {
         false

@@ -47,6 +47,33 @@ pub struct Task {
     perception: Perception,
     /// Belief and world have to be compared before the next decision.
     unsure: bool,
+    /// Result of the last restore, until the next decision.
+    restored: Restored,
+}
+
+/// What [`Task::restore`] took from a checkpoint.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Restored {
+    /// The job and the memory of the policy.
+    #[default]
+    All,
+    /// The job: the checkpoint is of another policy.
+    OtherPolicy,
+    /// The job: nothing of the policy's memory was kept.
+    NoMemory,
+}
+
+impl Restored {
+    /// A line for the log.
+    pub fn line(self) -> &'static str {
+        match self {
+            Self::All => "[task] resumed from its checkpoint",
+            Self::OtherPolicy => "[task] another policy took over the job",
+            Self::NoMemory => {
+                "[task] the policy starts again: nothing of its memory was kept; the job continues"
+            }
+        }
+    }
 }
 
 impl Task {
@@ -69,6 +96,7 @@ impl Task {
             out: Output::default(),
             perception: Perception::new(cell),
             unsure: true,
+            restored: Restored::All,
         }
     }
 
@@ -82,6 +110,7 @@ impl Task {
         out: &mut Decision,
         trace: &mut Vec<TraceLineText>,
     ) {
+        self.restored = Restored::All;
         let change = self.panel.update(&state.panel);
         let now = self.clock.advance(state.header.tick, self.panel.paused());
         let mut perception = std::mem::take(&mut self.perception);
@@ -198,7 +227,17 @@ impl Task {
         self.breakpoints = saved.breakpoints;
         *self.out.book_mut() = saved.goals;
         self.unsure = saved.unsure || !same_policy;
+        self.restored = match (same_policy, self.policy.has_resumed()) {
+            (false, _) => Restored::OtherPolicy,
+            (true, false) => Restored::NoMemory,
+            (true, true) => Restored::All,
+        };
         Ok(())
+    }
+
+    /// What [`Task::restore`] took from the checkpoint, until the next decision.
+    pub fn restored(&self) -> Restored {
+        self.restored
     }
 
     /// To be called once, before the next decision, when decisions were missed:

@@ -1,99 +1,246 @@
-"""Which attributes of an object can be kept in a checkpoint."""
+"""The memory of a policy, kept with every decision.
+
+An attribute that cannot be pickled must not cost the rest of the memory, end the process
+again and again, or be lost in silence: it is left out, asked again in every decision, and
+named with file and line in the first decision where that is so.
+
+The digests of the values that the constructor set are kept, too. After an edit of the file
+an attribute with another digest has the new value, not that of the checkpoint.
+"""
 
 from __future__ import annotations
 
 import io
+import json
 import pickle
-from collections.abc import Mapping, Set
-from typing import Any
+import zlib
+from collections.abc import Iterator, Mapping, MutableMapping
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
 
-from robocell.task._cell import Arm, Object, TaskCell
+from robocell.task._cell import TaskCell
+from robocell.task._graph import CODE, Handle, Handles, Pickler, digest, load
+from robocell.task._source import place
 
-#: Kept without a trial.
-_PLAIN = (bool, int, float, str, bytes, type(None))
+#: Path of a part, name of an attribute.
+Key: TypeAlias = tuple[str, str]
+#: By path and attribute the digest of what the constructor set.
+Made: TypeAlias = dict[str, dict[str, str]]
+
+#: The attribute of what a method ``save`` of the user returned.
+SAVED = "save()"
 
 
-class Pickler(pickle.Pickler):
-    """Leaves the parts of the cell out: the next process has its own."""
+@dataclass
+class Part:
+    """Attributes of one object: the policy, or a node."""
 
-    def __init__(self, file: io.BytesIO, cell: TaskCell) -> None:
-        super().__init__(file, protocol=5)
-        self._cell = cell
+    #: The same after an edit of the file; "" for the policy.
+    path: str
+    #: In front of an attribute in the log: ``self.``.
+    called: str
+    #: The attributes themselves, not a copy.
+    values: MutableMapping[str, Any]
+    #: Whose class, or which function, sets them.
+    owner: Any
+    #: Attributes that are not memory.
+    skip: frozenset[str] = frozenset()
+    #: Of a node: the policy, whose file has the name of the node.
+    policy: Any = None
+    word: str = ""
 
-    def persistent_id(self, value: Any) -> tuple[str, str | int] | None:
-        if isinstance(value, TaskCell):
-            return ("cell", "")
-        if isinstance(value, Arm):
-            return ("arm", self._cell.arms.index(value))
-        if isinstance(value, Object):
-            return ("object", value.name)
-        if value is self._cell.objects:
-            return ("objects", "")
+    def place(self, name: str) -> str:
+        """``FILE:LINE`` where an attribute is set."""
+        return place(self.owner, name, self.policy, self.word)
+
+    def items(self) -> list[tuple[str, Any]]:
+        """Those that are memory."""
+        return [(name, value) for name, value in self.values.items() if name not in self.skip]
+
+
+class Remembers:
+    """What a policy with an engine says of its memory; see :class:`Memory`."""
+
+    def _memory_skip(self) -> frozenset[str]:
+        """Attributes of the policy that are not memory."""
+        return frozenset()
+
+    def _memory_parts(self) -> list[Part]:
+        """The attributes of other objects than the policy."""
+        return []
+
+    def _memory_handles(self) -> dict[Handle, Any]:
+        """Objects that the constructor makes and that values may name."""
+        return {}
+
+    def _memory_engine(self) -> Any:
+        """The state of the engine; ``None`` without one."""
         return None
 
-
-class Unpickler(pickle.Unpickler):
-    """The reverse of :class:`Pickler`."""
-
-    def __init__(self, file: io.BytesIO, cell: TaskCell) -> None:
-        super().__init__(file)
-        self._cell = cell
-
-    def persistent_load(self, pid: Any) -> Any:
-        kind, which = pid
-        match kind:
-            case "cell":
-                return self._cell
-            case "arm":
-                return self._cell.arms[which]
-            case "object":
-                return self._cell.objects[which]
-            case "objects":
-                return self._cell.objects
-        raise pickle.UnpicklingError(f"'{kind}' is unknown")
+    def _memory_restore(self, engine: Any, paths: list[str]) -> None:
+        """Takes it back; ``paths`` are those of the parts then."""
 
 
-def dump(value: Any, cell: TaskCell) -> bytes:
-    """A value as bytes.
+@dataclass
+class Saved:
+    """What a checkpoint holds."""
 
-    Raises:
-        pickle.PicklingError, TypeError or AttributeError: for what cannot be pickled.
-    """
-    file = io.BytesIO()
-    Pickler(file, cell).dump(value)
-    return file.getvalue()
+    made: Made
+    #: State of the tree or machine.
+    engine: Any
+    #: Attributes that could not be kept.
+    lost: list[Key]
+    #: Whether the policy has saved itself, or tried to: its attributes are not here.
+    has_own: bool
+    values: dict[Key, Any] = field(default_factory=dict)
+    #: Those that were kept and cannot be read.
+    unread: dict[Key, Exception] = field(default_factory=dict)
 
 
-def load(state: bytes, cell: TaskCell) -> Any:
-    """The value of :func:`dump`."""
-    return Unpickler(io.BytesIO(state), cell).load()
+class Memory:
+    """The memory of one policy that was just constructed. ``made`` are the digests of the
+    first construction in this process."""
 
+    def __init__(
+        self, cell: TaskCell, parts: list[Part], more: Mapping[Handle, Any], made: Made | None
+    ) -> None:
+        self.handles = Handles(cell, more)
+        self.parts = parts
+        self._code = {
+            (part.path, name): value
+            for part in parts
+            for name, value in part.items()
+            if isinstance(value, CODE)
+        }
+        self.made = self._digests() if made is None else made
+        self._refused: set[Key] = set()
+        self._said: set[str] = set()
+        self._lines: list[tuple[str, str]] = []
+        self._header: tuple[list[Key], bytes] = ([], b"")
 
-class Keepable:
-    """Finds out once for each attribute whether it can be pickled."""
+    def _digests(self) -> Made:
+        return {
+            part.path: {name: digest(value, self.handles) for name, value in part.items()}
+            for part in self.parts
+        }
 
-    def __init__(self, cell: TaskCell) -> None:
-        self._cell = cell
-        self._known: dict[tuple[Any, str, type], bool] = {}
+    def keep_made(self, path: str, name: str, value: str) -> None:
+        """Takes a digest from a checkpoint: the constructor sets another value each time,
+        which is not an edit."""
+        self.made = {**self.made, path: {**self.made[path], name: value}}
+        self._header = ([], b"")
 
-    def of(self, owner: Any, value: Any, without: Set[str]) -> dict[str, Any]:
-        """The attributes of ``value``, known as ``owner``, that can be kept."""
-        return self.values(owner, {k: v for k, v in vars(value).items() if k not in without})
+    def take_lines(self) -> list[tuple[str, str]]:
+        """Lines for the log since the last call, with their kinds."""
+        lines, self._lines = self._lines, []
+        return lines
 
-    def values(self, owner: Any, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Those of ``values`` that can be kept."""
-        return {key: value for key, value in values.items() if self._is(owner, key, value)}
+    def say(self, kind: str, text: str) -> None:
+        """Adds a line to the log, unless it was said before."""
+        if text not in self._said:
+            self._said.add(text)
+            self._lines.append((kind, text))
 
-    def _is(self, owner: Any, key: str, value: Any) -> bool:
-        if isinstance(value, _PLAIN):
-            return True
-        at = (owner, key, type(value))
-        known = self._known.get(at)
-        if known is None:
+    def save(self, engine: Any, saved: Part | None = None) -> bytes:
+        """All of it as bytes, with the state of the tree or machine. ``saved`` is what the
+        user's own method gave in place of the attributes of the policy."""
+        parts = self.parts if saved is None else [saved, *self.parts[1:]]
+        self._ask_again(parts)
+        while (written := self._write(parts)) is None:
+            pass
+        keys, ends, body = written
+        if keys != self._header[0] or not self._header[1]:
+            has_own = saved is not None
+            text = json.dumps({"made": self.made, "keys": keys, "has_own": has_own})
+            self._header = (keys, zlib.compress(text.encode()))
+        return pickle.dumps((self._header[1], engine, sorted(self._refused), ends, body), 5)
+
+    def _ask_again(self, parts: list[Part]) -> None:
+        """An attribute that was refused may have another value by now."""
+        for key in list(self._refused):
+            values = next((part.values for part in parts if part.path == key[0]), {})
             try:
-                dump(value, self._cell)
-                known = True
-            except (pickle.PicklingError, TypeError, AttributeError):
-                known = False
-            self._known[at] = known
-        return known
+                Pickler(io.BytesIO(), self.handles).dump(values.get(key[1]))
+            except Exception:  # As in _write.
+                continue
+            self._refused.discard(key)
+
+    def _write(self, parts: list[Part]) -> tuple[list[Key], list[int], bytes] | None:
+        """The attributes that can be kept. ``None`` when one more was refused: the pickler
+        takes a part of it for written, and cannot continue."""
+        file = io.BytesIO()
+        pickler = Pickler(file, self.handles)
+        keys, ends = [], []
+        for part in parts:
+            for name, value in part.items():
+                key = (part.path, name)
+                if key in self._refused or self._is_code(key, value):
+                    continue
+                try:
+                    pickler.dump(value)
+                except Exception as error:  # Whatever a class of the user raises.
+                    self._refused.add(key)
+                    where = part.place(name)
+                    called = f"{part.called}{name}"
+                    why = reason(error)
+                    self.say("warning", f"{where}: {called} is not kept over a restart: {why}")
+                    return None
+                keys.append(key)
+                ends.append(file.tell())
+        return keys, ends, file.getvalue()
+
+    def _is_code(self, key: Key, value: Any) -> bool:
+        """Whether the next constructor sets it again: then there is nothing to keep."""
+        return isinstance(value, CODE) and self._code.get(key) is value
+
+    def read(self, state: bytes) -> Saved:
+        """What :meth:`save` has written."""
+        header, engine, lost, ends, body = pickle.loads(state)
+        head = json.loads(zlib.decompress(header))
+        saved = Saved(head["made"], engine, [(path, name) for path, name in lost], head["has_own"])
+        values = load(body, ends, self.handles)
+        for (path, name), value in zip(head["keys"], values, strict=True):
+            if isinstance(value, Exception):
+                saved.unread[path, name] = value
+            else:
+                saved.values[path, name] = value
+        return saved
+
+
+def reason(error: Exception) -> str:
+    """An exception in one line."""
+    return " ".join(f"{type(error).__name__}: {error}".split())
+
+
+def attributes(value: Any) -> MutableMapping[str, Any]:
+    """The attributes of an object, to be read and set."""
+    if any(one.__dict__.get("__slots__") for one in type(value).__mro__):
+        return _Slots(value)
+    found: dict[str, Any] = vars(value)
+    return found
+
+
+class _Slots(MutableMapping[str, Any]):
+    """Attributes of an object of a class with slots."""
+
+    def __init__(self, owner: Any) -> None:
+        self._owner = owner
+        names = [one.__dict__.get("__slots__", ()) for one in type(owner).__mro__]
+        slots = [name for own in names for name in ([own] if isinstance(own, str) else own)]
+        self._slots = [name for name in slots if not name.startswith("__")]
+
+    def __getitem__(self, name: str) -> Any:
+        return getattr(self._owner, name)
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        object.__setattr__(self._owner, name, value)
+
+    def __delitem__(self, name: str) -> None:
+        object.__delattr__(self._owner, name)
+
+    def __iter__(self) -> Iterator[str]:
+        names = [*getattr(self._owner, "__dict__", ()), *self._slots]
+        return iter([name for name in names if hasattr(self._owner, name)])
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import inspect
 import json
-import pickle
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, TypeAlias
 
 from robocell import _core
 from robocell.task._cell import TaskCell
-from robocell.task._memory import dump, load
+from robocell.task._explain import explain
+from robocell.task._memory import SAVED, Made, Memory, Part, Remembers, attributes
+from robocell.task._merge import Merge
 
 _INVALID, _RUNNING = 0, 1
 
 Maker = Callable[[_core.Moment], "Runner"]
+#: Lines for the log, with their kinds.
+Lines: TypeAlias = list[tuple[str, str]]
 
 
 def maker(target: Callable[..., Any]) -> Maker:
@@ -34,7 +37,18 @@ class Runner:
         self._target = target
         self._cell = cell
         self._core = core
+        self._made: Made | None = None
+        self._begin()
+
+    def _begin(self) -> None:
         self._job = self._new()
+        self._engine = self._job if isinstance(self._job, Remembers) else Remembers()
+        more = {("policy",): self._job, **self._engine._memory_handles()}
+        parts = [self._policy_part(), *self._engine._memory_parts()]
+        self._memory = Memory(self._cell, parts, more, self._made)
+        self._made = self._memory.made
+        #: Of the newest decision.
+        self._kept: bytes | None = None
 
     def _new(self) -> Any:
         target = self._target
@@ -43,46 +57,70 @@ class Runner:
         make: Callable[..., Any] = target
         return make(self._cell) if _takes(make, 1) else make()
 
+    def _policy_part(self) -> Part:
+        job = self._job
+        if isinstance(job, _Function):
+            return Part("", "memory.", vars(job.memory), self._target)
+        return Part("", "self.", attributes(job), job, self._engine._memory_skip())
+
     def reset(self) -> None:
         """Back to the state before the first decision."""
-        self._job = self._new()
+        self._begin()
 
-    def decide(self) -> str:
-        """One decision; the name of the phase."""
+    def decide(self) -> tuple[str, Lines]:
+        """One decision; the name of the phase, and lines for the log."""
         self._job.decide(self._cell)
-        return self._phase()
+        # Now, so that what cannot be kept is told in the decision that made it so.
+        self._kept = self._save()
+        return self._phase(), self._memory.take_lines()
 
-    def reconcile(self) -> str:
+    def reconcile(self) -> tuple[str, Lines]:
         """Decisions were missed, or the operator led the arm."""
         reconcile = getattr(self._job, "reconcile", None)
+        self._kept = None
         if reconcile is not None:
             reconcile(self._cell)
-        return self._phase()
+        return self._phase(), self._memory.take_lines()
 
     def _phase(self) -> str:
         phase = getattr(self._job, "phase", "")
         return phase if isinstance(phase, str) else str(phase)
 
     def save(self) -> bytes:
-        """The memory of the policy; empty where it has none that can be kept."""
-        save = getattr(self._job, "save", None)
-        try:
-            return dump(save() if save is not None else vars(self._job), self._cell)
-        except (pickle.PicklingError, TypeError, AttributeError):
-            if save is not None:
-                raise
-            return b""
+        """The memory of the policy."""
+        return self._save() if self._kept is None else self._kept
 
-    def restore(self, state: bytes) -> str:
-        """Takes back what :meth:`save` gave; the name of the phase."""
-        if state:
-            value = load(state, self._cell)
-            restore = getattr(self._job, "restore", None)
-            if restore is not None:
-                restore(value)
+    def _save(self) -> bytes:
+        own = getattr(self._job, "save", None)
+        saved = None
+        if own is not None:
+            values = {}
+            try:
+                values[SAVED] = own()
+            except Exception as error:  # Of the user's method: the task continues without.
+                self._memory.say("warning", f"{explain(error)}; nothing is kept over a restart")
+            saved = Part("", "self.", values, self._job)
+        return self._memory.save(self._engine._memory_engine(), saved)
+
+    def restore(self, state: bytes) -> tuple[str, bool]:
+        """Takes back what :meth:`save` gave, after :meth:`reset`; the name of the phase, and
+        whether anything was kept."""
+        saved = self._memory.read(state)
+        merge = Merge(self._memory, saved)
+        merge.run()
+        self._made = self._memory.made
+        own = getattr(self._job, "restore", None)
+        if ("", SAVED) in saved.values:
+            value = saved.values["", SAVED]
+            if own is not None:
+                own(value)
             else:
-                vars(self._job).update(value)
-        return self._phase()
+                self._memory.parts[0].values.update(value)
+        if saved.engine is not None:
+            self._engine._memory_restore(saved.engine, list(saved.made))
+        had_memory = bool(saved.values or saved.unread or saved.lost or saved.has_own)
+        is_resumed = bool(merge.kept or ("", SAVED) in saved.values or saved.engine is not None)
+        return self._phase(), is_resumed or not had_memory
 
     def graphs(self, name: str) -> str:
         """The pictures of the policy, as JSON."""
@@ -142,9 +180,3 @@ class _Function:
             self._function(cell, self.memory)
         else:
             self._function(cell)
-
-    def save(self) -> dict[str, Any]:
-        return vars(self.memory)
-
-    def restore(self, value: dict[str, Any]) -> None:
-        self.memory = SimpleNamespace(**value)

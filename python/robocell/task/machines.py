@@ -9,7 +9,7 @@ from transitions import Machine
 from transitions.core import Event, EventData
 
 from robocell.task._cell import TaskCell
-from robocell.task._memory import Keepable
+from robocell.task._memory import Remembers
 
 
 class _NamedEvent(Event):
@@ -25,7 +25,7 @@ class _Machine(Machine):
     event_cls = _NamedEvent
 
 
-class MachinePolicy:
+class MachinePolicy(Remembers):
     """A policy that is a machine: a subclass has ``states``, ``transitions`` and
     ``initial`` in the form of the package ``transitions``, and ``decide(self, cell)``,
     which fires triggers: ``self.grasped()``.
@@ -52,11 +52,10 @@ class MachinePolicy:
             auto_transitions=False,
             after_state_change="_changed",
         )
-        self._own = frozenset(set(vars(self)) - before) | {"_own", "_keepable", "_cell", "_shown"}
+        self._own = frozenset(set(vars(self)) - before) | {"_own", "_cell", "_shown"}
         self._names = [str(name) for name in self._machine.states]
         self._own |= {"_names"}
         self._shown = self.state
-        self._keepable = Keepable(cell)
         self.setup(cell)
 
     def setup(self, cell: TaskCell) -> None:
@@ -108,15 +107,20 @@ class MachinePolicy:
     def statuses(self, _graph: int) -> list[int]:
         return [int(name == self.state) for name in self._names]
 
-    def save(self) -> dict[str, Any]:
-        return {"state": self.state, "memory": self._keepable.of(0, self, self._own)}
+    def _memory_skip(self) -> frozenset[str]:
+        return self._own
 
-    def restore(self, saved: dict[str, Any]) -> None:
-        if saved["state"] not in self._names:
-            raise ValueError(f"the checkpoint is of another machine: no state {saved['state']}")
-        vars(self).update(saved["memory"])
-        self._machine.set_state(saved["state"], model=self)
-        self._shown = saved["state"]
+    def _memory_handles(self) -> dict[tuple[Any, ...], Any]:
+        return {("machine",): self._machine}
+
+    def _memory_engine(self) -> str:
+        return self.state
+
+    def _memory_restore(self, state: str, _paths: list[str]) -> None:
+        if state not in self._names:
+            raise ValueError(f"the checkpoint is of another machine: no state {state}")
+        self._machine.set_state(state, model=self)
+        self._shown = state
 
 
 def _named(function: Any) -> str:

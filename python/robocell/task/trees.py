@@ -9,13 +9,15 @@ from py_trees.common import Status as Ended
 
 from robocell._core import Skill, Status
 from robocell.task._cell import Arm, TaskCell
-from robocell.task._memory import Keepable
+from robocell.task._memory import Part, Remembers
 
 _NUMBERS = {Ended.INVALID: 0, Ended.RUNNING: 1, Ended.SUCCESS: 2, Ended.FAILURE: 3}
 _ENDED = {Status.RUNNING: Ended.RUNNING, Status.SUCCESS: Ended.SUCCESS}
 
 #: What every behaviour has; the rest of its attributes is its memory.
-_COMMON = frozenset(vars(py_trees.behaviours.Success("common")))
+_COMMON = frozenset(vars(py_trees.behaviours.Success("common"))) | {"current_child"}
+#: What a policy has besides its memory.
+_OWN = frozenset({"_root", "_tree", "_nodes", "_parents", "_paths", "_shown", "_keys"})
 
 
 class SkillLeaf(py_trees.behaviour.Behaviour):
@@ -44,7 +46,7 @@ class Condition(py_trees.behaviour.Behaviour):
         return Ended.SUCCESS if self._holds() else Ended.FAILURE
 
 
-class TreePolicy:
+class TreePolicy(Remembers):
     """A policy that is a tree: a subclass has ``build(self, cell)``, which returns the
     root, and may have ``after(self, cell, status)``, called after each tick.
 
@@ -52,7 +54,8 @@ class TreePolicy:
     its skills keep finished work from being done twice, and let the job start again when
     it is disturbed. Statuses and the blackboard are shown on the page and by
     ``robocell bt show --live``. The checkpoint holds the status of each node, the
-    attributes of behaviours and the blackboard, as far as they can be pickled.
+    attributes of the policy and of behaviours, and the blackboard, as far as they can be
+    pickled. After an edit of the file nodes are found by their path of names.
     Behaviours that read a clock (``Timeout``) make a run unrepeatable.
     """
 
@@ -62,11 +65,10 @@ class TreePolicy:
         self._tree = py_trees.trees.BehaviourTree(self._root)
         self._nodes: list[Any] = []
         self._parents: list[int | None] = []
-        self._list(self._root, None)
-        self._index = {node.id: index for index, node in enumerate(self._nodes)}
+        self._paths: list[str] = []
+        self._list(self._root, None, "")
         self._shown = [0] * len(self._nodes)
         self._keys: dict[str, Any] = {}
-        self._keepable = Keepable(cell)
 
     def build(self, cell: TaskCell) -> Any:
         """The root of the tree."""
@@ -89,12 +91,18 @@ class TreePolicy:
         self._tell(cell)
         self.after(cell, self._root.status)
 
-    def _list(self, node: Any, parent: int | None) -> None:
+    def _list(self, node: Any, parent: int | None, path: str) -> None:
         index = len(self._nodes)
         self._nodes.append(node)
         self._parents.append(parent)
+        self._paths.append(path or "/")
+        names: list[str] = []
         for child in node.children:
-            self._list(child, index)
+            # Those of equal names are counted.
+            same = names.count(child.name)
+            names.append(child.name)
+            own = f"{child.name}#{same}" if same else child.name
+            self._list(child, index, f"{path}/{own}")
 
     def _tell(self, cell: TaskCell) -> None:
         """Traces what changed."""
@@ -129,32 +137,46 @@ class TreePolicy:
     def statuses(self, _graph: int) -> list[int]:
         return [_NUMBERS[node.status] for node in self._nodes]
 
-    def save(self) -> dict[str, Any]:
-        nodes = []
-        for index, node in enumerate(self._nodes):
-            child = getattr(node, "current_child", None)
-            nodes.append(
-                {
-                    "status": _NUMBERS[node.status],
-                    "child": None if child is None else self._index[child.id],
-                    "memory": self._keepable.of(index, node, _COMMON | {"current_child"}),
-                }
-            )
-        board = py_trees.blackboard.Blackboard.storage
-        return {
-            "nodes": nodes,
-            "board": self._keepable.values("board", board),
-        }
+    def _memory_skip(self) -> frozenset[str]:
+        return _OWN
 
-    def restore(self, state: dict[str, Any]) -> None:
-        names = [node.name for node in self._nodes]
-        if len(state["nodes"]) != len(names):
-            raise ValueError(f"the checkpoint is of another tree: {len(names)} nodes here")
+    def _memory_parts(self) -> list[Part]:
+        """The attributes of nodes, and the blackboard."""
+        nodes = zip(self._paths, self._nodes, strict=True)
+        parts = [
+            Part(path, f"{path}: self.", vars(node), node, _COMMON, self, str(node.name))
+            for path, node in nodes
+        ]
+        board = py_trees.blackboard.Blackboard.storage
+        return [*parts, Part("blackboard", "blackboard ", board, self)]
+
+    def _memory_handles(self) -> dict[tuple[Any, ...], Any]:
+        handles: dict[tuple[Any, ...], Any] = {}
+        for path, node in zip(self._paths, self._nodes, strict=True):
+            handles["node", path] = node
+            for index, client in enumerate(node.blackboards):
+                handles["blackboard client", path, index] = client
+        return handles
+
+    def _memory_engine(self) -> list[tuple[int, int]]:
+        """The status of each node, and the number of the child it is at, -1 for none."""
+        numbers = {id(node): index for index, node in enumerate(self._nodes)}
+        return [
+            (_NUMBERS[node.status], numbers.get(id(getattr(node, "current_child", None)), -1))
+            for node in self._nodes
+        ]
+
+    def _memory_restore(self, engine: list[tuple[int, int]], paths: list[str]) -> None:
         by_number = {number: status for status, number in _NUMBERS.items()}
-        for node, saved in zip(self._nodes, state["nodes"], strict=True):
-            node.status = by_number[saved["status"]]
-            vars(node).update(saved["memory"])
-            if saved["child"] is not None:
-                node.current_child = self._nodes[saved["child"]]
+        by_path = dict(zip(self._paths, self._nodes, strict=True))
+        # The order of the nodes that were saved, each a part behind the policy.
+        nodes = [by_path.get(path) for path in paths[1:]]
+        for node, (status, at) in zip(nodes, engine, strict=False):
+            child = nodes[at] if at >= 0 else None
+            # Without the child it was at, a node of an edited tree begins again.
+            if node is None or (at >= 0 and child is None):
+                continue
+            node.status = by_number[status]
+            if child is not None:
+                node.current_child = child
         self._shown = [_NUMBERS[node.status] for node in self._nodes]
-        py_trees.blackboard.Blackboard.storage.update(state["board"])
