@@ -307,7 +307,11 @@ impl MonitorProcess {
             self.journal.gap(missing);
             if let Some(hub) = hub {
                 let text = format!("[monitor] {missing} lines of the task were not read in time");
-                hub.say(self.tick as f64 * TICK_NS as f64 / 1.0e9, "lifecycle", &text);
+                hub.say(
+                    self.tick as f64 * TICK_NS as f64 / 1.0e9,
+                    "lifecycle",
+                    &text,
+                );
             }
             self.gaps = gaps;
         }

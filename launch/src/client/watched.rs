@@ -154,7 +154,10 @@ impl Trace {
 
     /// `lines` of the trace were not read in time, up to simulated time `time_s`.
     pub(crate) fn missed(&mut self, time_s: f64, lines: u64) {
-        self.say(time_s, format!("{lines} lines of the task were not read in time"));
+        self.say(
+            time_s,
+            format!("{lines} lines of the task were not read in time"),
+        );
     }
 
     /// Whether there is a picture, and each is whole.

@@ -22,7 +22,6 @@ use crate::{flight, say, task_program};
 /// The demo for arms that users bring.
 const REACH: &str = "reach";
 
-
 /// A file system with less room than this takes no recording (bytes).
 const LEAST_FREE_BYTES: u64 = 1 << 20;
 

@@ -79,10 +79,17 @@ impl Watch {
     fn note_fault(&mut self, process: Process, health: &Health) {
         let fault = health.fault();
         let fault = fault.map(|fault| format!("{}: {fault}", process.name()));
+        let Some(fault) = fault.filter(|fault| !self.faults.contains(fault)) else {
+            return;
+        };
         // A process that reports a new number with each fault must not fill the summary.
-        let is_new =
-            |fault: &String| self.faults.len() < MOST_FAULTS && !self.faults.contains(fault);
-        self.faults.extend(fault.filter(is_new));
+        match self.faults.len() + 1 {
+            count if count < MOST_FAULTS => self.faults.push(fault),
+            MOST_FAULTS => self
+                .faults
+                .push("more faults; see `robocell logs`".to_owned()),
+            _ => {}
+        }
     }
 
     /// Faults that processes reported since the start of the cell.

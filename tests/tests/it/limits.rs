@@ -106,7 +106,7 @@ fn each_limit_of_the_document_is_that_of_the_code() {
 
 /// Bounds of a quantity, a search or a retry, rooms of which nothing is lost beyond them,
 /// and limits that another one of the document keeps from being reached.
-const NOT_CAPACITIES: [&str; 34] = [
+const NOT_CAPACITIES: [&str; 36] = [
     "controller-proc/src/planning/planner.rs::MAX_ITERATIONS",
     "controller-proc/src/planning/planner.rs::MAX_LOOKS",
     "controller-proc/src/robot_state.rs::MAX_STATE_JOINTS",
@@ -131,6 +131,7 @@ const NOT_CAPACITIES: [&str; 34] = [
     "crates/task/src/reason.rs::MAX_BYTES",
     "crates/task/src/time.rs::MOST_TICKS",
     "launch/src/chaos/fault.rs::MOST_FILLED",
+    "launch/src/chaos/kills.rs::MOST_TICKS_LOST",
     "launch/src/supervisor/slot.rs::MAX_CRASHES",
     "launch/src/supervisor/slot.rs::MAX_EXTRA_GRACE",
     "launch/src/supervisor/slot.rs::MAX_HUNG_STARTS",
@@ -140,14 +141,14 @@ const NOT_CAPACITIES: [&str; 34] = [
     "monitor-proc/src/page/fields.rs::MAX_WHOLE",
     "monitor-proc/src/recorder/latency.rs::MAX_NS",
     "physics-proc/src/arm/watchdog.rs::MAX_OUTSIDE_TICKS",
+    "physics-proc/src/resume/due.rs::MAX_LOST_TICKS",
     "physics-proc/src/script_report.rs::WAITING",
 ];
 /// Files of the states that are kept, whose capacities are files on a disk.
-const ELSEWHERE: [&str; 5] = [
+const ELSEWHERE: [&str; 4] = [
     "crates/cell-rt/src/slot.rs",
     "crates/task-program/src/slots.rs",
     "crates/task/src/checkpoint.rs",
-    "physics-proc/src/resume.rs",
     "physics-proc/src/state/snapshot.rs",
 ];
 
