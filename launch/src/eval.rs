@@ -69,6 +69,10 @@ impl Order {
     /// Names are checked here, so that a typo is answered before anything starts.
     fn of(args: &EpisodeArgs, demo: &str, seeds: (u64, u64)) -> Result<Self, Failure> {
         let data = args.data.data.as_deref();
+        let found = |dir: &Path| std::fs::canonicalize(dir).cannot(format!("find {}", dir.display()));
+        // As `run` has it, so that both name a file in the same way.
+        let data = data.map(found).transpose()?;
+        let data = data.as_deref();
         let robot = plan::robot_files(&args.robot)?;
         let cell = plan::load(data, demo, seeds.0, robot.as_ref(), &[])?;
         let program = task_program::of_cell(args.data.task.as_deref(), &cell, data)?;
@@ -89,10 +93,7 @@ impl Order {
             let robot = serde_json::to_string(robot).cannot("name the robot")?;
             order.add("--robot", Some(robot));
         }
-        if let Some(dir) = data {
-            let dir = std::fs::canonicalize(dir).cannot(format!("find {}", dir.display()))?;
-            order.add("--data", Some(path(&dir)));
-        }
+        order.add("--data", data.map(path));
         Ok(order)
     }
 

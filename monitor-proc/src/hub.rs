@@ -177,6 +177,13 @@ impl Hub {
             .say(time_s, "lifecycle", TraceEvent::Restart, text);
     }
 
+    /// Adds a warning about the inputs of the run to the log.
+    pub fn warn(&self, text: &str) {
+        let text = format!("[warning] {text}");
+        let mut known = self.lock();
+        known.story.say(0.0, "lifecycle", TraceEvent::None, &text);
+    }
+
     /// Adds an incident to the log, and the reason to the lane of the process.
     pub fn incident(&self, head: &Head, what: &str) {
         let mut known = self.lock();

@@ -126,6 +126,9 @@ impl Page {
         let site = live::prepare(start, page, scene, desk, recorder)?;
         // Before the first page connects: it is told the log once.
         told.recall(&site.hub);
+        if told.lines.is_empty() {
+            start.spec.warnings.iter().for_each(|text| site.hub.warn(text));
+        }
         let (physics, errands) = (counters.physics, counters.errands);
         let (recorder, trouble) = (recorder.clone(), trouble.clone());
         let opened = Page {

@@ -254,13 +254,13 @@ impl World {
     }
 
     /// Number of arms at fault.
-    pub(crate) fn faults(&self) -> usize {
+    pub fn faults(&self) -> usize {
         let arms = self.memory.arms.iter();
         arms.filter(|arm| arm.watchdog.fault).count()
     }
 
     /// Why arms are at fault, one a line.
-    pub(crate) fn fault_words(&self) -> String {
+    pub fn fault_words(&self) -> String {
         let arms = self.arms.iter().zip(&self.measured).zip(&self.memory.arms);
         let at_fault = arms.enumerate().filter(|(_, (_, m))| m.watchdog.fault);
         let words = |(index, ((arm, measured), _)): (usize, ((&Arm, &Measured), _))| {

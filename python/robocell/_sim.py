@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -37,6 +38,8 @@ class Cell(View):
 
     Raises:
         ValueError: for a cell, a policy or a script that does not exist or has mistakes.
+
+    What ``robocell run`` warns of, as a corrected fault of a URDF, is a ``UserWarning``.
     """
 
     def __init__(
@@ -69,6 +72,8 @@ class Cell(View):
             time_limit_s,
             [f"{key}={value!r}" for key, value in (set or {}).items()],
         )
+        for warning in self._sim.warnings:
+            warnings.warn(warning, stacklevel=2)
         super().__init__(self._sim.moment)
         #: Seed of the scene.
         self.seed = seed

@@ -10,8 +10,8 @@ use std::time::Instant;
 use cell_model::Cell;
 use cell_model::cells::script;
 use cell_model::cells::setting::Setting;
+use cell_model::runs::report;
 use cell_model::runs::spec::RunSpec;
-use cell_model::runs::summary::{RunFacts, RunSummary};
 use cell_sim::{OneProcess, SimError, eval};
 use ipc_types::{Decision, Wire};
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
@@ -20,6 +20,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use robocell_skills::Setup;
 use robocell_task::{AnyPolicy, Policies};
+use robocell_task_program::inspect;
 use serde_json::Value;
 
 use crate::about;
@@ -51,7 +52,6 @@ struct Run {
     spec: RunSpec,
     cell: Cell,
     policies: Policies,
-    objects: Vec<String>,
     began: Instant,
     /// Lines of the task that were not taken, with their ticks.
     log: Vec<(u64, String)>,
@@ -61,16 +61,25 @@ impl Run {
     fn new(spec: RunSpec, policies: Policies) -> Result<Self, SimError> {
         let cell = spec.load_cell_from(&cell_files::data())?;
         let sim = OneProcess::new(&policies, &spec, cell.clone())?;
-        let objects = cell.objects.iter().map(|o| o.name.clone()).collect();
         Ok(Self {
             sim,
             spec,
             cell,
             policies,
-            objects,
             began: Instant::now(),
             log: Vec::new(),
         })
+    }
+
+    /// Keeps what the cell has told since the last call.
+    fn take_news(&mut self) {
+        let lines = self.sim.take_trace();
+        let tick = self.sim.state().header.tick;
+        let warnings = self.sim.take_warnings();
+        let warnings = warnings.into_iter();
+        self.log.extend(lines);
+        self.log
+            .extend(warnings.map(|text| (tick, format!("[warning] {text}"))));
     }
 
     /// Advances at most `ticks`; how many it were. A cell that has ended does not
@@ -100,8 +109,7 @@ impl Sim {
         let mut run = self.lock();
         let done = run.step(ticks, &self.fault).map_err(refused);
         lock(&self.shared).show(run.sim.state());
-        let lines = run.sim.take_trace();
-        run.log.extend(lines);
+        run.take_news();
         if let Some(raised) = peek(&self.fault).take() {
             return Err(raised);
         }
@@ -283,24 +291,24 @@ impl Sim {
         py.detach(|| std::mem::take(&mut self.lock().log))
     }
 
+    /// Warnings about the files of the cell, and the script.
+    #[getter]
+    fn warnings(&self, py: Python<'_>) -> Vec<String> {
+        py.detach(|| {
+            let run = self.lock();
+            let drawing = inspect::draw(run.sim.task().graphs(), "text", usize::MAX);
+            let mut all = report::of_cell(&run.cell);
+            all.extend(report::of_script(&run.spec.script, &drawing, &run.cell));
+            all
+        })
+    }
+
     /// What `robocell run --json` prints at the end of a run, of the run so far.
     fn summary(&self, py: Python<'_>) -> PyResult<String> {
         py.detach(|| {
             let run = self.lock();
-            let statuses = run.sim.statuses().iter();
-            let facts = RunFacts {
-                demo: &run.spec.demo,
-                policy: &run.spec.policy,
-                seed: run.spec.seed,
-                objects: &run.objects,
-                wall_time_s: run.began.elapsed().as_secs_f64(),
-                task_restarts: run.sim.task_restarts(),
-                missed_cycles: statuses.map(|s| s.missed_cycles).sum(),
-            };
-            let summary = RunSummary {
-                script_replies: run.sim.plant().script_replies().to_vec(),
-                ..RunSummary::new(&facts, run.sim.state(), run.sim.decision())
-            };
+            let wall_time_s = run.began.elapsed().as_secs_f64();
+            let summary = run.sim.summary(&run.spec, wall_time_s);
             serde_json::to_string(&summary).map_err(refused)
         })
     }

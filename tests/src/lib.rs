@@ -15,6 +15,7 @@ pub mod assert;
 pub mod cell;
 pub mod fault;
 pub mod http;
+pub mod page_socket;
 pub mod program;
 pub mod recording;
 pub mod schema;

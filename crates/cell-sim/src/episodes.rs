@@ -14,7 +14,7 @@ use cell_model::cells::sweep::{Bounds, Case, Cases, Sweep};
 use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::{RunOutcome, RunSummary};
 
-use crate::run::to_the_end_unless;
+use crate::run::{Said, to_the_end_unless};
 use crate::{OneProcess, Program, SimError};
 
 /// What became of one episode.
@@ -24,6 +24,8 @@ pub struct Ended {
     pub case: Case,
     /// Its summary, or why it could not be finished.
     pub result: Result<RunSummary, String>,
+    /// Warnings about it.
+    pub warnings: Vec<String>,
     /// Time it took.
     pub wall_time: Duration,
 }
@@ -78,7 +80,14 @@ impl Episodes<'_> {
         let mut spec = self.spec.clone();
         spec.seed = case.seed;
         spec.set.extend(case.settings());
-        let run = || to_the_end_unless(self.program, &spec, stop, |_, _| {});
+        let mut warnings = Vec::new();
+        let run = || {
+            to_the_end_unless(self.program, &spec, stop, |said| {
+                if let Said::Warning(warning) = said {
+                    warnings.push(warning.to_owned());
+                }
+            })
+        };
         let result = match catch_unwind(AssertUnwindSafe(run)) {
             Ok(Ok(summary)) if summary.outcome == RunOutcome::Stopped => return None,
             Ok(Ok(summary)) => Ok(summary),
@@ -88,6 +97,7 @@ impl Episodes<'_> {
         Some(Ended {
             case,
             result,
+            warnings,
             wall_time: began.elapsed(),
         })
     }

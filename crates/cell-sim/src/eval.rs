@@ -85,6 +85,7 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
         page: None,
         record: RecordSpec::default(),
         incidents_dir: std::path::PathBuf::new(),
+        warnings: Vec::new(),
     }
 }
 

@@ -2,7 +2,9 @@
 
 use cell_model::Cell;
 use cell_model::cells::script::ScriptAction;
+use cell_model::runs::message::Message;
 use cell_model::runs::spec::RunSpec;
+use cell_model::runs::summary::{RunFacts, RunSummary};
 use cell_model::stop::DECISION_AGE_FIFO_TICKS;
 use controller_proc::Controllers;
 use controller_proc::cycle::Cycle;
@@ -40,6 +42,11 @@ pub struct OneProcess {
     pub(crate) trace: Vec<(u64, String)>,
     lines: Vec<robocell_task::TraceLineText>,
     pub(crate) task_restarts: u32,
+    /// Why the task failed.
+    pub(crate) message: Message,
+    warnings: Vec<String>,
+    /// Faults of physics that were reported.
+    faults: usize,
 }
 
 impl OneProcess {
@@ -77,6 +84,9 @@ impl OneProcess {
             trace: Vec::new(),
             lines: Vec::new(),
             task_restarts: 0,
+            message: Message::default(),
+            warnings: Vec::new(),
+            faults: 0,
             cell,
         };
         sim.answer();
@@ -111,6 +121,35 @@ impl OneProcess {
     /// Log lines of the task since the last call, with their ticks.
     pub fn take_trace(&mut self) -> Vec<(u64, String)> {
         std::mem::take(&mut self.trace)
+    }
+
+    /// Warnings about the run since the last call.
+    pub fn take_warnings(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.warnings)
+    }
+
+    /// The task, for its pictures.
+    pub fn task(&self) -> &Task {
+        &self.task
+    }
+
+    /// What the run has reached, of `spec` and after `wall_time_s`.
+    pub fn summary(&self, spec: &RunSpec, wall_time_s: f64) -> RunSummary {
+        let names = self.cell.objects.iter().map(|object| object.name.clone());
+        let facts = RunFacts {
+            demo: &spec.demo,
+            policy: &spec.policy,
+            seed: spec.seed,
+            objects: &names.collect::<Vec<_>>(),
+            wall_time_s,
+            task_restarts: self.task_restarts,
+            missed_cycles: self.statuses.iter().map(|s| s.missed_cycles).sum(),
+        };
+        let summary = RunSummary::new(&facts, &self.state, &self.decision);
+        RunSummary {
+            script_replies: self.plant.script_replies().to_vec(),
+            ..summary.with_message(self.message.text())
+        }
     }
 
     /// Starts of the task after the first.
@@ -160,8 +199,17 @@ impl OneProcess {
         observe(true);
         self.plant.step(&StepInput { commands, decision });
         observe(false);
+        self.look_for_faults();
         self.answer();
         Ok(true)
+    }
+
+    /// Faults of physics, as its process would write them in its log.
+    fn look_for_faults(&mut self) {
+        let world = self.plant.world();
+        if std::mem::replace(&mut self.faults, world.faults()) < world.faults() {
+            self.warnings.push(world.fault_words());
+        }
     }
 
     /// The answers of all controllers and tasks to the present state.
@@ -203,6 +251,8 @@ impl OneProcess {
         // Physics tells by it who counts the equipment's requests.
         self.decision.header.generation = self.task_restarts + 1;
         self.decided = true;
+        self.message
+            .update(self.task.message(), self.task.has_failed());
         self.trace.extend(
             self.lines
                 .iter()
@@ -245,6 +295,9 @@ impl OneProcess {
         decider.restore(&checkpoint, decided)?;
         self.decider = decider;
         self.task_restarts += 1;
+        // As the process says it.
+        let line = "[task] resumed from its checkpoint".to_owned();
+        self.trace.push((self.state.header.tick, line));
         Ok(())
     }
 }

@@ -5,19 +5,30 @@ use std::time::Instant;
 
 use cell_model::Cell;
 use cell_model::cells::script::ScriptLine;
+use cell_model::runs::report;
 use cell_model::runs::spec::RunSpec;
-use cell_model::runs::summary::{RunFacts, RunOutcome, RunSummary};
+use cell_model::runs::summary::{RunOutcome, RunSummary};
 
 use crate::{OneProcess, Program, SimError};
 
-/// Runs `spec` until its task is done or its time limit is reached. `on_line`
-/// gets each log line of the task with its tick.
+/// What is told of a run while it runs.
+#[derive(Clone, Copy, Debug)]
+pub enum Said<'a> {
+    /// A line of the task's log, and its tick.
+    Line(u64, &'a str),
+    /// A warning.
+    Warning(&'a str),
+}
+
+/// Runs `spec` until its task is done or its time limit is reached. `on_said` gets each
+/// line of the task's log and each warning, those of the first and the last decision
+/// included.
 pub fn to_the_end(
     program: &Program,
     spec: &RunSpec,
-    on_line: impl FnMut(u64, &str),
+    on_said: impl FnMut(Said<'_>),
 ) -> Result<RunSummary, SimError> {
-    to_the_end_unless(program, spec, &|| false, on_line)
+    to_the_end_unless(program, spec, &|| false, on_said)
 }
 
 /// As [`to_the_end`]; a run ends early, as stopped, when `stop` says so.
@@ -25,46 +36,49 @@ pub fn to_the_end_unless(
     program: &Program,
     spec: &RunSpec,
     stop: &dyn Fn() -> bool,
-    mut on_line: impl FnMut(u64, &str),
+    mut on_said: impl FnMut(Said<'_>),
 ) -> Result<RunSummary, SimError> {
     let began = Instant::now();
     let cell = spec.load_cell_from(&program.data)?;
-    let objects: Vec<String> = cell.objects.iter().map(|o| o.name.clone()).collect();
     let limit_s = spec.time_limit_s.unwrap_or(cell.time_limit_s);
     let spec = RunSpec {
         time_limit_s: Some(limit_s),
         ..spec.clone()
     };
     let mut sim = OneProcess::with(&program.policies, &program.controllers, &spec, cell)?;
-    // A cell that stands still before its end was paused by its script, and
-    // no operator is present to resume it.
     let mut stopped = false;
-    while sim.tick()? {
-        if stop() {
-            stopped = true;
+    loop {
+        // A job can end with its first decision, before a tick.
+        let advanced = sim.tick()?;
+        tell_news(&mut sim, &mut on_said);
+        stopped |= advanced && stop();
+        if stopped || !advanced {
             break;
         }
-        for (tick, line) in sim.take_trace() {
-            on_line(tick, &line);
-        }
     }
-    let facts = RunFacts {
-        demo: &spec.demo,
-        policy: &spec.policy,
-        seed: spec.seed,
-        objects: &objects,
-        wall_time_s: began.elapsed().as_secs_f64(),
-        task_restarts: sim.task_restarts(),
-        missed_cycles: sim.statuses().iter().map(|s| s.missed_cycles).sum(),
-    };
-    let mut summary = RunSummary::new(&facts, sim.state(), sim.decision());
+    let mut summary = sim.summary(&spec, began.elapsed().as_secs_f64());
     if stopped {
         summary.outcome = RunOutcome::Stopped;
+    } else if !sim.is_ending() {
+        let time_s = summary.sim_time_s;
+        let paused = format!(
+            "the script paused the cell at {time_s:.3} s, and a run in one process has no \
+             operator who resumes it"
+        );
+        on_said(Said::Warning(&paused));
+        summary.message.get_or_insert(paused);
     }
-    Ok(RunSummary {
-        script_replies: sim.plant().script_replies().to_vec(),
-        ..summary
-    })
+    report::of_replies(&summary.script_replies).for_each(|said| on_said(Said::Warning(&said)));
+    Ok(summary)
+}
+
+fn tell_news(sim: &mut OneProcess, on_said: &mut impl FnMut(Said<'_>)) {
+    for (tick, line) in sim.take_trace() {
+        on_said(Said::Line(tick, &line));
+    }
+    for warning in sim.take_warnings() {
+        on_said(Said::Warning(&warning));
+    }
 }
 
 /// Reads a script file for `cell`.

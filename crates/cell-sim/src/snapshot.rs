@@ -1,6 +1,7 @@
 //! All of a cell in one process as bytes: the world, what each controller and the task
 //! remember, and the messages in flight.
 
+use cell_model::runs::message::Message;
 use cell_model::stop::DECISION_AGE_FIFO_TICKS;
 use controller_proc::cycle::Cycle;
 use ipc_types::tap::KEYFRAME_BYTES;
@@ -119,6 +120,7 @@ impl OneProcess {
         self.decided = saved.decided;
         self.task_restarts = saved.task_restarts;
         self.trace.clear();
+        self.message = Message::default();
         self.plant.write_state(&mut self.state);
         Ok(())
     }

@@ -30,7 +30,7 @@ enum Values {
 }
 
 /// All keys of a row, in its order.
-pub(crate) const COLUMNS: [Column; 22] = {
+pub(crate) const COLUMNS: [Column; 24] = {
     use Values::{F64, OptionalText, Text, Texts, U32, U64};
     [
         column("demo", Text(|row| &row.demo)),
@@ -46,6 +46,10 @@ pub(crate) const COLUMNS: [Column; 22] = {
             "reason",
             OptionalText(|row| row.reason.as_deref().map(Cow::Borrowed)),
         ),
+        column(
+            "message",
+            OptionalText(|row| row.message.as_deref().map(Cow::Borrowed)),
+        ),
         column("sim_time_s", F64(|row| row.sim_time_s)),
         column("ticks", U64(|row| row.ticks)),
         column("placed", Texts(|row| &row.placed)),
@@ -53,6 +57,7 @@ pub(crate) const COLUMNS: [Column; 22] = {
         column("resyncs", U32(|row| row.resyncs)),
         column("aborts", U32(|row| row.aborts)),
         column("recoveries", U32(|row| row.recoveries)),
+        column("task_restarts", U32(|row| row.task_restarts)),
         column("limit_violations", U64(|row| row.limit_violations)),
         column("obstacle_contacts", U64(|row| row.obstacle_contacts)),
         column("self_contacts", U64(|row| row.self_contacts)),

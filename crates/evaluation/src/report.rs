@@ -32,6 +32,8 @@ struct Short {
     drawn: BTreeMap<String, Number>,
     outcome: RowOutcome,
     reason: Option<String>,
+    #[serde(default)]
+    message: Option<String>,
     sim_time_s: f64,
     drops: u32,
     resyncs: u32,
@@ -103,6 +105,17 @@ pub struct Variant {
     pub times_s: Option<Times>,
 }
 
+/// An episode that did not end done.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Example {
+    /// Its seed.
+    pub seed: u64,
+    /// Its combination of the values of `--set`, from 1; 0 without.
+    pub variant: u32,
+    /// The reason, or the newest fault, in a sentence; null in rows of older versions.
+    pub message: Option<String>,
+}
+
 /// What the rows of one file say.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Report {
@@ -120,6 +133,8 @@ pub struct Report {
     pub success: Rate,
     /// Why the others did not, with their number.
     pub reasons: BTreeMap<String, u64>,
+    /// For each of these reasons its first episode.
+    pub examples: BTreeMap<String, Example>,
     /// Of those that ended done.
     pub times_s: Option<Times>,
     /// Of each combination of the values of `--set`; empty without.
@@ -193,6 +208,8 @@ pub struct Failed {
     pub settings: Vec<Setting>,
     /// How it ended, and why if that is known.
     pub reason: String,
+    /// The reason, or the newest fault, in a sentence.
+    pub message: Option<String>,
     /// Simulated time (s).
     pub sim_time_s: f64,
     /// Hash of the last state; empty where the program could not finish it.
@@ -219,6 +236,7 @@ pub fn episodes(path: &Path) -> Result<Episodes, EvaluationError> {
         key: row.key(),
         settings: settings(&row.set).chain(settings(&row.drawn)).collect(),
         reason: row.reason(),
+        message: row.message.clone(),
         sim_time_s: row.sim_time_s,
         state_hash: row.state_hash.clone(),
     });
@@ -296,9 +314,15 @@ fn success<'a>(rows: impl Iterator<Item = &'a Short>) -> (u64, u64, Rate) {
 
 fn summary(path: &Path, rows: &[Short]) -> Report {
     let (episodes, done, success) = success(rows.iter());
-    let mut reasons = BTreeMap::new();
+    let (mut reasons, mut examples) = (BTreeMap::new(), BTreeMap::new());
     for row in rows.iter().filter(|row| !row.is_done()) {
         *reasons.entry(row.reason()).or_insert(0) += 1;
+        let example = examples.entry(row.reason());
+        example.or_insert_with(|| Example {
+            seed: row.seed,
+            variant: row.variant,
+            message: row.message.clone(),
+        });
     }
     let sum = |of: fn(&Short) -> u64| rows.iter().map(of).sum();
     Report {
@@ -309,6 +333,7 @@ fn summary(path: &Path, rows: &[Short]) -> Report {
         done,
         success,
         reasons,
+        examples,
         times_s: quantiles(&times(rows.iter())),
         variants: variants(rows),
         drops: sum(|row| u64::from(row.drops)),

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use crate::report::{Comparison, Rate, Report, Times, Variant, Verdict};
+use crate::report::{Comparison, Example, Rate, Report, Times, Variant, Verdict};
+use crate::row::Key;
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -20,6 +21,13 @@ impl fmt::Display for Report {
         )?;
         for (reason, count) in &self.reasons {
             writeln!(f, "  not done    {count} {reason}")?;
+            let example = self.examples.get(reason);
+            let message = example.and_then(|one| Some((one, one.message.as_ref()?)));
+            // The row of an episode that could not run has its sentence as the reason.
+            if let Some((one, message)) = message.filter(|(_, text)| !reason.contains(*text)) {
+                let Example { seed, variant, .. } = *one;
+                writeln!(f, "              {}: {message}", Key { seed, variant })?;
+            }
         }
         if let Some(times) = self.times_s {
             let Times { p50, p90, p99, max } = times;

@@ -72,6 +72,9 @@ pub struct Row {
     pub outcome: RowOutcome,
     /// Why it did not end done, if that is known.
     pub reason: Option<String>,
+    /// The reason, or the newest fault, in a sentence; null in rows of older versions.
+    #[serde(default)]
+    pub message: Option<String>,
     /// Simulated time (s).
     pub sim_time_s: f64,
     /// Ticks simulated.
@@ -86,6 +89,9 @@ pub struct Row {
     pub aborts: u32,
     /// Recoveries of any other kind.
     pub recoveries: u32,
+    /// Starts of the task after the first; 0 in rows of older versions.
+    #[serde(default)]
+    pub task_restarts: u32,
     /// Commands and positions outside the limits of a joint.
     pub limit_violations: u64,
     /// Times an arm began to touch an obstacle.
@@ -130,6 +136,7 @@ impl Row {
             drawn: by_key(&case.drawn),
             outcome,
             reason: summary.reason.clone(),
+            message: summary.message.clone(),
             sim_time_s: summary.sim_time_s,
             ticks: summary.ticks,
             placed: summary.placed.clone(),
@@ -137,6 +144,7 @@ impl Row {
             resyncs: summary.resyncs,
             aborts: summary.aborts,
             recoveries: summary.recoveries,
+            task_restarts: summary.task_restarts,
             limit_violations: summary.limit_violations,
             obstacle_contacts: summary.obstacle_contacts,
             self_contacts: summary.self_contacts,
@@ -162,6 +170,7 @@ impl Row {
             set: by_key(&case.set),
             drawn: by_key(&case.drawn),
             outcome: RowOutcome::Error,
+            message: Some(reason.clone()),
             reason: Some(reason),
             sim_time_s: 0.0,
             ticks: 0,
@@ -170,6 +179,7 @@ impl Row {
             resyncs: 0,
             aborts: 0,
             recoveries: 0,
+            task_restarts: 0,
             limit_violations: 0,
             obstacle_contacts: 0,
             self_contacts: 0,

@@ -13,6 +13,7 @@ use serde_json::Number;
 
 use crate::cli::{print_json, say};
 use crate::progress::Progress;
+use crate::warned::Warned;
 
 /// What to search.
 pub(crate) struct Search {
@@ -46,6 +47,8 @@ pub(crate) struct Tried {
 struct FirstFailed {
     seed: u64,
     reason: String,
+    /// The reason, or the newest fault, in a sentence.
+    message: Option<String>,
 }
 
 /// What was found; `eval bisect --json` prints it.
@@ -115,19 +118,23 @@ impl Search {
         value: Number,
         progress: &Progress,
     ) -> Result<Tried, SimError> {
-        let failed = Mutex::new(Vec::new());
+        let (failed, warned) = (Mutex::new(Vec::new()), Warned::default());
         let plan = self.plan.with(&axis.at(&value));
         let counts = eval::evaluate(program, &plan, |ended| {
             progress.run(|| {});
-            let reason = match &ended.result {
+            progress.print(|| warned.tell(&ended.warnings));
+            let (reason, message) = match &ended.result {
                 Ok(summary) if summary.outcome == RunOutcome::Done => return,
-                Ok(summary) => (summary.reason.clone())
-                    .unwrap_or_else(|| format!("{:?}", summary.outcome).to_lowercase()),
-                Err(reason) => reason.clone(),
+                Ok(summary) => {
+                    let outcome = || format!("{:?}", summary.outcome).to_lowercase();
+                    let reason = summary.reason.clone().unwrap_or_else(outcome);
+                    (reason, summary.message.clone())
+                }
+                Err(why) => (why.clone(), Some(why.clone())),
             };
             let seed = ended.case.seed;
             let mut failed = failed.lock().unwrap_or_else(PoisonError::into_inner);
-            failed.push(FirstFailed { seed, reason });
+            failed.push(FirstFailed { seed, reason, message });
         })?;
         let failed = failed.into_inner().unwrap_or_else(PoisonError::into_inner);
         Ok(Tried {
@@ -173,7 +180,10 @@ fn tell(key: &str, tried: &Tried, json: bool) {
     }
     let verdict = if tried.holds { "holds" } else { "breaks" };
     let failed = tried.first_failed.as_ref();
-    let failed = failed.map(|first| format!(" (seed {}: {})", first.seed, first.reason));
+    let failed = failed.map(|first| {
+        let why = first.message.as_ref().unwrap_or(&first.reason);
+        format!(" (seed {}: {why})", first.seed)
+    });
     say(format_args!(
         "{key}={}  {} of {} done  {verdict}{}",
         tried.value,

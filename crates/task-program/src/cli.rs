@@ -15,6 +15,7 @@ use cell_model::runs::summary::RunOutcome;
 use cell_record::Recording;
 use cell_sim::eval::EvalLine;
 use cell_sim::verify::{Report, Verdict, Verified, verify_file};
+use cell_sim::run::Said;
 use cell_sim::{Program, SimError, run};
 use clap::{Parser, Subcommand};
 
@@ -213,14 +214,13 @@ fn run_file(program: &Program, path: &Path, json: bool) -> Result<ExitCode, CliE
 }
 
 fn run_once(program: &Program, spec: &RunSpec, json: bool) -> Result<ExitCode, SimError> {
-    let summary = run::to_the_end(program, spec, |tick, line| {
-        if !json {
+    let summary = run::to_the_end(program, spec, |said| match said {
+        Said::Line(tick, line) if !json => {
             say(format_args!("{:9.3} s  {line}", tick as f64 * 1.0e-3));
         }
+        Said::Line(..) => {}
+        Said::Warning(warning) => cell_worker::warn(warning),
     })?;
-    for refused in summary.script_replies.iter().filter(|r| !r.accepted) {
-        cell_worker::warn(refused);
-    }
     if json {
         print_json(&summary);
     } else {

@@ -4,7 +4,9 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use cell_model::RobotFiles;
+use cell_model::runs::report;
+use cell_model::runs::spec::RunSpec;
+use cell_model::{Cell, RobotFiles};
 use cell_model::cells::setting::{Setting, by_key};
 use cell_model::cells::sweep::{Bounds, Case, Sweep, Values};
 use cell_model::runs::summary::RunSummary;
@@ -15,9 +17,11 @@ use evaluation::shard::Shard;
 
 use crate::bisect::{self, Search};
 use crate::cli::{CliError, print_json, say};
+use crate::inspect;
 use crate::progress::Progress;
 use crate::recordings::Recordings;
 use crate::rows::{self, Order, RowsError};
+use crate::warned::Warned;
 
 /// Stopped by a signal before its end, as shells say it.
 const STOPPED: u8 = 130;
@@ -185,6 +189,7 @@ fn plan(
             .default_policy(&cell)
             .clone_into(&mut spec.policy);
     }
+    warn_of_inputs(program, &spec, &cell)?;
     let sweep = Sweep {
         set: args.set.clone(),
         vary: args.vary.clone(),
@@ -195,6 +200,18 @@ fn plan(
         seeds: args.seeds.clone(),
         jobs: args.jobs,
     })
+}
+
+/// The warnings that `run` has about the same files, once for all episodes.
+fn warn_of_inputs(program: &Program, spec: &RunSpec, cell: &Cell) -> Result<(), SimError> {
+    report::of_cell(cell).iter().for_each(cell_worker::warn);
+    if !spec.script.is_empty() {
+        let task = program.policies.task(cell, &spec.policy)?;
+        let drawing = inspect::draw(task.graphs(), "text", usize::MAX);
+        let warnings = report::of_script(&spec.script, &drawing, cell);
+        warnings.iter().for_each(cell_worker::warn);
+    }
+    Ok(())
 }
 
 fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
@@ -212,6 +229,7 @@ fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
 
 fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode, SimError> {
     let progress = Progress::of_runs(plan.episodes());
+    let warned = Warned::default();
     let print = |case: &Case, row: &RunSummary| {
         if json {
             print_json(&EvalRun {
@@ -235,11 +253,17 @@ fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode
             set.join("  "),
         );
         say(format_args!("{}", line.trim_end()));
+        if let Some(message) = &row.message {
+            say(format_args!("            [fault] {message}"));
+        }
     };
     let counts = eval::evaluate(program, plan, |ended| {
-        progress.run(|| match &ended.result {
-            Ok(summary) => print(&ended.case, summary),
-            Err(reason) => cell_worker::warn(format_args!("seed {}: {reason}", ended.case.seed)),
+        progress.run(|| {
+            warned.tell(&ended.warnings);
+            match &ended.result {
+                Ok(summary) => print(&ended.case, summary),
+                Err(why) => cell_worker::warn(format_args!("seed {}: {why}", ended.case.seed)),
+            }
         });
     })?;
     drop(progress);

@@ -16,10 +16,12 @@ mod evaluate;
 pub mod inspect;
 mod keyframes;
 pub mod process;
+mod message_file;
 mod progress;
 mod recordings;
 mod rows;
 pub mod slots;
+mod warned;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -88,5 +90,5 @@ pub fn run_cell(
         .policies
         .default_policy(&cell)
         .clone_into(&mut spec.policy);
-    run::to_the_end(&program, &spec, |_, _| {})
+    run::to_the_end(&program, &spec, |_| {})
 }

@@ -18,6 +18,7 @@ use robocell_task::starts::{Begun, Decider};
 use robocell_task::{Policies, Restored, Task, TaskError, TraceLineText};
 
 use crate::keyframes::Keyframes;
+use crate::message_file::MessageFile;
 use crate::slots::{Slots, SlotsError};
 
 /// Longest sleep between two looks at the state.
@@ -76,6 +77,7 @@ pub fn run(start: &Start, policies: &Policies) -> Result<(), ProcessError> {
 struct TaskProcess {
     decider: Decider,
     slots: Slots,
+    message_file: MessageFile,
     state: Subscriber<WorldState>,
     statuses: Vec<(Subscriber<ArmStatus>, Gate<ArmStatus>)>,
     decision: Publisher<Decision>,
@@ -107,6 +109,7 @@ impl TaskProcess {
         Ok(Self {
             decider: Decider::new(task),
             slots,
+            message_file: MessageFile::open(&start.spec.run_dir),
             state: bus.subscriber(TopicId::WorldState)?,
             statuses,
             decision: bus.publisher(TopicId::Decision)?,
@@ -230,6 +233,7 @@ impl TaskProcess {
         let message = &mut self.message;
         self.decider
             .decide(state, &statuses, message, &mut self.lines);
+        self.message_file.decided(&self.decider.task);
         let checkpoint = self.decider.task.checkpoint();
         self.slots.write(generation, tick, message, &checkpoint);
         self.report(&begun, restored, tick);

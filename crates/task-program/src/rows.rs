@@ -18,6 +18,7 @@ use evaluation::rows_file::RowsFile;
 use evaluation::shard::Shard;
 
 use crate::progress::Progress;
+use crate::warned::Warned;
 
 /// Which rows, and where to.
 pub(crate) struct Order<'a> {
@@ -82,6 +83,8 @@ pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, Row
     let left = left.map(|key| order.cases.case(key.seed, key.variant));
     let (before, all) = (file.rows(), plan.rows());
     let progress = Progress::of_rows(before, all);
+    let warned = Warned::default();
+    let folders = Folders::of(order);
     let state = Mutex::new(State {
         file,
         failed: 0,
@@ -101,7 +104,8 @@ pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, Row
     }
     .run(left, &|ended| {
         let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
-        let goes_on = state.take(&plan.identity, &spec, &host, &ended);
+        let goes_on = state.take(&plan.identity, &spec, (&host, &folders), &ended);
+        progress.print(|| warned.tell(&ended.warnings));
         progress.row(state.failed);
         goes_on
     });
@@ -133,12 +137,19 @@ struct State {
 
 impl State {
     /// Appends the row of an episode; whether to go on.
-    fn take(&mut self, identity: &Identity, spec: &RunSpec, host: &str, ended: &Ended) -> bool {
+    fn take(
+        &mut self,
+        identity: &Identity,
+        spec: &RunSpec,
+        (host, folders): (&str, &Folders),
+        ended: &Ended,
+    ) -> bool {
         let names = (spec.demo.as_str(), spec.policy.as_str());
-        let row = match &ended.result {
+        let mut row = match &ended.result {
             Ok(summary) => Row::of(identity, &ended.case, summary),
             Err(reason) => Row::error(identity, names, &ended.case, reason.clone()),
         };
+        row.message = row.message.map(|message| folders.left_out_of(&message));
         self.failed += u64::from(row.outcome != RowOutcome::Done);
         #[allow(
             clippy::disallowed_methods,
@@ -159,6 +170,26 @@ impl State {
                 false
             }
         }
+    }
+}
+
+/// The folders of the inputs. Sentences in rows name files without them: rows are the same
+/// on every machine.
+struct Folders(Vec<String>);
+
+impl Folders {
+    fn of(order: &Order<'_>) -> Self {
+        let files = order.inputs.iter().filter_map(|file| file.parent());
+        let robot = order.spec.robot.iter();
+        let robot = robot.filter_map(|robot| robot.urdf.parent());
+        let all = order.spec.data_dir.as_deref().into_iter().chain(files);
+        let all = all.chain(robot).map(|dir| format!("{}/", dir.display()));
+        Self(all.filter(|dir| dir.starts_with('/') && dir.len() > 1).collect())
+    }
+
+    fn left_out_of(&self, sentence: &str) -> String {
+        let shorter = |text: String, dir: &String| text.replace(dir.as_str(), "");
+        self.0.iter().fold(sentence.to_owned(), shorter)
     }
 }
 

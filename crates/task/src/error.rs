@@ -18,14 +18,10 @@ pub enum TaskError {
         advice: String,
     },
     /// No such policy for this kind.
-    #[error("there is no policy '{policy}' for demo '{demo}'; {advice}")]
+    #[error("{refusal}")]
     UnknownPolicy {
-        /// What was asked for.
-        policy: String,
-        /// The demo.
-        demo: String,
-        /// The nearest name, or all of them.
-        advice: String,
+        /// What was asked for, and the nearest name or all of them.
+        refusal: String,
     },
     /// The `[task]` table.
     #[error(transparent)]

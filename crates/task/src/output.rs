@@ -86,6 +86,10 @@ pub struct Output {
     intents: [ArmIntent; MAX_ARMS],
     lines: Vec<TraceLineText>,
     book: GoalBook,
+    /// See [`Output::message`].
+    message: Option<String>,
+    /// A fault was reported in this decision.
+    has_fault: bool,
     /// Name of the phase, for people and scripts.
     pub phase: Text<32>,
     /// Whether the job runs, is done or has failed.
@@ -95,11 +99,12 @@ pub struct Output {
 }
 
 impl Output {
-    /// Empties everything but the memory of the previous decision.
+    /// Empties everything but the memory of the previous decisions.
     pub fn begin(&mut self) {
         self.intents = [ArmIntent::default(); MAX_ARMS];
         self.lines.clear();
         self.lines.reserve(ROOM_FOR_LINES);
+        self.has_fault = false;
         self.phase = Text::EMPTY;
         self.outcome = Outcome::Running;
         self.reason = Text::EMPTY;
@@ -124,6 +129,10 @@ impl Output {
 
     /// Adds a log line about something that programs are told, too.
     pub fn event(&mut self, event: TraceEvent, line: std::fmt::Arguments<'_>) {
+        if event == TraceEvent::Fault {
+            self.message = Some(without_mark(&line.to_string()).to_owned());
+            self.has_fault = true;
+        }
         self.push(TraceKind::Log, event, line);
     }
 
@@ -181,7 +190,44 @@ impl Output {
         }
     }
 
+    /// The newest fault as a sentence, without its mark and in full.
+    pub(crate) fn message(&self) -> Option<&str> {
+        self.message.as_deref()
+    }
+
+    /// The reason of a failure is not the newest fault, or the job starts again.
+    pub(crate) fn forget_message(&mut self) {
+        self.message = None;
+    }
+
+    /// Whether a fault was reported in this decision.
+    pub(crate) fn has_fault(&self) -> bool {
+        self.has_fault
+    }
+
     fn push(&mut self, kind: TraceKind, event: TraceEvent, line: std::fmt::Arguments<'_>) {
+        if event != TraceEvent::Fault {
+            self.add(kind, event, Text::format(line));
+            return;
+        }
+        self.push_parts(kind, event, &line.to_string());
+    }
+
+    /// A fault names a file, a line and what is known: its end often says what to do, so
+    /// it is continued on further lines where others are cut.
+    fn push_parts(&mut self, kind: TraceKind, event: TraceEvent, text: &str) {
+        let (first, mut rest) = split_at_most(text, LINE_BYTES);
+        self.add(kind, event, Text::new(first));
+        while !rest.is_empty() {
+            let (part, more) = split_at_most(rest, LINE_BYTES - CONTINUED.len());
+            // One event is marked once on the page.
+            let line = Text::format(format_args!("{CONTINUED}{part}"));
+            self.add(kind, TraceEvent::None, line);
+            rest = more;
+        }
+    }
+
+    fn add(&mut self, kind: TraceKind, event: TraceEvent, text: Text<LINE_BYTES>) {
         self.lines.push(TraceLineText {
             kind,
             graph: 0,
@@ -189,7 +235,7 @@ impl Output {
             from: 0,
             to: 0,
             event,
-            text: Text::format(line),
+            text,
         });
     }
 
@@ -256,6 +302,22 @@ impl ArmIntent {
     }
 }
 
+/// A line that continues the one before begins with it.
+pub const CONTINUED: &str = "  ... ";
+
+/// `text` without a mark such as `[fault] `.
+fn without_mark(text: &str) -> &str {
+    let mark = text.strip_prefix('[').and_then(|rest| rest.split_once("] "));
+    mark.map_or(text, |(_, sentence)| sentence)
+}
+
+/// The first part of `text`, of at most `bytes` bytes, and the rest.
+fn split_at_most(text: &str, bytes: usize) -> (&str, &str) {
+    let mut ends = (0..=bytes.min(text.len())).rev();
+    let end = ends.find(|end| text.is_char_boundary(*end));
+    text.split_at(end.unwrap_or(text.len()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -284,5 +346,18 @@ mod tests {
         let cut = format!("{}…", "x".repeat(LINE_BYTES - 3));
         assert_eq!(out.lines[0].text.as_str(), cut);
         assert_eq!(out.lines[1].text.as_str(), "[decide] -> stack red_cube");
+    }
+
+    #[test]
+    fn a_long_fault_is_continued_and_told_in_full() {
+        let mut out = Output::default();
+        let sentence = format!("{}ß: there is no object 'redcube'", "x/".repeat(LINE_BYTES));
+        out.event(TraceEvent::Fault, format_args!("[fault] {sentence}"));
+        assert_eq!(out.message(), Some(sentence.as_str()));
+        assert_eq!(out.lines[0].event, TraceEvent::Fault);
+        let parts = out.lines.iter().map(|line| line.text.as_str());
+        let parts = parts.map(|text| text.strip_prefix(CONTINUED).unwrap_or(text));
+        assert_eq!(parts.collect::<String>(), format!("[fault] {sentence}"));
+        assert!(out.lines[1..].iter().all(|line| line.event == TraceEvent::None));
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use behavior::descriptor::Source;
 use behavior::suggest;
 use behavior::tree::{Host, Library};
+use cell_model::runs::report::unknown_policy;
 use cell_model::{Cell, Data};
 use serde_json::{Map, Value, json};
 
@@ -99,11 +100,8 @@ impl<S: Settings> AnyKind for Kind<S> {
         settings.check(cell, &cell.task.checker())?;
         let mut known = self.policies.iter();
         let Some((name, make)) = known.find(|(name, _)| name == policy) else {
-            return Err(TaskError::UnknownPolicy {
-                policy: policy.to_owned(),
-                demo: cell.name.clone(),
-                advice: suggest::advice(policy, &self.policies()),
-            });
+            let refusal = unknown_policy(policy, &self.policies(), &cell.name);
+            return Err(TaskError::UnknownPolicy { refusal });
         };
         let made = make(&settings, cell)?;
         Ok(Task::new(cell, name, settings.grip_force_n(cell), made))
@@ -219,11 +217,8 @@ impl Policies {
                 .iter()
                 .map(|p| p.name.as_str())
                 .collect();
-            return Err(TaskError::UnknownPolicy {
-                policy: policy.to_owned(),
-                demo: cell.name.clone(),
-                advice: suggest::advice(policy, &names),
-            });
+            let refusal = unknown_policy(policy, &names, &cell.name);
+            return Err(TaskError::UnknownPolicy { refusal });
         }
         let wanted = cell.task.kind();
         let kind = self.kinds.iter().find(|kind| kind.name() == wanted);

@@ -226,6 +226,7 @@ impl Task {
         self.panel = saved.panel;
         self.breakpoints = saved.breakpoints;
         *self.out.book_mut() = saved.goals;
+        self.out.forget_message();
         self.unsure = saved.unsure || !same_policy;
         self.restored = match (same_policy, self.policy.has_resumed()) {
             (false, _) => Restored::OtherPolicy,
@@ -255,6 +256,7 @@ impl Task {
         self.job.reset();
         self.phase = Text::EMPTY;
         self.out.book_mut().forget();
+        self.out.forget_message();
         self.panel = PanelState::default();
         self.clock = PolicyClock::default();
         self.unsure = true;
@@ -275,6 +277,17 @@ impl Task {
         self.tracer.statuses(self.policy.as_ref(), lines);
     }
 
+    /// Why the job was given up, or else the newest fault, in a sentence. `None` where
+    /// the log had no line about it.
+    pub fn message(&self) -> Option<&str> {
+        self.out.message()
+    }
+
+    /// Whether the job was given up.
+    pub fn has_failed(&self) -> bool {
+        self.job.failure.is_some()
+    }
+
     /// Name of the policy.
     pub fn policy_name(&self) -> &str {
         &self.name
@@ -292,6 +305,7 @@ impl Task {
             self.job.reset();
             self.phase = Text::EMPTY;
             self.out.book_mut().forget();
+            self.out.forget_message();
             // Something may be in the hand.
             self.unsure = true;
             self.job.started = panel.task_started == 1;
@@ -299,6 +313,7 @@ impl Task {
         self.job.started |= change.start;
         if change.start && self.job.failure.is_some() {
             self.job.retry();
+            self.out.forget_message();
             // Something may still be in the hand.
             self.unsure = true;
             self.out
@@ -315,6 +330,10 @@ impl Task {
         if self.job.failure.is_none() {
             self.policy
                 .decide(observation, &mut self.job, &mut self.out);
+            if self.job.failure.is_some() && !self.out.has_fault() {
+                // An earlier fault is not why.
+                self.out.forget_message();
+            }
         } else {
             self.out.phase = Text::new(FAILED);
             self.policy.tend(observation, &mut self.job);

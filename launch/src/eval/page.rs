@@ -125,9 +125,16 @@ fn failed(out: &mut String, report: &Report, episodes: &Episodes) {
             .collect();
         let given = options.iter().chain(&set).map(String::as_str);
         let command: Vec<String> = run.chain(given).map(quoted).collect();
+        let message = failed.message.as_deref().unwrap_or_default();
+        // The row of an episode that could not run has its sentence as the reason.
+        let more = if failed.reason.contains(message) {
+            String::new()
+        } else {
+            format!("<br>{}", escape(message))
+        };
         let _ok = writeln!(
             out,
-            "<tr><td>{}<td>{}<td>{:.2} s<td><code>{}</code>",
+            "<tr><td>{}<td>{}{more}<td>{:.2} s<td><code>{}</code>",
             failed.key.seed,
             escape(&failed.reason),
             failed.sim_time_s,

@@ -2,9 +2,6 @@
 
 use cell_model::{ArmSpec, Cell, RobotFiles};
 
-/// Warnings about a robot's files that are shown.
-const MOST_WARNINGS: usize = 10;
-
 /// Joints, tool frame, spheres and tuning of each arm; `files` are those of a robot given
 /// on the command line.
 pub(super) fn lines(cell: &Cell, files: Option<&RobotFiles>) -> Vec<String> {
@@ -33,7 +30,7 @@ fn of(arm: &ArmSpec, files: Option<&RobotFiles>) -> Vec<String> {
         0 => "none: only the tool keeps away from obstacles (`--xrdf FILE` gives them)".to_owned(),
         count => count.to_string(),
     };
-    let mut lines = vec![
+    vec![
         format!("  arm {}: {}, {tool}", arm.name, robot.name),
         format!(
             "    joints             {} ({})",
@@ -43,14 +40,7 @@ fn of(arm: &ArmSpec, files: Option<&RobotFiles>) -> Vec<String> {
         format!("    tool frame         {}", robot.tcp_frame_name()),
         format!("    collision spheres  {spheres}"),
         format!("    tuning             {tuning}"),
-    ];
-    let more = robot.warnings.len().saturating_sub(MOST_WARNINGS);
-    let shown = robot.warnings.iter().take(MOST_WARNINGS);
-    lines.extend(shown.map(|warning| format!("    warning: {warning}")));
-    if more > 0 {
-        lines.push(format!("    and {more} more warnings"));
-    }
-    lines
+    ]
 }
 
 #[cfg(test)]

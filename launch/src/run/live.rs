@@ -6,6 +6,8 @@ use std::time::Duration;
 
 use cell_bus::RunSite;
 use cell_model::runs::python;
+use cell_model::runs::message::Message;
+use cell_model::runs::report;
 use cell_model::runs::script_report;
 use cell_model::runs::spec::{PageSecrets, RunSpec};
 use cell_model::runs::summary::RunSummary;
@@ -254,9 +256,10 @@ impl LiveCell {
         if let Some(End::Finished(summary) | End::Stopped(Some(summary))) = &mut end {
             recording.end(&plan.dir, &plan.spec.record, summary);
             summary.script_replies = script_report::load(plan.dir.path());
-            for refused in summary.script_replies.iter().filter(|r| !r.accepted) {
-                say::warn(refused);
-            }
+            report::of_replies(&summary.script_replies).for_each(say::warn);
+            // The task wrote it before the decision that the run ends with.
+            let message = Message::load(plan.dir.path());
+            **summary = summary.as_ref().clone().with_message(message.text());
         }
         if let Err(failure) = leftovers::tidy(&plan.dir, &plan.spec.root) {
             say::warn(failure);
@@ -408,7 +411,8 @@ impl LiveCell {
                 Action::Kill { process } => self.children.kill(process),
                 Action::Ready => {}
                 Action::Lost { process, what } => {
-                    let what = format!("{} {what}", process.name());
+                    let words = self.words_at_exit(process, &what);
+                    let what = format!("{} {what}{words}", process.name());
                     let number = self.incidents.failed(now, process, &what);
                     let hint = self.incidents.hint(number);
                     say::warn(format_args!("{what}; it is started again; {hint}"));
@@ -432,6 +436,18 @@ impl LiveCell {
                 } => self.give_up(now, process, &reason),
             }
         }
+    }
+
+    /// What a process wrote last, where it ended by itself with an error: the exception of
+    /// a task in Python, a panic. `what` is from the supervisor.
+    fn words_at_exit(&self, process: Process, what: &str) -> String {
+        if !what.starts_with("ended with exit code") && !what.starts_with("panicked") {
+            return String::new();
+        }
+        let lines = last_words(&self.plan.dir.log(&process.name()), 1);
+        lines.last().map_or_else(String::new, |line| {
+            format!(": {}", line.strip_prefix("warning: ").unwrap_or(line))
+        })
     }
 
     /// A process found at its start that the cell cannot exist: that is the answer.

@@ -10,7 +10,6 @@ mod incident;
 mod live;
 mod narrator;
 mod one_process;
-mod phases;
 pub(crate) mod plan;
 pub(crate) mod preflight;
 mod recording;

@@ -7,12 +7,13 @@ use std::path::{Path, PathBuf};
 use cell_model::cells::script::{self, ScriptLine};
 use cell_model::cells::setting::Setting;
 use cell_model::runs::python;
+use cell_model::runs::report;
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::runs::wire;
 use cell_model::{Cell, Data, RobotFiles};
 use ipc_types::decision::POLICY_BYTES;
 
-use super::{arms, first_page, phases};
+use super::{arms, first_page};
 use crate::cli::{RobotArgs, RunArgs};
 use crate::failure::{Context, Failure};
 use crate::page::Page;
@@ -74,9 +75,9 @@ impl Plan {
         }
         let (policy, drawing) = policy_of(args, &cell, data_dir.as_deref(), program.as_deref())?;
         let script = script_of(args, &cell)?;
-        for warning in phases::unknown(&script, &drawing, &args.demo) {
-            say::warn(warning);
-        }
+        let mut warnings = report::of_cell(&cell);
+        warnings.extend(report::of_script(&script, &drawing, &cell));
+        warnings.iter().for_each(say::warn);
         let dir = RunDir::of(&args.cell.cell);
         let cell_limit = args.until_done.then_some(cell.time_limit_s);
         let limit = args.timeout.or(cell_limit);
@@ -109,6 +110,7 @@ impl Plan {
             page: page.as_ref().map(|page| page.spec(&dir)),
             record: record_of(args, &dir)?,
             incidents_dir: flight::incidents(&args.cell.cell, &dir),
+            warnings,
         };
         Ok(Self {
             spec,
@@ -303,11 +305,9 @@ pub(crate) fn choose(
     if known.iter().any(|policy| policy == asked) {
         return Ok(asked.to_owned());
     }
-    let near = did_you_mean(asked, known);
-    Err(Failure::configuration(format!(
-        "policy `{asked}` is unknown{near}; {demo} has {}",
-        known.join(", ")
-    )))
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    let refusal = report::unknown_policy(asked, &known, demo);
+    Err(Failure::configuration(refusal))
 }
 
 /// `, did you mean ...?`, where a known name is near.
@@ -442,12 +442,12 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(
-            message.contains("did you mean `ifelse`?") && message.contains("fsm"),
+            message.contains("did you mean 'ifelse'?"),
             "{message}"
         );
         let message = choose(Some("quantum"), &known, "fsm", "d")
             .unwrap_err()
             .to_string();
-        assert!(!message.contains("did you mean"), "{message}");
+        assert!(message.contains("known are: fsm, ifelse"), "{message}");
     }
 }

@@ -31,7 +31,11 @@ pub(super) fn consider(
         } => {
             let speed = speed.parse().map_err(Failure::usage)?;
             let next = plan.replaced(&demo, policy.as_deref(), seed, speed)?;
-            let message = format!("setting up {}", super::banner::title(&next.spec));
+            let mut message = format!("setting up {}", super::banner::title(&next.spec));
+            for warning in &next.spec.warnings {
+                message.push_str("; warning: ");
+                message.push_str(warning);
+            }
             Ok((Wish::End(End::Replaced(Box::new(next))), message))
         }
         Request::Restart { process, policy } => {

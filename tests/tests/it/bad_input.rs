@@ -31,7 +31,7 @@ fn an_unknown_policy_is_answered_with_the_near_one() {
     refuse(
         &["run", "franka-stack", "--policy", "ifels"],
         3,
-        &["ifels", "did you mean `ifelse`?", "fsm"],
+        &["ifels", "did you mean 'ifelse'?"],
     );
     refuse(
         &["run", "franka-stack", "--one-process", "--policy", "x"],

@@ -41,6 +41,7 @@ mod restart_latency;
 mod resume;
 mod rogue;
 mod running;
+mod same_sentence;
 mod scripts;
 mod series;
 mod stacking;

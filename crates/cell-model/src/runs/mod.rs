@@ -2,9 +2,12 @@
 
 pub mod children;
 pub mod incident;
+pub mod message;
 pub mod output;
+mod phases;
 pub mod python;
 pub mod record;
+pub mod report;
 pub mod script_report;
 pub mod secrets;
 pub mod spec;

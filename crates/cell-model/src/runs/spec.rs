@@ -145,6 +145,9 @@ pub struct RunSpec {
     /// Where incidents of the cell are kept.
     #[serde(default)]
     pub incidents_dir: PathBuf,
+    /// Warnings about the inputs of the run, for the page; see [`super::report`].
+    #[serde(default)]
+    pub warnings: Vec<String>,
 }
 
 /// Where the page is served.

@@ -36,6 +36,10 @@ pub struct RunSummary {
     pub outcome: RunOutcome,
     /// Stable name of the reason, if any.
     pub reason: Option<String>,
+    /// The reason, or the newest fault, in a sentence; null where the task is done or nothing
+    /// went wrong.
+    #[serde(default)]
+    pub message: Option<String>,
     /// Simulated time (s).
     pub sim_time_s: f64,
     /// Time it took (s).
@@ -122,6 +126,7 @@ impl RunSummary {
             seed: facts.seed,
             outcome,
             reason: (!decision.reason.is_empty()).then(|| decision.reason.as_str().to_owned()),
+            message: None,
             sim_time_s: (state.header.tick * TICK_NS) as f64 / 1.0e9,
             wall_time_s: facts.wall_time_s,
             ticks: state.header.tick,
@@ -143,6 +148,17 @@ impl RunSummary {
             faults: Vec::new(),
             script_replies: Vec::new(),
         }
+    }
+
+    /// Adds why the run did not end done: `told` by the task, else the words of the reason.
+    #[must_use]
+    pub fn with_message(mut self, told: Option<&str>) -> Self {
+        let words = || self.reason.as_ref().map(|reason| reason.replace('_', " "));
+        self.message = match self.outcome {
+            RunOutcome::Done => None,
+            _ => told.map(str::to_owned).or_else(words),
+        };
+        self
     }
 
     /// Takes over what the recorder says.
@@ -177,7 +193,7 @@ mod tests {
         let line = serde_json::to_string(&RunSummary::new(&facts, &state, &decision)).unwrap();
         assert_eq!(
             line,
-            r#"{"demo":"franka-stack","policy":"fsm","seed":3,"outcome":"done","reason":null,"sim_time_s":1.5,"wall_time_s":1.5,"ticks":1500,"placed":["red_cube"],"drops":0,"resyncs":0,"aborts":0,"recoveries":0,"task_restarts":0,"missed_cycles":0,"limit_violations":0,"obstacle_contacts":0,"self_contacts":0,"script_left":0,"state_hash":"0000000000000000","record_gaps":0,"record_bytes":0,"record_error":null}"#
+            r#"{"demo":"franka-stack","policy":"fsm","seed":3,"outcome":"done","reason":null,"message":null,"sim_time_s":1.5,"wall_time_s":1.5,"ticks":1500,"placed":["red_cube"],"drops":0,"resyncs":0,"aborts":0,"recoveries":0,"task_restarts":0,"missed_cycles":0,"limit_violations":0,"obstacle_contacts":0,"self_contacts":0,"script_left":0,"state_hash":"0000000000000000","record_gaps":0,"record_bytes":0,"record_error":null}"#
         );
     }
 }

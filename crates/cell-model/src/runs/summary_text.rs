@@ -16,6 +16,11 @@ impl Display for RunSummary {
         if let Some(reason) = &self.reason {
             write!(f, " ({reason})")?;
         }
+        // A task without a sentence of its own has the words of the reason.
+        let words = self.reason.as_ref().map(|reason| reason.replace('_', " "));
+        if let Some(message) = self.message.as_ref().filter(|_| self.message != words) {
+            write!(f, ": {message};")?;
+        }
         let (simulated_s, wall_s) = (self.sim_time_s, self.wall_time_s);
         write!(f, " after {simulated_s:.2} s simulated in {wall_s:.2} s: ")?;
         if !self.placed.is_empty() {

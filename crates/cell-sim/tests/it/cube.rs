@@ -206,7 +206,7 @@ fn the_new_rule_of_the_guide_fits_all_files_and_is_obeyed_by_those_without_a_com
         spec.script = cell_model::cells::script::parse(FALL, "script").unwrap();
         spec.data_dir = Some(dir.clone());
         let program = crate::program();
-        let summary = cell_sim::run::to_the_end(&program, &spec, |_, _| {}).unwrap();
+        let summary = cell_sim::run::to_the_end(&program, &spec, |_| {}).unwrap();
         assert_eq!(
             format!("{:?}", summary.outcome),
             "Done",

@@ -52,7 +52,7 @@ impl Job {
         spec.data_dir = Some(self.0.clone());
         spec.seed = 2;
         spec.script = cell_model::cells::script::parse(script, "script").unwrap();
-        cell_sim::run::to_the_end(&crate::program(), &spec, |_, _| {})
+        cell_sim::run::to_the_end(&crate::program(), &spec, |_| {})
     }
 
     /// The same cell with a second arm, which takes no part in the job.
@@ -293,7 +293,7 @@ fn machines_that_run_each_other_are_refused() {
     std::fs::write(job.0.join("cells/b.machine.toml"), to("a.machine.toml")).unwrap();
     let mut spec = eval::template("circle", "tree");
     spec.data_dir = Some(job.0.clone());
-    let refused = cell_sim::run::to_the_end(&crate::program(), &spec, |_, _| {});
+    let refused = cell_sim::run::to_the_end(&crate::program(), &spec, |_| {});
     let error = refused.unwrap_err().to_string();
     let circle = "a.machine.toml -> b.machine.toml -> a.machine.toml";
     assert!(error.contains(circle), "{error}");

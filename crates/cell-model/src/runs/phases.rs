@@ -1,8 +1,7 @@
 //! Phases a script waits for, and the drawing of the policy that shall enter them.
 
-use cell_model::cells::script::{ScriptLine, Trigger};
-
-use super::plan::did_you_mean;
+use crate::cells::script::{ScriptLine, Trigger};
+use crate::suggest;
 
 /// One warning for each phase of `script` that is not in `drawing`, as the task
 /// program drew the policy of `demo`. No more than a warning: a policy in Rust may
@@ -12,7 +11,7 @@ pub(super) fn unknown(script: &[ScriptLine], drawing: &str, demo: &str) -> Vec<S
     let mut asked: Vec<&str> = script.iter().filter_map(phase).collect();
     asked.dedup();
     asked.retain(|phase| !is_in(&plain(phase), &drawn));
-    let words: Vec<String> = words(drawing);
+    let words: Vec<&str> = words(drawing);
     let warning = |phase: &str| {
         format!(
             "the script waits for phase '{phase}', which the policy (`robocell fsm show {demo}` or \
@@ -50,10 +49,14 @@ fn plain(text: &str) -> String {
         .collect()
 }
 
-fn words(drawing: &str) -> Vec<String> {
+fn words(drawing: &str) -> Vec<&str> {
     let ends = |c: char| !(c.is_ascii_alphanumeric() || c == '_');
-    let words = drawing.split(ends).filter(|word| word.len() > 1);
-    words.map(str::to_owned).collect()
+    drawing.split(ends).filter(|word| word.len() > 1).collect()
+}
+
+fn did_you_mean(phase: &str, words: &[&str]) -> String {
+    let near = suggest::nearest(phase, words);
+    near.map_or_else(String::new, |near| format!(", did you mean `{near}`?"))
 }
 
 #[cfg(test)]
@@ -66,7 +69,7 @@ mod tests {
 {"at_phase": "DONE", "do": "pause"}
 {"at_phase": "LEFT_PRE_GRASP", "do": "pause"}
 {"at_s": 1, "do": "pause"}"#;
-        let script = cell_model::cells::script::parse(text, "script").unwrap();
+        let script = crate::cells::script::parse(text, "script").unwrap();
         let warnings = unknown(&script, "PRE_GRASP\n  -> LIFT: settled", "franka-stack");
         assert_eq!(warnings.len(), 1, "{warnings:?}");
         assert!(warnings[0].contains("'LFIT'"), "{warnings:?}");

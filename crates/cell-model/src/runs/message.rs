@@ -1,0 +1,68 @@
+//! Why a task failed, or its newest fault, in one sentence: over restarts of the task, and
+//! from the task to the summary of the run.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// The sentence in force.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Message(Option<String>);
+
+impl Message {
+    /// That of the run in `dir`, where its task has one.
+    pub fn load(dir: &Path) -> Self {
+        Self(std::fs::read_to_string(path(dir)).ok())
+    }
+
+    /// Writes it for readers at any time.
+    ///
+    /// # Errors
+    /// Of the file system.
+    pub fn save(&self, dir: &Path) -> io::Result<()> {
+        match &self.0 {
+            Some(text) => super::replace_file(&path(dir), text.as_bytes(), 0o644),
+            None => match std::fs::remove_file(path(dir)) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+                _ => Ok(()),
+            },
+        }
+    }
+
+    /// Takes what a task says after a decision; whether the sentence changed. A task that
+    /// was restarted knows from its checkpoint that it has failed, not why.
+    pub fn update(&mut self, said: Option<&str>, has_failed: bool) -> bool {
+        if said == self.0.as_deref() || (said.is_none() && has_failed) {
+            return false;
+        }
+        self.0 = said.map(str::to_owned);
+        true
+    }
+
+    /// The sentence.
+    pub fn text(&self) -> Option<&str> {
+        self.0.as_deref()
+    }
+}
+
+fn path(dir: &Path) -> PathBuf {
+    dir.join("message.txt")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_restart_of_a_task_that_failed_keeps_why_and_a_new_begin_forgets_it() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut message = Message::load(dir.path());
+        assert!(message.update(Some("red_cube cannot be gripped"), true));
+        message.save(dir.path()).unwrap();
+        let mut restarted = Message::load(dir.path());
+        assert!(!restarted.update(None, true));
+        assert_eq!(restarted, message);
+        assert!(restarted.update(None, false));
+        restarted.save(dir.path()).unwrap();
+        assert_eq!(Message::load(dir.path()).text(), None);
+    }
+}

@@ -1,0 +1,42 @@
+//! The warnings of a run, the same for every way to run a cell: processes, one process,
+//! many seeds, Python and the page.
+//!
+//! Each way has a place of its own to show them, and none decides what is shown. A warning
+//! that only one of them computes is lost in the others.
+
+use crate::cells::script::ScriptLine;
+use crate::{Cell, suggest};
+
+use super::phases;
+use super::script_report::ScriptReply;
+
+/// Warnings about the files that `cell` was loaded from, each once.
+pub fn of_cell(cell: &Cell) -> Vec<String> {
+    let all = cell.arms.iter().flat_map(|arm| &arm.robot.warnings);
+    let mut warnings: Vec<String> = Vec::new();
+    for warning in all {
+        // Arms of one kind are read from one file.
+        if !warnings.contains(warning) {
+            warnings.push(warning.clone());
+        }
+    }
+    warnings
+}
+
+/// Warnings about a script: phases that are not in `drawing`, which shows the nodes and
+/// states of the policy.
+pub fn of_script(script: &[ScriptLine], drawing: &str, cell: &Cell) -> Vec<String> {
+    phases::unknown(script, drawing, &cell.name)
+}
+
+/// Warnings about lines of the script that were refused.
+pub fn of_replies(replies: &[ScriptReply]) -> impl Iterator<Item = String> {
+    let refused = replies.iter().filter(|reply| !reply.accepted);
+    refused.map(ScriptReply::to_string)
+}
+
+/// The refusal of a policy that the job of `demo` does not have.
+pub fn unknown_policy(asked: &str, known: &[&str], demo: &str) -> String {
+    let advice = suggest::advice(asked, known);
+    format!("there is no policy '{asked}' for demo '{demo}'; {advice}")
+}

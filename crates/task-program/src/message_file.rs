@@ -1,0 +1,58 @@
+//! Why the task failed, in a file of the run directory for the summary.
+
+use std::path::{Path, PathBuf};
+
+use cell_model::runs::message::Message;
+use robocell_task::Task;
+
+/// A fault whose words change with each decision is written once in so many decisions.
+const PERIOD: u32 = 100;
+
+/// Keeps the file of the run as the task has it.
+pub(crate) struct MessageFile {
+    dir: PathBuf,
+    message: Message,
+    is_written: bool,
+    /// Decisions until it may be written again.
+    wait: u32,
+}
+
+impl MessageFile {
+    /// Continues the file of the run in `dir`.
+    pub(crate) fn open(dir: &Path) -> Self {
+        Self {
+            dir: dir.to_owned(),
+            message: Message::load(dir),
+            is_written: true,
+            wait: 0,
+        }
+    }
+
+    /// To be called after each decision, before it is published: a run ends with the
+    /// decision that says that its job has failed.
+    pub(crate) fn decided(&mut self, task: &Task) {
+        let has_failed = task.has_failed();
+        self.is_written &= !self.message.update(task.message(), has_failed);
+        self.wait = self.wait.saturating_sub(1);
+        if !self.is_written && (has_failed || self.wait == 0) {
+            self.write();
+        }
+    }
+
+    fn write(&mut self) {
+        (self.is_written, self.wait) = (true, PERIOD);
+        if let Err(error) = self.message.save(&self.dir) {
+            cell_worker::warn(format_args!(
+                "why the task failed is not in the summary: {error}"
+            ));
+        }
+    }
+}
+
+impl Drop for MessageFile {
+    fn drop(&mut self) {
+        if !self.is_written {
+            self.write();
+        }
+    }
+}

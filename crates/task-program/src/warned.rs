@@ -1,0 +1,52 @@
+//! Warnings of many episodes: what several of them say is said once.
+
+use std::collections::BTreeSet;
+use std::sync::{Mutex, PoisonError};
+
+/// Different warnings that are shown; a script that is refused at a time that depends on the
+/// seed would fill the terminal.
+const MOST: usize = 20;
+
+/// The warnings that were shown.
+#[derive(Default)]
+pub(crate) struct Warned(Mutex<BTreeSet<String>>);
+
+impl Warned {
+    /// Shows those of `warnings` that are new.
+    pub(crate) fn tell(&self, warnings: &[String]) {
+        self.news(warnings).iter().for_each(cell_worker::warn);
+    }
+
+    fn news(&self, warnings: &[String]) -> Vec<String> {
+        let mut shown = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut news = Vec::new();
+        for warning in warnings {
+            if shown.len() > MOST || !shown.insert(warning.clone()) {
+                continue;
+            }
+            news.push(if shown.len() > MOST {
+                "more warnings of episodes are not shown; `--seeds N` shows those of one".to_owned()
+            } else {
+                warning.clone()
+            });
+        }
+        news
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_warning_of_many_episodes_is_shown_once_and_too_many_are_named() {
+        let (warned, mut shown) = (Warned::default(), Vec::new());
+        for seed in 0..100 {
+            let warnings = ["the same".to_owned(), format!("at {seed} s")];
+            shown.extend(warned.news(&warnings));
+        }
+        assert_eq!(shown.iter().filter(|text| *text == "the same").count(), 1);
+        assert_eq!(shown.len(), MOST + 1);
+        assert!(shown[MOST].contains("are not shown"), "{shown:?}");
+    }
+}
