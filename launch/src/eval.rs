@@ -69,7 +69,8 @@ impl Order {
     /// Names are checked here, so that a typo is answered before anything starts.
     fn of(args: &EpisodeArgs, demo: &str, seeds: (u64, u64)) -> Result<Self, Failure> {
         let data = args.data.data.as_deref();
-        let found = |dir: &Path| std::fs::canonicalize(dir).cannot(format!("find {}", dir.display()));
+        let found =
+            |dir: &Path| std::fs::canonicalize(dir).cannot(format!("find {}", dir.display()));
         // As `run` has it, so that both name a file in the same way.
         let data = data.map(found).transpose()?;
         let data = data.as_deref();

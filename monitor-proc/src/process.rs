@@ -127,7 +127,11 @@ impl Page {
         // Before the first page connects: it is told the log once.
         told.recall(&site.hub);
         if told.lines.is_empty() {
-            start.spec.warnings.iter().for_each(|text| site.hub.warn(text));
+            start
+                .spec
+                .warnings
+                .iter()
+                .for_each(|text| site.hub.warn(text));
         }
         let (physics, errands) = (counters.physics, counters.errands);
         let (recorder, trouble) = (recorder.clone(), trouble.clone());

@@ -59,7 +59,9 @@ impl PageSocket {
             let lines = message["lines"].as_array().into_iter().flatten();
             let mut texts = lines.filter_map(|line| line["text"].as_str());
             // A long line is continued on the next.
-            let all = texts.by_ref().map(|text| text.strip_prefix("  ... ").unwrap_or(text));
+            let all = texts
+                .by_ref()
+                .map(|text| text.strip_prefix("  ... ").unwrap_or(text));
             message["t"] == "log" && all.collect::<String>().contains(text)
         })
     }

@@ -134,7 +134,11 @@ impl Search {
             };
             let seed = ended.case.seed;
             let mut failed = failed.lock().unwrap_or_else(PoisonError::into_inner);
-            failed.push(FirstFailed { seed, reason, message });
+            failed.push(FirstFailed {
+                seed,
+                reason,
+                message,
+            });
         })?;
         let failed = failed.into_inner().unwrap_or_else(PoisonError::into_inner);
         Ok(Tried {

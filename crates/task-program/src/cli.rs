@@ -14,8 +14,8 @@ use cell_model::runs::spec::{ENDED_FILE, RunSpec};
 use cell_model::runs::summary::RunOutcome;
 use cell_record::Recording;
 use cell_sim::eval::EvalLine;
-use cell_sim::verify::{Report, Verdict, Verified, verify_file};
 use cell_sim::run::Said;
+use cell_sim::verify::{Report, Verdict, Verified, verify_file};
 use cell_sim::{Program, SimError, run};
 use clap::{Parser, Subcommand};
 

@@ -4,12 +4,12 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use cell_model::runs::report;
-use cell_model::runs::spec::RunSpec;
-use cell_model::{Cell, RobotFiles};
 use cell_model::cells::setting::{Setting, by_key};
 use cell_model::cells::sweep::{Bounds, Case, Sweep, Values};
+use cell_model::runs::report;
+use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::RunSummary;
+use cell_model::{Cell, RobotFiles};
 use cell_sim::eval::EvalRun;
 use cell_sim::{Program, SimError, episodes, eval, run};
 use clap::Args;

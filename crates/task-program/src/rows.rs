@@ -184,7 +184,10 @@ impl Folders {
         let robot = robot.filter_map(|robot| robot.urdf.parent());
         let all = order.spec.data_dir.as_deref().into_iter().chain(files);
         let all = all.chain(robot).map(|dir| format!("{}/", dir.display()));
-        Self(all.filter(|dir| dir.starts_with('/') && dir.len() > 1).collect())
+        Self(
+            all.filter(|dir| dir.starts_with('/') && dir.len() > 1)
+                .collect(),
+        )
     }
 
     fn left_out_of(&self, sentence: &str) -> String {

@@ -307,7 +307,9 @@ pub const CONTINUED: &str = "  ... ";
 
 /// `text` without a mark such as `[fault] `.
 fn without_mark(text: &str) -> &str {
-    let mark = text.strip_prefix('[').and_then(|rest| rest.split_once("] "));
+    let mark = text
+        .strip_prefix('[')
+        .and_then(|rest| rest.split_once("] "));
     mark.map_or(text, |(_, sentence)| sentence)
 }
 
@@ -358,6 +360,10 @@ mod tests {
         let parts = out.lines.iter().map(|line| line.text.as_str());
         let parts = parts.map(|text| text.strip_prefix(CONTINUED).unwrap_or(text));
         assert_eq!(parts.collect::<String>(), format!("[fault] {sentence}"));
-        assert!(out.lines[1..].iter().all(|line| line.event == TraceEvent::None));
+        assert!(
+            out.lines[1..]
+                .iter()
+                .all(|line| line.event == TraceEvent::None)
+        );
     }
 }

@@ -5,8 +5,8 @@ mod result;
 use std::time::Duration;
 
 use cell_bus::RunSite;
-use cell_model::runs::python;
 use cell_model::runs::message::Message;
+use cell_model::runs::python;
 use cell_model::runs::report;
 use cell_model::runs::script_report;
 use cell_model::runs::spec::{PageSecrets, RunSpec};

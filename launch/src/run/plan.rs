@@ -441,10 +441,7 @@ mod tests {
         let message = choose(Some("ifels"), &known, "fsm", "d")
             .unwrap_err()
             .to_string();
-        assert!(
-            message.contains("did you mean 'ifelse'?"),
-            "{message}"
-        );
+        assert!(message.contains("did you mean 'ifelse'?"), "{message}");
         let message = choose(Some("quantum"), &known, "fsm", "d")
             .unwrap_err()
             .to_string();

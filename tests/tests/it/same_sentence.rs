@@ -87,14 +87,22 @@ const INPUTS: [Input; 12] = [
     },
     // A warning: the cell runs all the same.
     Input {
-        edit: ("robots/panda/panda.urdf", "<limit", "<limit foo=\"1\"/><limit"),
-        policy: Some("json"),
+        edit: (
+            "robots/panda/panda.urdf",
+            "<limit",
+            "<limit foo=\"1\"/><limit",
+        ),
+        set: Some("time_limit_s=0.5"),
         sentence: "panda.urdf:45: 'panda_joint1' has a second limit, which is ignored",
         ..NONE
     },
     Input {
-        edit: ("robots/panda/panda.urdf", "link=\"panda_link1\"", "link=\"panda_link9\""),
-        sentence: "panda.urdf:",
+        edit: (
+            "robots/panda/panda.urdf",
+            "link=\"panda_link1\"",
+            "link=\"panda_link9\"",
+        ),
+        sentence: "panda.urdf:40: joint 'panda_joint1' is attached to 'panda_link9'; no such link",
         ..NONE
     },
     Input {
@@ -106,7 +114,7 @@ const INPUTS: [Input; 12] = [
     Input {
         edit: ("cells/cube.toml", "name = \"table\"", "name = \"board\""),
         set: Some("fixture.table.friction=0.5"),
-        sentence: "fixture.table",
+        sentence: "fixture.table.friction is no key of this cell; fixture: known are: board",
         ..NONE
     },
     Input {
@@ -125,7 +133,7 @@ const INPUTS: [Input; 12] = [
         cell: "franka-stack",
         script: Some(r#"{"at_s": 0.1, "do": "drag", "object": "red_cube", "to": [0.3, 1.4, 0.2]}"#),
         page: Page::Log,
-        sentence: "red_cube fell off the table",
+        sentence: "red_cube stayed out of reach",
         ..NONE
     },
 ];

@@ -87,7 +87,10 @@ fn a_report_has_rate_interval_reasons_and_times() {
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
-    assert!(!text.contains("seed 0"), "its sentence is the reason: {text}");
+    assert!(
+        !text.contains("seed 0"),
+        "its sentence is the reason: {text}"
+    );
     fs::write(&file, "").unwrap();
     let error = report(&file, None).unwrap_err().to_string();
     assert!(error.contains("empty"), "{error}");
@@ -102,17 +105,28 @@ fn a_report_tells_of_each_reason_the_first_seed_with_its_sentence() {
     let file = write(dir.path(), "a.jsonl", 0..20, |seed| seed % 10 == 7);
     let sentence = "task.py:13: in decide: KeyError: there is no object 'redcube'";
     let text = fs::read_to_string(&file).unwrap();
-    let told = text.replace("\"message\":\"lost\"", &format!("\"message\":\"{sentence}\""));
+    let told = text.replace(
+        "\"message\":\"lost\"",
+        &format!("\"message\":\"{sentence}\""),
+    );
     fs::write(&file, told).unwrap();
     let found = report(&file, None).unwrap().files[0].to_string();
     assert!(found.contains(&format!("seed 7: {sentence}")), "{found}");
     // As older versions wrote them.
-    let old = text.replace("\"message\":\"lost\",", "").replace("\"message\":null,", "");
+    let old = text
+        .replace("\"message\":\"lost\",", "")
+        .replace("\"message\":null,", "");
     let old = old.replace("\"task_restarts\":0,", "");
-    assert!(!old.contains("message") && !old.contains("restarts"), "{old}");
+    assert!(
+        !old.contains("message") && !old.contains("restarts"),
+        "{old}"
+    );
     fs::write(&file, old).unwrap();
     let found = report(&file, None).unwrap().files[0].to_string();
-    assert!(found.contains("2 failed: lost") && !found.contains("seed 7"), "{found}");
+    assert!(
+        found.contains("2 failed: lost") && !found.contains("seed 7"),
+        "{found}"
+    );
     for line in fs::read_to_string(&file).unwrap().lines() {
         let row: Row = serde_json::from_str(line).unwrap();
         assert_eq!((row.message, row.task_restarts), (None, 0));
