@@ -2,16 +2,18 @@
 
 use std::sync::{Arc, Mutex};
 
+use cell_model::cells::script;
 use cell_model::cells::sweep::Sweep;
 use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::RunOutcome;
 use cell_sim::episodes::{self, Episodes};
+use cell_sim::run::{self, Said};
 use cell_sim::{Program, eval};
 
 use robocell_task::job::Job;
 use robocell_task::registry::Kind;
 use robocell_task::settings::NoSettings;
-use robocell_task::{Observation, Outcome, Output, Policies, Policy, boxed};
+use robocell_task::{Observation, Outcome, Output, Policies, Policy, TraceEvent, boxed};
 
 /// Is done at once; with a seed that is a multiple of three it panics, and with one more it
 /// never ends.
@@ -68,4 +70,61 @@ fn an_episode_that_panics_or_times_out_is_reported_and_the_others_run() {
         (6, panicked(6)),
     ];
     assert_eq!(ended, expected);
+}
+
+/// Gives up in its first decision.
+struct GivesUp;
+
+impl Policy for GivesUp {
+    type Memory = ();
+
+    fn decide(&self, (): &mut (), _: &Observation<'_>, job: &mut Job, out: &mut Output) {
+        let why = format_args!("[fault] job.py:7: in decide: the camera is not calibrated");
+        out.event(TraceEvent::Fault, why);
+        job.fail("policy_raised");
+    }
+}
+
+#[test]
+fn a_job_that_fails_in_its_first_decision_says_why() {
+    let kind = Kind::<NoSettings>::new("reach").policy("follow", |_, _| Ok(boxed(GivesUp)));
+    let program = Program {
+        policies: Policies::new().with(kind),
+        ..crate::program()
+    };
+    let spec = RunSpec {
+        script: script::parse(r#"{"at_s": 0, "do": "kill", "process": "task"}"#, "s").unwrap(),
+        ..eval::template("reach", "follow")
+    };
+    let mut said = Vec::new();
+    let summary = run::to_the_end(&program, &spec, |one| {
+        if let Said::Line(_, line) = one {
+            said.push(line.to_owned());
+        }
+    });
+    let summary = summary.unwrap();
+    let why = "job.py:7: in decide: the camera is not calibrated";
+    assert!(said.contains(&format!("[fault] {why}")), "{said:?}");
+    assert_eq!(summary.message.as_deref(), Some(why), "{summary}");
+    assert!(summary.to_string().contains(why), "{summary}");
+}
+
+#[test]
+fn a_run_that_its_script_paused_says_so() {
+    let spec = RunSpec {
+        script: script::parse(r#"{"at_s": 0.2, "do": "pause"}"#, "s").unwrap(),
+        ..eval::template("reach", "follow")
+    };
+    let mut warnings = Vec::new();
+    let summary = run::to_the_end(&crate::program(), &spec, |one| {
+        if let Said::Warning(warning) = one {
+            warnings.push(warning.to_owned());
+        }
+    });
+    let message = summary.unwrap().message.unwrap();
+    assert!(
+        message.contains("the script paused the cell at 0.2"),
+        "{message}"
+    );
+    assert_eq!(warnings, [message]);
 }
