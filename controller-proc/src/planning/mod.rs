@@ -48,6 +48,21 @@ const RETRY_TICKS: u64 = 500;
 const LOOK_TICKS: u64 = 10;
 const LOOK_AHEAD: f64 = 1.0;
 
+/// The reason to show for a goal that had the reason `before`, after another search gave
+/// `now`.
+///
+/// Each search starts from other joint positions. One that found positions with the pose has
+/// proved that there are some; a later one that finds none missed them, and people would see
+/// the reason change with each search.
+fn confirmed(before: NotReached, now: NotReached) -> NotReached {
+    use NotReached::{Blocked, JointLimit, LocalMinimum, Singular, Unreachable};
+    match (before, now) {
+        (Blocked | Singular | LocalMinimum, JointLimit | Unreachable)
+        | (JointLimit, Unreachable) => before,
+        _ => now,
+    }
+}
+
 /// What planning has to know in one cycle.
 pub(crate) struct Moment<'a> {
     pub(crate) tick: u64,
@@ -196,6 +211,9 @@ impl Planning {
             && now.tick >= self.quiet_until
             && let Some(ask) = self.wanted(now.tick, has_moved && is_far)
         {
+            if has_moved {
+                self.not_reached = NotReached::None;
+            }
             self.goal = Some(*goal);
             self.request.fill(ask, now, goal);
             self.is_in_flight = true;
@@ -211,7 +229,7 @@ impl Planning {
         }
         self.is_in_flight = false;
         self.answered = answer.id;
-        self.not_reached = answer.not_reached;
+        self.not_reached = confirmed(self.not_reached, answer.not_reached);
         if self.request.ask == Ask::Reason {
             self.quiet_until = tick + RETRY_TICKS;
             return;
@@ -305,5 +323,26 @@ impl Planning {
         }
         let capacity = self.request.obstacle_capacity();
         Led::checkpoint(&mut self.led, codec, &self.arm, capacity)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_search_that_misses_known_positions_does_not_change_the_reason() {
+        use NotReached::{Blocked, InCollision, JointLimit, None, Unreachable};
+        for (before, now, shown) in [
+            (None, JointLimit, JointLimit),
+            (JointLimit, Blocked, Blocked),
+            (Blocked, JointLimit, Blocked),
+            (Blocked, Unreachable, Blocked),
+            (JointLimit, Unreachable, JointLimit),
+            (Blocked, InCollision, InCollision),
+            (Blocked, None, None),
+        ] {
+            assert_eq!(confirmed(before, now), shown, "{before:?}, then {now:?}");
+        }
     }
 }
