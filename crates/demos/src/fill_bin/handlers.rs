@@ -90,6 +90,11 @@ pub(super) fn lift(turn: &mut Turn<'_>) -> Next {
 }
 
 /// The bin is under the dispenser. A bin held by a wall is turned up first.
+///
+/// Parts fall until the grip breaks, then the bin is picked up again: a cycle without an end.
+/// The job is done after the first whole one, when the bin that fell is held here again, and
+/// stays done until a reset while the cycle goes on: an outcome that followed each break
+/// would be no answer to whether the job was done.
 pub(super) fn ask_for_parts(turn: &mut Turn<'_>) -> Next {
     let (of, job) = (turn.of, &mut *turn.world.job);
     if let Some(attempts) = job.attempts_mut(of.bin) {
@@ -148,9 +153,7 @@ pub(super) fn give_up(turn: &mut Turn<'_>) -> Next {
         turn.memory.broke |= held && turn.grip.broken;
         turn.note_drop(turn.of.bin, held);
     }
-    let job = &mut *turn.world.job;
-    job.done = false;
-    job.held = None;
+    turn.world.job.held = None;
     turn.memory.attached = false;
     back_to_rest(turn)
 }
@@ -222,6 +225,5 @@ pub(super) fn reconcile(turn: &mut Turn<'_>) -> Next {
     // What is let go here is not an event of the next decision.
     turn.arm.grip.update(turn.gripper);
     turn.world.job.held = None;
-    turn.world.job.done = false;
     back_to_rest(turn)
 }
