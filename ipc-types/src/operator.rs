@@ -105,7 +105,8 @@ wire! {
         pub reserved: u32,
         /// Tick at which a step is done; 0 of other requests.
         pub until_tick: u64,
-        /// What to tell the person, empty when accepted.
+        /// What to tell the person: why it is refused; of an accepted request what has to
+        /// happen before it takes effect, mostly empty.
         pub message: Text<REPLY_BYTES>,
     }
 }

@@ -454,13 +454,13 @@ pub struct BreakArgs {
 /// What to do with the task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum TaskVerb {
-    /// Give the start event.
+    /// Give the start event; in a pause it takes effect at resume.
     Start,
     /// Pause it: the operator leads.
     Pause,
     /// Resume it.
     Resume,
-    /// Reset it to its start.
+    /// Open the gripper, send the arm to its default pose, and pause at the beginning.
     Reset,
 }
 

@@ -247,13 +247,14 @@ impl Plant {
 
     /// As [`Plant::operate`], for a request that a successor makes again by itself.
     fn answer(&mut self, request: &OperatorRequest) -> OperatorReply {
-        let (code, message) = match OperatorAction::from_code(request.action) {
+        let (code, message) = match action_of(request) {
             None => (
                 ReplyCode::OutOfRange,
                 format!("action {} is unknown", request.action),
             ),
             Some(action) => self.act(action, request),
         };
+        let message = self.with_pause(action_of(request), code, message);
         // One comes with every frame of a page.
         let is_frequent = request.action == OperatorAction::Drag.code();
         let is_counted = code == ReplyCode::Accepted && has_effect(request) && !is_frequent;
@@ -268,6 +269,36 @@ impl Plant {
             until_tick,
             message: Text::new(&message),
         }
+    }
+
+    /// A `message` that also says that simulated time is paused, where an accepted request has
+    /// no effect until it is resumed.
+    fn with_pause(
+        &self,
+        action: Option<OperatorAction>,
+        code: ReplyCode,
+        message: String,
+    ) -> String {
+        let needs_time = matches!(
+            action,
+            Some(
+                OperatorAction::TaskStart
+                    | OperatorAction::TaskResume
+                    | OperatorAction::TaskReset
+                    | OperatorAction::Reset
+                    | OperatorAction::DropParts
+                    | OperatorAction::AddBin
+                    | OperatorAction::Gripper
+            )
+        );
+        if !needs_time || code != ReplyCode::Accepted || self.pause.is_none() {
+            return message;
+        }
+        if message.is_empty() {
+            return "simulated time is paused until `robocell resume`".to_owned();
+        }
+        // A message has room for 120 bytes.
+        message + "; time is paused, too"
     }
 
     fn act(&mut self, action: OperatorAction, request: &OperatorRequest) -> (ReplyCode, String) {
@@ -431,9 +462,13 @@ impl Plant {
 /// Whether a state after `request` differs from one before it.
 pub(crate) fn has_effect(request: &OperatorRequest) -> bool {
     !matches!(
-        OperatorAction::from_code(request.action),
+        action_of(request),
         None | Some(OperatorAction::Ping | OperatorAction::ScriptDone)
     )
+}
+
+fn action_of(request: &OperatorRequest) -> Option<OperatorAction> {
+    OperatorAction::from_code(request.action)
 }
 
 /// With an orientation of length 1: people round.

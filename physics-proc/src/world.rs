@@ -295,7 +295,8 @@ impl World {
         request: &OperatorRequest,
     ) -> (ReplyCode, String) {
         if action == OperatorAction::Reset {
-            return requests::answer_to(self.reset());
+            let reset = self.reset();
+            return requests::answer_to(reset, self.memory.panel.task_paused);
         }
         let mut desk = Desk {
             engine: &mut self.engine,

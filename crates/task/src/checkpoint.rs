@@ -13,7 +13,7 @@ use crate::time::PolicyClock;
 
 /// Version of the layout; another one is refused, and the task starts from what
 /// it observes.
-pub const VERSION: u32 = 6;
+pub const VERSION: u32 = 7;
 
 /// Longest checkpoint that is kept for a successor of the process and recorded (bytes).
 /// It is written with every decision: at 100 Hz, this much takes most of a core.

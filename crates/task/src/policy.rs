@@ -1,7 +1,8 @@
 //! What the author of a task writes, and the form in which a task keeps it.
 
 use behavior::{Graph, NodeStatus};
-use ipc_types::Text;
+use cell_model::Cell;
+use ipc_types::{Pose, Text};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -100,6 +101,12 @@ pub trait AnyPolicy: Send {
     /// Resets it to the state before the first decision.
     fn reset(&mut self);
 
+    /// What is probably not meant in its files, found when it is made for `cell`: lines for
+    /// people.
+    fn warnings(&self, _cell: &Cell) -> Vec<String> {
+        Vec::new()
+    }
+
     /// One decision; see [`Policy::decide`].
     fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output);
 
@@ -134,6 +141,12 @@ pub trait AnyPolicy: Send {
     /// See [`Policy::follows_operator`].
     fn follows_operator(&self) -> bool {
         false
+    }
+
+    /// Pose of the TCP of `arm` in which a reset of the task leaves it, world frame; `None`
+    /// for its joints at the start of the run.
+    fn default_pose(&self, _arm: usize) -> Option<Pose> {
+        None
     }
 
     /// See [`Policy::reconcile`].

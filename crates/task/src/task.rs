@@ -5,7 +5,8 @@ use cell_model::Cell;
 use ipc_types::decision::{CellIo, MAX_PLACED, Outcome};
 use ipc_types::trace::TraceEvent;
 use ipc_types::{
-    ArmStatus, Decision, Header, Invalid, OperatorPanel, Text, Validate as _, WorldState,
+    ArmStatus, Decision, Header, Invalid, MAX_JOINTS, OperatorPanel, Text, Validate as _,
+    WorldState,
 };
 use serde::de::Error as _;
 
@@ -32,6 +33,8 @@ pub struct Task {
     demo: String,
     name: String,
     arm_count: usize,
+    /// By arm: its joints at the start (rad or m).
+    homes: Vec<[f64; MAX_JOINTS]>,
     grip_force: f64,
     /// Obstacles that are there; the others guide the policy, not the operator.
     solid_obstacles: u64,
@@ -45,6 +48,8 @@ pub struct Task {
     out: Output,
     tracer: Tracer,
     perception: Perception,
+    /// Told with the first decision.
+    warnings: Vec<String>,
     /// Belief and world have to be compared before the next decision.
     unsure: bool,
     /// Result of the last restore, until the next decision.
@@ -80,10 +85,12 @@ impl Task {
     /// The task of `cell` with a policy of that name, before its first decision.
     /// `grip_force` is used when the operator closes the gripper (N).
     pub fn new(cell: &Cell, name: &str, grip_force: f64, policy: Box<dyn AnyPolicy>) -> Self {
+        let warnings = policy.warnings(cell);
         Self {
             demo: cell.name.clone(),
             name: name.to_owned(),
             arm_count: cell.arms.len(),
+            homes: cell.arms.iter().map(|arm| joints(&arm.home)).collect(),
             grip_force,
             solid_obstacles: solid_obstacles(cell),
             tracer: Tracer::new(policy.as_ref(), name),
@@ -95,6 +102,7 @@ impl Task {
             breakpoints: Breakpoints::default(),
             out: Output::default(),
             perception: Perception::new(cell),
+            warnings,
             unsure: true,
             restored: Restored::All,
         }
@@ -111,23 +119,18 @@ impl Task {
         trace: &mut Vec<TraceLineText>,
     ) {
         self.restored = Restored::All;
-        let change = self.panel.update(&state.panel);
+        let change = self.panel.update(&state.panel, state.header.tick);
         let now = self.clock.advance(state.header.tick, self.panel.paused());
         let mut perception = std::mem::take(&mut self.perception);
         let observation = Observation::new(perception.see(state), status, now);
         self.out.begin();
+        if change.first {
+            self.warn();
+        }
         self.obey(change, &state.panel);
         let (entries, from) = (self.job.counters.phase_entry, trace.len());
-        let leads = self.panel.paused() && !self.policy.follows_operator();
-        if leads {
-            let (arm, intent) = self.panel.lead(&state.panel, self.grip_force);
-            self.out.arm(
-                arm,
-                ArmIntent {
-                    obstacle_mask: self.solid_obstacles,
-                    ..intent
-                },
-            );
+        if self.is_led(&state.panel) {
+            self.lead(&state.panel, state.header.tick);
             self.out.phase = self.policy.phase();
             self.policy.tend(&observation, &mut self.job);
         } else {
@@ -155,6 +158,14 @@ impl Task {
         self.breakpoints.update(panel, tick, &happened, out);
         if let Err(invalid) = out.validate() {
             self.refuse(&invalid, out, trace);
+        }
+    }
+
+    /// In the trace, a warning is in the log, on the page and in a recording alike.
+    fn warn(&mut self) {
+        for warning in &self.warnings {
+            self.out
+                .lifecycle(TraceEvent::None, format_args!("[warning] {warning}"));
         }
     }
 
@@ -288,6 +299,11 @@ impl Task {
         self.job.failure.is_some()
     }
 
+    /// What is probably not meant in the files of the job.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
     /// Name of the policy.
     pub fn policy_name(&self) -> &str {
         &self.name
@@ -296,6 +312,36 @@ impl Task {
     /// Policy time of the last decision.
     pub fn time(&self) -> PolicyTime {
         self.clock.now()
+    }
+
+    /// Whether the arms do what the operator wants, and not what the policy does.
+    fn is_led(&self, panel: &OperatorPanel) -> bool {
+        let returns = (0..self.arm_count).any(|arm| self.panel.returns(panel, arm));
+        self.panel.paused() && (returns || !self.policy.follows_operator())
+    }
+
+    /// The arm of the operator's panel does what they ask; after a reset of the task the
+    /// others return to their default pose.
+    fn lead(&mut self, panel: &OperatorPanel, tick: u64) {
+        let obstacle_mask = self.solid_obstacles;
+        let (led, asked) = self.panel.lead(panel, self.grip_force);
+        for (arm, home) in self.homes.iter().enumerate() {
+            let intent = if self.panel.returns(panel, arm) {
+                let pose = self.policy.default_pose(arm);
+                self.panel.to_default(panel, tick, pose, *home)
+            } else if arm == led {
+                asked
+            } else {
+                continue;
+            };
+            self.out.arm(
+                arm,
+                ArmIntent {
+                    obstacle_mask,
+                    ..intent
+                },
+            );
+        }
     }
 
     fn obey(&mut self, change: PanelChange, panel: &OperatorPanel) {
@@ -380,6 +426,15 @@ impl Task {
             out.placed_count += 1;
         }
     }
+}
+
+/// As a message has them, with zeros for joints that the arm does not have.
+fn joints(positions: &[f64]) -> [f64; MAX_JOINTS] {
+    let mut all = [0.0; MAX_JOINTS];
+    for (slot, position) in all.iter_mut().zip(positions) {
+        *slot = *position;
+    }
+    all
 }
 
 /// Mask of the obstacles that are there in physics.

@@ -157,11 +157,17 @@ pub(super) fn request(action: OperatorAction) -> OperatorRequest {
     }
 }
 
-/// Hands `wish` to physics, and says what was `done` and when.
+/// Hands `wish` to physics, and says what was `done` and when, and what it waits for.
 pub(super) fn tell(session: &Session, wish: &OperatorRequest, done: &str) -> Result<(), Failure> {
     let reply = ask_physics(&session.join()?, wish)?;
     let time_s = reply.header.sim_time_ns as f64 * 1.0e-9;
-    say::line(format_args!("{done} at {time_s:.3} s"));
+    let more = reply.message.as_str();
+    let more = if more.is_empty() {
+        String::new()
+    } else {
+        format!("; {more}")
+    };
+    say::line(format_args!("{done} at {time_s:.3} s{more}"));
     Ok(())
 }
 

@@ -46,10 +46,9 @@ impl ArmMemory {
         }
     }
 
-    /// Counts continue over a reset of the scene.
+    /// What the run is judged by continues over a reset of the scene.
     pub(crate) fn carry_over(&mut self, before: &Self, tick: u64) {
         self.watchdog.carry_over(&before.watchdog, tick);
-        self.suction.carry_over(&before.suction);
         self.touches.carry_over(&before.touches);
     }
 }

@@ -116,13 +116,11 @@ impl EquipmentMemory {
         }
     }
 
-    /// Counts continue over a reset of the scene; requests not yet met are gone.
+    /// What the task asked for in all continues over a reset of the scene, as the task counts
+    /// on; requests not yet met are gone.
     pub(crate) fn carry_over(&mut self, before: &Self) {
         self.io = before.io;
         self.decision_limit_ticks = before.decision_limit_ticks;
-        self.supply.carry_over(&before.supply);
-        self.dispenser.carry_over(&before.dispenser);
-        self.parking.carry_over(&before.parking);
     }
 }
 

@@ -37,10 +37,6 @@ pub(crate) struct DispenserMemory {
 }
 
 impl DispenserMemory {
-    pub(crate) fn carry_over(&mut self, before: &Self) {
-        self.dropped = before.dropped;
-    }
-
     /// Asks for parts.
     pub(crate) fn ask(&mut self, parts: u32) {
         self.waiting = self.waiting.saturating_add(parts).min(MOST_WAITING);

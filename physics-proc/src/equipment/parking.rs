@@ -15,12 +15,6 @@ pub(crate) struct ParkingMemory {
 }
 
 impl ParkingMemory {
-    pub(crate) fn carry_over(&mut self, before: &Self) {
-        self.cleared = before.cleared;
-    }
-}
-
-impl ParkingMemory {
     /// Puts what fell below `floor` (m) back to its parking place.
     pub(crate) fn clear_fallen(&mut self, site: &mut Site<'_>, floor: Option<f64>) {
         for object in std::mem::take(&mut self.leaving) {

@@ -3,6 +3,7 @@
 use cell_model::cells::cell::SupplyTable;
 use cell_model::random::Random;
 use cell_model::{Cell, ObjectSpec, Shape};
+use ipc_types::TICK_NS;
 use ipc_types::equipment::SupplyRefusal;
 use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
 use parry3d_f64::bounding_volume::BoundingVolume;
@@ -52,12 +53,6 @@ pub(crate) struct SupplyMemory {
 }
 
 impl SupplyMemory {
-    pub(crate) fn carry_over(&mut self, before: &Self) {
-        self.supplied = before.supplied;
-        self.refusals = before.refusals;
-        self.refusal = before.refusal;
-    }
-
     /// The task asks for bins; requests beyond [`MOST_PENDING`] are refused.
     pub(crate) fn ask(&mut self, count: u32) {
         let all = self.pending.saturating_add(count);
@@ -122,6 +117,32 @@ impl Supply {
             memory.refuse(why);
         }
         brought
+    }
+
+    /// Why the operator's request was refused for `why`, and when to ask again.
+    pub(crate) fn refusal(&self, why: SupplyRefusal, memory: &SupplyMemory, tick: u64) -> String {
+        match why {
+            SupplyRefusal::NoneLeft => "every bin is in the cell".to_owned(),
+            SupplyRefusal::TooManyWaiting => {
+                let most = self.table.max_waiting;
+                format!(
+                    "{most} bins wait on the belt, which is all it takes; ask again when one was picked"
+                )
+            }
+            SupplyRefusal::CoolDown => {
+                let seconds = |ticks: u64| (ticks * TICK_NS) as f64 * 1.0e-9;
+                let (at, left) = (memory.free_at, memory.free_at.saturating_sub(tick));
+                format!(
+                    "the last bin came a moment ago; the next can come at {:.3} s, in {:.3} s",
+                    seconds(at),
+                    seconds(left)
+                )
+            }
+            SupplyRefusal::PlaceTaken | SupplyRefusal::None => {
+                "an arm or an object is where the bin would come; ask again when it has moved"
+                    .to_owned()
+            }
+        }
     }
 
     fn bring(

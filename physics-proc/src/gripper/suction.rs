@@ -91,13 +91,6 @@ impl Suction {
         out.break_cause = self.break_cause;
     }
 
-    /// Counts continue over a reset of the scene.
-    pub(crate) fn carry_over(&mut self, before: &Self) {
-        (self.refusals, self.refusal) = (before.refusals, before.refusal);
-        (self.breaks, self.break_limit) = (before.breaks, before.break_limit);
-        self.break_cause = before.break_cause;
-    }
-
     fn attach(&mut self, object: usize, joint: ImpulseJointHandle) {
         (self.peak_force, self.peak_torque) = (0.0, 0.0);
         self.grip = Some(Grip {

@@ -1,6 +1,5 @@
 //! Requests of people.
 
-use ipc_types::equipment::SupplyRefusal;
 use ipc_types::operator::{OperatorAction, ReplyCode};
 use ipc_types::{GripperGoal, MAX_BREAKS, OperatorRequest, Validate};
 use nalgebra::Isometry3;
@@ -16,7 +15,8 @@ use crate::error::WorldError;
 use crate::operator::drag::Drag;
 use crate::state::memory::Memory;
 
-/// An answer: a code, and what to tell the person (empty when accepted).
+/// An answer: a code, and what to tell the person: why it is refused, or what an accepted
+/// request does not do yet.
 pub(crate) type Reply = (ReplyCode, String);
 
 /// All that a request acts upon.
@@ -238,32 +238,47 @@ impl Desk<'_> {
         let (equipment, mut memory) = (self.equipment, self.memory.equipment.supply.clone());
         let added = supply.add(&mut memory, &mut equipment.way(&mut self.site()), flipped);
         self.memory.equipment.supply = memory;
-        let message = match added {
-            Ok(()) => return count(&mut self.memory.panel.add_bin),
-            Err(SupplyRefusal::NoneLeft) => "every bin is in the cell",
-            Err(SupplyRefusal::TooManyWaiting) => "enough bins wait on the belt",
-            Err(SupplyRefusal::CoolDown) => "the last bin came a moment ago; ask again",
-            Err(SupplyRefusal::PlaceTaken | SupplyRefusal::None) => {
-                "something stands where the bin would come"
-            }
-        };
-        (ReplyCode::OutOfRange, message.to_owned())
+        if let Err(why) = added {
+            let (supply, tick) = (&self.memory.equipment.supply, self.memory.tick);
+            let message = self.equipment.supply.as_ref();
+            let message = message.map(|table| table.refusal(why, supply, tick));
+            return (ReplyCode::OutOfRange, message.unwrap_or_default());
+        }
+        count(&mut self.memory.panel.add_bin)
     }
 
     fn start_task(&mut self) -> Reply {
-        self.memory.panel.task_started = true;
-        count(&mut self.memory.panel.task_start)
+        let panel = &mut self.memory.panel;
+        let was_started = std::mem::replace(&mut panel.task_started, true);
+        count(&mut panel.task_start);
+        match (panel.task_paused, was_started) {
+            (true, _) => told("the task is paused; it takes effect at `robocell task resume`"),
+            (false, true) => told("it was given before; only a task that failed starts again"),
+            (false, false) => accepted(),
+        }
     }
 
     fn reset_task(&mut self) -> Reply {
-        self.memory.panel.task_started = false;
-        self.memory.panel.task_paused |= self.reset_pauses;
-        count(&mut self.memory.panel.task_reset)
+        let panel = &mut self.memory.panel;
+        panel.task_started = false;
+        panel.task_paused |= self.reset_pauses;
+        count(&mut panel.task_reset);
+        if panel.task_paused {
+            return told(
+                "gripper open, start and targets cleared, arm to default pose, paused until \
+                 `robocell task resume`",
+            );
+        }
+        told("start cleared; the job restarts from where the arm is")
     }
 
     fn pause_task(&mut self, paused: bool) -> Reply {
-        self.memory.panel.task_paused = paused;
-        accepted()
+        let was_paused = std::mem::replace(&mut self.memory.panel.task_paused, paused);
+        match (was_paused, paused) {
+            (true, true) => told("it was paused before"),
+            (false, false) => told("it was not paused"),
+            _ => accepted(),
+        }
     }
 
     fn site(&mut self) -> Site<'_> {
@@ -284,16 +299,25 @@ impl Desk<'_> {
     }
 }
 
-/// The answer to a reset of the scene.
-pub(crate) fn answer_to(reset: Result<(), WorldError>) -> Reply {
+/// The answer to a reset of the scene. A person who paused the task holds the arm: a reset
+/// does not take it out of their hands, and says so.
+pub(crate) fn answer_to(reset: Result<(), WorldError>, task_paused: bool) -> Reply {
     match reset {
+        Ok(()) if task_paused => {
+            told("the task is still paused; `robocell task resume` lets it begin")
+        }
         Ok(()) => accepted(),
         Err(error) => (ReplyCode::OutOfRange, error.to_string()),
     }
 }
 
 fn accepted() -> Reply {
-    (ReplyCode::Accepted, String::new())
+    told("")
+}
+
+/// Accepted, with what a person has to know to get the effect.
+fn told(message: &str) -> Reply {
+    (ReplyCode::Accepted, message.to_owned())
 }
 
 /// Counts a request; 0 stays "never".

@@ -36,8 +36,9 @@ impl Memory {
         }
     }
 
-    /// Back to `initial` after a reset of the scene: time, requests and counts
-    /// continue.
+    /// Back to `initial` after a reset of the scene. Time and requests continue, and what a
+    /// run is judged by: violations, contacts, refused commands. What counts the events of a
+    /// scene (bins, parts, grips) starts from 0.
     pub(crate) fn reset_to(&mut self, initial: Self) {
         let before = std::mem::replace(self, initial);
         self.tick = before.tick;

@@ -181,7 +181,7 @@ fn inside(plc: &Plc) -> usize {
 }
 
 #[test]
-fn a_reset_brings_everything_back_and_counts_go_on() {
+fn a_reset_brings_everything_back_and_what_was_asked_before_does_not_come() {
     let mut plc = Plc::new(6);
     let before = plc.state();
     plc.run(10);
@@ -195,13 +195,8 @@ fn a_reset_brings_everything_back_and_counts_go_on() {
         assert!(way.norm() < 1.0e-4, "{way}");
     }
     assert_eq!(state.equipment.parts_waiting, 0);
-    assert!(state.equipment.parts_dropped >= 3 && state.equipment.bins_supplied == 1);
     plc.run(100);
-    assert_eq!(
-        plc.state().equipment.bins_supplied,
-        1,
-        "asked before the reset"
-    );
+    assert_eq!(plc.state().equipment.bins_supplied, 0);
 }
 
 #[test]
@@ -226,4 +221,55 @@ fn two_runs_and_a_restored_one_are_equal_to_the_bit() {
         assert_eq!(first.state(), third.state(), "{tick}");
     }
     assert_ne!(first.state().state_hash, Plc::new(9).state().state_hash);
+}
+
+#[test]
+fn a_refused_bin_is_told_when_it_may_come() {
+    let mut plc = Plc::new(0);
+    plc.run(10);
+    assert_eq!(plc.ask(OperatorAction::AddBin, 0).0, ReplyCode::Accepted);
+    plc.run(100);
+    let (code, why) = plc.ask(OperatorAction::AddBin, 0);
+    assert_eq!(code, ReplyCode::OutOfRange);
+    assert!(
+        why.contains("can come at") && why.contains(" s, in "),
+        "{why}"
+    );
+    let left: f64 = why
+        .split(" s, in ")
+        .nth(1)
+        .unwrap()
+        .trim_end_matches(" s")
+        .parse()
+        .unwrap();
+    let waits = (0..10_000).take_while(|tick| f64::from(*tick) * 1.0e-3 < left);
+    waits.for_each(|_| plc.run(1));
+    let (_, why) = plc.ask(OperatorAction::AddBin, 0);
+    assert!(!why.contains("can come at"), "{why}");
+}
+
+#[test]
+fn a_reset_scene_counts_its_own_bins_and_parts() {
+    let mut plc = Plc::new(3);
+    plc.run(10);
+    plc.ask(OperatorAction::AddBin, 0);
+    plc.ask(OperatorAction::AddBin, 0);
+    plc.ask(OperatorAction::DropParts, 3);
+    plc.run(2_000);
+    let before = plc.state().equipment;
+    let counted = (
+        before.bins_supplied,
+        before.supply_refusals,
+        before.parts_dropped,
+    );
+    assert_eq!(counted, (1, 1, 3));
+    assert_eq!(plc.ask(OperatorAction::Reset, 0).0, ReplyCode::Accepted);
+    let after = plc.state().equipment;
+    let counted = (
+        after.bins_supplied,
+        after.supply_refusals,
+        after.parts_dropped,
+    );
+    assert_eq!(counted, (0, 0, 0));
+    assert_eq!((after.supply_refusal, after.cleared), (0, 0));
 }

@@ -142,3 +142,40 @@ fn the_panel_counts_requests_and_keeps_the_last_target() {
     rig.world.operate(OperatorAction::TaskResume, &request);
     assert_eq!(rig.state().panel.task_paused, 0);
 }
+
+#[test]
+fn an_answer_says_what_a_request_does_not_do_yet() {
+    let mut rig = Rig::new(1);
+    let mut ask = |action| {
+        let (code, message) = rig
+            .world
+            .operate(action, &OperatorRequest::zeroed_at_identity());
+        assert_eq!(code, ReplyCode::Accepted);
+        // And the note of a plant whose time is paused.
+        assert!(
+            message.len() + "; time is paused, too".len() <= 120,
+            "{message}"
+        );
+        message
+    };
+    assert_eq!(ask(OperatorAction::TaskStart), "");
+    assert!(ask(OperatorAction::TaskStart).contains("given before"));
+    assert_eq!(ask(OperatorAction::TaskPause), "");
+    assert!(ask(OperatorAction::TaskPause).contains("was paused before"));
+    assert!(ask(OperatorAction::TaskStart).contains("at `robocell task resume`"));
+    assert!(ask(OperatorAction::Reset).contains("the task is still paused"));
+    assert_eq!(ask(OperatorAction::TaskResume), "");
+    assert!(ask(OperatorAction::TaskResume).contains("was not paused"));
+    assert_eq!(ask(OperatorAction::Reset), "");
+    let reset = ask(OperatorAction::TaskReset);
+    for part in [
+        "gripper open",
+        "start and targets cleared",
+        "default pose",
+        "paused until",
+    ] {
+        assert!(reset.contains(part), "{reset}");
+    }
+    let panel = rig.state().panel;
+    assert_eq!((panel.task_paused, panel.task_started), (1, 0));
+}

@@ -82,6 +82,60 @@ fn an_arm_is_led_by_hand_only_while_the_task_does_not_lead_it() {
 }
 
 #[test]
+fn an_answer_says_what_a_command_waits_for() {
+    let cell = TestCell::start(&["franka-stack", "--headless", "--paused"]);
+    cell.wait_up();
+    let said = |command: &[&str], words: &[&str]| {
+        let said = cell.ask(command);
+        assert_eq!(said.code, 0, "{said:?}");
+        for word in words {
+            assert!(said.stdout.contains(word), "no {word:?} in {}", said.stdout);
+        }
+    };
+    said(&["task", "pause"], &["task paused at 0.000 s\n"]);
+    let resumes = "`robocell task resume`";
+    said(
+        &["task", "start"],
+        &["start event given", resumes, "time is paused"],
+    );
+    said(&["reset"], &["scene reset", "still paused", resumes]);
+    let reset = [
+        "gripper open",
+        "start and targets cleared",
+        "default pose",
+        resumes,
+    ];
+    said(&["task", "reset"], &reset);
+}
+
+#[test]
+fn a_reset_of_the_task_lets_go_and_sends_the_arm_to_its_default_pose() {
+    // What the status says of the arm at its default pose: TCP (m), or joints (rad).
+    let fill_bin = ("ur10-fill-bin", "/tcp/position", vec![0.0, 0.75, 0.42]);
+    let home = vec![0.012, -0.5686, 0.0, -2.8102, 0.0, 3.0366, 0.741];
+    let stack = ("franka-stack", "/joint_positions", home);
+    for (demo, key, wanted) in [fill_bin, stack] {
+        let cell = TestCell::start(&[demo, "--headless", "--speed", "max", "--paused"]);
+        cell.wait_up();
+        assert_eq!(cell.ask(&["task", "start"]).code, 0);
+        assert_eq!(cell.ask(&["resume"]).code, 0);
+        cell.wait_status("something held", |status| {
+            status["arms"][0]["holds"].is_string()
+        });
+        assert_eq!(cell.ask(&["task", "reset"]).code, 0);
+        cell.wait_status("an arm at rest with nothing", |status| {
+            let arm = &status["arms"][0];
+            let found = arm.pointer(key).and_then(|found| found.as_array()).unwrap();
+            let off = |(found, wanted): (&serde_json::Value, &f64)| {
+                (found.as_f64().unwrap() - wanted).abs()
+            };
+            let mut offs = found.iter().zip(&wanted).map(off);
+            status["outcome"] == "paused" && arm["holds"].is_null() && offs.all(|off| off < 0.02)
+        });
+    }
+}
+
+#[test]
 fn top_shows_the_equipment_the_suction_and_what_was_said_before() {
     let cell = TestCell::start(&["ur10-bin-stack", "--headless", "--speed", "max", "--paused"]);
     cell.wait_up();

@@ -49,7 +49,7 @@ pub struct Cell {
     pub sensors: Vec<SensorTable>,
     /// An object below this height is put away again (m).
     pub clear_below_m: Option<f64>,
-    /// A reset of the task leaves it paused.
+    /// A reset of the task leaves it paused, with its arms on the way to their default pose.
     pub reset_pauses: bool,
     /// What is less than ideal.
     pub disturbance: Disturbance,

@@ -41,8 +41,9 @@ pub struct CellFile {
     /// An object below this height is put away again (m).
     #[serde(default)]
     pub clear_below_m: Option<f64>,
-    /// A reset of the task leaves it paused, as in Isaac Sim's samples of some demos.
-    #[serde(default)]
+    /// A reset of the task opens the grippers, sends the arms to their default pose and leaves
+    /// the task paused. Where this is false, the job restarts at once from where the arms are.
+    #[serde(default = "yes")]
     pub reset_pauses: bool,
     /// What is less than ideal.
     #[serde(default)]

@@ -236,6 +236,10 @@ impl MatrixJob for BinStack {
         handlers::report(turn);
     }
 
+    fn default_pose(&self) -> Option<Pose> {
+        Some(self.rest)
+    }
+
     fn reconcile(turn: &mut Turn<'_>) -> Next {
         handlers::reconcile(turn)
     }

@@ -185,6 +185,10 @@ impl MatrixJob for FillBin {
         };
     }
 
+    fn default_pose(&self) -> Option<Pose> {
+        Some(self.rest)
+    }
+
     fn reconcile(turn: &mut Turn<'_>) -> Next {
         handlers::reconcile(turn)
     }

@@ -45,6 +45,22 @@ fn the_bin_is_filled_until_it_falls_and_held_again() {
 }
 
 #[test]
+fn a_job_that_is_done_stays_done_when_the_grip_breaks_again() {
+    let mut world = World::new();
+    world.run_to(Outcome::Done);
+    let drops = world.decision.drops;
+    world.break_grip();
+    world.step();
+    for phase in ["STANDBY", "PICKING", "HOLDING"] {
+        world.run_until(phase, |world| {
+            assert_eq!(world.decision.outcome, Outcome::Done.code());
+            world.phase() == phase
+        });
+    }
+    assert_eq!(world.decision.drops, drops + 1, "the cycle goes on");
+}
+
+#[test]
 fn every_state_is_shown() {
     let world = World::new();
     let graph = &world.task.graphs()[0];
@@ -240,9 +256,16 @@ fn a_reset_lets_go_and_waits_for_the_start() {
         world.state.panel.task_started,
         world.state.panel.task_paused,
     ) = (0, 1);
-    (0..50).for_each(|_| world.step());
+    world.step();
+    let goal = world.decision.goals[0];
+    let told = (goal.kind, goal.gripper);
+    assert_eq!(told, (GoalKind::Hold.code(), GripperGoal::Open.code()));
+    (0..60).for_each(|_| world.step());
     assert_eq!(world.decision.outcome, Outcome::Paused.code());
-    assert_eq!(world.decision.goals[0].kind, GoalKind::Hold.code());
+    let goal = world.decision.goals[0];
+    let told = (goal.kind, goal.gripper);
+    assert_eq!(told, (GoalKind::Pose.code(), GripperGoal::Open.code()));
+    assert_eq!(goal.target.position, [0.0, 0.75, 0.42]);
     world.state.panel.task_paused = 0;
     (0..500).for_each(|_| world.step());
     assert_eq!(world.state.arms[0].gripper.attached, 0);

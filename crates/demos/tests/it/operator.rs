@@ -109,6 +109,46 @@ fn a_reset_begins_anew_with_new_goal_numbers() {
 }
 
 #[test]
+fn a_reset_that_pauses_opens_the_hand_and_sends_the_arm_home_until_the_operator_leads() {
+    for policy in ALL {
+        let mut cell = FakeCell::stack(policy);
+        let home = Cell::load(&Data::checkout(), "franka-stack", 1, None).unwrap();
+        target(&mut cell, UP);
+        cell.run_until_carrying(RED, "TRANSPORT");
+        cell.state.panel.task_paused = 1;
+        target(&mut cell, UP);
+        cell.step();
+        cell.state.panel.task_reset += 1;
+        cell.step();
+        let goal = cell.decision.goals[0];
+        assert_eq!(
+            (goal.kind, goal.gripper),
+            (GoalKind::Hold.code(), GripperGoal::Open.code()),
+            "{policy}: it opens at once, and what it was asked before is cleared"
+        );
+        (0..60).for_each(|_| cell.step());
+        cell.restart();
+        cell.step();
+        let goal = cell.decision.goals[0];
+        assert_eq!(goal.kind, GoalKind::Joints.code(), "{policy}");
+        assert_eq!(goal.posture[..7], home.arms[0].home[..]);
+        assert_eq!(goal.gripper, GripperGoal::Open.code());
+        assert_eq!(cell.outcome(), Outcome::Paused);
+        let low = Pose {
+            position: [0.5, 0.0, 0.3],
+            ..UP
+        };
+        target(&mut cell, low);
+        cell.step();
+        assert_eq!(cell.decision.goals[0].target, low);
+        cell.state.panel.task_paused = 0;
+        cell.step();
+        assert_eq!(cell.phase(), "PRE_GRASP");
+        cell.run_to_done();
+    }
+}
+
+#[test]
 fn follow_goes_where_the_operator_points_paused_or_not() {
     let mut cell = FakeCell::new("reach", "follow", 1);
     cell.step();

@@ -57,6 +57,11 @@ pub trait MatrixJob: Send + Sized + 'static {
     /// objects are in place.
     fn report(turn: &mut Turn<'_, Self>);
 
+    /// See [`robocell_task::AnyPolicy::default_pose`].
+    fn default_pose(&self) -> Option<Pose> {
+        None
+    }
+
     /// Continues from what is seen after missed decisions, where the memory does
     /// not fit; answers the state to continue in.
     fn reconcile(turn: &mut Turn<'_, Self>) -> Next;

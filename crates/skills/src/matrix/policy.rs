@@ -8,7 +8,7 @@ use behavior::matrix::{Next, Table, Vocabulary};
 use behavior::numbers::Numbers;
 use behavior::{Graph, NodeStatus};
 use cell_model::Cell;
-use ipc_types::Text;
+use ipc_types::{Pose, Text};
 use robocell_task::settings::behaviour_text;
 use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError};
 
@@ -213,6 +213,10 @@ impl<J: MatrixJob> AnyPolicy for MatrixPolicy<J> {
         let sound = |(arm, memory): &(ArmMemory, J::Memory)| arm.is_sound() && job.is_sound(memory);
         (self.arm, self.memory) = self.run.restore(bytes, sound)?;
         Ok(())
+    }
+
+    fn default_pose(&self, arm: usize) -> Option<Pose> {
+        self.fixed.job.default_pose().filter(|_| arm == ARM)
     }
 
     fn reconcile(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {

@@ -21,8 +21,8 @@ export function taskButtons(desk: Desk): HTMLElement {
     if (await desk.send({ do: "reset" }, { do: "resume" }, ...start)) desk.say("the scene was reset; the task restarts");
   };
   const perform = async () => {
-    if (!(await desk.send({ do: "task_start" }))) return;
-    desk.say(desk.paused ? "start event given; the task begins when time is resumed" : "start event given");
+    const ack = await desk.store.command({ do: "task_start" });
+    if (ack.ok) desk.say(ack.message === "" ? "start event given" : `start event given; ${ack.message}`);
   };
   const start = button(desk, {
     label: "Perform Task",
@@ -45,11 +45,12 @@ export function taskButtons(desk: Desk): HTMLElement {
   });
   const reset = button(desk, {
     label: "Reset Task",
-    about: () => "Put the task back to its beginning; the scene stays as it is",
+    about: () => "Open the gripper, send the arm to its default pose, put the task back to its beginning; the scene stays as it is",
     twin: () => "robocell task reset",
     why,
     run: async () => {
-      if (await desk.send({ do: "task_reset" })) desk.say("the task was reset");
+      const ack = await desk.store.command({ do: "task_reset" });
+      if (ack.ok) desk.say(`task reset: ${ack.message}`);
     },
   });
   return el("div", { class: "row task-buttons" }, start, pause, reset);
