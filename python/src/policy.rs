@@ -1,5 +1,6 @@
 //! A policy written in Python, in the form a task keeps.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 use behavior::NodeStatus;
@@ -9,6 +10,7 @@ use ipc_types::Text;
 use ipc_types::trace::TraceEvent;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use robocell_skills::settings::check_places;
 use robocell_skills::{ArmMemory, PlaceTable, Setup};
 use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, checkpoint};
 use serde::{Deserialize, Serialize};
@@ -69,10 +71,9 @@ impl PyPolicy {
     ) -> Result<Self, SetupError> {
         let refused = |problem: String| SetupError::in_file(problem);
         let settings: Value = cell.task.read().map_err(|e| refused(e.to_string()))?;
-        let setup = Setup::new(
-            cell,
-            places(&settings).iter().map(|(name, table)| (name, table)),
-        );
+        let named: BTreeMap<String, PlaceTable> = places(&settings).into_iter().collect();
+        check_places(&named, cell, &cell.task.checker()).map_err(|e| refused(e.to_string()))?;
+        let setup = Setup::new(cell, &named);
         let told = about::cell(cell, &setup, &settings);
         let shared: Shared = Arc::new(Mutex::new(Inner::new(setup)));
         Python::attach(|py| {

@@ -1,6 +1,10 @@
 //! Checks that more than one kind of `[task]` makes.
 
 use cell_model::{ArmSpec, Cell, Checker, ModelError, suggest};
+use ipc_types::decision::MAX_PLACED;
+use nalgebra::Vector3;
+use robocell_skills::ability::{self, Need};
+use robocell_skills::{ArmSetup, ObjectSetup, Tool};
 
 /// Most objects a stack may be made of.
 pub const MAX_STACK: usize = 16;
@@ -55,6 +59,74 @@ pub(crate) fn within_reach(
         arm.name
     );
     Err(at.refuse(key, format!("[{x}, {y}]"), allowed))
+}
+
+/// Refuses points to which the joints of `arm` do not bring its tool, pointing down (m, world
+/// frame).
+pub(crate) fn tool_gets_to(
+    at: &Checker<'_>,
+    key: &str,
+    arm: Option<&ArmSpec>,
+    points: impl IntoIterator<Item = [f64; 3]>,
+) -> Result<(), ModelError> {
+    let Some(spec) = arm else {
+        return Ok(());
+    };
+    let arm = ArmSetup::of(spec);
+    for point in points {
+        if let Some(lack) = ability::lacks(&arm, Need::Reach(spec, &[Vector3::from(point)])) {
+            let [x, y, z] = point;
+            let allowed = format!(
+                "'{}' {lack}, pointing down; move it nearer, or the base of the arm",
+                arm.name
+            );
+            return Err(at.refuse(key, format!("[{x:.3}, {y:.3}, {z:.3}]"), allowed));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses an arm that cannot take the objects called `names` between two fingers.
+pub(crate) fn fingers_grip(
+    at: &Checker<'_>,
+    cell: &Cell,
+    arm: usize,
+    names: &[String],
+) -> Result<(), ModelError> {
+    let Some(spec) = cell.arms.get(arm) else {
+        return Ok(());
+    };
+    let (setup, key) = (ArmSetup::of(spec), format!("arm.{arm}.robot"));
+    let refused = |why: String| Err(at.refuse(&key, format!("'{}'", spec.robot.name), why));
+    if setup.tool == Tool::Suction {
+        return refused("this job needs two fingers, and it has suction".to_owned());
+    }
+    let objects = cell.objects.iter().filter(|o| names.contains(&o.name));
+    for object in objects.map(ObjectSetup::of) {
+        if let Some(lack) = ability::lacks(&setup, Need::Grip(Some(&object))) {
+            return refused(ability::refusal(&setup.name, Some(&object.name), lack));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses more objects than a job has places for, or than a decision can count.
+pub(crate) fn countable(
+    at: &Checker<'_>,
+    key: &str,
+    objects: usize,
+    places: usize,
+) -> Result<(), ModelError> {
+    if objects <= places.min(MAX_PLACED) {
+        return Ok(());
+    }
+    let (most, why) = if places <= MAX_PLACED {
+        (places, "there are places for")
+    } else {
+        (MAX_PLACED, "in place can be counted")
+    };
+    let allowed = format!("at most {most} are allowed, as many as {why}; use fewer, or `--bins`");
+    Err(at.refuse(key, format!("{objects} objects"), allowed))
 }
 
 /// Refuses a `name` that is none of `names`; `what` says of what.

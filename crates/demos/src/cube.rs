@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 use cell_model::Cell;
 use robocell_skills::files::{self, TreeSource};
+use robocell_skills::setup::ARM;
 use robocell_skills::{Places, Setup};
 use robocell_task::{Kind, SetupError, boxed};
 
@@ -52,5 +53,6 @@ fn parts(task: &Places, cell: &Cell) -> Result<(Arc<Setup>, usize, usize), Setup
     let setup = Setup::new(cell, &task.place);
     let cube = setup.need_object(cell, "cube")?;
     let mark = setup.need_place(cell, "mark")?;
+    setup.need_grip(cell, ARM, cube)?;
     Ok((Arc::new(setup), cube, mark))
 }

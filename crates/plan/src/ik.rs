@@ -4,12 +4,18 @@
 use nalgebra::{DMatrix, Isometry3, Matrix6, Vector6};
 use rmp::{JointLimits, RmpFlow, TargetId};
 
+use crate::halton;
+
 /// Steps from one start.
 const STEPS: usize = 120;
 /// Damping, in the units of the Jacobian: what makes a step near a singularity finite.
 const DAMPING: f64 = 0.02;
 /// Longest step of a joint (rad or m).
 const LONGEST_STEP: f64 = 0.3;
+/// Starts of a search besides those it is given.
+const SPREAD: u64 = 16;
+/// A joint without a limit, or with one beyond this, is started within it (rad or m).
+const WIDEST: f64 = std::f64::consts::TAU;
 /// A pose is met within this (m, rad).
 const MET_M: f64 = 1.0e-4;
 const MET_RAD: f64 = 1.0e-3;
@@ -102,6 +108,30 @@ impl<'a> Tool<'a> {
             }
             best = Some(Found::nearer(best, found));
             self.step(&mut at, &error)?;
+        }
+        best
+    }
+
+    /// As [`Tool::solve`], from each of `near` and then from configurations all over the
+    /// limits, until the pose is met; else what came nearest to it.
+    pub fn search(&mut self, near: &[&[f64]], goal: &Isometry3<f64>) -> Option<Found> {
+        let limits = self.limits;
+        let spread = |index: u64| -> Vec<f64> {
+            let joints = limits.lower.iter().zip(&limits.upper).enumerate();
+            let position = |(joint, (low, high)): (usize, (&f64, &f64))| {
+                let (low, high) = (low.max(-WIDEST), high.min(WIDEST));
+                low + halton::value(index + 1, joint) * (high - low)
+            };
+            joints.map(position).collect()
+        };
+        let given = near.iter().map(|start| start.to_vec());
+        let mut best: Option<Found> = None;
+        for start in given.chain((0..SPREAD).map(spread)) {
+            match self.solve(&start, goal) {
+                Some(found) if found.is_met() => return Some(found),
+                Some(found) => best = Some(Found::nearer(best, found)),
+                None => {}
+            }
         }
         best
     }

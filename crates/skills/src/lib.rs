@@ -15,6 +15,7 @@
 //! knows a cube, a bin or a demo.
 #![forbid(unsafe_code)]
 
+pub mod ability;
 pub mod attempts;
 pub mod condition;
 pub mod equipment;

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use robocell_task::PolicyTime;
 use robocell_task::job::Placement;
 
+use crate::ability::{self, Need};
 use crate::fingers::Ways;
 use crate::geometry;
 use crate::grip;
@@ -101,6 +102,18 @@ impl Pick {
         Status::Running
     }
 
+    /// The job cannot be done by this arm.
+    fn refuse(&self, world: &mut World<'_>) -> Option<Status> {
+        let arm = world.arm_setup()?;
+        let lack = ability::lacks(arm, Need::Grip(world.object_setup(self.object)))?;
+        let (arm, object) = (world.arm_name(), world.setup.object_name(self.object));
+        world.fail(
+            lack.reason(),
+            format_args!("{arm} cannot grip {object}: it {lack}"),
+        );
+        Some(Status::Failure)
+    }
+
     /// Leaves other objects first.
     fn clear(&self, progress: &mut Progress, world: &mut World<'_>) -> Status {
         if let Some(held) = world.held() {
@@ -111,6 +124,9 @@ impl Pick {
                 format_args!("{name} is in the gripper and has to be placed first"),
             );
             return Status::Failure;
+        }
+        if let Some(refused) = self.refuse(world) {
+            return refused;
         }
         if motion::is_clear(&mut progress.step, Some(self.object), world) {
             progress.next();

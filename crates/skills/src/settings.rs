@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 
 use cell_model::check::MAX_COORDINATE_M;
 use cell_model::{Cell, Checker, ModelError, suggest};
+use ipc_types::decision::MAX_PLACED;
 use nalgebra::Vector3;
 use robocell_task::Settings;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::setup::{self, ArmSetup};
+use crate::ability::{self, Need};
+use crate::setup::{self, ArmSetup, ObjectSetup, Tool};
 
 /// Most slots of one place.
 const MAX_SLOTS: u32 = 64;
@@ -251,7 +253,8 @@ impl Settings for Places {
     }
 }
 
-/// Refuses places that cannot be meant, and those that no arm of `cell` reaches.
+/// Refuses places that cannot be meant, that no arm of `cell` reaches, and that are too many
+/// to be counted.
 ///
 /// # Errors
 /// [`ModelError::Value`].
@@ -261,37 +264,68 @@ pub fn check_places(
     at: &Checker<'_>,
 ) -> Result<(), ModelError> {
     let arms: Vec<ArmSetup> = cell.arms.iter().map(ArmSetup::of).collect();
+    let mut count = 0;
     for (name, table) in places {
         let key = format!("task.place.{name}");
         table.check(at, &key)?;
         let slots = setup::place(name, table).slots;
-        let points = slots.iter().map(|slot| Vector3::from(slot.position));
-        for (index, point) in points.enumerate() {
-            if !arms.is_empty() && !arms.iter().any(|arm| arm.reaches(point)) {
-                return Err(out_of_reach(at, &key, index, point, &arms));
-            }
+        count += slots.len();
+        for (index, slot) in slots.iter().enumerate() {
+            reached(cell, &arms, slot.position.into()).map_err(|why| {
+                let [x, y, z] = slot.position;
+                let value = format!("[{x:.3}, {y:.3}, {z:.3}] in slot {index}");
+                at.refuse(&format!("{key}.position_m"), value, why)
+            })?;
         }
+    }
+    // A decision counts no more objects that are in place.
+    let placed = count.min(cell.objects.len());
+    if placed > MAX_PLACED {
+        let allowed = format!("{MAX_PLACED} objects in place can be counted; use fewer slots");
+        return Err(at.refuse("task.place", format!("for {placed} objects"), allowed));
     }
     Ok(())
 }
 
-/// A job could only end at a slot that no arm reaches.
-fn out_of_reach(
-    at: &Checker<'_>,
-    key: &str,
-    slot: usize,
-    point: Vector3<f64>,
-    arms: &[ArmSetup],
-) -> ModelError {
-    let far = arms.iter().map(|arm| {
-        let (away, reach) = ((point - arm.base).xy().norm(), arm.reach_m);
+/// Whether some arm reaches a point where an object of `cell` is set down; else why none
+/// does: a job could only end there.
+fn reached(cell: &Cell, arms: &[ArmSetup], point: Vector3<f64>) -> Result<(), String> {
+    let mut why = Vec::new();
+    for (arm, spec) in arms.iter().zip(&cell.arms) {
         let name = &arm.name;
-        format!("'{name}' reaches {reach:.2} m, and it is {away:.2} m from its base")
+        if !arm.reaches(point) {
+            let (away, reach) = ((point - arm.base).xy().norm(), arm.reach_m);
+            why.push(format!(
+                "'{name}' reaches {reach:.2} m, and it is {away:.2} m from its base"
+            ));
+            continue;
+        }
+        match ability::lacks(arm, Need::Reach(spec, &tool_points(cell, arm.tool, point))) {
+            None => return Ok(()),
+            Some(lack) => why.push(format!("'{name}' {lack}, pointing down")),
+        }
+    }
+    if why.is_empty() {
+        return Ok(());
+    }
+    let why = why.join("; ");
+    Err(format!(
+        "no arm reaches it: {why}; move the place or the base of an arm"
+    ))
+}
+
+/// Where a tool lets the lowest and the highest object go that is set down at `point` (m).
+fn tool_points(cell: &Cell, tool: Tool, point: Vector3<f64>) -> Vec<Vector3<f64>> {
+    let objects = cell.objects.iter().map(ObjectSetup::of);
+    let height = |object: ObjectSetup| object.half_height_m + tool.grasp_height(&object);
+    let heights = objects.map(height);
+    let (low, high) = heights.fold((f64::INFINITY, 0.0_f64), |(low, high), height| {
+        (low.min(height), high.max(height))
     });
-    let [x, y, z] = point.into();
-    let value = format!("[{x:.3}, {y:.3}, {z:.3}] in slot {slot}");
-    let allowed = format!("no arm reaches it: {}", far.collect::<Vec<_>>().join("; "));
-    at.refuse(&format!("{key}.position_m"), value, allowed)
+    let mut all = vec![low.min(high), high];
+    all.dedup();
+    let above = |height: f64| point + Vector3::new(0.0, 0.0, height);
+    all.into_iter().map(above).collect()
 }
 
 #[cfg(test)]

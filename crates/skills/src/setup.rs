@@ -1,11 +1,15 @@
 //! What skills know of a cell, resolved once from its files.
 
-use cell_model::{ArmSpec, Cell, Robot, Shape, suggest};
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use cell_model::{ArmSpec, Cell, ObjectSpec, Robot, Shape, suggest};
 use ipc_types::{MAX_JOINTS, Pose};
 use nalgebra::{Vector2, Vector3};
 use robocell_task::SetupError;
 use robocell_task::job::Placement;
 
+use crate::ability::{self, Need};
 use crate::geometry;
 use crate::settings::PlaceTable;
 
@@ -61,6 +65,8 @@ pub struct ObjectSetup {
     pub name: String,
     /// Half of its height when it is upright (m).
     pub half_height_m: f64,
+    /// Its narrowest side (m).
+    pub narrowest_m: f64,
     /// Bit of [`ipc_types::ArmGoal::object_mask`], for one that is an obstacle.
     pub obstacle_bit: Option<u32>,
 }
@@ -90,6 +96,33 @@ pub struct Setup {
     pub obstacles: Vec<String>,
     /// Obstacles that exist in physics; the others only guide a motion.
     pub solid_obstacles: u64,
+    /// What files pick.
+    pub(crate) picks: Picks,
+}
+
+/// Arm and object of each pick that a file names, collected while its nodes are made: by
+/// then nobody asks where the object is. Of no weight in a comparison.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Picks(Arc<Mutex<BTreeSet<(usize, usize)>>>);
+
+impl PartialEq for Picks {
+    fn eq(&self, _other: &Self) -> bool {
+        true
+    }
+}
+
+impl Picks {
+    /// Notes that `arm` picks `object`.
+    pub(crate) fn note(&self, arm: usize, object: usize) {
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        all.insert((arm, object));
+    }
+
+    /// All of them.
+    pub(crate) fn all(&self) -> BTreeSet<(usize, usize)> {
+        let all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        all.clone()
+    }
 }
 
 impl Setup {
@@ -98,7 +131,7 @@ impl Setup {
         cell: &Cell,
         places: impl IntoIterator<Item = (&'p String, &'p PlaceTable)>,
     ) -> Self {
-        let mut objects: Vec<ObjectSetup> = cell.objects.iter().map(object).collect();
+        let mut objects: Vec<ObjectSetup> = cell.objects.iter().map(ObjectSetup::of).collect();
         for (bit, (index, _)) in (0_u32..64).zip(cell.obstacle_objects()) {
             if let Some(object) = objects.get_mut(index) {
                 object.obstacle_bit = Some(bit);
@@ -112,6 +145,7 @@ impl Setup {
             sensors: cell.sensors.iter().map(|s| s.name.clone()).collect(),
             obstacles: cell.obstacles().map(|o| o.name.clone()).collect(),
             solid_obstacles: guides.fold(u64::MAX, |mask, (bit, _)| mask & !(1 << bit.min(63))),
+            picks: Picks::default(),
         }
     }
 
@@ -129,6 +163,7 @@ impl Setup {
             sensors: Vec::new(),
             obstacles: Vec::new(),
             solid_obstacles: u64::MAX,
+            picks: Picks::default(),
         }
     }
 
@@ -168,6 +203,20 @@ impl Setup {
     pub fn need_place(&self, cell: &Cell, name: &str) -> Result<usize, SetupError> {
         let known: Vec<&str> = self.places.iter().map(|p| p.name.as_str()).collect();
         need(cell, "place", name, self.place(name), &known)
+    }
+
+    /// Refuses a job whose `arm` cannot pick `object` up, for a policy that does nothing else.
+    ///
+    /// # Errors
+    /// [`SetupError`] with what the arm lacks.
+    pub fn need_grip(&self, cell: &Cell, arm: usize, object: usize) -> Result<(), SetupError> {
+        let object = self.objects.get(object);
+        let lack = self.arms.get(arm).and_then(|arm| {
+            let lack = ability::lacks(arm, Need::Grip(object))?;
+            let object = object.map(|object| object.name.as_str());
+            Some(ability::refusal(&arm.name, object, lack))
+        });
+        lack.map_or(Ok(()), |why| Err(SetupError::new(cell, why)))
     }
 
     /// Name of an object, for logs.
@@ -317,17 +366,32 @@ fn reach(robot: &Robot) -> f64 {
     REACH_SHARE * stretched
 }
 
-fn object(spec: &cell_model::ObjectSpec) -> ObjectSetup {
-    let half_height_m = match spec.shape {
-        Shape::Box { size_m } | Shape::Bin { size_m, .. } => 0.5 * size_m[2],
-        Shape::Sphere { radius_m } => radius_m,
-        Shape::Cylinder { height_m, .. } => 0.5 * height_m,
-        Shape::Capsule { radius_m, height_m } => radius_m + 0.5 * height_m,
-    };
-    ObjectSetup {
-        name: spec.name.clone(),
-        half_height_m,
-        obstacle_bit: None,
+impl ObjectSetup {
+    /// What a job has to know about `spec`.
+    pub fn of(spec: &ObjectSpec) -> Self {
+        let half_height_m = match spec.shape {
+            Shape::Box { size_m } | Shape::Bin { size_m, .. } => 0.5 * size_m[2],
+            Shape::Sphere { radius_m } => radius_m,
+            Shape::Cylinder { height_m, .. } => 0.5 * height_m,
+            Shape::Capsule { radius_m, height_m } => radius_m + 0.5 * height_m,
+        };
+        Self {
+            name: spec.name.clone(),
+            half_height_m,
+            narrowest_m: narrowest(&spec.shape),
+            obstacle_bit: None,
+        }
+    }
+}
+
+/// The narrowest side of a shape (m).
+fn narrowest(shape: &Shape) -> f64 {
+    match *shape {
+        Shape::Box { size_m } | Shape::Bin { size_m, .. } => {
+            size_m.into_iter().fold(f64::INFINITY, f64::min)
+        }
+        Shape::Sphere { radius_m } | Shape::Capsule { radius_m, .. } => 2.0 * radius_m,
+        Shape::Cylinder { radius_m, height_m } => height_m.min(2.0 * radius_m),
     }
 }
 

@@ -109,7 +109,7 @@ fn a_bad_script_is_named_with_its_line() {
 /// The shipped data with one line of a file changed.
 fn data_with(dir: &Path, file: &str, from: &str, to: &str) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    for folder in ["cells", "robots/panda"] {
+    for folder in ["cells", "cells/cube", "robots/panda"] {
         std::fs::create_dir_all(dir.join(folder)).unwrap();
         for entry in std::fs::read_dir(root.join(folder)).unwrap().flatten() {
             if entry.path().is_file() {
@@ -250,6 +250,47 @@ fn a_stack_out_of_reach_is_refused_with_its_line() {
             "2.46 m from the base of",
         ],
     );
+}
+
+#[test]
+fn what_an_arm_cannot_do_is_refused_in_every_mode_by_the_same_sentence() {
+    let size = "size_m = [0.05, 0.05, 0.05]";
+    let mark = "[task.place.mark]\nposition_m = [0.50, 0.25, 0.0]";
+    let wide = size.replace("0.05", "0.09");
+    let high = mark.replace("[0.50, 0.25, 0.0]", "[0.55, 0.2, 0.72]");
+    for (from, to, sentence) in [
+        (
+            size,
+            wide,
+            "arm 'panda' cannot grip 'cube': it opens its hand 0.080 m wide",
+        ),
+        (
+            mark,
+            high,
+            "no arm reaches it: 'panda' gets no nearer than 0.078 m",
+        ),
+    ] {
+        let (data, base) = (base(), base());
+        data_with(data.path(), "cells/cube.toml", from, &to);
+        for policy in ["ifelse", "tree", "json", "table", "matrix"] {
+            let common = [
+                "cube",
+                "--policy",
+                policy,
+                "--data",
+                data.path().to_str().unwrap(),
+            ];
+            for mode in [
+                &["run", "--headless"][..],
+                &["run", "--one-process"],
+                &["eval", "--seeds", "1..2"],
+            ] {
+                let said = finish(robocell(base.path(), &[mode, &common[..]].concat()));
+                refused(&said, 3, &[sentence]);
+            }
+        }
+        nothing_started(base.path());
+    }
 }
 
 #[test]

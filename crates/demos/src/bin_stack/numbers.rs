@@ -158,8 +158,36 @@ impl Settings for BinStackTask {
         sensor_of(at, self, cell)?;
         let orientation = &self.rest_orientation_wxyz;
         check::unit_quaternion(at, "task.rest_orientation_wxyz", orientation, 1.0e-3)?;
+        self.stack.check(at, self, cell)?;
         let [least, most] = self.next_bin_steps.map(f64::from);
         at.number("task.next_bin_steps.1", most, least.max(1.0), MAX_STEPS)
+    }
+}
+
+impl BinColumns {
+    /// Refuses more bins than the columns hold, and columns that the arm does not reach.
+    fn check(&self, at: &Checker<'_>, task: &BinStackTask, cell: &Cell) -> Result<(), ModelError> {
+        let bins = cell.objects.iter().filter(|o| o.kind == task.bins);
+        let Some(Shape::Bin { size_m, .. }) = bins.clone().map(|o| &o.shape).next() else {
+            return Ok(());
+        };
+        let wanted = bins.count().min(cell.bins);
+        let places = COLUMNS * self.levels as usize;
+        check::countable(at, "task.bins", wanted, places)?;
+        let [x, y, z] = self.first_m;
+        let (first, second) = (self.first_step_m, self.second_step_m);
+        let corners = [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0], [2.0, 2.0]];
+        // The cup is on a bin that is upside down.
+        let levels = [1.0, f64::from(self.levels)];
+        let top = |[i, j]: [f64; 2]| {
+            let (x, y) = (
+                x + first[0] * i + second[0] * j,
+                y + first[1] * i + second[1] * j,
+            );
+            levels.map(|level| [x, y, z + size_m[2] * level])
+        };
+        let tops = corners.into_iter().flat_map(top);
+        check::tool_gets_to(at, "task.stack.first_m", cell.arms.first(), tops)
     }
 }
 

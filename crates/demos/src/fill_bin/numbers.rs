@@ -103,6 +103,8 @@ impl Settings for FillBinTask {
         }
         let orientation = &self.default_orientation_wxyz;
         check::unit_quaternion(at, "task.default_orientation_wxyz", orientation, 1.0e-3)?;
+        let hold = [self.hold_position_m];
+        check::tool_gets_to(at, "task.hold_position_m", cell.arms.first(), hold)?;
         let [near, far] = self.reach_m;
         at.number("task.reach_m.1", far, near, MAX_REACH_M)
     }

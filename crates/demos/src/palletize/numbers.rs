@@ -243,6 +243,14 @@ impl Settings for PalletizeTask {
             let allowed = format!("1 to {MAX_SLOTS} places are allowed");
             return Err(at.refuse("task.slot_x_m", format!("{slots} places"), allowed));
         }
+        let along = |x: &f64| {
+            self.slot_y_m
+                .iter()
+                .map(|y| [*x, *y, self.slot_z_m])
+                .collect()
+        };
+        let slots: Vec<[f64; 3]> = self.slot_x_m.iter().flat_map::<Vec<_>, _>(along).collect();
+        check::tool_gets_to(at, "task.slot_x_m", cell.arms.first(), slots)?;
         let key = "task.jig.orientation_wxyz";
         check::unit_quaternion(at, key, &self.jig.orientation_wxyz, 1.0e-4)?;
         steps::check(self, at)

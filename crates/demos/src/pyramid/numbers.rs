@@ -8,7 +8,7 @@ use robocell_task::Settings;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::check::{MAX_STACK, object_names, order, within_reach};
+use crate::check::{MAX_STACK, fingers_grip, object_names, order, tool_gets_to, within_reach};
 
 /// Take a pyramid of cubes apart; every arm builds a stack of its own.
 ///
@@ -94,8 +94,15 @@ impl Settings for PyramidTask {
             }
             let key = format!("task.robot.{name}");
             pyramid_arm(at, &key, arm, cell)?;
-            let spec = cell.arms.iter().find(|arm| arm.name == *name);
-            within_reach(at, &format!("{key}.goal_m"), spec, arm.goal_m, self.reach_m)?;
+            let index = arms.iter().position(|known| known == name);
+            let spec = index.and_then(|index| cell.arms.get(index));
+            let goal = format!("{key}.goal_m");
+            within_reach(at, &goal, spec, arm.goal_m, self.reach_m)?;
+            fingers_grip(at, cell, index.unwrap_or(0), &arm.order)?;
+            let [x, y] = arm.goal_m;
+            let layers = [0, self.required_count.saturating_sub(1)];
+            let height = |layer: u32| self.base_height_m + self.layer_height_m * f64::from(layer);
+            tool_gets_to(at, &goal, spec, layers.map(|layer| [x, y, height(layer)]))?;
         }
         if let Some(missing) = arms.iter().find(|name| !self.robot.contains_key(**name)) {
             let allowed = format!("write what [task.robot.{missing}] shall do");

@@ -6,7 +6,7 @@ use robocell_task::Settings;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::check::{object_names, order, within_reach};
+use crate::check::{fingers_grip, object_names, order, tool_gets_to, within_reach};
 
 /// Stack cubes on one spot in a given order.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -91,7 +91,16 @@ impl Settings for StackTask {
             cell.arms.first(),
             self.stack_position_m,
             self.reach_m,
-        )
+        )?;
+        fingers_grip(at, cell, 0, &self.order)?;
+        let [x, y] = self.stack_position_m;
+        let layers = [0, self.order.len() - 1];
+        let points = layers.map(|layer| {
+            let height = self.base_height_m + self.layer_height_m * layer as f64;
+            let [dx, dy, dz] = self.grasp_offset_m;
+            [x + dx, y + dy, height + dz]
+        });
+        tool_gets_to(at, key, cell.arms.first(), points)
     }
 
     fn grip_force_n(&self, _cell: &Cell) -> f64 {

@@ -255,3 +255,65 @@ fn steps_of_palletizing_that_cannot_be_meant_are_refused_with_their_line() {
         assert!(error.contains(expected), "{error}");
     }
 }
+
+#[test]
+fn a_demo_counts_the_bins_that_it_accepts() {
+    let read = |demo: &str| {
+        Data::checkout()
+            .read(&format!("cells/{demo}.toml"))
+            .unwrap()
+    };
+    let text = read("ur10-bin-stack");
+    for (from, to, words) in [
+        (
+            "count = 36",
+            "count = 50",
+            "task.bins is 50 objects; at most 36 are allowed, as many as there are places for",
+        ),
+        (
+            "levels = 4",
+            "levels = 3",
+            "task.bins is 36 objects; at most 27 are allowed",
+        ),
+    ] {
+        let why = refused_in(&text, from, to);
+        assert!(
+            why.starts_with("cells/x.toml:") && why.contains(words),
+            "{why}"
+        );
+    }
+    // Those that `--bins` leaves out do not count.
+    let fifty = text.replacen("count = 36", "count = 50", 1);
+    let mut cell = Cell::from_text(&Data::checkout(), "x", "x.toml", &fifty, 0, None).unwrap();
+    cell.limit_bins(36).unwrap();
+    assert!(demos::policies().task(&cell, &cell.default_policy).is_ok());
+}
+
+#[test]
+fn a_robot_that_cannot_do_the_job_of_a_demo_is_refused() {
+    for (demo, words) in [
+        (
+            "franka-stack",
+            "'panda' cannot grip 'red_cube': it has no gripper",
+        ),
+        ("franka-pyramid", "'left' cannot grip"),
+        ("cube", "'panda' cannot grip 'cube': it has no gripper"),
+        ("ur10-palletize", "no suction gripper"),
+    ] {
+        let mut cell = Cell::load(&Data::checkout(), demo, 0, None).unwrap();
+        (cell.arms[0].robot.gripper, cell.arms[0].robot.suction) = (None, None);
+        let why = demos::policies().task(&cell, &cell.default_policy).err();
+        let why = why.map(|why| why.to_string()).unwrap_or_default();
+        assert!(why.contains(words), "{demo}: {why}");
+    }
+    for (from, to) in [
+        (
+            "stack_position_m = [0.55, 0.20]",
+            "stack_position_m = [0.02, 0.0]",
+        ),
+        ("base_height_m = 0.025", "base_height_m = 0.9"),
+    ] {
+        let why = refused(from, to);
+        assert!(why.contains("gets no nearer than"), "{why}");
+    }
+}

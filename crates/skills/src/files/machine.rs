@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
 
 use super::parts::{self, Loader};
+use crate::ability;
 use crate::machine_run::MachineRun;
 use crate::setup::{ARM, Setup};
 use crate::skill::Station;
@@ -258,6 +259,10 @@ impl MachineJob {
 }
 
 impl AnyPolicy for MachinePolicy {
+    fn warnings(&self, cell: &Cell) -> Vec<String> {
+        ability::far_picks(cell, &self.setup)
+    }
+
     fn reset(&mut self) {
         self.job.reset();
     }

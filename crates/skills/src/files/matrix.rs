@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
 
 use super::parts::{self, Loader};
+use crate::ability;
 use crate::matrix::MatrixRun;
 use crate::setup::{ARM, Setup};
 use crate::skill::Station;
@@ -221,6 +222,10 @@ impl MatrixPolicy {
 }
 
 impl AnyPolicy for MatrixPolicy {
+    fn warnings(&self, cell: &Cell) -> Vec<String> {
+        ability::far_picks(cell, &self.setup)
+    }
+
     fn reset(&mut self) {
         let initial = std::mem::take(&mut self.initial);
         // It was written by this very policy.

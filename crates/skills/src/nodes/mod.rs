@@ -24,7 +24,7 @@ use crate::place::Place;
 use crate::progress::Progress;
 use crate::setup::Setup;
 use crate::skill::{Skill, Station};
-use names::{is_given, object, place_named};
+use names::{able_to_grip, is_given, object, place_named};
 
 /// What a leaf gets with each call.
 pub type Context<'a, 'w> = Cx<'a, 'w, Station>;
@@ -150,6 +150,7 @@ fn close(setup: &Arc<Setup>) -> NodeType<Station> {
             } else {
                 None
             };
+            able_to_grip(binder, &setup, wanted.as_ref())?;
             Ok(Made(move |cx: &Context<'_, '_>| {
                 Ok(match &wanted {
                     Some(name) => name.get(cx)?.map(|object| Close {
@@ -174,6 +175,7 @@ fn pick(setup: &Arc<Setup>) -> NodeType<Station> {
          moves; after too many failures in a row the job fails.",
         move |binder| {
             let object = object(binder, &setup)?;
+            able_to_grip(binder, &setup, Some(&object))?;
             let clearance = binder.input::<f64>("clearance_m")?;
             let attempts = binder.input::<i64>("max_attempts")?;
             Ok(Made(move |cx: &Context<'_, '_>| {

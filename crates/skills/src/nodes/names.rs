@@ -6,7 +6,9 @@ use behavior::suggest;
 use behavior::tree::{BindError, Binder, Binding};
 
 use super::Context;
-use crate::setup::Setup;
+use crate::ability::{self, Need};
+use crate::setup::{ARM, Setup};
+use crate::shared::ROBOT;
 
 /// A name that a port is bound to: resolved when the file is loaded, or looked
 /// up at every tick where it is in a key.
@@ -67,6 +69,35 @@ pub(super) fn sensor(binder: &mut Binder<'_>, setup: &Setup) -> Result<Named, Bi
     named(binder, "sensor", setup, Setup::sensor, |setup| {
         setup.sensors.iter().map(String::as_str).collect()
     })
+}
+
+/// Refuses a node that picks `object` up, `None` for one that is known later, where the arm
+/// of its tree cannot.
+#[allow(clippy::result_large_err, reason = "happens at load, once")]
+pub(super) fn able_to_grip(
+    binder: &Binder<'_>,
+    setup: &Setup,
+    object: Option<&Named>,
+) -> Result<(), BindError> {
+    let named = binder.text_constant(ROBOT).ok();
+    let arm = named.and_then(|name| setup.arm(name)).unwrap_or(ARM);
+    // A file that is looked at without its cell has no arms.
+    let Some(spec) = setup.arms.get(arm) else {
+        return Ok(());
+    };
+    let index = object.and_then(|object| match object {
+        Named::Index(index) => Some(*index),
+        Named::Key(..) => None,
+    });
+    let object = index.and_then(|index| setup.objects.get(index));
+    if let Some(lack) = ability::lacks(spec, Need::Grip(object)) {
+        let object = object.map(|object| object.name.as_str());
+        return Err(BindError::Host(ability::refusal(&spec.name, object, lack)));
+    }
+    if let Some(index) = index {
+        setup.picks.note(arm, index);
+    }
+    Ok(())
 }
 
 /// Whether a port was given, whose default is an empty text or no numbers.

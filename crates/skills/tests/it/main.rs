@@ -6,6 +6,7 @@
     reason = "a test that cannot continue has failed"
 )]
 
+mod ability;
 mod bench;
 mod files;
 mod guarded;

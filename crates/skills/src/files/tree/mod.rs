@@ -20,6 +20,7 @@ use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, TraceEvent}
 
 use super::nested;
 use super::phases::{self, Phase, Shown};
+use crate::ability;
 use crate::condition::PLACE_TOLERANCE_M;
 use crate::nodes;
 use crate::setup::Setup;
@@ -330,6 +331,10 @@ fn load(
 }
 
 impl AnyPolicy for TreePolicy {
+    fn warnings(&self, cell: &Cell) -> Vec<String> {
+        ability::far_picks(cell, &self.setup)
+    }
+
     fn reset(&mut self) {
         let initial = std::mem::take(&mut self.initial);
         // It was written by this very policy.
