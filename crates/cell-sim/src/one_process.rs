@@ -15,7 +15,7 @@ use ipc_types::{
 };
 use physics_proc::plant::{Next, Plant};
 use physics_proc::world::StepInput;
-use robocell_task::Policies;
+use robocell_task::{Policies, Task};
 use robocell_task::starts::{Decider, NoHistory};
 
 use crate::SimError;
@@ -130,7 +130,7 @@ impl OneProcess {
 
     /// The task, for its pictures.
     pub fn task(&self) -> &Task {
-        &self.task
+        &self.decider.task
     }
 
     /// What the run has reached, of `spec` and after `wall_time_s`.
@@ -252,7 +252,7 @@ impl OneProcess {
         self.decision.header.generation = self.task_restarts + 1;
         self.decided = true;
         self.message
-            .update(self.task.message(), self.task.has_failed());
+            .update(self.decider.task.message(), self.decider.task.has_failed());
         self.trace.extend(
             self.lines
                 .iter()
