@@ -145,10 +145,9 @@ pub fn prepare_page(
     let one_time_links = incidents.is_some().then(|| page.secrets.clone());
     let files = Files::page(page.dist.as_deref(), &page.hint);
     let meshes = meshes();
-    for limit in [files.limit("the page"), meshes.limit("the robots' meshes")] {
-        if let Some(limit) = limit {
-            cell_worker::warn(format_args!("{limit}"));
-        }
+    let limits = [files.limit("the page"), meshes.limit("the robots' meshes")];
+    for limit in limits.into_iter().flatten() {
+        cell_worker::warn(format_args!("{limit}"));
     }
     let (hint, fed) = (page.hint.clone(), hub.clone());
     let site = move |gate| Site {

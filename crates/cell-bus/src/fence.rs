@@ -205,6 +205,10 @@ mod tests {
         judged.collect()
     }
 
+    fn flipped(number: u64, bit: u32) -> u64 {
+        number ^ (1 << bit)
+    }
+
     fn fence() -> Fence {
         Fence::new(7, 9)
     }
@@ -247,7 +251,10 @@ mod tests {
         for bit in 0..u32::BITS {
             let mut fence = fence();
             heard(&mut fence, &[(1, 2, 10), (1, 2, 11)]);
-            let accepted = heard(&mut fence, &[(1, 2 ^ 1 << bit, 12), (1, 2, 13), (1, 2, 14)]);
+            let accepted = heard(
+                &mut fence,
+                &[(1, 2 ^ (1 << bit), 12), (1, 2, 13), (1, 2, 14)],
+            );
             assert_eq!(accepted, [false, true, true], "bit {bit}");
             assert_eq!(fence.generation(), 2, "bit {bit}");
             let successor = heard(&mut fence, &[(2, 3, 1), (1, 2, 15), (2, 3, 2)]);
@@ -260,8 +267,11 @@ mod tests {
         for bit in 0..u64::BITS {
             let mut fence = fence();
             heard(&mut fence, &[(1, 1, 10), (1, 1, 11)]);
-            let accepted = heard(&mut fence, &[(1, 1, 12 ^ 1 << bit), (1, 1, 13), (1, 1, 14)]);
-            assert_eq!(accepted[2], true, "bit {bit}");
+            let accepted = heard(
+                &mut fence,
+                &[(1, 1, flipped(12, bit)), (1, 1, 13), (1, 1, 14)],
+            );
+            assert!(accepted[2], "bit {bit}");
             assert!(accepted[0] || accepted[1], "bit {bit}");
             heard(&mut fence, &[(1, 1, 15), (1, 1, 16)]);
             assert!(fence.counts.late <= 1, "bit {bit}: {:?}", fence.counts);
@@ -272,7 +282,7 @@ mod tests {
     fn a_flipped_bit_in_the_first_message_does_not_shut_its_writer_out() {
         for bit in 0..u32::BITS {
             let mut fence = fence();
-            heard(&mut fence, &[(1, 1, 50), (2, 2 ^ 1 << bit, 1)]);
+            heard(&mut fence, &[(1, 1, 50), (2, 2 ^ (1 << bit), 1)]);
             assert_eq!(
                 heard(&mut fence, &[(2, 2, 2), (1, 1, 51), (2, 2, 3)]),
                 [true, false, true],
@@ -281,7 +291,7 @@ mod tests {
         }
         for bit in 0..u64::BITS {
             let mut fence = fence();
-            let first = [(1, 1, 8 ^ 1 << bit), (1, 1, 9), (1, 1, 10), (1, 1, 14)];
+            let first = [(1, 1, flipped(8, bit)), (1, 1, 9), (1, 1, 10), (1, 1, 14)];
             assert_eq!(heard(&mut fence, &first)[2..], [true, true], "bit {bit}");
             assert!(fence.counts.late >= 3, "bit {bit}");
         }
@@ -292,7 +302,7 @@ mod tests {
         for bit in 0..u32::BITS {
             let mut fence = fence();
             heard(&mut fence, &[(1, 1, 50), (1, 1, 51), (2, 2, 1), (2, 2, 2)]);
-            let messages = [(1, 1 ^ 1 << bit, 52), (2, 2, 3), (1, 1, 53), (2, 2, 4)];
+            let messages = [(1, 1 ^ (1 << bit), 52), (2, 2, 3), (1, 1, 53), (2, 2, 4)];
             assert_eq!(
                 heard(&mut fence, &messages),
                 [false, true, false, true],
@@ -306,7 +316,7 @@ mod tests {
         let mut fence = fence();
         heard(&mut fence, &[(2, 2, 1), (2, 2, 2)]);
         // Of generation 1, joined late, with a flipped bit.
-        let stray = heard(&mut fence, &[(1, 1 | 1 << 20, 52), (1, 1, 53), (2, 2, 3)]);
+        let stray = heard(&mut fence, &[(1, 1 | (1 << 20), 52), (1, 1, 53), (2, 2, 3)]);
         assert_eq!(stray, [true, false, true]);
         assert_eq!(fence.generation(), 2);
     }

@@ -25,8 +25,10 @@ const SENSOR: &str = "\n[[sensor]]\nname = \"s#\"\nposition_m = [0.0, 0.0, 0.0]\
 
 pub(super) fn all() -> Vec<(&'static str, Case)> {
     let mut all = cells();
+    all.extend(jobs());
     all.extend(robots_and_runs());
     all.extend(trees());
+    all.extend(tree_files());
     all.extend(machines());
     all
 }
@@ -118,6 +120,11 @@ fn cells() -> Vec<(&'static str, Case)> {
             "crates/cell-model/src/data.rs::MAX_FILE_BYTES",
             |dir, limit| cell(dir, &format!("{CUBE}#{}", "x".repeat(limit))),
         ),
+    ]
+}
+
+fn jobs() -> Vec<(&'static str, Case)> {
+    vec![
         ("crates/skills/src/settings.rs::MAX_SLOTS", |dir, limit| {
             let grid = format!(
                 "pattern = {{ kind = \"grid\", count = [{}, 1, 1], pitch_m = [0.1, 0.1, 0.1] }}\n",
@@ -265,7 +272,7 @@ fn tree(dir: &Path, root: &str, besides: &str) -> Said {
     robot(dir, &["bt", "check", &written(dir, "t.json", &text)])
 }
 
-const LEAF: &str = r##"{"id": "n#", "type": "Open", "name": "n"}"##;
+const LEAF: &str = r#"{"id": "n#", "type": "Open", "name": "n"}"#;
 
 fn leaves(count: usize) -> String {
     let leaves: Vec<String> = (0..count)
@@ -329,6 +336,11 @@ fn trees() -> Vec<(&'static str, Case)> {
             "crates/behavior/src/descriptor/limits.rs::MAX_NAME",
             |dir, limit| tree(dir, &LEAF.replace('#', &"x".repeat(limit)), ""),
         ),
+    ]
+}
+
+fn tree_files() -> Vec<(&'static str, Case)> {
+    vec![
         (
             "crates/behavior/src/descriptor/limits.rs::MAX_TEXT",
             |dir, limit| {
