@@ -39,6 +39,7 @@ pub(crate) fn run() -> RunSpec {
         real_time: false,
         page: None,
         record: RecordSpec::default(),
+        warnings: Vec::new(),
         incidents_dir: std::path::PathBuf::new(),
     }
 }
