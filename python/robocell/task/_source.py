@@ -23,10 +23,8 @@ def place(owner: Any, name: str, policy: Any = None, word: str = "") -> str:
             return found
     if policy is not None:
         target = type(policy)
-    found = _line_in_file(target, name)
-    if found is None and word:
-        found = _line_in_file(target, word)
-    return found or _line_of(target)
+    found = _line_in_file(target, word) if word else None
+    return found or _line_in_file(target, name) or _line_of(target)
 
 
 def _is_own(target: Any) -> bool:
