@@ -74,8 +74,8 @@ fn main() -> ExitCode {
     let json = arguments.json;
     let Some(kind) = arguments.kind.filter(|_| !arguments.schema) else {
         let schema = cell_model::runs::output::schema::<report::Report>();
-        writeln!(std::io::stdout(), "{schema:#}").ok();
-        return ExitCode::SUCCESS;
+        cell_rt::stdout::line(format_args!("{schema:#}"));
+        return finished(cell_rt::stdout::finish().map_err(Into::into));
     };
     let done: Result<(), Box<dyn std::error::Error>> = match kind {
         Kind::Ipc => transport::ipc::run(json).map_err(Into::into),
@@ -90,6 +90,10 @@ fn main() -> ExitCode {
         Kind::Monitor => monitor::run(arguments.seconds, json).map_err(Into::into),
         Kind::Fleet => fleet::run(arguments.seconds, json).map_err(Into::into),
     };
+    finished(done)
+}
+
+fn finished(done: Result<(), Box<dyn std::error::Error>>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

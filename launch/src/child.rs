@@ -4,7 +4,6 @@
 //! everything here is called from the launcher's main thread only.
 
 use std::fs::{File, OpenOptions};
-use std::io::{Read, Seek, SeekFrom};
 use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
@@ -16,6 +15,7 @@ use cell_model::runs::python;
 use cell_rt::process::{SIGCONT, SIGKILL, SIGTERM, kill, start_time};
 use ipc_types::topic::Process;
 
+use crate::process_log;
 use crate::programs::Programs;
 use crate::rundir::RunDir;
 use crate::supervisor::Exit;
@@ -232,17 +232,7 @@ fn words_of(mut lines: Vec<String>, count: usize) -> Vec<String> {
 
 /// The last `count` lines of a log.
 fn last_lines(path: &Path, count: usize) -> Vec<String> {
-    let read = || -> std::io::Result<Vec<u8>> {
-        let mut file = File::open(path)?;
-        let length = file.metadata()?.len();
-        file.seek(SeekFrom::Start(length.saturating_sub(16 << 10)))?;
-        let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes)?;
-        Ok(bytes)
-    };
-    let text = read()
-        .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
-        .unwrap_or_default();
+    let text = process_log::tail(path, 16 << 10);
     let lines: Vec<_> = text.lines().map(str::to_owned).collect();
     lines[lines.len().saturating_sub(count)..].to_vec()
 }

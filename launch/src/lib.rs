@@ -27,6 +27,7 @@ mod new;
 mod output;
 mod page;
 mod plot;
+mod process_log;
 mod programs;
 mod progress;
 mod record;
@@ -34,16 +35,33 @@ mod replay;
 pub mod run;
 pub mod rundir;
 mod say;
+mod shell;
 mod shot;
 pub mod supervisor;
 mod task_program;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
-/// Does what the command line says and turns a failure into its exit code.
-pub fn main_of(cli: &cli::Cli) -> ExitCode {
+use cell_rt::stdout;
+use clap::Parser as _;
+use failure::{Code, Context as _, Failure};
+
+/// Does what the command line `words` says and turns a failure into its exit code.
+pub fn main(words: &[OsString]) -> ExitCode {
     run::preflight::raise_stack();
-    match app::dispatch(cli) {
+    let done = parse(words).and_then(|cli| cli.map_or(Ok(()), |cli| app::dispatch(&cli)));
+    // What was done is of no use to a script that reads less of it.
+    let written = stdout::finish().cannot("write to standard output");
+    let done = match (done, written) {
+        (Ok(()), written) => written,
+        (done, Ok(())) => done,
+        (Err(failure), Err(unwritten)) => {
+            say::warn(unwritten);
+            Err(failure)
+        }
+    };
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             if !failure.message.is_empty() {
@@ -51,5 +69,31 @@ pub fn main_of(cli: &cli::Cli) -> ExitCode {
             }
             failure.code.into()
         }
+    }
+}
+
+/// The command line; `None` where only help was asked for.
+fn parse(words: &[OsString]) -> Result<Option<cli::Cli>, Failure> {
+    // Run files, recordings and messages are UTF-8. A path that is not would be changed on
+    // its way, and another file be reported as missing.
+    if let Some(word) = words.iter().find(|word| word.to_str().is_none()) {
+        return Err(Failure::usage(format!(
+            "{word:?} is not valid UTF-8; only arguments and paths in UTF-8 are accepted: rename \
+             the file or folder"
+        )));
+    }
+    let error = match cli::Cli::try_parse_from(words) {
+        Ok(cli) => return Ok(Some(cli)),
+        Err(error) => error,
+    };
+    if error.use_stderr() {
+        error.print().ok();
+        return Err(Failure::silent(Code::Usage));
+    }
+    match error.print() {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(error).cannot("write to standard output")
+        }
+        _ => Ok(None),
     }
 }

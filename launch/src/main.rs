@@ -1,10 +1,9 @@
 //! `robocell`: see [`launch::cli`] for what it does.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::Parser;
-use launch::cli::Cli;
-
 fn main() -> ExitCode {
-    launch::main_of(&Cli::parse())
+    let words: Vec<OsString> = std::env::args_os().collect();
+    launch::main(&words)
 }

@@ -1,18 +1,10 @@
-//! Words for the person in front: a closed pipe is no reason to die.
+//! What commands write: results on stdout by [`cell_rt::stdout`], the rest on stderr.
 
 use std::io::Write;
 
-/// One line on stdout.
-pub(crate) fn line(text: impl std::fmt::Display) {
-    writeln!(std::io::stdout().lock(), "{text}").ok();
-}
+pub(crate) use cell_rt::stdout::{line, raw};
 
-/// A whole text on stdout, as it is.
-pub(crate) fn raw(text: &[u8]) {
-    std::io::stdout().lock().write_all(text).ok();
-}
-
-/// One line on stderr.
+/// One line on stderr. Where it cannot be written, nothing is left to say it with.
 pub(crate) fn warn(text: impl std::fmt::Display) {
     writeln!(std::io::stderr().lock(), "robocell: {text}").ok();
 }

@@ -18,6 +18,7 @@ use crate::asked;
 use crate::failure::{Code, Context, Failure};
 use crate::programs::{beside, task_program};
 use crate::say;
+use crate::shell::{quoted, quoted_word};
 
 /// The program of `cell`: the one `asked` for, else the one its cell file names;
 /// `None` for the built-in one.
@@ -60,7 +61,8 @@ pub(crate) fn find(asked: &str, data_dir: Option<&Path>) -> Result<PathBuf, Fail
         let path = std::fs::canonicalize(asked).cannot(format!("find task program {asked}"))?;
         return is_program(&path).then_some(path).ok_or_else(|| {
             Failure::configuration(format!(
-                "task program {asked} is no executable file; `chmod +x` makes it one"
+                "task program {asked} is not an executable file; `chmod +x {}` makes it one",
+                quoted_word(asked)
             ))
         });
     }
@@ -77,7 +79,10 @@ pub(crate) fn find(asked: &str, data_dir: Option<&Path>) -> Result<PathBuf, Fail
                 let folders: Vec<String> = folders.collect();
                 format!("looked in {} and on PATH", folders.join(", "))
             },
-            |path| format!("{} is not executable: chmod +x", path.display()),
+            |path| {
+                let (shown, path) = (path.display(), quoted(&path));
+                format!("{shown} is not executable; `chmod +x {path}` makes it so")
+            },
         );
         Failure::configuration(format!("task program '{asked}' is missing: {advice}"))
     })

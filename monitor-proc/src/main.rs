@@ -1,8 +1,9 @@
 //! The monitor as a process.
 #![forbid(unsafe_code)]
 
-use std::io::Write as _;
 use std::process::ExitCode;
+
+use cell_rt::stdout;
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
@@ -12,8 +13,11 @@ fn main() -> ExitCode {
         Some("page") => {
             let has_page = monitor_proc::web::files::has_page();
             let found = if has_page { "built in" } else { "none" };
-            writeln!(std::io::stdout(), "{found}").ok();
-            ExitCode::SUCCESS
+            stdout::line(found);
+            match stdout::finish() {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(_) => ExitCode::FAILURE,
+            }
         }
         _ => cell_worker::main("monitor-proc", monitor_proc::process::run),
     }

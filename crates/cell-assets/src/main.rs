@@ -1,11 +1,13 @@
 //! `robocell assets`.
 #![forbid(unsafe_code)]
 
+use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use cell_assets::manifest::Manifest;
 use cell_assets::{AssetError, Source, cache};
+use cell_rt::stdout;
 use clap::{Args, Parser, Subcommand};
 
 /// Real meshes of the robots, in place of the built-in look.
@@ -54,48 +56,45 @@ impl CacheArgs {
 const CONFIGURATION: u8 = 3;
 
 fn main() -> ExitCode {
-    match run(Cli::parse().command) {
+    let done = run(Cli::parse().command).map_err(|error| error.to_string());
+    let written = stdout::finish();
+    let written = written.map_err(|error| format!("cannot write to standard output: {error}"));
+    match done.and(written) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            say(&mut std::io::stderr(), &format!("robocell: {error}"));
+            note(&format!("robocell: {error}"));
             ExitCode::from(CONFIGURATION)
         }
     }
 }
 
 fn run(command: Command) -> Result<(), AssetError> {
-    let mut out = std::io::stdout();
     match command {
         Command::Fetch { place, from, force } => {
             let source = from.map_or(Source::Index, Source::Wheel);
-            let mut step = |line: &str| say(&mut std::io::stderr(), line);
-            let done = cell_assets::fetch(&place.cache()?, &source, force, &mut step)?;
+            let done = cell_assets::fetch(&place.cache()?, &source, force, &mut note)?;
             let already = if done.already { "there already, " } else { "" };
             let (sum, path) = (summary(&done.manifest), done.meshes.display().to_string());
-            say(&mut out, &format!("{already}{sum}: {path}"));
+            stdout::line(format_args!("{already}{sum}: {path}"));
         }
         Command::List(place) => {
             let manifest = Manifest::load(&cache::meshes_in(&place.cache()?))?;
-            say(
-                &mut out,
-                &format!(
-                    "{:<8}{:<20}{:>10}{:>10}",
-                    "robot", "link", "triangles", "bytes"
-                ),
-            );
+            stdout::line(format_args!(
+                "{:<8}{:<20}{:>10}{:>10}",
+                "robot", "link", "triangles", "bytes"
+            ));
             for file in &manifest.files {
-                let row = format!(
+                stdout::line(format_args!(
                     "{:<8}{:<20}{:>10}{:>10}",
                     file.robot, file.link, file.triangles, file.bytes
-                );
-                say(&mut out, &row);
+                ));
             }
-            say(&mut out, &summary(&manifest));
+            stdout::line(summary(&manifest));
         }
         Command::Path(place) => {
             let meshes = cache::meshes_in(&place.cache()?);
             Manifest::load(&meshes)?;
-            say(&mut out, &meshes.display().to_string());
+            stdout::line(meshes.display());
         }
     }
     Ok(())
@@ -109,7 +108,7 @@ fn summary(manifest: &Manifest) -> String {
     format!("{count} meshes, {triangles} triangles, {bytes} bytes, from {package} {version}")
 }
 
-/// A reader that went away is no fault of ours.
-fn say(to: &mut dyn std::io::Write, line: &str) {
-    writeln!(to, "{line}").unwrap_or_default();
+/// A line on stderr. Where it cannot be written, nothing is left to say it with.
+fn note(line: &str) {
+    writeln!(std::io::stderr(), "{line}").ok();
 }

@@ -1,6 +1,6 @@
-//! What a real-time process asks of the operating system, and nothing else:
+//! What the programs of a cell ask of the operating system, and nothing else:
 //! a clock, a periodic grid, scheduling, limits and locked memory, a mapped slot file,
-//! the ring of the last cycles, signals and parent death.
+//! the ring of the last cycles, signals, parent death and standard output.
 //!
 //! Together with `ipc-types` this is the only crate with `unsafe` code: every
 //! block is a call into the C library or an access to mapped memory, with its
@@ -25,6 +25,7 @@ pub mod seqlock;
 pub mod shared;
 pub mod signal;
 pub mod slot;
+pub mod stdout;
 
 pub use black_box::{BlackBox, BoxedCycle};
 pub use clock::{monotonic_ns, sleep_until};

@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-pub use libc::{SIGCONT, SIGINT, SIGKILL, SIGSTOP, SIGTERM};
+pub use libc::{SIGBUS, SIGCONT, SIGINT, SIGKILL, SIGSTOP, SIGTERM};
 
 /// Own process id.
 pub fn own_pid() -> u32 {

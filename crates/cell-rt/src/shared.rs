@@ -26,6 +26,10 @@ impl SharedWords {
     /// Maps the file at `path` with room for `words` words, creating it (mode
     /// 0600, zeros) or extending it as needed; content that is there stays.
     /// Keep the file on tmpfs, or writes may wait for a disk.
+    ///
+    /// # Errors
+    /// Of the file system, and for anything but a regular file: a symbolic link in its
+    /// place would let whoever made it choose the file that is written to.
     pub fn open(path: &Path, words: usize) -> io::Result<Self> {
         let bytes = words.checked_mul(8).filter(|bytes| *bytes > 0);
         let bytes = bytes.ok_or_else(|| io::Error::from(io::ErrorKind::InvalidInput))?;
@@ -35,8 +39,15 @@ impl SharedWords {
             .create(true)
             .truncate(false)
             .mode(0o600)
-            .open(path)?;
-        if file.metadata()?.len() < bytes as u64 {
+            // A device or a pipe must not delay or change anything by being opened.
+            .custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK | libc::O_NOCTTY)
+            .open(path)
+            .map_err(|error| refusal(path, error))?;
+        let meta = file.metadata()?;
+        if !meta.is_file() {
+            return Err(not_a_file("not a regular file"));
+        }
+        if meta.len() < bytes as u64 {
             reserve(&file, bytes)?;
         }
         // SAFETY: a new mapping at an address of the kernel's choice, of a file
@@ -67,6 +78,21 @@ impl SharedWords {
     }
 }
 
+/// The error of opening `path`, in words where the place is taken by something else.
+fn refusal(path: &Path, error: io::Error) -> io::Error {
+    match error.raw_os_error() {
+        // ELOOP is also what a path through a loop of links above it gives.
+        Some(libc::ELOOP) if path.is_symlink() => not_a_file("a symbolic link"),
+        Some(libc::EISDIR) => not_a_file("a directory"),
+        _ => error,
+    }
+}
+
+fn not_a_file(kind: &str) -> io::Error {
+    let text = format!("it is {kind}, and only a regular file is used here; remove it");
+    io::Error::new(io::ErrorKind::InvalidInput, text)
+}
+
 /// Reserves the space now: a write to a page that a full tmpfs cannot supply
 /// would end the process by SIGBUS.
 fn reserve(file: &std::fs::File, bytes: usize) -> io::Result<()> {
@@ -83,5 +109,33 @@ impl Drop for SharedWords {
         // SAFETY: exactly the mapping that `open` made; no caller can hold a
         // reference into it any more. Unmapping it cannot fail.
         unsafe { libc::munmap(self.start.as_ptr().cast(), self.words * 8) };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::Ordering;
+
+    #[test]
+    fn a_link_or_a_directory_in_the_place_of_the_file_is_refused_by_name() {
+        let dir = std::env::temp_dir().join(format!("cell-rt-shared-{}", std::process::id()));
+        std::fs::create_dir_all(&dir).unwrap();
+        let (theirs, link) = (dir.join("theirs"), dir.join("link"));
+        std::fs::write(&theirs, "not ours").unwrap();
+        std::os::unix::fs::symlink(&theirs, &link).unwrap();
+        let said = |path: &Path| SharedWords::open(path, 8).unwrap_err().to_string();
+        assert!(said(&link).contains("symbolic link"), "{}", said(&link));
+        assert!(said(&dir).contains("directory"), "{}", said(&dir));
+        assert_eq!(std::fs::read(&theirs).unwrap(), b"not ours");
+        // One that leads nowhere must not create a file there.
+        std::fs::remove_file(&theirs).unwrap();
+        assert!(said(&link).contains("symbolic link"));
+        assert!(!theirs.exists());
+        let device = Path::new("/dev/zero");
+        assert!(said(device).contains("regular file"), "{}", said(device));
+        let words = SharedWords::open(&theirs, 8).unwrap();
+        assert_eq!(words.words()[7].load(Ordering::Relaxed), 0);
+        std::fs::remove_dir_all(&dir).unwrap();
     }
 }

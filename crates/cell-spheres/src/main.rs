@@ -1,10 +1,12 @@
 //! `robocell spheres`.
 #![forbid(unsafe_code)]
 
+use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use cell_model::RobotFiles;
+use cell_rt::stdout;
 use cell_spheres::{Packages, Rules, SphereError, fit_robot};
 use clap::Parser;
 
@@ -27,10 +29,13 @@ struct Cli {
 const CONFIGURATION: u8 = 3;
 
 fn main() -> ExitCode {
-    match run(Cli::parse()) {
+    let done = run(Cli::parse()).map_err(|error| error.to_string());
+    let written = stdout::finish();
+    let written = written.map_err(|error| format!("cannot write to standard output: {error}"));
+    match done.and(written) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            say(&mut std::io::stderr(), &format!("robocell: {error}"));
+            note(&format!("robocell: {error}"));
             ExitCode::from(CONFIGURATION)
         }
     }
@@ -56,7 +61,6 @@ fn run(cli: Cli) -> Result<(), SphereError> {
         most: cli.most,
     };
     let fitted = fit_robot(&files, &packages, rules)?;
-    let mut err = std::io::stderr();
     for link in &fitted.links {
         let (count, out) = (link.fit.spheres.len(), 1000.0 * link.fit.margin);
         let from = if link.is_visual {
@@ -65,16 +69,15 @@ fn run(cli: Cli) -> Result<(), SphereError> {
             ""
         };
         let name = &link.name;
-        say(
-            &mut err,
-            &format!("{name}: {count} spheres, at most {out:.0} mm out of it{from}"),
-        );
+        note(&format!(
+            "{name}: {count} spheres, at most {out:.0} mm out of it{from}"
+        ));
     }
-    say(&mut std::io::stdout(), fitted.xrdf.trim_end());
+    stdout::line(fitted.xrdf.trim_end());
     Ok(())
 }
 
-/// A reader that went away is no fault of ours.
-fn say(to: &mut dyn std::io::Write, line: &str) {
-    writeln!(to, "{line}").unwrap_or_default();
+/// A line on stderr. Where it cannot be written, nothing is left to say it with.
+fn note(line: &str) {
+    writeln!(std::io::stderr(), "{line}").ok();
 }

@@ -2,6 +2,7 @@
 //! then becomes `robocell` with the same arguments. `robocell` itself never
 //! calls cargo.
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
@@ -55,7 +56,7 @@ fn build_and_become() -> Result<ExitCode, String> {
     for package in PACKAGES {
         build.args(["--package", package]);
     }
-    if let Some(package) = optional(std::env::args().skip(1)) {
+    if let Some(package) = optional(std::env::args_os().skip(1)) {
         build.args(["--package", package]);
     }
     let status = build
@@ -88,9 +89,10 @@ fn page_sources() -> PathBuf {
 
 /// The package that the subcommand needs besides: the first word, whatever flags
 /// are before it.
-fn optional(mut arguments: impl Iterator<Item = String>) -> Option<&'static str> {
-    let word = arguments.find(|argument| !argument.starts_with('-'))?;
-    let (_, package) = OPTIONAL.iter().find(|(name, _)| *name == word)?;
+fn optional(mut arguments: impl Iterator<Item = OsString>) -> Option<&'static str> {
+    let is_option = |argument: &OsString| argument.as_encoded_bytes().starts_with(b"-");
+    let word = arguments.find(|argument| !is_option(argument))?;
+    let (_, package) = OPTIONAL.iter().find(|(name, _)| word == *name)?;
     Some(package)
 }
 
@@ -105,7 +107,7 @@ mod tests {
 
     #[test]
     fn what_few_use_is_built_when_they_ask_for_it() {
-        let built = |line: &str| optional(line.split(' ').map(str::to_owned));
+        let built = |line: &str| optional(line.split(' ').map(OsString::from));
         assert_eq!(built("bench behavior"), Some("robocell-benches"));
         assert_eq!(built("--json bench ipc"), Some("robocell-benches"));
         assert_eq!(built("assets fetch"), Some("robocell-cell-assets"));

@@ -1,10 +1,11 @@
 //! `robocell bt`, `fsm` and `schema`: what a policy is made of, and how it runs.
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::time::Duration;
 
 use cell_model::runs::wire;
+use cell_rt::stdout;
 
 use super::columns::terminal_width;
 use super::top::View;
@@ -123,7 +124,7 @@ fn live(args: &ShowArgs) -> Result<(), Failure> {
         };
         if !frame.is_empty() && frame != shown {
             if in_place {
-                write!(std::io::stdout(), "{CLEAR}").ok();
+                say::raw(CLEAR.as_bytes());
             }
             say::line(if in_place {
                 on_screen(&frame)
@@ -143,7 +144,8 @@ fn live(args: &ShowArgs) -> Result<(), Failure> {
             }
             say::warn(silent);
         }
-        if view.session.dir.holder().is_none() {
+        // A reader that ended reads no later frame, of which there may be none for hours.
+        if view.session.dir.holder().is_none() || !stdout::has_reader() {
             break;
         }
         std::thread::sleep(LOOK);

@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::cli::IncidentArgs;
 use crate::failure::{Context, Failure};
 use crate::rundir::RunDir;
+use crate::shell::quoted;
 use crate::{flight, output, say};
 
 /// Columns of a plot.
@@ -119,10 +120,10 @@ fn print(incident: &Incident) -> String {
             let _ok = writeln!(out, "  {line}");
         }
     }
-    let recording = incident.recording.display();
+    let recording = quoted(&incident.recording);
     let _ok = write!(
         out,
-        "\nmessages of that time: robocell replay {recording} (until the ring is overwritten)"
+        "\nmessages of that time: `robocell replay {recording}` (until the ring is overwritten)"
     );
     out
 }

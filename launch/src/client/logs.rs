@@ -1,17 +1,18 @@
 //! `robocell logs`.
 
-use std::fs::File;
-use std::io::{self, Read, Write};
 use std::path::Path;
 use std::time::Duration;
 
+use cell_rt::stdout;
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::cli::LogsArgs;
 use crate::failure::{Context, Failure};
+use crate::process_log::Follower;
 use crate::run::plan::did_you_mean;
 use crate::rundir::RunDir;
+use crate::{output, say};
 
 /// A line of `robocell logs --json`.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -25,29 +26,31 @@ pub(crate) struct LogLine<'a> {
 /// One log, and how far it was printed.
 struct Tail {
     name: String,
-    file: File,
+    log: Follower,
+    /// The beginning of a line whose end is not written yet.
+    partial: Vec<u8>,
     json: bool,
 }
 
 impl Tail {
-    /// Prints what is new, each line with the name of the process.
-    fn print(&mut self, partial: &mut String) -> io::Result<bool> {
-        let mut bytes = Vec::new();
-        self.file.read_to_end(&mut bytes)?;
-        partial.push_str(&String::from_utf8_lossy(&bytes));
-        let mut out = io::stdout().lock();
-        while let Some(end) = partial.find('\n') {
-            let line: String = partial.drain(..=end).collect();
-            let (process, text) = (self.name.as_str(), line.trim_end_matches('\n'));
+    /// Prints the lines that are new; at the end of all also one that has no end.
+    fn print(&mut self, is_last: bool) -> Result<(), Failure> {
+        let what = format!("read the log of {}", self.name);
+        self.log.read(&mut self.partial).cannot(what)?;
+        if is_last && !self.partial.ends_with(b"\n") && !self.partial.is_empty() {
+            self.partial.push(b'\n');
+        }
+        let end = self.partial.iter().rposition(|byte| *byte == b'\n');
+        let lines: Vec<u8> = self.partial.drain(..end.map_or(0, |end| end + 1)).collect();
+        for text in String::from_utf8_lossy(&lines).lines() {
+            let process = self.name.as_str();
             if self.json {
-                serde_json::to_writer(&mut out, &LogLine { process, text })?;
-                writeln!(out)?;
+                output::print(&LogLine { process, text })?;
             } else {
-                writeln!(out, "{process:<14} {text}")?;
+                say::line(format_args!("{process:<14} {text}"));
             }
         }
-        out.flush()?;
-        Ok(!bytes.is_empty())
+        Ok(())
     }
 }
 
@@ -62,20 +65,27 @@ pub(crate) fn logs(args: &LogsArgs) -> Result<(), Failure> {
         None => names.clone(),
         Some(word) => matching(&names, word)?,
     };
-    let mut tails = Vec::new();
-    for name in wanted {
-        let file = File::open(dir.log(&name)).cannot(format!("open the log of {name}"))?;
-        let json = args.json;
-        tails.push((Tail { name, file, json }, String::new()));
-    }
+    let tail = |name: String| {
+        let log = Follower::open(&dir.log(&name)).cannot(format!("open the log of {name}"))?;
+        Ok(Tail {
+            name,
+            log,
+            partial: Vec::new(),
+            json: args.json,
+        })
+    };
+    let mut tails = wanted.into_iter().map(tail).collect::<Result<Vec<_>, Failure>>()?;
     loop {
-        for (tail, partial) in &mut tails {
-            if tail.print(partial).is_err() {
-                // The reader has closed the pipe.
-                return Ok(());
+        // Before the logs are read: what a cell wrote at its end is read, too.
+        let is_last = !args.follow || dir.holder().is_none();
+        for tail in &mut tails {
+            tail.print(false)?;
+            if is_last {
+                // A rotation may have been under way.
+                tail.print(true)?;
             }
         }
-        if !args.follow || dir.holder().is_none() {
+        if is_last || !stdout::has_reader() {
             return Ok(());
         }
         std::thread::sleep(Duration::from_millis(50));

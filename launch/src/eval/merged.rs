@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
+use cell_rt::stdout;
 use evaluation::EvaluationError;
 use evaluation::merge::{Merged, merge, merge_lines};
 
@@ -34,11 +35,13 @@ pub(super) fn write(args: &MergeArgs) -> Result<(), Failure> {
 
 fn print(files: &[PathBuf]) -> Result<(), Failure> {
     merge(files, &mut std::io::sink()).map_err(Failure::configuration)?;
-    let mut stdout = BufWriter::new(std::io::stdout().lock());
-    match merge(files, &mut stdout).map(|_| stdout.flush()) {
-        // A reader that went away is no failure.
-        Ok(_) | Err(EvaluationError::Io { .. }) => Ok(()),
+    let mut out = BufWriter::new(stdout::Writer);
+    let merged = merge(files, &mut out).map(|_| out.flush());
+    match merged {
+        // What became of the output is reported at the end of the command.
+        Err(_) if !stdout::has_reader() => Ok(()),
         Err(error) => Err(Failure::configuration(error)),
+        Ok(_) => Ok(()),
     }
 }
 

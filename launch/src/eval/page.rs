@@ -7,6 +7,8 @@ use charts::{Line, Panel};
 use evaluation::report::{Episodes, Report, Reports, episodes};
 use evaluation::{EvaluationError, info};
 
+use crate::shell::quoted_word;
+
 /// Failed seeds of a file that are listed.
 const LISTED: usize = 1000;
 /// Points of a line in a plot.
@@ -124,7 +126,7 @@ fn failed(out: &mut String, report: &Report, episodes: &Episodes) {
             .flat_map(|one| ["--set".to_owned(), one.to_string()])
             .collect();
         let given = options.iter().chain(&set).map(String::as_str);
-        let command: Vec<String> = run.chain(given).map(quoted).collect();
+        let command: Vec<String> = run.chain(given).map(quoted_word).collect();
         let message = failed.message.as_deref().unwrap_or_default();
         // The row of an episode that could not run has its sentence as the reason.
         let more = if failed.reason.contains(message) {
@@ -144,15 +146,6 @@ fn failed(out: &mut String, report: &Report, episodes: &Episodes) {
     out.push_str("</table>\n");
 }
 
-/// A word as a shell takes it.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        return word.to_owned();
-    }
-    format!("'{}'", word.replace('\'', "'\\''"))
-}
-
 /// Text as text.
 fn escape(text: &str) -> String {
     let text = text.replace('&', "&amp;").replace('<', "&lt;");
@@ -164,10 +157,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_are_quoted_for_a_shell_and_for_a_page() {
-        assert_eq!(quoted("/a/b.urdf"), "/a/b.urdf");
-        assert_eq!(quoted("my robot's"), "'my robot'\\''s'");
-        assert_eq!(quoted(""), "''");
+    fn text_is_escaped_for_a_page() {
         assert_eq!(escape("<b a=\"1\">&"), "&lt;b a=&quot;1&quot;&gt;&amp;");
     }
 }

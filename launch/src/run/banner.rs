@@ -1,10 +1,13 @@
 //! What `run` tells a person.
 
+use std::path::{Path, PathBuf};
+
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use ipc_types::health::Scheduling;
 
 use super::{LiveCell, first_page};
 use crate::say;
+use crate::shell::quoted;
 
 /// `franka-stack, policy fsm, seed 0, real time (cell `cell`)`.
 pub(crate) fn title(spec: &RunSpec) -> String {
@@ -28,17 +31,32 @@ pub(super) fn cell_option(spec: &RunSpec) -> String {
     }
 }
 
-/// Where the run is recorded, once it has ended; nothing where no recording is left.
-pub(super) fn recording(spec: &RecordSpec) -> Option<String> {
-    let file = spec.file.as_deref().filter(|file| file.is_file());
-    let (what, path) = match file {
-        Some(file) => ("recording", file),
-        None => ("recording of the last minutes", spec.flight_dir.as_path()),
+/// Where the run is recorded, once it has ended: each part of it, as a recorder that was
+/// restarted continues in another file. Nothing where no recording is left.
+pub(super) fn recording(spec: &RecordSpec, parts: &[PathBuf]) -> Vec<String> {
+    let line = |what: &str, path: &Path| {
+        let shell = quoted(path);
+        let path = path.display();
+        format!("{what}: {path} (`robocell replay {shell}` shows it)")
     };
-    let is_there =
-        file.is_some() || std::fs::read_dir(path).is_ok_and(|mut all| all.next().is_some());
-    let path = path.display();
-    is_there.then(|| format!("{what}: {path} (`robocell replay {path}` shows it)"))
+    let file = spec.file.iter().filter(|file| !parts.contains(file));
+    let there: Vec<_> = file.chain(parts).filter(|file| file.is_file()).collect();
+    if let [file] = there[..] {
+        return vec![line("recording", file)];
+    }
+    let numbered = there.iter().enumerate();
+    let lines: Vec<_> = numbered
+        .map(|(index, file)| {
+            let (part, of) = (index + 1, there.len());
+            line(&format!("recording, part {part} of {of}"), file)
+        })
+        .collect();
+    let flight = spec.flight_dir.as_path();
+    let is_there = || std::fs::read_dir(flight).is_ok_and(|mut all| all.next().is_some());
+    if lines.is_empty() && is_there() {
+        return vec![line("recording of the last minutes", flight)];
+    }
+    lines
 }
 
 /// The processes, and what to do next.

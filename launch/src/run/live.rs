@@ -35,6 +35,7 @@ use crate::child::{Children, last_words};
 use crate::control::{Reply, Server};
 use crate::failure::{Context, Failure};
 use crate::lock::Lock;
+use crate::process_log::LogRotation;
 use crate::programs::Programs;
 use crate::rundir::RunDir;
 use crate::supervisor::{Action, Event, Rules, Supervisor};
@@ -69,6 +70,8 @@ pub struct LiveCell {
     incidents: IncidentRecorder,
     room: Room,
     has_room: bool,
+    /// Ends when it is dropped.
+    _logs: LogRotation,
     control: Server,
     supervisor: Supervisor,
     faults: Faults,
@@ -150,6 +153,7 @@ impl LiveCell {
             incidents: IncidentRecorder::new(&plan.spec, &plan.dir, &processes),
             room: Room::new(plan.dir.path(), plan.spec.arms),
             has_room: true,
+            _logs: LogRotation::start(plan.dir.logs()),
             control,
             supervisor: Supervisor::new(&order, rules),
             faults: Faults::new(&plan.spec.script, &processes),

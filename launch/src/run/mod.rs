@@ -132,7 +132,8 @@ fn report(end: &End, record: &RecordSpec, json: bool) -> Result<(), Failure> {
             output::print(summary)?;
         } else {
             say::line(summary);
-            banner::recording(record).iter().for_each(say::line);
+            let lines = banner::recording(record, &summary.record_files);
+            lines.iter().for_each(say::line);
         }
     }
     match end {

@@ -101,6 +101,7 @@ mod tests {
             bytes: 9,
             error: None,
             closed: true,
+            files: vec![path.join("run.mcap"), path.join("run-part2.mcap")],
         };
         report.save(&path).unwrap();
         let (failed, summary) = ended(&spec);
@@ -108,6 +109,7 @@ mod tests {
             (failed, summary.record_gaps, summary.record_bytes),
             (false, 3, 9)
         );
+        assert_eq!(summary.record_files.len(), 2);
         report.error = Some("No space left on device".to_owned());
         report.save(&path).unwrap();
         assert!(ended(&spec).0);

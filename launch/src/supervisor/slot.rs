@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use cell_rt::process::SIGKILL;
+use cell_rt::process::{SIGBUS, SIGKILL};
 use ipc_types::topic::Process;
 
 use super::{Action, Exit, MS, Rules};
@@ -214,7 +214,7 @@ impl Slot {
         if !hung {
             out.push(Action::Lost {
                 process: self.process,
-                what: describe(exit),
+                what: describe(exit, false),
             });
         }
     }
@@ -242,7 +242,7 @@ impl Slot {
         if !hung {
             out.push(Action::Lost {
                 process,
-                what: describe(exit),
+                what: describe(exit, true),
             });
         }
     }
@@ -277,7 +277,7 @@ impl Slot {
     /// Why another start would be useless, if it would.
     fn verdict(&mut self, now: u64, exit: Exit, worked: bool) -> Option<String> {
         if let Exit::Code(2 | 3) = exit {
-            return Some(format!("it {}", describe(exit)));
+            return Some(format!("it {}", describe(exit, true)));
         }
         if self.hung_starts >= MAX_HUNG_STARTS {
             return Some(format!(
@@ -302,7 +302,7 @@ impl Slot {
         (count > MAX_CRASHES).then(|| {
             format!(
                 "it ended {count} times within 10 s; the last time it {}",
-                describe(exit)
+                describe(exit, true)
             )
         })
     }
@@ -440,16 +440,22 @@ impl Slot {
     }
 }
 
-/// An exit in words a person can act on.
-fn describe(exit: Exit) -> String {
+/// An exit in words a person can act on. SIGBUS has two causes, which the room in memory
+/// tells apart: a page that a full file system cannot supply, and a file that was
+/// truncated while it was mapped.
+fn describe(exit: Exit, has_room: bool) -> String {
     match exit {
         Exit::Code(0) => "ended without being asked".to_owned(),
         Exit::Code(101) => "panicked (exit code 101)".to_owned(),
         Exit::Code(code) => format!("ended with exit code {code}"),
-        Exit::Signal(7) => {
-            "was ended by SIGBUS: shared memory is full; free space in /dev/shm".to_owned()
+        Exit::Signal(SIGBUS) if has_room => {
+            "was ended by SIGBUS: a file of the run that it had mapped was truncated".to_owned()
         }
-        Exit::Signal(9) => "was killed (SIGKILL)".to_owned(),
+        Exit::Signal(SIGBUS) => {
+            "was ended by SIGBUS: shared memory or the run directory is full; free space there"
+                .to_owned()
+        }
+        Exit::Signal(SIGKILL) => "was killed (SIGKILL)".to_owned(),
         Exit::Signal(11) => "was ended by SIGSEGV".to_owned(),
         Exit::Signal(25) => {
             "was ended by SIGXFSZ: a file reached the limit for its size (`ulimit -f`)".to_owned()

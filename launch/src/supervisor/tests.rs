@@ -694,3 +694,21 @@ fn every_order_of_events_to_depth_5_ends_clean() {
 fn every_order_of_events_to_depth_8_ends_clean() {
     explore(&Bench::new(REAL_TIME), 8, &mut Vec::new(), &mut 0);
 }
+
+#[test]
+fn a_truncated_mapped_file_is_not_reported_as_full_memory() {
+    let said = |has_room: bool| {
+        let mut bench = Bench::up(REAL_TIME);
+        bench.tell(Event::Room(has_room));
+        bench.end(Physics, Exit::Signal(7));
+        let what = |(_, action): &(u64, Action)| match action {
+            Action::Lost { what, .. } => Some(what.clone()),
+            _ => None,
+        };
+        bench.log.iter().find_map(what).unwrap()
+    };
+    let (truncated, full) = (said(true), said(false));
+    assert!(truncated.contains("SIGBUS") && truncated.contains("truncated"));
+    assert!(!truncated.contains("full"), "{truncated}");
+    assert!(full.contains("SIGBUS") && full.contains("full"), "{full}");
+}

@@ -15,9 +15,14 @@ pub(super) struct Report {
 impl Report {
     pub(super) fn new(dir: &Path, generation: u32) -> Self {
         let before = RecordReport::load(dir).filter(|_| generation > 1);
+        let mut before = before.unwrap_or_default();
+        // One that was killed had no time to write down how long its file became.
+        let bytes = |file: &PathBuf| file.metadata().map_or(0, |meta| meta.len());
+        let on_disk = before.files.iter().map(bytes).sum();
+        before.bytes = before.bytes.max(on_disk);
         Self {
             dir: dir.to_owned(),
-            before: before.unwrap_or_default(),
+            before,
             written: None,
         }
     }
@@ -29,14 +34,46 @@ impl Report {
             bytes: self.before.bytes + now.bytes,
             error: now.error.or_else(|| self.before.error.clone()),
             closed: now.closed,
+            files: [&self.before.files[..], &now.files].concat(),
         };
         let is_news = self.written.as_ref().is_none_or(|written| {
-            written.error != report.error || written.gaps != report.gaps || report.closed
+            written.error != report.error
+                || written.gaps != report.gaps
+                || written.files != report.files
+                || report.closed
         });
         if is_news {
             // Without it the launcher says that there is no report.
             let _written = report.save(&self.dir).is_ok();
             self.written = Some(report);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recorder_that_was_killed_leaves_its_part_in_the_report_of_the_next() {
+        let dir = tempfile::tempdir().unwrap();
+        let files = ["run.mcap", "run-part2.mcap"].map(|name| dir.path().join(name));
+        let of = |file: &PathBuf| RecordReport {
+            files: vec![file.clone()],
+            ..RecordReport::default()
+        };
+        Report::new(dir.path(), 1).write(of(&files[0]));
+        std::fs::write(&files[0], [0; 7]).unwrap();
+        let mut second = Report::new(dir.path(), 2);
+        second.write(of(&files[1]));
+        let closed = RecordReport {
+            bytes: 5,
+            closed: true,
+            ..of(&files[1])
+        };
+        second.write(closed);
+        let report = RecordReport::load(dir.path()).unwrap();
+        assert_eq!((&report.files[..], report.bytes), (&files[..], 12));
+        assert!(report.closed);
     }
 }

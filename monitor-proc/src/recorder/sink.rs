@@ -26,6 +26,8 @@ pub(super) struct Sink {
     flight: Flight,
     preamble: Preamble,
     kept: Option<Kept>,
+    /// The file of the whole run, or the part of it that this recorder writes.
+    run_file: Option<PathBuf>,
     /// What was wrong with a file.
     trouble: Option<String>,
     /// Bytes of the files that are closed.
@@ -55,6 +57,7 @@ impl Sink {
             flight,
             preamble,
             kept: None,
+            run_file: None,
             trouble: None,
             closed_bytes: 0,
             missed: 0,
@@ -157,8 +160,9 @@ impl Sink {
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
             path = path.with_file_name(format!("{stem}-part{generation}.mcap"));
         }
-        if let Err(why) = self.start(&path) {
-            self.trouble = Some(why);
+        match self.start(&path) {
+            Ok(_) => self.run_file = Some(path),
+            Err(why) => self.trouble = Some(why),
         }
     }
 
@@ -170,6 +174,7 @@ impl Sink {
             bytes: self.closed_bytes + open,
             error: self.trouble().map(str::to_owned),
             closed: false,
+            files: self.run_file.iter().cloned().collect(),
         }
     }
 

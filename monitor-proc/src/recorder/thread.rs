@@ -46,6 +46,8 @@ pub(super) fn run(job: &Job) {
         sink.start_run(file, job.generation);
     }
     let mut report = Report::new(&job.spec.run_dir, job.generation);
+    // Before anything can end this process: the file is named at the end of the run.
+    report.write(sink.report());
     while let Err(error) = listen(job, &mut sink, &mut report) {
         let note = format!("the recorder hears nothing: {error}");
         {

@@ -16,6 +16,9 @@ pub struct RecordReport {
     pub error: Option<String>,
     /// Whether the files are closed.
     pub closed: bool,
+    /// The file of `--record`, and the parts that later starts of the recorder wrote.
+    #[serde(default)]
+    pub files: Vec<PathBuf>,
 }
 
 impl RecordReport {

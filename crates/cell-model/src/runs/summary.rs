@@ -1,5 +1,8 @@
 //! What a run ended with, as printed by `--json`.
 
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
 use ipc_types::decision::Outcome;
 use ipc_types::{Decision, TICK_NS, WorldState};
 use schemars::JsonSchema;
@@ -79,6 +82,15 @@ pub struct RunSummary {
     /// Faults that processes reported, as `physics: REASON`, each once; missing without one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<String>,
+    /// Files of `--record` in the order of time: a recorder that was restarted continues in
+    /// another. Missing without one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<String>")]
+    pub record_files: Vec<PathBuf>,
+    /// Starts after the first of each process that was restarted, by its name; missing
+    /// where none was.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub restarts: BTreeMap<String, u32>,
     /// What became of the lines of the script; missing without one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub script_replies: Vec<ScriptReply>,
@@ -146,6 +158,8 @@ impl RunSummary {
             record_bytes: 0,
             record_error: None,
             faults: Vec::new(),
+            record_files: Vec::new(),
+            restarts: BTreeMap::new(),
             script_replies: Vec::new(),
         }
     }
@@ -166,6 +180,7 @@ impl RunSummary {
         self.record_gaps = report.gaps;
         self.record_bytes = report.bytes;
         self.record_error = report.error;
+        self.record_files = report.files;
     }
 }
 

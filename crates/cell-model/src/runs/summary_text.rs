@@ -27,9 +27,6 @@ impl Display for RunSummary {
             write!(f, "placed {}; ", self.placed.join(" "))?;
         }
         f.write_str(&recoveries(self))?;
-        if let Some(restarts) = many(self.task_restarts, "task restart", "task restarts") {
-            write!(f, "; {restarts}")?;
-        }
         let (violations, hash) = (self.limit_violations, &self.state_hash);
         write!(f, "; {violations} limit violations")?;
         let contacts = [
@@ -75,11 +72,24 @@ fn recoveries(summary: &RunSummary) -> String {
         ("other disturbance", "other disturbances")
     };
     counts.extend(many(summary.recoveries, one, more));
+    counts.extend(restarts(summary));
     match (counts.is_empty(), summary.outcome) {
         (true, _) => "nothing had to be recovered".to_owned(),
         (false, RunOutcome::Done) => format!("recovered from {}", counts.join(", ")),
         (false, _) => counts.join(", "),
     }
+}
+
+/// Restarts of each process. A summary of a run without processes of its own knows the
+/// task alone.
+fn restarts(summary: &RunSummary) -> Vec<String> {
+    let of = |(process, count): (&str, u32)| {
+        let (one, more) = (format!("{process} restart"), format!("{process} restarts"));
+        many(count, &one, &more)
+    };
+    let all = summary.restarts.iter().map(|(name, n)| (name.as_str(), *n));
+    let task = (!summary.restarts.contains_key("task")).then_some(("task", summary.task_restarts));
+    all.chain(task).filter_map(of).collect()
 }
 
 /// A count with its word; nothing for none.
@@ -155,16 +165,44 @@ mod tests {
             summary.outcome = RunOutcome::Done;
             summary.to_string()
         };
-        assert!(said(&decision).contains(": nothing had to be recovered; 1 task restart; "));
+        assert!(said(&decision).contains(": recovered from 1 task restart; "));
         (decision.drops, decision.recoveries) = (1, 2);
         let text = said(&decision);
         assert!(
-            text.contains(": recovered from 1 drop, 2 other disturbances; "),
+            text.contains(": recovered from 1 drop, 2 other disturbances, 1 task restart; "),
             "{text}"
         );
         assert!(!text.contains("nothing"), "{text}");
         (decision.drops, decision.recoveries) = (0, 1);
         let text = said(&decision);
-        assert!(text.contains(": recovered from 1 disturbance; "), "{text}");
+        assert!(
+            text.contains(": recovered from 1 disturbance, 1 task restart; "),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn a_restart_of_any_process_is_counted_and_not_called_nothing() {
+        let facts = RunFacts {
+            demo: "reach",
+            policy: "follow",
+            seed: 0,
+            objects: &[],
+            wall_time_s: 1.0,
+            task_restarts: 0,
+            missed_cycles: 0,
+        };
+        let mut summary = RunSummary::new(&facts, &WorldState::zeroed(), &Decision::zeroed());
+        summary.outcome = RunOutcome::Done;
+        assert!(summary.to_string().contains("nothing had to be recovered"));
+        summary.restarts = [("physics".to_owned(), 1), ("monitor".to_owned(), 2)].into();
+        let text = summary.to_string();
+        assert!(
+            text.contains(": recovered from 2 monitor restarts, 1 physics restart; "),
+            "{text}"
+        );
+        summary.outcome = RunOutcome::Failed;
+        let text = summary.to_string();
+        assert!(!text.contains("nothing had to be"), "{text}");
     }
 }

@@ -1,17 +1,18 @@
 //! What the task said before `top` was started, from the log the monitor keeps.
 
-use std::fs;
-
+use crate::process_log::tail;
 use crate::rundir::RunDir;
 
 /// Name of that log.
 const LOG: &str = "trace";
 /// More lines than a terminal has.
 const LINES: usize = 60;
+/// More bytes than those lines have.
+const BYTES: u64 = 32 << 10;
 
 /// The last lines, with their simulated seconds; none where there is no log yet.
 pub(super) fn lines(dir: &RunDir) -> Vec<(f64, String)> {
-    let text = fs::read_to_string(dir.log(LOG)).unwrap_or_default();
+    let text = tail(&dir.log(LOG), BYTES);
     let mut lines: Vec<_> = text.lines().rev().filter_map(line).take(LINES).collect();
     lines.reverse();
     lines

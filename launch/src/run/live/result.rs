@@ -30,6 +30,11 @@ impl LiveCell {
         if !is_over {
             summary.outcome = RunOutcome::Stopped;
         }
+        let restarts = self.processes.iter().map(|process| {
+            let count = self.supervisor.restarts(*process);
+            (process.name(), count)
+        });
+        summary.restarts = restarts.filter(|(_, count)| *count > 0).collect();
         Some(summary)
     }
 
