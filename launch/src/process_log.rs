@@ -3,8 +3,7 @@
 //! A process writes to its log by a descriptor of its own, opened to append, that nobody
 //! else can redirect. So a log that is full is copied to its older part and truncated in
 //! place; the process writes on at its beginning and never waits for anybody. What is
-//! written between the last look and the truncation, some microseconds, is lost. A log is
-//! never larger than two parts and what is written between two looks.
+//! written between the last look and the truncation, some microseconds, is lost.
 
 mod follower;
 mod rotation;
@@ -16,9 +15,12 @@ use std::path::{Path, PathBuf};
 pub(crate) use follower::Follower;
 pub(crate) use rotation::LogRotation;
 
-/// A log has two parts of at most so many bytes: 10 MB together. A task that prints
-/// megabytes must not fill the memory that the cell works in.
-const PART: u64 = 5_000_000;
+/// Most bytes of a log. A task that prints megabytes must not fill the memory that the
+/// cell works in.
+const LIMIT: u64 = 10_000_000;
+/// A log is copied to its older part when it has so many bytes: two parts, and what is
+/// written until the copy is made, are within the limit.
+const PART: u64 = 4_000_000;
 
 /// The older part of the log at `path`.
 fn older(path: &Path) -> PathBuf {

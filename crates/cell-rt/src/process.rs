@@ -88,7 +88,7 @@ pub fn start_time(pid: u32) -> Option<u64> {
     rest.split(' ').nth(19)?.parse().ok()
 }
 
-/// What the main thread of a process has had of the processor since its start.
+/// What a thread of a process has had of the processor since its start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Share {
     /// Time on a core (ns).
@@ -98,16 +98,33 @@ pub struct Share {
     pub waited_ns: u64,
     /// Whether it waits now: for a core, or within the kernel for a disk or a page.
     pub waits: bool,
+    /// Whether it sleeps now: until a time, or for what another thread does.
+    pub sleeps: bool,
     /// Whether it ended. The process is gone when all its threads have, which takes
     /// them a core.
     pub ended: bool,
 }
 
 impl Share {
-    /// Of the process `pid` now; `None` without such a process.
+    /// Of the main thread of the process `pid` now; `None` without such a process.
     pub fn of(pid: u32) -> Option<Self> {
-        let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
-        let sched = fs::read_to_string(format!("/proc/{pid}/schedstat")).unwrap_or_default();
+        Self::at(&PathBuf::from(format!("/proc/{pid}")))
+    }
+
+    /// Of the other threads of the process `pid` now, by id.
+    pub fn of_others(pid: u32) -> Vec<(u32, Self)> {
+        let threads = fs::read_dir(format!("/proc/{pid}/task"));
+        let share = |thread: fs::DirEntry| {
+            let id = thread.file_name().to_str()?.parse().ok()?;
+            Some((id, (id != pid).then(|| Self::at(&thread.path()))??))
+        };
+        let threads = threads.into_iter().flatten().flatten();
+        threads.filter_map(share).collect()
+    }
+
+    fn at(folder: &Path) -> Option<Self> {
+        let stat = fs::read_to_string(folder.join("stat")).ok()?;
+        let sched = fs::read_to_string(folder.join("schedstat")).unwrap_or_default();
         Self::parse(&stat, &sched)
     }
 
@@ -127,6 +144,7 @@ impl Share {
             },
             waited_ns: counted.next().unwrap_or(0),
             waits: matches!(state, "R" | "D"),
+            sleeps: state == "S",
             ended: matches!(state, "Z" | "X"),
         })
     }
@@ -302,6 +320,26 @@ mod tests {
         assert_eq!(at("R", "0 0 0").ran_ns, 150 * ms, "from the clock ticks");
         assert!(Share::of(own_pid()).unwrap().ran_ns > 0);
         assert_eq!(Share::of(u32::MAX), None);
+        // Held within the kernel by a disk.
+        assert_eq!(starved("D", "5000000 1000000 9"), 100);
+        assert!(before.sleeps && !at("D", "5000000 1000000 9").sleeps);
+    }
+
+    #[test]
+    fn the_other_threads_of_a_process_are_seen() {
+        let (go, wait) = std::sync::mpsc::channel::<()>();
+        let (ready, is_ready) = std::sync::mpsc::channel();
+        let thread = std::thread::spawn(move || {
+            ready.send(()).unwrap();
+            wait.recv().ok();
+        });
+        is_ready.recv().unwrap();
+        let others = Share::of_others(own_pid());
+        assert!(!others.is_empty());
+        assert!(others.iter().all(|(id, _)| *id != own_pid()));
+        assert_eq!(Share::of_others(u32::MAX), []);
+        drop(go);
+        thread.join().unwrap();
     }
 
     #[test]

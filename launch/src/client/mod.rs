@@ -43,6 +43,7 @@ use cell_model::runs::spec::RunSpec;
 use crate::failure::{Context, Failure};
 use crate::lock::Holder;
 use crate::run::plan;
+use crate::run::room::Room;
 use crate::rundir::RunDir;
 
 /// A running cell, seen from outside.
@@ -71,6 +72,13 @@ impl Session {
 
     /// Joins its bus as a reader and asker.
     pub(crate) fn join(&self) -> Result<Bus, Failure> {
+        // Without room the bus fails by an error that does not name it, or by SIGBUS.
+        if let Some(lack) = Room::of_command(self.dir.path()).lack() {
+            return Err(Failure::configuration(format!(
+                "cannot join cell `{}`: {lack}; delete what fills it",
+                self.spec.cell
+            )));
+        }
         let site = RunSite {
             root: self.spec.root.clone(),
             prefix: self.spec.prefix.clone(),

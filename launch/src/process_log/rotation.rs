@@ -8,13 +8,16 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use cell_rt::priority::set_other;
+use cell_rt::priority::{set_fifo, set_other};
 
-use super::{PART, older};
+use super::{LIMIT, PART, older};
 use crate::say;
 
-/// Time between two looks: a process writes some megabytes in it at most.
-const LOOK: Duration = Duration::from_millis(20);
+/// Time between two looks. A program that does nothing but print writes 1 MB in it.
+const LOOK: Duration = Duration::from_millis(5);
+/// Below every process of a cell, so that a copy delays none, and above other programs:
+/// on a busy machine a thread without it came 100 ms late, and a log had 9 MB by then.
+const PRIORITY: i32 = 1;
 /// A process that writes while its log is copied is waited for so often.
 const COPIES: usize = 8;
 
@@ -30,8 +33,9 @@ impl LogRotation {
     pub(crate) fn start(dir: PathBuf) -> Self {
         let (end, ended) = channel();
         let work = move || {
-            // The launcher's priority is not for a copy.
-            set_other().ok();
+            if set_fifo(PRIORITY).is_err() {
+                set_other().ok();
+            }
             let mut reported = Vec::new();
             while ended.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
                 for path in logs(&dir) {
@@ -74,10 +78,11 @@ fn look(path: &Path, reported: &mut Vec<PathBuf>) {
     }
     reported.push(path.to_owned());
     let name = path.file_stem().unwrap_or_default().display();
-    let (old, limit) = (older(path), 2 * PART / 1_000_000);
+    let (old, limit) = (older(path), LIMIT / 1_000_000);
     match done {
         Ok(_) => say::warn(format_args!(
-            "the log of {name} is long: its newest {limit} MB are kept, the older half in {}",
+            "the log of {name} is long: of at most {limit} MB the newest lines are kept, the older \
+             of them in {}",
             old.display()
         )),
         Err(error) => say::warn(format_args!(

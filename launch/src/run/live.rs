@@ -28,7 +28,7 @@ use super::plan::Plan;
 use super::recording::RecordWatch;
 use super::room::Room;
 use super::standstill::Standstill;
-use super::starvation::Starvation;
+use super::starvation::{Running, Starvation};
 use super::watch::Watch;
 use super::wish::{Wish, consider};
 use crate::child::{Children, last_words};
@@ -289,7 +289,7 @@ impl LiveCell {
             );
         }
         self.listen(now);
-        for event in self.starvation.poll(now, silence_ns, &self.running()) {
+        for event in self.starvation.poll(now, &self.running()) {
             self.tell(now, event);
         }
         self.recording.turn(now, &self.plan.dir);
@@ -365,11 +365,15 @@ impl LiveCell {
         self.tell(now, Event::Room(self.has_room));
     }
 
-    /// The processes that exist, with generation and pid.
-    fn running(&self) -> Vec<(Process, u32, u32)> {
+    /// The processes that exist.
+    fn running(&self) -> Vec<Running> {
         let of = |process: &Process| {
-            let generation = self.supervisor.generation(*process);
-            Some((*process, generation, self.children.pid(*process)?))
+            Some(Running {
+                process: *process,
+                generation: self.supervisor.generation(*process),
+                pid: self.children.pid(*process)?,
+                silence_ns: self.supervisor.silence(*process),
+            })
         };
         self.processes.iter().filter_map(of).collect()
     }

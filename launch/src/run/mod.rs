@@ -13,7 +13,7 @@ mod one_process;
 pub(crate) mod plan;
 pub(crate) mod preflight;
 mod recording;
-mod room;
+pub(crate) mod room;
 mod standstill;
 mod starvation;
 mod watch;

@@ -1,4 +1,4 @@
-//! Whether there is room for a process to start.
+//! Whether there is room for a process to start, or for a command to join a cell.
 
 use std::path::{Path, PathBuf};
 
@@ -11,11 +11,16 @@ const SHM: &str = "/dev/shm";
 const SHARE: u64 = 4;
 /// A successor writes its log and its files (bytes).
 const RUN_DIR: u64 = 1 << 20;
+/// A command that joins a cell (bytes): `top` uses 64 KiB of shared memory, and a request
+/// ended by SIGBUS with 64 KiB free and not with 128.
+const COMMAND: u64 = 256 << 10;
 
 /// Looks at the file systems a process writes to.
 #[derive(Debug)]
-pub(super) struct Room {
+pub(crate) struct Room {
     needs: [(PathBuf, u64); 2],
+    /// Whose needs they are, in words.
+    of: &'static str,
 }
 
 impl Room {
@@ -24,17 +29,26 @@ impl Room {
         let shm = cell_bus::needed_bytes(arms) / SHARE;
         Self {
             needs: [(SHM.into(), shm), (run_dir.to_owned(), RUN_DIR)],
+            of: "a start",
         }
     }
 
-    /// What lacks, in words; `None` where a process can start.
-    pub(super) fn lack(&self) -> Option<String> {
+    /// For a command that joins the cell with its run directory at `run_dir`.
+    pub(crate) fn of_command(run_dir: &Path) -> Self {
+        Self {
+            needs: [(SHM.into(), COMMAND), (run_dir.to_owned(), COMMAND)],
+            of: "a command",
+        }
+    }
+
+    /// What lacks, in words; `None` where there is room.
+    pub(crate) fn lack(&self) -> Option<String> {
         let lack = |(path, needed): &(PathBuf, u64)| {
             // What cannot be looked at is no reason to wait.
             let free = free_bytes(path).ok()?;
             let (path, free, needed) = (path.display(), free >> 10, needed >> 10);
-            (free < needed)
-                .then(|| format!("{path} has {free} KiB free, a start needs {needed} KiB"))
+            let of = self.of;
+            (free < needed).then(|| format!("{path} has {free} KiB free, {of} needs {needed} KiB"))
         };
         self.needs.iter().find_map(lack)
     }
@@ -48,6 +62,7 @@ mod tests {
     fn what_lacks_is_named() {
         let needs = |needed| Room {
             needs: [(SHM.into(), 0), ("/proc".into(), needed)],
+            of: "a start",
         };
         assert_eq!(needs(0).lack(), None);
         let said = needs(1 << 20).lack().unwrap();

@@ -1,4 +1,18 @@
 //! Which processes get no core, or are about to be gone: they do not hang.
+//!
+//! A process that is silent has to answer for its silence, except for the time in which
+//! it could do nothing (docs/faults.md). That time has four sources, and a change must
+//! keep each of them:
+//!
+//! - The kernel counts how long its main thread waited for a core.
+//! - A main thread that waits now, for a core or within the kernel for a disk or a page,
+//!   has waited since the last look but for the time it ran. Delay accounting of the kernel
+//!   would count the disk, and is off by default.
+//! - A main thread that sleeps may wait for a lock of another thread of the process, which
+//!   is of the normal class and starves: then what that thread could not do counts.
+//! - What this thread did not look at counts for nobody. The run directory on a slow disk
+//!   holds the launcher and physics at once: when both work again, the process sleeps
+//!   until its next cycle, and its sign of life is a few milliseconds away.
 
 use cell_rt::process::Share;
 use ipc_types::topic::Process;
@@ -9,50 +23,87 @@ use crate::supervisor::Event;
 const SILENT_NS: u64 = 20_000_000;
 /// Otherwise so much time lies between two looks (ns).
 const PERIOD_NS: u64 = 50_000_000;
+/// Of the time between two turns so much counts as looked at (ns); it is 5 ms where the
+/// launcher is not delayed.
+const MAX_GAP_NS: u64 = 20_000_000;
+
+/// A process that exists.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Running {
+    pub(super) process: Process,
+    pub(super) generation: u32,
+    pub(super) pid: u32,
+    /// For how long it has given no sign of life (ns).
+    pub(super) silence_ns: u64,
+}
 
 /// What the kernel said of each process at the last look.
 #[derive(Debug, Default)]
 pub(super) struct Starvation {
+    /// By thread.
     last: Vec<(u32, Share)>,
     looked_ns: u64,
+    turned_ns: Option<u64>,
 }
 
+/// The threads of a process: the main thread, and the others where they were asked for.
+type Threads = (Share, Vec<(u32, Share)>);
+
 impl Starvation {
-    /// Time each of `running` (with generation and pid) could not run since the last
-    /// look, and which of them ends, as events.
-    pub(super) fn poll(
+    /// Time each of `running` could not run since the last look, and which of them ends,
+    /// as events.
+    pub(super) fn poll(&mut self, now_ns: u64, running: &[Running]) -> Vec<Event> {
+        let threads = |pid: u32, all: bool| {
+            let others = if all { Share::of_others(pid) } else { vec![] };
+            Some((Share::of(pid)?, others))
+        };
+        self.look(now_ns, running, threads)
+    }
+
+    /// As [`Self::poll`]; `threads` says what the kernel says of a process.
+    fn look(
         &mut self,
         now_ns: u64,
-        silence_ns: u64,
-        running: &[(Process, u32, u32)],
+        running: &[Running],
+        threads: impl Fn(u32, bool) -> Option<Threads>,
     ) -> Vec<Event> {
+        let gap_ns = now_ns.saturating_sub(self.turned_ns.replace(now_ns).unwrap_or(now_ns));
+        let unseen_ns = gap_ns.saturating_sub(MAX_GAP_NS);
         let elapsed_ns = now_ns.saturating_sub(self.looked_ns);
-        if silence_ns < SILENT_NS && elapsed_ns < PERIOD_NS {
+        let is_silent = |one: &Running| one.silence_ns >= SILENT_NS;
+        if unseen_ns == 0 && elapsed_ns < PERIOD_NS && !running.iter().any(is_silent) {
             return Vec::new();
         }
         self.looked_ns = now_ns;
         let mut events = Vec::new();
         let mut shares = Vec::new();
-        for (process, generation, pid) in running {
-            let Some(share) = Share::of(*pid) else {
+        for one in running {
+            let (process, generation) = (one.process, one.generation);
+            let Some((main, others)) = threads(one.pid, is_silent(one)) else {
                 continue;
             };
-            shares.push((*pid, share));
-            if share.ended {
+            if main.ended {
                 events.push(Event::Dying {
-                    process: *process,
-                    generation: *generation,
+                    process,
+                    generation,
                 });
             }
-            let before = self.last.iter().find(|(before, _)| before == pid);
-            let ns = before.map_or(0, |(_, before)| share.starved_ns(before, elapsed_ns));
+            let starved = |(id, share): &(u32, Share)| {
+                let before = self.last.iter().find(|(before, _)| before == id)?;
+                Some(share.starved_ns(&before.1, elapsed_ns))
+            };
+            let of_main = starved(&(one.pid, main)).unwrap_or(0);
+            let of_others = others.iter().filter(|_| main.sleeps).filter_map(starved);
+            let ns = of_others.fold(of_main, u64::max).max(unseen_ns);
             if ns > 0 {
                 events.push(Event::Starved {
-                    process: *process,
-                    generation: *generation,
+                    process,
+                    generation,
                     ns,
                 });
             }
+            shares.push((one.pid, main));
+            shares.extend(others);
         }
         self.last = shares;
         events
@@ -63,11 +114,101 @@ impl Starvation {
 pub(super) fn report(process: Process, starved_ns: u64, silent_ns: u64) -> String {
     const MS: u64 = 1_000_000;
     format!(
-        "{} gets too little processor time: it could not run for {} of the last {} ms. It is left \
-         running; an arm without fresh setpoints holds. Close other programs, or allow real-time \
-         scheduling (`robocell doctor` says how)",
+        "{} gets too little processor time, or waits for a disk or for memory: it could not run \
+         for {} of the last {} ms. It is left running; an arm without fresh setpoints holds. Close \
+         other programs, keep the run directory in memory, or allow real-time scheduling \
+         (`robocell doctor` says how)",
         process.name(),
         starved_ns / MS,
         silent_ns / MS
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+    const PHYSICS: u32 = 7;
+    const WRITER: u32 = 8;
+
+    /// Sleeps, and has never run.
+    fn asleep() -> Share {
+        Share {
+            sleeps: true,
+            ..Share::default()
+        }
+    }
+
+    /// Waits for a core or a disk.
+    fn waiting() -> Share {
+        Share {
+            waits: true,
+            ..Share::default()
+        }
+    }
+
+    fn silent(silence_ms: u64) -> [Running; 1] {
+        [Running {
+            process: Process::Physics,
+            generation: 1,
+            pid: PHYSICS,
+            silence_ns: silence_ms * MS,
+        }]
+    }
+
+    /// Milliseconds that count as starved at a look.
+    fn look(starvation: &mut Starvation, at_ms: u64, silence_ms: u64, threads: &Threads) -> u64 {
+        let seen = |_: u32, all: bool| {
+            let others = threads.1.iter().filter(|_| all).copied();
+            Some((threads.0, others.collect()))
+        };
+        let events = starvation.look(at_ms * MS, &silent(silence_ms), seen);
+        let starved = |event: &Event| match event {
+            Event::Starved { ns, .. } => ns / MS,
+            _ => 0,
+        };
+        events.iter().map(starved).sum()
+    }
+
+    #[test]
+    fn a_process_that_waits_for_a_disk_is_starved_for_as_long_as_it_does() {
+        let mut starvation = Starvation::default();
+        let turns = (0..30).map(|turn| 1000 + 5 * turn);
+        let of = |starvation: &mut Starvation, thread: Share| -> u64 {
+            let looks = turns.clone().map(|at| (at, at - 1000));
+            let threads = (thread, vec![]);
+            looks.map(|(at, ms)| look(starvation, at, ms, &threads)).sum()
+        };
+        assert!(of(&mut starvation, waiting()) >= 140);
+        assert_eq!(of(&mut Starvation::default(), asleep()), 0, "it hangs");
+    }
+
+    #[test]
+    fn a_launcher_that_did_not_look_accuses_nobody_of_what_it_did_not_see() {
+        let mut starvation = Starvation::default();
+        let threads = (asleep(), vec![]);
+        assert_eq!(look(&mut starvation, 1000, 0, &threads), 0);
+        // A disk held both; the process sleeps until its next cycle.
+        assert_eq!(look(&mut starvation, 1103, 103, &threads), 83);
+        assert_eq!(look(&mut starvation, 1108, 108, &threads), 0);
+    }
+
+    #[test]
+    fn a_process_that_sleeps_is_starved_while_another_thread_of_it_is() {
+        let mut starvation = Starvation::default();
+        let (locked, works) = ((asleep(), vec![(WRITER, waiting())]), Share {
+            ran_ns: 5 * MS,
+            ..Share::default()
+        });
+        look(&mut starvation, 1000, 20, &locked);
+        assert_eq!(look(&mut starvation, 1005, 25, &locked), 5);
+        // A main thread that runs does not wait for the other.
+        let runs = (works, vec![(WRITER, waiting())]);
+        assert_eq!(look(&mut starvation, 1010, 30, &runs), 0);
+        // No thread of it waits: it hangs.
+        let hangs = (asleep(), vec![(WRITER, asleep())]);
+        look(&mut starvation, 1015, 35, &hangs);
+        assert_eq!(look(&mut starvation, 1020, 40, &hangs), 0);
+    }
 }

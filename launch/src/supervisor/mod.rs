@@ -83,6 +83,12 @@ impl Supervisor {
         silences.max().unwrap_or(0)
     }
 
+    /// For how long `process` has given no sign of life (ns), while it should.
+    pub fn silence(&self, process: Process) -> u64 {
+        let slot = self.slots.iter().find(|slot| slot.process == process);
+        slot.map_or(0, Slot::silence)
+    }
+
     /// Which start of `process` is the newest; 0: none yet.
     pub fn generation(&self, process: Process) -> u32 {
         self.slots
