@@ -74,7 +74,10 @@ pub(crate) fn logs(args: &LogsArgs) -> Result<(), Failure> {
             json: args.json,
         })
     };
-    let mut tails = wanted.into_iter().map(tail).collect::<Result<Vec<_>, Failure>>()?;
+    let mut tails = wanted
+        .into_iter()
+        .map(tail)
+        .collect::<Result<Vec<_>, Failure>>()?;
     loop {
         // Before the logs are read: what a cell wrote at its end is read, too.
         let is_last = !args.follow || dir.holder().is_none();

@@ -64,7 +64,9 @@ impl Follower {
     fn read_older(&mut self, path: &Path, out: &mut Vec<u8>) -> io::Result<()> {
         let mut file = File::open(path)?;
         if file.metadata()?.len() < self.position {
-            out.extend_from_slice(b"(lines are missing here: the log was rotated more than once)\n");
+            out.extend_from_slice(
+                b"(lines are missing here: the log was rotated more than once)\n",
+            );
             self.position = 0;
         }
         file.seek(SeekFrom::Start(self.position))?;

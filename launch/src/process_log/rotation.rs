@@ -195,9 +195,18 @@ mod tests {
         }
         log.write(100, 110);
         assert_eq!(rotate(&log.path, 150).unwrap(), false);
-        assert_eq!(numbers(&tail(&log.path, 1000)), (80..110).collect::<Vec<_>>());
-        assert_eq!(numbers(&tail(&log.path, 150)), (95..110).collect::<Vec<_>>());
-        assert_eq!(numbers(&tail(&log.path, 50)), (105..110).collect::<Vec<_>>());
+        assert_eq!(
+            numbers(&tail(&log.path, 1000)),
+            (80..110).collect::<Vec<_>>()
+        );
+        assert_eq!(
+            numbers(&tail(&log.path, 150)),
+            (95..110).collect::<Vec<_>>()
+        );
+        assert_eq!(
+            numbers(&tail(&log.path, 50)),
+            (105..110).collect::<Vec<_>>()
+        );
         assert_eq!(fs::read_dir(&log.dir).unwrap().count(), 2);
     }
 

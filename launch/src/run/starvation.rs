@@ -178,7 +178,9 @@ mod tests {
         let of = |starvation: &mut Starvation, thread: Share| -> u64 {
             let looks = turns.clone().map(|at| (at, at - 1000));
             let threads = (thread, vec![]);
-            looks.map(|(at, ms)| look(starvation, at, ms, &threads)).sum()
+            looks
+                .map(|(at, ms)| look(starvation, at, ms, &threads))
+                .sum()
         };
         assert!(of(&mut starvation, waiting()) >= 140);
         assert_eq!(of(&mut Starvation::default(), asleep()), 0, "it hangs");
@@ -197,10 +199,13 @@ mod tests {
     #[test]
     fn a_process_that_sleeps_is_starved_while_another_thread_of_it_is() {
         let mut starvation = Starvation::default();
-        let (locked, works) = ((asleep(), vec![(WRITER, waiting())]), Share {
-            ran_ns: 5 * MS,
-            ..Share::default()
-        });
+        let (locked, works) = (
+            (asleep(), vec![(WRITER, waiting())]),
+            Share {
+                ran_ns: 5 * MS,
+                ..Share::default()
+            },
+        );
         look(&mut starvation, 1000, 20, &locked);
         assert_eq!(look(&mut starvation, 1005, 25, &locked), 5);
         // A main thread that runs does not wait for the other.

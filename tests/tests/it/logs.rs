@@ -50,12 +50,22 @@ fn a_task_that_prints_without_end_keeps_its_newest_lines_and_fills_no_memory() {
     assert!(whole.len() > 10_000, "{}", whole.len());
     assert!(whole.windows(2).all(|pair| pair[1] == pair[0] + 1));
     let stderr = std::fs::read_to_string(cell.base().join("stderr")).unwrap();
-    assert_eq!(stderr.matches("the log of task is long").count(), 1, "{stderr}");
+    assert_eq!(
+        stderr.matches("the log of task is long").count(),
+        1,
+        "{stderr}"
+    );
     // An incident has the end of the log.
-    let pid = cell.status().unwrap()["processes"].as_array().unwrap().iter().find_map(|one| {
-        (one["name"] == "task").then(|| one["pid"].as_u64().unwrap())
-    });
-    cell_rt::process::kill(u32::try_from(pid.unwrap()).unwrap(), cell_rt::process::SIGKILL).unwrap();
+    let pid = cell.status().unwrap()["processes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find_map(|one| (one["name"] == "task").then(|| one["pid"].as_u64().unwrap()));
+    cell_rt::process::kill(
+        u32::try_from(pid.unwrap()).unwrap(),
+        cell_rt::process::SIGKILL,
+    )
+    .unwrap();
     let incident = wait_for("an incident", || {
         let said = cell.ask(&["incident", "1"]);
         (said.code == 0).then_some(said)

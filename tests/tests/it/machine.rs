@@ -140,3 +140,33 @@ fn full_shared_memory_ends_no_run_and_processes_come_back_when_there_is_room() {
         said.stderr
     );
 }
+
+#[test]
+fn full_shared_memory_is_named_by_every_command_that_joins_a_cell() {
+    let program = built("robocell");
+    // As above; the commands run while all of it is in use, as the last of them says.
+    let script = format!(
+        "mount -t tmpfs -o size=160m tmpfs /dev/shm || exit 9; R={}
+         $R run cube --headless --paused >/dev/null 2>&1 & L=$!
+         for i in $(seq 600); do $R status >/dev/null 2>&1 && break; sleep 0.1; done
+         dd if=/dev/zero of=/dev/shm/fill bs=4k 2>/dev/null
+         for c in status pause 'top --once'; do $R $c; echo code $?; done
+         $R down; wait $L",
+        program.display()
+    );
+    let mut command = Command::new("unshare");
+    command.args(["-m", "sh", "-c", &script]);
+    command
+        .env_remove("ROBOCELL_RUN_DIR")
+        .env_remove("XDG_RUNTIME_DIR");
+    command.env("ROBOCELL_STATE_DIR", base().path());
+    let allowed = Command::new("unshare").args(["-m", "true"]).status();
+    if !allowed.is_ok_and(|status| status.success()) {
+        eprintln!("skipped: a mount namespace is for root");
+        return;
+    }
+    let said = finish(command);
+    assert_eq!(said.stdout.matches("code 3").count(), 3, "{said:?}");
+    let named = "/dev/shm has 0 KiB free, a command needs";
+    assert_eq!(said.stderr.matches(named).count(), 3, "{said:?}");
+}

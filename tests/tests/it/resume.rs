@@ -55,3 +55,32 @@ fn a_paused_cell_stays_paused_at_its_tick_when_physics_is_killed() {
     assert_eq!(cell.ask(&["resume"]).code, 0);
     cell.wait_status("time", |status| seconds(status) > seconds(&before) + 0.5);
 }
+
+#[test]
+fn a_run_that_lost_processes_counts_them_and_names_all_parts_of_its_recording() {
+    let base = base();
+    let script = base.path().join("script.jsonl");
+    let lines = r#"{"at_s": 1, "do": "kill", "process": "monitor"}
+{"at_s": 2, "do": "kill", "process": "physics"}"#;
+    std::fs::write(&script, lines).unwrap();
+    let script = script.to_str().unwrap().to_owned();
+    let folder = base.path().join("a folder");
+    std::fs::create_dir(&folder).unwrap();
+    let parts = ["run.mcap", "run-part2.mcap"].map(|name| folder.join(name));
+    let mut arguments = "reach --headless --speed max --timeout 4"
+        .split(' ')
+        .collect::<Vec<_>>();
+    let file = parts[0].to_str().unwrap().to_owned();
+    arguments.extend(["--script", &script, "--record", &file]);
+    let mut cell = TestCell::start_in(base, &arguments);
+    let said = cell.wait_end();
+    assert!(!said.stdout.contains("nothing had to be"), "{said:?}");
+    for words in ["1 physics restart", "1 monitor restart"] {
+        assert!(said.stdout.contains(words), "{said:?}");
+    }
+    for part in &parts {
+        assert!(part.is_file(), "{}", part.display());
+        let hint = format!("`robocell replay '{}'`", part.display());
+        assert!(said.stdout.contains(&hint), "no {hint} in {said:?}");
+    }
+}

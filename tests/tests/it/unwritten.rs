@@ -24,7 +24,6 @@ fn a_result_on_a_full_disk_is_a_failure_of_every_command() {
         "top --once",
         "top --json",
         "fsm show --live",
-        "logs -f",
         "--help",
         "run --help",
         "--version",
@@ -33,12 +32,19 @@ fn a_result_on_a_full_disk_is_a_failure_of_every_command() {
     ];
     for line in commands {
         let arguments: Vec<&str> = line.split(' ').collect();
-        let base = if line.starts_with("run r") { base.path() } else { cell.base() };
+        let base = if line.starts_with("run r") {
+            base.path()
+        } else {
+            cell.base()
+        };
         let full = OpenOptions::new().write(true).open("/dev/full").unwrap();
         let mut command = robocell(base, &arguments);
         let said = command.stdout(Stdio::from(full)).output().unwrap();
         let stderr = String::from_utf8_lossy(&said.stderr);
-        assert!(matches!(said.status.code(), Some(3 | 5)), "{line}: {said:?}");
+        assert!(
+            matches!(said.status.code(), Some(3 | 5)),
+            "{line}: {said:?}"
+        );
         assert!(
             stderr.contains("cannot write to standard output: No space left on device"),
             "{line}: {stderr}"
