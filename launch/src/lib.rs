@@ -77,8 +77,9 @@ fn parse(words: &[OsString]) -> Result<Option<cli::Cli>, Failure> {
     // Run files, recordings and messages are UTF-8. A path that is not would be changed on
     // its way, and another file be reported as missing.
     if let Some(word) = words.iter().find(|word| word.to_str().is_none()) {
+        let shown = word.as_encoded_bytes().escape_ascii();
         return Err(Failure::usage(format!(
-            "{word:?} is not valid UTF-8; only arguments and paths in UTF-8 are accepted: rename \
+            "`{shown}` is not valid UTF-8; only arguments and paths in UTF-8 are accepted: rename \
              the file or folder"
         )));
     }
