@@ -334,7 +334,7 @@ mod tests {
     #[test]
     fn a_long_checkpoint_comes_in_parts_one_after_the_other() {
         let checkpoint: Vec<u8> = (0..KEYFRAME_BYTES * 2 + 3)
-            .map(|i| (i % 251) as u8)
+            .map(|i| u8::try_from(i % 251).unwrap())
             .collect();
         let (mut whole, mut frame) = (Vec::<u8>::new(), Keyframe::zeroed());
         loop {

@@ -91,10 +91,11 @@ impl Resume {
     /// Takes note of a request that was answered.
     pub(crate) fn note(&mut self, plant: &Plant, request: &OperatorRequest, reply: &OperatorReply) {
         let is_accepted = reply.code == ipc_types::operator::ReplyCode::Accepted.code();
-        if let Some(requests) = self.requests.as_mut().filter(|_| is_accepted) {
-            if has_effect(request) {
-                requests.note(plant.accepted(), request);
-            }
+        if let Some(requests) = &mut self.requests
+            && is_accepted
+            && has_effect(request)
+        {
+            requests.note(plant.accepted(), request);
         }
     }
 

@@ -187,6 +187,9 @@ fn a_state_that_cannot_be_saved_is_reported_until_one_is() {
     assert_eq!(physics.lost.last().unwrap(), "");
 }
 
+/// Does something to the file with these bytes.
+type Damage<'a> = &'a dyn Fn(&[u8]);
+
 #[test]
 fn a_state_file_that_is_damaged_missing_or_a_link_is_reported() {
     let place = Place::new("damaged");
@@ -195,7 +198,7 @@ fn a_state_file_that_is_damaged_missing_or_a_link_is_reported() {
         place.start(false).run_to(2_000);
         std::fs::read(&path).unwrap()
     };
-    let damage: [(&str, &dyn Fn(&[u8])); 4] = [
+    let damage: [(&str, Damage<'_>); 4] = [
         ("cut off", &|_| std::fs::write(&path, b"abc").unwrap()),
         ("checksum", &|bytes| {
             let mut bytes = bytes.to_vec();
