@@ -15,8 +15,8 @@ use ipc_types::{
 };
 use physics_proc::plant::{Next, Plant};
 use physics_proc::world::StepInput;
-use robocell_task::{Policies, Task};
 use robocell_task::starts::{Decider, NoHistory};
+use robocell_task::{Policies, Task};
 
 use crate::SimError;
 

@@ -90,6 +90,8 @@ struct TaskProcess {
     health: HealthReporter,
     message: Decision,
     begun: bool,
+    /// Whether another process of this task ran before.
+    is_successor: bool,
     /// What was reported as lost last.
     lost: String,
     /// Tick the pictures were sent at last, and when that was (ns).
@@ -122,6 +124,7 @@ impl TaskProcess {
             health: HealthReporter::new(start, bus, Process::Task, fifo)?,
             message: Decision::zeroed(),
             begun: false,
+            is_successor: start.generation > 1,
             lost: String::new(),
             drawn: None,
             drawn_ns: 0,
@@ -182,6 +185,11 @@ impl TaskProcess {
         };
         let (generation, tick) = (state.header.generation, state.header.tick);
         let Some(saved) = self.slots.newest(generation) else {
+            // One that was killed before its first decision left none.
+            let decided = tick > state.resumed_tick + DECISION_TICKS;
+            if self.is_successor && decided {
+                self.slots.miss_checkpoint();
+            }
             let begun = self.decider.begin(state, &mut self.slots);
             let restored = self.decider.task.restored();
             self.report(&begun, restored, tick);

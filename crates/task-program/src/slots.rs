@@ -116,6 +116,15 @@ impl Slots {
             .map_or("", String::as_str)
     }
 
+    /// Reports that the task before this one left no checkpoint, if there is none.
+    pub fn miss_checkpoint(&mut self) {
+        if self.damage.is_empty() && self.file.newest().is_none() {
+            "the checkpoint of the task before; it decides from what it observes"
+                .clone_into(&mut self.damage);
+            cell_worker::warn(format_args!("lost: {}", self.damage));
+        }
+    }
+
     /// The newest entry of this run and this start of physics.
     pub fn newest(&self, physics_generation: u32) -> Option<Saved> {
         let (_, bytes) = self.file.newest()?;

@@ -84,3 +84,38 @@ fn a_run_that_lost_processes_counts_them_and_names_all_parts_of_its_recording() 
         assert!(said.stdout.contains(&hint), "no {hint} in {said:?}");
     }
 }
+
+/// The note of a process in `status`.
+fn note(status: &Value, process: &str) -> String {
+    let processes = status["processes"].as_array().into_iter().flatten();
+    let mut of_it = processes.filter(|one| one["name"] == process);
+    let note = of_it.next().and_then(|one| one["note"].as_str());
+    note.unwrap_or_default().to_owned()
+}
+
+#[test]
+fn a_damaged_state_or_checkpoint_is_a_fault_in_the_status_and_in_the_summary() {
+    let mut cell = TestCell::start(&["franka-stack", "--headless", "--json"]);
+    cell.wait_status("two seconds", |status| seconds(status) > 2.0);
+    // Nothing is written while the cell is paused.
+    assert_eq!(cell.ask(&["pause"]).code, 0);
+    cell.wait_status("a pause", |status| status["paused"] == true);
+    let nonsense = vec![0xa5; 4_000];
+    for (file, process, named) in [
+        ("task.slots", "task", "which is damaged"),
+        ("physics.state", "physics", "the scene began again"),
+    ] {
+        let path = cell.run_dir().join(file);
+        let file = std::fs::OpenOptions::new().write(true).open(path).unwrap();
+        std::os::unix::fs::FileExt::write_at(&file, &nonsense, 24).unwrap();
+        kill_and_wait(&cell, process);
+        assert_eq!(cell.ask(&["resume"]).code, 0);
+        cell.wait_status("a fault", |status| note(status, process).contains(named));
+        assert_eq!(cell.ask(&["pause"]).code, 0);
+    }
+    assert_eq!(cell.ask(&["down"]).code, 0);
+    let summary = cell.wait_end().json();
+    let faults = summary["faults"].to_string();
+    assert!(faults.contains("which is damaged"), "{summary}");
+    assert!(faults.contains("the scene began again"), "{summary}");
+}
