@@ -171,9 +171,16 @@ impl BinColumns {
         let Some(Shape::Bin { size_m, .. }) = bins.clone().map(|o| &o.shape).next() else {
             return Ok(());
         };
+        // More could never be in place, and the job would not end.
         let wanted = bins.count().min(cell.bins);
-        let places = COLUMNS * self.levels as usize;
-        check::countable(at, "task.bins", wanted, places)?;
+        let (levels, places) = (self.levels, COLUMNS * self.levels as usize);
+        if wanted > places {
+            let allowed = format!(
+                "{COLUMNS} columns of {levels} levels have {places} places; lower the `count` \
+                 of the object, raise task.stack.levels, or stack fewer with --bins"
+            );
+            return Err(at.refuse("task.bins", format!("{wanted} bins"), allowed));
+        }
         let [x, y, z] = self.first_m;
         let (first, second) = (self.first_step_m, self.second_step_m);
         let corners = [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0], [2.0, 2.0]];
@@ -197,20 +204,7 @@ fn bin_table(at: &Checker<'_>, task: &BinStackTask, cell: &Cell) -> Result<(), M
     let mut names: Vec<&str> = bins.map(|object| object.kind.as_str()).collect();
     names.dedup();
     let what = "[[object]] with the shape of a bin";
-    check::known(at, "task.bins", &task.bins, what, &names)?;
-    // More could never be in place, and the job would not end.
-    let bins = cell.objects.iter();
-    let count = bins.filter(|object| object.kind == task.bins).count();
-    let wanted = count.min(cell.bins);
-    let (levels, places) = (task.stack.levels, COLUMNS * task.stack.levels as usize);
-    if wanted <= places {
-        return Ok(());
-    }
-    let allowed = format!(
-        "{COLUMNS} columns of {levels} levels have {places} places; lower the `count` of the \
-         object, raise task.stack.levels, or stack fewer with --bins"
-    );
-    Err(at.refuse("task.bins", format!("{wanted} bins"), allowed))
+    check::known(at, "task.bins", &task.bins, what, &names)
 }
 
 fn sensor_of(at: &Checker<'_>, task: &BinStackTask, cell: &Cell) -> Result<(), ModelError> {

@@ -268,12 +268,12 @@ fn a_demo_counts_the_bins_that_it_accepts() {
         (
             "count = 36",
             "count = 50",
-            "task.bins is 50 objects; at most 36 are allowed, as many as there are places for",
+            "task.bins is 50 bins; 9 columns of 4 levels have 36 places",
         ),
         (
             "levels = 4",
             "levels = 3",
-            "task.bins is 36 objects; at most 27 are allowed",
+            "task.bins is 36 bins; 9 columns of 3 levels have 27 places",
         ),
     ] {
         let why = refused_in(&text, from, to);
