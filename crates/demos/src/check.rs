@@ -1,7 +1,6 @@
 //! Checks that more than one kind of `[task]` makes.
 
 use cell_model::{ArmSpec, Cell, Checker, ModelError, suggest};
-use ipc_types::decision::MAX_PLACED;
 use nalgebra::Vector3;
 use robocell_skills::ability::{self, Need};
 use robocell_skills::{ArmSetup, ObjectSetup, Tool};
@@ -108,25 +107,6 @@ pub(crate) fn fingers_grip(
         }
     }
     Ok(())
-}
-
-/// Refuses more objects than a job has places for, or than a decision can count.
-pub(crate) fn countable(
-    at: &Checker<'_>,
-    key: &str,
-    objects: usize,
-    places: usize,
-) -> Result<(), ModelError> {
-    if objects <= places.min(MAX_PLACED) {
-        return Ok(());
-    }
-    let (most, why) = if places <= MAX_PLACED {
-        (places, "there are places for")
-    } else {
-        (MAX_PLACED, "in place can be counted")
-    };
-    let allowed = format!("at most {most} are allowed, as many as {why}; use fewer, or `--bins`");
-    Err(at.refuse(key, format!("{objects} objects"), allowed))
 }
 
 /// Refuses a `name` that is none of `names`; `what` says of what.

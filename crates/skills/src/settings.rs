@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use cell_model::check::MAX_COORDINATE_M;
 use cell_model::{Cell, Checker, ModelError, suggest};
-use ipc_types::decision::MAX_PLACED;
 use nalgebra::Vector3;
 use robocell_task::Settings;
 use schemars::JsonSchema;
@@ -253,8 +252,7 @@ impl Settings for Places {
     }
 }
 
-/// Refuses places that cannot be meant, that no arm of `cell` reaches, and that are too many
-/// to be counted.
+/// Refuses places that cannot be meant, and that no arm of `cell` reaches.
 ///
 /// # Errors
 /// [`ModelError::Value`].
@@ -264,12 +262,10 @@ pub fn check_places(
     at: &Checker<'_>,
 ) -> Result<(), ModelError> {
     let arms: Vec<ArmSetup> = cell.arms.iter().map(ArmSetup::of).collect();
-    let mut count = 0;
     for (name, table) in places {
         let key = format!("task.place.{name}");
         table.check(at, &key)?;
         let slots = setup::place(name, table).slots;
-        count += slots.len();
         for (index, slot) in slots.iter().enumerate() {
             reached(cell, &arms, slot.position.into()).map_err(|why| {
                 let [x, y, z] = slot.position;
@@ -277,12 +273,6 @@ pub fn check_places(
                 at.refuse(&format!("{key}.position_m"), value, why)
             })?;
         }
-    }
-    // A decision counts no more objects that are in place.
-    let placed = count.min(cell.objects.len());
-    if placed > MAX_PLACED {
-        let allowed = format!("{MAX_PLACED} objects in place can be counted; use fewer slots");
-        return Err(at.refuse("task.place", format!("for {placed} objects"), allowed));
     }
     Ok(())
 }

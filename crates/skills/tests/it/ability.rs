@@ -98,20 +98,3 @@ fn an_object_that_is_out_of_reach_now_is_a_warning() {
     );
     assert!(warning.ends_with("move it nearer"), "{warning}");
 }
-
-#[test]
-fn more_slots_than_can_be_counted_are_refused_with_the_number() {
-    let pattern = "[0.40, -0.10, 0.0]\npattern = { kind = \"grid\", count = [8, 7, 1], pitch_m = [0.03, 0.03, 0.0] }";
-    let mut many = cell("[0.50, 0.25, 0.0]", pattern);
-    assert!(task(&many).is_ok(), "one cube is counted");
-    let cube = many.objects[0].clone();
-    many.objects.resize(60, cube);
-    refused(
-        &many,
-        &[
-            "task.place",
-            "56 objects",
-            "48 objects in place can be counted",
-        ],
-    );
-}
