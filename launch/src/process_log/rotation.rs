@@ -190,11 +190,11 @@ mod tests {
         let mut log = Log::new("log-rotation");
         for turn in 0..5 {
             log.write(20 * turn, 20 * (turn + 1));
-            assert_eq!(rotate(&log.path, 150).unwrap(), true);
-            assert_eq!(rotate(&log.path, 150).unwrap(), false);
+            assert!(rotate(&log.path, 150).unwrap());
+            assert!(!rotate(&log.path, 150).unwrap());
         }
         log.write(100, 110);
-        assert_eq!(rotate(&log.path, 150).unwrap(), false);
+        assert!(!rotate(&log.path, 150).unwrap());
         assert_eq!(
             numbers(&tail(&log.path, 1000)),
             (80..110).collect::<Vec<_>>()
