@@ -126,7 +126,7 @@ const INPUTS: [Input; 12] = [
     Input {
         python: Some("cell.arm.do(skills.pick('cubee'))"),
         page: Page::Restart,
-        sentence: "task.py:7: in decide: KeyError: there is no object 'cubee'",
+        sentence: "task.py:7: in decide: ValueError: there is no object 'cubee'; did you mean 'cube'?",
         ..NONE
     },
     Input {
