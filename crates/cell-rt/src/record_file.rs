@@ -121,16 +121,31 @@ fn checksum(record: &[u8]) -> u32 {
 mod tests {
     use super::*;
 
-    fn place(name: &str) -> PathBuf {
-        let dir = format!("cell-rt-record-{name}-{}", std::process::id());
-        let dir = std::env::temp_dir().join(dir);
-        std::fs::create_dir_all(&dir).unwrap();
-        dir.join("record")
+    struct TestDir(PathBuf);
+
+    impl TestDir {
+        fn new(name: &str) -> Self {
+            let dir = format!("cell-rt-record-{name}-{}", std::process::id());
+            let dir = std::env::temp_dir().join(dir);
+            std::fs::create_dir_all(&dir).unwrap();
+            Self(dir)
+        }
+
+        fn file(&self) -> RecordFile {
+            RecordFile::new(&self.0.join("record"))
+        }
+    }
+
+    impl Drop for TestDir {
+        fn drop(&mut self) {
+            std::fs::remove_dir_all(&self.0).unwrap();
+        }
     }
 
     #[test]
     fn a_record_of_any_size_replaces_the_one_before() {
-        let file = RecordFile::new(&place("sizes"));
+        let dir = TestDir::new("sizes");
+        let file = dir.file();
         assert_eq!(file.read().unwrap(), None);
         for length in [0, 1, 5_000_000, 7] {
             let record = vec![7; length];
@@ -141,7 +156,8 @@ mod tests {
 
     #[test]
     fn every_changed_bit_and_every_cut_is_noticed() {
-        let file = RecordFile::new(&place("damage"));
+        let dir = TestDir::new("damage");
+        let file = dir.file();
         file.write(b"a state").unwrap();
         let whole = std::fs::read(file.path()).unwrap();
         for at in 0..whole.len() {
@@ -156,8 +172,8 @@ mod tests {
 
     #[test]
     fn a_link_is_neither_read_nor_written_through() {
-        let file = RecordFile::new(&place("link"));
-        let other = place("link").with_file_name("other");
+        let dir = TestDir::new("link");
+        let (file, other) = (dir.file(), dir.0.join("other"));
         std::fs::write(&other, b"not ours").unwrap();
         for path in [&file.path, &file.next] {
             std::fs::remove_file(path).ok();
