@@ -248,7 +248,7 @@ class Script:
 
 
 @pytest.mark.sample
-def test_the_log_says_resumed_only_if_something_was(run, task, tmp_path):
+def test_the_log_says_resumed_only_if_something_was(run, robocell, task, tmp_path):
     def said(text: str) -> list[str]:
         file = tmp_path / f"{len(text)}.mcap"
         kill = {"at_s": 1.0, "do": "kill", "process": "task"}
@@ -261,6 +261,10 @@ def test_the_log_says_resumed_only_if_something_was(run, task, tmp_path):
     assert said(LOCKED) == ["[task] resumed from its checkpoint"]
     again = "[task] the policy starts again: nothing of its memory was kept; the job continues"
     assert said(SCRIPT) == [again]
+    words = ("run", "franka-stack", "--task", str(task(SCRIPT)), "--one-process", "--until-done")
+    one = robocell(*words, "--headless", "--script", str(tmp_path / "script.jsonl"))
+    assert again in one.text
+    assert "resumed from its checkpoint" not in one.text
 
 
 @pytest.mark.sample

@@ -296,8 +296,8 @@ impl OneProcess {
         self.decider = decider;
         self.task_restarts += 1;
         // As the process says it.
-        let line = "[task] resumed from its checkpoint".to_owned();
-        self.trace.push((self.state.header.tick, line));
+        let line = self.decider.task.restored().line();
+        self.trace.push((self.state.header.tick, line.to_owned()));
         Ok(())
     }
 }
