@@ -159,6 +159,10 @@ def test_raises_what_its_policy_raised():
     with pytest.raises(KeyError, match="there is no object 'nothing'; known are: red_cube"):
         cell.step(1000)
     assert cell.time_s < 0.3
+    message = cell.summary()["message"]
+    assert "test_cell.py" in message
+    assert "there is no object 'nothing'" in message
+    assert f"[fault] {message}"[:100] in cell.log()[-1][1]
 
 
 @pytest.mark.parametrize(
