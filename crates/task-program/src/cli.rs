@@ -256,7 +256,11 @@ fn inspect(program: &Program, verb: BehaviourVerb) -> Result<ExitCode, InspectEr
             let data = data.map(|dir| Data::dir(dir).with_robots_of(&program.data));
             let data = data.unwrap_or_else(|| program.data.clone());
             let policy = policy.as_deref();
-            let graphs = inspect::graphs(program, kind, &what, policy, (&data, &set))?;
+            let (graphs, warnings) = inspect::graphs(program, kind, &what, policy, (&data, &set))?;
+            // Names are for the completion of a command line.
+            if format != "names" {
+                warnings.iter().for_each(cell_worker::warn);
+            }
             say(format_args!(
                 "{}",
                 inspect::draw(&graphs, &format, width.unwrap_or(usize::MAX)).trim_end()

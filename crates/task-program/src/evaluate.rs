@@ -14,6 +14,7 @@ use cell_sim::eval::EvalRun;
 use cell_sim::{Program, SimError, episodes, eval, run};
 use clap::Args;
 use evaluation::shard::Shard;
+use robocell_task::Task;
 
 use crate::bisect::{self, Search};
 use crate::cli::{CliError, print_json, say};
@@ -205,8 +206,12 @@ fn plan(
 /// The warnings that `run` has about the same files, once for all episodes.
 fn warn_of_inputs(program: &Program, spec: &RunSpec, cell: &Cell) -> Result<(), SimError> {
     report::of_cell(cell).iter().for_each(cell_worker::warn);
+    // One that is refused is refused by each seed, unless a sweep changes it.
+    let task = program.policies.task(cell, &spec.policy);
+    let warnings = task.as_ref().map(Task::warnings).unwrap_or_default();
+    warnings.iter().for_each(cell_worker::warn);
     if !spec.script.is_empty() {
-        let task = program.policies.task(cell, &spec.policy)?;
+        let task = task?;
         let drawing = inspect::draw(task.graphs(), "text", usize::MAX);
         let warnings = report::of_script(&spec.script, &drawing, cell);
         warnings.iter().for_each(cell_worker::warn);

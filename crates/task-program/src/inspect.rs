@@ -38,7 +38,8 @@ pub enum Kind {
     Machine,
 }
 
-/// Pictures of a demo's policy, with `set` in place of numbers of its cell file, or of a file.
+/// Pictures of a demo's policy, with `set` in place of numbers of its cell file, or of a file;
+/// and what is probably not meant in the files of a demo.
 ///
 /// # Errors
 /// When the demo, the policy or the file is not there or not right.
@@ -48,13 +49,15 @@ pub fn graphs(
     what: &str,
     policy: Option<&str>,
     (data, set): (&Data, &[Setting]),
-) -> Result<Vec<Graph>, InspectError> {
+) -> Result<(Vec<Graph>, Vec<String>), InspectError> {
     if is_file(what) {
-        return Ok(vec![graph_of_file(program, kind, Path::new(what))?]);
+        let graph = graph_of_file(program, kind, Path::new(what))?;
+        return Ok((vec![graph], Vec::new()));
     }
     let cell = Cell::load_with(data, what, 0, None, set)?;
     let policy = policy.unwrap_or_else(|| program.policies.default_policy(&cell));
-    Ok(program.policies.task(&cell, policy)?.graphs().to_vec())
+    let task = program.policies.task(&cell, policy)?;
+    Ok((task.graphs().to_vec(), task.warnings().to_vec()))
 }
 
 /// Draws pictures in `format`: text, a matrix as a table of at most `width` characters,

@@ -294,6 +294,33 @@ fn what_an_arm_cannot_do_is_refused_in_every_mode_by_the_same_sentence() {
 }
 
 #[test]
+fn an_object_that_is_out_of_reach_at_the_start_is_a_warning_in_every_mode() {
+    let (data, base) = (base(), base());
+    let [near, far] = ["[0.50, -0.25, 0.025]", "[0.50, -1.25, 0.025]"];
+    data_with(data.path(), "cells/cube.toml", near, far);
+    let common = [
+        "cube",
+        "--policy",
+        "json",
+        "--data",
+        data.path().to_str().unwrap(),
+    ];
+    for mode in [
+        &["run", "--headless", "--speed", "max", "--until-done"][..],
+        &["run", "--one-process", "--headless", "--until-done"],
+        &["eval", "--seeds", "1..1"],
+    ] {
+        let arguments = [mode, &common[..], &["--timeout", "1"]].concat();
+        let said = finish(robocell(base.path(), &arguments));
+        refused(
+            &said,
+            5,
+            &["warning: panda cannot pick cube at", "move it nearer"],
+        );
+    }
+}
+
+#[test]
 fn what_needs_a_running_cell_says_that_there_is_none() {
     for arguments in [
         ["status"].as_slice(),
