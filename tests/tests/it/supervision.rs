@@ -128,7 +128,7 @@ fn restart_starts_one_process_anew_with_another_policy() {
     refused(
         &cell.ask(&["restart", "task", "--policy", "ifels"]),
         3,
-        &["did you mean `ifelse`?"],
+        &["did you mean 'ifelse'?"],
     );
     let said = cell.ask(&["restart", "task", "--policy", "ifelse"]);
     assert_eq!(said.code, 0, "{said:?}");
