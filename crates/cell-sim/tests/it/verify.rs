@@ -228,7 +228,8 @@ fn parts(whole: &Keyframe) -> Vec<Message> {
     let part = |(index, bytes): (usize, &[u8])| {
         let mut part = Box::new(*whole);
         part.bytes[..bytes.len()].copy_from_slice(bytes);
-        (part.offset, part.len) = (index as u64 * 64, bytes.len() as u32);
+        part.offset = index as u64 * 64;
+        part.len = u32::try_from(bytes.len()).expect("64 at most");
         Message::Keyframe(Process::Task, part)
     };
     parts.map(part).collect()
