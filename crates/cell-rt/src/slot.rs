@@ -401,7 +401,7 @@ mod tests {
         file.write(2, &[2; 64]).unwrap();
         // Left by a process that was killed while it did this.
         std::fs::write(grown(&place.0), b"a part").unwrap();
-        file.write(3, &[3; 200_000]).unwrap();
+        file.write(3, &vec![3; 200_000]).unwrap();
         let found = [(3, vec![3; 200_000]), (2, vec![2; 64])];
         assert_eq!(file.all(), found);
         let mut file = SlotFile::open(&place.0, 64).unwrap();
