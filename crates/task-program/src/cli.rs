@@ -13,6 +13,7 @@ use cell_model::runs::python;
 use cell_model::runs::spec::{ENDED_FILE, RunSpec};
 use cell_model::runs::summary::RunOutcome;
 use cell_record::Recording;
+use cell_rt::stdout;
 use cell_sim::eval::EvalLine;
 use cell_sim::run::Said;
 use cell_sim::verify::{Report, Verdict, Verified, verify_file};
@@ -118,9 +119,9 @@ enum BehaviourVerb {
     },
 }
 
-/// Prints a line. Whom it is for may have gone (`| head`): that is no failure.
+/// Prints a line; [`main`] reports output that was not written.
 pub(crate) fn say(line: std::fmt::Arguments<'_>) {
-    writeln!(std::io::stdout().lock(), "{line}").ok();
+    stdout::line(line);
 }
 
 fn kind(word: &str) -> Result<Kind, String> {
@@ -165,12 +166,21 @@ impl From<cell_model::ModelError> for CliError {
 
 /// Does what the command line says.
 pub(crate) fn main(program: &Program, words: &[String]) -> ExitCode {
-    match run(program, words) {
-        Ok(code) => code,
-        Err(error) => {
-            writeln!(std::io::stderr(), "{error}").ok();
-            ExitCode::from(CONFIGURATION)
-        }
+    let fail = |text: &dyn std::fmt::Display| {
+        writeln!(std::io::stderr(), "{text}").ok();
+        ExitCode::from(CONFIGURATION)
+    };
+    let code = run(program, words).unwrap_or_else(|error| fail(&error));
+    // A script would take a truncated result for the whole one.
+    let written = stdout::finish();
+    let unwritten = written.map_err(|error| {
+        fail(&format_args!(
+            "robocell: cannot write to standard output: {error}"
+        ))
+    });
+    match unwritten {
+        Err(refused) if code == ExitCode::SUCCESS => refused,
+        _ => code,
     }
 }
 
