@@ -1,8 +1,9 @@
 //! One record of any size that survives `kill -9` at any instant.
 //!
-//! A record is written to a file beside the one in force and renamed over it, so the
-//! file in force is always whole: the last one that was written to its end. Unlike
-//! [`crate::SlotFile`] it makes system calls, and its size is not fixed.
+//! A record is written to a file of its own and renamed, so there is always a whole one:
+//! the last that was written to its end. The one before stays, too, in case the newest is
+//! damaged by another program. Unlike [`crate::SlotFile`] it makes system calls, and its
+//! size is not fixed.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
@@ -21,6 +22,7 @@ const FLAGS: i32 = libc::O_NOFOLLOW | libc::O_CLOEXEC;
 pub struct RecordFile {
     path: PathBuf,
     next: PathBuf,
+    older: PathBuf,
 }
 
 impl RecordFile {
@@ -29,6 +31,7 @@ impl RecordFile {
         Self {
             path: path.to_owned(),
             next: path.with_extension("next"),
+            older: path.with_extension("older"),
         }
     }
 
@@ -61,22 +64,40 @@ impl RecordFile {
         file.write_all(&head)?;
         file.write_all(record)?;
         drop(file);
+        match std::fs::rename(&self.path, &self.older) {
+            // The first.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            moved => moved?,
+        }
         std::fs::rename(&self.next, &self.path)
     }
 
-    /// The record; `None` where none was written.
+    /// The newest record; `None` where none was written, or its writer was killed a
+    /// moment before it was in place.
     ///
     /// # Errors
     /// [`io::ErrorKind::InvalidData`] for a file that is damaged or of another layout;
     /// those of the file system, also for a symbolic link.
     pub fn read(&self) -> io::Result<Option<Vec<u8>>> {
-        let mut options = OpenOptions::new();
-        options.read(true).custom_flags(FLAGS | libc::O_NONBLOCK);
-        match options.open(&self.path) {
-            Ok(file) => whole(file).map(Some),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(error),
-        }
+        read(&self.path)
+    }
+
+    /// The record before the newest.
+    ///
+    /// # Errors
+    /// As [`RecordFile::read`].
+    pub fn read_older(&self) -> io::Result<Option<Vec<u8>>> {
+        read(&self.older)
+    }
+}
+
+fn read(path: &Path) -> io::Result<Option<Vec<u8>>> {
+    let mut options = OpenOptions::new();
+    options.read(true).custom_flags(FLAGS | libc::O_NONBLOCK);
+    match options.open(path) {
+        Ok(file) => whole(file).map(Some),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error),
     }
 }
 
@@ -147,10 +168,13 @@ mod tests {
         let dir = TestDir::new("sizes");
         let file = dir.file();
         assert_eq!(file.read().unwrap(), None);
+        let mut before = None;
         for length in [0, 1, 5_000_000, 7] {
             let record = vec![7; length];
             file.write(&record).unwrap();
             assert_eq!(file.read().unwrap(), Some(record));
+            assert_eq!(file.read_older().unwrap(), before);
+            before = file.read().unwrap();
         }
     }
 

@@ -173,22 +173,39 @@ impl Resume {
     }
 }
 
-/// Restores `plant`; what is lost if it cannot be.
+/// Restores `plant` to the newest state, or to the one before if that is damaged; what is
+/// lost if there is none.
 fn resume(file: &RecordFile, run: u64, plant: &mut Plant) -> Result<(), String> {
-    let begins = "the scene began again";
-    let path = file.path().display();
-    let bytes = file
-        .read()
-        .map_err(|error| format!("{path}: {error}; {begins}"))?;
-    // Killed before the first state was written, a moment after the start.
-    let Some(bytes) = bytes else {
-        return Err(format!("{path} is missing; {begins}"));
+    let Err(newest) = restore(file.read(), run, plant) else {
+        return Ok(());
     };
+    let path = file.path().display();
+    match restore(file.read_older(), run, plant) {
+        // A writer killed between two renames leaves no newest one.
+        Ok(()) if newest == MISSING => Ok(()),
+        Ok(()) => {
+            let s = plant.world().tick() as f64 / 1000.0;
+            Err(format!(
+                "{path}: {newest}; physics resumed from the state before, of {s:.1} s"
+            ))
+        }
+        Err(_) => Err(format!("{path}: {newest}; the scene began again")),
+    }
+}
+
+/// There is no state.
+const MISSING: &str = "it is missing";
+
+fn restore(
+    read: std::io::Result<Option<Vec<u8>>>,
+    run: u64,
+    plant: &mut Plant,
+) -> Result<(), String> {
+    let bytes = read.map_err(|error| error.to_string())?;
+    let bytes = bytes.ok_or(MISSING)?;
     let (head, state) = bytes.split_at_checked(HEAD_BYTES).unwrap_or_default();
     if head != run.to_le_bytes() {
-        return Err(format!("{path} is of another run; {begins}"));
+        return Err("it is of another run".to_owned());
     }
-    plant
-        .restore(state)
-        .map_err(|error| format!("{error}; {begins}"))
+    plant.restore(state).map_err(|error| error.to_string())
 }

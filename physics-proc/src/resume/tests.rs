@@ -214,6 +214,13 @@ fn a_state_file_that_is_damaged_missing_or_a_link_is_reported() {
     for (named, damage) in damage {
         damage(&saved(&place));
         let physics = place.start(true);
+        let (tick, lost) = (physics.tick(), physics.resume.lost(physics.tick()));
+        assert!(tick >= 1_000, "{named}: the state before is used: {tick}");
+        assert!(lost.is_empty() || lost.contains(named), "{named}: {lost}");
+        assert_eq!(lost.is_empty(), named == "missing", "{lost}");
+        damage(&saved(&place));
+        std::fs::write(path.with_extension("older"), b"abc").unwrap();
+        let physics = place.start(true);
         assert_eq!(physics.tick(), 0);
         let lost = physics.resume.lost(0);
         assert!(lost.contains(named), "{named}: {lost}");

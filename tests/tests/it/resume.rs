@@ -103,7 +103,7 @@ fn a_damaged_state_or_checkpoint_is_a_fault_in_the_status_and_in_the_summary() {
     let nonsense = vec![0xa5; 4_000];
     for (file, process, named) in [
         ("task.slots", "task", "which is damaged"),
-        ("physics.state", "physics", "the scene began again"),
+        ("physics.state", "physics", "from the state before"),
     ] {
         let path = cell.run_dir().join(file);
         let file = std::fs::OpenOptions::new().write(true).open(path).unwrap();
@@ -117,5 +117,5 @@ fn a_damaged_state_or_checkpoint_is_a_fault_in_the_status_and_in_the_summary() {
     let summary = cell.wait_end().json();
     let faults = summary["faults"].to_string();
     assert!(faults.contains("which is damaged"), "{summary}");
-    assert!(faults.contains("the scene began again"), "{summary}");
+    assert!(faults.contains("from the state before"), "{summary}");
 }
