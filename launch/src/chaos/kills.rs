@@ -211,14 +211,15 @@ impl Kills {
         !is_measured || !has_left || self.barren_jobs >= BARREN_JOBS
     }
 
-    /// Why there is no other job, where kills are missing.
-    pub(super) fn why_over(&self) -> &'static str {
-        if self.length.is_none() {
-            "the job without a kill did not end as done"
-        } else if self.barren_jobs >= BARREN_JOBS {
-            "jobs end before their processes work"
-        } else {
+    /// Why there is no other job, where kills are missing; `stopped`: a person ended the
+    /// series.
+    pub(super) fn why_over(&self, stopped: bool) -> &'static str {
+        if stopped {
             "the series was stopped"
+        } else if self.length.is_none() {
+            "the job without a kill did not end as done"
+        } else {
+            "jobs end before their processes work"
         }
     }
 

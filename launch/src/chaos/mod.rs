@@ -169,7 +169,7 @@ impl Course {
                 (!kinds.is_empty()).then(|| format!("{kinds} could not be done here"))
             }
             Self::Kills(kills) => {
-                let (missing, why) = (kills.missing(), kills.why_over());
+                let (missing, why) = (kills.missing(), kills.why_over(stop_requested()));
                 report.kills(kills.into_done(), missing);
                 let are = if missing == 1 { "kill is" } else { "kills are" };
                 (missing > 0).then(|| format!("{missing} {are} missing: {why}"))

@@ -161,6 +161,11 @@ fn nothing_is_repeated_for_ever() {
     }
     assert!(kills.is_over());
     assert_eq!(kills.missing(), 20);
+    assert_eq!(
+        kills.why_over(false),
+        "jobs end before their processes work"
+    );
+    assert_eq!(kills.why_over(true), "the series was stopped");
     // Physics never comes back: that is a result.
     let mut kills = Kills::new(1, 7);
     kills.begin_job(1, 0);
