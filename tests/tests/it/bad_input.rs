@@ -305,16 +305,18 @@ fn an_object_that_is_out_of_reach_at_the_start_is_a_warning_in_every_mode() {
         "--data",
         data.path().to_str().unwrap(),
     ];
-    for mode in [
-        &["run", "--headless", "--speed", "max", "--until-done"][..],
-        &["run", "--one-process", "--headless", "--until-done"],
-        &["eval", "--seeds", "1..1"],
-    ] {
+    // The task does not end in one second; `eval` ends well when all rows are written.
+    let modes: [(&[&str], i32); 3] = [
+        (&["run", "--headless", "--speed", "max", "--until-done"], 5),
+        (&["run", "--one-process", "--headless", "--until-done"], 5),
+        (&["eval", "--seeds", "1..1"], 0),
+    ];
+    for (mode, code) in modes {
         let arguments = [mode, &common[..], &["--timeout", "1"]].concat();
         let said = finish(robocell(base.path(), &arguments));
         refused(
             &said,
-            5,
+            code,
             &["warning: panda cannot pick cube at", "move it nearer"],
         );
     }
