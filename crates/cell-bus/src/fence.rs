@@ -10,7 +10,7 @@
 //! Without the port, one flipped bit in a generation looked like a successor, and the
 //! writer was not heard again until it restarted.
 //!
-//! A change must not break: messages of a replaced port are never used, whatever they
+//! A change must not break: messages of a replaced port are never used, regardless of what they
 //! claim; one damaged header costs one message, not the writer. The port id comes from
 //! the connection, not from the message.
 
@@ -76,7 +76,7 @@ impl Writer {
         }
         let before_last = self.seq - 1 - gap;
         if seq > before_last || went_back.is_some_and(|before| seq > before) {
-            // The one before was damaged: what was missing before it was not.
+            // The message before was damaged: its gap is taken back.
             self.seq = seq;
             return -i128::from(gap);
         }

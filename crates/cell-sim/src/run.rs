@@ -11,7 +11,7 @@ use cell_model::runs::summary::{RunOutcome, RunSummary};
 
 use crate::{OneProcess, Program, SimError};
 
-/// What is told of a run while it runs.
+/// Reports of a run while it runs.
 #[derive(Clone, Copy, Debug)]
 pub enum Said<'a> {
     /// A line of the task's log, and its tick.

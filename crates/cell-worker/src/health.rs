@@ -31,7 +31,7 @@ pub struct HealthReporter {
     next_ns: u64,
     /// The newest message that was refused: its topic, why, and when it is forgotten.
     refused: Option<(&'static str, Invalid, u64)>,
-    /// What is told before any note.
+    /// Published in place of any note.
     fault: Option<Text<NOTE_BYTES>>,
     process: Process,
     lockstep: bool,

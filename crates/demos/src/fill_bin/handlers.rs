@@ -93,7 +93,7 @@ pub(super) fn lift(turn: &mut Turn<'_>) -> Next {
 ///
 /// Parts fall until the grip breaks, then the bin is picked up again: a cycle without an end.
 /// The job is done after the first whole one, when the bin that fell is held here again, and
-/// stays done until a reset while the cycle goes on: an outcome that followed each break
+/// stays done until a reset while the cycle continues: an outcome that followed each break
 /// would be no answer to whether the job was done.
 pub(super) fn ask_for_parts(turn: &mut Turn<'_>) -> Next {
     let (of, job) = (turn.of, &mut *turn.world.job);

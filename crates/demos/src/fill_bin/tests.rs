@@ -57,7 +57,7 @@ fn a_job_that_is_done_stays_done_when_the_grip_breaks_again() {
             world.phase() == phase
         });
     }
-    assert_eq!(world.decision.drops, drops + 1, "the cycle goes on");
+    assert_eq!(world.decision.drops, drops + 1, "the cycle continues");
 }
 
 #[test]
