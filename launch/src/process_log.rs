@@ -1,51 +1,54 @@
-//! The logs of the processes: bounded by the launcher, read over a rotation.
+//! The logs of the processes: bounded by the launcher, read while they are written.
 //!
 //! A process writes to its log by a descriptor of its own, opened to append, that nobody
-//! else can redirect. So a log that is full is copied to its older part and truncated in
-//! place; the process writes on at its beginning and never waits for anybody. What is
-//! written between the last look and the truncation, some microseconds, is lost.
+//! else can redirect. So the storage of the oldest lines is given back in place: the file
+//! gets a hole at its beginning, and its length counts all that was ever written. The
+//! process never waits for anybody, and no line is lost while its log is bounded.
 
 mod follower;
-mod rotation;
+mod bounds;
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use cell_rt::hole;
 
 pub(crate) use follower::Follower;
-pub(crate) use rotation::LogRotation;
+pub(crate) use bounds::LogBounds;
 
-/// Most bytes of a log. A task that prints megabytes must not fill the memory that the
-/// cell works in.
+/// Most bytes that a log occupies. A task that prints megabytes must not fill the memory
+/// that the cell works in.
 const LIMIT: u64 = 10_000_000;
-/// A log is copied to its older part when it has so many bytes: two parts, and what is
-/// written until the copy is made, are within the limit.
-const PART: u64 = 4_000_000;
+/// A log that occupies more loses its older half: what is written until that is done is
+/// within the limit.
+const FULL: u64 = 8_000_000;
 
-/// The older part of the log at `path`.
-fn older(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".1");
-    name.into()
-}
-
-/// The last `bytes` of the log at `path`, both parts of it; nothing where there is none.
+/// The last `bytes` of the log at `path`; nothing where there is none.
 pub(crate) fn tail(path: &Path, bytes: u64) -> String {
-    let mut end = end_of(path, bytes).unwrap_or_default();
-    let missing = bytes.saturating_sub(end.len() as u64);
-    if missing > 0 {
-        let mut before = end_of(&older(path), missing).unwrap_or_default();
-        before.append(&mut end);
-        end = before;
-    }
+    let end = end_of(path, bytes).unwrap_or_default();
     String::from_utf8_lossy(&end).into_owned()
 }
 
 fn end_of(path: &Path, bytes: u64) -> io::Result<Vec<u8>> {
     let mut file = File::open(path)?;
-    let length = file.metadata()?.len();
-    file.seek(SeekFrom::Start(length.saturating_sub(bytes)))?;
+    let from = file.metadata()?.len().saturating_sub(bytes);
     let mut end = Vec::new();
-    file.read_to_end(&mut end)?;
+    read_from(&mut file, from, &mut end)?;
     Ok(end)
+}
+
+/// Appends what the log has from `position` on to `out`; the number of bytes that were
+/// there once and are not kept.
+fn read_from(file: &mut File, position: u64, out: &mut Vec<u8>) -> io::Result<u64> {
+    // Not the zeros of a large hole.
+    let from = position.max(hole::first_data(file)?);
+    file.seek(SeekFrom::Start(from))?;
+    let begin = out.len();
+    let read = file.read_to_end(out)? as u64;
+    // What became a hole meanwhile may have been read as zeros.
+    let first = hole::first_data(file)?.clamp(from, from + read);
+    let unread = usize::try_from(first - from).map_err(io::Error::other)?;
+    out.drain(begin..begin + unread);
+    Ok(first - position)
 }

@@ -12,6 +12,7 @@ pub mod alloc;
 pub mod black_box;
 pub mod clock;
 pub mod histogram;
+pub mod hole;
 pub mod limits;
 pub mod lock;
 pub mod memory;

@@ -82,11 +82,7 @@ pub(crate) fn logs(args: &LogsArgs) -> Result<(), Failure> {
         // Before the logs are read: what a cell wrote at its end is read, too.
         let is_last = !args.follow || dir.holder().is_none();
         for tail in &mut tails {
-            tail.print(false)?;
-            if is_last {
-                // A rotation may have been under way.
-                tail.print(true)?;
-            }
+            tail.print(is_last)?;
         }
         if is_last || !stdout::has_reader() {
             return Ok(());

@@ -35,7 +35,7 @@ use crate::child::{Children, last_words};
 use crate::control::{Reply, Server};
 use crate::failure::{Context, Failure};
 use crate::lock::Lock;
-use crate::process_log::LogRotation;
+use crate::process_log::LogBounds;
 use crate::programs::Programs;
 use crate::rundir::RunDir;
 use crate::supervisor::{Action, Event, Rules, Supervisor};
@@ -71,7 +71,7 @@ pub struct LiveCell {
     room: Room,
     has_room: bool,
     /// Ends when it is dropped.
-    _logs: LogRotation,
+    _logs: LogBounds,
     control: Server,
     supervisor: Supervisor,
     faults: Faults,
@@ -153,7 +153,7 @@ impl LiveCell {
             incidents: IncidentRecorder::new(&plan.spec, &plan.dir, &processes),
             room: Room::new(plan.dir.path(), plan.spec.arms),
             has_room: true,
-            _logs: LogRotation::start(plan.dir.logs()),
+            _logs: LogBounds::start(plan.dir.logs()),
             control,
             supervisor: Supervisor::new(&order, rules),
             faults: Faults::new(&plan.spec.script, &processes),

@@ -1,0 +1,41 @@
+//! The beginning of a file that is written on: its storage is given back while the
+//! places of the rest stay as they are, so that neither the writer nor a reader has to
+//! know.
+
+use std::fs::File;
+use std::io;
+use std::os::fd::AsRawFd;
+
+/// Gives the storage of the first `bytes` back; they read as zeros from then on.
+///
+/// # Errors
+/// Where the file system cannot do it, or `file` was not opened for writing.
+pub fn release(file: &File, bytes: u64) -> io::Result<()> {
+    let mode = libc::FALLOC_FL_PUNCH_HOLE | libc::FALLOC_FL_KEEP_SIZE;
+    let bytes = i64::try_from(bytes).map_err(io::Error::other)?;
+    // SAFETY: numbers only; the descriptor is open for the whole call.
+    match unsafe { libc::fallocate(file.as_raw_fd(), mode, 0, bytes) } {
+        0 => Ok(()),
+        _ => Err(io::Error::last_os_error()),
+    }
+}
+
+/// Where the data of the file begin; its length where it has none. Moves the position
+/// that the file is read at.
+///
+/// # Errors
+/// Of the operating system.
+pub fn first_data(file: &File) -> io::Result<u64> {
+    // SAFETY: numbers only; the descriptor is open for the whole call.
+    let found = unsafe { libc::lseek(file.as_raw_fd(), 0, libc::SEEK_DATA) };
+    if let Ok(place) = u64::try_from(found) {
+        return Ok(place);
+    }
+    let error = io::Error::last_os_error();
+    match error.raw_os_error() {
+        Some(libc::ENXIO) => Ok(file.metadata()?.len()),
+        // A file system that has no holes.
+        Some(libc::EINVAL) => Ok(0),
+        _ => Err(error),
+    }
+}
