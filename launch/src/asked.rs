@@ -41,8 +41,21 @@ pub(crate) fn ask(
     question: &str,
     limit: Duration,
 ) -> Result<Output, Failure> {
-    // Our process group, so that Ctrl-C ends it, too.
     command.stdin(Stdio::null());
+    ask_with_input(command, name, question, limit)
+}
+
+/// As [`ask`], of a program that has an input.
+///
+/// # Errors
+/// As [`ask`].
+pub(crate) fn ask_with_input(
+    command: &mut Command,
+    name: &str,
+    question: &str,
+    limit: Duration,
+) -> Result<Output, Failure> {
+    // Our process group, so that Ctrl-C ends it, too.
     let mut child = command.spawn().cannot(format!("start {name}"))?;
     let stdout = child.stdout.take().map(reader);
     let stderr = child.stderr.take().map(reader);

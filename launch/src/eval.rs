@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use cell_model::cells::sweep::{Bounds, Values};
 use cell_model::runs::python;
+use cell_model::user_file;
 use evaluation::report::report;
 
 use crate::cli::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, ReportRowsArgs};
@@ -113,6 +114,9 @@ impl Order {
 }
 
 fn report_files(args: &ReportRowsArgs) -> Result<(), Failure> {
+    if let Some(path) = &args.html {
+        user_file::check_output(path).cannot(format!("write {}", path.display()))?;
+    }
     let reports = report(&args.file, args.other.as_deref()).map_err(Failure::configuration)?;
     if let Some(path) = &args.html {
         let page = page::page(&reports).map_err(Failure::configuration)?;

@@ -72,12 +72,18 @@ impl Lock {
     }
 
     /// Who holds the lock at `path` now, if anybody.
-    pub fn holder(path: &Path) -> Option<Holder> {
-        let mut file = OpenOptions::new().read(true).open(path).ok()?;
-        match file.try_lock_shared() {
+    ///
+    /// # Errors
+    /// Where it exists and cannot be read.
+    pub fn holder(path: &Path) -> io::Result<Option<Holder>> {
+        let mut file = match OpenOptions::new().read(true).open(path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            opened => opened?,
+        };
+        Ok(match file.try_lock_shared() {
             Err(TryLockError::WouldBlock) => Some(read_holder(&mut file)),
             _ => None,
-        }
+        })
     }
 }
 
@@ -154,9 +160,12 @@ mod tests {
         let holder = Lock::take(&path).unwrap().unwrap_err();
         assert_eq!(holder.pid, std::process::id());
         assert!(holder.since.ends_with("UTC"));
-        assert_eq!(Lock::holder(&path).map(|h| h.pid), Some(holder.pid));
+        assert_eq!(
+            Lock::holder(&path).unwrap().map(|h| h.pid),
+            Some(holder.pid)
+        );
         drop(first);
-        assert_eq!(Lock::holder(&path), None);
+        assert_eq!(Lock::holder(&path).unwrap(), None);
         assert!(Lock::take(&path).unwrap().unwrap().used_before);
         std::fs::remove_file(path).unwrap();
     }

@@ -5,8 +5,8 @@
 //! gets a hole at its beginning, and its length counts all that was ever written. The
 //! process never waits for anybody, and no line is lost while its log is bounded.
 
-mod follower;
 mod bounds;
+mod follower;
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -14,8 +14,8 @@ use std::path::Path;
 
 use cell_rt::hole;
 
-pub(crate) use follower::Follower;
 pub(crate) use bounds::LogBounds;
+pub(crate) use follower::Follower;
 
 /// Most bytes that a log occupies. A task that prints megabytes must not fill the memory
 /// that the cell works in.

@@ -153,7 +153,19 @@ impl RunDir {
 
     /// Who runs the cell now, if anybody.
     pub fn holder(&self) -> Option<Holder> {
-        Lock::holder(&self.path.join("lock"))
+        Lock::holder(&self.path.join("lock")).ok().flatten()
+    }
+
+    /// Who runs `cell`, whose directory this is.
+    ///
+    /// # Errors
+    /// Where nobody does, or the directory may not be read.
+    pub(crate) fn running(&self, cell: &str) -> Result<Holder, Failure> {
+        let holder = Lock::holder(&self.path.join("lock"));
+        let what = format!("tell whether cell `{cell}` runs: {}", self.path.display());
+        holder
+            .cannot(what)?
+            .ok_or_else(|| Failure::not_running(cell))
     }
 
     /// Makes the directory, readable by this user alone, and takes its lock. A directory

@@ -4,6 +4,7 @@
 //! `eval`, `replay --verify`, `bt`, `fsm` and `schema` ask.
 
 use std::ffi::OsStr;
+use std::io::IsTerminal as _;
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
@@ -176,12 +177,12 @@ pub(crate) fn answer<S: AsRef<OsStr>>(
 ) -> Result<(), Failure> {
     let path = task_program(program)?;
     let mut command = python::command(&path);
-    let said = asked::ask(
-        command.args(arguments),
-        &named(&path),
-        question,
-        limit(program),
-    )?;
+    command.args(arguments);
+    // A file may be `/dev/stdin`. A terminal would be waited for.
+    if std::io::stdin().is_terminal() {
+        command.stdin(Stdio::null());
+    }
+    let said = asked::ask_with_input(&mut command, &named(&path), question, limit(program))?;
     result_of(&path, said.status)
 }
 

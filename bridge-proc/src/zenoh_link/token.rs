@@ -28,7 +28,7 @@ pub(super) fn read(path: &Path) -> Result<String, TransportError> {
             "has mode {mode:o}; others must not read it (mode 600)"
         )));
     }
-    let text = fs::read_to_string(path).map_err(cannot_read)?;
+    let text = cell_model::user_file::read_text(path).map_err(cannot_read)?;
     let token = text.trim();
     let plain = |c: char| c.is_ascii_graphic() && c != ':';
     if token.len() < LEAST || !token.chars().all(plain) {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::error::ModelError;
-use crate::{suggest, toml_text};
+use crate::{suggest, toml_text, user_file};
 
 /// Files larger than this are no robot and no cell (bytes).
 pub const MAX_FILE_BYTES: u64 = 4 << 20;
@@ -231,25 +231,14 @@ impl Data {
 /// [`ModelError::Read`] where it is missing, unreadable, not UTF-8 or larger
 /// than [`MAX_FILE_BYTES`].
 pub fn read_text(path: &Path) -> Result<String, ModelError> {
-    let refuse = |reason: String, advice: &str| ModelError::Read {
+    // Every process of a cell reads it.
+    let file = user_file::open_file(path);
+    let text = file.and_then(|_| user_file::read_text(path));
+    text.map_err(|error| ModelError::Read {
         file: path.display().to_string(),
-        reason,
-        advice: advice.to_owned(),
-    };
-    let meta =
-        std::fs::metadata(path).map_err(|error| refuse(error.to_string(), "check the path"))?;
-    if !meta.is_file() {
-        return Err(refuse("it is not a file".to_owned(), "name a file"));
-    }
-    if meta.len() > MAX_FILE_BYTES {
-        let size = format!(
-            "it has {} bytes, at most {MAX_FILE_BYTES} are read",
-            meta.len()
-        );
-        return Err(refuse(size, "remove what does not belong there"));
-    }
-    std::fs::read_to_string(path)
-        .map_err(|error| refuse(error.to_string(), "it must be readable UTF-8 text"))
+        reason: error.to_string(),
+        advice: "check the path".to_owned(),
+    })
 }
 
 #[cfg(test)]

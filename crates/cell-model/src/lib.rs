@@ -16,6 +16,7 @@ pub mod runs;
 pub mod shape;
 pub mod stop;
 mod toml_text;
+pub mod user_file;
 
 pub use behavior::suggest;
 pub use cells::cell::{ArmSpec, Cell, FixtureSpec, ObjectSpec};

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use cell_model::user_file;
 use mcap::records::op;
 
 use crate::PROFILE;
@@ -33,7 +34,7 @@ impl FileIndex {
     /// something ends before that.
     pub(crate) fn scan(path: &Path) -> Result<Self, RecordError> {
         let io = |source| RecordError::io(path, source);
-        let file = File::open(path).map_err(io)?;
+        let file = user_file::open_file(path).map_err(io)?;
         let size = file.metadata().map_err(io)?.len();
         let mut scan = Scan {
             file: BufReader::with_capacity(4096, file),

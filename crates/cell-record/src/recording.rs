@@ -1,11 +1,11 @@
 //! Reads a recording: a file, or the directory of a flight recorder.
 
 use std::collections::VecDeque;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use cell_model::runs::spec::RunSpec;
+use cell_model::user_file;
 use ipc_types::TraceLine;
 use serde_json::Value;
 
@@ -350,7 +350,8 @@ impl Iterator for Entries<'_> {
 }
 
 fn entries(file: &FileIndex, chunk: &Chunk) -> Result<Vec<Entry>, RecordError> {
-    let mut opened = File::open(&file.path).map_err(|e| RecordError::io(&file.path, e))?;
+    let opened = user_file::open_file(&file.path);
+    let mut opened = opened.map_err(|e| RecordError::io(&file.path, e))?;
     chunk::read(&mut opened, &file.path, chunk, &mut file.names.clone())
 }
 

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::time::Instant;
 
-use cell_model::Cell;
 use cell_model::cells::script::ScriptLine;
 use cell_model::runs::report;
 use cell_model::runs::spec::RunSpec;
 use cell_model::runs::summary::{RunOutcome, RunSummary};
+use cell_model::{Cell, user_file};
 
 use crate::{OneProcess, Program, SimError};
 
@@ -84,7 +84,7 @@ fn tell_news(sim: &mut OneProcess, on_said: &mut impl FnMut(Said<'_>)) {
 /// Reads a script file for `cell`.
 pub fn script(path: &Path, cell: &Cell) -> Result<Vec<ScriptLine>, SimError> {
     let name = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|source| SimError::ScriptFile {
+    let text = user_file::read_text(path).map_err(|source| SimError::ScriptFile {
         path: name.clone(),
         source,
     })?;

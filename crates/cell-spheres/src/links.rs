@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use cell_model::user_file;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use parry3d_f64::shape::{Ball, Capsule, Cuboid, Cylinder};
 use roxmltree::{Document, Node};
@@ -31,7 +32,7 @@ pub(crate) fn read(path: &Path, packages: &Packages) -> Result<Vec<LinkSurface>,
         file: file.clone(),
         reason,
     };
-    let text = std::fs::read_to_string(path).map_err(|error| fail(error.to_string()))?;
+    let text = user_file::read_text(path).map_err(|error| fail(error.to_string()))?;
     let document = Document::parse(&text).map_err(|error| fail(error.to_string()))?;
     let mut links = Vec::new();
     for link in children(document.root_element(), "link") {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use cell_assets::collada;
+use cell_model::user_file;
 use nalgebra::Point3;
 
 use crate::surface::Surface;
@@ -14,14 +15,7 @@ const MAX_COORDINATE: f64 = 1e7;
 
 /// Reads a mesh, in the unit of the file, metres for COLLADA.
 pub(crate) fn read(path: &Path) -> Result<Surface, String> {
-    let bytes = std::fs::metadata(path).map_err(|error| error.to_string())?;
-    if bytes.len() > MAX_BYTES {
-        return Err(format!(
-            "it has {} bytes; at most {MAX_BYTES} are read",
-            bytes.len()
-        ));
-    }
-    let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+    let bytes = user_file::read(path, MAX_BYTES).map_err(|error| error.to_string())?;
     let end = path.extension().and_then(|end| end.to_str()).unwrap_or("");
     let surface = match end.to_ascii_lowercase().as_str() {
         "stl" => of_scene(&mesh_loader::stl::from_slice(&unambiguous(bytes))),

@@ -6,6 +6,7 @@ use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::Path;
 
+use cell_model::user_file;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
@@ -23,16 +24,19 @@ pub struct Identity {
 /// # Errors
 /// Where its program cannot be read.
 pub fn own_build() -> io::Result<String> {
+    let hash = hash_of(&mut File::open("/proc/self/exe")?)?;
+    Ok(format!("{}+{}", env!("CARGO_PKG_VERSION"), short(hash)))
+}
+
+fn hash_of(file: &mut File) -> io::Result<Sha256> {
     let mut hash = Sha256::new();
-    let mut program = File::open("/proc/self/exe")?;
     let mut buffer = vec![0; 1 << 16];
     loop {
-        match program.read(&mut buffer)? {
-            0 => break,
+        match file.read(&mut buffer)? {
+            0 => return Ok(hash),
             count => hash.update(&buffer[..count]),
         }
     }
-    Ok(format!("{}+{}", env!("CARGO_PKG_VERSION"), short(hash)))
 }
 
 /// Collects inputs: files and options by name.
@@ -51,7 +55,8 @@ impl Inputs {
     /// # Errors
     /// Where it cannot be read.
     pub fn add_file(&mut self, name: &str, path: &Path) -> io::Result<()> {
-        self.add(name, &std::fs::read(path)?);
+        let hash = hash_of(&mut user_file::open_file(path)?)?;
+        self.0.insert(name.to_owned(), short(hash));
         Ok(())
     }
 

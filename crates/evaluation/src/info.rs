@@ -1,11 +1,11 @@
 //! The side file of rows: what is no input, and which shard the rows are. One JSON object a
 //! line, the plan first.
 
-use std::fs::File;
-use std::io::{BufRead as _, BufReader};
+use std::io::BufReader;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
+use cell_model::user_file;
 use serde::{Deserialize, Serialize};
 
 use crate::identity::Identity;
@@ -74,7 +74,7 @@ pub fn path_of(path: &Path) -> PathBuf {
 /// The plan of the rows at `path`; `None` without a side file, or where it was cut off.
 pub fn plan_of(path: &Path) -> Option<Plan> {
     let mut line = String::new();
-    let file = File::open(path_of(path)).ok()?;
-    BufReader::new(file).read_line(&mut line).ok()?;
+    let file = user_file::open_file(&path_of(path)).ok()?;
+    user_file::read_line(&mut BufReader::new(file), &mut line).ok()?;
     serde_json::from_str(&line).ok()
 }

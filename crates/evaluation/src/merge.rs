@@ -3,9 +3,10 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::fs::File;
-use std::io::{BufRead as _, BufReader, Write};
+use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
 
+use cell_model::user_file;
 use serde::Deserialize;
 
 use crate::EvaluationError;
@@ -102,7 +103,7 @@ pub fn merge_lines(
     let mut problems = Problems::default();
     let mut sources = Vec::new();
     for path in files {
-        let file = File::open(path).map_err(EvaluationError::io(path))?;
+        let file = user_file::open_file(path).map_err(EvaluationError::io(path))?;
         sources.push(Source {
             path: path.clone(),
             reader: BufReader::new(file),
@@ -143,9 +144,8 @@ impl Source {
     fn next(&mut self, problems: &mut Problems) -> Result<(), EvaluationError> {
         loop {
             self.head = None;
-            self.line.clear();
             self.number += 1;
-            let count = self.reader.read_line(&mut self.line);
+            let count = user_file::read_line(&mut self.reader, &mut self.line);
             if count.map_err(EvaluationError::io(&self.path))? == 0 {
                 return Ok(());
             }

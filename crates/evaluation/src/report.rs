@@ -2,11 +2,11 @@
 //! way is better.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufRead as _, BufReader};
+use std::io::BufReader;
 use std::path::Path;
 
 use cell_model::cells::setting::Setting;
+use cell_model::user_file::{self, UserFile};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Number;
@@ -268,13 +268,13 @@ pub fn report(first: &Path, second: Option<&Path>) -> Result<Reports, Evaluation
 }
 
 fn read(path: &Path) -> Result<Vec<Short>, EvaluationError> {
-    let file = File::open(path).map_err(EvaluationError::io(path))?;
+    let file = UserFile::open(path).map_err(EvaluationError::io(path))?;
+    let (mut file, mut text) = (BufReader::new(file), String::new());
     let mut rows = Vec::new();
-    for (line, text) in (1..).zip(BufReader::new(file).lines()) {
-        let text = text.map_err(EvaluationError::io(path))?;
+    while user_file::read_line(&mut file, &mut text).map_err(EvaluationError::io(path))? > 0 {
         let row = serde_json::from_str(&text).map_err(|error| EvaluationError::Line {
             path: path.to_owned(),
-            line,
+            line: rows.len() as u64 + 1,
             reason: error.to_string(),
         })?;
         rows.push(row);

@@ -6,8 +6,10 @@
 
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{BufRead as _, BufReader, BufWriter, Seek as _, SeekFrom, Write as _};
+use std::io::{self, BufRead as _, BufReader, BufWriter, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
+
+use cell_model::user_file;
 
 use crate::EvaluationError;
 use crate::info::{self, Episode, Plan};
@@ -30,12 +32,14 @@ impl RowsFile {
     /// # Errors
     /// Where it cannot be written, another process writes it, or it was begun with another plan.
     pub fn open(path: &Path, plan: &Plan) -> Result<Self, EvaluationError> {
-        let open = |path: &Path| {
-            let mut options = OpenOptions::new();
-            options.read(true).append(true).create(true).open(path)
-        };
         let info_path = info::path_of(path);
-        let info = open(&info_path).map_err(EvaluationError::io(&info_path))?;
+        for path in [path, &info_path] {
+            user_file::check_output(path).map_err(EvaluationError::io(path))?;
+        }
+        let mut created = Created::default();
+        let info = created
+            .open(&info_path)
+            .map_err(EvaluationError::io(&info_path))?;
         match info.try_lock() {
             // Some network file systems have no locks.
             Ok(()) | Err(TryLockError::Error(_)) => {}
@@ -46,14 +50,20 @@ impl RowsFile {
             }
         }
         let mut file = Self {
-            rows: open(path).map_err(EvaluationError::io(path))?,
+            rows: created.open(path).map_err(EvaluationError::io(path))?,
             path: path.to_owned(),
             info,
             plan: plan.clone(),
             done: BTreeSet::new(),
         };
-        file.take_plan()?;
-        file.take_rows()?;
+        let begun = info::plan_of(path);
+        begun.iter().try_for_each(|begun| file.check_plan(begun))?;
+        // A side file whose plan was cut off is the sign, too.
+        file.take_rows(!created.has(&info_path))?;
+        if begun.is_none() {
+            file.write_plan()?;
+        }
+        created.keep();
         Ok(file)
     }
 
@@ -127,20 +137,21 @@ impl RowsFile {
         Ok(places)
     }
 
-    fn take_plan(&mut self) -> Result<(), EvaluationError> {
-        let Some(found) = info::plan_of(&self.path) else {
-            // New, or its first line was cut off by a kill.
-            let empty = self.info.set_len(0);
-            let line = line_of(&self.plan);
-            let write = empty.and_then(|()| self.info.write_all(line.as_bytes()));
-            return write.map_err(EvaluationError::io(&info::path_of(&self.path)));
-        };
+    /// The side file is new, or its first line was cut off by a kill.
+    fn write_plan(&mut self) -> Result<(), EvaluationError> {
+        let empty = self.info.set_len(0);
+        let line = line_of(&self.plan);
+        let write = empty.and_then(|()| self.info.write_all(line.as_bytes()));
+        write.map_err(EvaluationError::io(&info::path_of(&self.path)))
+    }
+
+    fn check_plan(&self, found: &Plan) -> Result<(), EvaluationError> {
         let seeds = |plan: &Plan| format!("{}..{}", plan.seeds[0], plan.seeds[1]);
         let (identity, own) = (&found.identity, &self.plan.identity);
         for (what, found, wanted) in [
             ("build", identity.build.clone(), own.build.clone()),
             ("input", identity.inputs.clone(), own.inputs.clone()),
-            ("range of seeds", seeds(&found), seeds(&self.plan)),
+            ("range of seeds", seeds(found), seeds(&self.plan)),
             (
                 "shard",
                 found.shard.to_string(),
@@ -160,8 +171,9 @@ impl RowsFile {
         Ok(())
     }
 
-    /// Reads the rows that are there, and cuts off what a kill left of the last one.
-    fn take_rows(&mut self) -> Result<(), EvaluationError> {
+    /// Reads the rows that are there, and cuts off what a kill left of the last one. A file
+    /// that no evaluation has begun keeps what it has.
+    fn take_rows(&mut self, is_begun: bool) -> Result<(), EvaluationError> {
         let mut done = BTreeSet::new();
         let (plan, path) = (self.plan.clone(), self.path.clone());
         let mut number = 0;
@@ -184,6 +196,19 @@ impl RowsFile {
                 reason: format!("{}: {reason}", row.key()),
             })
         })?;
+        let length = self
+            .rows
+            .metadata()
+            .map_err(EvaluationError::io(&self.path))?;
+        if !is_begun && length.len() > end {
+            return Err(EvaluationError::Line {
+                path,
+                line: number + 1,
+                reason: "the line has no end, and no evaluation has begun this file; name \
+                         another one"
+                    .to_owned(),
+            });
+        }
         self.done = done;
         self.rows
             .set_len(end)
@@ -200,8 +225,7 @@ impl RowsFile {
         reader.seek(SeekFrom::Start(0)).map_err(fail())?;
         let (mut place, mut number, mut line) = (0, 0, String::new());
         loop {
-            line.clear();
-            let count = reader.read_line(&mut line).map_err(fail())?;
+            let count = user_file::read_line(&mut reader, &mut line).map_err(fail())?;
             if !line.ends_with('\n') {
                 return Ok(place);
             }
@@ -213,6 +237,40 @@ impl RowsFile {
             })?;
             take(place, &row)?;
             place += u64::try_from(count).unwrap_or(0);
+        }
+    }
+}
+
+/// Files that did not exist, and are removed again where the evaluation is refused.
+#[derive(Debug, Default)]
+struct Created(Vec<PathBuf>);
+
+impl Created {
+    fn open(&mut self, path: &Path) -> io::Result<File> {
+        let mut options = OpenOptions::new();
+        let options = options.read(true).append(true);
+        match options.clone().create_new(true).open(path) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => options.open(path),
+            made => {
+                self.0.extend(made.is_ok().then(|| path.to_owned()));
+                made
+            }
+        }
+    }
+
+    fn has(&self, path: &Path) -> bool {
+        self.0.iter().any(|created| created == path)
+    }
+
+    fn keep(mut self) {
+        self.0.clear();
+    }
+}
+
+impl Drop for Created {
+    fn drop(&mut self) {
+        for path in &self.0 {
+            std::fs::remove_file(path).ok();
         }
     }
 }

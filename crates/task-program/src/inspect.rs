@@ -8,7 +8,7 @@ use behavior::descriptor::Source;
 use behavior::graph::GraphKind;
 use behavior::{Finding, Graph, machine, matrix, views};
 use cell_model::cells::setting::Setting;
-use cell_model::{Cell, Data, ModelError};
+use cell_model::{Cell, Data, ModelError, user_file};
 use cell_sim::Program;
 use robocell_task::{TaskError, TreeError, TreeTools};
 
@@ -201,7 +201,7 @@ fn no_trees() -> InspectError {
 /// Text of a file that looks like one of that kind.
 fn read(kind: Kind, file: &Path) -> Result<String, InspectError> {
     let name = file.display();
-    let text = std::fs::read_to_string(file).map_err(|error| {
+    let text = user_file::read_text(file).map_err(|error| {
         InspectError::Behaviour(format!("{name}: {error}; name a file, or a demo to show"))
     })?;
     let is_tree = text.contains("\"behavior-tree/");
@@ -230,5 +230,5 @@ fn source<'a>(
 /// Files a file includes lie beside it.
 fn includes(file: &Path) -> impl Fn(&str) -> Option<String> {
     let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
-    move |name| std::fs::read_to_string(folder.join(name)).ok()
+    move |name| user_file::read_text(&folder.join(name)).ok()
 }

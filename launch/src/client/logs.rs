@@ -59,6 +59,7 @@ pub(crate) fn logs(args: &LogsArgs) -> Result<(), Failure> {
     let dir = RunDir::of(&args.cell.cell);
     let names = names(&dir.logs());
     if names.is_empty() {
+        dir.running(&args.cell.cell)?;
         return Err(Failure::not_running(&args.cell.cell));
     }
     let wanted = match &args.process {

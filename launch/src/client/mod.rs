@@ -57,7 +57,7 @@ impl Session {
     /// The running cell of this name.
     pub(crate) fn of(cell: &str) -> Result<Self, Failure> {
         let dir = RunDir::of(cell);
-        let holder = dir.holder().ok_or_else(|| Failure::not_running(cell))?;
+        let holder = dir.running(cell)?;
         // A cell that starts at this moment has no run file yet.
         let spec = RunSpec::load(&dir.spec()).map_err(Failure::configuration)?;
         Ok(Self { dir, spec, holder })

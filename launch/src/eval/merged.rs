@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
+use cell_model::user_file;
 use cell_rt::stdout;
 use evaluation::EvaluationError;
 use evaluation::merge::{Merged, merge, merge_lines};
@@ -54,12 +55,10 @@ struct Partial {
 impl Partial {
     /// A device or a pipe would be replaced by a file.
     fn of(option: &str, path: &Path) -> Result<Self, Failure> {
-        if path.metadata().is_ok_and(|meta| !meta.is_file()) {
-            return Err(Failure::usage(format!(
-                "{option}: {} is no regular file; without --out the rows go to standard output",
-                path.display()
-            )));
-        }
+        user_file::check_output(path).cannot(format!(
+            "write {} ({option}; without --out the rows go to standard output)",
+            path.display()
+        ))?;
         let mut partial = path.as_os_str().to_owned();
         partial.push(".partial");
         Ok(Self {

@@ -29,7 +29,8 @@ struct File {
 pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
     check_name(&args.name)?;
     let folder = Path::new(&args.name);
-    if folder.exists() {
+    // Also a link to nothing.
+    if folder.symlink_metadata().is_ok() {
         return Err(Failure::configuration(format!(
             "{} exists; choose another name, or move it away",
             args.name

@@ -7,6 +7,7 @@ mod signals;
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
+use cell_model::user_file;
 use cell_record::Recording;
 use charts::{Line, Panel};
 use schemars::JsonSchema;
@@ -110,7 +111,7 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<(), Failure> {
 
 fn check_output(out: &Path) -> Result<(), Failure> {
     if out.extension().is_some_and(|end| end == "svg") {
-        return Ok(());
+        return user_file::check_output(out).cannot(format!("write {}", out.display()));
     }
     Err(Failure::usage(format!(
         "--output {}: only SVG is written; give a name that ends in .svg",

@@ -10,7 +10,7 @@ use cell_model::runs::python;
 use cell_model::runs::report;
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
 use cell_model::runs::wire;
-use cell_model::{Cell, Data, RobotFiles};
+use cell_model::{Cell, Data, RobotFiles, user_file};
 use ipc_types::decision::POLICY_BYTES;
 
 use super::{arms, first_page};
@@ -392,7 +392,7 @@ fn script_of(args: &RunArgs, cell: &Cell) -> Result<Vec<ScriptLine>, Failure> {
         return Ok(Vec::new());
     };
     let file = path.display().to_string();
-    let text = fs::read_to_string(path).cannot(format!("read the script {file}"))?;
+    let text = user_file::read_text(path).cannot(format!("read the script {file}"))?;
     script::parse_for(&text, &file, cell).map_err(Failure::configuration)
 }
 

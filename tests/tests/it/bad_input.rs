@@ -1,7 +1,9 @@
 //! Whatever a person gets wrong: one clear error, the documented exit code,
 //! nothing started.
 
+use std::io::Write as _;
 use std::path::Path;
+use std::process::Command;
 
 use robocell_tests::assert::{nothing_started, refused};
 use robocell_tests::cell::base;
@@ -367,4 +369,78 @@ fn a_recording_that_cannot_be_made_is_refused_before_anything_starts() {
     }
     nothing_started(base.path());
     assert_eq!(std::fs::read_to_string(at("there.mcap")).unwrap(), "x");
+}
+
+#[test]
+fn a_file_argument_that_does_not_end_is_refused() {
+    let files = tempfile::tempdir().unwrap();
+    let at = |name: &str| files.path().join(name).to_str().unwrap().to_owned();
+    let fifo = at("fifo");
+    let made = Command::new("mkfifo").arg(&fifo).status().unwrap();
+    assert!(made.success());
+    std::fs::write(at("large"), vec![b' '; 5 << 20]).unwrap();
+    let inputs = [
+        (fifo.as_str(), "pipe"),
+        ("/dev/zero", "a device"),
+        (&at("large"), "more than"),
+        ("/", "a directory"),
+    ];
+    for (file, word) in inputs {
+        for arguments in [
+            ["run", "cube", "--script", file].as_slice(),
+            &["run", "cube", "--one-process", "--script", file],
+            &["eval", "cube", "--seeds", "1", "--script", file],
+            &["run", "reach", "--robot", file],
+            &["bt", "check", file],
+            &["fsm", "check", file],
+            &["eval", "report", file],
+            &["eval", "merge", file],
+        ] {
+            if word != "more than" || arguments[1] != "report" && arguments[1] != "merge" {
+                refuse(arguments, 3, &[file, word]);
+            }
+        }
+        if word != "more than" && word != "a directory" {
+            refuse(&["plot", file, "x"], 3, &[file, word]);
+            refuse(&["replay", file], 3, &[file, word]);
+        }
+    }
+    let outputs = [
+        ["eval", "cube", "--seeds", "1", "--out"].as_slice(),
+        &["eval", "report", &at("rows"), "--html"],
+        &["eval", "merge", &at("rows"), "--out"],
+    ];
+    std::fs::write(at("rows"), "").unwrap();
+    for output in outputs {
+        for file in ["/dev/full", &fifo] {
+            refuse(&[output, &[file]].concat(), 3, &[file]);
+        }
+    }
+}
+
+#[test]
+fn a_pipe_with_a_writer_is_read() {
+    let base = base();
+    let mut command = robocell(base.path(), &["bt", "check", "/dev/stdin"]);
+    let tree = "{\"format\": \"behavior-tree/1\", \"name\": \"x\"}";
+    command.stdin(piped(tree));
+    let said = finish(command);
+    refused(&said, 3, &["/dev/stdin", "root"]);
+}
+
+/// A pipe from which `text` is read.
+fn piped(text: &str) -> std::io::PipeReader {
+    let (reader, mut writer) = std::io::pipe().unwrap();
+    writer.write_all(text.as_bytes()).unwrap();
+    reader
+}
+
+#[test]
+fn what_stands_in_the_way_of_a_project_is_named() {
+    let base = base();
+    std::os::unix::fs::symlink("nowhere", base.path().join("job")).unwrap();
+    let mut command = robocell(base.path(), &["new", "job", "--as", "json"]);
+    command.current_dir(base.path());
+    let said = finish(command);
+    refused(&said, 3, &["job exists"]);
 }

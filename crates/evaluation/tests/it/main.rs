@@ -159,6 +159,49 @@ fn a_file_that_was_cut_anywhere_is_completed_to_the_same_bytes() {
 }
 
 #[test]
+fn what_is_refused_is_left_as_it_was_and_nothing_is_beside_it() {
+    let dir = TempDir::new().unwrap();
+    let (path, plan) = (dir.path().join("note"), plan([1, 6], "1/1"));
+    for (content, part) in [
+        ("{}\n", "note:1: no row of an episode"),
+        ("a note without an end", "name another one"),
+    ] {
+        fs::write(&path, content).unwrap();
+        let error = RowsFile::open(&path, &plan).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), content);
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+    let folder = dir.path().join("none/a.jsonl");
+    for path in [Path::new("/dev/full"), dir.path(), &folder] {
+        let error = RowsFile::open(path, &plan).unwrap_err().to_string();
+        assert!(
+            error.contains("name") || error.contains("does not exist"),
+            "{error}"
+        );
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+}
+
+#[test]
+fn rows_that_do_not_end_are_refused() {
+    let dir = TempDir::new().unwrap();
+    let path = dir.path().join("a.jsonl");
+    fs::write(&path, "x".repeat(2 << 20)).unwrap();
+    let line = "it has a line of more than 1048576 bytes";
+    let device = "it is a device; name a regular file";
+    for (path, part) in [(path.as_path(), line), (Path::new("/dev/zero"), device)] {
+        let errors = [
+            evaluation::report::report(path, None).unwrap_err(),
+            merge(&[path.to_owned()], &mut std::io::sink()).unwrap_err(),
+        ];
+        for error in errors {
+            assert!(error.to_string().contains(part), "{error}");
+        }
+    }
+}
+
+#[test]
 fn a_file_of_another_command_is_refused_with_what_differs() {
     let dir = TempDir::new().unwrap();
     let path = dir.path().join("a.jsonl");
