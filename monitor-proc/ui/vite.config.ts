@@ -3,5 +3,11 @@ import { defineConfig } from "vite";
 // The page is served by the monitor from its own origin: no path outside of it.
 export default defineConfig({
   base: "./",
-  build: { outDir: "dist", target: "es2022", chunkSizeWarningLimit: 1500 },
+  build: {
+    outDir: "dist",
+    target: "es2022",
+    chunkSizeWarningLimit: 1500,
+    // Who copies the page copies the notices of what is in it.
+    license: { fileName: "licences.md" },
+  },
 });

@@ -1,7 +1,7 @@
 //! Every package of the build has a licence that `deny.toml` allows, also on a
 //! machine without cargo-deny.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 use serde_json::Value;
@@ -71,5 +71,68 @@ fn expressions_are_read_as_spdx_means_them() {
         ("", false),
     ] {
         assert_eq!(fits(expression, &allowed), expected, "{expression}");
+    }
+}
+
+/// Name and version of the packages in a lock file of cargo that have a checksum, and it.
+fn locked() -> BTreeMap<(String, String), String> {
+    let text = std::fs::read_to_string(format!("{ROOT}/Cargo.lock")).expect("a lock file");
+    let table: toml::Table = text.parse().expect("TOML");
+    let packages = table["package"].as_array().expect("packages").iter();
+    let word = |package: &toml::Value, key: &str| package.get(key)?.as_str().map(str::to_owned);
+    let of = |package| {
+        let key = (word(package, "name")?, word(package, "version")?);
+        Some((key, word(package, "checksum")?))
+    };
+    packages.filter_map(of).collect()
+}
+
+/// What the page is made of, by its lock file.
+fn locked_of_page() -> BTreeMap<String, String> {
+    let path = format!("{ROOT}/monitor-proc/ui/package-lock.json");
+    let text = std::fs::read_to_string(path).expect("a lock file");
+    let lock: Value = serde_json::from_str(&text).expect("JSON");
+    let packages = lock["packages"].as_object().expect("packages").iter();
+    let bundled = packages.filter(|(path, package)| !path.is_empty() && package["dev"] != true);
+    let of = |(path, package): (&String, &Value)| {
+        let (_, name) = path.rsplit_once("node_modules/").expect("a package");
+        (
+            name.to_owned(),
+            package["version"].as_str().unwrap().to_owned(),
+        )
+    };
+    bundled.map(of).collect()
+}
+
+#[test]
+fn what_is_given_away_names_every_package_with_the_versions_of_the_lock_files() {
+    let dir = tempfile::tempdir().unwrap();
+    let made = Command::new(format!("{ROOT}/.ci/notices"))
+        .arg(dir.path())
+        .arg("--no-page")
+        .output();
+    let made = made.expect("python3, as the tests of recordings need it");
+    let said = String::from_utf8_lossy(&made.stderr);
+    assert!(made.status.success(), "{said}");
+    let text = std::fs::read_to_string(dir.path().join("sbom.cdx.json")).unwrap();
+    let sbom: Value = serde_json::from_str(&text).expect("JSON");
+    let notices = std::fs::read_to_string(dir.path().join("NOTICES.txt")).unwrap();
+    let (locked, mut page) = (locked(), locked_of_page());
+    let components = sbom["components"].as_array().expect("components");
+    let word = |component: &Value, key: &str| component[key].as_str().unwrap().to_owned();
+    for component in components {
+        let (name, version) = (word(component, "name"), word(component, "version"));
+        if word(component, "purl").starts_with("pkg:npm/") {
+            assert_eq!(page.remove(&name), Some(version), "{name}");
+            continue;
+        }
+        let title = format!("\n{name} {version} (");
+        assert!(notices.contains(&title), "no notice of {title}");
+        let sum = component["hashes"][0]["content"].as_str();
+        assert_eq!(locked.get(&(name, version)).map(String::as_str), sum);
+    }
+    assert!(page.is_empty(), "{page:?}");
+    for name in ["iceoryx2", "rapier3d-f64", "nalgebra", "mcap", "lz4-sys"] {
+        assert!(components.iter().any(|one| one["name"] == name), "{name}");
     }
 }
