@@ -212,6 +212,12 @@ pub(crate) fn stiffness(effort: f64) -> f64 {
     (50.0 * effort).clamp(500.0, 10_000.0)
 }
 
+/// Velocity of a joint that states none: one that turns (rad/s), one that slides (m/s).
+pub(crate) const TURN_VELOCITY: f64 = 1.0;
+pub(crate) const SLIDE_VELOCITY: f64 = 0.1;
+/// Effort of a joint that states none (N·m or N).
+pub(crate) const EFFORT: f64 = 100.0;
+
 /// What a joint gets by default, in the units of [`JointSpec`].
 /// Limits come from the URDF; where it says nothing: 1 rad/s (0.1 m/s), 100 N·m,
 /// 10 rad/s² and 500 rad/s³, a careful industrial arm. The drive is as stiff as
@@ -223,12 +229,19 @@ pub(crate) fn plain_specs(urdf: &UrdfRobot) -> Vec<JointSpec> {
         .map(|(joint, limits)| {
             let revolute = joint.kind == rmp::JointKind::Revolute;
             let or = |value: f64, default: f64| if value > 0.0 { value } else { default };
-            let effort = or(limits.effort, 100.0);
+            let effort = or(limits.effort, EFFORT);
             let stiffness = stiffness(effort);
             JointSpec {
                 lower: joint.lower,
                 upper: joint.upper,
-                velocity: or(limits.velocity, if revolute { 1.0 } else { 0.1 }),
+                velocity: or(
+                    limits.velocity,
+                    if revolute {
+                        TURN_VELOCITY
+                    } else {
+                        SLIDE_VELOCITY
+                    },
+                ),
                 acceleration: limits.acceleration.unwrap_or(10.0),
                 jerk: limits.jerk.unwrap_or(500.0),
                 effort,

@@ -16,7 +16,7 @@ const MAX_LINKS: usize = 512;
 /// besides: a longer one is in everything around it.
 const LEAST_ROOM: f64 = 1.0;
 /// Nothing in a cell is heavier (kg), turns harder (kg·m²) or pushes harder (N·m).
-const MAX_QUANTITY: f64 = 1.0e5;
+pub(super) const MAX_QUANTITY: f64 = 1.0e5;
 
 /// Refuses a robot that is not one tree of uniquely named links with finite,
 /// plausible numbers.
@@ -278,8 +278,7 @@ impl Checker<'_> {
         let limit = &joint.limit;
         let continuous = joint.joint_type == JointType::Continuous;
         for (key, value) in [("effort", limit.effort), ("velocity", limit.velocity)] {
-            let unlimited = continuous && value == f64::INFINITY;
-            if !unlimited && !(0.0..=MAX_QUANTITY).contains(&value) {
+            if !(0.0..=MAX_QUANTITY).contains(&value) {
                 return Err(self.refuse(
                     format!("{owner}: limit {key}"),
                     value,

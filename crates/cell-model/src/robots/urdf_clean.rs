@@ -2,20 +2,22 @@
 //! elements of other programs. Faults with one possible meaning are corrected and become
 //! warnings with their line; the others are refused later, with the same lines.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use roxmltree::{Document, Node};
 
+mod joints;
+mod limits;
+mod notices;
 mod parts;
+mod xacro;
 
+use notices::Notices;
 use parts::{elements, escaped, is_positive, number, shape_text, text_of, vector};
 
 use crate::error::{Location, ModelError};
-use crate::robots::urdf_check::MAX_COORDINATE;
 
-/// How far a sliding joint goes that states no limits (m).
-const SLIDE_M: f64 = 1.0;
 /// Radius of the ball whose inertia a link gets that has none (m).
 const BALL_M: f64 = 0.05;
 
@@ -50,22 +52,27 @@ impl Lines {
 /// Reads and cleans a URDF; `file` is its name in messages.
 ///
 /// # Errors
-/// [`ModelError`] for what is no XML, and for the numbers of a joint that cannot be read.
+/// [`ModelError`] for what is no XML, for a xacro file, and for joints whose type or numbers
+/// cannot be taken.
 pub(super) fn clean(file: &str, text: &str) -> Result<Cleaned, ModelError> {
     let declared = parts::declare_prefixes(&parts::without_late_declaration(text));
     let document = Document::parse(&declared).map_err(|error| ModelError::Syntax {
         place: Location::line(file, usize::try_from(error.pos().row).ok()),
         message: format!("no XML: {error}"),
     })?;
+    xacro::refuse(file, &document)?;
     let mut cleaner = Cleaner {
         file,
         document: &document,
         out: String::new(),
         warnings: Vec::new(),
         lines: Lines::default(),
-        joints: BTreeSet::new(),
+        joints: BTreeMap::new(),
+        in_degrees: false,
+        notices: Notices::default(),
     };
     cleaner.robot(document.root_element())?;
+    cleaner.warnings.extend(cleaner.notices.lines(file));
     Ok(Cleaned {
         text: cleaner.out,
         warnings: cleaner.warnings,
@@ -79,8 +86,11 @@ struct Cleaner<'a, 'input> {
     out: String,
     warnings: Vec<String>,
     lines: Lines,
-    /// Names of all joints.
-    joints: BTreeSet<String>,
+    /// Types of all joints by name.
+    joints: BTreeMap<String, String>,
+    /// Limits of joints that turn are degrees.
+    in_degrees: bool,
+    notices: Notices,
 }
 
 impl Cleaner<'_, '_> {
@@ -109,9 +119,10 @@ impl Cleaner<'_, '_> {
             &[("name", root.attribute("name").unwrap_or("robot"))],
         );
         for joint in elements(root, "joint") {
-            self.joints
-                .insert(joint.attribute("name").unwrap_or_default().to_owned());
+            let of = |key: &str| joint.attribute(key).unwrap_or_default().to_owned();
+            self.joints.insert(of("name"), of("type"));
         }
+        self.in_degrees = limits::in_degrees(root);
         for link in elements(root, "link") {
             self.link(link);
         }
@@ -197,120 +208,6 @@ impl Cleaner<'_, '_> {
         let _infallible = write!(self.out, "<geometry>{shape_text}</geometry></collision>");
     }
 
-    fn joint(&mut self, joint: Node<'_, '_>) -> Result<(), ModelError> {
-        let name = joint.attribute("name").unwrap_or_default();
-        let line = self.line(joint);
-        self.lines.joints.entry(name.to_owned()).or_insert(line);
-        let stated = joint.attribute("type").unwrap_or_default();
-        let limit = self.only(joint, "limit", name);
-        let (kind, limits) = self.kind(joint, name, stated, limit);
-        self.open("joint", &[("name", name), ("type", kind)]);
-        if let Some(origin) = self.only(joint, "origin", name) {
-            let xyz = self.joint_vector(origin, name, "xyz")?;
-            let rpy = self.joint_vector(origin, name, "rpy")?;
-            self.origin(&xyz, &rpy);
-        }
-        for end in ["parent", "child"] {
-            let link = elements(joint, end)
-                .next()
-                .and_then(|node| node.attribute("link"));
-            self.single(end, &[("link", link.unwrap_or_default())]);
-        }
-        if let Some(axis) = self.only(joint, "axis", name) {
-            let xyz = if axis.has_attribute("xyz") {
-                self.joint_vector(axis, name, "xyz")?
-            } else {
-                vec![1.0, 0.0, 0.0]
-            };
-            self.single("axis", &[("xyz", &text_of(&xyz))]);
-        }
-        let rate = |key: &str| limit.and_then(|node| node.attribute(key)).unwrap_or("0");
-        let mut attributes = vec![
-            ("lower", limits.0.as_str()),
-            ("upper", limits.1.as_str()),
-            ("velocity", rate("velocity")),
-            ("effort", rate("effort")),
-        ];
-        for key in ["acceleration", "jerk"] {
-            attributes.extend(limit.and_then(|node| Some((key, node.attribute(key)?))));
-        }
-        self.single("limit", &attributes);
-        self.mimic(joint, name);
-        self.out.push_str("</joint>");
-        Ok(())
-    }
-
-    /// Type and limits of a joint as they are used.
-    fn kind<'b>(
-        &mut self,
-        joint: Node<'_, '_>,
-        name: &str,
-        stated: &'b str,
-        limit: Option<Node<'_, '_>>,
-    ) -> (&'b str, (String, String)) {
-        let none = || ("0".to_owned(), "0".to_owned());
-        if ["floating", "planar", "spherical"].contains(&stated) {
-            self.warn(
-                joint,
-                format_args!(
-                    "joint '{name}': type {stated} is not supported; it is held where it is"
-                ),
-            );
-            return ("fixed", none());
-        }
-        if !["revolute", "prismatic"].contains(&stated) {
-            return (stated, none());
-        }
-        let text = |key: &str| limit.and_then(|node| node.attribute(key)).unwrap_or("0");
-        let (lower, upper) = (text("lower"), text("upper"));
-        let values = (lower.trim().parse(), upper.trim().parse());
-        let (Ok(low), Ok(high)): (Result<f64, _>, Result<f64, _>) = values else {
-            return (stated, (lower.to_owned(), upper.to_owned()));
-        };
-        let is_missing = low == 0.0 && high == 0.0;
-        let is_endless = low < high
-            && low.is_finite()
-            && high.is_finite()
-            && (low < -MAX_COORDINATE || high > MAX_COORDINATE);
-        if !is_missing && !is_endless {
-            return (stated, (lower.to_owned(), upper.to_owned()));
-        }
-        let without = if is_missing {
-            "no limits"
-        } else {
-            "no practical limits"
-        };
-        if stated == "prismatic" {
-            self.warn(
-                joint,
-                format_args!("joint '{name}' has {without}: {SLIDE_M} m to both sides is taken"),
-            );
-            return (stated, ((-SLIDE_M).to_string(), SLIDE_M.to_string()));
-        }
-        self.warn(
-            joint,
-            format_args!("joint '{name}' has {without}: two turns to both sides are taken"),
-        );
-        ("continuous", none())
-    }
-
-    fn mimic(&mut self, joint: Node<'_, '_>, name: &str) {
-        let Some(mimic) = elements(joint, "mimic").next() else {
-            return;
-        };
-        let other = mimic.attribute("joint").unwrap_or_default();
-        if self.joints.contains(other) {
-            self.single("mimic", &[("joint", other)]);
-        } else {
-            self.warn(
-                mimic,
-                format_args!(
-                    "joint '{name}': mimic of joint '{other}', which does not exist, is ignored"
-                ),
-            );
-        }
-    }
-
     /// The element of that name; of several the first.
     fn only<'b, 'input>(
         &mut self,
@@ -327,23 +224,6 @@ impl Cleaner<'_, '_> {
             );
         }
         first
-    }
-
-    /// Numbers that decide where the robot is.
-    fn joint_vector(
-        &self,
-        node: Node<'_, '_>,
-        joint: &str,
-        key: &str,
-    ) -> Result<Vec<f64>, ModelError> {
-        vector(node, key).map_err(|found| {
-            ModelError::value(
-                Location::line(self.file, Some(self.line(node))),
-                format!("joint '{joint}': {} {key}", node.tag_name().name()),
-                format!("\"{found}\""),
-                "three numbers with spaces between them are needed",
-            )
-        })
     }
 
     fn open(&mut self, tag: &str, attributes: &[(&str, &str)]) {

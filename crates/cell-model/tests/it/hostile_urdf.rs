@@ -83,20 +83,12 @@ fn numbers_that_cannot_be_meant_are_named_with_their_owner() {
             "joint 'j1': limit lower is NaN",
         ),
         (
-            limit(r#"lower="-1" upper="inf" velocity="1" effort="1""#),
-            "joint 'j1': limit upper is inf",
-        ),
-        (
             limit(r#"lower="1" upper="-1" velocity="1" effort="1""#),
             "it must be less than upper",
         ),
         (
             limit(r#"lower="-1" upper="1" velocity="1" effort="-5""#),
             "joint 'j1': limit effort is -5",
-        ),
-        (
-            limit(r#"lower="-1" upper="1" velocity="1e999" effort="1""#),
-            "joint 'j1': limit velocity is inf",
         ),
         (
             format!(
@@ -141,7 +133,7 @@ fn faults_that_leave_no_doubt_are_warnings_with_their_line() {
           </collision></link>
         <link name="hand"/>
         {}
-        <joint name="j2" type="floating"><parent link="arm"/><child link="hand"/></joint>
+        <joint name="j2" type="fixed"><parent link="arm"/><child link="hand"/></joint>
         </robot>"#,
         joint(r#"<axis xyz="0, 0, 1"/><axis xyz="1 0 0"/><mimic joint="j7"/>"#)
     );
@@ -161,10 +153,9 @@ fn faults_that_leave_no_doubt_are_warnings_with_their_line() {
     let wanted = [
         ":3: link 'base': the inertia is not positive",
         ":6: link 'arm': a collision shape is unreadable",
-        ":9: joint 'j1' has no limits",
+        ":9: joint 'j1': no limits",
         ":9: 'j1' has a second axis",
         ":9: joint 'j1': mimic of joint 'j7'",
-        ":10: joint 'j2': type floating",
     ];
     for warning in wanted {
         let found = robot.warnings.iter().any(|said| said.contains(warning));

@@ -9,3 +9,4 @@
 mod hostile_urdf;
 mod load;
 mod ur10;
+mod urdf_readings;

@@ -5,6 +5,8 @@ use roxmltree::{Document, Node};
 
 /// Prefixes of other formats that a URDF may use without declaring them.
 const MAX_PREFIXES: usize = 16;
+/// Largest multiplier and offset of a joint that copies another one.
+pub(super) const MAX_MIMIC: f64 = 100.0;
 
 /// Blanks an XML declaration that is not at the start of the file, where the parser refuses
 /// it. Line numbers do not change.

@@ -1,0 +1,38 @@
+//! Tells a xacro file, the template of a URDF, from a URDF.
+
+use roxmltree::{Document, Node};
+
+use crate::error::{Location, ModelError};
+
+/// Elements that `xacro` leaves no trace of and that change nothing by themselves.
+const WITHOUT_EFFECT: [&str; 2] = ["property", "arg"];
+
+/// Refuses a file that still has elements or values for `xacro`: what they stand for is
+/// missing.
+///
+/// # Errors
+/// [`ModelError::Syntax`] with the line of the first of them.
+pub(super) fn refuse(file: &str, document: &Document<'_>) -> Result<(), ModelError> {
+    let Some((node, found)) = document.descendants().find_map(evidence) else {
+        return Ok(());
+    };
+    let row = document.text_pos_at(node.range().start).row;
+    Err(ModelError::Syntax {
+        place: Location::line(file, usize::try_from(row).ok()),
+        message: format!(
+            "this is a xacro file, not a URDF: it has {found}; expand it with \
+             `xacro {file} > robot.urdf` and give the result"
+        ),
+    })
+}
+
+fn evidence<'a, 'input>(node: Node<'a, 'input>) -> Option<(Node<'a, 'input>, String)> {
+    let name = node.tag_name();
+    let is_of_xacro = name.namespace().is_some_and(|uri| uri.contains("xacro"));
+    if is_of_xacro && !WITHOUT_EFFECT.contains(&name.name()) {
+        return Some((node, format!("the element 'xacro:{}'", name.name())));
+    }
+    let value = node.attributes().find(|one| one.value().contains("${"))?;
+    // A property that nothing uses may be defined by another one.
+    (!is_of_xacro).then(|| (node, format!("{}=\"{}\"", value.name(), value.value())))
+}
