@@ -94,11 +94,8 @@ impl OtherArm {
         let Some(arm) = arms.get(self.index) else {
             return;
         };
-        for (&joint, measured) in self.robot.arm_joints.iter().zip(&arm.joint_positions) {
-            if let Some(slot) = self.positions.get_mut(joint) {
-                *slot = *measured;
-            }
-        }
+        self.robot
+            .place_arm(&arm.joint_positions, &mut self.positions);
         self.move_parts(set);
     }
 
@@ -128,9 +125,7 @@ impl OtherArm {
 /// Fingers stand as motion policies take them to stand.
 fn with_home(robot: &Robot, home: &[f64]) -> Vec<f64> {
     let mut positions = robot.fixed_joint_positions.clone();
-    for (&joint, position) in robot.arm_joints.iter().zip(home) {
-        positions[joint] = *position;
-    }
+    robot.place_arm(home, &mut positions);
     positions
 }
 

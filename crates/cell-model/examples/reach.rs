@@ -283,8 +283,6 @@ fn is_within(limits: &JointLimits, before: &MotionState, after: &MotionState) ->
 /// All joints of the chain, those of the arm at `arm`.
 fn with_arm(robot: &Robot, arm: &[f64]) -> Vec<f64> {
     let mut all = robot.fixed_joint_positions.clone();
-    for (&joint, position) in robot.arm_joints.iter().zip(arm) {
-        all[joint] = *position;
-    }
+    robot.place_arm(arm, &mut all);
     all
 }

@@ -4,7 +4,7 @@ use cell_model::robots::urdf::{self, UrdfRobot};
 use cell_model::{LinkShape, Shape};
 use ipc_types::{ArmState, Pose};
 use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
-use rmp::JointKind;
+use rmp::{Chain, JointKind};
 use serde_json::Value;
 
 /// The links of an arm, parents first.
@@ -27,6 +27,8 @@ struct Motion {
     kind: JointKind,
     axis: Unit<Vector3<f64>>,
     source: Source,
+    /// Position for one of the source, and at its zero: of a joint that copies another one.
+    law: (f64, f64),
 }
 
 /// Where the position of a joint is in a state.
@@ -74,11 +76,7 @@ impl Links {
                 name: frame_name(arm, &frame.name),
                 parent: frame_name(arm, &parent.name),
                 origin: parent.pose.inverse() * from * frame.pose,
-                motion: joint.map(|joint| Motion {
-                    kind: joint.kind,
-                    axis: Unit::new_normalize(joint.axis),
-                    source: source(arm, &joint.name),
-                }),
+                motion: joint.map(|joint| motion(arm, &urdf.chain, joint)),
             }
         };
         Self(frames.iter().enumerate().map(link).collect())
@@ -113,6 +111,7 @@ impl Motion {
             Source::Finger => 0.5 * state.gripper.width,
             Source::Rest => 0.0,
         };
+        let position = self.law.0 * position + self.law.1;
         match self.kind {
             JointKind::Revolute => Isometry3::from_parts(
                 Translation3::identity(),
@@ -123,6 +122,21 @@ impl Motion {
                 UnitQuaternion::identity(),
             ),
         }
+    }
+}
+
+/// How `joint` moves: by itself, or as the controlled joint that it copies.
+fn motion(arm: &Value, chain: &Chain, joint: &rmp::Joint) -> Motion {
+    let followed = joint.mimic.and_then(|mimic| {
+        let source = source(arm, &chain.joints().get(mimic.joint)?.name);
+        matches!(source, Source::Joint(_)).then_some((source, (mimic.multiplier, mimic.offset)))
+    });
+    let (source, law) = followed.unwrap_or_else(|| (source(arm, &joint.name), (1.0, 0.0)));
+    Motion {
+        kind: joint.kind,
+        axis: Unit::new_normalize(joint.axis),
+        source,
+        law,
     }
 }
 
@@ -272,6 +286,22 @@ mod tests {
             .map(|(_, name, _)| name)
             .collect();
         assert_eq!(moving, ["left/upper", "left/finger"]);
+    }
+
+    #[test]
+    fn a_joint_that_copies_a_controlled_one_moves_with_it() {
+        let mut arm = arm();
+        let copy = "<mimic joint=\"turn\" multiplier=\"0.02\" offset=\"0.01\"/></joint>\n</robot>";
+        arm["urdf"] = URDF.replace("</joint>\n</robot>", copy).into();
+        arm["joints"] = json!([{ "name": "turn" }]);
+        let links = Links::of(&arm, "world", &base());
+        let mut state = ArmState::zeroed();
+        state.joint_positions[0] = 0.5;
+        let slid = links
+            .poses(&state, true)
+            .find(|(_, name, _)| *name == "left/finger");
+        let (.., pose) = slid.unwrap();
+        assert!((pose.position[1] - 0.02).abs() < 1e-12, "{pose:?}");
     }
 
     #[test]

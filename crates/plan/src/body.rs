@@ -38,7 +38,7 @@ pub enum BodyError {
     /// A joint that the chain does not have, or that is named twice.
     #[error(transparent)]
     Joints(#[from] rmp::SetupError),
-    /// Too few or too many joints.
+    /// Too few or too many joints, those that follow others included.
     #[error("{0} joints cannot be planned; 1 to {MAX_JOINTS} are allowed")]
     Count(usize),
     /// A frame that the chain does not have.
@@ -70,6 +70,7 @@ pub struct Body {
 pub(crate) struct BodyJoint {
     pub(crate) parent: Option<usize>,
     pub(crate) slot: usize,
+    pub(crate) ratio: f32,
     pub(crate) slides: bool,
     /// Of its rotation in the parent's frame.
     pub(crate) columns: [[f32; 3]; 3],
@@ -82,6 +83,7 @@ impl From<&TreeJoint> for BodyJoint {
         Self {
             parent: joint.parent,
             slot: joint.slot,
+            ratio: single(joint.ratio),
             slides: joint.kind == JointKind::Prismatic,
             columns: [column(0), column(1), column(2)],
             offset: [0, 1, 2].map(|i| single(joint.offset[i])),
@@ -118,6 +120,9 @@ impl Body {
         }
         let tree = Tree::new(chain, names, setup.default_positions)?;
         let joints: Vec<BodyJoint> = tree.joints().iter().map(BodyJoint::from).collect();
+        if joints.len() > MAX_JOINTS {
+            return Err(BodyError::Count(joints.len()));
+        }
         let place = |sphere: &CollisionSphere| {
             let index = chain.frame_index(&sphere.frame);
             let index = index.ok_or_else(|| BodyError::Frame(sphere.frame.clone()))?;

@@ -143,6 +143,7 @@ impl<'a, S: Simd> Posed<'a, S> {
         let mut frames = [none; MAX_JOINTS];
         for (index, joint) in checker.body.joints.iter().enumerate() {
             let position = Wide::load(simd, &checker.positions[joint.slot], register);
+            let position = Wide::splat(simd, joint.ratio) * position;
             let parent = joint.parent.map(|parent| frames[parent]);
             frames[index] = frame(simd, joint, parent.as_ref(), position);
         }

@@ -16,7 +16,19 @@ pub enum JointKind {
     Prismatic,
 }
 
-/// One actuated joint. Its child frame is `origin` followed by the joint's
+/// How a joint follows another one of its chain, as the two bars of a parallelogram do: its
+/// position is `multiplier * position of joint + offset`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mimic {
+    /// Index of the joint that is followed, which follows none itself.
+    pub joint: usize,
+    /// Not zero; negative where the two move against each other.
+    pub multiplier: f64,
+    /// rad or m.
+    pub offset: f64,
+}
+
+/// One joint that moves. Its child frame is `origin` followed by the joint's
 /// motion about (or along) `axis`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
@@ -36,6 +48,8 @@ pub struct Joint {
     pub lower: f64,
     /// Upper position limit, rad or m; `+inf` for a joint without limit.
     pub upper: f64,
+    /// The joint it follows; `None` where it moves by itself.
+    pub mimic: Option<Mimic>,
 }
 
 /// A named frame that moves rigidly with one joint, or stands still in the base.
@@ -94,6 +108,17 @@ pub enum ChainError {
         /// Its name.
         name: String,
     },
+    /// It follows no joint that moves by itself.
+    #[error(
+        "joint '{joint}' follows joint {of}; it has to follow one of the other joints, which \
+         follows none itself, with a multiplier that is not zero"
+    )]
+    Mimic {
+        /// Name of the joint.
+        joint: String,
+        /// The index it names.
+        of: usize,
+    },
     /// The axis has no direction.
     #[error("joint '{joint}' has axis {axis:?}; an actuated joint needs an axis of nonzero length")]
     Axis {
@@ -128,6 +153,7 @@ pub enum ChainError {
 ///     kind: JointKind::Revolute,
 ///     lower: -2.0,
 ///     upper: 2.0,
+///     mimic: None,
 /// };
 /// let tool = Frame {
 ///     name: "tool".into(),
@@ -158,6 +184,9 @@ impl Chain {
         }
         for (index, joint) in joints.iter_mut().enumerate() {
             check_joint(index, joint)?;
+        }
+        for joint in &joints {
+            check_mimic(joint, &joints)?;
         }
         for frame in &frames {
             if let Some(joint) = frame.joint.filter(|&j| j >= joints.len()) {
@@ -226,6 +255,22 @@ fn check_joint(index: usize, joint: &mut Joint) -> Result<(), ChainError> {
     }
 }
 
+fn check_mimic(joint: &Joint, joints: &[Joint]) -> Result<(), ChainError> {
+    let Some(mimic) = joint.mimic else {
+        return Ok(());
+    };
+    let followed = joints.get(mimic.joint);
+    let is_free = followed.is_some_and(|other| other.mimic.is_none());
+    let moves = mimic.multiplier.is_finite() && mimic.multiplier != 0.0;
+    if is_free && moves && mimic.offset.is_finite() {
+        return Ok(());
+    }
+    Err(ChainError::Mimic {
+        joint: joint.name.clone(),
+        of: mimic.joint,
+    })
+}
+
 fn check_pose(what: &'static str, name: &str, pose: &Isometry3<f64>) -> Result<(), ChainError> {
     let finite = pose.translation.vector.iter().all(|x| x.is_finite())
         && pose.rotation.coords.iter().all(|x| x.is_finite());
@@ -267,6 +312,35 @@ mod tests {
             kind: JointKind::Revolute,
             lower: -1.0,
             upper: 1.0,
+            mimic: None,
+        }
+    }
+
+    #[test]
+    fn a_joint_follows_another_one_that_moves_by_itself() {
+        let follows = |joint: usize, multiplier: f64| {
+            Some(Mimic {
+                joint,
+                multiplier,
+                offset: 0.0,
+            })
+        };
+        let with = |of_b: Option<Mimic>, of_c: Option<Mimic>| {
+            let mut joints = vec![joint("a", None), joint("b", Some(0)), joint("c", Some(1))];
+            joints[1].mimic = of_b;
+            joints[2].mimic = of_c;
+            Chain::new(joints, vec![])
+        };
+        assert!(with(follows(2, -1.0), None).is_ok());
+        for (of_b, of_c) in [
+            (follows(1, 1.0), None),
+            (follows(2, 1.0), follows(1, 1.0)),
+            (follows(7, 1.0), None),
+            (follows(0, 0.0), None),
+            (follows(0, f64::NAN), None),
+        ] {
+            let said = with(of_b, of_c).unwrap_err();
+            assert!(matches!(said, ChainError::Mimic { .. }), "{said}");
         }
     }
 

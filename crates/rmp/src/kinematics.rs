@@ -60,7 +60,8 @@ impl Kinematics {
     pub(crate) fn update(&mut self, q: &[f64], qd: &[f64]) {
         for (index, joint) in self.tree.joints.iter().enumerate() {
             let parent = joint.parent.map_or(&REST, |p| &self.links[p]);
-            self.links[index] = advance(parent, joint, q[joint.slot], qd[joint.slot]);
+            let (position, velocity) = (joint.ratio * q[joint.slot], joint.ratio * qd[joint.slot]);
+            self.links[index] = advance(parent, joint, position, velocity);
         }
     }
 
@@ -116,9 +117,13 @@ impl Kinematics {
                 JointKind::Revolute => (link.axis.cross(&(position - link.origin)), link.axis),
                 JointKind::Prismatic => (link.axis, Vector3::zeros()),
             };
-            out.fixed_view_mut::<3, 1>(0, joint.slot).copy_from(&linear);
-            out.fixed_view_mut::<3, 1>(3, joint.slot)
-                .copy_from(&angular);
+            // Joints that follow each other share a column.
+            let mut add = |row: usize, part: Vector3<f64>| {
+                let mut column = out.fixed_view_mut::<3, 1>(row, joint.slot);
+                column += part * joint.ratio;
+            };
+            add(0, linear);
+            add(3, angular);
             next = joint.parent;
         }
     }

@@ -36,7 +36,7 @@ mod targets;
 mod tree;
 mod validate;
 
-pub use chain::{Chain, ChainError, Frame, Joint, JointKind, MAX_JOINTS};
+pub use chain::{Chain, ChainError, Frame, Joint, JointKind, MAX_JOINTS, Mimic};
 pub use error::{FlowError, ParameterError, SetupError};
 pub use flow::{
     Clearance, CollisionSphere, MAX_CARRIED, RmpFlow, RmpFlowSetup, SelfCollisionSetup, StepReport,

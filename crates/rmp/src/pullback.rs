@@ -135,7 +135,8 @@ impl Pullback {
     pub(crate) fn collect(&mut self, kinematics: &Kinematics, root: &mut Root) {
         let joints = &kinematics.tree.joints;
         for ((screw, joint), link) in self.screws.iter_mut().zip(joints).zip(&kinematics.links) {
-            *screw = screw_of(joint.kind, link);
+            let (turn, shift) = screw_of(joint.kind, link);
+            *screw = (turn * joint.ratio, shift * joint.ratio);
         }
         for index in (0..joints.len()).rev() {
             let sum = self.links[index];

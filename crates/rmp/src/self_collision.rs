@@ -209,8 +209,14 @@ impl Row<'_> {
             JointKind::Revolute => link.axis.cross(&(point - link.origin)),
             JointKind::Prismatic => link.axis,
         };
-        self.values[joint.slot] = normal.dot(&moves);
-        self.slots.push(joint.slot);
+        let value = joint.ratio * normal.dot(&moves);
+        // Joints that follow each other share a slot.
+        if self.slots.contains(&joint.slot) {
+            self.values[joint.slot] += value;
+        } else {
+            self.values[joint.slot] = value;
+            self.slots.push(joint.slot);
+        }
         joint.parent
     }
 

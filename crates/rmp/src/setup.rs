@@ -24,6 +24,7 @@ pub(crate) fn build(setup: &RmpFlowSetup) -> Result<RmpFlow, SetupError> {
     parameters.validate()?;
     let tree = Tree::new(setup.chain, setup.joint_names, setup.default_positions)?;
     let joints = setup.joint_names.len();
+    let moving = tree.joints().len();
     let balls = balls(setup.chain, setup.spheres, &tree)?;
     let body = body_capsules(&parameters)?;
     let most_obstacles = setup.obstacle_capacity.max(body.len());
@@ -45,7 +46,7 @@ pub(crate) fn build(setup: &RmpFlowSetup) -> Result<RmpFlow, SetupError> {
         obstacles: ObstacleSet::with_capacity(setup.obstacle_capacity),
         path: Path::best(),
         kinematics: Kinematics::new(tree),
-        pullback: Pullback::new(joints),
+        pullback: Pullback::new(moving),
         root: Root::new(joints),
         clearance: None,
         factor: Cholesky::new(joints),

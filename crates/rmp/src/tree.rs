@@ -8,13 +8,17 @@ use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use crate::{Chain, Frame, Joint, JointKind, SetupError};
 
-/// One controlled joint, z being its axis.
+/// One joint that moves, z being its axis: a controlled one, or one that follows it.
 #[derive(Debug, Clone)]
 pub struct TreeJoint {
     /// Index of the joint it moves with in evaluation order; `None` is the base.
     pub parent: Option<usize>,
-    /// Index in the caller's order of controlled joints.
+    /// Index in the caller's order of controlled joints; of a joint that follows another
+    /// one, that of the other one.
     pub slot: usize,
+    /// How far it moves (rad or m) for one of the controlled joint: 1, or the multiplier of a
+    /// joint that follows.
+    pub ratio: f64,
     /// Whether it turns about z or slides along z.
     pub kind: JointKind,
     /// Rotation in the parent's aligned frame at position zero.
@@ -36,7 +40,7 @@ pub(crate) struct Attachment {
 /// base), and the pose of the frame in the aligned frame of that joint.
 pub type Carrier = (Option<usize>, Isometry3<f64>);
 
-/// Controlled joints in evaluation order (parents first).
+/// Controlled joints, and those that follow them, in evaluation order (parents first).
 #[derive(Debug, Clone)]
 pub struct Tree {
     pub(crate) joints: Vec<TreeJoint>,
@@ -45,8 +49,8 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// Folds `chain` down to the joints named in `controlled`; all others stand
-    /// at their default position (zero moved into their limits where none given).
+    /// Folds `chain` down to the joints named in `controlled` and those that follow them; all
+    /// others stand at their default position (zero moved into their limits where none given).
     ///
     /// # Errors
     /// [`SetupError`] where no joint is named, a joint is named twice or is not in the chain,
@@ -64,16 +68,25 @@ impl Tree {
         for joint in chain.joints() {
             let (carrier, pose) = tree.carrier(joint.parent);
             let origin = pose * joint.origin;
-            let folded = match controlled.iter().position(|name| *name == joint.name) {
-                Some(slot) => tree.add(joint, slot, carrier, &origin),
-                None => (carrier, origin * motion(joint, default_of(joint, defaults))),
+            let slot_of = |joint: &Joint| controlled.iter().position(|name| *name == joint.name);
+            let followed = joint.mimic.and_then(|mimic| {
+                let slot = slot_of(chain.joints().get(mimic.joint)?)?;
+                Some((slot, mimic))
+            });
+            let folded = match (slot_of(joint), followed) {
+                (Some(slot), _) => tree.add(joint, (slot, 1.0), carrier, &origin),
+                (None, Some((slot, mimic))) => {
+                    let origin = origin * motion(joint, mimic.offset);
+                    tree.add(joint, (slot, mimic.multiplier), carrier, &origin)
+                }
+                (None, None) => (carrier, origin * motion(joint, default_of(joint, defaults))),
             };
             tree.carriers.push(folded);
         }
         Ok(tree)
     }
 
-    /// The controlled joints in evaluation order: a parent comes before its children.
+    /// The joints that move in evaluation order: a parent comes before its children.
     pub fn joints(&self) -> &[TreeJoint] {
         &self.joints
     }
@@ -104,7 +117,7 @@ impl Tree {
     fn add(
         &mut self,
         joint: &Joint,
-        slot: usize,
+        (slot, ratio): (usize, f64),
         carrier: Option<usize>,
         origin: &Isometry3<f64>,
     ) -> Carrier {
@@ -116,6 +129,7 @@ impl Tree {
         self.joints.push(TreeJoint {
             parent: carrier,
             slot,
+            ratio,
             kind: joint.kind,
             rotation: (origin.rotation * align).to_rotation_matrix().into_inner(),
             offset: origin.translation.vector,

@@ -83,6 +83,7 @@ impl Arm {
     }
 
     fn join(&mut self, world: &mut PhysicsWorld) {
+        let followers: Vec<usize> = self.robot.followers().map(|(joint, ..)| joint).collect();
         let joints = self
             .robot
             .chain
@@ -92,12 +93,12 @@ impl Arm {
             .enumerate();
         for (index, (joint, spec)) in joints {
             let parent = self.bodies[joint.parent.map_or(0, |parent| parent + 1)];
-            let inserted = world.multibody_joints.insert(
-                parent,
-                self.bodies[index + 1],
-                engine_joint(joint, spec),
-                true,
-            );
+            let mut engine = engine_joint(joint);
+            if !followers.contains(&index) {
+                add_drive(&mut engine, joint, spec);
+            }
+            let body = self.bodies[index + 1];
+            let inserted = world.multibody_joints.insert(parent, body, engine, true);
             self.handle = inserted.or(self.handle);
             let link = world
                 .multibody_joints
@@ -134,19 +135,35 @@ impl Arm {
         multibody.apply_displacements(&displacements);
         multibody.forward_kinematics(&world.bodies, false);
         if let Some(gripper) = &self.robot.gripper {
-            let [left, right] = gripper.finger_joints.map(|joint| self.places[joint]);
-            multibody.add_dof_coupling(MultibodyDofCoupling {
-                link1: left.0,
-                dof1: 0,
-                axis1: left.1,
-                link2: right.0,
-                dof2: 0,
-                axis2: right.1,
-                coeff: 1.0,
-                offset: 0.0,
-            });
+            let [left, right] = gripper.finger_joints;
+            multibody.add_dof_coupling(self.coupling(left, right, (1.0, 0.0)));
+        }
+        for (joint, place, mimic) in self.robot.followers() {
+            let followed = self.robot.arm_joints[place];
+            let law = (mimic.multiplier, mimic.offset);
+            multibody.add_dof_coupling(self.coupling(followed, joint, law));
         }
         multibody.update_rigid_bodies(&mut world.bodies, true);
+    }
+
+    /// Joint `other` of the chain at `coeff` times the position of `joint`, plus `offset`.
+    fn coupling(
+        &self,
+        joint: usize,
+        other: usize,
+        (coeff, offset): (f64, f64),
+    ) -> MultibodyDofCoupling {
+        let ((link1, axis1), (link2, axis2)) = (self.places[joint], self.places[other]);
+        MultibodyDofCoupling {
+            link1,
+            dof1: 0,
+            axis1,
+            link2,
+            dof2: 0,
+            axis2,
+            coeff,
+            offset,
+        }
     }
 
     /// Sets the drive of a joint of the chain. Feed-forward and gravity shift the
@@ -298,10 +315,10 @@ fn axis_of(kind: JointKind) -> usize {
 }
 
 /// The engine's joints move about or along x.
-fn engine_joint(joint: &rmp::Joint, spec: &JointSpec) -> GenericJoint {
-    let (locked, axis) = match joint.kind {
-        JointKind::Prismatic => (JointAxesMask::LOCKED_PRISMATIC_AXES, JointAxis::LinX),
-        JointKind::Revolute => (JointAxesMask::LOCKED_REVOLUTE_AXES, JointAxis::AngX),
+fn engine_joint(joint: &rmp::Joint) -> GenericJoint {
+    let locked = match joint.kind {
+        JointKind::Prismatic => JointAxesMask::LOCKED_PRISMATIC_AXES,
+        JointKind::Revolute => JointAxesMask::LOCKED_REVOLUTE_AXES,
     };
     let turn = UnitQuaternion::rotation_between(&Vector3::x(), &joint.axis).unwrap_or_else(|| {
         UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::PI)
@@ -311,9 +328,18 @@ fn engine_joint(joint: &rmp::Joint, spec: &JointSpec) -> GenericJoint {
     engine.local_frame1 = convert::to_pose(&(joint.origin * turn));
     engine.local_frame2 = convert::to_pose(&turn);
     engine.contacts_enabled = false;
+    engine
+}
+
+/// The drive and the limits of a joint that moves by itself; one that follows another joint
+/// has those of that joint.
+fn add_drive(engine: &mut GenericJoint, joint: &rmp::Joint, spec: &JointSpec) {
+    let axis = match joint.kind {
+        JointKind::Prismatic => JointAxis::LinX,
+        JointKind::Revolute => JointAxis::AngX,
+    };
     engine.set_limits(axis, [joint.lower, joint.upper]);
     engine.set_motor_model(axis, MotorModel::ForceBased);
     engine.set_motor(axis, spec.home, 0.0, spec.stiffness, spec.damping);
     engine.set_motor_max_force(axis, spec.effort);
-    engine
 }

@@ -9,18 +9,30 @@ use rmp::{Joint, JointKind};
 
 use crate::robots::robot::{Robot, joint_motion};
 
-/// Inverse dynamics of the controlled joints of one robot. Other joints (the
-/// fingers) are taken as standing at home; their masses count.
+/// Inverse dynamics of the controlled joints of one robot. Joints that follow one of them
+/// load its drive. Other joints (the fingers) are taken as standing at home; their masses
+/// count.
 #[derive(Clone, Debug)]
 pub struct Dynamics {
     joints: Vec<Joint>,
     bodies: Vec<Body>,
-    arm_joints: Vec<usize>,
-    /// Rotor inertia and gear friction of the controlled joints.
-    drives: Vec<(f64, f64)>,
+    /// By joint of the chain; `None` where it stands at home.
+    moves: Vec<Option<Moves>>,
     home: Vec<f64>,
     motion: Vec<Motion>,
     efforts: Vec<f64>,
+}
+
+/// How a joint moves with a controlled one.
+#[derive(Clone, Copy, Debug)]
+struct Moves {
+    /// Place of the controlled joint in the arm.
+    place: usize,
+    /// Its motion for one of the controlled joint, and its position at zero.
+    ratio: f64,
+    offset: f64,
+    /// Rotor inertia and gear friction.
+    drive: (f64, f64),
 }
 
 #[derive(Clone, Debug)]
@@ -44,6 +56,38 @@ struct Motion {
     torque: Vector3<f64>,
 }
 
+impl Moves {
+    /// Its share of values of the controlled joints; missing ones count as zero.
+    fn of(&self, values: &[f64]) -> f64 {
+        self.ratio * values.get(self.place).copied().unwrap_or(0.0)
+    }
+}
+
+fn moves(robot: &Robot) -> Vec<Option<Moves>> {
+    let drive = |joint: usize| {
+        let spec = robot.joints.get(joint);
+        spec.map_or((0.0, 0.0), |spec| (spec.armature, spec.joint_damping))
+    };
+    let mut moves = vec![None; robot.chain.joints().len()];
+    for (place, &joint) in robot.arm_joints.iter().enumerate() {
+        moves[joint] = Some(Moves {
+            place,
+            ratio: 1.0,
+            offset: 0.0,
+            drive: drive(joint),
+        });
+    }
+    for (joint, place, mimic) in robot.followers() {
+        moves[joint] = Some(Moves {
+            place,
+            ratio: mimic.multiplier,
+            offset: mimic.offset,
+            drive: drive(joint),
+        });
+    }
+    moves
+}
+
 impl Dynamics {
     /// Prepares the recursion; afterwards nothing is allocated.
     pub fn new(robot: &Robot) -> Self {
@@ -57,11 +101,7 @@ impl Dynamics {
                     inertia: l.inertia,
                 })
                 .collect(),
-            arm_joints: robot.arm_joints.clone(),
-            drives: robot
-                .arm_specs()
-                .map(|spec| (spec.armature, spec.joint_damping))
-                .collect(),
+            moves: moves(robot),
             home: robot.joints.iter().map(|spec| spec.home).collect(),
             motion: vec![Motion::default(); robot.chain.joints().len()],
             efforts: vec![0.0; robot.arm_joints.len()],
@@ -80,31 +120,31 @@ impl Dynamics {
         gravity: &Vector3<f64>,
     ) -> &[f64] {
         for index in 0..self.joints.len() {
-            let arm = self.arm_joints.iter().position(|&joint| joint == index);
-            let value = |values: &[f64], default: f64| {
-                arm.map_or(default, |arm| values.get(arm).copied().unwrap_or(0.0))
-            };
-            let (q, qd, qdd) = (
-                value(positions, self.home[index]),
-                value(velocities, 0.0),
-                value(accelerations, 0.0),
-            );
+            let (mut q, mut qd, mut qdd) = (self.home[index], 0.0, 0.0);
+            if let Some(moves) = self.moves[index] {
+                q = moves.of(positions) + moves.offset;
+                (qd, qdd) = (moves.of(velocities), moves.of(accelerations));
+            }
             self.outwards(index, q, qd, qdd, gravity);
         }
         for index in (0..self.joints.len()).rev() {
             self.inwards(index);
         }
-        for (arm, &index) in self.arm_joints.iter().enumerate() {
+        self.efforts.fill(0.0);
+        for (index, moves) in self.moves.iter().enumerate() {
+            let Some(moves) = moves else {
+                continue;
+            };
             let motion = &self.motion[index];
             let along = match self.joints[index].kind {
                 JointKind::Revolute => motion.torque,
                 JointKind::Prismatic => motion.force,
             };
-            let (armature, damping) = self.drives[arm];
-            let value = |values: &[f64]| values.get(arm).copied().unwrap_or(0.0);
-            self.efforts[arm] = motion.axis.dot(&along)
-                + armature * value(accelerations)
-                + damping * value(velocities);
+            let (armature, damping) = moves.drive;
+            let effort = motion.axis.dot(&along)
+                + armature * moves.of(accelerations)
+                + damping * moves.of(velocities);
+            self.efforts[moves.place] += moves.ratio * effort;
         }
         &self.efforts
     }

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use crate::data::Data;
 use crate::error::{Location, ModelError};
 use crate::robots::file::{self, GripperTable, RobotFile, SuctionTable};
+use crate::robots::mimic;
 use crate::robots::robot::{JointSpec, ParallelGripper, Robot, SuctionGripper};
 use crate::robots::urdf::{self, UrdfRobot};
 use crate::robots::xrdf;
@@ -127,7 +128,11 @@ impl Loader<'_> {
     fn arm_joints(&self) -> Result<Vec<usize>, ModelError> {
         let names = self.table.arm.joints.iter().enumerate();
         let joints = names
-            .map(|(index, name)| self.joint(&format!("arm.joints.{index}"), name))
+            .map(|(index, name)| {
+                let key = format!("arm.joints.{index}");
+                let joint = self.joint(&key, name)?;
+                mimic::controllable(&self.urdf.chain, joint, self.place(&key), &key)
+            })
             .collect::<Result<Vec<_>, _>>()?;
         for (index, (&joint, home)) in joints
             .iter()

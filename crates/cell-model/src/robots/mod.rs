@@ -5,6 +5,7 @@ pub mod dynamics;
 mod file;
 mod load;
 mod lula;
+mod mimic;
 mod motion;
 mod plausible;
 pub mod rmpflow;

@@ -145,15 +145,11 @@ impl Robot {
             .map_or("", |frame| &frame.name)
     }
 
-    /// All joints of the chain: `arm` for the controlled ones, home for the
-    /// others.
+    /// All joints of the chain: `arm` for the controlled ones and those that follow them,
+    /// home for the others.
     pub fn with_arm_positions(&self, arm: &[f64]) -> Vec<f64> {
         let mut all: Vec<f64> = self.joints.iter().map(|spec| spec.home).collect();
-        for (&index, position) in self.arm_joints.iter().zip(arm) {
-            if let Some(slot) = all.get_mut(index) {
-                *slot = *position;
-            }
-        }
+        self.place_arm(arm, &mut all);
         all
     }
 

@@ -3,7 +3,7 @@
 //! near each other, found by random poses, as `MoveIt`'s setup assistant does.
 
 use nalgebra::Point3;
-use rmp::CollisionSphere;
+use rmp::{CollisionSphere, Joint};
 
 use crate::random::Random;
 use crate::robots::robot::Robot;
@@ -110,21 +110,24 @@ impl Robot {
         parts
     }
 
-    /// The controlled joint that moves what is fixed to `joint`, as its place in the arm.
+    /// The joint of the arm, or that follows one of it, that moves what is fixed to `joint`.
     fn carrier(&self, mut joint: Option<usize>) -> Option<usize> {
         while let Some(index) = joint {
-            if let Some(place) = self.arm_joints.iter().position(|arm| *arm == index) {
-                return Some(place);
+            let Joint { parent, mimic, .. } = self.chain.joints()[index];
+            let driven_by = mimic.map_or(index, |mimic| mimic.joint);
+            let moves = |joint: &usize| self.arm_joints.contains(joint);
+            if moves(&index) || moves(&driven_by) {
+                return Some(index);
             }
-            joint = self.chain.joints()[index].parent;
+            joint = parent;
         }
         None
     }
 
-    /// One of them carries the other by a single controlled joint, or both are one body.
+    /// One of them carries the other by a single joint of the arm, or both are one body.
     fn are_neighbours(&self, a: Option<usize>, b: Option<usize>) -> bool {
-        let before = |place: Option<usize>| {
-            place.map(|place| self.carrier(self.chain.joints()[self.arm_joints[place]].parent))
+        let before = |joint: Option<usize>| {
+            joint.map(|joint| self.carrier(self.chain.joints()[joint].parent))
         };
         a == b || before(a) == Some(b) || before(b) == Some(a)
     }
@@ -140,9 +143,7 @@ impl Robot {
     /// Centres (m) and radii of the spheres of each part, the joints of the arm at `arm`.
     fn centers(&self, parts: &[Part<'_>], arm: &[f64]) -> Vec<Vec<(Point3<f64>, f64)>> {
         let mut all = self.fixed_joint_positions.clone();
-        for (&joint, position) in self.arm_joints.iter().zip(arm) {
-            all[joint] = *position;
-        }
+        self.place_arm(arm, &mut all);
         let links = self.link_poses(&all);
         let of = |part: &Part<'_>| {
             let frame = &self.chain.frames()[part.index];

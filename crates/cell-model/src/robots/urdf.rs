@@ -8,6 +8,7 @@ use rmp::{Chain, Frame, Joint, JointKind};
 use urdf_rs::{Geometry, JointType};
 
 use crate::error::{Location, ModelError};
+use crate::robots::mimic;
 use crate::robots::urdf_check;
 use crate::robots::urdf_clean;
 use crate::robots::urdf_scan;
@@ -27,8 +28,6 @@ pub struct UrdfLimits {
     pub acceleration: Option<f64>,
     /// Jerk (rad/s³, m/s³), where the file gives it.
     pub jerk: Option<f64>,
-    /// The joint copies another one.
-    pub mimic: bool,
 }
 
 /// A URDF, checked and merged.
@@ -53,19 +52,16 @@ pub struct UrdfRobot {
 }
 
 impl UrdfRobot {
-    /// Moving joints from the base to a frame. Those that copy another one stay where
-    /// they are, and are none of an arm.
+    /// Joints that move a frame, from the base on: for one that copies another one, the other.
     pub(crate) fn joints_to(&self, frame: usize) -> Vec<usize> {
-        let mut joints = Vec::new();
+        let mut path = Vec::new();
         let mut next = self.chain.frames().get(frame).and_then(|frame| frame.joint);
         while let Some(joint) = next {
-            if !self.limits[joint].mimic {
-                joints.push(joint);
-            }
+            path.push(joint);
             next = self.chain.joints()[joint].parent;
         }
-        joints.reverse();
-        joints
+        path.reverse();
+        independent(&self.chain, &path)
     }
 
     /// Links without children, with the number of joints before them: most joints first.
@@ -81,6 +77,19 @@ impl UrdfRobot {
     }
 }
 
+/// `joints`, with the joints that are followed in place of those that follow.
+pub(crate) fn independent(chain: &Chain, joints: &[usize]) -> Vec<usize> {
+    let mut free = Vec::new();
+    for &joint in joints {
+        let mimic = chain.joints().get(joint).and_then(|joint| joint.mimic);
+        let joint = mimic.map_or(joint, |mimic| mimic.joint);
+        if !free.contains(&joint) {
+            free.push(joint);
+        }
+    }
+    free
+}
+
 /// Reads a URDF; `file` is its name in messages.
 ///
 /// # Errors
@@ -94,7 +103,16 @@ pub fn parse(file: &str, text: &str) -> Result<UrdfRobot, ModelError> {
         message: format!("no URDF: {error}"),
     })?;
     urdf_check::check(file, &cleaned.lines, &robot)?;
-    let builder = Builder::run(&robot);
+    let followed = mimic::resolve(file, &cleaned.lines, &robot)?;
+    let mut builder = Builder::run(&robot);
+    let mut warnings = cleaned.warnings;
+    warnings.extend(mimic::couple(
+        (file, &cleaned.lines),
+        &followed,
+        &mut builder.joints,
+        &mut builder.limits,
+        &builder.kinds,
+    ));
     let chain = Chain::new(builder.joints, builder.frames).map_err(|source| ModelError::Chain {
         place: Location::file(file),
         source,
@@ -105,7 +123,7 @@ pub fn parse(file: &str, text: &str) -> Result<UrdfRobot, ModelError> {
         parents: builder.parents,
         limits: builder.limits,
         links: builder.links,
-        warnings: cleaned.warnings,
+        warnings,
         skipped_meshes: builder.skipped_meshes,
     })
 }
@@ -116,6 +134,8 @@ struct Builder {
     frames: Vec<Frame>,
     parents: Vec<Option<usize>>,
     limits: Vec<UrdfLimits>,
+    /// Types in the file, by joint.
+    kinds: Vec<JointType>,
     links: Vec<Link>,
     skipped_meshes: usize,
 }
@@ -211,14 +231,15 @@ impl Builder {
             },
             lower,
             upper,
+            mimic: None,
         });
+        self.kinds.push(edge.joint_type.clone());
         let given = |value: f64| (value.is_finite() && value > 0.0).then_some(value);
         self.limits.push(UrdfLimits {
             velocity: given(edge.limit.velocity).unwrap_or(0.0),
             effort: given(edge.limit.effort).unwrap_or(0.0),
             acceleration: given(edge.limit.acceleration),
             jerk: given(edge.limit.jerk),
-            mimic: edge.mimic.is_some(),
         });
         let link = self.link(child);
         self.links.push(link);

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Location, ModelError};
 use crate::robots::lula;
+use crate::robots::mimic;
 use crate::robots::motion::read;
 use crate::robots::robot::Robot;
 use crate::robots::urdf::{self, UrdfRobot};
@@ -136,6 +137,7 @@ impl Source<'_> {
         if self.description.is_none() {
             robot.bend_home();
         }
+        robot.place_copies();
         robot.strengthen(self.file);
         Ok(robot)
     }
@@ -194,15 +196,25 @@ impl Source<'_> {
             ));
         }
         let most = ipc_types::MAX_JOINTS;
-        if joints.len() > most {
+        let all = self.moving(&joints);
+        while self.moving(&joints) > most {
+            joints.remove(0);
+        }
+        if all > most {
             self.urdf.warnings.push(format!(
-                "{}: {} joints to the tip; the last {most} are controlled, the others hold",
+                "{}: {all} joints to the tip; the last {} are controlled, the others hold",
                 self.file,
                 joints.len()
             ));
-            joints.drain(..joints.len() - most);
         }
         Ok(joints)
+    }
+
+    /// Number of `joints` and of those that follow one of them.
+    fn moving(&self, joints: &[usize]) -> usize {
+        let all = self.urdf.chain.joints().iter();
+        let follows = |joint: &&rmp::Joint| joint.mimic.is_some_and(|m| joints.contains(&m.joint));
+        joints.len() + all.filter(follows).count()
     }
 
     fn name_of(&self, frame: usize) -> &str {
@@ -227,14 +239,16 @@ fn named_joints(
         .iter()
         .map(|joint| joint.name.as_str())
         .collect();
+    let key = "cspace.joint_names";
     let index = |name: &String| {
-        chain.joint_index(name).ok_or_else(|| {
+        let found = chain.joint_index(name).ok_or_else(|| {
             let allowed = format!(
                 "no such moving joint in the URDF; {}",
                 suggest::advice(name, &known)
             );
-            ModelError::value(Location::file(file), "cspace.joint_names", name, allowed)
-        })
+            ModelError::value(Location::file(file), key, name, allowed)
+        })?;
+        mimic::controllable(chain, found, Location::file(file), key)
     };
     names.iter().map(index).collect()
 }
@@ -253,7 +267,7 @@ fn trunk(chain: &rmp::Chain) -> Vec<usize> {
         arm.push(next);
         at = Some(next);
     }
-    arm
+    urdf::independent(chain, &arm)
 }
 
 /// A frame on the last joint with a usual name, else the last one there.

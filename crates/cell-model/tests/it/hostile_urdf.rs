@@ -143,10 +143,7 @@ fn faults_that_leave_no_doubt_are_warnings_with_their_line() {
     assert_eq!(joints[0].axis, nalgebra::Vector3::z());
     let turns = 4.0 * std::f64::consts::PI;
     assert!((joints[0].upper - turns).abs() < 1e-12);
-    assert_eq!(
-        (robot.limits[0].velocity, robot.limits[0].mimic),
-        (0.0, false)
-    );
+    assert_eq!((robot.limits[0].velocity, joints[0].mimic), (0.0, None));
     let inertia = robot.links[0].inertia;
     assert!(inertia.symmetric_eigenvalues().min() > 0.0);
     assert!(robot.links[1].shapes.is_empty());

@@ -8,5 +8,6 @@
 
 mod hostile_urdf;
 mod load;
+mod mimic;
 mod ur10;
 mod urdf_readings;

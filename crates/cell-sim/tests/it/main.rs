@@ -21,6 +21,7 @@ mod snapshot;
 mod starved;
 mod tower;
 mod two_arms;
+mod user_arm;
 mod verify;
 mod verify_file;
 mod verify_record;

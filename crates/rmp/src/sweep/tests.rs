@@ -48,6 +48,7 @@ fn arm(joints: usize, kind: JointKind) -> Kinematics {
         kind,
         lower: -3.0,
         upper: 3.0,
+        mimic: None,
     };
     let chain = Chain::new((0..joints).map(joint).collect(), Vec::new()).unwrap();
     let names: Vec<String> = (0..joints).map(|index| index.to_string()).collect();

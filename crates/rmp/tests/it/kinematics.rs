@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 
 use common::{Random, panda};
 use nalgebra::{DMatrix, DVector, Isometry3, UnitQuaternion, Vector3};
-use rmp::{Chain, Frame, Joint, JointKind, MotionState, RmpFlow, RmpFlowSetup};
+use rmp::{Chain, Frame, Joint, JointKind, Mimic, MotionState, RmpFlow, RmpFlowSetup};
 
 /// A tree of `count` joints with any axes, every third one sliding, branching at
 /// joint 1.
@@ -41,6 +41,7 @@ fn tree(count: usize, random: &mut Random) -> Chain {
             },
             lower: -3.0,
             upper: 3.0,
+            mimic: None,
         });
     }
     let tool = Frame {
@@ -49,6 +50,26 @@ fn tree(count: usize, random: &mut Random) -> Chain {
         pose: Isometry3::translation(0.1, 0.2, 0.3),
     };
     Chain::new(joints, vec![tool]).unwrap()
+}
+
+/// The same tree, with joint 2, which slides, following joint 5, and joint 4 joint 1.
+fn coupled(chain: &Chain) -> Chain {
+    let mut joints = chain.joints().to_vec();
+    for (index, joint, multiplier, offset) in [(2, 5, 0.5, 0.1), (4, 1, -0.7, 0.3)] {
+        joints[index].mimic = Some(Mimic {
+            joint,
+            multiplier,
+            offset,
+        });
+    }
+    Chain::new(joints, chain.frames().to_vec()).unwrap()
+}
+
+/// Joints that move by themselves.
+fn independent(chain: &Chain) -> Vec<String> {
+    let joints = chain.joints().iter();
+    let free = joints.filter(|joint| joint.mimic.is_none());
+    free.map(|joint| joint.name.clone()).collect()
 }
 
 fn flow(chain: &Chain, names: &[String]) -> RmpFlow {
@@ -70,9 +91,11 @@ fn flow(chain: &Chain, names: &[String]) -> RmpFlow {
 #[test]
 fn jacobians_agree_with_differences() {
     let mut random = Random(5);
-    for count in [1, 2, 6, 9] {
-        let chain = tree(count, &mut random);
-        let names: Vec<String> = chain.joints().iter().map(|j| j.name.clone()).collect();
+    let mut chains: Vec<Chain> = [1, 2, 6, 9].map(|n| tree(n, &mut random)).into();
+    chains.push(coupled(&chains[3]));
+    for chain in chains {
+        let names = independent(&chain);
+        let count = names.len();
         let mut flow = flow(&chain, &names);
         let id = flow.add_target_frame("tool").unwrap();
         let q: Vec<f64> = (0..count).map(|_| random.between(-1.0, 1.0)).collect();
@@ -101,15 +124,21 @@ fn jacobians_agree_with_differences() {
 fn the_pullback_is_that_of_the_jacobian_with_curvature() {
     let mut random = Random(8);
     let chain = tree(7, &mut random);
-    let names: Vec<String> = chain.joints().iter().map(|j| j.name.clone()).collect();
-    let (mut bare, mut with) = (flow(&chain, &names), flow(&chain, &names));
+    pullback_is_that_of_the_jacobian(&chain, &mut random);
+    pullback_is_that_of_the_jacobian(&coupled(&chain), &mut random);
+}
+
+fn pullback_is_that_of_the_jacobian(chain: &Chain, random: &mut Random) {
+    let names = independent(chain);
+    let count = names.len();
+    let (mut bare, mut with) = (flow(chain, &names), flow(chain, &names));
     let id = with.add_target_frame("tool").unwrap();
-    let q: Vec<f64> = (0..7).map(|_| random.between(-1.0, 1.0)).collect();
-    let qd: Vec<f64> = (0..7).map(|_| random.between(-0.5, 0.5)).collect();
+    let q: Vec<f64> = (0..count).map(|_| random.between(-1.0, 1.0)).collect();
+    let qd: Vec<f64> = (0..count).map(|_| random.between(-0.5, 0.5)).collect();
     let mut at = |step: f64| {
         let moved: Vec<f64> = q.iter().zip(&qd).map(|(x, v)| x + v * step).collect();
         with.evaluate(&moved, &qd).unwrap();
-        let mut jacobian = DMatrix::zeros(6, 7);
+        let mut jacobian = DMatrix::zeros(6, count);
         with.target_frame_jacobian(id, &mut jacobian).unwrap();
         jacobian.rows(0, 3).into_owned()
     };
@@ -126,6 +155,28 @@ fn the_pullback_is_that_of_the_jacobian_with_curvature() {
     let sum = with.evaluate(&q, &qd).unwrap();
     assert!((&sum.metric - &base.metric - expected_metric).amax() < 1e-6);
     assert!((&sum.force - &base.force - expected_force).amax() < 1e-3);
+}
+
+#[test]
+fn joints_that_follow_others_are_where_their_formula_puts_them() {
+    let mut random = Random(11);
+    let chain = tree(7, &mut random);
+    let coupled = coupled(&chain);
+    let all: Vec<String> = chain.joints().iter().map(|j| j.name.clone()).collect();
+    let q = [0.3, -0.4, 0.5, 0.2, -0.6];
+    // Joints 0, 1, 3, 5 and 6 are independent.
+    let expanded = [0.3, -0.4, 0.5 * 0.2 + 0.1, 0.5, 0.7 * 0.4 + 0.3, 0.2, -0.6];
+    let pose = |chain: &Chain, names: &[String], q: &[f64]| {
+        let mut flow = flow(chain, names);
+        let id = flow.add_target_frame("tool").unwrap();
+        flow.target_frame_pose_at(id, q).unwrap().unwrap()
+    };
+    let (a, b) = (
+        pose(&coupled, &independent(&coupled), &q),
+        pose(&chain, &all, &expanded),
+    );
+    assert!((a.translation.vector - b.translation.vector).norm() < 1e-12);
+    assert!(a.rotation.angle_to(&b.rotation) < 1e-7);
 }
 
 #[test]

@@ -1,0 +1,107 @@
+//! Arms of other people, from their URDF alone, in a cell of one process.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use cell_model::{Data, Robot, RobotFiles};
+use cell_sim::OneProcess;
+use cell_sim::eval::template;
+use ipc_types::operator::OperatorAction;
+use ipc_types::{OperatorRequest, Pose};
+use nalgebra::Vector3;
+
+/// One joint of a chain of links of `mass` (kg), 0.3 m apart: type, axis, then `limit` and
+/// what else it has.
+type Joint<'a> = (&'a str, &'a str, &'a str);
+
+fn write_urdf(name: &str, mass: f64, joints: &[Joint<'_>]) -> PathBuf {
+    let inertia = "ixx='0.02' iyy='0.02' izz='0.02' ixy='0' ixz='0' iyz='0'";
+    let mut text = format!("<robot name='{name}'>\n<link name='l0'/>\n");
+    for (index, (kind, axis, rest)) in joints.iter().enumerate() {
+        let link = index + 1;
+        writeln!(
+            text,
+            "<link name='l{link}'><inertial><origin xyz='0 0 0.15'/><mass value='{mass}'/>\
+             <inertia {inertia}/></inertial></link>\n\
+             <joint name='j{link}' type='{kind}'><parent link='l{index}'/><child link='l{link}'/>\
+             <origin xyz='0 0 0.3'/><axis xyz='{axis}'/>{rest}</joint>"
+        )
+        .unwrap();
+    }
+    text.push_str("</robot>");
+    let dir = std::env::temp_dir().join(format!("robocell-user-arm-{}", std::process::id()));
+    std::fs::create_dir_all(&dir).unwrap();
+    let path = dir.join(format!("{name}.urdf"));
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// The robot in the demo `reach`.
+fn cell(urdf: PathBuf) -> (Robot, OneProcess) {
+    let mut spec = template("reach", "follow");
+    spec.time_limit_s = Some(100.0);
+    spec.robot = Some(RobotFiles {
+        urdf,
+        ..RobotFiles::default()
+    });
+    let cell = spec.load_cell_from(&Data::checkout()).unwrap();
+    let robot = cell.arms[0].robot.clone();
+    let sim = OneProcess::new(&demos::policies(), &spec, cell).unwrap();
+    (robot, sim)
+}
+
+fn send_to(sim: &mut OneProcess, position: Vector3<f64>, orientation_wxyz: [f64; 4]) {
+    let reply = sim.operate(&OperatorRequest {
+        action: OperatorAction::Target.code(),
+        pose: Pose {
+            position: position.into(),
+            orientation_wxyz,
+        },
+        ..OperatorRequest::zeroed_at_identity()
+    });
+    assert_eq!(reply.code, ipc_types::operator::ReplyCode::Accepted.code());
+}
+
+const TURNS: &str = "<limit lower='-2.5' upper='2.5' velocity='2' effort='300'/>";
+
+/// Two bars of 8 kg of which the second stays upright, and a wrist.
+#[test]
+fn the_second_bar_of_a_parallelogram_follows_the_first_under_load() {
+    let copies = format!("{TURNS}<mimic joint='j2' multiplier='-1' offset='0.2'/>");
+    let urdf = write_urdf(
+        "parallelogram",
+        8.0,
+        &[
+            ("revolute", "0 0 1", TURNS),
+            ("revolute", "0 1 0", TURNS),
+            ("revolute", "0 1 0", &copies),
+            ("revolute", "0 1 0", TURNS),
+            ("revolute", "1 0 0", TURNS),
+            ("revolute", "0 0 1", TURNS),
+        ],
+    );
+    let (robot, mut sim) = cell(urdf);
+    assert_eq!(robot.arm_joint_names(), ["j1", "j2", "j4", "j5", "j6"]);
+    // The range of the first bar is what both have in common.
+    assert_eq!((robot.joints[1].lower, robot.joints[1].upper), (-2.3, 2.5));
+    let goal = robot.with_arm_positions(&[0.6, 0.9, 1.1, -0.4, 0.3]);
+    assert!((goal[2] - (0.2 - 0.9)).abs() < 1e-12);
+    let goal = robot.frame_pose(robot.tcp_frame, &goal).unwrap();
+    let [i, j, k, w] = goal.rotation.coords.into();
+    sim.tick().unwrap();
+    send_to(&mut sim, goal.translation.vector, [w, i, j, k]);
+    let mut widest: f64 = 0.0;
+    for _ in 0..6_000 {
+        sim.tick().unwrap();
+        let arm = &sim.state().arms()[0];
+        assert_eq!((arm.limit_violations, arm.fault), (0, 0));
+        let all = robot.with_arm_positions(&arm.joint_positions);
+        let model = robot.frame_pose(robot.tcp_frame, &all).unwrap();
+        let tcp = Vector3::from(arm.tcp.position);
+        widest = widest.max((model.translation.vector - tcp).norm());
+    }
+    assert!(widest < 1e-4, "the bars part by {widest} m at the tool");
+    let tcp = Vector3::from(sim.state().arms()[0].tcp.position);
+    let off = (tcp - goal.translation.vector).norm();
+    assert!(off < 5e-3, "{off} m off its goal");
+}
