@@ -278,7 +278,10 @@ pub(crate) fn load(
     let data = data_dir.map(|dir| Data::dir(dir).with_robots_of(&built_in));
     let data = data.unwrap_or(built_in);
     Cell::load_with(&data, demo, seed, robot, set).map_err(|error| {
-        let hint = data_dir.map_or_else(|| data_hint(Path::new("."), demo), |_| "");
+        let hint = match (data_dir, robot) {
+            (None, None) => data_hint(Path::new("."), demo),
+            _ => "",
+        };
         Failure::configuration(format!("{error}{hint}"))
     })
 }
