@@ -3,8 +3,8 @@
 //! `cargo run --release -p robocell-cell-model --example reach -- [--tip LINK] FILE..`
 //!
 //! A file is a URDF or a `config.json` of Isaac Sim. The poses are those of joint positions
-//! within 0.8 rad (m) of the default ones and 0.15 inside of the limits; there are eight for
-//! each robot. One is reached when the tool is within 5 mm and 3 degrees of it after 5 s from
+//! within 0.8 rad (m) of the default ones and 0.15, or a tenth of the range, inside of the limits;
+//! there are eight for each robot. One is reached when the tool is within 5 mm and 3 degrees of it after 5 s from
 //! the default positions; one that motion policies miss is tried again along a path that the
 //! planner finds, and counted as led. Then it follows hostile targets around its base, 1.5 s each: those of
 //! `crates/rmp/tests/hostile_targets.json`, 72 for each of seven robots, or twelve random poses
@@ -33,6 +33,8 @@ const POSES: usize = 8;
 const TICKS: usize = 5_000;
 const SPREAD: f64 = 0.8;
 const INSIDE: f64 = 0.15;
+/// The same as a part of a narrow range.
+const INSIDE_PART: f64 = 0.1;
 const NEAR_M: f64 = 0.005;
 const NEAR_RAD: f64 = 0.052;
 const HOSTILE: usize = 12;
@@ -127,14 +129,9 @@ fn goal_positions(robot: &Robot, random: &mut Random) -> Vec<f64> {
     defaults
         .zip(specs)
         .map(|(default, spec)| {
-            let middle = 0.5 * (spec.lower + spec.upper);
-            let (low, high) = (spec.lower + INSIDE, spec.upper - INSIDE);
+            let inside = INSIDE.min(INSIDE_PART * (spec.upper - spec.lower));
             let wanted = default + random.around_zero(SPREAD);
-            if low < high {
-                wanted.clamp(low, high)
-            } else {
-                middle
-            }
+            wanted.clamp(spec.lower + inside, spec.upper - inside)
         })
         .collect()
 }

@@ -64,7 +64,7 @@ impl Loader<'_> {
         let tcp_frame = self.frame("tcp_frame", &self.table.tcp_frame)?;
         let home: Vec<f64> = joints.iter().map(|spec| spec.home).collect();
         Ok(Robot {
-            rmpflow: Robot::general_tuning(arm_joints.len())?,
+            rmpflow: Robot::general_tuning(&self.urdf.chain, &arm_joints)?,
             name: self.table.name.clone(),
             default_joint_positions: arm_joints
                 .iter()

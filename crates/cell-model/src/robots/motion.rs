@@ -15,8 +15,10 @@ use crate::suggest;
 /// The tuning a robot gets that brings none: NVIDIA's published one of the
 /// Panda, which is gentle, without the Panda's own body.
 const GENERAL_TUNING: &str = include_str!("general_rmpflow.yaml");
-/// Distance kept from joint limits where no tuning says one (rad or m).
+/// Distance kept from joint limits where no tuning says one, by a joint with a range of
+/// [`WIDE`] or more (rad or m). With a narrower one it is the same part of the range.
 const BUFFER: f64 = 0.01;
+const WIDE: f64 = 2.0;
 
 impl Robot {
     /// Motion policies for this robot among up to `obstacle_capacity` obstacles,
@@ -116,10 +118,17 @@ impl Robot {
         Ok(())
     }
 
-    /// The general tuning for `joints` controlled joints.
-    pub(crate) fn general_tuning(joints: usize) -> Result<RmpFlowParameters, ModelError> {
+    /// The general tuning for the controlled joints `arm` of `chain`.
+    pub(crate) fn general_tuning(
+        chain: &rmp::Chain,
+        arm: &[usize],
+    ) -> Result<RmpFlowParameters, ModelError> {
         let mut tuning = rmpflow::parse("the general tuning", GENERAL_TUNING)?;
-        tuning.joint_limit_buffers = vec![BUFFER; joints];
+        let ranges = arm.iter().filter_map(|&joint| chain.joints().get(joint));
+        let ranges = ranges.map(|joint| joint.upper - joint.lower);
+        tuning.joint_limit_buffers = ranges
+            .map(|range| BUFFER * (range / WIDE).min(1.0))
+            .collect();
         tuning.body_capsules.clear();
         tuning.body_collision_controllers.clear();
         Ok(tuning)

@@ -106,7 +106,7 @@ impl Source<'_> {
         let joints = crate::robots::load::plain_specs(&self.urdf);
         let home: Vec<f64> = joints.iter().map(|spec| spec.home).collect();
         let mut robot = Robot {
-            rmpflow: Robot::general_tuning(arm_joints.len())?,
+            rmpflow: Robot::general_tuning(chain, &arm_joints)?,
             name: self.urdf.name.clone(),
             default_joint_positions: arm_joints.iter().map(|&joint| home[joint]).collect(),
             fixed_joint_positions: home,

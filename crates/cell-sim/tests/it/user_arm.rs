@@ -105,3 +105,50 @@ fn the_second_bar_of_a_parallelogram_follows_the_first_under_load() {
     let off = (tcp - goal.translation.vector).norm();
     assert!(off < 5e-3, "{off} m off its goal");
 }
+
+/// Sends the tool to joint positions that are `part` of the way from the lower to the upper
+/// limits. Returns how far off it is after `ticks` (m).
+fn off_after(robot: &Robot, sim: &mut OneProcess, part: f64, ticks: u32) -> f64 {
+    let goal: Vec<f64> = robot
+        .arm_specs()
+        .map(|spec| spec.lower + part * (spec.upper - spec.lower))
+        .collect();
+    let goal = robot.frame_pose(robot.tcp_frame, &robot.with_arm_positions(&goal));
+    let goal = goal.unwrap();
+    let [i, j, k, w] = goal.rotation.coords.into();
+    send_to(sim, goal.translation.vector, [w, i, j, k]);
+    for _ in 0..ticks {
+        sim.tick().unwrap();
+    }
+    let arm = &sim.state().arms()[0];
+    assert_eq!((arm.limit_violations, arm.fault), (0, 0));
+    (Vector3::from(arm.tcp.position) - goal.translation.vector).norm()
+}
+
+#[test]
+fn a_sliding_joint_with_a_short_stroke_goes_where_it_is_sent() {
+    for stroke in [0.05, 0.005] {
+        let slides = format!("<limit lower='0' upper='{stroke}' velocity='0.5' effort='500'/>");
+        let name = format!("stroke_{stroke}");
+        let urdf = write_urdf(&name, 1.0, &[("prismatic", "1 0 0", &slides)]);
+        let (robot, mut sim) = cell(urdf);
+        sim.tick().unwrap();
+        for part in [0.5, 0.9, 0.1] {
+            let off = off_after(&robot, &mut sim, part, 2_000);
+            assert!(off < 0.02 * stroke, "{stroke} m, part {part}: {off} m off");
+        }
+    }
+}
+
+#[test]
+fn a_telescope_of_four_sections_and_a_wrist_reach_their_poses() {
+    let slides = "<limit lower='0' upper='0.13' velocity='1' effort='100'/>";
+    let mut joints = vec![("prismatic", "1 0 0", slides); 4];
+    joints.push(("revolute", "0 0 1", TURNS));
+    let (robot, mut sim) = cell(write_urdf("telescope", 0.5, &joints));
+    sim.tick().unwrap();
+    for part in [0.5, 0.9, 0.1] {
+        let off = off_after(&robot, &mut sim, part, 4_000);
+        assert!(off < 2e-3, "part {part}: {off} m off");
+    }
+}
