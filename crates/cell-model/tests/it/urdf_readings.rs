@@ -60,6 +60,10 @@ fn a_xacro_file_is_named_as_such_with_the_line() {
             plain.replace("lower='-1'", "lower='${-pi / 2}'"),
             "r.urdf:4: this is a xacro file, not a URDF: it has lower=\"${-pi / 2}\"",
         ),
+        (
+            plain.replace("lower='-1'", "lower='$(arg low)'"),
+            "it has lower=\"$(arg low)\"",
+        ),
     ];
     for (text, wanted) in cases {
         let said = urdf::parse("r.urdf", &text).unwrap_err().to_string();

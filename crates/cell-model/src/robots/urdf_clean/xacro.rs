@@ -7,6 +7,11 @@ use crate::error::{Location, ModelError};
 /// Elements that `xacro` leaves no trace of and that change nothing by themselves.
 const WITHOUT_EFFECT: [&str; 2] = ["property", "arg"];
 
+/// What a substitution `$(..)` begins with.
+const COMMANDS: [&str; 7] = [
+    "find ", "arg ", "env ", "optenv ", "eval ", "dirname", "anon ",
+];
+
 /// Refuses a file that still has elements or values for `xacro`: what they stand for is
 /// missing.
 ///
@@ -26,13 +31,23 @@ pub(super) fn refuse(file: &str, document: &Document<'_>) -> Result<(), ModelErr
     })
 }
 
+/// Whether `xacro` would replace a part of a value.
+fn is_template(key: &str, value: &str) -> bool {
+    let mut calls = value.split("$(").skip(1);
+    let is_command = |call: &str| COMMANDS.iter().any(|command| call.starts_with(command));
+    // Names of meshes do not matter here.
+    value.contains("${") || (key != "filename" && calls.any(is_command))
+}
+
 fn evidence<'a, 'input>(node: Node<'a, 'input>) -> Option<(Node<'a, 'input>, String)> {
     let name = node.tag_name();
     let is_of_xacro = name.namespace().is_some_and(|uri| uri.contains("xacro"));
     if is_of_xacro && !WITHOUT_EFFECT.contains(&name.name()) {
         return Some((node, format!("the element 'xacro:{}'", name.name())));
     }
-    let value = node.attributes().find(|one| one.value().contains("${"))?;
+    let value = node
+        .attributes()
+        .find(|one| is_template(one.name(), one.value()))?;
     // A property that nothing uses may be defined by another one.
     (!is_of_xacro).then(|| (node, format!("{}=\"{}\"", value.name(), value.value())))
 }
