@@ -102,6 +102,13 @@ impl Source<'_> {
             None => self.arm_joints(tip)?,
             Some((file, xrdf)) => named_joints(&self.urdf.chain, file, &xrdf.joint_names)?,
         };
+        if self.urdf.skipped_meshes > 0 && self.description.is_none() {
+            self.urdf.warnings.push(format!(
+                "{0}: collision meshes ({1}) take no part in contact, and the arm keeps away from \
+                 nothing; `robocell spheres {0} > my.xrdf` makes spheres of them, for `--xrdf`",
+                self.file, self.urdf.skipped_meshes
+            ));
+        }
         let chain = &self.urdf.chain;
         let joints = crate::robots::load::plain_specs(&self.urdf);
         let home: Vec<f64> = joints.iter().map(|spec| spec.home).collect();

@@ -97,6 +97,27 @@ fn a_missing_urdf_is_named() {
     assert!(error.contains("no/such.urdf"), "{error}");
 }
 
+#[test]
+fn meshes_are_not_searched_for_and_said_to_be_missing_in_contact() {
+    let mesh = "<geometry><mesh filename='package://nowhere/x.stl'/></geometry>";
+    let text = format!(
+        "<robot name='m'><link name='a'><visual>{mesh}</visual><collision>{mesh}</collision></link>\
+         <link name='b'/><joint name='j' type='continuous'><parent link='a'/><child link='b'/>\
+         </joint></robot>"
+    );
+    let path = std::env::temp_dir().join(format!("robocell-mesh-{}.urdf", std::process::id()));
+    std::fs::write(&path, text).unwrap();
+    let files = RobotFiles {
+        urdf: path,
+        ..RobotFiles::default()
+    };
+    let warnings = Robot::from_files(&files).unwrap().warnings;
+    assert!(
+        warnings[0].contains("collision meshes (1) take no part in contact"),
+        "{warnings:?}"
+    );
+}
+
 /// A robot with two arms of three joints and a neck, in a folder of its own.
 fn two_arms(name: &str) -> std::path::PathBuf {
     let mut text = String::from("<robot name='both'><link name='body'/>");
