@@ -177,6 +177,7 @@ impl Cleaner<'_, '_> {
             );
             inertia = [ball, 0.0, 0.0, ball, 0.0, ball];
         }
+        let inertia = parts::with_moments(inertia);
         self.single("mass", &[("value", &mass.to_string())]);
         let texts = inertia.map(|value| value.to_string());
         let attributes: Vec<(&str, &str)> = keys

@@ -125,6 +125,28 @@ fn off_after(robot: &Robot, sim: &mut OneProcess, part: f64, ticks: u32) -> f64 
     (Vector3::from(arm.tcp.position) - goal.translation.vector).norm()
 }
 
+/// The engine inverts the inertia, which was not finite then.
+#[test]
+fn links_without_inertia_about_one_axis_move() {
+    let joints = [
+        ("revolute", "0 0 1", TURNS),
+        ("revolute", "0 1 0", TURNS),
+        ("revolute", "0 0 1", TURNS),
+        ("revolute", "0 1 0", TURNS),
+    ];
+    let urdf = write_urdf("rods", 0.5, &joints);
+    let text = std::fs::read_to_string(&urdf).unwrap();
+    let (origin, inertia) = ("xyz='0 0 0.15'", "ixx='0.02' iyy='0.02' izz='0.02'");
+    let rods = text
+        .replace(origin, "xyz='0 -0.0575318 0.0134998'")
+        .replace(inertia, "ixx='0' iyy='0.0575321' izz='0.0195'");
+    std::fs::write(&urdf, rods).unwrap();
+    let (robot, mut sim) = cell(urdf);
+    sim.tick().unwrap();
+    let off = off_after(&robot, &mut sim, 0.6, 3_000);
+    assert!(off < 5e-3, "{off} m off");
+}
+
 #[test]
 fn a_sliding_joint_with_a_short_stroke_goes_where_it_is_sent() {
     for stroke in [0.05, 0.005] {

@@ -84,10 +84,41 @@ pub(super) fn shape_text(shape: Node<'_, '_>) -> Option<String> {
     }
 }
 
+/// Least moment of inertia about an axis, as a part of the greatest one.
+const LEAST_MOMENT: f64 = 1.0e-6;
+
+/// An inertia without an axis about which it is zero, as that of a rod of no width is: the
+/// engine's inverse of such a one is not finite.
+pub(super) fn with_moments(inertia: [f64; 6]) -> [f64; 6] {
+    let matrix = matrix_of(&inertia);
+    if !matrix.iter().all(|value| value.is_finite()) {
+        return inertia;
+    }
+    let mut principal = SymmetricEigen::new(matrix);
+    let least = LEAST_MOMENT * principal.eigenvalues.max();
+    if principal.eigenvalues.min() >= least {
+        return inertia;
+    }
+    principal.eigenvalues = principal.eigenvalues.map(|moment| moment.max(least));
+    let m = principal.recompose();
+    [
+        m[(0, 0)],
+        m[(0, 1)],
+        m[(0, 2)],
+        m[(1, 1)],
+        m[(1, 2)],
+        m[(2, 2)],
+    ]
+}
+
+fn matrix_of([ixx, ixy, ixz, iyy, iyz, izz]: &[f64; 6]) -> Matrix3<f64> {
+    Matrix3::new(*ixx, *ixy, *ixz, *ixy, *iyy, *iyz, *ixz, *iyz, *izz)
+}
+
 /// Identified inertias miss definiteness by rounding only. What is not finite is refused
 /// later.
-pub(super) fn is_positive([ixx, ixy, ixz, iyy, iyz, izz]: &[f64; 6]) -> bool {
-    let matrix = Matrix3::new(*ixx, *ixy, *ixz, *ixy, *iyy, *iyz, *ixz, *iyz, *izz);
+pub(super) fn is_positive(inertia: &[f64; 6]) -> bool {
+    let matrix = matrix_of(inertia);
     if !matrix.iter().all(|value| value.is_finite()) {
         return true;
     }
