@@ -1,6 +1,6 @@
 //! The arms of a cell in a few lines.
 
-use cell_model::{ArmSpec, Cell, RobotFiles};
+use cell_model::{ArmSpec, Cell, Robot, RobotFiles};
 
 /// Joints, tool frame, spheres and tuning of each arm; `files` are those of a robot given
 /// on the command line.
@@ -30,17 +30,34 @@ fn of(arm: &ArmSpec, files: Option<&RobotFiles>) -> Vec<String> {
         0 => "none: only the tool keeps away from obstacles (`--xrdf FILE` gives them)".to_owned(),
         count => count.to_string(),
     };
-    vec![
+    let mut lines = vec![
         format!("  arm {}: {}, {tool}", arm.name, robot.name),
         format!(
             "    joints             {} ({})",
             joints.join(" "),
             joints.len()
         ),
+    ];
+    lines.extend(followers(robot));
+    lines.extend([
         format!("    tool frame         {}", robot.tcp_frame_name()),
         format!("    collision spheres  {spheres}"),
         format!("    tuning             {tuning}"),
-    ]
+    ]);
+    lines
+}
+
+/// The joints that follow a controlled one, with their law.
+fn followers(robot: &Robot) -> Option<String> {
+    let joints = robot.chain.joints();
+    let laws: Vec<String> = robot
+        .followers()
+        .map(|(joint, _, mimic)| {
+            let (name, of) = (&joints[joint].name, &joints[mimic.joint].name);
+            format!("{name} = {} {of} + {}", mimic.multiplier, mimic.offset)
+        })
+        .collect();
+    (!laws.is_empty()).then(|| format!("    joints that follow {}", laws.join(", ")))
 }
 
 #[cfg(test)]

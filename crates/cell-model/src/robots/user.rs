@@ -104,8 +104,8 @@ impl Source<'_> {
         };
         if self.urdf.skipped_meshes > 0 && self.description.is_none() {
             self.urdf.warnings.push(format!(
-                "{0}: collision meshes ({1}) take no part in contact, and the arm keeps away from \
-                 nothing; `robocell spheres {0} > my.xrdf` makes spheres of them, for `--xrdf`",
+                "{0}: collision meshes ({1}) take no part in contact, and only the tool keeps away \
+                 from obstacles; `robocell spheres {0} > my.xrdf` makes spheres of them, for `--xrdf`",
                 self.file, self.urdf.skipped_meshes
             ));
         }
