@@ -6,14 +6,17 @@ from __future__ import annotations
 import gc
 import importlib.util
 import os
+import re
 import sys
 import threading
+import warnings
 from types import ModuleType
 from typing import NoReturn
 
 from robocell import _core
 from robocell.task import _registry
 from robocell.task._explain import explain
+from robocell.task._refuse import Refused, line_of
 from robocell.task._runner import Maker, maker
 
 _CONFIGURATION = 3
@@ -31,6 +34,8 @@ def load(path: str) -> ModuleType:
         raise ImportError(f"{path} is no Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
+    # Python shows them of the main program only.
+    warnings.filterwarnings("default", category=DeprecationWarning, module=re.escape(name) + "$")
     spec.loader.exec_module(module)
     return module
 
@@ -48,13 +53,17 @@ def policies(path: str) -> list[tuple[str, Maker]]:
             f"{path}: there is no policy; mark a class or a function with @robocell.task.policy"
         )
     found: dict[str, Maker] = {}
+    first: dict[str, str] = {}
     for name, target in declared:
         name = default if name is None else name
         if name in found:
-            raise ImportError(
-                f"{path}: there are two policies '{name}'; @policy(\"name\") names one"
+            raise Refused(
+                line_of(target),
+                f"this is a second policy '{name}'; the first is in {first[name]}: "
+                '@policy("other_name") names one, and --policy chooses it',
             )
         found[name] = maker(target)
+        first[name] = line_of(target)
     # Without a policy of the file's name the first one has that name, too.
     if default not in found:
         found[default] = next(iter(found.values()))

@@ -16,7 +16,7 @@ import pickle
 import zlib
 from collections.abc import Iterator, Mapping, MutableMapping
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 from robocell.task._cell import TaskCell
 from robocell.task._graph import CODE, Handle, Handles, Pickler, digest, load
@@ -60,6 +60,13 @@ class Part:
 
 class Remembers:
     """What a policy with an engine says of its memory; see :class:`Memory`."""
+
+    #: Methods of a subclass that are called, besides those of every policy.
+    _memory_hooks: ClassVar[frozenset[str]] = frozenset()
+
+    def _memory_missing(self) -> str:
+        """What a subclass lacks or did not call; "" for a complete policy."""
+        return ""
 
     def _memory_skip(self) -> frozenset[str]:
         """Attributes of the policy that are not memory."""

@@ -39,6 +39,8 @@ def policy(target: Any) -> Any:
     """
     if isinstance(target, str):
         return _named(target)
+    if not callable(target):
+        raise ValueError(f"a policy is a class or a function, not {target!r}")
     declared.append((None, target))
     return target
 

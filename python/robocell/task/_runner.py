@@ -13,6 +13,15 @@ from robocell.task._cell import TaskCell
 from robocell.task._explain import explain
 from robocell.task._memory import SAVED, Made, Memory, Part, Remembers, attributes
 from robocell.task._merge import Merge
+from robocell.task._refuse import (
+    Refused,
+    check_call,
+    check_kind,
+    check_result,
+    did_you_mean,
+    line_of,
+    takes,
+)
 
 _INVALID, _RUNNING = 0, 1
 
@@ -22,7 +31,12 @@ Lines: TypeAlias = list[tuple[str, str]]
 
 
 def maker(target: Callable[..., Any]) -> Maker:
-    """What makes the runner of a class or function for a cell."""
+    """What makes the runner of a class or function for a cell.
+
+    Raises:
+        Refused: for what can be no policy.
+    """
+    _check_target(target)
 
     def make(core: _core.Moment) -> Runner:
         return Runner(target, TaskCell(core), core)
@@ -55,7 +69,9 @@ class Runner:
         if not inspect.isclass(target):
             return _Function(target)
         make: Callable[..., Any] = target
-        return make(self._cell) if _takes(make, 1) else make()
+        job = make(self._cell) if takes(make, 1) else make()
+        _check_job(job)
+        return job
 
     def _policy_part(self) -> Part:
         job = self._job
@@ -69,10 +85,14 @@ class Runner:
 
     def decide(self) -> tuple[str, Lines]:
         """One decision; the name of the phase, and lines for the log."""
-        self._job.decide(self._cell)
+        check_result(self._job.decide(self._cell), self._decider(), "decide")
         # Now, so that what cannot be kept is told in the decision that made it so.
         self._kept = self._save()
         return self._phase(), self._memory.take_lines()
+
+    def _decider(self) -> Any:
+        """The function of the user that decides."""
+        return self._target if isinstance(self._job, _Function) else self._job.decide
 
     def reconcile(self) -> tuple[str, Lines]:
         """Decisions were missed, or the operator led the arm."""
@@ -152,15 +172,63 @@ def _node(phase: str) -> dict[str, Any]:
     return {"id": phase, "kind": "phase", "name": phase, "parent": None, "detail": ""}
 
 
-def _takes(target: Callable[..., Any], count: int) -> bool:
-    """Whether a callable takes at least ``count`` arguments by position."""
-    try:
-        inspect.signature(target).bind(*([None] * count))
-    except TypeError:
-        return False
-    except ValueError:
-        return True
-    return True
+#: The methods of a policy that are called, with their arguments.
+_METHODS = {
+    "decide": (1, "decide(self, cell)"),
+    "reconcile": (1, "reconcile(self, cell)"),
+    "save": (0, "save(self)"),
+    "restore": (1, "restore(self, state)"),
+    "setup": (1, "setup(self, cell)"),
+    "build": (1, "build(self, cell)"),
+    "after": (2, "after(self, cell, status)"),
+}
+#: Those of every policy; a tree and a machine have more.
+_OF_ALL = frozenset({"decide", "reconcile", "save", "restore"})
+
+
+def _check_target(target: Any) -> None:
+    """Refuses what can be no policy, before anything of it is called."""
+    if not inspect.isclass(target):
+        if not callable(target):
+            raise Refused("", f"a policy is a class or a function, not {target!r}")
+        name = getattr(target, "__name__", type(target).__name__)
+        check_kind(target, name)
+        if not (takes(target, 1) or takes(target, 2)):
+            raise Refused(
+                line_of(target),
+                f"{name} cannot be a policy: that is a class with decide(self, cell), or a "
+                f"function {name}(cell) or {name}(cell, memory)",
+            )
+        return
+    check_kind(target.__init__, f"{target.__name__}.__init__")
+    if not (takes(target, 0) or takes(target, 1)):
+        raise Refused(
+            line_of(target.__init__),
+            f"the constructor of {target.__name__} needs more than one argument; it is called as "
+            f"{target.__name__}(cell) or {target.__name__}()",
+        )
+    called = _OF_ALL | (target._memory_hooks if issubclass(target, Remembers) else frozenset())
+    for name, (count, usage) in _METHODS.items():
+        function = inspect.getattr_static(target, name, None)
+        if inspect.isfunction(function) and name in called:
+            check_call(function, 1 + count, name, usage)
+
+
+def _check_job(job: Any) -> None:
+    """Refuses a policy that was just made: methods may be attributes, too."""
+    kind = type(job)
+    missing = job._memory_missing() if isinstance(job, Remembers) else ""
+    if missing:
+        raise Refused(line_of(kind), missing)
+    if not hasattr(job, "decide"):
+        names = [name for name in dir(kind) if not name.startswith("_")]
+        found = did_you_mean("decide", names).replace("did you mean", "is it")
+        raise Refused(
+            line_of(kind), f"the class {kind.__name__} has no method decide(self, cell){found}"
+        )
+    for name, (count, usage) in _METHODS.items():
+        if name in _OF_ALL and (function := getattr(job, name, None)) is not None:
+            check_call(function, count, name, usage)
 
 
 class _Function:
@@ -168,15 +236,12 @@ class _Function:
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self._function = function
-        self._with_memory = _takes(function, 2)
+        self._with_memory = takes(function, 2)
         self.memory = SimpleNamespace()
 
     @property
     def phase(self) -> str:
         return str(getattr(self.memory, "phase", ""))
 
-    def decide(self, cell: TaskCell) -> None:
-        if self._with_memory:
-            self._function(cell, self.memory)
-        else:
-            self._function(cell)
+    def decide(self, cell: TaskCell) -> Any:
+        return self._function(cell, self.memory) if self._with_memory else self._function(cell)
