@@ -1,0 +1,115 @@
+"""What a machine of ``transitions`` consists of, and its callbacks."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator, Sequence
+from enum import Enum
+from typing import Any
+
+from transitions.extensions.nesting import HierarchicalMachine
+
+from robocell.task._refuse import (
+    Refused,
+    check_call,
+    check_kind,
+    constant_line,
+    did_you_mean,
+    line_of,
+)
+
+#: Callbacks of a machine; those of its states and of its transitions are below.
+CALLBACKS = (
+    "prepare_event",
+    "before_state_change",
+    "after_state_change",
+    "finalize_event",
+    "on_exception",
+    "on_final",
+)
+_MISSING = object()
+_OF_STATE = ("on_enter", "on_exit", "on_final")
+_OF_TRANSITION = ("prepare", "before", "after")
+
+
+def check_callbacks(machine: Any, policy: Any) -> None:
+    """Refuses callbacks that do not exist, or that a call does not run."""
+    for name in CALLBACKS:
+        _check_all(machine, policy, getattr(machine, name, ()), name)
+    for state in states_of(machine).values():
+        for name in _OF_STATE:
+            _check_all(machine, policy, getattr(state, name, ()), name)
+    for _, event in events_of(machine):
+        for transition in (one for rows in event.transitions.values() for one in rows):
+            for name in _OF_TRANSITION:
+                _check_all(machine, policy, getattr(transition, name), name)
+            guards = [guard.func for guard in transition.conditions]
+            _check_all(machine, policy, guards, "condition")
+
+
+def _check_all(machine: Any, policy: Any, functions: Sequence[Any], called: str) -> None:
+    for function in functions:
+        name = function if isinstance(function, str) else getattr(function, "__name__", "?")
+        found = _found(policy, function) if isinstance(function, str) else function
+        if found is _MISSING:
+            where = _line_of_word(type(policy), function)
+            advice = did_you_mean(function, dir(policy))
+            raise Refused(where, f"{called} '{function}' is not a method of the policy{advice}")
+        if callable(found):
+            check_kind(found, f"{called} '{name}'")
+            if machine.send_event:
+                check_call(found, 1, name, f"{name}(self, event), as send_event is set")
+
+
+def _found(policy: Any, name: str) -> Any:
+    """What a callback names, without a call of a property; ``True`` for what is imported."""
+    static = inspect.getattr_static(policy, name, _MISSING)
+    if isinstance(static, property) or (static is _MISSING and "." in name):
+        return True
+    return getattr(policy, name, _MISSING)
+
+
+def _line_of_word(kind: type, word: str) -> str:
+    """Of the first transition or state that names a callback, else of the class."""
+    for constant in ("transitions", "states"):
+        for index, row in enumerate(getattr(kind, constant, ())):
+            if repr(word) in repr(row):
+                return constant_line(kind, constant, index)
+    return line_of(kind)
+
+
+def states_of(machine: Any) -> dict[str, Any]:
+    """All states by name: that of a nested one begins with those of its parents."""
+    return dict(_states(machine, machine.states, []))
+
+
+def _states(machine: Any, states: Any, path: list[str]) -> Iterator[tuple[str, Any]]:
+    for name, state in states.items():
+        yield machine.state_cls.separator.join([*path, name]) if path else name, state
+        yield from _states(machine, getattr(state, "states", {}), [*path, name])
+
+
+def state_names(machine: Any) -> list[str]:
+    """Names of all states, parents before their children."""
+    return list(states_of(machine))
+
+
+def events_of(machine: Any) -> list[tuple[str, Any]]:
+    """The events, each with what is in front of the names of its states."""
+    found = [("", event) for event in machine.events.values()]
+    if isinstance(machine, HierarchicalMachine):
+        for name, state in states_of(machine).items():
+            found += [
+                (f"{name}{machine.state_cls.separator}", one) for one in state.events.values()
+            ]
+    return found
+
+
+def active(machine: Any, state: Any) -> list[str]:
+    """Names of the states that a policy is in: several of parallel ones."""
+    if isinstance(state, (list, tuple)):
+        return [name for one in state for name in active(machine, one)]
+    if isinstance(state, Enum):
+        known = states_of(machine).items()
+        return [next((name for name, one in known if one.value is state), state.name)]
+    return [str(state)]
