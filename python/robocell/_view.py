@@ -205,6 +205,8 @@ class Arm:
 
     def do(self, skill: _core.Skill) -> _core.Status:
         """One decision of a skill; the same as ``skill.step(arm)``."""
+        if not hasattr(skill, "step"):
+            raise TypeError(f"do() needs a skill, as skills.home(), not {skill!r}")
         return skill.step(self._core)
 
     def __repr__(self) -> str:

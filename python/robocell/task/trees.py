@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import py_trees
 from py_trees.common import Status as Ended
 
 from robocell._core import Skill, Status
 from robocell.task._cell import Arm, TaskCell
+from robocell.task._leaves import check_condition, check_nodes, set_up, truth
 from robocell.task._memory import Part, Remembers
+from robocell.task._refuse import Refused, line_of
 
 _NUMBERS = {Ended.INVALID: 0, Ended.RUNNING: 1, Ended.SUCCESS: 2, Ended.FAILURE: 3}
 _ENDED = {Status.RUNNING: Ended.RUNNING, Status.SUCCESS: Ended.SUCCESS}
 
 #: What every behaviour has; the rest of its attributes is its memory.
-_COMMON = frozenset(vars(py_trees.behaviours.Success("common"))) | {"current_child"}
+_COMMON = frozenset(vars(py_trees.behaviours.Success("common"))) | {
+    "current_child",
+    "update",
+}
 #: What a policy has besides its memory.
 _OWN = frozenset({"_root", "_tree", "_nodes", "_parents", "_paths", "_shown", "_keys"})
 
@@ -25,6 +30,10 @@ class SkillLeaf(py_trees.behaviour.Behaviour):
 
     def __init__(self, name: str, arm: Arm, skill: Skill) -> None:
         super().__init__(name)
+        if not isinstance(arm, Arm):
+            raise TypeError(f"SkillLeaf '{name}' needs an arm, as cell.arm, not {arm!r}")
+        if not (hasattr(skill, "step") and hasattr(skill, "reset")):
+            raise TypeError(f"SkillLeaf '{name}' needs a skill, as skills.home(), not {skill!r}")
         self.arm = arm
         self.skill = skill
 
@@ -40,10 +49,11 @@ class Condition(py_trees.behaviour.Behaviour):
 
     def __init__(self, name: str, holds: Any) -> None:
         super().__init__(name)
+        check_condition(holds, name)
         self._holds = holds
 
     def update(self) -> Ended:
-        return Ended.SUCCESS if self._holds() else Ended.FAILURE
+        return Ended.SUCCESS if truth(self._holds(), self._holds, self.name) else Ended.FAILURE
 
 
 class TreePolicy(Remembers):
@@ -55,13 +65,23 @@ class TreePolicy(Remembers):
     it is disturbed. Statuses and the blackboard are shown on the page and by
     ``robocell bt show --live``. The checkpoint holds the status of each node, the
     attributes of the policy and of behaviours, and the blackboard, as far as they can be
-    pickled. After an edit of the file nodes are found by their path of names.
+    pickled. After an edit of the file nodes are found by their path of names. A behaviour that
+    has ``setup(**kwargs)`` is given ``cell`` there, once. What ``update`` returns is checked.
     Behaviours that read a clock (``Timeout``) make a run unrepeatable.
     """
 
+    _memory_hooks: ClassVar[frozenset[str]] = frozenset({"build", "after"})
+
     def __init__(self, cell: TaskCell) -> None:
         py_trees.blackboard.Blackboard.clear()
+        kind = type(self)
+        if kind.build is TreePolicy.build:
+            raise Refused(line_of(kind), f"{kind.__name__} needs a method build(self, cell)")
         self._root = self.build(cell)
+        if not isinstance(self._root, py_trees.behaviour.Behaviour):
+            raise Refused(
+                line_of(kind.build), f"build returned {self._root!r}; the root of a tree is needed"
+            )
         self._tree = py_trees.trees.BehaviourTree(self._root)
         self._nodes: list[Any] = []
         self._parents: list[int | None] = []
@@ -69,10 +89,12 @@ class TreePolicy(Remembers):
         self._list(self._root, None, "")
         self._shown = [0] * len(self._nodes)
         self._keys: dict[str, Any] = {}
+        check_nodes(self._nodes)
+        set_up(self._nodes, cell)
 
     def build(self, cell: TaskCell) -> Any:
         """The root of the tree."""
-        raise NotImplementedError(f"{type(self).__name__} needs a method build(self, cell)")
+        raise NotImplementedError
 
     def after(self, cell: TaskCell, status: Ended) -> None:
         """Called after each tick with the status of the root."""
@@ -136,6 +158,11 @@ class TreePolicy(Remembers):
 
     def statuses(self, _graph: int) -> list[int]:
         return [_NUMBERS[node.status] for node in self._nodes]
+
+    def _memory_missing(self) -> str:
+        if hasattr(self, "_root"):
+            return ""
+        return f"the constructor of {type(self).__name__} does not call super().__init__(cell)"
 
     def _memory_skip(self) -> frozenset[str]:
         return _OWN
