@@ -45,10 +45,10 @@ class StackMachine(MachinePolicy):
         return bool(self.missing())
 
     def on_enter_PICK(self) -> None:
-        self.skill = skills.pick(self.missing()[0], clearance=CLEARANCE_M)
+        self.skill = skills.pick(self.missing()[0], clearance_m=CLEARANCE_M)
 
     def on_enter_PLACE(self) -> None:
-        self.skill = skills.place(self.cell.arm.held, "stack", clearance=CLEARANCE_M)
+        self.skill = skills.place(self.cell.arm.held, "stack", clearance_m=CLEARANCE_M)
 
     def on_enter_HOME(self) -> None:
         self.skill = skills.home()

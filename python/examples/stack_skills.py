@@ -37,10 +37,10 @@ class Stack:
         missing = [name for name in self.order if name not in placed]
         if held is not None and not (failed and self.phase == "PLACE"):
             self.cube, self.phase = held, "PLACE"
-            self.skill = skills.place(held, "stack", clearance=CLEARANCE_M)
+            self.skill = skills.place(held, "stack", clearance_m=CLEARANCE_M)
         elif missing:
             self.cube, self.phase = missing[0], "PICK"
-            self.skill = skills.pick(missing[0], clearance=CLEARANCE_M)
+            self.skill = skills.pick(missing[0], clearance_m=CLEARANCE_M)
         else:
             self.cube, self.phase = None, "HOME"
             self.skill = skills.home()

@@ -43,8 +43,10 @@ class StackTree(TreePolicy):
             return cell.arm.held == name
 
         arm = cell.arm
-        pick = SkillLeaf(f"pick {name}", arm, skills.pick(name, clearance=CLEARANCE_M))
-        place = SkillLeaf(f"place {name}", arm, skills.place(name, "stack", clearance=CLEARANCE_M))
+        pick = SkillLeaf(f"pick {name}", arm, skills.pick(name, clearance_m=CLEARANCE_M))
+        place = SkillLeaf(
+            f"place {name}", arm, skills.place(name, "stack", clearance_m=CLEARANCE_M)
+        )
         take = Selector(
             f"hold {name}", memory=False, children=[Condition(f"has {name}", is_held), pick]
         )

@@ -6,7 +6,6 @@ from __future__ import annotations
 import gc
 import importlib.util
 import os
-import re
 import sys
 import threading
 import warnings
@@ -18,6 +17,7 @@ from robocell.task import _registry
 from robocell.task._explain import explain
 from robocell.task._refuse import Refused, line_of
 from robocell.task._runner import Maker, maker
+from robocell.task.skills import FORMER_NAME
 
 _CONFIGURATION = 3
 _NAME_BYTES = 16
@@ -34,8 +34,6 @@ def load(path: str) -> ModuleType:
         raise ImportError(f"{path} is no Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
-    # Python shows them of the main program only.
-    warnings.filterwarnings("default", category=DeprecationWarning, module=re.escape(name) + "$")
     spec.loader.exec_module(module)
     return module
 
@@ -111,6 +109,8 @@ def main() -> int:
         return 2
     path = sys.argv[1]
     _refuse_exit()
+    # Python shows those of the main program only.
+    warnings.filterwarnings("default", FORMER_NAME, DeprecationWarning)
     try:
         found = policies(path)
     except Exception as error:
