@@ -1,4 +1,4 @@
-"""Machines of the package transitions: what they may have, and what is refused."""
+"""Machines of the package transitions: what they may have."""
 
 from __future__ import annotations
 
@@ -8,49 +8,19 @@ from typing import Any
 
 import pytest
 
-import robocell
-from robocell.task import TaskCell
-
 pytest.importorskip("transitions")
 
+from machines import Base, make
 from transitions import Machine, State
-from transitions.extensions import GraphMachine, HierarchicalMachine, LockedMachine
-from transitions.extensions.asyncio import AsyncMachine
-from transitions.extensions.states import Retry, Tags, Timeout, Volatile, add_state_features
+from transitions.extensions import HierarchicalMachine
+from transitions.extensions.states import Tags, Volatile, add_state_features
 
-from robocell.task.machines import MachinePolicy
+from robocell import read
+from robocell.task import TaskCell
 
 pytestmark = pytest.mark.sample
 
 HERE = Path(__file__)
-
-
-class Base(MachinePolicy):
-    """Fires the triggers of its list, one in each decision."""
-
-    states: Any = ("a", "b", "c")
-    initial: Any = "a"
-    transitions: Any = (["go", "a", "b"], ["next", "b", "c"], ["back", "c", "a"])
-    fires: Any = ("go",)
-
-    def setup(self, cell: TaskCell) -> None:
-        self.count = 0
-        self.seen: list[Any] = []
-
-    def wait(self) -> None:
-        pass
-
-    def decide(self, cell: TaskCell) -> None:
-        if self.count < len(self.fires):
-            getattr(self, self.fires[self.count])()
-        self.count += 1
-
-
-def make(policy: Any, decisions: int = 1) -> robocell.Cell:
-    cell = robocell.Cell("franka-stack", 1, policy=policy)
-    # The first decision belongs to the first state.
-    cell.step(10 * (decisions - 1))
-    return cell
 
 
 def log_of(policy: Any, decisions: int = 4) -> list[str]:
@@ -71,12 +41,6 @@ def resumed(kind: Any, before: int, after: int) -> Any:
     cell.restore(make(kind, before).snapshot())
     cell.step(10 * after)
     return made[-1], [line for _, line in cell.log()]
-
-
-def refusal(policy: Any) -> str:
-    with pytest.raises(ValueError) as raised:
-        make(policy)
-    return str(raised.value)
 
 
 def line_of(text: str) -> str:
@@ -241,7 +205,10 @@ def test_an_exception_of_finalize_event_is_not_dropped():
 
 
 class BadTrigger(Base):
-    fires = ("wait", "go", "go")
+    fires = ("wait", "go", "again")
+
+    def again(self) -> None:
+        self.go()  # in b
 
 
 class BadCallback(Base):
@@ -255,7 +222,7 @@ class BadCallback(Base):
 @pytest.mark.parametrize(
     ("policy", "line", "what"),
     [
-        (BadTrigger, "getattr(self, self.fires", "MachineError: \"Can't trigger event go from"),
+        (BadTrigger, "# in b", "MachineError: \"Can't trigger event go from"),
         (BadCallback, 'raise_here["nothing"]', "KeyError: 'nothing'"),
     ],
 )
@@ -346,138 +313,56 @@ def test_a_machine_of_the_user_may_have_another_separator():
     assert log_of(WithDots) == ["a -> b.x (go)", "b.x -> b.y (next)"]
 
 
-class Asynchronous(Base):
-    machine_class = AsyncMachine
+KILLED = """
+from enum import Enum
+from robocell.task import policy
+from robocell.task.machines import MachinePolicy
 
+class Side(Enum):
+    LEFT = 1
+    RIGHT = 2
 
-class WithLocks(Base):
-    machine_class = LockedMachine
+class Step(Enum):
+    IDLE = 1
+    WORK = Side
 
-
-class Drawn(Base):
-    machine_class = GraphMachine
-
-
-@add_state_features(Timeout)
-class Timed(Machine):
-    pass
-
-
-class WithTimeouts(Base):
-    machine_class = Timed
-
-
-@add_state_features(Retry)
-class Retrying(Machine):
-    pass
-
-
-class WithRetries(Base):
-    machine_class = Retrying
-
-
-class OtherAttribute(Base):
-    model_attribute = "status"
-
-
-@pytest.mark.parametrize(
-    ("policy", "line", "what"),
-    [
-        (Asynchronous, "machine_class = AsyncMachine", "AsyncMachine of transitions is not supp"),
-        (WithLocks, "machine_class = LockedMachine", "LockedMachine of transitions is not supp"),
-        (Drawn, "machine_class = GraphMachine", "GraphMachine of transitions is not supported"),
-        (WithTimeouts, "machine_class = Timed", "Timeout of transitions is not supported"),
-        (WithRetries, "machine_class = Retrying", "Retry of transitions is not supported"),
-        (OtherAttribute, 'model_attribute = "status"', "model_attribute is not supported: the st"),
-    ],
-)
-def test_what_cannot_be_kept_is_refused_by_name_with_its_line(policy: Any, line: str, what: str):
-    text = refusal(policy)
-    assert line_of(line) in text
-    assert what in text
-
-
-class UnknownInitial(Base):
-    initial = "aa"
-
-
-class UnknownDest(Base):
+@policy
+class Nested(MachinePolicy):
+    states = Step
+    initial = Step.IDLE
     transitions = (
-        ["go", "a", "b"],
-        ["next", "b", "cc"],
+        ["go", Step.IDLE, Side.LEFT],
+        ["turn", Side.LEFT, Side.RIGHT],
+        ["end", Side.RIGHT, Step.IDLE],
     )
 
-
-class UnknownSource(Base):
-    transitions = ({"trigger": "go", "source": ["a", "bb"], "dest": "b"},)
-
-
-class NumberState(Base):
-    states = ("a", 7)
-
-
-class ShortRow(Base):
-    transitions = (["go", "a"],)
-
-
-class HidesTrigger(Base):
-    transitions = (["setup", "a", "b"],)
-
-
-class NoCondition(Base):
-    transitions = ({"trigger": "go", "source": "a", "dest": "b", "conditions": "is_redy"},)
-
-    def is_ready(self) -> bool:
-        return True
-
-
-class AsyncCallback(Base):
-    async def on_enter_b(self) -> None:
-        pass
-
-
-class GeneratorCondition(Base):
-    transitions = ({"trigger": "go", "source": "a", "dest": "b", "conditions": "is_near"},)
-
-    def is_near(self) -> Any:
-        yield True
-
-
-class WithoutEvent(Base):
-    send_event = True
-
-    def on_enter_b(self) -> None:  # without an event
-        pass
-
-
-class WithoutDecide(MachinePolicy):
-    states = ("a",)
-    initial = "a"
-
-
-class WithoutSuper(Base):
-    def __init__(self, cell: TaskCell) -> None:
+    def setup(self, cell):
         self.count = 0
 
+    def on_enter_WORK_RIGHT(self):
+        self.count += 100
 
-@pytest.mark.parametrize(
-    ("policy", "line", "what"),
-    [
-        (UnknownInitial, 'initial = "aa"', "initial aa is not a state; did you mean 'a'?"),
-        (UnknownDest, '["next", "b", "cc"],', "dest cc is not a state; did you mean 'c'?"),
-        (UnknownSource, '"source": ["a", "bb"]', "source bb is not a state"),
-        (NumberState, 'states = ("a", 7)', "the state 7 is not a name"),
-        (ShortRow, 'transitions = (["go", "a"],)', "needs a trigger, a source and a dest"),
-        (HidesTrigger, '(["setup", "a", "b"],)', "the trigger 'setup' has the name of a method"),
-        (NoCondition, '"conditions": "is_redy"', "did you mean 'is_ready'?"),
-        (AsyncCallback, "async def on_enter_b", "on_enter 'on_enter_b' is an async function"),
-        (GeneratorCondition, "def is_near", "condition 'is_near' is a generator function"),
-        (WithoutEvent, "# without an event", "has other arguments than on_enter_b(self, event)"),
-        (WithoutDecide, "class WithoutDecide", "WithoutDecide needs a method decide(self, cell)"),
-        (WithoutSuper, "class WithoutSuper", "does not call super().__init__(cell)"),
-    ],
-)
-def test_a_mistake_is_refused_at_the_start_with_its_line(policy: Any, line: str, what: str):
-    text = refusal(policy)
-    assert line_of(line) in text
-    assert what in text
+    def decide(self, cell):
+        self.count += 1
+        for at, trigger in ((5, self.go), (10, self.turn), (130, self.end)):
+            if self.count == at:
+                trigger()
+        cell.arm.send((0.4, 0.002 * self.count, 0.4))
+        cell.report(self.state is Step.IDLE and self.count > 135)
+"""
+
+
+def test_a_nested_machine_of_enums_is_resumed_after_a_kill(run, task, tmp_path):
+    file = task(KILLED)
+    alone = run("franka-stack", file, "--one-process").summary
+    kills = [{"at_s": at, "do": "kill", "process": "task"} for at in (0.06, 0.15)]
+    recording = tmp_path / "run.mcap"
+    killed = run("franka-stack", file, "--speed", "max", "--record", str(recording), script=kills)
+    assert (killed.summary["outcome"], killed.summary["task_restarts"]) == ("done", 2), killed.text
+    assert killed.summary["state_hash"] == alone["state_hash"]
+    lines = [event.text for event in read(recording).events]
+    assert [line for line in lines if " -> " in line] == [
+        "IDLE -> WORK_LEFT (go)",
+        "WORK_LEFT -> WORK_RIGHT (turn)",
+        "WORK_RIGHT -> IDLE (end)",
+    ]

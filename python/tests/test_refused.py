@@ -179,3 +179,30 @@ def test_a_result_of_which_nothing_was_run_is_refused_in_the_first_decision(poli
     with pytest.raises(ValueError, match=r"test_refused.py:\d+: decide returned a (coro|gen)"):
         cell = make(policy)
     assert cell is None
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "from robocell.task import policy\n\n@policy\nclass A:\n    def decide(self, cell):\n"
+            "        yield\n",
+            "mine.py:5: decide is a generator function",
+        ),
+        (
+            "from robocell.task import policy\n@policy('other')\nasync def f(cell):\n    pass\n"
+            "@policy\ndef g(cell):\n    pass\n",
+            "mine.py:3: f is an async function",
+        ),
+        (
+            "from robocell.task import policy\n@policy\ndef f(cell):\n    pass\n"
+            "@policy\ndef g(cell):\n    pass\n",
+            "mine.py:6: this is a second policy 'mine'",
+        ),
+        ("from robocell.task import policy\npolicy(7)\n", "mine.py:2: in <module>: ValueError"),
+    ],
+)
+def test_a_file_with_a_mistake_is_refused_before_anything_starts(run, task, text, message):
+    ended = run("franka-stack", task(text))
+    assert ended.code == 3, ended.text
+    assert message in ended.text

@@ -149,22 +149,6 @@ def test_that_raises_is_given_up_with_file_and_line(run, task, line, message):
             "    def __init__(self, cell):\n        cell.task['no_such_key']\n",
             "mine.py:5: in __init__: KeyError",
         ),
-        (
-            "from robocell.task import policy\n\n@policy\nclass A:\n    def decide(self, cell):\n"
-            "        yield\n",
-            "mine.py:5: decide is a generator function",
-        ),
-        (
-            "from robocell.task import policy\n@policy('other')\nasync def f(cell):\n    pass\n"
-            "@policy\ndef g(cell):\n    pass\n",
-            "mine.py:3: f is an async function",
-        ),
-        (
-            "from robocell.task import policy\n@policy\ndef f(cell):\n    pass\n"
-            "@policy\ndef g(cell):\n    pass\n",
-            "mine.py:6: this is a second policy 'mine'",
-        ),
-        ("from robocell.task import policy\npolicy(7)\n", "mine.py:2: in <module>: ValueError"),
     ],
 )
 def test_that_cannot_be_made_is_refused_before_anything_starts(run, task, text, message):
