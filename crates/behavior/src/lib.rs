@@ -16,6 +16,8 @@ pub mod descriptor;
 pub mod finding;
 pub mod graph;
 pub mod inline;
+mod known;
+mod lines;
 pub mod machine;
 pub mod matrix;
 pub mod numbers;

@@ -19,7 +19,7 @@ pub(super) fn unknown(what: &str, name: &str, known: &[&str]) -> String {
 }
 
 /// The nearest known name, or the list.
-pub(super) fn advice(name: &str, known: &[&str]) -> String {
+pub(crate) fn advice(name: &str, known: &[&str]) -> String {
     let compared = known.get(..COMPARED).unwrap_or(known);
     if name.len() <= LONGEST
         && let Some(near) = suggest::nearest(name, compared)

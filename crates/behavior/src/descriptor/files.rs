@@ -45,6 +45,10 @@ impl Reader<'_> {
         if let Some(includes) = root.get("includes") {
             if let Some(list) = includes.as_list() {
                 for item in list {
+                    // Each name opens a file.
+                    if self.errors.is_full() {
+                        break;
+                    }
                     self.include(name, item, open);
                 }
             } else {

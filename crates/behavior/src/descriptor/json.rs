@@ -10,15 +10,12 @@ use jsonc_parser::ast;
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 
 use super::error::Errors;
+use crate::lines::Lines;
 
 /// Bytes a file may have.
 pub const MAX_BYTES: usize = 4 << 20;
 /// How deep objects and lists may be nested.
 pub const MAX_DEPTH: usize = 128;
-
-/// Columns beyond so many bytes count bytes instead of characters, as counting
-/// would take quadratic time in a file on one line.
-const MAX_COUNTED: usize = 4096;
 
 /// A place in a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -204,37 +201,6 @@ fn lower_first(text: &str) -> String {
     let mut chars = text.chars();
     let first = chars.next().map(|c| c.to_ascii_lowercase());
     first.into_iter().chain(chars).collect()
-}
-
-/// Finds lines and columns of byte offsets.
-struct Lines<'a> {
-    text: &'a str,
-    starts: Vec<usize>,
-}
-
-impl<'a> Lines<'a> {
-    fn new(text: &'a str) -> Self {
-        let after = text.bytes().enumerate().filter(|(_, b)| *b == b'\n');
-        let starts = std::iter::once(0).chain(after.map(|(i, _)| i + 1));
-        Self {
-            text,
-            starts: starts.collect(),
-        }
-    }
-
-    fn place(&self, offset: usize) -> Location {
-        let line = self.starts.partition_point(|start| *start <= offset);
-        let start = self.starts.get(line.saturating_sub(1)).copied();
-        let before = offset - start.unwrap_or(0).min(offset);
-        let counted = (before <= MAX_COUNTED)
-            .then(|| self.text.get(start.unwrap_or(0)..offset))
-            .flatten();
-        let column = counted.map_or(before, |text| text.chars().count()) + 1;
-        Location {
-            line: u32::try_from(line).unwrap_or(u32::MAX),
-            column: u32::try_from(column).unwrap_or(u32::MAX),
-        }
-    }
 }
 
 struct Reader<'a> {

@@ -8,7 +8,7 @@
 //!
 //! Reading any text ends soon: sizes, depths and counts are limited.
 
-mod advice;
+pub(crate) mod advice;
 mod build;
 mod declared;
 mod detail;

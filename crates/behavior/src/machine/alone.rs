@@ -1,6 +1,8 @@
 //! A file without its host: every name of a guard, callback or sub-behaviour
 //! is taken for known.
 
+use std::collections::BTreeSet;
+
 use super::definition::{Definition, Name, StateDef};
 use super::ids::Vocabulary;
 use super::problem::Problems;
@@ -19,54 +21,62 @@ impl Definition {
         self.states.iter().for_each(|state| names.of_state(state));
         self.compile(&Vocabulary {
             triggers: &[],
-            guards: &names.guards,
-            callbacks: &names.callbacks,
-            behaviors: &names.behaviors,
+            guards: &names.guards.names,
+            callbacks: &names.callbacks.names,
+            behaviors: &names.behaviors.names,
         })
     }
 }
 
 #[derive(Default)]
 struct Names<'d> {
-    guards: Vec<&'d str>,
-    callbacks: Vec<&'d str>,
-    behaviors: Vec<&'d str>,
+    guards: Once<'d>,
+    callbacks: Once<'d>,
+    behaviors: Once<'d>,
+}
+
+/// Names in their order, each once.
+#[derive(Default)]
+pub(crate) struct Once<'d> {
+    pub(crate) names: Vec<&'d str>,
+    seen: BTreeSet<&'d str>,
+}
+
+impl<'d> Once<'d> {
+    pub(crate) fn add(&mut self, names: &'d [Name]) {
+        for name in names {
+            if self.seen.insert(&name.text) {
+                self.names.push(&name.text);
+            }
+        }
+    }
 }
 
 impl<'d> Names<'d> {
     fn of_machine(&mut self, machine: &'d Definition) {
         for row in &machine.rows {
-            add(&mut self.guards, &row.conditions);
-            add(&mut self.guards, &row.unless);
-            add(&mut self.callbacks, &row.prepare);
-            add(&mut self.callbacks, &row.before);
-            add(&mut self.callbacks, &row.after);
+            self.guards.add(&row.conditions);
+            self.guards.add(&row.unless);
+            self.callbacks.add(&row.prepare);
+            self.callbacks.add(&row.before);
+            self.callbacks.add(&row.after);
         }
         for chain in &machine.ordered {
-            add(&mut self.guards, &chain.conditions);
-            add(&mut self.guards, &chain.unless);
+            self.guards.add(&chain.conditions);
+            self.guards.add(&chain.unless);
         }
-        add(&mut self.callbacks, &machine.prepare_event);
-        add(&mut self.callbacks, &machine.before_state_change);
-        add(&mut self.callbacks, &machine.after_state_change);
-        add(&mut self.callbacks, &machine.finalize_event);
-        add(&mut self.callbacks, &machine.on_final);
+        self.callbacks.add(&machine.prepare_event);
+        self.callbacks.add(&machine.before_state_change);
+        self.callbacks.add(&machine.after_state_change);
+        self.callbacks.add(&machine.finalize_event);
+        self.callbacks.add(&machine.on_final);
     }
 
     fn of_state(&mut self, state: &'d StateDef) {
-        add(&mut self.callbacks, &state.enter);
-        add(&mut self.callbacks, &state.exit);
+        self.callbacks.add(&state.enter);
+        self.callbacks.add(&state.exit);
         let runs = state.during.iter().map(|during| &during.run);
-        runs.for_each(|run| add(&mut self.behaviors, std::slice::from_ref(run)));
+        runs.for_each(|run| self.behaviors.add(std::slice::from_ref(run)));
         state.children.iter().for_each(|child| self.of_state(child));
-    }
-}
-
-/// Adds each name once.
-pub(crate) fn add<'d>(known: &mut Vec<&'d str>, names: &'d [Name]) {
-    for name in names {
-        if !known.contains(&name.text.as_str()) {
-            known.push(&name.text);
-        }
     }
 }

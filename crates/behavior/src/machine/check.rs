@@ -1,10 +1,16 @@
 //! What is legal in a machine, but probably not meant.
 
+use std::collections::BTreeSet;
+
 use super::definition::Final;
 use super::ids::{StateId, TriggerId};
 use super::set::SmallSet;
 use super::table::{Condition, Row, State, Table};
 use crate::Finding;
+
+/// Rows of one trigger and source that later ones are compared with: each with each would
+/// take minutes in the largest table.
+const COMPARED: usize = 256;
 
 /// Looks for states that cannot be reached or left, rows that are never taken,
 /// and triggers without effect. Guards are taken to be free of one another.
@@ -27,25 +33,35 @@ fn finding(rule: &'static str, place: impl Into<String>, message: String) -> Fin
     }
 }
 
+/// Rank and id of a source, and a destination.
+type Ways = BTreeSet<((usize, StateId), StateId)>;
+
 /// Ranks of what can ever be active.
 fn reachable(table: &Table) -> SmallSet {
     let none = SmallSet::default();
-    let mut known = table.configuration(table.initial, &none);
-    loop {
-        let mut next = known;
-        for row in &table.rows {
-            let source = table.get(row.source).map(|state| state.rank);
-            if let (Some(source), Some(dest)) = (source, row.dest)
-                && known.contains(source)
-            {
-                next = next.union(&table.configuration(dest, &none));
-            }
+    let mut next = vec![none; table.states.len()];
+    for ((source, _), dest) in ways(table) {
+        if let Some(ahead) = next.get_mut(source) {
+            *ahead = ahead.union(&table.configuration(dest, &none));
         }
-        if next == known {
-            return known;
-        }
-        known = next;
     }
+    let mut known = table.configuration(table.initial, &none);
+    let mut open: Vec<usize> = known.iter().collect();
+    while let Some(rank) = open.pop() {
+        let ahead = next.get(rank).copied().unwrap_or_default();
+        open.extend(ahead.difference(&known).iter());
+        known = known.union(&ahead);
+    }
+    known
+}
+
+/// Where rows lead, each pair once: a table may have many more rows than pairs of states.
+fn ways(table: &Table) -> Ways {
+    let way = |row: &Row| {
+        let source = table.get(row.source)?;
+        Some(((source.rank, row.source), row.dest?))
+    };
+    table.rows.iter().filter_map(way).collect()
 }
 
 fn unreachable_states(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
@@ -59,12 +75,10 @@ fn unreachable_states(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
 }
 
 /// Whether a row leads from `state`, or from what it is in, to elsewhere.
-fn has_way_out(table: &Table, state: &State) -> bool {
-    table.rows.iter().any(|row| {
-        let source = table.get(row.source).map(|it| it.rank);
-        let dest = row.dest.and_then(|dest| table.get(dest));
-        source.is_some_and(|source| state.path.contains(source))
-            && dest.is_some_and(|dest| !dest.entry.contains(state.rank))
+fn has_way_out(table: &Table, ways: &Ways, state: &State) -> bool {
+    ways.iter().any(|((source, _), dest)| {
+        let dest = table.get(*dest);
+        state.path.contains(*source) && dest.is_some_and(|dest| !dest.entry.contains(state.rank))
     })
 }
 
@@ -75,7 +89,8 @@ fn innermost<'a>(table: &'a Table, reachable: &'a SmallSet) -> impl Iterator<Ite
 
 fn dead_ends(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
     let open = innermost(table, reachable).filter(|state| state.end == Final::No);
-    open.filter(|state| !has_way_out(table, state))
+    let ways = ways(table);
+    open.filter(|state| !has_way_out(table, &ways, state))
         .map(|state| {
             let message = "no row leads out of this state; add one, or say final = true".to_owned();
             finding("dead_end", &state.name, message)
@@ -91,12 +106,13 @@ fn endless(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
     if good.is_empty() {
         return Vec::new();
     }
+    let ways = ways(table);
     loop {
         let mut next = good;
-        for row in &table.rows {
-            let ends = row.dest.and_then(|dest| table.get(dest));
-            let ends = ends.is_some_and(|dest| !dest.entry.intersection(&good).is_empty());
-            if ends && let Some(source) = table.get(row.source) {
+        for ((_, source), dest) in &ways {
+            let dest = table.get(*dest);
+            let ends = dest.is_some_and(|dest| !dest.entry.intersection(&good).is_empty());
+            if ends && let Some(source) = table.get(*source) {
                 next = next.union(&source.subtree);
             }
         }
@@ -106,7 +122,7 @@ fn endless(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
         good = next;
     }
     innermost(table, reachable)
-        .filter(|state| !good.contains(state.rank) && has_way_out(table, state))
+        .filter(|state| !good.contains(state.rank) && has_way_out(table, &ways, state))
         .map(|state| {
             let message = "no final state can be reached from here; add a way to one".to_owned();
             finding("never_final", &state.name, message)
@@ -120,7 +136,7 @@ fn rows(table: &Table) -> Vec<Finding> {
     let same_cell = |a: &Row, b: &Row| (a.trigger, a.source) == (b.trigger, b.source);
     for cell in table.rows.chunk_by(same_cell) {
         for (at, row) in cell.iter().enumerate() {
-            let earlier = cell.get(..at).unwrap_or_default();
+            let earlier = cell.get(..at.min(COMPARED)).unwrap_or_default();
             let Some(first) = earlier.iter().find(|it| covers(table, it, row)) else {
                 continue;
             };

@@ -12,20 +12,6 @@ pub struct Location {
     pub column: u32,
 }
 
-impl Location {
-    /// Location of the byte `offset` of `text`.
-    pub fn at(text: &str, offset: usize) -> Self {
-        let before = text.get(..offset).unwrap_or(text);
-        let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
-        let start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        let last = before.get(start..).unwrap_or_default();
-        Self {
-            line: count(before.matches('\n').count() + 1),
-            column: count(last.chars().count() + 1),
-        }
-    }
-}
-
 /// One thing that is wrong, with what to do about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
@@ -101,8 +87,14 @@ pub(crate) struct Collector(pub(crate) Vec<Problem>);
 impl Collector {
     /// Notes a problem; of very many only the first are kept, and one that says so.
     pub(crate) fn add(&mut self, place: Location, message: impl Into<String>) {
+        self.add_with(place, || message.into());
+    }
+
+    /// As [`Self::add`]; for messages that take long to compose, as a search for the name
+    /// that was meant does: a file may have a hundred thousand mistakes.
+    pub(crate) fn add_with(&mut self, place: Location, message: impl FnOnce() -> String) {
         let message = match self.0.len() {
-            count if count < MAX_REPORTED => message.into(),
+            count if count < MAX_REPORTED => message(),
             MAX_REPORTED => format!("more than {MAX_REPORTED} mistakes; only the first are shown"),
             _ => return,
         };

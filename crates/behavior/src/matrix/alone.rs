@@ -4,7 +4,7 @@ use super::definition::Definition;
 use super::ids::Vocabulary;
 use super::table::Table;
 use crate::machine::Problems;
-use crate::machine::alone::add;
+use crate::machine::alone::Once;
 
 impl Definition {
     /// Compiles without a host, to look at and to check.
@@ -12,17 +12,17 @@ impl Definition {
     /// # Errors
     /// As [`Definition::compile`].
     pub fn compile_alone(&self) -> Result<Table, Problems> {
-        let (mut handlers, mut behaviors) = (Vec::new(), Vec::new());
+        let (mut handlers, mut behaviors) = (Once::default(), Once::default());
         for cell in &self.cells {
-            add(&mut handlers, std::slice::from_ref(&cell.handler));
+            handlers.add(std::slice::from_ref(&cell.handler));
         }
         let during = self.states.iter().filter_map(|s| s.during.as_ref());
-        during.for_each(|d| add(&mut behaviors, std::slice::from_ref(&d.run)));
+        during.for_each(|d| behaviors.add(std::slice::from_ref(&d.run)));
         self.compile(&Vocabulary {
             events: &[],
             states: &[],
-            handlers: &handlers,
-            behaviors: &behaviors,
+            handlers: &handlers.names,
+            behaviors: &behaviors.names,
         })
     }
 }

@@ -9,7 +9,8 @@ use crate::machine::{Final, StateId};
 /// Looks for states that cannot be reached or left, unhandled events, and
 /// states from which no final state can be reached.
 pub fn check(table: &Table) -> Vec<Finding> {
-    let reachable = closure(table, SmallSet::from_iter([table.initial.index()]));
+    let next = successors(table);
+    let reachable = closure(&next, table.initial.index());
     let mut found = Vec::new();
     for (at, state) in table.states.iter().enumerate() {
         let mut add = |rule, message: &str| {
@@ -19,7 +20,7 @@ pub fn check(table: &Table) -> Vec<Finding> {
                 message: message.to_owned(),
             });
         };
-        let ahead = closure(table, SmallSet::from_iter([at]));
+        let ahead = closure(&next, at);
         let mut ends = ahead.iter().filter_map(|at| table.states.get(at));
         if !reachable.contains(at) {
             add(
@@ -56,24 +57,27 @@ fn has_final(table: &Table) -> bool {
     table.states.iter().any(|state| state.end != Final::No)
 }
 
-/// States that can be reached from `known`, and those themselves.
-fn closure(table: &Table, mut known: SmallSet) -> SmallSet {
-    loop {
-        let mut next = known;
-        for at in known.iter() {
-            for event in &table.order {
-                let cell = table.cell(StateId::of(at), *event);
-                let goto = cell.map(|cell| cell.goto.as_slice()).unwrap_or_default();
-                for to in goto {
-                    next.insert(to.index());
-                }
-            }
-        }
-        if next == known {
-            return known;
-        }
-        known = next;
+/// For each state, those that its cells lead to.
+fn successors(table: &Table) -> Vec<SmallSet> {
+    let states = (0..table.states.len()).map(StateId::of);
+    let next = states.map(|state| {
+        let cells = table.order.iter().filter_map(|it| table.cell(state, *it));
+        let goto = cells.flat_map(|cell| &cell.goto);
+        goto.map(|state| state.index()).collect()
+    });
+    next.collect()
+}
+
+/// States that can be reached from `from`, and itself.
+fn closure(next: &[SmallSet], from: usize) -> SmallSet {
+    let mut known = SmallSet::from_iter([from]);
+    let mut open = vec![from];
+    while let Some(at) = open.pop() {
+        let ahead = next.get(at).copied().unwrap_or_default();
+        open.extend(ahead.difference(&known).iter());
+        known = known.union(&ahead);
     }
+    known
 }
 
 /// For each event, the states in which it has no effect.

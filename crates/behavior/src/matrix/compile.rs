@@ -1,13 +1,14 @@
 //! From a definition to flat arrays, refusing every name without a meaning.
 
 use super::definition::{CellDef, Definition};
-use super::ids::{EventId, HandlerId, MAX_EVENTS, Vocabulary};
+use super::ids::{EventId, HandlerId, MAX_EVENTS, MAX_HANDLERS, Vocabulary};
 use super::table::{During, Filled, State, Table};
 use crate::descriptor::json::shortened;
-use crate::machine::problem::{Collector, Location};
+use crate::known::Known;
+use crate::machine::problem::{Collector, Location, Problem};
 use crate::machine::record::name_hash;
+use crate::machine::set::SmallSet;
 use crate::machine::{BehaviorId, Final, MAX_MEMBERS, Name, Problems, StateId};
-use crate::suggest;
 
 impl Definition {
     /// Compiles it for a host that knows `vocabulary`.
@@ -16,65 +17,87 @@ impl Definition {
     /// Everything that is wrong at once: names without a meaning, names and
     /// cells given twice, events without precedence, limits.
     pub fn compile(&self, vocabulary: &Vocabulary<'_>) -> Result<Table, Problems> {
+        self.check_sizes(vocabulary)?;
         let mut compiler = Compiler {
             definition: self,
-            vocabulary,
+            handlers: Known::new(vocabulary.handlers),
+            behaviors: Known::new(vocabulary.behaviors),
             problems: Collector::default(),
         };
-        let table = compiler.table();
+        let table = compiler.table(vocabulary);
         compiler.problems.finish(&self.file, table)
+    }
+
+    /// Refuses a matrix that is too large. Nothing else is looked at then.
+    pub(super) fn check_sizes(&self, vocabulary: &Vocabulary<'_>) -> Result<(), Problems> {
+        let (events, states) = (&self.precedence, &self.states);
+        let events = (events.len(), events.get(MAX_EVENTS).map(|name| name.place));
+        let states = (
+            states.len(),
+            states.get(MAX_MEMBERS).map(|it| it.name.place),
+        );
+        let host = |names: &[&str]| (names.len(), Some(Location::default()));
+        let sizes = [
+            ("events", events, MAX_EVENTS),
+            ("states", states, MAX_MEMBERS),
+            ("events", host(vocabulary.events), MAX_EVENTS),
+            ("states", host(vocabulary.states), MAX_MEMBERS),
+            ("handlers", host(vocabulary.handlers), MAX_HANDLERS),
+        ];
+        let list: Vec<Problem> = sizes
+            .into_iter()
+            .filter(|(_, (count, _), most)| count > most)
+            .map(|(what, (count, place), most)| Problem {
+                place: place.unwrap_or_default(),
+                message: format!("{count} {what}; at most {most} can be"),
+            })
+            .collect();
+        if list.is_empty() {
+            return Ok(());
+        }
+        Err(Problems::new(&self.file, list))
     }
 }
 
 struct Compiler<'a> {
     definition: &'a Definition,
-    vocabulary: &'a Vocabulary<'a>,
+    handlers: Known,
+    behaviors: Known,
     problems: Collector,
 }
 
-fn texts(names: &[Name]) -> Vec<&str> {
-    names.iter().map(|name| name.text.as_str()).collect()
-}
-
-fn owned(names: &[&str]) -> Vec<String> {
-    names.iter().map(|name| (*name).to_owned()).collect()
-}
-
 impl Compiler<'_> {
-    fn table(&mut self) -> Table {
-        let (definition, vocabulary) = (self.definition, self.vocabulary);
-        let events = self.names(
-            "event",
-            &definition.precedence,
-            vocabulary.events,
-            MAX_EVENTS,
-        );
+    fn table(&mut self, vocabulary: &Vocabulary<'_>) -> Table {
+        let definition = self.definition;
+        let events = self.names("event", &definition.precedence, vocabulary.events);
         let state_names: Vec<Name> = definition.states.iter().map(|it| it.name.clone()).collect();
-        let states = self.names("state", &state_names, vocabulary.states, MAX_MEMBERS);
+        let states = self.names("state", &state_names, vocabulary.states);
+        let (handlers, behaviors) = (self.handlers.names(), self.behaviors.names());
         let mut table = Table {
             name: definition.name.clone(),
+            initial: StateId(0),
+            handlers: handlers.to_vec(),
+            behaviors: behaviors.to_vec(),
+            order: Vec::new(),
+            idle: None,
+            cells: vec![None; states.names().len() * events.names().len()],
+            events: events.names().to_vec(),
             states: states
+                .names()
                 .iter()
                 .map(|name| self.state(name, &events))
                 .collect(),
-            initial: StateId(0),
-            handlers: owned(vocabulary.handlers),
-            behaviors: owned(vocabulary.behaviors),
-            order: Vec::new(),
-            idle: None,
-            cells: vec![None; states.len() * events.len()],
-            events: owned(&events),
         };
         let order = definition.precedence.iter();
         table.order = order
-            .filter_map(|it| position(&events, &it.text).map(event))
+            .filter_map(|it| events.find(&it.text).map(event))
             .collect();
         let idle = definition.idle.as_ref();
         table.idle = idle
-            .and_then(|it| self.look_up("event", it, &events))
+            .and_then(|it| events.look_up("event", it, &mut self.problems))
             .map(event);
         if let Some(initial) = definition.initial.as_ref().or(state_names.first()) {
-            let found = self.look_up("state", initial, &states);
+            let found = states.look_up("state", initial, &mut self.problems);
             table.initial = found.map_or(StateId(0), StateId::of);
         }
         self.fill(&mut table, &states, &events);
@@ -83,35 +106,24 @@ impl Compiler<'_> {
 
     /// The names of a kind in the order of their ids. Both lists must have the
     /// same ones, if the host names any.
-    fn names<'n>(
-        &mut self,
-        what: &str,
-        written: &'n [Name],
-        known: &'n [&'n str],
-        limit: usize,
-    ) -> Vec<&'n str> {
+    fn names(&mut self, what: &str, written: &[Name], host: &[&str]) -> Known {
         let place = written.first().map(|name| name.place).unwrap_or_default();
         if written.is_empty() {
             self.problems
                 .add(place, format!("the matrix has no {what}s"));
         }
-        if written.len().max(known.len()) > limit {
-            self.problems
-                .add(place, format!("at most {limit} {what}s can be"));
-            return Vec::new();
-        }
-        let all = texts(written);
+        let all = Known::new(written.iter().map(|name| &name.text));
+        let known = Known::new(host);
         for (at, name) in written.iter().enumerate() {
-            let earlier = all.get(..at).unwrap_or_default();
-            if earlier.contains(&name.text.as_str()) {
+            if all.find(&name.text) != Some(at) {
                 let message = format!("{what} '{}' is there twice", shortened(&name.text));
                 self.problems.add(name.place, message);
             }
-            if !known.is_empty() {
-                self.look_up(what, name, known);
+            if !host.is_empty() {
+                known.look_up(what, name, &mut self.problems);
             }
         }
-        for name in known.iter().filter(|name| !all.contains(*name)) {
+        for name in host.iter().filter(|name| all.find(name).is_none()) {
             let list = if what == "event" {
                 "the precedence list"
             } else {
@@ -122,25 +134,10 @@ impl Compiler<'_> {
                 format!("{what} '{name}' is missing in {list}; add it"),
             );
         }
-        if known.is_empty() {
-            all
-        } else {
-            known.to_vec()
-        }
+        if host.is_empty() { all } else { known }
     }
 
-    fn look_up(&mut self, what: &str, name: &Name, known: &[&str]) -> Option<usize> {
-        let found = position(known, &name.text);
-        if found.is_none() {
-            let text = shortened(&name.text);
-            let advice = suggest::advice(&text, known);
-            self.problems
-                .add(name.place, format!("unknown {what} '{text}'; {advice}"));
-        }
-        found
-    }
-
-    fn state(&mut self, name: &str, events: &[&str]) -> State {
+    fn state(&mut self, name: &str, events: &Known) -> State {
         let def = self
             .definition
             .states
@@ -152,11 +149,13 @@ impl Compiler<'_> {
             hash: name_hash(name),
             end: def.map_or(Final::No, |def| def.end),
             during: during.and_then(|during| {
-                let known = self.vocabulary.behaviors;
-                let run = self.look_up("sub-behaviour", &during.run, known);
+                let problems = &mut self.problems;
+                let run = self
+                    .behaviors
+                    .look_up("sub-behaviour", &during.run, problems);
                 let mut result = |name: &Option<Name>| {
                     let name = name.as_ref()?;
-                    self.look_up("event", name, events).map(event)
+                    events.look_up("event", name, problems).map(event)
                 };
                 let (success, failure) = (result(&during.success), result(&during.failure));
                 Some(During {
@@ -169,17 +168,17 @@ impl Compiler<'_> {
     }
 
     /// Cells of single states first; those for every state fill the remaining ones.
-    fn fill(&mut self, table: &mut Table, states: &[&str], events: &[&str]) {
+    fn fill(&mut self, table: &mut Table, states: &Known, events: &Known) {
+        let width = events.names().len();
         let cells = self.definition.cells.iter();
         let (single, every): (Vec<_>, Vec<_>) = cells.partition(|cell| cell.state.is_some());
         for cell in single {
             let state = cell.state.as_ref();
-            let state = state.and_then(|name| self.look_up("state", name, states));
+            let state = state.and_then(|name| states.look_up("state", name, &mut self.problems));
             let Some((at, filled)) = self.filled(cell, states, events) else {
                 continue;
             };
-            let Some(slot) = state.and_then(|state| table.cells.get_mut(state * events.len() + at))
-            else {
+            let Some(slot) = state.and_then(|state| table.cells.get_mut(state * width + at)) else {
                 continue;
             };
             if slot.is_some() {
@@ -187,7 +186,7 @@ impl Compiler<'_> {
             }
             *slot = Some(filled);
         }
-        let mut seen = vec![false; events.len()];
+        let mut seen = vec![false; width];
         for cell in every {
             let Some((at, filled)) = self.filled(cell, states, events) else {
                 continue;
@@ -198,7 +197,7 @@ impl Compiler<'_> {
             {
                 self.twice(cell.event.place, cell);
             }
-            for row in table.cells.chunks_mut(events.len().max(1)) {
+            for row in table.cells.chunks_mut(width.max(1)) {
                 if let Some(slot @ None) = row.get_mut(at) {
                     *slot = Some(filled.clone());
                 }
@@ -218,23 +217,25 @@ impl Compiler<'_> {
     fn filled(
         &mut self,
         cell: &CellDef,
-        states: &[&str],
-        events: &[&str],
+        states: &Known,
+        events: &Known,
     ) -> Option<(usize, Filled)> {
-        let at = self.look_up("event", &cell.event, events);
-        let handler = self.look_up("handler", &cell.handler, self.vocabulary.handlers);
-        let goto = cell
-            .goto
-            .iter()
-            .filter_map(|name| self.look_up("state", name, states));
-        let goto = goto.map(StateId::of).collect();
+        let problems = &mut self.problems;
+        let at = events.look_up("event", &cell.event, problems);
+        let handler = self.handlers.look_up("handler", &cell.handler, problems);
+        let mut goto = Vec::new();
+        // A state that is named twice counts once: cells of every state are copied.
+        let mut seen = SmallSet::default();
+        for name in &cell.goto {
+            let found = states.look_up("state", name, problems);
+            if let Some(state) = found.filter(|state| !seen.contains(*state)) {
+                seen.insert(state);
+                goto.push(StateId::of(state));
+            }
+        }
         let handler = HandlerId(u16::try_from(handler?).ok()?);
         Some((at?, Filled { handler, goto }))
     }
-}
-
-fn position(known: &[&str], name: &str) -> Option<usize> {
-    known.iter().position(|it| *it == name)
 }
 
 fn event(at: usize) -> EventId {

@@ -2,6 +2,8 @@
 
 /// Most events of a matrix.
 pub const MAX_EVENTS: usize = 64;
+/// Most handlers of a matrix.
+pub(super) const MAX_HANDLERS: usize = 4_096;
 
 /// An event: its place in [`Vocabulary::events`], or in the precedence list if
 /// that is empty.

@@ -55,7 +55,10 @@ fn read_part(file: &str, text: &str) -> Result<(Definition, Collector), Problems
     let value = text::parse(file, text)?;
     let mut problems = Collector::default();
     match definition(file, &value, &mut problems) {
-        Some(definition) => Ok((definition, problems)),
+        Some(definition) => {
+            definition.check_sizes(&Vocabulary::default())?;
+            Ok((definition, problems))
+        }
         None => Err(Problems::new(file, problems.0)),
     }
 }

@@ -143,6 +143,38 @@ fn hostile_definitions_are_refused_with_reason() {
     assert_eq!(wrong.list.len(), 3, "{wrong}");
 }
 
+/// Without an index of lines and with limits checked last, each of these took minutes.
+#[test]
+fn a_file_beyond_a_limit_is_refused_for_that_before_anything_else_is_looked_at() {
+    let mut states = "version = 1\nname = \"m\"\ninitial = \"nowhere\"\n".to_owned();
+    let mut rows = format!("{states}states = [\"a\"]\n");
+    for number in 0..65_001 {
+        states.push_str(&format!(
+            "[[states]]\nname = \"s{number}\"\nenter = \"x{number}\"\n"
+        ));
+        rows.push_str("[[rows]]\ntrigger = \"t\"\nsource = \"b\"\ndest = \"c\"\n");
+    }
+    assert_eq!(
+        problems("m.toml", &states),
+        ["m.toml:773:8: 65001 states; at most 256 can be"]
+    );
+    assert_eq!(
+        problems("m.toml", &rows),
+        ["m.toml:260005:1: 65001 rows; at most 65000 can be"]
+    );
+}
+
+#[test]
+fn many_rows_of_one_cell_are_checked_in_bounded_time() {
+    let mut machine = Definition::new("wide").states(&["A", "B"]);
+    for _ in 0..60_000 {
+        machine = machine.row(RowDef::new("t", "A", "B").when(&["x"]));
+    }
+    let table = machine.compile(&VOCABULARY).unwrap();
+    let same = |it: &behavior::Finding| it.rule == "same_guards";
+    assert_eq!(check(&table).into_iter().filter(same).count(), 59_999);
+}
+
 #[test]
 fn checks_name_what_is_probably_not_meant() {
     let odd = Definition::new("odd")

@@ -1,5 +1,6 @@
 //! A machine in a file: states run steps or trees, events fire triggers.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use behavior::board::Board;
@@ -82,13 +83,15 @@ impl MachineJob {
         let condition_names = names(&inline.conditions);
         let event_names = names(&inline.events);
         let mut triggers = event_names.clone();
-        for run in &runs {
-            for fired in run.success.iter().chain(&run.failure) {
-                if !triggers.contains(&fired.text.as_str()) {
-                    triggers.push(&fired.text);
-                }
-            }
-        }
+        let mut seen: BTreeSet<&str> = event_names.iter().copied().collect();
+        let fired = runs
+            .iter()
+            .flat_map(|run| run.success.iter().chain(&run.failure));
+        triggers.extend(
+            fired
+                .map(|name| name.text.as_str())
+                .filter(|name| seen.insert(name)),
+        );
         let vocabulary = Vocabulary {
             triggers: &triggers,
             guards: &condition_names,
@@ -329,7 +332,7 @@ fn refuse_dead_ends(definition: &Definition, table: &Table, events: &[&str]) -> 
             let both = during.success.iter().chain(&during.failure);
             both.map(|name| name.text.as_str())
         });
-        let fired: Vec<&str> = results.chain(events.iter().copied()).collect();
+        let fired: BTreeSet<&str> = results.chain(events.iter().copied()).collect();
         let id = table.state(&state.name.text);
         let leaves = id.is_some_and(|id| {
             let mut triggers = table.triggers_of(id);

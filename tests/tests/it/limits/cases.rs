@@ -456,5 +456,18 @@ fn machines() -> Vec<(&'static str, Case)> {
                 robot(dir, &["fsm", "check", &file])
             },
         ),
+        (
+            "crates/behavior/src/matrix/ids.rs::MAX_HANDLERS",
+            |dir, limit| {
+                let handler = "h#.steps = [{ do = \"Stay\" }]\n";
+                let text = format!(
+                    "version = 1\nname = \"m\"\nstates = [\"A\"]\ninitial = \"A\"\n\
+                     precedence = [\"e\"]\n[handlers]\n{}",
+                    times(handler, limit + 1)
+                );
+                let file = written(dir, "m.matrix.toml", &text);
+                robot(dir, &["fsm", "check", &file])
+            },
+        ),
     ]
 }

@@ -1,6 +1,7 @@
 //! From a definition to flat arrays, refusing every name without a meaning.
 
 mod rows;
+mod sizes;
 mod states;
 
 use super::definition::{Definition, Name};
@@ -8,8 +9,7 @@ use super::ids::{CallbackId, GuardId, StateId, TriggerId, Vocabulary};
 use super::problem::{Collector, Location, Problems};
 use super::set::MAX_MEMBERS;
 use super::table::{Common, Condition, Row, Span, Table};
-use crate::descriptor::json::shortened;
-use crate::suggest;
+use crate::known::Known;
 
 /// Most rows after lists and wildcards are written out.
 const MAX_ROWS: usize = 65_000;
@@ -23,15 +23,26 @@ impl Definition {
     /// Everything that is wrong at once: names of states, guards, callbacks,
     /// sub-behaviours and triggers without a meaning, duplicates, limits.
     pub fn compile(&self, vocabulary: &Vocabulary<'_>) -> Result<Table, Problems> {
+        self.check_sizes()?;
         let mut compiler = Compiler::new(self, vocabulary);
-        compiler.check_sizes();
+        compiler.check_host();
         compiler.add_states();
-        if compiler.problems.0.is_empty() || !compiler.states.is_empty() {
+        if compiler.problems.0.is_empty() || !compiler.states.names().is_empty() {
             compiler.add_rows();
         }
         let Compiler {
-            problems, mut out, ..
+            problems,
+            mut out,
+            guards,
+            callbacks,
+            behaviors,
+            triggers,
+            ..
         } = compiler;
+        out.guards = guards.into_names();
+        out.callbacks = callbacks.into_names();
+        out.behaviors = behaviors.into_names();
+        out.triggers = triggers.into_names();
         out.row_lines.shrink_to_fit();
         problems.finish(&self.file, out)
     }
@@ -43,14 +54,17 @@ struct Compiler<'a> {
     vocabulary: &'a Vocabulary<'a>,
     problems: Collector,
     out: Table,
-    /// Full names of states, for advice.
-    states: Vec<String>,
+    /// Full names of states.
+    states: Known,
+    guards: Known,
+    callbacks: Known,
+    behaviors: Known,
+    /// Those of the host, or those of rows so far.
+    triggers: Known,
+    /// Those that the file lists.
+    listed: Known,
     /// Declared rows, lists written out, before sorting.
     rows: Vec<Row>,
-}
-
-fn owned(names: &[&str]) -> Vec<String> {
-    names.iter().map(|name| (*name).to_owned()).collect()
 }
 
 impl<'a> Compiler<'a> {
@@ -61,10 +75,10 @@ impl<'a> Compiler<'a> {
             by_rank: Vec::new(),
             levels: Vec::new(),
             initial: StateId(0),
-            triggers: owned(vocabulary.triggers),
-            guards: owned(vocabulary.guards),
-            callbacks: owned(vocabulary.callbacks),
-            behaviors: owned(vocabulary.behaviors),
+            triggers: Vec::new(),
+            guards: Vec::new(),
+            callbacks: Vec::new(),
+            behaviors: Vec::new(),
             rows: Vec::new(),
             index: Vec::new(),
             conditions: Vec::new(),
@@ -79,46 +93,41 @@ impl<'a> Compiler<'a> {
             vocabulary,
             problems: Collector::default(),
             out,
-            states: Vec::new(),
+            states: Known::default(),
+            guards: Known::new(vocabulary.guards),
+            callbacks: Known::new(vocabulary.callbacks),
+            behaviors: Known::new(vocabulary.behaviors),
+            triggers: Known::new(vocabulary.triggers),
+            listed: Known::new(definition.triggers.iter().map(|name| &name.text)),
             rows: Vec::new(),
         }
     }
 
-    fn check_sizes(&mut self) {
-        let guards = self.vocabulary.guards.len();
-        if guards > MAX_MEMBERS {
-            let message = format!("the host knows {guards} guards, at most {MAX_MEMBERS} can be");
-            self.problems.add(Location::default(), message);
+    fn check_host(&mut self) {
+        let Vocabulary {
+            guards, triggers, ..
+        } = self.vocabulary;
+        for (what, count, most) in [
+            ("guards", guards.len(), MAX_MEMBERS),
+            ("triggers", triggers.len(), MAX_TRIGGERS),
+        ] {
+            if count > most {
+                let message = format!("the host knows {count} {what}, at most {most} can be");
+                self.problems.add(Location::default(), message);
+            }
         }
-    }
-
-    /// Location of `name` among `known`; otherwise a problem.
-    fn look_up<S: AsRef<str>>(&mut self, what: &str, name: &Name, known: &[S]) -> Option<usize> {
-        let found = known.iter().position(|it| it.as_ref() == name.text);
-        if found.is_none() {
-            let known: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
-            let text = shortened(&name.text);
-            let advice = suggest::advice(&text, &known);
-            let message = format!("unknown {what} '{text}'; {advice}");
-            self.problems.add(name.place, message);
-        }
-        found
     }
 
     fn state_id(&mut self, name: &Name) -> Option<StateId> {
-        let states = std::mem::take(&mut self.states);
-        let found = self.look_up("state", name, &states);
-        self.states = states;
+        let found = self.states.look_up("state", name, &mut self.problems);
         found.map(StateId::of)
     }
 
     fn calls(&mut self, names: &[Name]) -> Span {
         let start = self.out.calls.len();
         for name in names {
-            let known = self.vocabulary.callbacks;
-            if let Some(index) = self.look_up("callback", name, known) {
-                self.out.calls.push(CallbackId::of(index));
-            }
+            let found = self.callbacks.look_up("callback", name, &mut self.problems);
+            self.out.calls.extend(found.map(CallbackId::of));
         }
         span(start, self.out.calls.len())
     }
@@ -127,11 +136,12 @@ impl<'a> Compiler<'a> {
         let start = self.out.conditions.len();
         for (names, expected) in [(holding, true), (unless, false)] {
             for name in names {
-                let known = self.vocabulary.guards;
-                if let Some(index) = self.look_up("guard", name, known) {
-                    let guard = GuardId::of(index);
-                    self.out.conditions.push(Condition { guard, expected });
-                }
+                let found = self.guards.look_up("guard", name, &mut self.problems);
+                let condition = found.map(|index| Condition {
+                    guard: GuardId::of(index),
+                    expected,
+                });
+                self.out.conditions.extend(condition);
             }
         }
         span(start, self.out.conditions.len())
@@ -139,28 +149,19 @@ impl<'a> Compiler<'a> {
 
     /// A trigger that some row has.
     fn known_trigger(&mut self, name: &Name) -> Option<TriggerId> {
-        let triggers = std::mem::take(&mut self.out.triggers);
-        let found = self.look_up("trigger", name, &triggers);
-        self.out.triggers = triggers;
+        let found = self.triggers.look_up("trigger", name, &mut self.problems);
         found.map(TriggerId::of)
     }
 
     /// The trigger of a row: known to the host and to the file, where these say.
     fn row_trigger(&mut self, name: &Name) -> Option<TriggerId> {
-        let definition = self.definition;
-        if !definition.triggers.is_empty() {
-            let known: Vec<&str> = definition
-                .triggers
-                .iter()
-                .map(|it| it.text.as_str())
-                .collect();
-            self.look_up("trigger", name, &known)?;
+        if !self.definition.triggers.is_empty() {
+            self.listed.look_up("trigger", name, &mut self.problems)?;
         }
-        let known = self.vocabulary.triggers;
-        if known.is_empty() {
+        if self.vocabulary.triggers.is_empty() {
             return self.new_trigger(name);
         }
-        self.look_up("trigger", name, known).map(TriggerId::of)
+        self.known_trigger(name)
     }
 
     /// The trigger of this name, added if need be.
@@ -169,16 +170,15 @@ impl<'a> Compiler<'a> {
             self.problems.add(name.place, "a trigger needs a name");
             return None;
         }
-        if let Some(known) = self.out.trigger(&name.text) {
-            return Some(known);
+        if let Some(known) = self.triggers.find(&name.text) {
+            return Some(TriggerId::of(known));
         }
-        if self.out.triggers.len() >= MAX_TRIGGERS {
+        if self.triggers.names().len() >= MAX_TRIGGERS {
             let message = format!("more than {MAX_TRIGGERS} triggers");
             self.problems.add(name.place, message);
             return None;
         }
-        self.out.triggers.push(name.text.clone());
-        Some(TriggerId::of(self.out.triggers.len() - 1))
+        Some(TriggerId::of(self.triggers.push(&name.text)))
     }
 }
 

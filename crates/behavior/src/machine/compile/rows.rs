@@ -11,6 +11,10 @@ impl Compiler<'_> {
         let definition = self.definition;
         for row in &definition.rows {
             self.add_row(row);
+            // Lists of sources multiply what a file holds.
+            if self.rows.len() > MAX_ROWS {
+                return;
+            }
         }
         for chain in &definition.ordered {
             self.add_chain(chain);
@@ -131,8 +135,8 @@ impl Compiler<'_> {
 
     fn add_automatic(&mut self) {
         let outer = self.sources(&SourceDef::Any(Location::default()), &DestDef::Internal);
-        for at in 0..self.states.len() {
-            let Some(full) = self.states.get(at) else {
+        for at in 0..self.states.names().len() {
+            let Some(full) = self.states.names().get(at) else {
                 continue;
             };
             let name = Name::from(format!("to_{full}").as_str());
@@ -155,7 +159,7 @@ impl Compiler<'_> {
         let rank = |row: &Row| self.out.get(row.source).map_or(0, |state| state.rank);
         let cell = |row: &Row| row.trigger.index() * count + rank(row);
         rows.sort_by_key(cell);
-        let mut index = vec![Span::default(); self.out.triggers.len() * count];
+        let mut index = vec![Span::default(); self.triggers.names().len() * count];
         let mut start = 0;
         for group in rows.chunk_by(|a, b| cell(a) == cell(b)) {
             let end = start + group.len();

@@ -2,10 +2,11 @@
 
 use super::Compiler;
 use crate::descriptor::json::shortened;
+use crate::known::Known;
 use crate::machine::definition::{Final, Name, StateDef};
 use crate::machine::ids::{BehaviorId, StateId};
 use crate::machine::record::name_hash;
-use crate::machine::set::{MAX_MEMBERS, SmallSet};
+use crate::machine::set::SmallSet;
 use crate::machine::table::{During, Span, State};
 
 /// Most states inside one another.
@@ -33,14 +34,7 @@ impl<'a> Compiler<'a> {
             );
             return;
         }
-        if flat.len() > MAX_MEMBERS {
-            let message = format!("{} states; at most {MAX_MEMBERS} can be", flat.len());
-            if let Some(last) = flat.get(MAX_MEMBERS) {
-                self.problems.add(last.def.name.place, message);
-            }
-            return;
-        }
-        self.states = flat.iter().map(|it| it.full.clone()).collect();
+        self.states = Known::new(flat.iter().map(|it| &it.full));
         self.out.states = (0..flat.len())
             .map(|at| Self::plain_state(&flat, at))
             .collect();
@@ -199,12 +193,9 @@ impl<'a> Compiler<'a> {
                 );
                 self.problems.add(initial.place, message);
             } else {
-                let known: Vec<&str> = def
-                    .children
-                    .iter()
-                    .map(|it| it.name.text.as_str())
-                    .collect();
-                self.look_up(&format!("initial child of '{}':", it.full), initial, &known);
+                let known = Known::new(def.children.iter().map(|it| &it.name.text));
+                let what = format!("initial child of '{}':", it.full);
+                known.look_up(&what, initial, &mut self.problems);
             }
         }
         if def.parallel && def.children.is_empty() {
@@ -218,8 +209,9 @@ impl<'a> Compiler<'a> {
             let enter = self.calls(&it.def.enter);
             let exit = self.calls(&it.def.exit);
             let run = it.def.during.as_ref().and_then(|during| {
-                let known = self.vocabulary.behaviors;
-                self.look_up("sub-behaviour", &during.run, known)
+                let problems = &mut self.problems;
+                self.behaviors
+                    .look_up("sub-behaviour", &during.run, problems)
             });
             self.set(at, |state| {
                 state.enter = enter;

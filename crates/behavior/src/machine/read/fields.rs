@@ -42,9 +42,11 @@ impl<'v> Fields<'v> {
         };
         for entry in entries {
             if !known.contains(&entry.key.as_str()) {
-                let advice = suggest::advice(&shortened(&entry.key), known);
-                let message = format!("{what} has no key '{}'; {advice}", shortened(&entry.key));
-                problems.add(entry.place.into(), message);
+                problems.add_with(entry.place.into(), || {
+                    let key = shortened(&entry.key);
+                    let advice = suggest::advice(&key, known);
+                    format!("{what} has no key '{key}'; {advice}")
+                });
             }
         }
         Some(Self {

@@ -76,7 +76,10 @@ impl Definition {
         let mut problems = Collector::default();
         let definition = definition(file, &value, &mut problems);
         match definition {
-            Some(definition) => Ok((definition, problems)),
+            Some(definition) => {
+                definition.check_sizes()?;
+                Ok((definition, problems))
+            }
             None => Err(Problems::new(file, problems.0)),
         }
     }

@@ -3,6 +3,7 @@
 use toml::de::{DeTable, DeValue};
 
 use crate::descriptor::json::{self, Data, Entry, MAX_BYTES, Value, shortened};
+use crate::lines::Lines;
 use crate::machine::problem::{Collector, Location, Problem, Problems};
 
 /// Reads `text` as JSON if the name of the file ends so, otherwise as TOML.
@@ -33,6 +34,7 @@ fn parse_toml(file: &str, text: &str) -> Result<Value, Problems> {
         problems.add(Location { line: 1, column: 1 }, message);
         return problems.finish(file, null());
     }
+    let lines = Lines::new(text);
     let (table, errors) = DeTable::parse_recoverable(text);
     for error in &errors {
         let offset = error.span().map_or(0, |span| span.start);
@@ -40,19 +42,12 @@ fn parse_toml(file: &str, text: &str) -> Result<Value, Problems> {
             "this is not TOML: {}",
             error.message().trim().replace('\n', "; ")
         );
-        problems.add(Location::at(text, offset), message);
+        problems.add(lines.place(offset).into(), message);
     }
     if !errors.is_empty() {
         return problems.finish(file, null());
     }
-    let mut reader = Reader {
-        places: Places {
-            text,
-            at: 0,
-            line: 1,
-        },
-        problems,
-    };
+    let mut reader = Reader { lines, problems };
     let data = reader.table(table.get_ref());
     let place = json::Location::START;
     reader.problems.finish(file, Value { place, data })
@@ -66,14 +61,14 @@ fn null() -> Value {
 }
 
 struct Reader<'a> {
-    places: Places<'a>,
+    lines: Lines<'a>,
     problems: Collector,
 }
 
 impl Reader<'_> {
     /// The parser limits the depth of `value`.
     fn value(&mut self, value: &toml::Spanned<DeValue<'_>>) -> Value {
-        let place = self.places.at(value.span().start);
+        let place = self.lines.place(value.span().start);
         let data = match value.get_ref() {
             DeValue::String(text) => Data::Text(text.to_string()),
             DeValue::Boolean(flag) => Data::Bool(*flag),
@@ -97,7 +92,7 @@ impl Reader<'_> {
         for (key, value) in table {
             entries.push(Entry {
                 key: key.get_ref().to_string(),
-                place: self.places.at(key.span().start),
+                place: self.lines.place(key.span().start),
                 value: self.value(value),
             });
         }
@@ -110,36 +105,5 @@ impl Reader<'_> {
         let message = format!("{} is not a number of 64 bits", shortened(text));
         self.problems.add(place.into(), message);
         Data::Null
-    }
-}
-
-/// Finds places; cheap for offsets that mostly rise.
-struct Places<'a> {
-    text: &'a str,
-    /// Start of the line found last.
-    at: usize,
-    line: u32,
-}
-
-impl Places<'_> {
-    fn at(&mut self, offset: usize) -> json::Location {
-        if offset < self.at {
-            (self.at, self.line) = (0, 1);
-        }
-        let between = self.text.get(self.at..offset).unwrap_or_default();
-        for (newline, _) in between.match_indices('\n') {
-            self.line = self.line.saturating_add(1);
-            // The last one found is the start of the line.
-            let start = newline + 1;
-            if !between.get(start..).unwrap_or_default().contains('\n') {
-                self.at += start;
-                break;
-            }
-        }
-        let line = self.text.get(self.at..offset).unwrap_or_default();
-        json::Location {
-            line: self.line,
-            column: u32::try_from(line.chars().count() + 1).unwrap_or(u32::MAX),
-        }
     }
 }
