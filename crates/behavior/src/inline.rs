@@ -86,6 +86,12 @@ impl Part {
         all
     }
 
+    /// The node type of its last step.
+    pub fn last_type(&self) -> Option<&str> {
+        let last = list(Some(&self.steps)).last()?;
+        last.get("do").and_then(Json::as_text)
+    }
+
     /// The tree of its steps: one after the other, each until it succeeded.
     ///
     /// # Errors

@@ -95,7 +95,7 @@ pub fn check(program: &Program, kind: Kind, file: &Path) -> Result<Vec<Finding>,
             let include = includes(file);
             let source = source(&name, &text, &include);
             if let Some(checked) = program.policies.check_machine(&source) {
-                checked.map_err(|wrong| InspectError::Behaviour(wrong.to_string()))?;
+                return checked.map_err(|wrong| InspectError::Behaviour(wrong.to_string()));
             }
             match table(&name, &text)? {
                 Table::Machine(table) => Ok(machine::check(&table)),

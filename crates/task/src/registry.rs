@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use behavior::descriptor::Source;
-use behavior::suggest;
 use behavior::tree::{Host, Library};
-use cell_model::runs::report::unknown_policy;
+use behavior::{Finding, suggest};
+use cell_model::runs::report::{policy_named, unknown_policy};
 use cell_model::{Cell, Data};
 use serde_json::{Map, Value, json};
 
@@ -68,9 +68,9 @@ impl<S: Settings> Kind<S> {
     }
 }
 
-/// What is wrong with a machine or matrix in a file; `None` for a file that is none
-/// of this kind.
-pub type CheckMachine = fn(&Source<'_>) -> Option<Result<(), SetupError>>;
+/// What is probably not meant in a machine or matrix in a file, or what is wrong; `None`
+/// for a file that is none of this kind.
+pub type CheckMachine = fn(&Source<'_>) -> Option<Result<Vec<Finding>, SetupError>>;
 
 /// A kind, whatever its settings.
 trait AnyKind: Send + Sync {
@@ -98,8 +98,9 @@ impl<S: Settings> AnyKind for Kind<S> {
         let settings: S = cell.task.read()?;
         ranges::check(&self.schema(), &cell.task.read()?, &cell.task.checker())?;
         settings.check(cell, &cell.task.checker())?;
+        let named = policy_named(policy, &self.policies());
         let mut known = self.policies.iter();
-        let Some((name, make)) = known.find(|(name, _)| name == policy) else {
+        let Some((name, make)) = known.find(|(name, _)| Some(name.as_str()) == named) else {
             let refusal = unknown_policy(policy, &self.policies(), &cell.name);
             return Err(TaskError::UnknownPolicy { refusal });
         };
@@ -230,9 +231,9 @@ impl Policies {
         .task(cell, policy)
     }
 
-    /// What is wrong with a machine or matrix in a file, as far as a kind knows what
-    /// its states and handlers do; `None` where no kind does.
-    pub fn check_machine(&self, source: &Source<'_>) -> Option<Result<(), SetupError>> {
+    /// What is probably not meant in a machine or matrix in a file, or what is wrong, as far
+    /// as a kind knows what its states and handlers do; `None` where no kind does.
+    pub fn check_machine(&self, source: &Source<'_>) -> Option<Result<Vec<Finding>, SetupError>> {
         let mut checks = self.kinds.iter().filter_map(|kind| kind.machines());
         checks.find_map(|check| check(source))
     }

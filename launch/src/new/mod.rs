@@ -153,7 +153,7 @@ fn fill(template: &str, args: &NewArgs, crates: Option<&Path>) -> String {
     let task = match way {
         Way::Python => format!("kind = \"{name}\"\nprogram = \"{file}\""),
         _ if way.is_rust() => format!("kind = \"{name}\"\nprogram = \"{name}\""),
-        _ => format!("kind = \"{policy}\"\nbehaviour = \"{file}\""),
+        _ => format!("kind = \"{}\"\nbehaviour = \"{file}\"", way.kind()),
     };
     let patch = crates.map(|dir| {
         let line = |(package, path): &(&str, &str)| {
@@ -192,15 +192,25 @@ impl Way {
         matches!(self, Self::Ifelse | Self::Fsm | Self::Tree)
     }
 
-    /// Name of the policy; of a file also its kind of `[task]`.
+    /// Name of the policy.
     fn policy(self, name: &str) -> &str {
         match self {
             Self::Ifelse => "ifelse",
             Self::Fsm => "fsm",
-            Self::Tree | Self::Json => "tree",
-            Self::Table => "machine",
+            Self::Tree => "tree",
+            Self::Json => "json",
+            Self::Table => "table",
             Self::Matrix => "matrix",
             Self::Python => name,
+        }
+    }
+
+    /// The kind of `[task]` of a behaviour file.
+    fn kind(self) -> &'static str {
+        match self {
+            Self::Table => "machine",
+            Self::Matrix => "matrix",
+            _ => "tree",
         }
     }
 

@@ -305,10 +305,10 @@ pub(crate) fn choose(
     let Some(asked) = asked else {
         return Ok(default.to_owned());
     };
-    if known.iter().any(|policy| policy == asked) {
-        return Ok(asked.to_owned());
-    }
     let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    if let Some(policy) = report::policy_named(asked, &known) {
+        return Ok(policy.to_owned());
+    }
     let refusal = report::unknown_policy(asked, &known, demo);
     Err(Failure::configuration(refusal))
 }

@@ -38,8 +38,10 @@
 
 mod actions;
 pub(crate) mod alone;
+mod ask;
 mod change;
 mod check;
+mod check_events;
 mod compile;
 mod definition;
 mod graph;
@@ -55,7 +57,8 @@ mod table;
 pub(crate) mod trace;
 
 pub use actions::{Actions, Event, Fault, QUEUE_CAPACITY, QueueFull};
-pub use check::{check, unhandled};
+pub use check::{check, check_with_ends, unhandled};
+pub use check_events::check_events;
 pub use definition::{
     Definition, DestDef, DuringDef, Final, Name, OrderedDef, RowDef, SourceDef, StateDef, names,
 };

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use super::actions::{Actions, Event, Fault, Queue};
+use super::ask::{Memo, holds};
 use super::definition::Final;
-use super::ids::{GuardId, RowId, StateId, TriggerId};
+use super::ids::{RowId, StateId, TriggerId};
 use super::set::SmallSet;
 use super::table::{Row, Span, Table};
 use super::trace::{Happening, Trace};
@@ -64,28 +65,6 @@ pub struct Machine {
     pub(super) queue: Queue,
     memo: Memo,
     pub(super) trace: Trace<Happening>,
-}
-
-/// Guards that were asked for this trigger, and their answers.
-#[derive(Clone, Copy, Debug, Default)]
-struct Memo {
-    known: SmallSet,
-    holding: SmallSet,
-}
-
-impl Memo {
-    fn get(&self, guard: GuardId) -> Option<bool> {
-        self.known
-            .contains(guard.index())
-            .then(|| self.holding.contains(guard.index()))
-    }
-
-    fn put(&mut self, guard: GuardId, value: bool) {
-        self.known.insert(guard.index());
-        if value {
-            self.holding.insert(guard.index());
-        }
-    }
 }
 
 impl Machine {
@@ -194,18 +173,6 @@ impl Machine {
     /// Forgets what happened.
     pub fn clear_trace(&mut self) {
         self.trace.clear();
-    }
-
-    /// Whether `trigger` would take a row now. Asks guards; nothing else runs
-    /// and nothing is remembered.
-    pub fn may(&self, trigger: TriggerId, actions: &mut impl Actions) -> bool {
-        let mut memo = Memo::default();
-        self.active.iter().any(|rank| {
-            self.table
-                .rows_of(trigger, rank)
-                .iter()
-                .any(|row| holds(&self.table, row, &mut memo, actions, &mut |_| {}))
-        })
     }
 
     /// Handles `trigger`, then those that its callbacks post, in their order.
@@ -385,28 +352,4 @@ impl Step {
             taken: None,
         }
     }
-}
-
-/// Whether all guards of a row answer as they must, from left to right, up to
-/// the first that does not.
-fn holds(
-    table: &Table,
-    row: &Row,
-    memo: &mut Memo,
-    actions: &mut impl Actions,
-    trace: &mut impl FnMut(Happening),
-) -> bool {
-    row.conditions
-        .of(&table.conditions)
-        .iter()
-        .all(|condition| {
-            let guard = condition.guard;
-            let value = memo.get(guard).unwrap_or_else(|| {
-                let value = actions.guard(guard);
-                memo.put(guard, value);
-                trace(Happening::Guard { guard, value });
-                value
-            });
-            value == condition.expected
-        })
 }

@@ -38,7 +38,7 @@ mod read;
 mod runtime;
 mod table;
 
-pub use check::{check, unhandled};
+pub use check::{check, check_with_ends, unhandled};
 pub use definition::{CellDef, Definition, DuringDef, StateDef};
 pub use ids::{EventId, EventSet, HandlerId, MAX_EVENTS, Vocabulary};
 pub use runtime::{Cell, Handlers, Happening, Matrix, Next, StepError};

@@ -5,7 +5,7 @@
 
 use crate::machine_host;
 
-use behavior::machine::{Definition, RowDef, StateDef, check, unhandled};
+use behavior::machine::{Definition, RowDef, StateDef, check, check_events, unhandled};
 use machine_host::{VOCABULARY, machine};
 use proptest::prelude::*;
 
@@ -207,6 +207,38 @@ fn checks_name_what_is_probably_not_meant() {
     let table = machine(&stuck).table().clone();
     assert_eq!(check(&table)[0].rule, "dead_end");
     assert_eq!(unhandled(&table)[0].1, [table.state("B").unwrap()]);
+}
+
+#[test]
+fn events_that_lead_to_the_same_state_or_in_a_circle_are_found() {
+    let odd = Definition::new("odd")
+        .states(&["A", "B", "ign"])
+        .state(StateDef::new("end").end(behavior::machine::Final::Success))
+        .row(RowDef::new("nothing", "*", "ign"))
+        .row(RowDef::new("dropped", "A", "B"))
+        .row(RowDef::new("dropped", "B", "A"))
+        .row(RowDef::new("seen", "A", "B"))
+        .row(RowDef::new("seen", "B", "A").when(&["x"]))
+        .row(RowDef::new("ok", "A", "="))
+        .row(RowDef::new("ok", "ign", "end"));
+    let table = machine(&odd).table().clone();
+    let found = check_events(&table, &["nothing", "dropped", "seen"]);
+    let found: Vec<(&str, &str)> = found
+        .iter()
+        .map(|it| (it.rule, it.place.as_str()))
+        .collect();
+    assert_eq!(
+        found,
+        [("event_of_own_state", "row 1"), ("event_circle", "A")]
+    );
+    let message = &check_events(&table, &["ok", "dropped"])[0].message;
+    assert!(message.contains("'ok' leads from 'A'"), "{message}");
+    // Code may fire a trigger that leads to the same state: it is no condition.
+    let rules = check(&table);
+    assert!(
+        rules.iter().all(|it| !it.rule.starts_with("event")),
+        "{rules:?}"
+    );
 }
 
 proptest! {

@@ -14,6 +14,7 @@ use crate::error::ModelError;
 use crate::random::Random;
 use crate::robots::robot::Robot;
 use crate::robots::user::RobotFiles;
+use crate::runs::report::policy_of_kind;
 use crate::shape::Shape;
 use crate::{suggest, toml_text};
 
@@ -219,6 +220,8 @@ impl Cell {
             .flat_map(|object| (0..object.count.unwrap_or(1)).map(move |index| (object, index)))
             .map(|(object, index)| place(object, index, &mut random))
             .collect();
+        let kind = table.task.kind.clone();
+        let named = |policy: String| policy_of_kind(&kind, policy);
         Ok(Self {
             name: name.to_owned(),
             bins: objects.iter().filter(|object| object.is_bin()).count(),
@@ -232,8 +235,8 @@ impl Cell {
             disturbance: table.disturbance,
             fixtures: table.fixtures.iter().map(fixture).collect(),
             description: table.description,
-            policies: table.policies,
-            default_policy: table.default_policy,
+            policies: table.policies.into_iter().map(named).collect(),
+            default_policy: named(table.default_policy),
             time_limit_s: table.time_limit_s,
             arms,
             task: TaskTable::new(table.task, file, text),

@@ -35,6 +35,30 @@ pub fn of_replies(replies: &[ScriptReply]) -> impl Iterator<Item = String> {
     refused.map(ScriptReply::to_string)
 }
 
+/// Kinds of `[task]` whose job is a file, which earlier builds also used as names of their
+/// policies; and the names of these policies now, which the built-in cells use, too.
+const FILE_POLICIES: [(&str, &str); 2] = [("tree", "json"), ("machine", "table")];
+
+/// The policy of `known` that `asked` names: one of that name, or the one that an earlier
+/// build called so.
+pub fn policy_named<'k>(asked: &str, known: &[&'k str]) -> Option<&'k str> {
+    let find = |name: &str| known.iter().copied().find(|policy| *policy == name);
+    let today = || {
+        let (_, name) = FILE_POLICIES.iter().find(|(kind, _)| *kind == asked)?;
+        find(name)
+    };
+    find(asked).or_else(today)
+}
+
+/// Today's name of a policy in a cell file with a task of `kind`.
+pub(crate) fn policy_of_kind(kind: &str, policy: String) -> String {
+    let known = FILE_POLICIES.iter().find(|(name, _)| *name == kind);
+    match known {
+        Some((name, today)) if policy == *name => (*today).to_owned(),
+        _ => policy,
+    }
+}
+
 /// The refusal of a policy that the job of `demo` does not have.
 pub fn unknown_policy(asked: &str, known: &[&str], demo: &str) -> String {
     let advice = suggest::advice(asked, known);

@@ -205,6 +205,49 @@ steps = [{ do = "Stay", for_s = 0.1 }]
     assert!(summary.sim_time_s < 1.0, "{summary:?}");
 }
 
+/// The condition of the event is true all the time: without memory of it the state that it
+/// leads to was entered again in every decision, and its work never ended.
+#[test]
+fn an_event_that_stays_true_enters_a_state_once_killed_or_not() {
+    let text = r#"
+version = 1
+name = "job"
+initial = "work"
+[[states]]
+name = "work"
+during.steps = [{ do = "Stay", for_s = 0.3 }]
+[[states]]
+name = "aside"
+during.success = "over"
+during.steps = [{ do = "Stay", for_s = 0.3 }]
+[[states]]
+name = "done"
+final = true
+[events]
+nothing = { do = "Holding", object = "red", not = true }
+[[rows]]
+trigger = "nothing"
+source = "*"
+dest = "aside"
+[[rows]]
+trigger = "over"
+source = "aside"
+dest = "done"
+"#;
+    let job = Job::new("level", "machine", &CUBES, TOWER, text);
+    for text in [
+        text.to_owned(),
+        text.replace("\"*\"", "[\"work\", \"aside\"]"),
+    ] {
+        std::fs::write(job.0.join("cells/job.machine"), text).unwrap();
+        let calm = job.run("level", "machine", "");
+        assert!(calm.sim_time_s < 0.4, "{calm:?}");
+        let kill = r#"{"at_s": 0.15, "do": "kill", "process": "task"}"#;
+        let killed = job.run("level", "machine", kill);
+        assert_eq!(calm.state_hash, killed.state_hash, "{killed:?}");
+    }
+}
+
 const BRING: &str = r#"
 version = 1
 name = "bring"

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use behavior::board::Board;
 use behavior::inline::{Inline, Part};
 use behavior::machine::{
-    Actions, BehaviorId, CallbackId, Definition, Event, Fault, Final, GuardId, StateDef, Table,
-    TriggerId, Vocabulary,
+    self, Actions, BehaviorId, CallbackId, Definition, Event, Fault, GuardId, StateDef, TriggerId,
+    Vocabulary,
 };
 use behavior::tree::Tree;
-use behavior::{Graph, NodeStatus, ResetReason, Status};
+use behavior::{Finding, Graph, NodeStatus, ResetReason, Status};
 use cell_model::Cell;
 use ipc_types::Text;
 use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, TraceEvent, checkpoint};
@@ -18,6 +18,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
 
+use super::dead_ends;
 use super::parts::{self, Loader};
 use crate::ability;
 use crate::machine_run::MachineRun;
@@ -36,10 +37,20 @@ pub(super) struct MachinePolicy {
 pub(super) struct MachineJob {
     run: MachineRun,
     parts: Parts,
-    /// Condition and trigger, in the order of the file.
-    events: Vec<(Tree<Station>, TriggerId)>,
+    /// In the order of the file.
+    events: Vec<Condition>,
     /// The checkpoint of a machine that never ran.
     initial: Vec<u8>,
+}
+
+/// An event: what makes it fire its trigger.
+struct Condition {
+    name: String,
+    trigger: TriggerId,
+    tree: Tree<Station>,
+    /// It fired, and has held in every decision since. It does not enter a state again that
+    /// is active already then: the state would be entered a hundred times a second.
+    has_fired: bool,
 }
 
 /// What the machine asks for and runs.
@@ -56,6 +67,8 @@ struct Record {
     machine: ByteBuf,
     sequences: Vec<ByteBuf>,
     board: ByteBuf,
+    /// Names of events that fired and have held since.
+    fired: Vec<String>,
 }
 
 impl MachinePolicy {
@@ -99,7 +112,13 @@ impl MachineJob {
             behaviors: &run_names,
         };
         let table = definition.compile(&vocabulary).map_err(Loader::wrong)?;
-        refuse_dead_ends(&definition, &table, &event_names).map_err(Loader::wrong)?;
+        let fired = dead_ends::Fired {
+            events: &event_names,
+            ends: &dead_ends::ends(&inline, |name| table.state(name)),
+        };
+        fired
+            .refuse_dead_ends(&definition, &table)
+            .map_err(Loader::wrong)?;
         let sequences = runs
             .iter()
             .map(|run| loader.named(&run.run.text, &inline.states))
@@ -111,7 +130,12 @@ impl MachineJob {
         let mut events = Vec::new();
         for event in &inline.events {
             if let Some(trigger) = table.trigger(&event.name) {
-                events.push((loader.condition(event)?, trigger));
+                events.push(Condition {
+                    name: event.name.clone(),
+                    trigger,
+                    tree: loader.condition(event)?,
+                    has_fired: false,
+                });
             }
         }
         let mut job = Self {
@@ -127,6 +151,15 @@ impl MachineJob {
         };
         job.initial = job.save();
         Ok(job)
+    }
+
+    /// What is probably not meant in the file with these parts.
+    pub(super) fn check(&self, inline: &Inline) -> Vec<Finding> {
+        let table = self.run.machine.table();
+        let mut found =
+            machine::check_with_ends(table, &dead_ends::ends(inline, |name| table.state(name)));
+        found.extend(machine::check_events(table, &names(&inline.events)));
+        found
     }
 
     /// Back in its first state.
@@ -167,6 +200,12 @@ impl MachineJob {
             machine: ByteBuf::from(self.run.save()),
             sequences: parts::save(&self.parts.sequences),
             board: ByteBuf::from(board),
+            fired: self
+                .events
+                .iter()
+                .filter(|event| event.has_fired)
+                .map(|event| event.name.clone())
+                .collect(),
         })
     }
 
@@ -181,20 +220,26 @@ impl MachineJob {
         &self.run
     }
 
-    /// Fires the trigger of the first event that has a row now.
+    /// Fires the trigger of the first event that has a row now. An event that fired and holds
+    /// since fires again only where that leads to another state.
     fn fire_events(&mut self, world: &mut World<'_>) {
         let Self {
             run, parts, events, ..
         } = self;
         let machine = &mut run.machine;
-        for (condition, trigger) in events {
+        for event in events.iter_mut().filter(|event| event.has_fired) {
+            event.has_fired = parts::holds(&mut event.tree, &mut parts.shared, world);
+        }
+        for event in events {
             let mut host = Running { parts, world };
-            if !machine.may(*trigger, &mut host)
-                || !parts::holds(condition, &mut host.parts.shared, host.world)
+            if !machine.may(event.trigger, &mut host)
+                || (event.has_fired && machine.stays(event.trigger, &mut host))
+                || !parts::holds(&mut event.tree, &mut host.parts.shared, host.world)
             {
                 continue;
             }
-            if let Err(error) = machine.trigger(*trigger, &mut host) {
+            event.has_fired = true;
+            if let Err(error) = machine.trigger(event.trigger, &mut host) {
                 let out = &mut *host.world.out;
                 out.event(TraceEvent::Fault, format_args!("[fault] {error}"));
             }
@@ -257,6 +302,9 @@ impl MachineJob {
             .shared
             .restore(&record.board)
             .map_err(bincode::Error::custom)?;
+        for event in &mut self.events {
+            event.has_fired = record.fired.contains(&event.name);
+        }
         parts::restore(&mut self.parts.sequences, &record.sequences)
     }
 }
@@ -320,32 +368,4 @@ fn all_states(states: &[StateDef], visit: &mut impl FnMut(&StateDef)) {
         visit(state);
         all_states(&state.children, visit);
     }
-}
-
-/// Refuses a state that a run would never leave.
-fn refuse_dead_ends(definition: &Definition, table: &Table, events: &[&str]) -> Result<(), String> {
-    for state in &definition.states {
-        if state.end != Final::No || !state.children.is_empty() {
-            continue;
-        }
-        let results = state.during.iter().flat_map(|during| {
-            let both = during.success.iter().chain(&during.failure);
-            both.map(|name| name.text.as_str())
-        });
-        let fired: BTreeSet<&str> = results.chain(events.iter().copied()).collect();
-        let id = table.state(&state.name.text);
-        let leaves = id.is_some_and(|id| {
-            let mut triggers = table.triggers_of(id);
-            triggers.any(|trigger| fired.contains(&table.trigger_name(trigger)))
-        });
-        if !leaves {
-            let (file, name, place) = (&definition.file, &state.name.text, state.name.place);
-            return Err(format!(
-                "{file}:{}:{}: nothing leaves state '{name}'; give it during.steps with a \
-                 success that has a row, a row for one of [events], or final = true",
-                place.line, place.column
-            ));
-        }
-    }
-    Ok(())
 }

@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use behavior::board::Board;
 use behavior::inline::Inline;
-use behavior::machine::{BehaviorId, Fault, Final};
+use behavior::machine::{BehaviorId, Fault, Final, StateId};
 use behavior::matrix::{
-    Cell as MatrixCell, Definition, EventId, EventSet, HandlerId, Handlers, Next, Table, Vocabulary,
+    self, Cell as MatrixCell, Definition, EventId, EventSet, HandlerId, Handlers, Next, Table,
+    Vocabulary,
 };
 use behavior::tree::Tree;
-use behavior::{Graph, NodeStatus, ResetReason, Status, suggest};
+use behavior::{Finding, Graph, NodeStatus, ResetReason, Status, suggest};
 use cell_model::Cell;
 use ipc_types::Text;
 use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError};
@@ -17,6 +18,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
 
+use super::dead_ends;
 use super::parts::{self, Loader};
 use crate::ability;
 use crate::matrix::MatrixRun;
@@ -102,7 +104,12 @@ impl MatrixPolicy {
             .map(|run| loader.named(run, &inline.states))
             .collect::<Result<_, _>>()?;
         refuse_silent_events(&definition, &inline).map_err(Loader::wrong)?;
-        refuse_dead_ends(&definition, &table).map_err(Loader::wrong)?;
+        refuse_dead_ends(
+            &definition,
+            &table,
+            &dead_ends::ends(&inline, |name| table.state(name)),
+        )
+        .map_err(Loader::wrong)?;
         let mut policy = Self {
             setup: Arc::clone(setup),
             run: MatrixRun::new(Arc::new(table)),
@@ -119,6 +126,12 @@ impl MatrixPolicy {
         };
         policy.initial = policy.save();
         Ok(policy)
+    }
+
+    /// What is probably not meant in the file with these parts.
+    pub(super) fn check(&self, inline: &Inline) -> Vec<Finding> {
+        let table = self.run.table();
+        matrix::check_with_ends(table, &dead_ends::ends(inline, |name| table.state(name)))
     }
 
     fn pending(&mut self, world: &mut World<'_>) -> EventSet {
@@ -304,7 +317,11 @@ fn event_named(definition: &Definition, table: &Table, name: &str) -> Result<Eve
 }
 
 /// Refuses a state that a run would never leave.
-fn refuse_dead_ends(definition: &Definition, table: &Table) -> Result<(), String> {
+fn refuse_dead_ends(
+    definition: &Definition,
+    table: &Table,
+    ends: &[StateId],
+) -> Result<(), String> {
     for state in &definition.states {
         let id = table.state(&state.name.text);
         let mut events = definition.precedence.iter();
@@ -313,10 +330,12 @@ fn refuse_dead_ends(definition: &Definition, table: &Table) -> Result<(), String
             id.zip(event)
                 .is_some_and(|(id, event)| table.handler(id, event).is_some())
         });
-        if state.end == Final::No && !answers {
+        let gives_up = id.is_some_and(|id| ends.contains(&id));
+        if state.end == Final::No && !answers && !gives_up {
             let (file, place) = (&definition.file, state.name.place);
             return Err(format!(
-                "{file}:{}:{}: state '{}' answers no event; give it a cell, or final = true",
+                "{file}:{}:{}: state '{}' answers no event; give it a cell, final = true, or \
+                 FailJob as its last step",
                 place.line, place.column, state.name.text
             ));
         }

@@ -1,6 +1,7 @@
 //! Jobs in behaviour files, without Rust: `[task] kind = "tree"`, `"machine"` or
 //! `"matrix"`.
 
+mod dead_ends;
 mod machine;
 mod matrix;
 mod nested;
@@ -11,6 +12,7 @@ mod tree;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use behavior::Finding;
 use behavior::descriptor::Source;
 use behavior::inline::Inline;
 use behavior::tree::Tree;
@@ -23,10 +25,14 @@ use crate::skill::Station;
 
 pub use tree::{StillDone, TreeJob, TreePolicy, TreeSource};
 
-/// Name of the kind and of the policy for trees.
+/// Name of the kind for trees.
 pub const TREE: &str = "tree";
-/// Name of the kind and of the policy for machines.
+/// Name of its policy, and of the same in cells that have others, too.
+pub const JSON: &str = "json";
+/// Name of the kind for machines.
 pub const MACHINE: &str = "machine";
+/// Name of its policy, and of the same in cells that have others, too.
+pub const TABLE: &str = "table";
 /// Name of the kind and of the policy for matrices.
 pub const MATRIX: &str = "matrix";
 
@@ -41,7 +47,7 @@ pub fn with_file_jobs(policies: Policies) -> Policies {
 
 fn tree_kind() -> Kind<FileTask> {
     Kind::<FileTask>::new(TREE)
-        .policy(TREE, |task, cell| {
+        .policy(JSON, |task, cell| {
             let sources = cell.arms.iter().map(|arm| {
                 let (file, board) = task.of_arm(&arm.name);
                 TreeSource {
@@ -58,7 +64,7 @@ fn tree_kind() -> Kind<FileTask> {
 
 fn machine_kind() -> Kind<FileTask> {
     Kind::<FileTask>::new(MACHINE)
-        .policy(MACHINE, |task, cell| {
+        .policy(TABLE, |task, cell| {
             machine(cell, &task.place, &task.behaviour)
         })
         .machines(check)
@@ -70,9 +76,10 @@ fn matrix_kind() -> Kind<FileTask> {
     })
 }
 
-/// What is wrong with a machine or matrix that is looked at without its cell;
-/// `None` for one whose states and handlers have no steps: they are a program's.
-fn check(source: &Source<'_>) -> Option<Result<(), SetupError>> {
+/// What is probably not meant in a machine or matrix that is looked at without its cell, or
+/// what is wrong; `None` for one whose states and handlers have no steps: they are a
+/// program's.
+fn check(source: &Source<'_>) -> Option<Result<Vec<Finding>, SetupError>> {
     let inline = match Inline::read(source.file, source.text) {
         Ok(inline) => inline,
         Err(wrong) => return Some(Err(SetupError::in_file(wrong.to_string()))),
@@ -81,11 +88,11 @@ fn check(source: &Source<'_>) -> Option<Result<(), SetupError>> {
     let loader = parts::Loader::alone(source);
     if !inline.handlers.is_empty() {
         let loaded = matrix::MatrixPolicy::load(loader, &setup, source.text);
-        return Some(loaded.map(|_| ()));
+        return Some(loaded.map(|job| job.check(&inline)));
     }
     if !inline.states.is_empty() {
         let loaded = machine::MachineJob::load(loader, source.text);
-        return Some(loaded.map(|_| ()));
+        return Some(loaded.map(|job| job.check(&inline)));
     }
     None
 }

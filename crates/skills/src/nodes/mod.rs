@@ -266,6 +266,9 @@ fn stay() -> NodeType<Station> {
     .within(0.0, 3600.0)
 }
 
+/// The node type that gives the job up.
+pub(crate) const FAIL_JOB: &str = "FailJob";
+
 /// Fails the job.
 struct FailJob {
     reason: In<Str>,
@@ -283,7 +286,7 @@ impl Leaf<Station> for FailJob {
 
 fn fail() -> NodeType<Station> {
     NodeType::new(
-        "FailJob",
+        FAIL_JOB,
         "Gives the job up: the arm holds, the run ends with this reason.",
         |binder| {
             Ok(FailJob {

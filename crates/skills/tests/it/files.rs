@@ -115,6 +115,63 @@ fn a_state_that_nothing_leaves_is_refused() {
 }
 
 #[test]
+fn a_state_whose_last_step_gives_the_job_up_needs_no_row() {
+    let lost = "{ do = \"Home\" }, { do = \"FailJob\", reason = \"cube_lost\" }";
+    let state = format!("[[states]]\nname = \"lost\"\nduring.steps = [{lost}]\n\n[events]");
+    let machine = example("machine.toml").replacen("[events]", &state, 1);
+    assert_eq!(said("gives_up", "machine", "a.toml", &machine), Ok(()));
+    let first = machine.replace(
+        lost,
+        &lost.replace("FailJob\", reason = \"cube_lost", "Open"),
+    );
+    let error = said("goes_on", "machine", "a.toml", &first).unwrap_err();
+    assert!(error.contains("FailJob as its last step"), "{error}");
+    let matrix = example("matrix.toml").replacen(
+        "\"RETRACTING\", {",
+        &format!("\"RETRACTING\", {{ name = \"LOST\", during.steps = [{lost}] }}, {{"),
+        1,
+    );
+    assert_eq!(said("gives_up_too", "matrix", "a.toml", &matrix), Ok(()));
+}
+
+#[test]
+fn the_policy_of_a_file_has_one_name_and_takes_the_one_of_earlier_builds() {
+    let cell = |kind: &str| {
+        let dir =
+            std::env::temp_dir().join(format!("robocell-named-{kind}-{}", std::process::id()));
+        let folder = Folder(dir);
+        std::fs::create_dir_all(folder.0.join("cells")).unwrap();
+        let cell = Data::checkout().read("cells/cube.toml").unwrap();
+        let list = cell
+            .lines()
+            .find(|line| line.starts_with("policies"))
+            .unwrap();
+        let cell = cell
+            .replace(list, &format!("policies = [\"{kind}\"]"))
+            .replace("\"ifelse\"", &format!("\"{kind}\""))
+            .replace(
+                "kind = \"cube\"",
+                &format!("kind = \"{kind}\"\nbehaviour = \"cube/cube.tree.json\""),
+            );
+        std::fs::write(folder.0.join("cells/mine.toml"), cell).unwrap();
+        let data = Data::dir(folder.0.clone()).with_robots_of(&Data::checkout());
+        let cell = Cell::load(&data, "mine", 0, None).unwrap();
+        (cell.policies.join(" "), cell.default_policy)
+    };
+    assert_eq!(cell("tree"), ("json".to_owned(), "json".to_owned()));
+    assert_eq!(cell("machine"), ("table".to_owned(), "table".to_owned()));
+    assert_eq!(cell("matrix"), ("matrix".to_owned(), "matrix".to_owned()));
+    let known = ["json", "table"];
+    let named = |asked| cell_model::runs::report::policy_named(asked, &known);
+    assert_eq!(
+        (named("tree"), named("machine")),
+        (Some("json"), Some("table"))
+    );
+    let code = cell_model::runs::report::policy_named("json", &["tree"]);
+    assert_eq!(code, None, "a tree in code is not a file");
+}
+
+#[test]
 fn a_misspelt_step_is_refused_with_the_name_that_was_meant() {
     let text = example("machine.toml");
     let machine = |change, expected: &[&str]| {

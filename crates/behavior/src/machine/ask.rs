@@ -1,0 +1,93 @@
+//! What a trigger would do: guards are asked, nothing changes.
+
+use super::actions::Actions;
+use super::ids::{GuardId, TriggerId};
+use super::runtime::Machine;
+use super::set::SmallSet;
+use super::table::{Row, Table};
+use super::trace::Happening;
+
+/// Guards that were asked for this trigger, and their answers.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Memo {
+    known: SmallSet,
+    holding: SmallSet,
+}
+
+impl Memo {
+    fn get(&self, guard: GuardId) -> Option<bool> {
+        self.known
+            .contains(guard.index())
+            .then(|| self.holding.contains(guard.index()))
+    }
+
+    fn put(&mut self, guard: GuardId, value: bool) {
+        self.known.insert(guard.index());
+        if value {
+            self.holding.insert(guard.index());
+        }
+    }
+}
+
+impl Machine {
+    /// Whether `trigger` would take a row now. Asks guards; nothing else runs
+    /// and nothing is remembered.
+    pub fn may(&self, trigger: TriggerId, actions: &mut impl Actions) -> bool {
+        let mut memo = Memo::default();
+        self.active.iter().any(|rank| {
+            self.table
+                .rows_of(trigger, rank)
+                .iter()
+                .any(|row| holds(&self.table, row, &mut memo, actions, &mut |_| {}))
+        })
+    }
+
+    /// Whether `trigger` would take rows now that only lead to where the machine is: into
+    /// states that are active, which would be left and entered again, or nowhere (internal
+    /// rows). For a host whose triggers are conditions, which stay true for many decisions.
+    pub fn stays(&self, trigger: TriggerId, actions: &mut impl Actions) -> bool {
+        let mut memo = Memo::default();
+        let (mut done, mut any) = (SmallSet::default(), false);
+        for rank in self.active.iter() {
+            if done.contains(rank) {
+                continue;
+            }
+            let mut rows = self.table.rows_of(trigger, rank).iter();
+            let Some(row) =
+                rows.find(|row| holds(&self.table, row, &mut memo, actions, &mut |_| {}))
+            else {
+                continue;
+            };
+            if row.dest.is_some_and(|dest| !self.is_active(dest)) {
+                return false;
+            }
+            any = true;
+            done = done.union(&self.table.at(rank).map(|it| it.path).unwrap_or_default());
+        }
+        any
+    }
+}
+
+/// Whether all guards of a row answer as they must, from left to right, up to
+/// the first that does not.
+pub(super) fn holds(
+    table: &Table,
+    row: &Row,
+    memo: &mut Memo,
+    actions: &mut impl Actions,
+    trace: &mut impl FnMut(Happening),
+) -> bool {
+    row.conditions
+        .of(&table.conditions)
+        .iter()
+        .all(|condition| {
+            let guard = condition.guard;
+            let value = memo.get(guard).unwrap_or_else(|| {
+                let value = actions.guard(guard);
+                memo.put(guard, value);
+                trace(Happening::Guard { guard, value });
+                value
+            });
+            value == condition.expected
+        })
+}
