@@ -36,6 +36,7 @@ pub struct Plant {
     world: World,
     script: ScriptRunner,
     objects: Vec<String>,
+    arms: Vec<String>,
     speed: Speed,
     until_done: bool,
     limit_tick: u64,
@@ -71,6 +72,7 @@ impl Plant {
             world,
             script: ScriptRunner::new(&spec.script),
             objects: cell.objects.iter().map(|o| o.name.clone()).collect(),
+            arms: cell.arms.iter().map(|arm| arm.name.clone()).collect(),
             speed: spec.speed,
             until_done: spec.until_done,
             limit_tick: spec.time_limit_s.map_or(u64::MAX, ticks),
@@ -269,8 +271,12 @@ impl Plant {
     fn run_script(&mut self, decision: Option<&Decision>) {
         let tick = self.world.tick();
         if let Some(decision) = decision {
-            self.script
-                .observe(tick, decision.phase.as_str(), decision.phase_entry);
+            self.script.observe(
+                tick,
+                decision.phase.as_str(),
+                decision.phase_entry,
+                &self.arms,
+            );
         }
         while self.waiting.is_none() {
             let Some((line, action)) = self.script.next_due(tick) else {

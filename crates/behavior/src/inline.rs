@@ -3,8 +3,8 @@
 //! host's, as in a tree.
 //!
 //! A step is a table: `do` names the node type, the other keys are its ports.
-//! `not = true` turns its answer round. `id`, `name`, `modifiers` and `children`
-//! mean what they mean in a tree.
+//! `not = true` turns its answer round. `id`, `name`, `modifiers`, `children`, `as` and
+//! `items` mean what they mean in a tree.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,17 @@ use crate::suggest;
 use crate::tree::{Host, Library, Tree};
 
 /// Keys of a step that are no ports.
-const STEP_KEYS: &[&str] = &["do", "id", "name", "doc", "not", "modifiers", "children"];
+const STEP_KEYS: &[&str] = &[
+    "do",
+    "id",
+    "name",
+    "doc",
+    "not",
+    "modifiers",
+    "children",
+    "as",
+    "items",
+];
 /// Keys of a handler.
 const HANDLER_KEYS: &[&str] = &["steps", "success", "failure"];
 
@@ -233,7 +243,9 @@ fn node(step: &Json, id: &str) -> Json {
         ("type", given("do").unwrap_or_else(|| text_value(place, ""))),
         ("ports", value(place, Data::Object(ports))),
     ];
-    parts.extend(given("name").map(|name| ("name", name)));
+    for key in ["name", "as", "items"] {
+        parts.extend(given(key).map(|value| (key, value)));
+    }
     let mut modifiers: Vec<Json> = list(step.get("modifiers")).to_vec();
     if step
         .get("not")

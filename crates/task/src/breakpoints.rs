@@ -2,6 +2,7 @@
 //! pause.
 
 use behavior::{Graph, NodeStatus};
+use cell_model::runs::phase_name;
 use ipc_types::trace::TraceKind;
 use ipc_types::{BreakName, Decision, OperatorPanel};
 use serde::{Deserialize, Serialize};
@@ -64,7 +65,11 @@ impl Happened<'_> {
     fn is_node(&self, line: &TraceLineText, name: &str) -> bool {
         let graph = self.graphs.get(line.graph);
         let node = graph.and_then(|graph| graph.nodes.get(line.node));
-        node.is_some_and(|node| node.id == name || node.name == name)
+        graph.zip(node).is_some_and(|(graph, node)| {
+            node.id == name
+                || node.name == name
+                || phase_name::alike(&[name], &[&graph.name, &node.name])
+        })
     }
 }
 

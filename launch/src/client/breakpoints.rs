@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use cell_model::runs::phase_name;
 use ipc_types::BreakName;
 use ipc_types::operator::OperatorAction;
 use serde_json::json;
@@ -72,6 +73,11 @@ fn known(args: &BreakArgs, name: &str) -> Result<(Session, String), Failure> {
     if let Some(spelled) = spelled(&names, name) {
         return Ok((view.session, spelled.clone()));
     }
+    let arms = view.session.load_cell().map(|cell| cell.arms);
+    let arms: Vec<String> = arms.into_iter().flatten().map(|arm| arm.name).collect();
+    if let Some(spelled) = with_arm(&names, name, &arms) {
+        return Ok((view.session, spelled));
+    }
     let near = did_you_mean(name, &names);
     Err(Failure::configuration(format!(
         "the task has no node, state or guard `{name}`{near}; it has {}",
@@ -79,15 +85,29 @@ fn known(args: &BreakArgs, name: &str) -> Result<(Session, String), Failure> {
     )))
 }
 
-/// The one of `names` that is `name`, or is when the case of letters is ignored: a phase
-/// `LIFT` is shown while a tree's node is `Lift`.
+/// The one of `names` that is `name`, or is when both are written as phases: a phase `LIFT`
+/// is shown while a tree's node is `Lift`, and `BRING_RED_1` while it is `bring[red_1]`.
 fn spelled<'a>(names: &'a [String], name: &str) -> Option<&'a String> {
     let exact = names.iter().find(|known| *known == name);
     exact.or_else(|| {
         let mut alike = names
             .iter()
-            .filter(|known| known.eq_ignore_ascii_case(name));
+            .filter(|known| phase_name::alike(&[name], &[known]));
         alike.next().filter(|_| alike.next().is_none())
+    })
+}
+
+/// As [`spelled`], of a name with that of an arm in front: with a single arm the node's own
+/// name, with several the phase of the node of that arm.
+fn with_arm(names: &[String], name: &str, arms: &[String]) -> Option<String> {
+    let pairs = arms
+        .iter()
+        .flat_map(|arm| names.iter().map(move |known| (arm, known)));
+    let mut found = pairs.filter(|(arm, known)| phase_name::alike(&[name], &[arm, known]));
+    let (arm, known) = found.next()?;
+    Some(match arms {
+        [_] => known.clone(),
+        _ => phase_name::of_arm(arm, known),
     })
 }
 
@@ -133,7 +153,7 @@ fn list(args: &BreakArgs) -> Result<(), Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::{guards, spelled};
+    use super::{guards, spelled, with_arm};
 
     #[test]
     fn a_name_is_found_in_another_case_when_only_one_is_like_it() {
@@ -143,6 +163,19 @@ mod tests {
         assert_eq!(found("Held"), Some("Held"));
         assert_eq!(found("HELD"), None, "two are like it");
         assert_eq!(found("place"), None);
+    }
+
+    #[test]
+    fn a_phase_is_the_name_of_a_node_with_that_of_its_arm() {
+        let names = ["bring[red_1]", "bring[red_2]"].map(str::to_owned);
+        let found = |name| spelled(&names, name).map(String::as_str);
+        assert_eq!(found("BRING_RED_1"), Some("bring[red_1]"));
+        let arms = ["left", "right"].map(str::to_owned);
+        let of = |name, arms| with_arm(&names, name, arms);
+        let phase = "RIGHT_BRING_RED_2";
+        assert_eq!(of(phase, &arms).as_deref(), Some(phase));
+        assert_eq!(of(phase, &arms[1..]).as_deref(), Some("bring[red_2]"));
+        assert_eq!(of(phase, &arms[..1]), None);
     }
 
     #[test]

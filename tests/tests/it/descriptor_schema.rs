@@ -35,6 +35,26 @@ fn a_good_file_is_accepted_by_both() {
 }
 
 #[test]
+fn a_loop_is_known_with_what_it_needs() {
+    let text = r#"{"format": "behavior-tree/1", "name": "t", "root":
+        {"id": "all", "type": "ForEach", "as": "x", "items": ["red", 2, [0.5, 1]], "children": [
+            {"id": "rest", "name": "rest ${x}", "type": "Wait", "ports": {"seconds": 1}}]}}"#;
+    let accepts = |text: &str| {
+        let value: Value = serde_json::from_str(text).unwrap();
+        validator().is_valid(&value)
+    };
+    assert!(accepts(text));
+    for (from, to) in [
+        ("\"as\": \"x\", ", ""),
+        ("\"as\": \"x\"", "\"as\": \"a b\""),
+        ("[\"red\", 2, [0.5, 1]]", "\"red\""),
+        ("ForEach", "Sequence"),
+    ] {
+        assert!(!accepts(&text.replacen(from, to, 1)), "{to}");
+    }
+}
+
+#[test]
 fn mistakes_an_editor_can_know_are_refused_by_both() {
     let changes = [
         ("behavior-tree/1", "behavior-tree/9"),

@@ -35,6 +35,8 @@ pub(super) struct Builder<'a, H: Host> {
     pub used_subtrees: BTreeSet<&'a str>,
     /// Subtrees around the node being made.
     pub open: Vec<&'a str>,
+    /// What ids end with: the items of each `ForEach` around the node, `[red_1]`.
+    pub suffix: String,
     /// Nodes made so far.
     pub nodes: usize,
     pub ids: BTreeMap<String, (&'a str, Location)>,
@@ -62,6 +64,7 @@ impl<'a, H: Host> Builder<'a, H> {
             subtrees: BTreeMap::new(),
             used_subtrees: BTreeSet::new(),
             open: Vec::new(),
+            suffix: String::new(),
             nodes: 0,
             ids: BTreeMap::new(),
             local: Board::new(),

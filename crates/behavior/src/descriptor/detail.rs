@@ -5,7 +5,11 @@ use std::collections::BTreeMap;
 use super::build::only_constant;
 use super::files::get;
 use super::json::{Data, Entry, Value as Json, shortened};
+use super::literal;
 use crate::value::Value;
+
+/// Items of a list that are shown.
+const SHOWN: usize = 8;
 
 type Constants = BTreeMap<String, Value>;
 
@@ -14,6 +18,10 @@ pub(super) fn detail(entries: &[Entry], constants: &Constants) -> String {
     let mut parts = Vec::new();
     if let Some(name) = get(entries, "subtree").and_then(Json::as_text) {
         parts.push(shortened(name));
+    }
+    if let (Some(name), Some(items)) = (get(entries, "as"), get(entries, "items")) {
+        let name = shortened(name.as_text().unwrap_or_default());
+        parts.push(format!("{name} in {}", value(items, constants)));
     }
     parts.extend(ports_line(get(entries, "ports"), constants));
     let modifiers = get(entries, "modifiers").and_then(Json::as_list);
@@ -40,8 +48,8 @@ fn ports_line(ports: Option<&Json>, constants: &Constants) -> Vec<String> {
 fn filled(text: &str, constants: &Constants) -> String {
     let mut filled = text.to_owned();
     for (name, value) in constants {
-        if let Value::Text(value) = value {
-            filled = filled.replace(&format!("${{{name}}}"), value.as_str());
+        if let Some(word) = literal::within_text(*value) {
+            filled = filled.replace(&format!("${{{name}}}"), &word);
         }
     }
     filled
@@ -55,15 +63,18 @@ fn value(json: &Json, constants: &Constants) -> String {
         Data::Number(value) => value.to_string(),
         Data::Text(text) => match only_constant(text).and_then(|name| constants.get(name)) {
             Some(value) => value.to_string(),
-            None => format!("'{}'", shortened(text)),
+            None => format!("'{}'", shortened(&filled(text, constants))),
         },
         Data::List(items) => {
-            let items: Vec<String> = items
+            let mut shown: Vec<String> = items
                 .iter()
-                .take(8)
+                .take(SHOWN)
                 .map(|item| value(item, constants))
                 .collect();
-            format!("[{}]", items.join(", "))
+            if items.len() > SHOWN {
+                shown.push("...".to_owned());
+            }
+            format!("[{}]", shown.join(", "))
         }
         Data::Object(entries) => match entries.as_slice() {
             [entry] => shortened(&filled(

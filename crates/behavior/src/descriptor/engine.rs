@@ -168,6 +168,14 @@ pub(super) const NODES: &[EngineType] = &[
         "Children one after the other until one does not fail",
     ),
     node(
+        FOR_EACH,
+        Children::One,
+        &[memory("true")],
+        &["each", "items", "copies"],
+        "A sequence of one copy of the child for each of 'items', in their order; ${NAME} is the \
+         item, where 'as' is NAME, and ids and names of the copy end with [ITEM]",
+    ),
+    node(
         "Parallel",
         Children::Any,
         &[
@@ -368,6 +376,15 @@ pub(super) const NODES: &[EngineType] = &[
 pub(super) const SUBTREE: &str = "Subtree";
 /// Name of the type with a guard.
 pub(super) const GUARD: &str = "EternalGuard";
+/// Name of the type that copies its child.
+pub(super) const FOR_EACH: &str = "ForEach";
+/// Keys of a node that one type has, and needs.
+pub(super) const OWNED_KEYS: [(&str, &str); 4] = [
+    ("subtree", SUBTREE),
+    ("guard", GUARD),
+    ("as", FOR_EACH),
+    ("items", FOR_EACH),
+];
 
 /// The node type of that name.
 pub(super) fn find(name: &str) -> Option<&'static EngineType> {

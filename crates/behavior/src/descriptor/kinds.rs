@@ -1,7 +1,7 @@
 //! What nodes of the engine's types are.
 
 use super::build::{Builder, Site};
-use super::engine::{EngineType, PARALLEL, STATUSES};
+use super::engine::{self, EngineType, PARALLEL, STATUSES};
 use super::files::place_of;
 use super::json::{Location, Value as Json};
 use super::leaves::{CheckKey, From, SetKey};
@@ -66,7 +66,7 @@ impl<'a, H: Host> Builder<'a, H> {
             return Some(Kind::Converter { from, to });
         }
         Some(match spec.name {
-            "Sequence" => Kind::Sequence(memory),
+            "Sequence" | engine::FOR_EACH => Kind::Sequence(memory),
             "Selector" => Kind::Selector(memory),
             "Parallel" => Kind::Parallel(self.parallel(at, &ports, json, children)?),
             "Inverter" => Kind::Inverter,

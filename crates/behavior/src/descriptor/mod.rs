@@ -15,6 +15,8 @@ mod detail;
 mod engine;
 pub mod error;
 mod files;
+mod for_each;
+mod guards;
 mod header;
 pub mod json;
 mod kinds;
@@ -26,6 +28,7 @@ mod nodes;
 mod ports;
 mod schema;
 mod subtrees;
+mod types;
 
 use std::collections::BTreeMap;
 

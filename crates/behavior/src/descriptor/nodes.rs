@@ -1,16 +1,15 @@
 //! Nodes of a file, with those below them.
 
-use super::advice;
 use super::build::{Builder, Site};
 use super::detail::detail;
-use super::engine::{self, Children, EngineType};
+use super::engine::{self, Children};
 use super::files::{get, object};
 use super::json::{Entry, Location, Value as Json, shortened};
 use super::kinds::At;
 use super::limits::{MAX_DEPTH, MAX_NAME, MAX_NODES};
+use super::types::Found;
 use crate::finding::Finding;
-use crate::tree::check::CONDITION;
-use crate::tree::{Host, Kind, Node, NodeType};
+use crate::tree::{Host, Kind, Node};
 
 /// Keys of a node.
 pub(super) const NODE_KEYS: &[&str] = &[
@@ -23,15 +22,11 @@ pub(super) const NODE_KEYS: &[&str] = &[
     "children",
     "subtree",
     "guard",
+    "as",
+    "items",
 ];
 /// Keys of the guard of a node.
 pub(super) const GUARD_KEYS: &[&str] = &["type", "doc", "ports"];
-
-/// What the name of a type stands for.
-enum Found<'a, H: Host> {
-    Engine(&'static EngineType),
-    Registered(&'a NodeType<H>),
-}
 
 /// A node's place in the tree.
 #[derive(Clone, Copy)]
@@ -76,9 +71,11 @@ impl<'a, H: Host> Builder<'a, H> {
         let id = self.id(site, json, entries, type_name, seat);
         let name = match get(entries, "name") {
             Some(name) => self.name(site.file, name).unwrap_or_default(),
-            None => get(entries, "id")
-                .and_then(Json::as_text)
-                .map_or_else(|| type_name.unwrap_or_default().to_owned(), str::to_owned),
+            None => {
+                let id = get(entries, "id").and_then(Json::as_text);
+                let plain = id.or(type_name).unwrap_or_default();
+                format!("{plain}{}", self.suffix)
+            }
         };
         let at = At {
             site,
@@ -104,6 +101,7 @@ impl<'a, H: Host> Builder<'a, H> {
             modifiers,
             children,
             id,
+            suffix: String::new(),
         })
     }
 
@@ -125,15 +123,15 @@ impl<'a, H: Host> Builder<'a, H> {
         self.nodes = before.saturating_add(count);
         if before <= MAX_NODES && self.nodes > MAX_NODES {
             let message = format!(
-                "the tree has more than {MAX_NODES} nodes, all modifiers and uses of subtrees \
-                 counted; this is one too many"
+                "the tree has more than {MAX_NODES} nodes, all modifiers, uses of subtrees and \
+                 items of ForEach counted; this is one too many"
             );
             self.errors.push(site.file, place, message);
         }
         self.nodes > MAX_NODES
     }
 
-    fn type_name(
+    pub(super) fn type_name(
         &mut self,
         site: &Site<'a>,
         json: &'a Json,
@@ -155,45 +153,6 @@ impl<'a, H: Host> Builder<'a, H> {
         name
     }
 
-    fn find(&mut self, site: &Site<'a>, entries: &'a [Entry], name: &str) -> Option<Found<'a, H>> {
-        if let Some(spec) = engine::find(name) {
-            return Some(Found::Engine(spec));
-        }
-        if let Some(node_type) = self.library.find(name) {
-            return Some(Found::Registered(node_type));
-        }
-        if let Some(value) = get(entries, "type") {
-            let message = self.unknown_type(name);
-            self.errors.push(site.file, value.place, message);
-        }
-        None
-    }
-
-    /// Looks among names first, then among keywords.
-    fn unknown_type(&self, name: &str) -> String {
-        let registered = self.library.types().iter();
-        let keywords = registered.map(|t| (t.name, t.keywords));
-        let all: Vec<(&str, &[&str])> = keywords
-            .chain(engine::NODES.iter().map(|t| (t.name, t.keywords)))
-            .collect();
-        let names: Vec<&str> = all.iter().map(|(name, _)| *name).collect();
-        let message = advice::unknown("node type", name, &names);
-        if message.contains("did you mean") {
-            return message;
-        }
-        let word = name.to_lowercase();
-        let meant = all
-            .iter()
-            .find(|(_, keywords)| keywords.contains(&word.as_str()));
-        match meant {
-            Some((meant, _)) => format!(
-                "there is no node type '{}'; did you mean '{meant}' ({word})?",
-                shortened(name)
-            ),
-            None => message,
-        }
-    }
-
     /// The id in the file with the prefix of its site, or one made from where
     /// the node stands.
     fn id(
@@ -210,6 +169,7 @@ impl<'a, H: Host> Builder<'a, H> {
                 "" => format!("{}{type_name}", site.prefix),
                 parent => format!("{parent}/{}:{}", seat.index, shortened(type_name)),
             };
+            let id = format!("{id}{}", self.suffix);
             self.missing_id(site, json.place, type_name);
             return self.unique(site, json.place, id);
         };
@@ -222,7 +182,8 @@ impl<'a, H: Host> Builder<'a, H> {
             );
             self.errors.push(site.file, value.place, message);
         }
-        self.unique(site, value.place, format!("{}{text}", site.prefix))
+        let id = format!("{}{text}{}", site.prefix, self.suffix);
+        self.unique(site, value.place, id)
     }
 
     fn missing_id(&mut self, site: &Site<'a>, place: Location, type_name: &str) {
@@ -296,7 +257,7 @@ impl<'a, H: Host> Builder<'a, H> {
             let place = get(entries, "children").map_or(place, |c| c.place);
             self.errors.push(site.file, place, message);
         }
-        for (key, owner) in [("subtree", engine::SUBTREE), ("guard", engine::GUARD)] {
+        for (key, owner) in engine::OWNED_KEYS {
             let entry = entries.iter().find(|e| e.key == key);
             match entry {
                 Some(entry) if name != owner => {
@@ -331,33 +292,6 @@ impl<'a, H: Host> Builder<'a, H> {
         }
     }
 
-    /// A condition that is asked before each tick of the child.
-    fn guard(&mut self, at: At<'_, 'a>, json: &'a Json) -> Option<Kind<H>> {
-        let file = at.site.file;
-        let entries = object(&mut self.errors, file, json, "a guard", GUARD_KEYS)?;
-        let name = self.type_name(at.site, json, entries)?;
-        let place = get(entries, "type").map_or(json.place, |t| t.place);
-        let at = At { place, ..at };
-        let ports = get(entries, "ports");
-        match self.find(at.site, entries, name)? {
-            Found::Registered(node_type) => self.leaf(at, node_type, ports).map(Kind::EternalGuard),
-            Found::Engine(spec) if spec.children == Children::None && name != engine::SUBTREE => {
-                match self.kind(at, spec, ports, &[])? {
-                    Kind::Leaf(leaf) => Some(Kind::EternalGuard(leaf)),
-                    _ => self.no_guard(file, place, name),
-                }
-            }
-            Found::Engine(_) => self.no_guard(file, place, name),
-        }
-    }
-
-    fn no_guard(&mut self, file: &str, place: Location, name: &str) -> Option<Kind<H>> {
-        let message =
-            format!("{name} cannot be a guard; use CheckBlackboard or a registered condition");
-        self.errors.push(file, place, message);
-        None
-    }
-
     fn children(
         &mut self,
         at: At<'_, 'a>,
@@ -372,6 +306,12 @@ impl<'a, H: Host> Builder<'a, H> {
             let child = self.subtree(at, entries, depth)?;
             return Some(vec![child]);
         }
+        if let Some(Found::Engine(spec)) = found
+            && spec.name == engine::FOR_EACH
+        {
+            let [child] = raw else { return None };
+            return self.for_each(at, entries, child, depth);
+        }
         let mut children = Vec::new();
         for (index, child) in raw.iter().enumerate() {
             let seat = Seat {
@@ -382,21 +322,5 @@ impl<'a, H: Host> Builder<'a, H> {
             children.push(self.node(at.site, child, seat));
         }
         children.into_iter().collect()
-    }
-}
-
-impl<H: Host> Found<'_, H> {
-    fn is_condition(&self) -> bool {
-        match self {
-            Self::Engine(_) => false,
-            Self::Registered(node_type) => node_type.keywords.contains(&CONDITION),
-        }
-    }
-
-    fn name(&self) -> &'static str {
-        match self {
-            Self::Engine(spec) => spec.name,
-            Self::Registered(node_type) => node_type.name,
-        }
     }
 }

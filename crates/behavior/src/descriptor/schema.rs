@@ -181,6 +181,8 @@ fn node<H: Host>(library: &Library<H>) -> Json {
             "children": {"type": "array", "items": {"$ref": "#/$defs/node"}},
             "subtree": {"type": "string", "description": "Name of the subtree"},
             "guard": {"$ref": "#/$defs/guard"},
+            "as": values::item_name(),
+            "items": values::items(),
         },
         "required": ["type"],
         "additionalProperties": false,
@@ -287,7 +289,7 @@ fn restrict(then: &mut Map<String, Json>, children: Children, name: &str) {
         }
         Children::Any => {}
     }
-    for (key, owner) in [("subtree", engine::SUBTREE), ("guard", engine::GUARD)] {
+    for (key, owner) in engine::OWNED_KEYS {
         if name == owner {
             required.push(key);
         } else {

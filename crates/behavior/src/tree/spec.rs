@@ -190,6 +190,8 @@ pub struct Node<H: Host> {
     pub modifiers: Vec<Modifier>,
     /// Its children.
     pub children: Vec<Node<H>>,
+    /// What [`Node::for_each`] added to its id.
+    pub suffix: String,
 }
 
 impl<H: Host> Node<H> {
@@ -204,6 +206,7 @@ impl<H: Host> Node<H> {
             kind,
             modifiers: Vec::new(),
             children,
+            suffix: String::new(),
         }
     }
 
@@ -215,6 +218,37 @@ impl<H: Host> Node<H> {
     /// Children one after the other until one does not fail.
     pub fn selector(id: &str, memory: Memory, children: Vec<Self>) -> Self {
         Self::new(id, "selector", Kind::Selector(memory), children)
+    }
+
+    /// A sequence of the nodes that `make` gives, one for each item in their order. Their ids,
+    /// and names that are ids, end with the item: `bring[red_1]`. State is carried over by ids,
+    /// so it is that of the item when items are added or moved.
+    pub fn for_each<I: std::fmt::Display>(
+        id: &str,
+        memory: Memory,
+        items: impl IntoIterator<Item = I>,
+        mut make: impl FnMut(&I) -> Self,
+    ) -> Self {
+        let copies = items.into_iter().map(|item| {
+            let mut copy = make(&item);
+            copy.add_suffix(&format!("[{item}]"));
+            copy
+        });
+        Self::new(id, "for_each", Kind::Sequence(memory), copies.collect())
+    }
+
+    /// Items of inner loops stay behind those of outer ones.
+    fn add_suffix(&mut self, outer: &str) {
+        let base = self.id.strip_suffix(&self.suffix).unwrap_or(&self.id);
+        let id = format!("{base}{outer}{}", self.suffix);
+        if self.name == self.id {
+            self.name.clone_from(&id);
+        }
+        self.id = id;
+        self.suffix.insert_str(0, outer);
+        for child in &mut self.children {
+            child.add_suffix(outer);
+        }
     }
 
     /// An action or condition of the host.

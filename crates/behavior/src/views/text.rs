@@ -90,7 +90,7 @@ impl Page<'_> {
             return "";
         }
         match kind.to_lowercase().as_str() {
-            "sequence" => "→ ",
+            "sequence" | "foreach" | "for_each" => "→ ",
             "selector" => "? ",
             "parallel" => "⇉ ",
             _ => "",

@@ -13,6 +13,7 @@ mod descriptor_check;
 mod descriptor_common;
 mod descriptor_hostile;
 mod descriptor_load;
+mod for_each;
 #[path = "../../examples/conformance/machine.rs"]
 mod machine;
 mod machine_alloc;

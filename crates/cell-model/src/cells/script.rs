@@ -1,12 +1,12 @@
 //! Scripts: one JSON object a line, run at a simulated time or a phase.
 
-use ipc_types::decision::PHASE_BYTES;
-use ipc_types::{TICK_NS, Text};
+use ipc_types::TICK_NS;
 use serde::{Deserialize, Serialize};
 
 use crate::cells::cell::Cell;
 use crate::cells::script_check;
 use crate::cells::script_keys::{TRIGGER_KEYS, check_keys};
+use crate::runs::phase_name;
 
 pub use crate::cells::script_line::{GripperWord, ScriptAction, ScriptLine, Trigger};
 
@@ -180,10 +180,10 @@ impl ScriptRunner {
         self.lines.iter().map(|l| u32::from(!l.fired)).sum()
     }
 
-    /// Takes note of the newest decision's phase and its count of entries.
-    pub fn observe(&mut self, tick: u64, phase: &str, phase_entry: u32) {
-        // A decision carries a long name cut.
-        let is_now = |at: &str| Text::<PHASE_BYTES>::new(at).as_str() == phase;
+    /// Takes note of the newest decision's phase and its count of entries, in a cell with
+    /// these arms.
+    pub fn observe(&mut self, tick: u64, phase: &str, phase_entry: u32, arms: &[String]) {
+        let is_now = |at: &str| phase_name::is_same(at, phase, arms);
         if phase_entry == self.phase_entry && phase == self.phase {
             return;
         }
@@ -280,11 +280,11 @@ mod tests {
         assert_eq!(runner.next_due(19), None);
         assert_eq!(runner.next_due(20).map(|(n, _)| n), Some(2));
         assert_eq!(runner.next_due(21), None);
-        runner.observe(30, "LIFT", 4);
-        runner.observe(31, "LIFT", 4);
+        runner.observe(30, "LIFT", 4, &[]);
+        runner.observe(31, "LIFT", 4, &[]);
         assert_eq!(runner.next_due(31), None);
-        runner.observe(40, "TRANSPORT", 5);
-        runner.observe(50, "LIFT", 12);
+        runner.observe(40, "TRANSPORT", 5, &[]);
+        runner.observe(50, "LIFT", 12, &[]);
         assert_eq!(runner.next_due(50).map(|(n, _)| n), Some(1));
         assert_eq!(runner.left(), 0);
     }

@@ -4,6 +4,7 @@ pub mod children;
 pub mod incident;
 pub mod message;
 pub mod output;
+pub mod phase_name;
 mod phases;
 pub mod python;
 pub mod record;

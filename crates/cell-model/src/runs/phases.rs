@@ -1,6 +1,7 @@
 //! Phases a script waits for, and the drawing of the policy that shall enter them.
 
 use crate::cells::script::{ScriptLine, Trigger};
+use crate::runs::phase_name;
 use crate::suggest;
 
 /// One warning for each phase of `script` that is not in `drawing`, as the task
@@ -41,12 +42,7 @@ fn is_in(phase: &str, drawn: &str) -> bool {
 
 /// As names of nodes become names of phases.
 fn plain(text: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
-    text.trim()
-        .to_ascii_uppercase()
-        .chars()
-        .map(plain)
-        .collect()
+    phase_name::chars(&[text]).collect()
 }
 
 fn words(drawing: &str) -> Vec<&str> {

@@ -130,6 +130,38 @@ fn a_tower_is_built_with_fingers_and_with_suction_and_again_when_it_is_disturbed
     assert_eq!((calm.drops, calm.limit_violations), (0, 0), "{calm:?}");
 }
 
+/// [`tower`] with its three selectors as one.
+const TOWER_OF_EACH: &str = r#"{"format": "behavior-tree/1", "name": "tower", "root":
+    {"id": "job", "type": "Sequence", "children": [
+        {"id": "cubes", "type": "ForEach", "as": "cube", "items": ["red", "green", "blue"],
+         "children": [{"id": "cube", "type": "Selector", "children": [
+            {"id": "at", "type": "At", "ports": {"object": "${cube}", "place": "tower"}},
+            {"id": "bring", "type": "Sequence", "children": [
+                {"id": "pick", "type": "Pick", "ports": {"object": "${cube}"}},
+                {"id": "place", "type": "Place",
+                 "ports": {"object": "${cube}", "place": "tower"}}]}]}]},
+        {"id": "full", "type": "Full", "ports": {"place": "tower"}},
+        {"id": "home", "type": "Home"}]}}"#;
+
+#[test]
+fn a_loop_over_the_cubes_does_what_the_copies_do_killed_or_not() {
+    let each = Job::new("each", "tree", &CUBES, TOWER, TOWER_OF_EACH);
+    let copies = Job::new("copies", "tree", &CUBES, TOWER, &tower());
+    let pull = |phase: &str, then: &str| {
+        format!("{{\"at_phase\": \"{phase}\", \"after_s\": 0.2, {then}}}\n")
+    };
+    let drag = "\"do\": \"drag\", \"object\": \"blue\", \"to\": [0.35, -0.05, 0.025]";
+    let wanted = copies.run("copies", "tree", &pull("green_pick", drag));
+    assert_eq!(wanted.placed.len(), 3, "{wanted:?}");
+    let kill = "\"do\": \"kill\", \"process\": \"task\"";
+    for phase in ["pick[green]", "PANDA_PICK_GREEN"] {
+        let killed = pull(phase, drag) + &pull("PLACE_GREEN", kill) + &pull("pick[blue]", kill);
+        let done = each.run("each", "tree", &killed);
+        assert_eq!(done.state_hash, wanted.state_hash, "{phase}: {done:?}");
+        assert_eq!((done.script_left, done.task_restarts), (0, 2), "{done:?}");
+    }
+}
+
 /// A machine of one state with these steps.
 fn one_state(steps: &str) -> String {
     format!(

@@ -2,6 +2,8 @@
 //! leaf that was entered last, by any arm, as `LEFT_LIFT`.
 
 use behavior::Graph;
+use behavior::graph::GraphNode;
+use cell_model::runs::phase_name;
 use ipc_types::Text;
 use serde::{Deserialize, Serialize};
 
@@ -74,18 +76,9 @@ impl Shown {
 
 /// Name of the phase of each node of a tree of `robot`.
 pub(super) fn names(robot: &str, graph: &Graph) -> Vec<Phase> {
-    let plain = |c: char| {
-        if c.is_ascii_alphanumeric() {
-            c.to_ascii_uppercase()
-        } else {
-            '_'
-        }
-    };
-    let name = |name: &str| -> Phase {
-        let text: String = format!("{robot}_{name}").chars().map(plain).collect();
-        Text::new(&text)
-    };
-    graph.nodes.iter().map(|node| name(&node.name)).collect()
+    let nodes = graph.nodes.iter();
+    let name = |node: &GraphNode| Text::new(&phase_name::of_arm(robot, &node.name));
+    nodes.map(name).collect()
 }
 
 #[cfg(test)]

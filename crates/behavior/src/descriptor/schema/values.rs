@@ -4,6 +4,7 @@ use serde_json::{Value as Json, json};
 
 use super::type_names;
 use crate::descriptor::header::TYPES;
+use crate::descriptor::limits::{MAX_NAME, MAX_NODES};
 use crate::value::{MAX_NUMBERS, STR_BYTES, Value, ValueType};
 
 /// A literal of that type.
@@ -125,5 +126,29 @@ pub(super) fn declaration() -> Json {
         "required": ["type"],
         "additionalProperties": false,
         "allOf": cases,
+    })
+}
+
+/// What the item of a `ForEach` is called.
+pub(super) fn item_name() -> Json {
+    json!({
+        "description": "Name of the item: ${NAME} in the child is the item; no name of a constant",
+        "type": "string",
+        "minLength": 1,
+        "maxLength": MAX_NAME,
+        "pattern": "^[^\\s${}]+$",
+    })
+}
+
+/// The items of a `ForEach`.
+pub(super) fn items() -> Json {
+    json!({
+        "description": "Values, one copy of the child for each",
+        "type": "array",
+        "maxItems": MAX_NODES,
+        "items": {"anyOf": [
+            {"type": ["boolean", "number", "string"]},
+            plain(ValueType::Numbers),
+        ]},
     })
 }
