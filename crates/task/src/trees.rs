@@ -41,12 +41,12 @@ impl TreeTools {
         let (for_check, for_graph, for_schema) = (library.clone(), library.clone(), library);
         Self {
             check: Box::new(move |data, source| {
-                let known = for_check(data)?;
+                let known = for_check(data)?.with_placeholders();
                 descriptor::check(source, &known, &BTreeMap::new(), &Board::new())
                     .map_err(|errors| TreeError::File(errors.to_string()))
             }),
             graph: Box::new(move |data, source| {
-                let known = for_graph(data)?;
+                let known = for_graph(data)?.with_placeholders();
                 let tree = descriptor::load(source, &known, &BTreeMap::new(), &mut Board::new())
                     .map_err(|errors| TreeError::File(errors.to_string()))?;
                 Ok(tree.graph())

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::advice;
 use super::declared::{Declared, SCOPES, Subtree};
 use super::error::Errors;
+use super::foreign::LeafType;
 use super::json::{Data, Location, Value as Json, shortened};
 use super::limits::{MAX_NAME, MAX_TEXT};
 use super::literal;
@@ -32,6 +33,7 @@ pub(super) struct Builder<'a, H: Host> {
     /// Keys whose declaration is wrong; their uses are not reported, too.
     pub broken_keys: BTreeSet<String>,
     pub subtrees: BTreeMap<&'a str, Subtree<'a>>,
+    pub leaves: BTreeMap<&'a str, LeafType<'a>>,
     pub used_subtrees: BTreeSet<&'a str>,
     /// Subtrees around the node being made.
     pub open: Vec<&'a str>,
@@ -62,6 +64,7 @@ impl<'a, H: Host> Builder<'a, H> {
             declared_keys: Vec::new(),
             broken_keys: BTreeSet::new(),
             subtrees: BTreeMap::new(),
+            leaves: BTreeMap::new(),
             used_subtrees: BTreeSet::new(),
             open: Vec::new(),
             suffix: String::new(),

@@ -2,8 +2,10 @@
 //! the loader and for the schema.
 
 mod modifiers;
+mod ports;
 
 pub(super) use modifiers::MODIFIERS;
+use ports::{AT_ONCE, KEY, SECONDS, TEST, memory};
 
 /// How many children a type takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,64 +94,11 @@ pub(super) const STATUSES: &[&str] = &["success", "failure", "running"];
 /// Words for the answer a finished node is given.
 pub(super) const FINAL_STATUSES: &[&str] = &["success", "failure"];
 /// Words for the policy of a parallel.
-pub(super) const PARALLEL: &[&str] = &["all", "one", "selected"];
+pub(super) const PARALLEL: &[&str] = &["all", "one", "selected", "count", "finish"];
 /// Words for the policy of a one-shot.
 pub(super) const ONE_SHOT: &[&str] = &["on_completion", "on_success"];
 /// Words for what a check may interrupt.
 pub(super) const ABORTS: &[&str] = &["none", "self", "lower_priority", "both"];
-
-const fn memory(default: &'static str) -> EnginePort {
-    port(
-        "memory",
-        Shape::Bool,
-        Some(default),
-        false,
-        "true: continues with the child that was running; false: asks its children from the first one again at every tick",
-    )
-}
-
-const SECONDS: EnginePort = port("seconds", Shape::Seconds, None, true, "Seconds, 0 or more");
-
-const KEY: EnginePort = port("key", Shape::Key, None, true, "The blackboard key");
-
-const TEST: &[EnginePort] = &[
-    KEY,
-    port(
-        "equals",
-        Shape::Value,
-        None,
-        false,
-        "Holds where the key has this value",
-    ),
-    port(
-        "differs",
-        Shape::Value,
-        None,
-        false,
-        "Holds where the key has another value or none",
-    ),
-    port(
-        "below",
-        Shape::Number,
-        None,
-        false,
-        "Holds where the key is a number below this one",
-    ),
-    port(
-        "above",
-        Shape::Number,
-        None,
-        false,
-        "Holds where the key is a number above this one",
-    ),
-    port(
-        "set",
-        Shape::Bool,
-        None,
-        false,
-        "true: holds where the key has a value; false: where it has none",
-    ),
-];
 
 /// The node types, in the order in which the schema offers them.
 pub(super) const NODES: &[EngineType] = &[
@@ -184,7 +133,7 @@ pub(super) const NODES: &[EngineType] = &[
                 Shape::Choice(PARALLEL),
                 Some("\"all\""),
                 false,
-                "Which children have to succeed; one that fails always makes it fail",
+                "Which children have to succeed, where one that fails makes it fail; or 'count': ends as soon as so many succeeded or failed; 'finish': ends when all have finished",
             ),
             port(
                 "selected",
@@ -192,6 +141,20 @@ pub(super) const NODES: &[EngineType] = &[
                 None,
                 false,
                 "Ids of the children that have to succeed, for the policy 'selected'",
+            ),
+            port(
+                "successes",
+                Shape::Count(1),
+                None,
+                false,
+                "So many successes are a success, for the policy 'count'",
+            ),
+            port(
+                "failures",
+                Shape::Count(1),
+                None,
+                false,
+                "So many failures are a failure, for the policies 'count' and 'finish'",
             ),
             port(
                 "synchronise",
@@ -203,6 +166,13 @@ pub(super) const NODES: &[EngineType] = &[
         ],
         &["together", "simultaneous"],
         "All children at every tick",
+    ),
+    node(
+        "SequenceWithMemory",
+        Children::Any,
+        &[],
+        &["sequencestar"],
+        "As Sequence, but continues with the child that it was at also after a failure and after it was stopped; starts one child a tick",
     ),
     node(
         "Inverter",
@@ -256,26 +226,32 @@ pub(super) const NODES: &[EngineType] = &[
     node(
         "Repeat",
         Children::One,
-        &[port(
-            "count",
-            Shape::Count(1),
-            None,
-            false,
-            "How often the child has to succeed; forever without",
-        )],
+        &[
+            port(
+                "count",
+                Shape::Count(1),
+                None,
+                false,
+                "How often the child has to succeed; forever without",
+            ),
+            AT_ONCE,
+        ],
         &["loop"],
         "Runs the child until it succeeded so often; a failure ends it",
     ),
     node(
         "Retry",
         Children::One,
-        &[port(
-            "count",
-            Shape::Count(1),
-            None,
-            false,
-            "How often the child may fail; forever without",
-        )],
+        &[
+            port(
+                "count",
+                Shape::Count(1),
+                None,
+                false,
+                "How often the child may fail; forever without",
+            ),
+            AT_ONCE,
+        ],
         &["again"],
         "Runs the child again when it failed",
     ),

@@ -20,6 +20,7 @@ impl<'a, H: Host> Builder<'a, H> {
         let ports = get(entries, "ports");
         match self.find(at.site, entries, name)? {
             Found::Registered(node_type) => self.leaf(at, node_type, ports).map(Kind::EternalGuard),
+            Found::Declared(name, _) => self.declared_leaf(at, name, ports).map(Kind::EternalGuard),
             Found::Engine(spec) if spec.children == Children::None && name != engine::SUBTREE => {
                 match self.kind(at, spec, ports, &[])? {
                     Kind::Leaf(leaf) => Some(Kind::EternalGuard(leaf)),

@@ -7,6 +7,7 @@ use super::build::Builder;
 use super::declared::{Declared, SCOPES, Subtree, SubtreePort};
 use super::error::Errors;
 use super::files::{File, get, object};
+use super::foreign;
 use super::json::{Data, Entry, Value as Json, shortened};
 use super::limits::{MAX_ENTRIES, MAX_NAME, MAX_PORTS};
 use super::literal;
@@ -23,6 +24,7 @@ pub(super) const FILE_KEYS: &[&str] = &[
     "constants",
     "blackboard",
     "includes",
+    "leaves",
     "subtrees",
     "root",
 ];
@@ -70,13 +72,19 @@ pub(super) fn read<'a, H: Host>(
     }
     for (file, entries) in &tops {
         blackboard(&mut builder, file, entries);
+        foreign::leaves(&mut builder, file, entries);
         subtrees(&mut builder, file, entries);
     }
     builder
 }
 
 /// The entries of the group `key`, if the file has it; not too many.
-fn group<'a>(errors: &mut Errors, file: &str, entries: &'a [Entry], key: &str) -> &'a [Entry] {
+pub(super) fn group<'a>(
+    errors: &mut Errors,
+    file: &str,
+    entries: &'a [Entry],
+    key: &str,
+) -> &'a [Entry] {
     let Some(value) = get(entries, key) else {
         return &[];
     };

@@ -47,6 +47,16 @@ pub(super) fn status(index: usize) -> Status {
     }
 }
 
+/// Whether the policy at `index` of [`PARALLEL`] has the counts it needs.
+fn has_its_counts(index: usize, successes: Option<u32>, failures: Option<u32>) -> bool {
+    let (needs_successes, needs_failures) = match PARALLEL.get(index) {
+        Some(&"count") => (true, true),
+        Some(&"finish") => (false, true),
+        _ => (false, false),
+    };
+    successes.is_some() == needs_successes && failures.is_some() == needs_failures
+}
+
 impl<'a, H: Host> Builder<'a, H> {
     /// What a node of the engine is, but for guards and subtrees.
     pub(super) fn kind(
@@ -70,6 +80,11 @@ impl<'a, H: Host> Builder<'a, H> {
             "Selector" => Kind::Selector(memory),
             "Parallel" => Kind::Parallel(self.parallel(at, &ports, json, children)?),
             "Inverter" => Kind::Inverter,
+            "SequenceWithMemory" => Kind::SequenceWithMemory,
+            "Repeat" | "Retry" if ports.bool("at_once") => Kind::Again {
+                count: ports.count("count"),
+                on_failure: spec.name == "Retry",
+            },
             "Repeat" => Kind::Repeat {
                 count: ports.count("count"),
             },
@@ -103,9 +118,24 @@ impl<'a, H: Host> Builder<'a, H> {
         let synchronise = ports.bool("synchronise");
         let ids = json.and_then(|json| json.get("selected"));
         let policy = ports.choice("policy", PARALLEL);
+        let (successes, failures) = (ports.count("successes"), ports.count("failures"));
+        if !has_its_counts(policy, successes, failures) {
+            let message = "the policy 'count' needs the ports 'successes' and 'failures', \
+                           'finish' needs 'failures', and other policies have neither";
+            let place = ports.place("policy").unwrap_or(at.place);
+            self.errors.push(at.site.file, place, message);
+            return None;
+        }
         match (policy, ids) {
             (0, None) => Some(ParallelPolicy::All { synchronise }),
             (1, None) => Some(ParallelPolicy::One),
+            (3, None) => Some(ParallelPolicy::Count {
+                successes: successes?,
+                failures: failures?,
+            }),
+            (4, None) => Some(ParallelPolicy::Finish {
+                failures: failures?,
+            }),
             (2, Some(ids)) => {
                 let children = self.selected(at.site, ids, children)?;
                 Some(ParallelPolicy::Selected {

@@ -16,6 +16,7 @@ mod engine;
 pub mod error;
 mod files;
 mod for_each;
+mod foreign;
 mod guards;
 mod header;
 pub mod json;
@@ -35,6 +36,11 @@ use std::collections::BTreeMap;
 pub use error::{Errors, Located};
 pub use files::FORMAT;
 pub use schema::schema;
+
+/// Names of the engine's own node types, which no leaf may have.
+pub fn engine_types() -> impl Iterator<Item = &'static str> {
+    engine::NODES.iter().map(|node| node.name)
+}
 
 use crate::board::{Board, Scope};
 use crate::finding::Finding;

@@ -242,7 +242,7 @@ impl<'a, H: Host> Builder<'a, H> {
         let name = found.name();
         let children = match found {
             Found::Engine(spec) => spec.children,
-            Found::Registered(_) => Children::None,
+            Found::Registered(_) | Found::Declared(..) => Children::None,
         };
         let message = match children {
             Children::None if count > 0 => {
@@ -283,6 +283,7 @@ impl<'a, H: Host> Builder<'a, H> {
         let ports = get(entries, "ports");
         match found? {
             Found::Registered(node_type) => self.leaf(at, node_type, ports).map(Kind::Leaf),
+            Found::Declared(name, _) => self.declared_leaf(at, name, ports).map(Kind::Leaf),
             Found::Engine(spec) if spec.name == engine::SUBTREE => Some(Kind::PassThrough),
             Found::Engine(spec) if spec.name == engine::GUARD => {
                 self.engine_ports(at.site, at.place, ports, spec)?;

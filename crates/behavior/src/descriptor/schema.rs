@@ -47,6 +47,12 @@ pub fn schema<H: Host>(library: &Library<H>) -> Json {
                 "type": "array",
                 "items": {"type": "string"},
             },
+            "leaves": {
+                "description": "Leaf types that another program provides, a Python file for example",
+                "type": "object",
+                "maxProperties": MAX_ENTRIES,
+                "additionalProperties": super::foreign::describe(),
+            },
             "subtrees": {
                 "description": "Parts that are used by nodes of the type Subtree",
                 "type": "object",

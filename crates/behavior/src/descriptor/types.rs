@@ -12,20 +12,24 @@ use crate::tree::{Host, NodeType};
 pub(super) enum Found<'a, H: Host> {
     Engine(&'static EngineType),
     Registered(&'a NodeType<H>),
+    /// Of a leaf that the file declares; whether it is a condition.
+    Declared(&'a str, bool),
 }
 
-impl<H: Host> Found<'_, H> {
+impl<'a, H: Host> Found<'a, H> {
     pub(super) fn is_condition(&self) -> bool {
         match self {
             Self::Engine(_) => false,
             Self::Registered(node_type) => node_type.keywords.contains(&CONDITION),
+            Self::Declared(_, condition) => *condition,
         }
     }
 
-    pub(super) fn name(&self) -> &'static str {
+    pub(super) fn name(&self) -> &'a str {
         match self {
             Self::Engine(spec) => spec.name,
             Self::Registered(node_type) => node_type.name,
+            Self::Declared(name, _) => name,
         }
     }
 }
@@ -43,6 +47,9 @@ impl<'a, H: Host> Builder<'a, H> {
         if let Some(node_type) = self.library.find(name) {
             return Some(Found::Registered(node_type));
         }
+        if let Some((declared, leaf)) = self.leaves.get_key_value(name) {
+            return Some(Found::Declared(declared, leaf.condition));
+        }
         if let Some(value) = get(entries, "type") {
             let message = self.unknown_type(name);
             self.errors.push(site.file, value.place, message);
@@ -57,7 +64,9 @@ impl<'a, H: Host> Builder<'a, H> {
         let all: Vec<(&str, &[&str])> = keywords
             .chain(engine::NODES.iter().map(|t| (t.name, t.keywords)))
             .collect();
-        let names: Vec<&str> = all.iter().map(|(name, _)| *name).collect();
+        let declared = self.leaves.keys().copied();
+        let names = all.iter().map(|(name, _)| *name).chain(declared);
+        let names: Vec<&str> = names.collect();
         let message = advice::unknown("node type", name, &names);
         if message.contains("did you mean") {
             return message;

@@ -62,7 +62,7 @@ impl Ability {
     /// comes after it when it succeeds.
     fn node<H: Host>(&mut self, node: &Node<H>, followed: bool) -> Seen {
         let count = node.children.len();
-        let in_sequence = matches!(node.kind, Kind::Sequence(_));
+        let in_sequence = matches!(node.kind, Kind::Sequence(_) | Kind::SequenceWithMemory);
         let children: Vec<Seen> = node
             .children
             .iter()
@@ -91,6 +91,7 @@ impl Ability {
             _ => {}
         }
         let own = match &node.kind {
+            Kind::Leaf(_) if node.condition => Answers::FINAL,
             Kind::Leaf(_) => self.leaf(&node.type_name),
             kind => inner(kind, &children),
         };

@@ -139,6 +139,9 @@ impl<H: Host> Run<H> {
             self.stop_between(first, end, ResetReason::ParentDone, cx);
             self.flat.ops[i].cursor = NONE;
         }
+        if let Some((answer, last)) = self.counting(side, first, end, cx) {
+            return self.parallel_done(i, answer, last, cx);
+        }
         let skip = self.flat.policies[side].synchronise;
         let mut child = first;
         while child < end {
@@ -148,6 +151,18 @@ impl<H: Host> Run<H> {
             child = self.flat.ops[child].end as usize;
         }
         let (answer, current) = self.parallel_answer(side, first, end);
+        self.parallel_done(i, answer, current, cx)
+    }
+
+    /// Answers; children that still run when this is finished are stopped.
+    fn parallel_done(
+        &mut self,
+        i: usize,
+        answer: Status,
+        current: u32,
+        cx: &mut Cx<'_, '_, H>,
+    ) -> Status {
+        let (first, end) = (i + 1, self.flat.ops[i].end as usize);
         self.flat.ops[i].cursor = current;
         let before = self.halting;
         if answer != Status::Running {
@@ -172,7 +187,8 @@ impl<H: Host> Run<H> {
         }
         let (done, current) = match &self.flat.policies[side].needs {
             _ if first == end => (true, NONE),
-            Needs::All => (all, last),
+            // Those that count were answered by `counting`.
+            Needs::All | Needs::Count { .. } | Needs::Finish { .. } => (all, last),
             Needs::One => (succeeded != NONE, succeeded),
             Needs::Selected(children) => {
                 let is_done = |c: &u32| self.flat.ops[*c as usize].status == NodeStatus::Success;

@@ -12,7 +12,7 @@ impl<H: Host> Run<H> {
         let code = self.flat.ops[i].code;
         if !self.is_running(i) {
             match code {
-                Code::Repeat { .. } | Code::Retry { budget: false, .. } => {
+                Code::Repeat { .. } | Code::Retry { budget: false, .. } | Code::Again { .. } => {
                     self.flat.ops[i].counter = 0;
                 }
                 Code::Timeout => {
@@ -24,11 +24,18 @@ impl<H: Host> Run<H> {
                 _ => {}
             }
         }
+        let was_running = self.is_running(i + 1);
         let child = self.visit(i + 1, cx);
         if code == Code::Timeout && child == Status::Running && cx.now > self.deadline(i) {
             return self.done(i, Status::Failure, ResetReason::TimedOut, cx);
         }
-        let answer = self.made_of(i, code, child);
+        let mut answer = self.made_of(i, code, child);
+        let ended = was_running && !self.is_running(i + 1);
+        if matches!(code, Code::Again { .. }) && ended && answer == Status::Running {
+            // This run began in this tick, so there is no third one.
+            let child = self.visit(i + 1, cx);
+            answer = self.made_of(i, code, child);
+        }
         self.done(i, answer, ResetReason::ParentDone, cx)
     }
 
@@ -64,6 +71,14 @@ impl<H: Host> Run<H> {
                 answer,
             ) => self.repeated(i, count, break_on_failure, answer),
             (Code::Retry { count, budget }, answer) => self.retried(i, count, budget, answer),
+            (
+                Code::Again {
+                    count,
+                    on_failure: true,
+                },
+                answer,
+            ) => self.retried(i, count, false, answer),
+            (Code::Again { count, .. }, answer) => self.repeated(i, count, true, answer),
             (Code::Count, answer) => self.counted(i, answer),
             (_, answer) => answer,
         }

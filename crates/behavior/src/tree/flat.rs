@@ -24,6 +24,7 @@ pub(super) enum Code {
     Selector {
         memory: bool,
     },
+    SequenceWithMemory,
     Parallel,
     Inverter,
     Converter {
@@ -40,6 +41,11 @@ pub(super) enum Code {
     Retry {
         count: u32,
         budget: bool,
+    },
+    /// 0: forever.
+    Again {
+        count: u32,
+        on_failure: bool,
     },
     OneShot {
         on_failure: bool,
@@ -76,6 +82,8 @@ impl Code {
             Self::Force(_) => 16,
             Self::Delay => 17,
             Self::Check => 18,
+            Self::Again { .. } => 19,
+            Self::SequenceWithMemory => 20,
         }
     }
 
@@ -83,7 +91,10 @@ impl Code {
     pub(super) fn is_composite(self) -> bool {
         matches!(
             self,
-            Self::Sequence { .. } | Self::Selector { .. } | Self::Parallel
+            Self::Sequence { .. }
+                | Self::SequenceWithMemory
+                | Self::Selector { .. }
+                | Self::Parallel
         )
     }
 }
@@ -138,7 +149,7 @@ pub(super) struct Op {
     pub(super) end: u32,
     /// Composites: the current child.
     pub(super) cursor: u32,
-    /// Repeat: successes. Retry: failures.
+    /// Repeat: successes. Retry: failures. `SequenceWithMemory`: children that succeeded.
     pub(super) counter: u32,
 }
 
@@ -204,6 +215,15 @@ pub(super) enum Needs {
     One,
     /// These operations, in the order they were named.
     Selected(Vec<u32>),
+    /// See [`super::spec::ParallelPolicy::Count`].
+    Count {
+        successes: u32,
+        failures: u32,
+    },
+    /// See [`super::spec::ParallelPolicy::Finish`].
+    Finish {
+        failures: u32,
+    },
 }
 
 /// What a [`super::Kind::Count`] counted since the tree was reset.

@@ -180,7 +180,10 @@ impl<H: Host> Builder<'_, H> {
     fn arity(&mut self, node: &Node<H>) {
         let found = node.children.len();
         let wanted = match &node.kind {
-            Kind::Sequence(_) | Kind::Selector(_) | Kind::Parallel(_) => found,
+            Kind::Sequence(_)
+            | Kind::SequenceWithMemory
+            | Kind::Selector(_)
+            | Kind::Parallel(_) => found,
             Kind::Wait(_) | Kind::Leaf(_) => 0,
             _ => 1,
         };
@@ -199,6 +202,7 @@ impl<H: Host> Builder<'_, H> {
         match kind {
             Kind::Sequence(m) => (Code::Sequence { memory: memory(m) }, 0),
             Kind::Selector(m) => (Code::Selector { memory: memory(m) }, 0),
+            Kind::SequenceWithMemory => (Code::SequenceWithMemory, 0),
             Kind::Parallel(policy) => (Code::Parallel, self.policy(id, policy, children)),
             Kind::Inverter => (Code::Inverter, 0),
             Kind::Converter { from, to } => (Code::Converter { from, to }, 0),
@@ -216,6 +220,10 @@ impl<H: Host> Builder<'_, H> {
                     budget: false,
                 };
                 (code, 0)
+            }
+            Kind::Again { count, on_failure } => {
+                let count = self.count(id, count);
+                (Code::Again { count, on_failure }, 0)
             }
             Kind::OneShot(policy) => {
                 let on_failure = policy == OneShotPolicy::OnCompletion;
@@ -281,6 +289,17 @@ impl<H: Host> Builder<'_, H> {
         let (needs, synchronise) = match policy {
             ParallelPolicy::All { synchronise } => (Needs::All, synchronise),
             ParallelPolicy::One => (Needs::One, false),
+            ParallelPolicy::Count {
+                successes,
+                failures,
+            } => {
+                let needs = Needs::Count {
+                    successes,
+                    failures,
+                };
+                (needs, true)
+            }
+            ParallelPolicy::Finish { failures } => (Needs::Finish { failures }, true),
             ParallelPolicy::Selected {
                 children: selected,
                 synchronise,

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::board::{Access, Board, BoardError, In, Out, Scope, Slot};
 use crate::suggest;
+use crate::tree::declared::MakeDeclared;
 use crate::tree::leaf::{AnyLeaf, Host, Leaf, any};
 use crate::value::{Plain, Value, ValueType};
 
@@ -171,11 +172,16 @@ impl<H: Host> NodeType<H> {
 /// The node types a file may name, besides the engine's own.
 pub struct Library<H: Host> {
     types: Vec<NodeType<H>>,
+    /// Makes leaves of types that a file declares.
+    pub(crate) declared: Option<MakeDeclared<H>>,
 }
 
 impl<H: Host> Default for Library<H> {
     fn default() -> Self {
-        Self { types: Vec::new() }
+        Self {
+            types: Vec::new(),
+            declared: None,
+        }
     }
 }
 

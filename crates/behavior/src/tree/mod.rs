@@ -2,6 +2,8 @@
 
 pub mod check;
 mod composite;
+mod counting;
+mod declared;
 mod decorator;
 mod engine;
 mod error;
@@ -17,6 +19,7 @@ pub mod spec;
 mod stop;
 
 pub use crate::board::{Carried, RecordError};
+pub use declared::{DeclaredLeaf, DeclaredPort};
 pub use engine::Tree;
 pub use error::{Problem, TreeError};
 pub use event::{Event, EventKind};

@@ -49,6 +49,7 @@ impl<H: Host> Run<H> {
             Code::Leaf => self.leaf_apart(i, cx),
             Code::Sequence { memory } => self.sequence(i, memory, cx),
             Code::Selector { memory } => self.selector(i, memory, cx),
+            Code::SequenceWithMemory => self.sequence_with_memory(i, cx),
             Code::Parallel => self.parallel(i, cx),
             Code::Wait => self.wait(i, cx),
             Code::Check => self.check(i, cx),

@@ -33,6 +33,19 @@ pub enum ParallelPolicy {
         /// As above.
         synchronise: bool,
     },
+    /// As `Parallel` of BehaviorTree.CPP: a child that finished is not ticked again; the
+    /// count is compared after each child, so those behind the deciding one are not ticked.
+    Count {
+        /// So many successes are a success; it fails as soon as they cannot be reached.
+        successes: u32,
+        /// So many failures are a failure.
+        failures: u32,
+    },
+    /// As `ParallelAll` of BehaviorTree.CPP: ends when all children have finished.
+    Finish {
+        /// So many failures are a failure.
+        failures: u32,
+    },
 }
 
 /// When a one-shot has had its shot.
@@ -50,6 +63,9 @@ pub enum Kind<H: Host> {
     Sequence(Memory),
     /// Children one after the other until one does not fail.
     Selector(Memory),
+    /// As `SequenceWithMemory` of BehaviorTree.CPP: it continues with the child that it was
+    /// at, also after a failure and after it was stopped, and starts one child a tick.
+    SequenceWithMemory,
     /// All children at every tick.
     Parallel(ParallelPolicy),
     /// Success for failure and the other way round.
@@ -72,6 +88,15 @@ pub enum Kind<H: Host> {
     Retry {
         /// How often.
         count: Option<u32>,
+    },
+    /// As [`Kind::Repeat`], and [`Kind::Retry`] with `on_failure`, but in the tick in which a
+    /// child that was running ends, the next run starts; as `Repeat` and
+    /// `RetryUntilSuccessful` of BehaviorTree.CPP.
+    Again {
+        /// How often.
+        count: Option<u32>,
+        /// Runs it again until it succeeds, instead of until it fails.
+        on_failure: bool,
     },
     /// Runs the child to its end once, and gives that answer ever after.
     OneShot(OneShotPolicy),

@@ -17,7 +17,10 @@ impl<H: Host> Run<H> {
         match code {
             Code::Leaf => self.stop_leaf(i, reason, cx),
             Code::Wait => self.set(i, NodeStatus::Invalid),
-            Code::Sequence { .. } | Code::Selector { .. } | Code::Parallel => {
+            Code::Sequence { .. }
+            | Code::SequenceWithMemory
+            | Code::Selector { .. }
+            | Code::Parallel => {
                 op.cursor = NONE;
                 if code == Code::Parallel {
                     self.stop_running_between(i + 1, end, reason, cx);

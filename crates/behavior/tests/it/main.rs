@@ -12,6 +12,7 @@ mod cases;
 mod descriptor_check;
 mod descriptor_common;
 mod descriptor_hostile;
+mod descriptor_leaves;
 mod descriptor_load;
 mod for_each;
 #[path = "../../examples/conformance/machine.rs"]

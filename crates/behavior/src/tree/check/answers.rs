@@ -70,6 +70,7 @@ pub(super) fn inner<H: Host>(kind: &Kind<H>, children: &[Answers]) -> Answers {
     let child = children.first().copied().unwrap_or(Answers::ALL);
     match kind {
         Kind::Sequence(_) => line(children, Status::Success),
+        Kind::SequenceWithMemory => line(children, Status::Success).running(),
         Kind::Selector(_) => line(children, Status::Failure),
         Kind::Parallel(policy) => parallel(policy, children),
         Kind::Inverter => child.inverted(),
@@ -82,11 +83,19 @@ pub(super) fn inner<H: Host>(kind: &Kind<H>, children: &[Answers]) -> Answers {
             answers
         }
         Kind::PassThrough | Kind::Count | Kind::OneShot(_) => child,
-        Kind::Repeat { count } => Answers {
+        Kind::Repeat { count }
+        | Kind::Again {
+            count,
+            on_failure: false,
+        } => Answers {
             success: child.success && count.is_some(),
             ..child.running()
         },
-        Kind::Retry { count } => Answers {
+        Kind::Retry { count }
+        | Kind::Again {
+            count,
+            on_failure: true,
+        } => Answers {
             failure: child.failure && count.is_some(),
             ..child.running()
         },
@@ -133,6 +142,9 @@ fn parallel(policy: &ParallelPolicy, children: &[Answers]) -> Answers {
         _ => children.iter().collect(),
     };
     let success = match policy {
+        ParallelPolicy::Count { .. } | ParallelPolicy::Finish { .. } => {
+            needed.iter().any(|c| c.success)
+        }
         ParallelPolicy::One => needed.iter().any(|c| c.success) || children.is_empty(),
         _ => needed.iter().all(|c| c.success),
     };
