@@ -10,7 +10,8 @@ use ipc_types::topic::Process;
 
 use crate::chaos::FaultKind;
 pub use crate::cli_behaviour::{
-    BehaviourArgs, BehaviourVerb, CheckArgs, PictureFormat, SchemaArgs, SchemaKind, ShowArgs,
+    BehaviourArgs, BehaviourVerb, CheckArgs, ImportArgs, PictureFormat, SchemaArgs, SchemaKind,
+    ShowArgs, TreeArgs, TreeVerb,
 };
 pub use crate::cli_common::{CellArgs, CompleteArgs, DataArgs, ManArgs};
 pub use crate::cli_eval::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, MergeArgs, ReportRowsArgs};
@@ -106,8 +107,8 @@ pub enum Command {
     DropParts(DropPartsArgs),
     /// Have the conveyor bring another bin
     AddBin(AddBinArgs),
-    /// Show or check a behaviour tree
-    Bt(BehaviourArgs),
+    /// Show, check or import a behaviour tree
+    Bt(TreeArgs),
     /// Show or check a state machine or an event x state matrix
     Fsm(BehaviourArgs),
     /// Print the JSON Schema of a kind of file, or of an output

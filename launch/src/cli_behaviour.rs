@@ -7,7 +7,35 @@ use clap::{Args, Subcommand, ValueEnum};
 use crate::cli_common::{CellArgs, DataArgs};
 use crate::output::OutputName;
 
-/// `robocell bt` and `robocell fsm`.
+/// `robocell bt`.
+#[derive(Clone, Debug, Args)]
+pub struct TreeArgs {
+    /// What to do with it.
+    #[command(subcommand)]
+    pub verb: TreeVerb,
+}
+
+/// What to do with a tree.
+#[derive(Clone, Debug, Subcommand)]
+pub enum TreeVerb {
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
+    Behaviour(BehaviourVerb),
+    /// Print a tree of BehaviorTree.CPP 4 as a tree file
+    Import(ImportArgs),
+}
+
+/// `import`.
+#[derive(Clone, Debug, Args)]
+pub struct ImportArgs {
+    /// The XML of the tree; files that it includes are read, too
+    pub file: PathBuf,
+    /// The tree to execute [default: the one that the file names]
+    #[arg(long, value_name = "NAME")]
+    pub tree: Option<String>,
+}
+
+/// `robocell fsm`.
 #[derive(Clone, Debug, Args)]
 pub struct BehaviourArgs {
     /// What to do with it.

@@ -8,9 +8,10 @@ use cell_model::runs::wire;
 use cell_rt::stdout;
 
 use super::columns::terminal_width;
+use super::import;
 use super::top::View;
 use crate::cli::{
-    BehaviourArgs, BehaviourVerb, CheckArgs, DataArgs, SchemaArgs, SchemaKind, ShowArgs,
+    BehaviourVerb, CheckArgs, DataArgs, SchemaArgs, SchemaKind, ShowArgs, TreeArgs, TreeVerb,
 };
 use crate::client::Session;
 use crate::failure::{Context, Failure};
@@ -27,9 +28,17 @@ const RUNS: &str = " *";
 /// Clears a terminal.
 const CLEAR: &str = "\x1b[2J\x1b[H";
 
-/// Shows or checks a behaviour; `kind` is `bt` or `fsm`.
-pub(crate) fn behaviour(kind: &str, args: &BehaviourArgs) -> Result<(), Failure> {
+/// Shows, checks or imports a tree.
+pub(crate) fn tree(args: &TreeArgs) -> Result<(), Failure> {
     match &args.verb {
+        TreeVerb::Behaviour(verb) => behaviour("bt", verb),
+        TreeVerb::Import(import) => import::import(import),
+    }
+}
+
+/// Shows or checks a behaviour; `kind` is `bt` or `fsm`.
+pub(crate) fn behaviour(kind: &str, verb: &BehaviourVerb) -> Result<(), Failure> {
+    match verb {
         BehaviourVerb::Show(show) if show.live => live(show),
         BehaviourVerb::Show(show) => draw(kind, show),
         BehaviourVerb::Check(check) => checked(kind, check),

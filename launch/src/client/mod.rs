@@ -7,6 +7,7 @@ mod columns;
 mod doctor;
 mod follow;
 mod hand;
+mod import;
 mod incident;
 mod joints;
 mod list;
@@ -22,7 +23,7 @@ mod status;
 mod top;
 mod watched;
 
-pub(crate) use behaviour::{behaviour, schema};
+pub(crate) use behaviour::{behaviour, schema, tree};
 pub(crate) use breakpoints::breakpoint;
 pub(crate) use doctor::{DoctorReport, doctor};
 pub(crate) use hand::{gripper, target};

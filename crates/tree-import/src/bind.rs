@@ -1,0 +1,24 @@
+//! Values of attributes.
+
+/// What an attribute refers to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Value<'a> {
+    /// `{key}`.
+    Key(&'a str),
+    /// Any other text.
+    Text(&'a str),
+}
+
+/// The value of the attribute `name`: `{=}` is the key of that name.
+pub(crate) fn value<'a>(name: &'a str, text: &'a str) -> Value<'a> {
+    let inner = text
+        .trim()
+        .strip_prefix('{')
+        .and_then(|t| t.strip_suffix('}'));
+    match inner.map(str::trim) {
+        Some("=") => Value::Key(name),
+        None if text == "=" => Value::Key(name),
+        Some(key) if !key.is_empty() => Value::Key(key),
+        _ => Value::Text(text),
+    }
+}

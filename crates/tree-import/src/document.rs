@@ -1,0 +1,386 @@
+//! The XML: elements with their places, of a file and of those it includes.
+
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+
+use behavior::descriptor::Errors;
+use behavior::descriptor::json::Location;
+use behavior::suggest;
+
+use crate::limits::{MAX_BYTES, MAX_ELEMENTS, MAX_FILES, MAX_NESTING};
+
+/// Columns beyond so many bytes count bytes.
+const MAX_COUNTED: usize = 4096;
+
+/// An element with its place.
+#[derive(Clone, Debug)]
+pub(crate) struct Element {
+    pub tag: String,
+    pub attributes: Vec<(String, String)>,
+    pub children: Vec<Element>,
+    pub file: String,
+    pub place: Location,
+}
+
+impl Element {
+    pub(crate) fn get(&self, name: &str) -> Option<&str> {
+        let found = self.attributes.iter().find(|(key, _)| key == name);
+        found.map(|(_, value)| value.as_str())
+    }
+
+    /// Registered name of the node: `<Action ID="Say">` is `<Say>`.
+    pub(crate) fn node_type(&self) -> &str {
+        match self.tag.as_str() {
+            "Action" | "Condition" | "Control" | "Decorator" => self.get("ID").unwrap_or(""),
+            tag => tag,
+        }
+    }
+}
+
+/// What `<TreeNodesModel>` says about one port.
+#[derive(Clone, Debug)]
+pub(crate) struct PortModel {
+    pub name: String,
+    pub reads: bool,
+    pub writes: bool,
+    pub type_name: Option<String>,
+    pub default: Option<String>,
+}
+
+/// What `<TreeNodesModel>` says about one type of node.
+#[derive(Clone, Debug)]
+pub(crate) struct Model {
+    pub kind: String,
+    pub ports: Vec<PortModel>,
+}
+
+/// All that was read.
+#[derive(Debug, Default)]
+pub(crate) struct Project {
+    pub trees: Vec<(String, Element)>,
+    pub models: BTreeMap<String, Model>,
+    pub main: String,
+    pub notes: Vec<String>,
+}
+
+/// Reads a file and those it includes.
+pub(crate) fn read(
+    file: &str,
+    text: &str,
+    include: &dyn Fn(&str) -> Option<String>,
+    tree: Option<&str>,
+) -> Result<Project, Errors> {
+    let mut reader = Reader {
+        include,
+        project: Project::default(),
+        read: Vec::new(),
+        bytes: 0,
+        errors: Errors::default(),
+    };
+    let main = reader.file(file, "", text);
+    reader.choose_main(file, main, tree);
+    reader.errors.or(reader.project)
+}
+
+struct Reader<'a> {
+    include: &'a dyn Fn(&str) -> Option<String>,
+    project: Project,
+    /// Paths of the files that were read, from the folder of the first one.
+    read: Vec<PathBuf>,
+    bytes: usize,
+    errors: Errors,
+}
+
+/// The tree that a file says is to be executed.
+struct Main {
+    place: Location,
+    asked: Option<String>,
+    /// Names of the trees of this file and of those it includes.
+    trees: Vec<String>,
+}
+
+impl Reader<'_> {
+    /// `path` is empty for the first file.
+    fn file(&mut self, name: &str, path: &str, text: &str) -> Option<Main> {
+        self.read.push(PathBuf::from(path));
+        self.bytes += text.len();
+        if self.bytes > MAX_BYTES {
+            let message = format!("all files together have more than {MAX_BYTES} bytes");
+            self.errors.push(name, Location::START, message);
+            return None;
+        }
+        let root = self.parse(name, text)?;
+        if root.tag != "root" {
+            let message = format!(
+                "<root> is needed here, this is <{}>; is this a tree of BehaviorTree.CPP?",
+                root.tag
+            );
+            self.errors.push(name, root.place, message);
+            return None;
+        }
+        match root.get("BTCPP_format") {
+            Some("4") => {}
+            Some(other) => {
+                let message = format!(
+                    "BTCPP_format is \"{other}\", \"4\" is read; the script `convert_v3_to_v4.py` of \
+                     BehaviorTree.CPP converts version 3"
+                );
+                self.errors.push(name, root.place, message);
+                return None;
+            }
+            None => self.project.notes.push(format!(
+                "{name}: <root> has no BTCPP_format=\"4\"; it is read as version 4, in which \
+                 Sequence and Fallback of version 3 are the same"
+            )),
+        }
+        let mut trees = Vec::new();
+        for child in &root.children {
+            match child.tag.as_str() {
+                "include" => self.included(path, child, &mut trees),
+                "BehaviorTree" => self.tree(child, &mut trees),
+                "TreeNodesModel" => child.children.iter().for_each(|model| self.model(model)),
+                other => {
+                    let known = ["include", "BehaviorTree", "TreeNodesModel"];
+                    let advice = suggest::advice(other, &known);
+                    let message = format!("there is no <{other}> in <root>; {advice}");
+                    self.errors.push(&child.file, child.place, message);
+                }
+            }
+        }
+        Some(Main {
+            place: root.place,
+            asked: root.get("main_tree_to_execute").map(str::to_owned),
+            trees,
+        })
+    }
+
+    fn parse(&mut self, name: &str, text: &str) -> Option<Element> {
+        let text = &without_comments(text);
+        let options = roxmltree::ParsingOptions {
+            nodes_limit: MAX_ELEMENTS,
+            ..roxmltree::ParsingOptions::default()
+        };
+        match roxmltree::Document::parse_with_options(text, options) {
+            Ok(document) => {
+                let mut converter = Converter::new(name, text);
+                let root = converter.element(document.root_element(), 0);
+                let Some(place) = converter.too_deep else {
+                    return Some(root);
+                };
+                let message = format!("elements are nested deeper than {MAX_NESTING} levels");
+                self.errors.push(name, place, message);
+                None
+            }
+            Err(error) => {
+                let at = error.pos();
+                let place = Location {
+                    line: at.row,
+                    column: at.col,
+                };
+                let message = format!("this is not XML: {error}");
+                self.errors.push(name, place, message);
+                None
+            }
+        }
+    }
+
+    fn included(&mut self, from: &str, element: &Element, trees: &mut Vec<String>) {
+        let (file, place) = (&element.file, element.place);
+        let Some(written) = element.get("path") else {
+            let message = "<include> needs path=\"FILE.xml\"";
+            return self.errors.push(file, place, message);
+        };
+        if let Some(package) = element.get("ros_pkg") {
+            let message = format!(
+                "<include> from the ROS package '{package}': copy the file beside this one and \
+                 write its path"
+            );
+            return self.errors.push(file, place, message);
+        }
+        let folder = Path::new(from).parent().unwrap_or(Path::new(""));
+        let path = plain(&folder.join(written));
+        if self.read.contains(&path) {
+            return;
+        }
+        if self.read.len() >= MAX_FILES {
+            let message = format!("more than {MAX_FILES} files are included; join some of them");
+            return self.errors.push(file, place, message);
+        }
+        let name = path.display().to_string();
+        let Some(text) = (self.include)(&name) else {
+            let message = format!("the file '{name}' cannot be read");
+            return self.errors.push(file, place, message);
+        };
+        if let Some(main) = self.file(&name, &name, &text) {
+            trees.extend(main.trees);
+        }
+    }
+
+    fn tree(&mut self, element: &Element, trees: &mut Vec<String>) {
+        let (file, place) = (&element.file, element.place);
+        let count = self.project.trees.len();
+        let name = element
+            .get("ID")
+            .map_or_else(|| format!("BehaviorTree_{count}"), str::to_owned);
+        if self.project.trees.iter().any(|(known, _)| *known == name) {
+            let message = format!("the BehaviorTree '{name}' is there twice; keep one of them");
+            return self.errors.push(file, place, message);
+        }
+        match element.children.as_slice() {
+            [root] => {
+                trees.push(name.clone());
+                self.project.trees.push((name, root.clone()));
+            }
+            children => {
+                let found = children.len();
+                let message = format!("<BehaviorTree> needs exactly one node, here are {found}");
+                self.errors.push(file, place, message);
+            }
+        }
+    }
+
+    fn model(&mut self, element: &Element) {
+        let Some(name) = element.get("ID") else {
+            return;
+        };
+        let port = |port: &Element| {
+            let (reads, writes) = match port.tag.as_str() {
+                "input_port" => (true, false),
+                "output_port" => (false, true),
+                "inout_port" => (true, true),
+                _ => return None,
+            };
+            Some(PortModel {
+                name: port.get("name")?.to_owned(),
+                reads,
+                writes,
+                type_name: port.get("type").map(str::to_owned),
+                default: port.get("default").map(str::to_owned),
+            })
+        };
+        let model = Model {
+            kind: element.tag.clone(),
+            ports: element.children.iter().filter_map(port).collect(),
+        };
+        self.project.models.insert(name.to_owned(), model);
+    }
+
+    fn choose_main(&mut self, file: &str, main: Option<Main>, tree: Option<&str>) {
+        let Some(main) = main else { return };
+        let known: Vec<&str> = main.trees.iter().map(String::as_str).collect();
+        let asked = tree.or(main.asked.as_deref());
+        let chosen = match (asked, known.as_slice()) {
+            (Some(asked), _) if known.contains(&asked) => Ok(asked.to_owned()),
+            (Some(asked), _) => Err(format!(
+                "there is no BehaviorTree '{asked}' to execute; {}",
+                suggest::advice(asked, &known)
+            )),
+            (None, [only]) => Ok((*only).to_owned()),
+            (None, []) => Err("there is no <BehaviorTree> in this file".to_owned()),
+            (None, several) => Err(format!(
+                "the tree to execute is not named; `--tree NAME` names it, or main_tree_to_execute in \
+                 <root>: {}",
+                several.join(", ")
+            )),
+        };
+        match chosen {
+            Ok(chosen) => self.project.main = chosen,
+            Err(message) => self.errors.push(file, main.place, message),
+        }
+    }
+}
+
+/// The text with spaces in place of comments. BehaviorTree.CPP reads comments that XML
+/// forbids: a line of dashes.
+fn without_comments(text: &str) -> String {
+    let mut plain = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once("<!--") {
+        let Some(end) = after.find("-->") else { break };
+        plain.push_str(before);
+        let comment = after.get(..end).unwrap_or_default();
+        let blank = comment.chars().map(|c| if c == '\n' { c } else { ' ' });
+        plain.push_str("    ");
+        plain.extend(blank);
+        plain.push_str("   ");
+        rest = after.get(end + 3..).unwrap_or_default();
+    }
+    plain.push_str(rest);
+    plain
+}
+
+/// Converts the elements of one file.
+struct Converter<'a> {
+    file: &'a str,
+    text: &'a str,
+    /// Where each line begins: a search for every element would take quadratic time.
+    lines: Vec<usize>,
+    too_deep: Option<Location>,
+}
+
+impl<'a> Converter<'a> {
+    fn new(file: &'a str, text: &'a str) -> Self {
+        let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        Self {
+            file,
+            text,
+            lines: std::iter::once(0)
+                .chain(ends.map(|(at, _)| at + 1))
+                .collect(),
+            too_deep: None,
+        }
+    }
+
+    fn place(&self, at: usize) -> Location {
+        let line = self.lines.partition_point(|start| *start <= at);
+        let start = self.lines.get(line.saturating_sub(1)).copied().unwrap_or(0);
+        let before = self.text.get(start..at).unwrap_or_default();
+        let column = match before.len() {
+            // Counting in one long line would take quadratic time.
+            short if short <= MAX_COUNTED => before.chars().count(),
+            long => long,
+        };
+        let narrow = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
+        Location {
+            line: narrow(line),
+            column: narrow(column + 1),
+        }
+    }
+
+    /// Recursion ends at [`MAX_NESTING`].
+    fn element(&mut self, node: roxmltree::Node<'_, '_>, depth: usize) -> Element {
+        let place = self.place(node.range().start);
+        let mut children = Vec::new();
+        if depth >= MAX_NESTING {
+            self.too_deep.get_or_insert(place);
+        } else {
+            let elements = node.children().filter(roxmltree::Node::is_element);
+            children.extend(elements.map(|child| self.element(child, depth + 1)));
+        }
+        let attributes = node.attributes();
+        Element {
+            tag: node.tag_name().name().to_owned(),
+            attributes: attributes
+                .map(|a| (a.name().to_owned(), a.value().to_owned()))
+                .collect(),
+            children,
+            file: self.file.to_owned(),
+            place,
+        }
+    }
+}
+
+/// `a/../b` as `b`.
+fn plain(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if plain.file_name().is_some() => {
+                plain.pop();
+            }
+            part => plain.push(part),
+        }
+    }
+    plain
+}

@@ -1,0 +1,124 @@
+//! Uses of trees by other trees, with what their blackboards share.
+
+use behavior::suggest;
+
+use crate::bind::{self, Value};
+use crate::document::Element;
+use crate::out::{At, Bind};
+use crate::translate::{Key, Part, Translator};
+use crate::types::Holder;
+
+impl Translator<'_> {
+    pub(crate) fn subtree(&mut self, element: &Element) -> Option<Part> {
+        let Some(name) = element.get("ID") else {
+            self.refuse(element, "<SubTree> needs ID=\"TREE\"");
+            return None;
+        };
+        if !element.children.is_empty() {
+            let why = "a SubTree has no children; <remap internal=\"A\" external=\"B\"/> of version 3 is \
+                       A=\"{B}\" in version 4";
+            self.refuse(element, why);
+            return None;
+        }
+        let project = self.project;
+        let Some((_, root)) = project.trees.iter().find(|(tree, _)| tree == name) else {
+            let known: Vec<&str> = project
+                .trees
+                .iter()
+                .map(|(tree, _)| tree.as_str())
+                .collect();
+            let advice = suggest::advice(name, &known);
+            self.refuse(
+                element,
+                format!("there is no BehaviorTree '{name}'; {advice}"),
+            );
+            return None;
+        };
+        if self.open.iter().any(|open| open == name) {
+            let circle = [self.open.join(" -> "), name.to_owned()].join(" -> ");
+            self.refuse(element, format!("a tree is part of itself: {circle}"));
+            return None;
+        }
+        self.tree(name, root);
+        let inner = self.trees.get(name).and_then(Option::as_ref)?;
+        let keys: Vec<(String, Key)> = inner
+            .keys
+            .iter()
+            .map(|(key, known)| (key.clone(), known.clone()))
+            .collect();
+        let mut out = self.out(element, "Subtree", Vec::new());
+        out.subtree = Some(name.to_owned());
+        for (key, known) in keys {
+            let bind = self.shared_key(element, (name, &out.id), &key, &known);
+            out = out.bound(&key, bind);
+        }
+        Some(Part::of(out))
+    }
+
+    /// What a key of a subtree is where it is used.
+    fn shared_key(
+        &mut self,
+        element: &Element,
+        (tree, id): (&str, &str),
+        key: &str,
+        known: &Key,
+    ) -> Bind {
+        let at = At::of(element);
+        let inner = Holder::Key {
+            tree: tree.to_owned(),
+            key: key.to_owned(),
+        };
+        let remaps = matches!(element.get("_autoremap"), Some("1" | "true" | "True"));
+        let given = element.get(key).filter(|_| key != "ID" && key != "name");
+        let model = self
+            .project
+            .models
+            .get(tree)
+            .map(|model| model.ports.as_slice());
+        let model = model
+            .unwrap_or_default()
+            .iter()
+            .find(|port| port.name == key);
+        let given = given.or_else(|| model.and_then(|port| port.default.as_deref()));
+        let outer = match given.map(|text| bind::value(key, text)) {
+            _ if key.starts_with('@') => self.key(key, known.written),
+            Some(Value::Key(outer)) => self.key(outer, known.written),
+            Some(Value::Text(text)) if !known.written && !known.tested => {
+                self.types.looks_like(&inner, text);
+                return Bind::Text(text.to_owned(), inner, at);
+            }
+            // It is the first value of a key of its own.
+            Some(Value::Text(text)) => {
+                self.types.looks_like(&inner, text);
+                let default = Some((text.to_owned(), at.clone()));
+                self.own_key(id, key, known.written, default)
+            }
+            None if remaps && !known.inner && !key.starts_with('_') => self.key(key, known.written),
+            None => self.own_key(id, key, known.written, known.default.clone()),
+        };
+        if let Some(own) = self.scope.keys.get_mut(&outer) {
+            own.tested |= known.tested;
+        }
+        let of_outer = self.holder(&outer);
+        if let Err((before, found)) = self.types.same(&of_outer, &inner) {
+            self.mixed(&at, &outer, before, found);
+        }
+        Bind::Key(outer)
+    }
+
+    /// A key for one use of a subtree.
+    fn own_key(
+        &mut self,
+        id: &str,
+        key: &str,
+        written: bool,
+        default: Option<(String, At)>,
+    ) -> String {
+        let name = self.key(&format!("{id}.{key}"), written);
+        if let Some(own) = self.scope.keys.get_mut(&name) {
+            own.inner = true;
+            own.default = default;
+        }
+        name
+    }
+}
