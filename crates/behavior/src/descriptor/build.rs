@@ -46,6 +46,8 @@ pub(super) struct Builder<'a, H: Host> {
     pub shared: Board,
     pub errors: Errors,
     pub findings: Vec<Finding>,
+    /// Those of the types of leaves.
+    pub noted: Vec<Finding>,
 }
 
 impl<'a, H: Host> Builder<'a, H> {
@@ -74,6 +76,7 @@ impl<'a, H: Host> Builder<'a, H> {
             shared,
             errors,
             findings: Vec::new(),
+            noted: Vec::new(),
         }
     }
 

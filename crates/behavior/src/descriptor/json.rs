@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use jsonc_parser::ast;
+use jsonc_parser::errors::ParseErrorKind;
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 
 use super::error::Errors;
@@ -159,10 +160,10 @@ pub fn parse(file: &str, text: &str) -> Result<Value, Errors> {
         Ok(parsed) => parsed,
         Err(error) => {
             let place = Lines::new(text).place(error.range().start);
-            let message = format!(
-                "this is not JSON: {}",
-                lower_first(&error.kind().to_string())
-            );
+            let message = match error.kind() {
+                ParseErrorKind::NestingDepthExceeded => too_deep(),
+                kind => format!("this is not JSON: {}", lower_first(&kind.to_string())),
+            };
             errors.push(file, place, message);
             return Err(errors);
         }
@@ -197,6 +198,14 @@ const STRICT: ParseOptions = ParseOptions {
     allow_extended_string_escapes: false,
 };
 
+/// The parser has a limit of its own, beyond ours.
+fn too_deep() -> String {
+    format!(
+        "objects and lists are nested deeper than {MAX_DEPTH} levels, two for each node within a \
+         node; use subtrees, or fewer levels"
+    )
+}
+
 fn lower_first(text: &str) -> String {
     let mut chars = text.chars();
     let first = chars.next().map(|c| c.to_ascii_lowercase());
@@ -220,8 +229,7 @@ impl Reader<'_> {
             ast::Value::StringLit(literal) => Data::Text(literal.value.into_owned()),
             ast::Value::NumberLit(literal) => self.number(literal.value, place),
             ast::Value::Array(_) | ast::Value::Object(_) if depth >= MAX_DEPTH => {
-                let message = format!("nested deeper than {MAX_DEPTH} levels; use subtrees");
-                self.errors.push(self.file, place, message);
+                self.errors.push(self.file, place, too_deep());
                 Data::Null
             }
             ast::Value::Array(list) => {
@@ -290,7 +298,7 @@ mod tests {
         for (open, close) in [("[", "]"), ("{\"a\":", "}")] {
             let deep = format!("{}1{}", open.repeat(100_000), close.repeat(100_000));
             let wrong = parse("f", &deep).unwrap_err().to_string();
-            assert!(wrong.contains("depth"), "{wrong}");
+            assert!(wrong.contains("deeper than 128"), "{wrong}");
             let deep = format!("{}1{}", open.repeat(200), close.repeat(200));
             let wrong = parse("f", &deep).unwrap_err().to_string();
             assert!(wrong.contains("deeper than 128"), "{wrong}");

@@ -308,6 +308,7 @@ impl<'a, H: Host> Builder<'a, H> {
             constants: &self.constants,
             local: &mut self.local,
             shared: &mut self.shared,
+            findings: &mut self.noted,
         };
         match (node_type.build)(&mut binder) {
             Ok(leaf) => Some(leaf),

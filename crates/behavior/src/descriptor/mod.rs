@@ -10,6 +10,7 @@
 
 pub(crate) mod advice;
 mod build;
+mod counterparts;
 mod declared;
 mod detail;
 mod engine;
@@ -73,6 +74,8 @@ pub struct Read<H: Host> {
     pub shared: Board,
     /// What is probably not meant, as far as the text of the file shows.
     pub findings: Vec<Finding>,
+    /// The same, as the types of its leaves noted when these were made.
+    pub noted: Vec<Finding>,
 }
 
 /// Reads the nodes of a file. `constants` are those of the instance; they
@@ -157,8 +160,9 @@ fn grow<H: Host>(
     shared: &mut Board,
 ) -> Result<Tree<H>, Errors> {
     match Tree::new(&read.name, read.root, read.local) {
-        Ok(tree) => {
+        Ok(mut tree) => {
             *shared = read.shared;
+            tree.noted = read.noted;
             Ok(tree)
         }
         Err(error) => {
@@ -183,6 +187,7 @@ pub fn check<H: Host>(
 ) -> Result<Vec<Finding>, Errors> {
     let read = read(source, library, constants, shared)?;
     let mut findings = read.findings;
+    findings.extend(read.noted);
     findings.extend(tree::check::check(
         &read.root,
         &read.local,
@@ -206,6 +211,7 @@ fn finish<H: Host>(
         local: builder.local,
         shared: builder.shared,
         findings: builder.findings,
+        noted: builder.noted,
     })
 }
 

@@ -2,6 +2,7 @@
 
 use super::advice;
 use super::build::Builder;
+use super::counterparts;
 use super::engine::{self, ABORTS, FINAL_STATUSES};
 use super::files::{get, object};
 use super::json::{Entry, Value as Json};
@@ -51,7 +52,10 @@ impl<'a, H: Host> Builder<'a, H> {
         let name = value.as_text().unwrap_or_default();
         let Some(spec) = engine::find_modifier(name) else {
             let known: Vec<&str> = engine::MODIFIERS.iter().map(|m| m.name).collect();
-            let message = advice::unknown("modifier", name, &known);
+            let message = match counterparts::of(name) {
+                Some(ours) => format!("there is no modifier '{name}'; {ours}"),
+                None => advice::unknown("modifier", name, &known),
+            };
             self.errors.push(file, value.place, message);
             return None;
         };

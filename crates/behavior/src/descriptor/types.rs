@@ -2,6 +2,7 @@
 
 use super::advice;
 use super::build::{Builder, Site};
+use super::counterparts;
 use super::engine::{self, EngineType};
 use super::files::get;
 use super::json::{Entry, shortened};
@@ -57,8 +58,11 @@ impl<'a, H: Host> Builder<'a, H> {
         None
     }
 
-    /// Looks among names first, then among keywords.
+    /// Looks among names of another library first, then among names, then among keywords.
     fn unknown_type(&self, name: &str) -> String {
+        if let Some(ours) = counterparts::of(name) {
+            return format!("there is no node type '{name}'; {ours}");
+        }
         let registered = self.library.types().iter();
         let keywords = registered.map(|t| (t.name, t.keywords));
         let all: Vec<(&str, &[&str])> = keywords

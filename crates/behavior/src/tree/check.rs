@@ -2,6 +2,7 @@
 
 mod answers;
 mod keys;
+mod shapes;
 mod times;
 
 use std::collections::BTreeSet;
@@ -32,6 +33,7 @@ pub fn check<H: Host>(
         findings: Vec::new(),
     };
     look.node(root, false);
+    shapes::check(root, library, &mut look.findings);
     times::check(root, &mut look.findings);
     keys::check(local, shared, &mut look.findings);
     look.findings

@@ -1,8 +1,9 @@
 //! Leaves whose types are declared in the tree file, for hosts that know them by name only.
 #![allow(clippy::result_large_err, reason = "happens at load, once")]
 
+use super::binder::BindError;
 use super::leaf::{AnyLeaf, Cx, Host, Leaf, any};
-use super::library::{BindError, Library};
+use super::library::Library;
 use crate::board::{Fault, In, Scope};
 use crate::status::Status;
 use crate::value::{Value, ValueType};

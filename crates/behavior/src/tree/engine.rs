@@ -10,6 +10,7 @@ use super::leaf::{Cx, Halt, Host};
 use super::run::Run;
 use super::spec::Node;
 use crate::board::Board;
+use crate::finding::Finding;
 use crate::graph::Graph;
 use crate::status::{NodeStatus, ResetReason, Status};
 
@@ -26,9 +27,16 @@ pub struct Tree<H: Host> {
     /// Hashes with their operations, sorted.
     pub(super) by_hash: Vec<(u64, usize)>,
     graph: Graph,
+    pub(crate) noted: Vec<Finding>,
 }
 
 impl<H: Host> Tree<H> {
+    /// What is probably not meant in the nodes of its file, as their types noted when they were
+    /// made.
+    pub fn noted(&self) -> &[Finding] {
+        &self.noted
+    }
+
     /// Makes `root` ready to run, with the tree's own blackboard.
     ///
     /// # Errors
@@ -55,6 +63,7 @@ impl<H: Host> Tree<H> {
             hashes,
             by_hash,
             graph,
+            noted: Vec::new(),
         })
     }
 

@@ -1,10 +1,7 @@
 //! Node types registered from Rust, for trees that are written in files.
 #![allow(clippy::result_large_err, reason = "happens at load, once")]
 
-use std::collections::BTreeMap;
-
-use crate::board::{Access, Board, BoardError, In, Out, Scope, Slot};
-use crate::suggest;
+use super::binder::{BindError, Binder};
 use crate::tree::declared::MakeDeclared;
 use crate::tree::leaf::{AnyLeaf, Host, Leaf, any};
 use crate::value::{Plain, Value, ValueType};
@@ -62,6 +59,8 @@ pub struct NodeType<H: Host> {
     pub keywords: &'static [&'static str],
     /// Its ports.
     pub ports: Vec<PortSpec>,
+    /// What its nodes drive at every tick, of which a tree has one: an arm.
+    pub drives: Option<&'static str>,
     #[allow(dead_code, reason = "called by the descriptor")]
     pub(crate) build: Build<H>,
 }
@@ -91,6 +90,7 @@ impl<H: Host> NodeType<H> {
             doc,
             keywords: &[],
             ports: Vec::new(),
+            drives: None,
             build: Box::new(build),
         }
     }
@@ -104,6 +104,13 @@ impl<H: Host> NodeType<H> {
     /// Words to find it by.
     pub fn keywords(mut self, keywords: &'static [&'static str]) -> Self {
         self.keywords = keywords;
+        self
+    }
+
+    /// Its nodes drive `what` at every tick: two of them beside each other are probably not
+    /// meant.
+    pub fn drives(mut self, what: &'static str) -> Self {
+        self.drives = Some(what);
         self
     }
 
@@ -202,202 +209,5 @@ impl<H: Host> Library<H> {
     /// All types, in the order they were added.
     pub fn types(&self) -> &[NodeType<H>] {
         &self.types
-    }
-}
-
-/// What a port of a node was bound to in the file.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Binding {
-    /// A value.
-    Literal(Value),
-    /// A key of a board.
-    Key(Scope, String),
-}
-
-/// Why a node cannot be made from its ports.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BindError {
-    /// The type declares no such port.
-    #[error("there is no port '{port}'; {advice}")]
-    Unknown {
-        /// The port.
-        port: String,
-        /// The nearest one.
-        advice: String,
-    },
-    /// It is not bound and has no default.
-    #[error("port '{port}' is missing; give it {wanted}")]
-    Missing {
-        /// The port.
-        port: String,
-        /// Type of its value.
-        wanted: &'static str,
-    },
-    /// A literal of another type.
-    #[error("port '{port}' is {found}, {wanted} is needed")]
-    Type {
-        /// The port.
-        port: String,
-        /// What it was bound to.
-        found: String,
-        /// What is needed.
-        wanted: String,
-    },
-    /// The board.
-    #[error("port '{port}': {source}")]
-    Board {
-        /// The port or key.
-        port: String,
-        /// What it said.
-        source: Box<BoardError>,
-    },
-    /// A name from the host's world that is not there.
-    #[error("{0}")]
-    Host(String),
-}
-
-/// Hands a node the ports it was bound to, registering every key it uses.
-pub struct Binder<'b> {
-    /// Id of the node, the name it registers under.
-    pub node: &'b str,
-    /// Bound ports by name; defaults filled in.
-    pub bindings: &'b BTreeMap<String, Binding>,
-    /// Constants of the file and of the instance, by name.
-    pub constants: &'b BTreeMap<String, Value>,
-    /// The tree's own board.
-    pub local: &'b mut Board,
-    /// The board shared by the trees of a host.
-    pub shared: &'b mut Board,
-}
-
-impl Binder<'_> {
-    /// The input `port`.
-    ///
-    /// # Errors
-    /// [`BindError`] where it is missing or of another type.
-    pub fn input<T: Plain>(&mut self, port: &str) -> Result<In<T>, BindError> {
-        match self.binding::<T>(port)? {
-            Binding::Key(scope, key) => {
-                Ok(In::Key(self.slot::<T>(scope, &key, Access::Read, port)?))
-            }
-            Binding::Literal(value) => match T::from_value(value) {
-                Some(value) => Ok(In::Literal(value)),
-                None => Err(wrong_type::<T>(port, value.to_string())),
-            },
-        }
-    }
-
-    /// The output `port`.
-    ///
-    /// # Errors
-    /// [`BindError`] where it is missing, a literal, or not to be written.
-    pub fn output<T: Plain>(&mut self, port: &str) -> Result<Out<T>, BindError> {
-        match self.binding::<T>(port)? {
-            Binding::Key(scope, key) => {
-                let slot = self.slot::<T>(scope, &key, Access::Write, port)?;
-                Ok(Out::new(slot, true))
-            }
-            Binding::Literal(value) => Err(BindError::Type {
-                port: port.to_owned(),
-                found: format!("the literal {value}"),
-                wanted: "a blackboard key to write to".to_owned(),
-            }),
-        }
-    }
-
-    /// A key the node reads besides its ports, which has to be declared.
-    ///
-    /// # Errors
-    /// [`BindError::Board`].
-    pub fn reads<T: Plain>(&mut self, scope: Scope, key: &str) -> Result<In<T>, BindError> {
-        Ok(In::Key(self.slot::<T>(scope, key, Access::Read, key)?))
-    }
-
-    /// A key the node uses besides its ports, to write and to read, or only to
-    /// read, as `access` says. It is declared here with its default, unless the
-    /// file did.
-    ///
-    /// # Errors
-    /// [`BindError::Board`].
-    pub fn writes<T: Plain>(
-        &mut self,
-        scope: Scope,
-        key: &str,
-        default: Option<T>,
-        access: Access,
-    ) -> Result<Out<T>, BindError> {
-        let refused = |source| BindError::Board {
-            port: key.to_owned(),
-            source: Box::new(source),
-        };
-        let default = default.map(Plain::into_value);
-        self.board(scope)
-            .declare(key, T::TYPE, default)
-            .map_err(refused)?;
-        let slot = self.slot::<T>(scope, key, access, key)?;
-        Ok(Out::new(slot, access != Access::Read))
-    }
-
-    /// A text constant of the instance, `robot` for example.
-    ///
-    /// # Errors
-    /// [`BindError::Host`] where there is none.
-    pub fn text_constant(&self, name: &str) -> Result<&str, BindError> {
-        match self.constants.get(name) {
-            Some(Value::Text(text)) => Ok(text.as_str()),
-            _ => Err(BindError::Host(format!(
-                "the tree needs the text constant '{name}'; give it where the tree is used"
-            ))),
-        }
-    }
-
-    fn board(&mut self, scope: Scope) -> &mut Board {
-        match scope {
-            Scope::Local => self.local,
-            Scope::Shared => self.shared,
-        }
-    }
-
-    fn binding<T: Plain>(&self, port: &str) -> Result<Binding, BindError> {
-        if let Some(binding) = self.bindings.get(port) {
-            return Ok(binding.clone());
-        }
-        let known: Vec<&str> = self.bindings.keys().map(String::as_str).collect();
-        match suggest::nearest(port, &known) {
-            Some(_) => Err(BindError::Unknown {
-                port: port.to_owned(),
-                advice: suggest::advice(port, &known),
-            }),
-            None => Err(BindError::Missing {
-                port: port.to_owned(),
-                wanted: T::TYPE.name(),
-            }),
-        }
-    }
-
-    fn slot<T: Plain>(
-        &mut self,
-        scope: Scope,
-        key: &str,
-        access: Access,
-        port: &str,
-    ) -> Result<Slot, BindError> {
-        let node = self.node;
-        let index = self
-            .board(scope)
-            .register(node, key, T::TYPE, access)
-            .map_err(|source| BindError::Board {
-                port: port.to_owned(),
-                source: Box::new(source),
-            })?;
-        Ok(Slot { scope, index })
-    }
-}
-
-fn wrong_type<T: Plain>(port: &str, found: String) -> BindError {
-    BindError::Type {
-        port: port.to_owned(),
-        found,
-        wanted: T::TYPE.name().to_owned(),
     }
 }

@@ -1,5 +1,6 @@
 //! Behaviour trees.
 
+mod binder;
 pub mod check;
 mod composite;
 mod counting;
@@ -19,13 +20,14 @@ pub mod spec;
 mod stop;
 
 pub use crate::board::{Carried, RecordError};
+pub use binder::{BindError, Binder, Binding};
 pub use declared::{DeclaredLeaf, DeclaredPort};
 pub use engine::Tree;
 pub use error::{Problem, TreeError};
 pub use event::{Event, EventKind};
 pub use flat::Counts;
 pub use leaf::{AnyLeaf, Cx, Halt, Host, Leaf, any};
-pub use library::{BindError, Binder, Binding, Direction, Library, NodeType, PortSpec};
+pub use library::{Direction, Library, NodeType, PortSpec};
 pub use spec::{Abort, Kind, Memory, Modifier, Node, OneShotPolicy, ParallelPolicy, Test};
 
 /// How deep a tree may be; each modifier is a level.

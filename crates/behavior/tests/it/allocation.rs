@@ -61,6 +61,7 @@ impl Garden {
             constants: &constants,
             local: &mut self.local,
             shared: &mut self.shared,
+            findings: &mut Vec::new(),
         };
         let out = binder
             .writes(Scope::Local, "x", Some(0.0), Access::Write)

@@ -149,3 +149,57 @@ fn trees_in_code_are_looked_over_too() {
     );
     assert_eq!(found.len(), 1);
 }
+
+#[test]
+fn composites_without_children_are_found() {
+    for head in [
+        r#""type": "Sequence""#,
+        r#""type": "Selector""#,
+        r#""type": "Parallel""#,
+    ] {
+        assert_eq!(findings(&composite(head, &[]), ""), "empty_composite r\n");
+    }
+    let each = r#"{"id": "r", "type": "ForEach", "as": "x", "items": [],
+        "children": [{"id": "a", "type": "Wait", "ports": {"seconds": 1}}]}"#;
+    assert_eq!(findings(each, ""), "empty_composite r\n");
+}
+
+#[test]
+fn two_leaves_of_a_parallel_that_drive_the_same_are_found() {
+    let both = composite(r#""type": "Parallel""#, &[MOVE, WAIT, MOVE]);
+    assert_eq!(findings(&both, ""), "parallel_drivers r\n");
+    let below = format!(
+        r#""type": "Sequence", "children": [{{"id": "x", {WAIT}}}, {{"id": "y", {MOVE}}}]"#
+    );
+    let below = composite(r#""type": "Parallel""#, &[MOVE, &below]);
+    assert_eq!(findings(&below, ""), "parallel_drivers r\n");
+    let one = composite(r#""type": "Parallel""#, &[MOVE, WAIT]);
+    assert_eq!(findings(&one, ""), "");
+    let in_turn = composite(r#""type": "Sequence""#, &[MOVE, MOVE]);
+    assert_eq!(findings(&in_turn, ""), "");
+}
+
+#[test]
+fn names_of_another_library_get_ours() {
+    for (name, ours) in [
+        (
+            "ReactiveSequence",
+            "write Sequence with \"ports\": {\"memory\": false}",
+        ),
+        ("ReactiveFallback", "write Selector"),
+        (
+            "Fallback",
+            "write Selector with \"ports\": {\"memory\": true}",
+        ),
+        ("ForceSuccess", "ForceStatus"),
+        ("RetryUntilSuccessful", "write Retry"),
+        ("SubTree", "write Subtree"),
+    ] {
+        let node =
+            format!(r#"{{"id": "r", "type": "{name}", "children": [{{"id": "a", {WAIT}}}]}}"#);
+        let text = format!(r#"{{"format": "behavior-tree/1", "name": "t", "root": {node}}}"#);
+        let wrong = descriptor_common::read(&text).err().unwrap().to_string();
+        let wanted = format!("there is no node type '{name}'; ");
+        assert!(wrong.contains(&wanted) && wrong.contains(ours), "{wrong}");
+    }
+}

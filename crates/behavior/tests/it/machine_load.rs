@@ -165,6 +165,21 @@ fn a_file_beyond_a_limit_is_refused_for_that_before_anything_else_is_looked_at()
 }
 
 #[test]
+fn a_file_that_is_too_deep_is_not_said_to_be_of_another_kind() {
+    let deep = format!("{}{}", "[".repeat(1000), "]".repeat(1000));
+    let of_toml = problems("m.toml", &format!("x = {deep}"));
+    assert_eq!(
+        of_toml,
+        ["m.toml:1:85: tables and lists are nested deeper than 80 levels; use fewer"]
+    );
+    let of_json = &problems("m.json", &deep)[0];
+    assert!(
+        of_json.contains("nested deeper than 128 levels"),
+        "{of_json}"
+    );
+}
+
+#[test]
 fn many_rows_of_one_cell_are_checked_in_bounded_time() {
     let mut machine = Definition::new("wide").states(&["A", "B"]);
     for _ in 0..60_000 {

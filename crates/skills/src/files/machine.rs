@@ -159,7 +159,14 @@ impl MachineJob {
         let mut found =
             machine::check_with_ends(table, &dead_ends::ends(inline, |name| table.state(name)));
         found.extend(machine::check_events(table, &names(&inline.events)));
+        found.extend(parts::noted(self.trees()));
         found
+    }
+
+    fn trees(&self) -> impl Iterator<Item = &Tree<Station>> {
+        let events = self.events.iter().map(|event| &event.tree);
+        let parts = self.parts.sequences.iter().chain(&self.parts.conditions);
+        parts.chain(events)
     }
 
     /// Back in its first state.
@@ -311,7 +318,9 @@ impl MachineJob {
 
 impl AnyPolicy for MachinePolicy {
     fn warnings(&self, cell: &Cell) -> Vec<String> {
-        ability::far_picks(cell, &self.setup)
+        let mut warnings = parts::warnings(self.job.trees());
+        warnings.extend(ability::far_picks(cell, &self.setup));
+        warnings
     }
 
     fn reset(&mut self) {

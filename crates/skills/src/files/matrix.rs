@@ -131,7 +131,16 @@ impl MatrixPolicy {
     /// What is probably not meant in the file with these parts.
     pub(super) fn check(&self, inline: &Inline) -> Vec<Finding> {
         let table = self.run.table();
-        matrix::check_with_ends(table, &dead_ends::ends(inline, |name| table.state(name)))
+        let ends = dead_ends::ends(inline, |name| table.state(name));
+        let mut found = matrix::check_with_ends(table, &ends);
+        found.extend(parts::noted(self.trees()));
+        found
+    }
+
+    fn trees(&self) -> impl Iterator<Item = &Tree<Station>> {
+        let events = self.events.iter().map(|(tree, _)| tree);
+        let parts = self.parts.handlers.iter().chain(&self.parts.sequences);
+        parts.chain(events)
     }
 
     fn pending(&mut self, world: &mut World<'_>) -> EventSet {
@@ -236,7 +245,9 @@ impl MatrixPolicy {
 
 impl AnyPolicy for MatrixPolicy {
     fn warnings(&self, cell: &Cell) -> Vec<String> {
-        ability::far_picks(cell, &self.setup)
+        let mut warnings = parts::warnings(self.trees());
+        warnings.extend(ability::far_picks(cell, &self.setup));
+        warnings
     }
 
     fn reset(&mut self) {

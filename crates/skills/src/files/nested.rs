@@ -11,6 +11,7 @@ use cell_model::Data;
 
 use super::machine::MachineJob;
 use super::parts::Loader;
+use crate::nodes;
 use crate::setup::Setup;
 use crate::skill::Station;
 
@@ -48,6 +49,7 @@ pub(super) fn node_type(
         },
     )
     .keywords(&["machine", "states", "table", "fsm"])
+    .drives(nodes::ARM)
     .input::<Str>("file", "machine file beside the cell file")
 }
 

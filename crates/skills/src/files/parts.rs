@@ -10,7 +10,7 @@ use behavior::inline::Part;
 use behavior::numbers::Numbers;
 use behavior::tree::check::CONDITION;
 use behavior::tree::{Library, Tree};
-use behavior::{NodeStatus, ResetReason, Status};
+use behavior::{Finding, NodeStatus, ResetReason, Status};
 use cell_model::{Cell, Data};
 use robocell_task::SetupError;
 use robocell_task::settings::behaviour_text;
@@ -190,6 +190,20 @@ impl<'c> Loader<'c> {
     pub(super) fn into_board(self) -> Board {
         self.shared
     }
+}
+
+/// What is probably not meant in the nodes of trees, as their types noted.
+pub(super) fn noted<'t>(trees: impl IntoIterator<Item = &'t Tree<Station>>) -> Vec<Finding> {
+    let trees = trees.into_iter();
+    trees.flat_map(Tree::noted).cloned().collect()
+}
+
+/// The same as warnings at the start.
+pub(super) fn warnings<'t>(trees: impl IntoIterator<Item = &'t Tree<Station>>) -> Vec<String> {
+    let noted = noted(trees).into_iter();
+    noted
+        .map(|found| format!("node '{}': {}", found.place, found.message))
+        .collect()
 }
 
 /// Ticks a tree.

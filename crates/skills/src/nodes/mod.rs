@@ -5,6 +5,7 @@ mod conditions;
 mod guarded;
 mod motions;
 mod names;
+mod poses;
 mod way;
 mod zones;
 
@@ -25,6 +26,9 @@ use crate::progress::Progress;
 use crate::setup::Setup;
 use crate::skill::{Skill, Station};
 use names::{able_to_grip, is_given, object, place_named};
+
+/// What motions drive; a tree has one.
+pub(crate) const ARM: &str = "arm";
 
 /// What a leaf gets with each call.
 pub type Context<'a, 'w> = Cx<'a, 'w, Station>;
@@ -75,11 +79,14 @@ fn skills(setup: &Arc<Setup>) -> Library<Station> {
     let library = Library::default()
         .with(motions::move_to(setup))
         .with(motions::up())
-        .with(plain(
-            "Home",
-            "Brings the joints to where they were at the start.",
-            || Home,
-        ))
+        .with(
+            plain(
+                "Home",
+                "Brings the joints to where they were at the start.",
+                || Home,
+            )
+            .drives(ARM),
+        )
         .with(plain(
             "Open",
             "Opens the gripper, or switches suction off.",
@@ -88,11 +95,14 @@ fn skills(setup: &Arc<Setup>) -> Library<Station> {
         .with(close(setup))
         .with(pick(setup))
         .with(place(setup))
-        .with(plain(
-            "FollowOperator",
-            "Follows the operator's target and gripper requests; never ends.",
-            || FollowOperator,
-        ))
+        .with(
+            plain(
+                "FollowOperator",
+                "Follows the operator's target and gripper requests; never ends.",
+                || FollowOperator,
+            )
+            .drives(ARM),
+        )
         .with(plain("AddBin", "Asks for the next bin.", || AddBin))
         .with(plain("DropParts", "Asks the dispenser for parts.", || {
             DropParts
@@ -191,6 +201,7 @@ fn pick(setup: &Arc<Setup>) -> NodeType<Station> {
         },
     )
     .keywords(&["grasp", "take", "lift"])
+    .drives(ARM)
     .input::<Str>("object", "the object")
     .input_or("clearance_m", 0.1, "height at which the tool travels (m)")
     .within(0.0, 1.0)
@@ -227,6 +238,7 @@ fn place(setup: &Arc<Setup>) -> NodeType<Station> {
         },
     )
     .keywords(&["put", "release", "stack"])
+    .drives(ARM)
     .input::<Str>("object", "the object")
     .input::<Str>("place", "a place of [task]")
     .input_or("clearance_m", 0.1, "height at which the object travels (m)")

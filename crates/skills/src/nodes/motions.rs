@@ -10,7 +10,7 @@ use ipc_types::Pose;
 
 use super::names::{Named, is_given, object, place_named};
 use super::way::{self, WayPorts};
-use super::{Context, Made, seconds};
+use super::{ARM, Context, Made, poses, seconds};
 use crate::geometry;
 use crate::motion::{MoveTo, Target};
 use crate::setup::Setup;
@@ -45,6 +45,7 @@ pub(super) fn move_to(setup: &Arc<Setup>) -> NodeType<Station> {
         },
     )
     .keywords(&["move", "reach", "go", "approach", "motion", "pose", "line"])
+    .drives(ARM)
     .input_or("object", Str::EMPTY, "object to move to, or to bring")
     .input_or(
         "place",
@@ -85,6 +86,15 @@ impl Where {
     #[allow(clippy::result_large_err, reason = "happens at load, once")]
     fn bind(binder: &mut Binder<'_>, setup: &Setup) -> Result<Self, BindError> {
         let given = ["object", "place"].map(|port| is_given(binder, port));
+        let pose = is_given(binder, "pose");
+        if let Some(port) = ["object", "place"]
+            .into_iter()
+            .zip(given)
+            .find(|(_, is)| *is && pose)
+        {
+            let message = format!("'pose' is not used beside '{}'; drop one of them", port.0);
+            binder.warn("unused_pose", message);
+        }
         match given {
             [true, true] => Ok(Self::Place(
                 object(binder, setup)?,
@@ -104,6 +114,9 @@ impl Where {
                          or 7 numbers"
                             .to_owned(),
                     ));
+                }
+                if let In::Literal(numbers) = pose {
+                    poses::check(binder, setup, "pose", numbers.as_slice());
                 }
                 Ok(Self::Pose(pose))
             }
@@ -133,6 +146,8 @@ pub(super) fn tcp_pose(numbers: &[f64], world: &World<'_>) -> Option<Pose> {
             position: [x, y, z],
             orientation_wxyz: world.tool().down(0.0),
         }),
+        // No turn at all has no direction: the node fails.
+        [.., w, i, j, k] if poses::length([w, i, j, k]) < poses::NO_LENGTH => None,
         [x, y, z, w, i, j, k] => {
             let unit = geometry::rotation([w, i, j, k]);
             Some(Pose {
@@ -165,6 +180,7 @@ pub(super) fn up() -> NodeType<Station> {
         },
     )
     .keywords(&["lift", "retract", "rise"])
+    .drives(ARM)
     .input_or("by_m", 0.1, "how far (m)")
     .within(0.0, 2.0)
     .input_or(

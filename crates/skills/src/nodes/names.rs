@@ -1,9 +1,9 @@
 //! Names of objects, places and sensors in ports.
 
-use behavior::Str;
 use behavior::board::{Fault, In};
 use behavior::suggest;
 use behavior::tree::{BindError, Binder, Binding};
+use behavior::{Str, Value};
 
 use super::Context;
 use crate::ability::{self, Need};
@@ -36,10 +36,11 @@ pub(super) fn named(
     known: impl Fn(&Setup) -> Vec<&str>,
 ) -> Result<Named, BindError> {
     let bound = binder.input::<Str>(port)?;
+    let known = known(setup);
     let In::Literal(name) = bound else {
+        unknown_default(binder, port, setup, &known);
         return Ok(Named::Key(bound, find));
     };
-    let known = known(setup);
     if known.is_empty() && setup.arms.is_empty() {
         // A file that is looked at without its cell.
         return Ok(Named::Index(usize::MAX));
@@ -48,6 +49,21 @@ pub(super) fn named(
         let advice = suggest::advice(name.as_str(), &known);
         BindError::Host(format!("there is no {port} '{name}'; {advice}"))
     })
+}
+
+/// Notes a key whose default is no name of the cell. Another one may be written before it is
+/// read.
+fn unknown_default(binder: &mut Binder<'_>, port: &str, setup: &Setup, known: &[&str]) {
+    let Some(Value::Text(name)) = binder.initial(port) else {
+        return;
+    };
+    if setup.arms.is_empty() || name.is_empty() || known.contains(&name.as_str()) {
+        return;
+    }
+    let advice = suggest::advice(name.as_str(), known);
+    let message =
+        format!("the key of '{port}' starts with '{name}': there is no such {port}; {advice}");
+    binder.warn("unknown_default", message);
 }
 
 #[allow(clippy::result_large_err, reason = "happens at load, once")]

@@ -333,3 +333,62 @@ fn a_state_runs_a_tree_in_a_file_beside_it() {
     let error = said("nested", "machine", "a.toml", &other).unwrap_err();
     assert!(error.contains("runs 'fetch', which is not here"), "{error}");
 }
+
+/// What is said at the start of a cell whose tree is that node with these ports.
+fn warnings(test: &str, node: &str) -> Vec<String> {
+    let dir = std::env::temp_dir().join(format!("robocell-warn-{test}-{}", std::process::id()));
+    let folder = Folder(dir);
+    std::fs::create_dir_all(folder.0.join("cells")).unwrap();
+    let cell = Data::checkout().read("cells/cube.toml").unwrap();
+    let cell = cell.replace("kind = \"cube\"", "kind = \"tree\"\nbehaviour = \"a.json\"");
+    let tree = format!(
+        r#"{{"format": "behavior-tree/1", "name": "t", "blackboard": {{"local": {{
+            "what": {{"type": "text", "default": "cub"}}}}}}, "root": {{"id": "n", {node}}}}}"#
+    );
+    std::fs::write(folder.0.join("cells/mine.toml"), cell).unwrap();
+    std::fs::write(folder.0.join("cells/a.json"), tree).unwrap();
+    let data = Data::dir(folder.0.clone()).with_robots_of(&Data::checkout());
+    let cell = Cell::load(&data, "mine", 0, None).unwrap();
+    let task = with_file_jobs(Policies::new()).task(&cell, "json").unwrap();
+    task.warnings().to_vec()
+}
+
+#[test]
+fn what_is_odd_about_a_port_is_said_at_the_start() {
+    let to = |pose: &str| format!(r#""type": "MoveTo", "ports": {{"pose": {pose}}}"#);
+    for (test, node, words) in [
+        (
+            "far",
+            to("[500, 0, 0.3]"),
+            "'pose' is 500.00 m from the base of panda",
+        ),
+        (
+            "zeros",
+            to("[0.5, 0, 0.3, 0, 0, 0, 0]"),
+            "a quaternion of zeros",
+        ),
+        (
+            "long",
+            to("[0.5, 0, 0.3, 0, 2, 0, 0]"),
+            "has the length 2.000",
+        ),
+        (
+            "beside",
+            r#""type": "MoveTo", "ports": {"object": "cube", "pose": [0.5, 0, 0.3]}"#.to_owned(),
+            "'pose' is not used beside 'object'",
+        ),
+        (
+            "default",
+            r#""type": "MoveTo", "ports": {"object": {"bb": "local.what"}}"#.to_owned(),
+            "starts with 'cub': there is no such object; did you mean 'cube'?",
+        ),
+    ] {
+        let said = warnings(test, &node);
+        assert_eq!(said.len(), 1, "{test}: {said:?}");
+        assert!(
+            said[0].starts_with("node 'n': ") && said[0].contains(words),
+            "{said:?}"
+        );
+    }
+    assert_eq!(warnings("good", &to("[0.5, 0, 0.3, 0, 1, 0, 0]")), [""; 0]);
+}

@@ -6,6 +6,9 @@ use crate::descriptor::json::{self, Data, Entry, MAX_BYTES, Value, shortened};
 use crate::lines::Lines;
 use crate::machine::problem::{Collector, Location, Problem, Problems};
 
+/// Levels of TOML that the parser reads.
+const LEVELS: usize = 80;
+
 /// Reads `text` as JSON if the name of the file ends so, otherwise as TOML.
 pub(crate) fn parse(file: &str, text: &str) -> Result<Value, Problems> {
     let name = std::path::Path::new(file);
@@ -38,10 +41,13 @@ fn parse_toml(file: &str, text: &str) -> Result<Value, Problems> {
     let (table, errors) = DeTable::parse_recoverable(text);
     for error in &errors {
         let offset = error.span().map_or(0, |span| span.start);
-        let message = format!(
-            "this is not TOML: {}",
-            error.message().trim().replace('\n', "; ")
-        );
+        let message = match error.message() {
+            // The parser's own words for its own limit.
+            deep if deep.contains("recursion depth") => {
+                format!("tables and lists are nested deeper than {LEVELS} levels; use fewer")
+            }
+            other => format!("this is not TOML: {}", other.trim().replace('\n', "; ")),
+        };
         problems.add(lines.place(offset).into(), message);
     }
     if !errors.is_empty() {

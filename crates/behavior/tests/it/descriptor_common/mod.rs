@@ -85,6 +85,7 @@ pub(crate) fn library() -> Library<Toy> {
             moves
                 .aliases(&["Goto"])
                 .keywords(&["reach", "travel"])
+                .drives("hand")
                 .input::<[f64; 3]>("target", "Position, m")
                 .input_or::<f64>("speed", 0.5, "Speed, m/s")
                 .within(0.0, 2.0),

@@ -18,8 +18,8 @@ use robocell_task::settings::behaviour_text;
 use robocell_task::tree_trace::{KeyWatch, TreeTrace};
 use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, TraceEvent};
 
-use super::nested;
 use super::phases::{self, Phase, Shown};
+use super::{nested, parts};
 use crate::ability;
 use crate::condition::PLACE_TOLERANCE_M;
 use crate::nodes;
@@ -332,7 +332,9 @@ fn load(
 
 impl AnyPolicy for TreePolicy {
     fn warnings(&self, cell: &Cell) -> Vec<String> {
-        ability::far_picks(cell, &self.setup)
+        let mut warnings = parts::warnings(self.arms.iter().map(|arm| &arm.tree));
+        warnings.extend(ability::far_picks(cell, &self.setup));
+        warnings
     }
 
     fn reset(&mut self) {

@@ -9,7 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{Context, Guard, WorkKeys, guarded};
 use crate::nodes::motions::tcp_pose;
+use crate::nodes::{ARM, poses};
 use crate::progress::Step;
+use crate::setup::Setup;
 use crate::shared::{Alarm, Turn};
 use crate::skill::Station;
 use crate::world::Drive;
@@ -47,6 +49,7 @@ pub(super) fn node_type(keys: WorkKeys) -> NodeType<Station> {
     )
     .aliases(&["FrankaMoveToTarget"])
     .keywords(&["motion", "reach", "pose", "go"])
+    .drives(ARM)
     .input::<[f64; 7]>("target", "pose of the TCP: x y z (m) and w x y z, world")
     .also(&["target_prim"])
     .input_or(
@@ -112,8 +115,12 @@ fn watching(node_type: NodeType<Station>) -> NodeType<Station> {
 
 impl MoveToTarget {
     fn new(binder: &mut Binder<'_>, keys: WorkKeys) -> Result<Self, BindError> {
+        let target = binder.input::<[f64; 7]>("target")?;
+        if let In::Literal(numbers) = target {
+            poses::check(binder, &Setup::unknown(), "target", &numbers);
+        }
         Ok(Self {
-            target: binder.input("target")?,
+            target,
             position_tolerance: binder.input("position_tolerance")?,
             orientation_tolerance: binder.input("orientation_tolerance")?,
             use_target_orientation: binder.input("use_target_orientation")?,

@@ -1,0 +1,81 @@
+//! Names of node types in files for BehaviorTree.CPP 4 and Nav2, and what they are called
+//! here.
+
+/// Name there, and what to write here.
+const NAMES: &[(&str, &str)] = &[
+    ("Fallback", SELECTOR),
+    ("AsyncFallback", SELECTOR),
+    (
+        "ReactiveFallback",
+        "write Selector (with \"memory\": false, as it is without the port)",
+    ),
+    (
+        "ReactiveSequence",
+        "write Sequence with \"ports\": {\"memory\": false}",
+    ),
+    ("AsyncSequence", "write Sequence"),
+    ("SequenceStar", SEQUENCE),
+    (
+        "PipelineSequence",
+        "write Sequence with \"ports\": {\"memory\": false}",
+    ),
+    (
+        "RecoveryNode",
+        "write a Retry around a Selector of the action and, forced to fail, its recovery",
+    ),
+    (
+        "RoundRobin",
+        "there is no counterpart; a Selector asks its children in order",
+    ),
+    ("ParallelAll", "write Parallel"),
+    (
+        "ForceSuccess",
+        "write {\"type\": \"ForceStatus\", \"ports\": {\"status\": \"success\"}} into the child's \
+         \"modifiers\"",
+    ),
+    (
+        "ForceFailure",
+        "write {\"type\": \"ForceStatus\", \"ports\": {\"status\": \"failure\"}} into the child's \
+         \"modifiers\"",
+    ),
+    ("RetryUntilSuccessful", RETRY),
+    ("RetryUntilSuccesful", RETRY),
+    ("KeepRunningUntilFailure", "write Repeat without \"count\""),
+    ("RunOnce", "write OneShot"),
+    ("Sleep", "write Wait with \"ports\": {\"seconds\": 1.0}"),
+    (
+        "Precondition",
+        "write EternalGuard, or the condition as first child of a Sequence",
+    ),
+    ("SubTree", "write Subtree with \"subtree\": \"NAME\""),
+    ("SubTreePlus", "write Subtree with \"subtree\": \"NAME\""),
+    ("IfThenElse", BRANCHES),
+    ("WhileDoElse", BRANCHES),
+    (
+        "AlwaysSuccess",
+        "write Sequence without children, or leave the node out",
+    ),
+    ("AlwaysFailure", "write Selector without children"),
+    ("Script", "write SetBlackboard"),
+    ("ScriptCondition", "write CheckBlackboard"),
+    (
+        "UnsetBlackboard",
+        "there is no counterpart; write SetBlackboard with a value that means none",
+    ),
+    ("LoopInt", LOOP),
+    ("LoopDouble", LOOP),
+    ("LoopString", LOOP),
+];
+
+const SELECTOR: &str = "write Selector with \"ports\": {\"memory\": true}";
+const SEQUENCE: &str = "write SequenceWithMemory";
+const RETRY: &str = "write Retry with \"ports\": {\"count\": 3}";
+const BRANCHES: &str =
+    "write a Selector of two Sequences, the first of which begins with the condition";
+const LOOP: &str = "write ForEach with \"as\" and \"items\"";
+
+/// What a type of that name is called here.
+pub(super) fn of(name: &str) -> Option<&'static str> {
+    let known = NAMES.iter().find(|(theirs, _)| *theirs == name);
+    known.map(|(_, ours)| *ours)
+}
