@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import functools
+import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import robocell
@@ -179,6 +181,34 @@ def test_a_result_of_which_nothing_was_run_is_refused_in_the_first_decision(poli
     with pytest.raises(ValueError, match=r"test_refused.py:\d+: decide returned a (coro|gen)"):
         cell = make(policy)
     assert cell is None
+
+
+class InLibrary:
+    def decide(self, cell):
+        if cell.time_s > 0:
+            json.loads("{")  # in a library
+
+
+class InNumpy:
+    def decide(self, cell):
+        if cell.time_s > 0:
+            np.linalg.inv(np.zeros((2, 2)))  # in numpy
+
+
+@pytest.mark.parametrize(
+    ("policy", "line", "what"),
+    [
+        (InLibrary, "# in a library", "in decide: JSONDecodeError"),
+        (InNumpy, "# in numpy", "in decide: LinAlgError: Singular matrix"),
+    ],
+)
+def test_an_exception_of_a_library_is_reported_with_the_line_of_the_task(policy, line, what):
+    cell = make(policy)
+    with pytest.raises(ValueError):
+        cell.step(10)
+    (fault,) = [line for _, line in cell.log()]
+    assert line_of(line) in fault
+    assert what in fault
 
 
 @pytest.mark.parametrize(

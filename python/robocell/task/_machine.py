@@ -69,6 +69,8 @@ class _Reports:
         self._on_change = changed
         #: Triggers that are being fired, the innermost last.
         self._firing: list[str] = []
+        #: Names of states by their members of an Enum.
+        self._members: dict[Any, str] = {}
         self._lost: BaseException | None = None
         super().__init__(**options)
 

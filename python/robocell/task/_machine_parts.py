@@ -110,6 +110,7 @@ def active(machine: Any, state: Any) -> list[str]:
     if isinstance(state, (list, tuple)):
         return [name for one in state for name in active(machine, one)]
     if isinstance(state, Enum):
-        known = states_of(machine).items()
-        return [next((name for name, one in known if one.value is state), state.name)]
+        if state not in machine._members:
+            machine._members = {one.value: name for name, one in states_of(machine).items()}
+        return [machine._members.get(state, state.name)]
     return [str(state)]
