@@ -132,6 +132,17 @@ class GeneratorCondition(Base):
         yield True
 
 
+class ForgotReturn(Base):
+    transitions = ({"trigger": "go", "source": "a", "dest": "b", "conditions": "is_there"},)
+
+    def is_there(self) -> Any:
+        self.count == 3  # noqa: B015
+
+
+class TimeoutWithoutFeature(Base):
+    states = ("a", {"name": "b", "timeout": 3.0, "on_timeout": "go"}, "c")
+
+
 class WithoutEvent(Base):
     send_event = True
 
@@ -161,6 +172,8 @@ class WithoutSuper(Base):
         (NoCondition, '"conditions": "is_redy"', "did you mean 'is_ready'?"),
         (AsyncCallback, "async def on_enter_b", "on_enter 'on_enter_b' is an async function"),
         (GeneratorCondition, "def is_near", "condition 'is_near' is a generator function"),
+        (ForgotReturn, "def is_there", "condition 'is_there' returns nothing; True or False"),
+        (TimeoutWithoutFeature, '"timeout": 3.0', "timeout is not supported: it counts seconds"),
         (WithoutEvent, "# without an event", "has other arguments than on_enter_b(self, event)"),
         (WithoutDecide, "class WithoutDecide", "WithoutDecide needs a method decide(self, cell)"),
         (WithoutSuper, "class WithoutSuper", "does not call super().__init__(cell)"),
@@ -170,3 +183,62 @@ def test_a_mistake_is_refused_at_the_start_with_its_line(policy: Any, line: str,
     text = refusal(policy)
     assert line_of(line) in text
     assert what in text
+
+
+class ByName(Base):
+    transitions = ({"trigger": "go", "source": "a", "dest": "b", "conditions": "held"},)
+
+    def held(self) -> Any:
+        return "red_cube"
+
+
+class UnlessNone(Base):
+    transitions = ({"trigger": "go", "source": "a", "dest": "b", "unless": "lost"},)
+
+    def lost(self) -> Any:
+        return self.seen[0] if self.seen else None
+
+
+class OfAttribute(Base):
+    transitions = ({"trigger": "go", "source": "a", "dest": "b", "conditions": "seen"},)
+
+    def decide(self, cell: TaskCell) -> None:
+        self.seen = ["a"]
+        self.go()  # of an attribute
+
+
+@pytest.mark.parametrize(
+    ("policy", "line", "what"),
+    [
+        (ByName, "def held", "condition 'held' is 'red_cube'; True or False is needed"),
+        (UnlessNone, "def lost", "condition 'lost' is None; True or False is needed"),
+        (OfAttribute, "# of an attribute", "condition 'seen' is ['a']; True or False is needed"),
+    ],
+)
+def test_a_condition_that_never_holds_is_refused(policy: Any, line: str, what: str):
+    class Later(policy):  # type: ignore[misc]
+        fires = ("wait", "go")
+
+        def decide(self, cell: TaskCell) -> None:
+            if cell.time_s > 0:
+                super().decide(cell)
+            else:
+                self.count += 1
+
+    cell = make(Later)
+    with pytest.raises(ValueError):
+        cell.step(10)
+    (fault,) = [text for _, text in cell.log()]
+    assert line_of(line).removesuffix(" ") in fault
+    assert what in fault
+
+
+class FalsyNone(Base):
+    transitions = ({"trigger": "go", "source": "a", "dest": "b", "conditions": "held"},)
+
+    def held(self) -> Any:
+        return "red_cube" if self.count < 0 else None
+
+
+def test_none_is_false_for_a_condition():
+    assert make(FalsyNone, 2).phase == "a"

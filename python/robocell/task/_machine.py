@@ -10,9 +10,10 @@ from enum import Enum, EnumMeta
 from typing import Any
 
 from transitions import Machine, State
+from transitions.core import Condition
 from transitions.extensions.nesting import HierarchicalMachine, NestedState
 
-from robocell.task._machine_parts import CALLBACKS, state_names, states_of
+from robocell.task._machine_parts import CALLBACKS, Guard, state_names, states_of
 from robocell.task._refuse import (
     Refused,
     constant_line,
@@ -112,10 +113,12 @@ def make_machine(policy: Any, changed: Callable[[str], None]) -> Any:
     base = _base(policy, states)
     options = {name: getattr(policy, name) for name in OPTIONS if hasattr(policy, name)}
     options.setdefault("auto_transitions", False)
-    transition = type("Transition", (_Fires, base.transition_cls), {})
+    transition: Any = type("Transition", (_Fires, base.transition_cls), {})
+    if transition.condition_cls is Condition:
+        transition.condition_cls = Guard
     reporting = type(base.__name__, (_Reports, base), {"transition_cls": transition})
     machine: Any = reporting(changed, model=None, states=None, initial=None, **options)
-    _add_states(machine, kind, states)
+    _add_states(machine, policy, states)
     _set_initial(machine, policy)
     _add_transitions(machine, policy)
     machine.add_model(policy)
@@ -146,14 +149,15 @@ def _is_nested(state: Any) -> bool:
     )
 
 
-def _add_states(machine: Any, kind: type, states: Sequence[Any]) -> None:
+def _add_states(machine: Any, policy: Any, states: Sequence[Any]) -> None:
+    kind = type(policy)
     for index, state in enumerate(states):
         where = constant_line(kind, "states", index)
         if not isinstance(state, (str, Enum, dict, State, HierarchicalMachine)):
             raise Refused(
                 where, f"the state {state!r} is not a name, a member of an Enum, a dict or a State"
             )
-        if isinstance(state, dict) and not _is_nested(state) and "timeout" in state:
+        if policy.machine_class is None and isinstance(state, dict) and "timeout" in state:
             raise Refused(where, f"timeout is not supported: {_REFUSED_CLASSES['Timeout']}")
         try:
             machine.add_states([state])

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from enum import Enum
 from typing import Any
 
+from transitions.core import Condition
 from transitions.extensions.nesting import HierarchicalMachine
 
 from robocell.task._refuse import (
@@ -16,6 +17,7 @@ from robocell.task._refuse import (
     constant_line,
     did_you_mean,
     line_of,
+    returns_nothing,
 )
 
 #: Callbacks of a machine; those of its states and of its transitions are below.
@@ -30,6 +32,29 @@ CALLBACKS = (
 _MISSING = object()
 _OF_STATE = ("on_enter", "on_exit", "on_final")
 _OF_TRANSITION = ("prepare", "before", "after")
+
+
+class Guard(Condition):
+    """The package compares a result with ``True`` or ``False``: neither ``None`` nor the name of
+    an object is equal to one of them, and the condition never holds, in silence."""
+
+    def check(self, event_data: Any) -> bool:
+        machine = event_data.machine
+        predicate = machine.resolve_callable(self.func, event_data)
+        if machine.send_event:
+            result = predicate(event_data)
+        else:
+            result = predicate(*event_data.args, **event_data.kwargs)
+        try:
+            is_same = bool(result == self.target) == (bool(result) == self.target)
+        except ValueError:  # Of an array.
+            is_same = False
+        if not is_same:
+            name = getattr(predicate, "__name__", str(self.func))
+            shown = name if name != "func_wrapper" else str(self.func)
+            where = line_of(predicate) if name == shown else ""
+            raise Refused(where, f"condition '{shown}' is {result!r}; True or False is needed")
+        return bool(result == self.target)
 
 
 def check_callbacks(machine: Any, policy: Any) -> None:
@@ -57,6 +82,10 @@ def _check_all(machine: Any, policy: Any, functions: Sequence[Any], called: str)
             raise Refused(where, f"{called} '{function}' is not a method of the policy{advice}")
         if callable(found):
             check_kind(found, f"{called} '{name}'")
+            if called == "condition" and returns_nothing(found):
+                raise Refused(
+                    line_of(found), f"condition '{name}' returns nothing; True or False is needed"
+                )
             if machine.send_event:
                 check_call(found, 1, name, f"{name}(self, event), as send_event is set")
 
