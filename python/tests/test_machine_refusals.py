@@ -143,6 +143,22 @@ class TimeoutWithoutFeature(Base):
     states = ("a", {"name": "b", "timeout": 3.0, "on_timeout": "go"}, "c")
 
 
+class NestedDest(Base):
+    states = (  # nested
+        {"name": "a", "children": ["x", "y"], "transitions": [["turn", "x", "yy"]]},
+        "b",
+        "c",
+    )
+
+
+class NestedTrigger(Base):
+    states = (  # nested trigger
+        {"name": "a", "children": ["x", "y"], "transitions": [["decide", "x", "y"]]},
+        "b",
+        "c",
+    )
+
+
 class WithoutEvent(Base):
     send_event = True
 
@@ -174,6 +190,8 @@ class WithoutSuper(Base):
         (GeneratorCondition, "def is_near", "condition 'is_near' is a generator function"),
         (ForgotReturn, "def is_there", "condition 'is_there' returns nothing; True or False"),
         (TimeoutWithoutFeature, '"timeout": 3.0', "timeout is not supported: it counts seconds"),
+        (NestedDest, "# nested", "dest yy of the trigger 'turn' is not a state; did you mean 'y'"),
+        (NestedTrigger, "# nested trigger", "the trigger 'decide' has the name of a method"),
         (WithoutEvent, "# without an event", "has other arguments than on_enter_b(self, event)"),
         (WithoutDecide, "class WithoutDecide", "WithoutDecide needs a method decide(self, cell)"),
         (WithoutSuper, "class WithoutSuper", "does not call super().__init__(cell)"),

@@ -13,12 +13,18 @@ from transitions import Machine, State
 from transitions.core import Condition
 from transitions.extensions.nesting import HierarchicalMachine, NestedState
 
-from robocell.task._machine_parts import CALLBACKS, Guard, state_names, states_of
+from robocell.task._machine_parts import (
+    CALLBACKS,
+    Guard,
+    check_nested,
+    check_trigger,
+    state_names,
+    states_of,
+)
 from robocell.task._refuse import (
     Refused,
     constant_line,
     did_you_mean,
-    line_of,
 )
 
 #: Arguments of ``transitions.Machine`` that a policy may have as attributes of its class.
@@ -46,8 +52,6 @@ _REFUSED_CLASSES = {
     "AsyncTimeout": "it counts seconds of the wall clock; compare cell.time_s in decide",
     "Retry": "its counts are lost in a restart; count in an attribute of the policy",
 }
-#: What the package adds to a policy.
-_OF_PACKAGE = frozenset({"trigger", "may_trigger", "to"})
 
 
 class _Fires:
@@ -121,6 +125,7 @@ def make_machine(policy: Any, changed: Callable[[str], None]) -> Any:
     _add_states(machine, policy, states)
     _set_initial(machine, policy)
     _add_transitions(machine, policy)
+    check_nested(machine, policy)
     machine.add_model(policy)
     return machine
 
@@ -213,7 +218,7 @@ def _add_transitions(machine: Any, policy: Any) -> None:
                 where, f"the transition {row!r} needs a trigger, a source and a dest (list or dict)"
             )
         trigger = cells["trigger"]
-        _check_trigger(policy, trigger, where)
+        check_trigger(policy, trigger, where)
         if cells["source"] != machine.wildcard_all:
             _check_state(machine, cells["source"], "source", where)
         if cells["dest"] not in (None, machine.wildcard_same):
@@ -233,15 +238,3 @@ def _ends(cells: dict[str, Any]) -> dict[str, Any]:
 
 def _is_row(row: Any) -> bool:
     return isinstance(row, (list, tuple))
-
-
-def _check_trigger(policy: Any, trigger: Any, where: str) -> None:
-    """The package does not bind a trigger whose name the policy already has."""
-    kind = type(policy)
-    if not isinstance(trigger, str):
-        raise Refused(where, f"the trigger {trigger!r} is not a name")
-    if trigger in _OF_PACKAGE:
-        raise Refused(where, f"the trigger '{trigger}' has the name of a method of transitions")
-    if hasattr(kind, trigger) and not getattr(policy, "model_override", False):
-        place = line_of(getattr(kind, trigger)) or kind.__name__
-        raise Refused(where, f"the trigger '{trigger}' has the name of a method ({place})")

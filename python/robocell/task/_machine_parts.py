@@ -29,6 +29,8 @@ CALLBACKS = (
     "on_exception",
     "on_final",
 )
+#: What the package adds to a policy.
+_OF_PACKAGE = frozenset({"trigger", "may_trigger", "to"})
 _MISSING = object()
 _OF_STATE = ("on_enter", "on_exit", "on_final")
 _OF_TRANSITION = ("prepare", "before", "after")
@@ -55,6 +57,37 @@ class Guard(Condition):
             where = line_of(predicate) if name == shown else ""
             raise Refused(where, f"condition '{shown}' is {result!r}; True or False is needed")
         return bool(result == self.target)
+
+
+def check_trigger(policy: Any, trigger: Any, where: str) -> None:
+    """The package does not bind a trigger whose name the policy already has."""
+    kind = type(policy)
+    if not isinstance(trigger, str):
+        raise Refused(where, f"the trigger {trigger!r} is not a name")
+    if trigger in _OF_PACKAGE:
+        raise Refused(where, f"the trigger '{trigger}' has the name of a method of transitions")
+    if hasattr(kind, trigger) and not getattr(policy, "model_override", False):
+        place = line_of(getattr(kind, trigger)) or kind.__name__
+        raise Refused(where, f"the trigger '{trigger}' has the name of a method ({place})")
+
+
+def check_nested(machine: Any, policy: Any) -> None:
+    """The transitions that states have of their own."""
+    names = state_names(machine)
+    where = constant_line(type(policy), "states")
+    for prefix, event in events_of(machine):
+        if not prefix:
+            continue
+        check_trigger(policy, event.name, where)
+        for one in (one for rows in event.transitions.values() for one in rows):
+            for called, name in (("source", one.source), ("dest", one.dest)):
+                if name is not None and not {f"{prefix}{name}", str(name)} & set(names):
+                    known = [name.removeprefix(prefix) for name in names if name.startswith(prefix)]
+                    raise Refused(
+                        where,
+                        f"{called} {name} of the trigger '{event.name}' is not a state"
+                        f"{did_you_mean(str(name), known)}; states are: {', '.join(known)}",
+                    )
 
 
 def check_callbacks(machine: Any, policy: Any) -> None:
