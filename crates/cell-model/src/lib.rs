@@ -8,6 +8,7 @@
 pub mod cells;
 pub mod check;
 pub mod data;
+mod encoding;
 pub mod error;
 pub mod ramp;
 pub mod random;

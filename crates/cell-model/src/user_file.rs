@@ -8,6 +8,8 @@ use std::io::{self, BufRead, Read};
 use std::os::unix::fs::{FileTypeExt as _, OpenOptionsExt as _};
 use std::path::Path;
 
+use crate::encoding;
+
 /// Most bytes of a line in a file of rows.
 pub const MAX_LINE_BYTES: u64 = 1 << 20;
 
@@ -95,7 +97,7 @@ pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
 /// As [`read`], and where it is not UTF-8.
 pub fn read_text(path: &Path) -> io::Result<String> {
     let bytes = read(path, crate::data::MAX_FILE_BYTES)?;
-    String::from_utf8(bytes).map_err(|_| refused("it is not UTF-8 text"))
+    encoding::text(bytes).map_err(|reason| refused(&reason))
 }
 
 /// Replaces `line` by the next line of a file of rows, with its end; the number of bytes, 0
@@ -114,7 +116,7 @@ pub fn read_line(rows: &mut impl BufRead, line: &mut String) -> io::Result<usize
             "it has a line of more than {MAX_LINE_BYTES} bytes"
         )));
     }
-    *line = String::from_utf8(bytes).map_err(|_| refused("it is not UTF-8 text"))?;
+    *line = encoding::text(bytes).map_err(|reason| refused(&reason))?;
     Ok(count)
 }
 

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use behavior::descriptor::Source;
+use behavior::descriptor::{Include, Source};
 use behavior::graph::GraphKind;
 use behavior::{Finding, Graph, machine, matrix, views};
 use cell_model::cells::setting::Setting;
@@ -215,11 +215,7 @@ fn read(kind: Kind, file: &Path) -> Result<String, InspectError> {
     Err(InspectError::Behaviour(format!("{name}: {other}")))
 }
 
-fn source<'a>(
-    file: &'a str,
-    text: &'a str,
-    include: &'a dyn Fn(&str) -> Option<String>,
-) -> Source<'a> {
+fn source<'a>(file: &'a str, text: &'a str, include: &'a Include) -> Source<'a> {
     Source {
         file,
         text,
@@ -228,7 +224,7 @@ fn source<'a>(
 }
 
 /// Files a file includes lie beside it.
-fn includes(file: &Path) -> impl Fn(&str) -> Option<String> {
+fn includes(file: &Path) -> impl Fn(&str) -> Result<String, String> {
     let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
-    move |name| user_file::read_text(&folder.join(name)).ok()
+    move |name| user_file::read_text(&folder.join(name)).map_err(|error| error.to_string())
 }

@@ -81,12 +81,16 @@ impl Reader<'_> {
             let message = format!("more than {MAX_FILES} files are drawn in; join some of them");
             return self.errors.push(file, item.place, message);
         }
-        let Some(text) = (self.source.include)(wanted) else {
-            let message = format!(
-                "the file '{}' cannot be read; its name counts from the folder of the first file",
-                json::shortened(wanted)
-            );
-            return self.errors.push(file, item.place, message);
+        let text = match (self.source.include)(wanted) {
+            Ok(text) => text,
+            Err(reason) => {
+                let message = format!(
+                    "the file '{}' cannot be read: {reason}; its name counts from the folder of \
+                     the first file",
+                    json::shortened(wanted)
+                );
+                return self.errors.push(file, item.place, message);
+            }
         };
         self.bytes += text.len();
         if self.bytes > MAX_BYTES {

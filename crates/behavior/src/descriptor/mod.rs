@@ -50,6 +50,9 @@ use crate::value::Value;
 use declared::Declared;
 use json::Location;
 
+/// Reads a file by its name.
+pub type Include<'a> = dyn Fn(&str) -> Result<String, String> + 'a;
+
 /// A file and the way to those it includes.
 #[derive(Clone, Copy)]
 pub struct Source<'a> {
@@ -57,9 +60,9 @@ pub struct Source<'a> {
     pub file: &'a str,
     /// Its text.
     pub text: &'a str,
-    /// Reads an included file by the name that is written in the file; `None`
-    /// where there is none.
-    pub include: &'a dyn Fn(&str) -> Option<String>,
+    /// Reads an included file by the name that is written in the file, or says why it
+    /// cannot be read.
+    pub include: &'a Include<'a>,
 }
 
 /// A tree as it was read, before it is made ready to run.

@@ -135,7 +135,7 @@ fn circles() {
     assert!(refusal(&text).contains("files include each other: t.json -> t.json"));
     let endless = |name: &str| {
         let next = name.parse::<u32>().unwrap_or(0) + 1;
-        Some(format!(
+        Ok(format!(
             r#"{{"format": "behavior-tree/1", "includes": ["{next}"]}}"#
         ))
     };
@@ -221,14 +221,14 @@ fn a_refused_file_leaves_the_shared_board_alone() {
     let source = Source {
         file: "t.json",
         text: &text,
-        include: &|_| None,
+        include: &|_| Err(String::new()),
     };
     assert!(descriptor::load(&source, &library(), &BTreeMap::new(), &mut shared).is_err());
     assert_eq!(shared.keys().count(), 0);
     let source = Source {
         file: "t.json",
         text: GOOD,
-        include: &|_| None,
+        include: &|_| Err(String::new()),
     };
     assert!(descriptor::load(&source, &library(), &BTreeMap::new(), &mut shared).is_ok());
     assert_eq!(shared.keys().count(), 2);
@@ -241,7 +241,7 @@ fn survives(text: &str) {
             let source = Source {
                 file: "t.json",
                 text,
-                include: &|_| None,
+                include: &|_| Err(String::new()),
             };
             let mut shared = Board::new();
             let loaded = descriptor::load(&source, &library(), &BTreeMap::new(), &mut shared);

@@ -50,11 +50,14 @@ fn a_good_file_is_read_whole() {
 fn constants_of_the_instance_replace_those_of_the_file() {
     let right = Value::Text(Str::new("right").unwrap());
     let constants = BTreeMap::from([("arm".to_owned(), right)]);
-    let read = read_with(GOOD, &constants, &|_| None).unwrap_or_else(|e| panic!("{e}"));
+    let read =
+        read_with(GOOD, &constants, &|_| Err(String::new())).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(read.name, "demo right");
     assert!(value(&read.shared, "stop:left").is_none());
     let constants = BTreeMap::from([("arm".to_owned(), Value::Integer(1))]);
-    let wrong = read_with(GOOD, &constants, &|_| None).err().unwrap();
+    let wrong = read_with(GOOD, &constants, &|_| Err(String::new()))
+        .err()
+        .unwrap();
     assert!(
         wrong
             .to_string()
@@ -322,9 +325,9 @@ fn included_files_bring_subtrees_keys_and_constants() {
     let c = r#"{"format": "behavior-tree/1", "constants": {"long": 7.5}}"#;
     let files = |c: &'static str| {
         move |name: &str| match name {
-            "b" => Some(b.to_owned()),
-            "c" => Some(c.to_owned()),
-            _ => None,
+            "b" => Ok(b.to_owned()),
+            "c" => Ok(c.to_owned()),
+            _ => Err("it is UTF-16 text".to_owned()),
         }
     };
     let read = read_with(text, &BTreeMap::new(), &files(c)).unwrap_or_else(|e| panic!("{e}"));
@@ -349,7 +352,7 @@ fn included_files_bring_subtrees_keys_and_constants() {
     assert!(
         wrong
             .to_string()
-            .starts_with("t.json:1:57: the file 'x' cannot be read"),
+            .starts_with("t.json:1:57: the file 'x' cannot be read: it is UTF-16 text; "),
         "{wrong}"
     );
 }
@@ -373,7 +376,7 @@ fn a_loaded_tree_runs_as_written() {
     let source = Source {
         file: "t.json",
         text: GOOD,
-        include: &|_| None,
+        include: &|_| Err(String::new()),
     };
     let mut shared = Board::new();
     let loaded = descriptor::load(&source, &library(), &BTreeMap::new(), &mut shared);

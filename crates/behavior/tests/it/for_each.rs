@@ -47,7 +47,7 @@ fn tree(root: &str) -> Tree<Toy> {
     let source = Source {
         file: "t.json",
         text: &text,
-        include: &|_| None,
+        include: &|_| Err(String::new()),
     };
     let (library, mut shared) = (library(), Board::new());
     descriptor::load(&source, &library, &BTreeMap::new(), &mut shared)

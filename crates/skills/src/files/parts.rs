@@ -96,7 +96,7 @@ impl<'c> Loader<'c> {
         let missing = format!("{file}: a state runs a tree in a file that cannot be read");
         Self {
             read: Box::new(move |name| {
-                include(name).ok_or_else(|| Self::wrong(format!("{missing}: {name}")))
+                include(name).map_err(|reason| Self::wrong(format!("{missing}: {name}: {reason}")))
             }),
             file,
             library: unknown(),
@@ -174,7 +174,7 @@ impl<'c> Loader<'c> {
             )));
         }
         let text = (self.read)(name)?;
-        let include = |name: &str| (self.read)(name).ok();
+        let include = |name: &str| (self.read)(name).map_err(|error| error.to_string());
         let file = format!("cells/{name}");
         let source = Source {
             file: &file,

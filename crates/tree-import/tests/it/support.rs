@@ -134,7 +134,7 @@ fn tree_of(json: &str, scripts: &Scripts) -> Tree<Bench> {
     let source = Source {
         file: "t.tree.json",
         text: json,
-        include: &|_| None,
+        include: &|_| Err(String::new()),
     };
     let constants = BTreeMap::new();
     descriptor::check(&source, &library(scripts), &constants, &Board::new())

@@ -102,13 +102,13 @@ pub(crate) fn library() -> Library<Toy> {
 }
 
 pub(crate) fn read(text: &str) -> Result<Read<Toy>, Errors> {
-    read_with(text, &BTreeMap::new(), &|_| None)
+    read_with(text, &BTreeMap::new(), &|_| Err(String::new()))
 }
 
 pub(crate) fn read_with(
     text: &str,
     constants: &BTreeMap<String, Value>,
-    include: &dyn Fn(&str) -> Option<String>,
+    include: &descriptor::Include<'_>,
 ) -> Result<Read<Toy>, Errors> {
     let source = Source {
         file: "t.json",

@@ -112,7 +112,7 @@ fn a_file_with_the_names_of_others_is_read_without_findings() {
     let source = Source {
         file: FILE,
         text: &text,
-        include: &|_| None,
+        include: &|_| Err(String::new()),
     };
     let constants = BTreeMap::new();
     let findings = descriptor::check(&source, &library, &constants, &Board::new());

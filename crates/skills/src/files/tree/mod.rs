@@ -319,7 +319,10 @@ fn load(
     shared: &mut Board,
 ) -> Result<Tree<Station>, SetupError> {
     let text = behaviour_text(cell, file)?;
-    let include = |name: &str| cell.read(name).ok().map(Cow::into_owned);
+    let include = |name: &str| {
+        let text = cell.read(name).map(Cow::into_owned);
+        text.map_err(|error| error.to_string())
+    };
     let file = cell.name_of(file);
     let source = Source {
         file: &file,

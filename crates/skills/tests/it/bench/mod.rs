@@ -51,7 +51,7 @@ impl Bench {
         let source = Source {
             file: "bench.tree.json",
             text: &text,
-            include: &|_| None,
+            include: &|_| Err(String::new()),
         };
         let robot = Value::Text(Str::new(&cell.arms[arm].name).unwrap());
         let constants = BTreeMap::from([("robot".to_owned(), robot)]);
