@@ -20,7 +20,7 @@ pub(crate) fn text(bytes: Vec<u8>) -> Result<String, String> {
     let bytes = wrong.as_bytes();
     let byte = bytes.get(at).copied().unwrap_or_default();
     let before = bytes.get(..at).unwrap_or_default();
-    let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
+    let line = before.split(|byte| *byte == b'\n').count();
     let is_text = |byte: &u8| *byte >= b' ' || b"\t\r\n\x0c".contains(byte);
     if bytes.iter().all(is_text) {
         return Err(format!(

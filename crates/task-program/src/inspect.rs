@@ -202,7 +202,11 @@ fn no_trees() -> InspectError {
 fn read(kind: Kind, file: &Path) -> Result<String, InspectError> {
     let name = file.display();
     let text = user_file::read_text(file).map_err(|error| {
-        InspectError::Behaviour(format!("{name}: {error}; name a file, or a demo to show"))
+        let advice = match error.kind() {
+            std::io::ErrorKind::NotFound => "; name a file, or a demo to show",
+            _ => "",
+        };
+        InspectError::Behaviour(format!("{name}: {error}{advice}"))
     })?;
     let is_tree = text.contains("\"behavior-tree/");
     let other = match kind {

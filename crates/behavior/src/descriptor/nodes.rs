@@ -69,13 +69,12 @@ impl<'a, H: Host> Builder<'a, H> {
         let type_name = self.type_name(site, json, entries);
         let found = type_name.and_then(|name| self.find(site, entries, name));
         let id = self.id(site, json, entries, type_name, seat);
-        let name = match get(entries, "name") {
-            Some(name) => self.name(site.file, name).unwrap_or_default(),
-            None => {
-                let id = get(entries, "id").and_then(Json::as_text);
-                let plain = id.or(type_name).unwrap_or_default();
-                format!("{plain}{}", self.suffix)
-            }
+        let name = if let Some(name) = get(entries, "name") {
+            self.name(site.file, name).unwrap_or_default()
+        } else {
+            let id = get(entries, "id").and_then(Json::as_text);
+            let plain = id.or(type_name).unwrap_or_default();
+            format!("{plain}{}", self.suffix)
         };
         let at = At {
             site,

@@ -149,9 +149,8 @@ fn a_file_beyond_a_limit_is_refused_for_that_before_anything_else_is_looked_at()
     let mut states = "version = 1\nname = \"m\"\ninitial = \"nowhere\"\n".to_owned();
     let mut rows = format!("{states}states = [\"a\"]\n");
     for number in 0..65_001 {
-        states.push_str(&format!(
-            "[[states]]\nname = \"s{number}\"\nenter = \"x{number}\"\n"
-        ));
+        let state = format!("[[states]]\nname = \"s{number}\"\nenter = \"x{number}\"\n");
+        states.push_str(&state);
         rows.push_str("[[rows]]\ntrigger = \"t\"\nsource = \"b\"\ndest = \"c\"\n");
     }
     assert_eq!(

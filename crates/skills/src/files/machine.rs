@@ -6,8 +6,8 @@ use std::sync::Arc;
 use behavior::board::Board;
 use behavior::inline::{Inline, Part};
 use behavior::machine::{
-    self, Actions, BehaviorId, CallbackId, Definition, Event, Fault, GuardId, StateDef, TriggerId,
-    Vocabulary,
+    self, Actions, BehaviorId, CallbackId, Definition, DuringDef, Event, Fault, GuardId, StateDef,
+    TriggerId, Vocabulary,
 };
 use behavior::tree::Tree;
 use behavior::{Finding, Graph, NodeStatus, ResetReason, Status};
@@ -95,16 +95,7 @@ impl MachineJob {
         let run_names: Vec<&str> = runs.iter().map(|run| run.run.text.as_str()).collect();
         let condition_names = names(&inline.conditions);
         let event_names = names(&inline.events);
-        let mut triggers = event_names.clone();
-        let mut seen: BTreeSet<&str> = event_names.iter().copied().collect();
-        let fired = runs
-            .iter()
-            .flat_map(|run| run.success.iter().chain(&run.failure));
-        triggers.extend(
-            fired
-                .map(|name| name.text.as_str())
-                .filter(|name| seen.insert(name)),
-        );
+        let triggers = triggers(&event_names, &runs);
         let vocabulary = Vocabulary {
             triggers: &triggers,
             guards: &condition_names,
@@ -366,6 +357,19 @@ impl AnyPolicy for MachinePolicy {
     fn reconcile(&mut self, _observation: &Observation<'_>, _job: &mut Job, _out: &mut Output) {
         self.resumed = true;
     }
+}
+
+/// Triggers that the machine fires: its events, then the results of what states run.
+fn triggers<'n>(events: &[&'n str], runs: &'n [DuringDef]) -> Vec<&'n str> {
+    let results = runs
+        .iter()
+        .flat_map(|run| run.success.iter().chain(&run.failure));
+    let mut seen = BTreeSet::new();
+    let all = events
+        .iter()
+        .copied()
+        .chain(results.map(|name| name.text.as_str()));
+    all.filter(|name| seen.insert(*name)).collect()
 }
 
 fn names(parts: &[Part]) -> Vec<&str> {

@@ -392,3 +392,22 @@ fn what_is_odd_about_a_port_is_said_at_the_start() {
     }
     assert_eq!(warnings("good", &to("[0.5, 0, 0.3, 0, 1, 0, 0]")), [""; 0]);
 }
+
+#[test]
+fn a_step_may_be_a_loop_over_objects() {
+    let text = example("machine.toml");
+    let step = "{ do = \"Close\", object = \"cube\" }";
+    let each = |object: &str| {
+        text.replacen(
+            step,
+            &format!(
+                "{{ do = \"ForEach\", as = \"it\", items = [\"{object}\"], children = [{{ do = \
+                 \"Close\", object = \"${{it}}\" }}] }}"
+            ),
+            1,
+        )
+    };
+    assert_eq!(said("loop", "machine", "a.toml", &each("cube")), Ok(()));
+    let error = said("loops", "machine", "a.toml", &each("cubes")).unwrap_err();
+    assert!(error.contains("there is no object 'cubes'"), "{error}");
+}
