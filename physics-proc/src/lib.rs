@@ -21,3 +21,5 @@ mod resume;
 mod script_report;
 mod state;
 pub mod world;
+
+pub use engine::entered::warnings;

@@ -60,6 +60,9 @@ impl RunError for ProcessError {
 /// can fail happens before the bus is touched.
 pub fn run(start: &Start) -> Result<(), ProcessError> {
     let mut plant = Plant::new(&start.cell, &start.spec)?;
+    for warning in crate::warnings(&start.cell) {
+        cell_worker::warn(format_args!("{warning}"));
+    }
     let was_one = start.generation > 1;
     let (run_dir, run) = (&start.spec.run_dir, start.spec.run);
     // Before this thread has real-time scheduling and a core of its own: the threads

@@ -18,7 +18,7 @@ pub use crate::error::WorldError;
 
 use crate::engine::contacts::{self, Contacts};
 use crate::engine::objects::{self, Objects};
-use crate::engine::{convert, fresh, settings, spawn};
+use crate::engine::{convert, entered, fresh, settings, spawn};
 use crate::equipment::devices::Equipment;
 use crate::equipment::site::Site;
 use crate::gripper::cups::Cups;
@@ -88,6 +88,7 @@ impl World {
         let arms: Vec<Arm> = specs
             .map(|(index, spec)| Arm::insert(&mut engine, index, spec))
             .collect();
+        entered::let_through(&mut engine, cell, &fixtures, &arms);
         let equipment = Equipment::new(cell, &fixtures);
         if let Some(belt) = &equipment.belt {
             belt.keep_fresh(&mut engine);

@@ -85,7 +85,7 @@ impl OneProcess {
             lines: Vec::new(),
             task_restarts: 0,
             message: Message::default(),
-            warnings: Vec::new(),
+            warnings: physics_proc::warnings(&cell),
             faults: 0,
             cell,
         };

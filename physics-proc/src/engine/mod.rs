@@ -2,6 +2,7 @@
 
 pub(crate) mod contacts;
 pub(crate) mod convert;
+pub(crate) mod entered;
 pub(crate) mod fresh;
 pub(crate) mod objects;
 pub mod settings;

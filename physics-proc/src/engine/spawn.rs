@@ -6,7 +6,7 @@ use crate::engine::shapes::overlap;
 use crate::error::WorldError;
 
 /// Objects resting on a table touch it; this much is still resting (m).
-const RESTING_M: f64 = 1.0e-3;
+pub(crate) const RESTING_M: f64 = 1.0e-3;
 
 /// Shapes of links are rounder than the robot; this much is no overlap (m).
 const ROUGH_M: f64 = 20.0e-3;

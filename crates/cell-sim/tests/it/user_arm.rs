@@ -174,3 +174,29 @@ fn a_telescope_of_four_sections_and_a_wrist_reach_their_poses() {
         assert!(off < 2e-3, "part {part}: {off} m off");
     }
 }
+
+/// As legged robots do, whose base is at the height of their body.
+#[test]
+fn an_arm_that_starts_in_the_floor_moves_and_a_warning_says_so() {
+    let joints = [
+        ("revolute", "0 0 1", TURNS),
+        ("revolute", "0 1 0", TURNS),
+        ("revolute", "0 1 0", TURNS),
+    ];
+    let urdf = write_urdf("leg", 0.2, &joints);
+    let text = std::fs::read_to_string(&urdf).unwrap();
+    let shape = "<collision><geometry><box size='0.1 0.1 0.2'/></geometry></collision><inertial>";
+    let leg = text
+        .replace("<origin xyz='0 0 0.3'/>", "<origin xyz='0 0 -0.1'/>")
+        .replace("<inertial>", shape);
+    std::fs::write(&urdf, leg).unwrap();
+    let (robot, mut sim) = cell(urdf);
+    let said = sim.take_warnings().join("\n");
+    assert!(
+        said.contains("inside fixture 'floor' with l1, l2, l3"),
+        "{said}"
+    );
+    sim.tick().unwrap();
+    let off = off_after(&robot, &mut sim, 0.6, 4_000);
+    assert!(off < 5e-3, "{off} m off");
+}
