@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import site
 import sysconfig
 import traceback
 
@@ -23,7 +24,9 @@ def _engines() -> tuple[str, ...]:
 def _libraries() -> tuple[str, ...]:
     """Folders of installed packages."""
     paths = sysconfig.get_paths()
-    return tuple(paths[key] for key in ("stdlib", "platstdlib", "purelib", "platlib"))
+    own = [paths[key] for key in ("stdlib", "platstdlib", "purelib", "platlib")]
+    # Distributions have folders of their own.
+    return (*own, *site.getsitepackages(), site.getusersitepackages())
 
 
 def explain(error: BaseException) -> str:

@@ -30,7 +30,7 @@ CALLBACKS = (
     "on_final",
 )
 #: What the package adds to a policy.
-_OF_PACKAGE = frozenset({"trigger", "may_trigger", "to"})
+_OF_PACKAGE = frozenset({"trigger", "may_trigger"})
 _MISSING = object()
 _OF_STATE = ("on_enter", "on_exit", "on_final")
 _OF_TRANSITION = ("prepare", "before", "after")
