@@ -109,8 +109,11 @@ class Cell(View):
 
         Raises:
             TimeoutError: when it has not ended after ``timeout_s`` of simulated time.
+            ValueError: for an object or a place that the cell does not have.
         """
         lead = self.arms[arm]
+        if not isinstance(skill, _core.Skill):
+            raise TypeError(f"do() needs a skill, as skills.home(), not {skill!r}")
         lead.begin(skill)
         for _ in range(round(timeout_s * 100)):
             self.step(10)

@@ -217,7 +217,10 @@ impl Arm {
     fn begin(&self, skill: &Bound<'_, Skill>) -> PyResult<()> {
         let mut skill = skill.borrow().clone();
         skill.restart();
-        lock(&self.shared).tell(self.index, Command::Skill(skill, None))
+        let mut inner = lock(&self.shared);
+        // Without a policy nobody is told of an exception in a decision.
+        skill.check_names(&inner)?;
+        inner.tell(self.index, Command::Skill(skill, None))
     }
 
     /// How the skill of [`Arm::begin`] ended.

@@ -15,6 +15,8 @@ use serde::{Deserialize, Serialize};
 use crate::arm::{Arm, gripper_of, pose_of};
 use crate::inner::{Inner, lock_open};
 
+mod names;
+
 /// How a step of a skill ended.
 #[pyclass(eq, eq_int, hash, frozen, from_py_object, module = "robocell._core")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]

@@ -10,6 +10,7 @@ import subprocess
 import pytest
 from conftest import program
 
+import robocell
 from robocell.task import skills
 
 pytestmark = pytest.mark.sample
@@ -113,3 +114,24 @@ def decide(cell):
     ended = run("franka-stack", task(text), "--one-process", "--speed", "max")
     assert ended.code == 0, ended.text
     assert "mine.py:6: DeprecationWarning: move_to(position=) is now move_to(pose=)" in ended.text
+
+
+@pytest.mark.parametrize(
+    "skill",
+    [
+        skills.pick("red_cub"),
+        skills.place("red_cub", "spot"),
+        skills.move_to_object("red_cub"),
+        skills.move_up(holding="red_cub"),
+        skills.close("red_cub"),
+    ],
+)
+def test_a_cell_without_a_policy_refuses_a_skill_with_an_unknown_name(skill):
+    cell = robocell.Cell("franka-stack")
+    cell.add_place("spot", (0.5, -0.1, 0.0))
+    with pytest.raises(ValueError, match=r"did you mean 'red_cube'\?"):
+        cell.do(skill, timeout_s=0.02)
+    with pytest.raises(ValueError, match=r"there is no place 'spt'; did you mean 'spot'\?"):
+        cell.do(skills.place("red_cube", "spt"), timeout_s=0.02)
+    with pytest.raises(TypeError, match=r"needs a skill, as skills.home\(\), not <function pick"):
+        cell.do(skills.pick)
