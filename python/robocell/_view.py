@@ -311,5 +311,8 @@ def floats(values: Numbers) -> list[float]:
 
 def three(values: Numbers) -> tuple[float, float, float]:
     """A point or a direction."""
-    x, y, z = floats(values)
+    try:
+        x, y, z = floats(values)
+    except (TypeError, ValueError):
+        raise ValueError(f"three numbers (x y z) are needed, not {values!r}") from None
     return x, y, z

@@ -95,8 +95,8 @@ def test_a_pose_has_three_numbers_or_seven_as_in_files():
     seven = skills.move_to(pose=(0.4, 0.1, 0.3, *turn), above_m=0.1)
     two = skills.move_to((0.4, 0.1, 0.3 + 0.1), turn)
     assert pickle.dumps(seven) == pickle.dumps(two)
-    for pose in [(0.4, 0.1), "red_cube", 0.4]:
-        with pytest.raises(ValueError, match=r"pose is .*; 3 numbers \(x y z, m\) or 7"):
+    for pose in [(0.4, 0.1), "red_cube", 0.4, (0.4, 0.1, float("nan"))]:
+        with pytest.raises(ValueError, match=r"pose is .*; 3 finite numbers \(x y z, m\) or 7"):
             skills.move_to(pose=pose)
     with pytest.raises(ValueError, match="orientation= is one too many"):
         skills.move_to((0.4, 0.1, 0.3, *turn), turn)
@@ -128,6 +128,8 @@ def decide(cell):
 )
 def test_a_cell_without_a_policy_refuses_a_skill_with_an_unknown_name(skill):
     cell = robocell.Cell("franka-stack")
+    with pytest.raises(ValueError, match=r"three numbers \(x y z\) are needed, not \(0.5, -0.1\)"):
+        cell.add_place("spot", (0.5, -0.1))
     cell.add_place("spot", (0.5, -0.1, 0.0))
     with pytest.raises(ValueError, match=r"did you mean 'red_cube'\?"):
         cell.do(skill, timeout_s=0.02)

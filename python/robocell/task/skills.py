@@ -11,6 +11,7 @@ the ports of the same skills in files (``robocell schema tree``).
 from __future__ import annotations
 
 import functools
+import math
 import warnings
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
@@ -75,8 +76,10 @@ def _pose(
         numbers = floats(pose)
     except (TypeError, ValueError):
         numbers = []
-    if len(numbers) not in (3, 7):
-        raise ValueError(f"pose is {pose!r}; 3 numbers (x y z, m) or 7 (with w x y z) are needed")
+    if len(numbers) not in (3, 7) or not all(map(math.isfinite, numbers)):
+        raise ValueError(
+            f"pose is {pose!r}; 3 finite numbers (x y z, m) or 7 (with w x y z) are needed"
+        )
     if len(numbers) == 7 and orientation is not None:
         raise ValueError("a pose of 7 numbers has its orientation; orientation= is one too many")
     turn = numbers[3:] or (None if orientation is None else floats(orientation))
