@@ -15,6 +15,7 @@ pub mod leaf;
 pub mod library;
 mod modifier;
 mod record;
+mod replace;
 mod run;
 pub mod spec;
 mod stop;
@@ -28,6 +29,7 @@ pub use event::{Event, EventKind};
 pub use flat::Counts;
 pub use leaf::{AnyLeaf, Cx, Halt, Host, Leaf, any};
 pub use library::{Direction, Library, NodeType, PortSpec};
+pub use replace::{ReplaceError, Replacement};
 pub use spec::{Abort, Kind, Memory, Modifier, Node, OneShotPolicy, ParallelPolicy, Test};
 
 /// How deep a tree may be; each modifier is a level.

@@ -29,6 +29,7 @@ mod tree;
 mod tree_halting;
 mod tree_modifiers;
 mod tree_records;
+mod tree_replace;
 mod tree_rows;
 mod tree_support;
 mod views;
