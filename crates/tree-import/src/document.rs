@@ -177,7 +177,12 @@ impl Reader<'_> {
                     line: at.row,
                     column: at.col,
                 };
-                let message = format!("this is not XML: {error}");
+                let message = match error {
+                    roxmltree::Error::NodesLimitReached => {
+                        format!("the file has more than {MAX_ELEMENTS} elements and texts")
+                    }
+                    error => format!("this is not XML: {error}"),
+                };
                 self.errors.push(name, place, message);
                 None
             }
