@@ -1,14 +1,14 @@
 //! A matrix's definition from TOML or JSON.
 
 use super::definition::{CellDef, Definition, DuringDef, StateDef};
-use super::ids::Vocabulary;
+use super::ids::{MAX_EVENTS, MAX_HANDLERS, Vocabulary};
 use super::table::Table;
 use crate::descriptor::json::{Data, Entry, Value};
 use crate::machine::problem::Collector;
 use crate::machine::read::fields::{Fields, name_of};
 use crate::machine::read::machine::run_name;
 use crate::machine::read::text;
-use crate::machine::{Final, Name, Problems};
+use crate::machine::{Final, MAX_MEMBERS, Name, Problems};
 
 const FILE: &[&str] = &[
     "version",
@@ -65,6 +65,15 @@ fn read_part(file: &str, text: &str) -> Result<(Definition, Collector), Problems
 
 fn definition(file: &str, value: &Value, problems: &mut Collector) -> Option<Definition> {
     let fields = Fields::open(value, "a matrix", FILE, problems)?;
+    let limits = [
+        ("cells", MAX_MEMBERS),
+        ("every", MAX_EVENTS),
+        ("events", MAX_EVENTS),
+        ("handlers", MAX_HANDLERS),
+    ];
+    if !fields.fit(&limits, problems) {
+        return None;
+    }
     fields.check_version(problems);
     let states = fields.list("states", problems).iter();
     let states = states.filter_map(|value| state(value, problems)).collect();

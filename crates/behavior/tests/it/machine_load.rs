@@ -164,6 +164,19 @@ fn a_file_beyond_a_limit_is_refused_for_that_before_anything_else_is_looked_at()
 }
 
 #[test]
+fn tables_of_a_file_are_counted_before_they_are_read() {
+    let mut text = "version = 1\nname = \"m\"\nstates = [\"a\"]\n[conditions]\n".to_owned();
+    for number in 0..300 {
+        let condition = format!("c{number} = {{ do = \"x\" }}\n");
+        text.push_str(&condition);
+    }
+    assert_eq!(
+        problems("m.toml", &text),
+        ["m.toml:261:1: 300 conditions; at most 256 can be"]
+    );
+}
+
+#[test]
 fn a_file_that_is_too_deep_is_not_said_to_be_of_another_kind() {
     let deep = format!("{}{}", "[".repeat(1000), "]".repeat(1000));
     let of_toml = problems("m.toml", &format!("x = {deep}"));

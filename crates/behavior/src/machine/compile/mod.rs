@@ -14,7 +14,7 @@ use crate::known::Known;
 /// Most rows after lists and wildcards are written out.
 const MAX_ROWS: usize = 65_000;
 /// Most triggers.
-const MAX_TRIGGERS: usize = 4_096;
+pub(crate) const MAX_TRIGGERS: usize = 4_096;
 
 impl Definition {
     /// Compiles it for a host that knows `vocabulary`.

@@ -149,6 +149,20 @@ impl<'v> Fields<'v> {
         }
     }
 
+    /// Whether each of these tables has at most so many entries, with a complaint otherwise. To
+    /// be asked before they are read: what a table is too long for takes time for each entry.
+    pub(crate) fn fit(&self, limits: &[(&str, usize)], problems: &mut Collector) -> bool {
+        let before = problems.0.len();
+        for (key, most) in limits {
+            let entries = self.get(key).and_then(Value::as_object).unwrap_or_default();
+            if let Some(beyond) = entries.get(*most) {
+                let message = format!("{} {key}; at most {most} can be", entries.len());
+                problems.add(beyond.place.into(), message);
+            }
+        }
+        problems.0.len() == before
+    }
+
     /// Complains unless the file says `version = 1`.
     pub(crate) fn check_version(&self, problems: &mut Collector) {
         let message = match self.get("version").map(|it| (it, &it.data)) {

@@ -3,11 +3,13 @@
 use super::fields::{Fields, name_of};
 use super::text;
 use crate::descriptor::json::{Data, Value};
+use crate::machine::compile::MAX_TRIGGERS;
 use crate::machine::definition::{
     Definition, DestDef, DuringDef, Final, Name, OrderedDef, RowDef, SourceDef, StateDef,
 };
 use crate::machine::ids::Vocabulary;
 use crate::machine::problem::{Collector, Problems};
+use crate::machine::set::MAX_MEMBERS;
 use crate::machine::table::Table;
 
 /// Most states inside one another that are read.
@@ -87,6 +89,12 @@ impl Definition {
 
 fn definition(file: &str, value: &Value, problems: &mut Collector) -> Option<Definition> {
     let fields = Fields::open(value, "a machine", FILE, problems)?;
+    if !fields.fit(
+        &[("conditions", MAX_MEMBERS), ("events", MAX_TRIGGERS)],
+        problems,
+    ) {
+        return None;
+    }
     fields.check_version(problems);
     let states = states(fields.list("states", problems), "", 0, problems);
     let rows = fields.list("rows", problems).iter();
