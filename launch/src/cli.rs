@@ -193,6 +193,10 @@ pub struct RunArgs {
     /// Number in place of that of the cell file, as `task.timeout_s=4`; may be repeated
     #[arg(long, value_name = "KEY=V", value_parser = str::parse::<Setting>)]
     pub set: Vec<Setting>,
+    /// Answer of a leaf that is not run, as NODE=success, NODE=failure or NODE=running, each
+    /// with :SECONDS for a time; or a file with one rule a line; may be repeated
+    #[arg(long, value_name = "NODE=RESULT|FILE.jsonl")]
+    pub replace: Vec<String>,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub robot: RobotArgs,

@@ -68,6 +68,10 @@ pub struct EpisodeArgs {
     /// Number in place of that of the cell file, drawn between both bounds for every seed
     #[arg(long, value_name = "KEY=LOW..HIGH", value_parser = str::parse::<Bounds>)]
     pub vary: Vec<Bounds>,
+    /// Answer of a leaf that is not run, as NODE=success, NODE=failure or NODE=running, each
+    /// with :SECONDS for a time; or a file with one rule a line; may be repeated
+    #[arg(long, value_name = "NODE=RESULT|FILE.jsonl")]
+    pub replace: Vec<String>,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub data: DataArgs,

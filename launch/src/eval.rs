@@ -60,6 +60,13 @@ fn path(path: &Path) -> String {
     path.display().to_string()
 }
 
+/// A rule, or the absolute path of a file of them: a recording is made elsewhere.
+fn absolute_rule(argument: &String) -> String {
+    let path = std::fs::canonicalize(argument).ok();
+    path.filter(|path| path.extension().is_some_and(|e| e == "jsonl"))
+        .map_or_else(|| argument.clone(), |path| path.display().to_string())
+}
+
 /// What the task program is told.
 struct Order {
     program: Option<PathBuf>,
@@ -90,6 +97,7 @@ impl Order {
         order.add("--bins", args.bins.map(|bins| bins.to_string()));
         order.add("--script", args.script.as_deref().map(path));
         order.add("--set", args.set.iter().map(Values::to_string));
+        order.add("--replace", args.replace.iter().map(absolute_rule));
         order.add("--vary", args.vary.iter().map(Bounds::to_string));
         if let Some(robot) = &robot {
             let robot = serde_json::to_string(robot).cannot("name the robot")?;

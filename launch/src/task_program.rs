@@ -12,6 +12,7 @@ use std::process::{Command, ExitStatus, Stdio};
 use std::time::Duration;
 
 use cell_model::Cell;
+use cell_model::cells::replace::Replace;
 use cell_model::cells::setting::Setting;
 use cell_model::runs::python;
 
@@ -218,13 +219,12 @@ fn limit(program: Option<&Path>) -> Duration {
     }
 }
 
+/// What a policy is made from besides the cell: a folder, numbers in place of those of the
+/// cell file, and leaves that are replaced.
+pub(crate) type Files<'a> = (Option<&'a Path>, &'a [Setting], &'a [Replace]);
+
 /// The command that asks for the picture of `policy`.
-fn picture(
-    path: &Path,
-    demo: &str,
-    policy: &str,
-    (data_dir, set): (Option<&Path>, &[Setting]),
-) -> Command {
+fn picture(path: &Path, demo: &str, policy: &str, (data_dir, set, replace): Files<'_>) -> Command {
     let mut command = python::command(path);
     command.args(["behaviour", "show", "bt", demo, "--policy", policy]);
     if let Some(dir) = data_dir {
@@ -232,6 +232,12 @@ fn picture(
     }
     for setting in set {
         command.args(["--set", &setting.to_string()]);
+    }
+    // A list of plain values.
+    if let Ok(rules) = serde_json::to_string(replace)
+        && !replace.is_empty()
+    {
+        command.args(["--replace", &rules]);
     }
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     command
@@ -243,7 +249,7 @@ pub(crate) fn check_policy(
     program: Option<&Path>,
     demo: &str,
     policy: &str,
-    files: (Option<&Path>, &[Setting]),
+    files: Files<'_>,
 ) -> Result<String, Failure> {
     let path = task_program(program)?;
     let mut command = picture(&path, demo, policy, files);
@@ -281,7 +287,7 @@ pub(crate) fn node_names(
     data_dir: Option<&Path>,
 ) -> Result<Vec<String>, Failure> {
     let path = task_program(program)?;
-    let mut command = picture(&path, demo, policy, (data_dir, &[]));
+    let mut command = picture(&path, demo, policy, (data_dir, &[], &[]));
     command.args(["--format", "names"]);
     let question = format!("the nodes of policy '{policy}'");
     let said = asked::ask(&mut command, &named(&path), &question, limit(program))?;

@@ -79,6 +79,7 @@ pub fn template(demo: &str, policy: &str) -> RunSpec {
         paused: false,
         bins: None,
         set: Vec::new(),
+        replace: Vec::new(),
         until_done: true,
         time_limit_s: None,
         real_time: false,

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use cell_model::Data;
+use cell_model::cells::replace::Replace;
 use cell_model::cells::setting::Setting;
 use cell_model::runs::output::schema;
 use cell_model::runs::python;
@@ -102,6 +103,9 @@ enum BehaviourVerb {
         /// Numbers in place of those of the cell file.
         #[arg(long)]
         set: Vec<Setting>,
+        /// Leaves that answer without being run, as JSON.
+        #[arg(long)]
+        replace: Option<String>,
         /// Characters of a line, for tables; no limit where missing.
         #[arg(long)]
         width: Option<usize>,
@@ -261,12 +265,19 @@ fn inspect(program: &Program, verb: BehaviourVerb) -> Result<ExitCode, InspectEr
             policy,
             data,
             set,
+            replace,
             width,
         } => {
             let data = data.map(|dir| Data::dir(dir).with_robots_of(&program.data));
             let data = data.unwrap_or_else(|| program.data.clone());
             let policy = policy.as_deref();
-            let (graphs, warnings) = inspect::graphs(program, kind, &what, policy, (&data, &set))?;
+            let replace: Vec<Replace> = match replace {
+                Some(rules) => serde_json::from_str(&rules)
+                    .map_err(|error| InspectError::Behaviour(format!("--replace: {error}")))?,
+                None => Vec::new(),
+            };
+            let files = (&data, set.as_slice(), replace);
+            let (graphs, warnings) = inspect::graphs(program, kind, &what, policy, files)?;
             // Names are for the completion of a command line.
             if format != "names" {
                 warnings.iter().for_each(cell_worker::warn);

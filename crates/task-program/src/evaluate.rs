@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use cell_model::cells::replace::of_arguments;
 use cell_model::cells::setting::{Setting, by_key};
 use cell_model::cells::sweep::{Bounds, Case, Sweep, Values};
 use cell_model::runs::report;
@@ -59,6 +60,9 @@ pub(crate) struct EvalArgs {
     /// Numbers that are drawn for each seed.
     #[arg(long)]
     pub(crate) vary: Vec<Bounds>,
+    /// Leaves that answer without being run, as for `robocell run`.
+    #[arg(long)]
+    pub(crate) replace: Vec<String>,
     /// The number whose least value is searched for with which the task is done too rarely.
     #[arg(long)]
     pub(crate) bisect: Option<Bounds>,
@@ -114,7 +118,11 @@ impl EvalArgs {
             ("--bins", self.bins.map(|bins| bins.to_string())),
             ("--task", self.named_task.clone()),
         ];
-        let given = options.into_iter().chain(robot);
+        let replace = self
+            .replace
+            .iter()
+            .map(|rule| ("--replace", Some(rule.clone())));
+        let given = options.into_iter().chain(robot).chain(replace);
         let given = given.filter_map(|(name, value)| Some([name.to_owned(), value?]));
         given.flatten().collect()
     }
@@ -180,6 +188,7 @@ fn plan(
     spec.data_dir.clone_from(&args.data);
     (spec.time_limit_s, spec.bins) = (args.timeout, args.bins);
     (spec.robot, spec.seed) = (robot, *args.seeds.start());
+    spec.replace = of_arguments(&args.replace)?;
     let cell = spec.load_cell_from(&program.data)?;
     if let Some(path) = &args.script {
         spec.script = run::script(path, &cell)?;

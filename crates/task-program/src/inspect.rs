@@ -7,6 +7,7 @@ use std::path::Path;
 use behavior::descriptor::{Include, Source};
 use behavior::graph::GraphKind;
 use behavior::{Finding, Graph, machine, matrix, views};
+use cell_model::cells::replace::Replace;
 use cell_model::cells::setting::Setting;
 use cell_model::{Cell, Data, ModelError, user_file};
 use cell_sim::Program;
@@ -48,13 +49,14 @@ pub fn graphs(
     kind: Kind,
     what: &str,
     policy: Option<&str>,
-    (data, set): (&Data, &[Setting]),
+    (data, set, replace): (&Data, &[Setting], Vec<Replace>),
 ) -> Result<(Vec<Graph>, Vec<String>), InspectError> {
     if is_file(what) {
         let graph = graph_of_file(program, kind, Path::new(what))?;
         return Ok((vec![graph], Vec::new()));
     }
-    let cell = Cell::load_with(data, what, 0, None, set)?;
+    let mut cell = Cell::load_with(data, what, 0, None, set)?;
+    cell.replace = replace;
     let policy = policy.unwrap_or_else(|| program.policies.default_policy(&cell));
     let task = program.policies.task(&cell, policy)?;
     Ok((task.graphs().to_vec(), task.warnings().to_vec()))

@@ -224,10 +224,14 @@ fn identity(program: &Program, order: &Order<'_>) -> Result<Identity, RowsError>
     }
     let spec = order.spec;
     let tip = spec.robot.as_ref().and_then(|robot| robot.tip.clone());
-    let options = serde_json::json!({
+    let mut options = serde_json::json!({
         "demo": spec.demo, "policy": spec.policy, "script": spec.script, "bins": spec.bins,
         "time_limit_s": spec.time_limit_s, "tip": tip, "sweep": order.cases.sweep(),
     });
+    // Rows of runs without it are not of other inputs than before.
+    if !spec.replace.is_empty() {
+        options["replace"] = serde_json::json!(spec.replace);
+    }
     inputs.add("options", options.to_string().as_bytes());
     Ok(Identity {
         build,

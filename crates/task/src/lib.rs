@@ -21,6 +21,7 @@ pub mod policy;
 mod ranges;
 pub mod reason;
 pub mod registry;
+pub mod replaced;
 pub mod ring;
 pub mod settings;
 pub mod starts;

@@ -2,6 +2,7 @@
 
 use behavior::{Graph, NodeStatus};
 use cell_model::Cell;
+use cell_model::cells::replace::Replace;
 use ipc_types::{Pose, Text};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -105,6 +106,14 @@ pub trait AnyPolicy: Send {
     /// people.
     fn warnings(&self, _cell: &Cell) -> Vec<String> {
         Vec::new()
+    }
+
+    /// Lets leaves of its trees answer without being run; before the first decision.
+    ///
+    /// # Errors
+    /// Why a rule cannot apply: it names no leaf, or the policy has no tree.
+    fn replace(&mut self, _rules: &[Replace]) -> Result<(), String> {
+        Err("it is no tree, and only leaves of trees are replaced".to_owned())
     }
 
     /// One decision; see [`Policy::decide`].

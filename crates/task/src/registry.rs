@@ -104,7 +104,7 @@ impl<S: Settings> AnyKind for Kind<S> {
             let refusal = unknown_policy(policy, &self.policies(), &cell.name);
             return Err(TaskError::UnknownPolicy { refusal });
         };
-        let made = make(&settings, cell)?;
+        let made = replaced(cell, name, make(&settings, cell)?)?;
         Ok(Task::new(cell, name, settings.grip_force_n(cell), made))
     }
 
@@ -121,6 +121,19 @@ impl<S: Settings> AnyKind for Kind<S> {
     }
 }
 
+/// The policy with the leaves of `--replace` replaced.
+fn replaced(
+    cell: &Cell,
+    name: &str,
+    mut policy: Box<dyn AnyPolicy>,
+) -> Result<Box<dyn AnyPolicy>, SetupError> {
+    if !cell.replace.is_empty() {
+        let refused = |why| SetupError::in_file(format!("--replace: policy '{name}': {why}"));
+        policy.replace(&cell.replace).map_err(refused)?;
+    }
+    Ok(policy)
+}
+
 type MakeAny = dyn Fn(&Cell) -> Result<Box<dyn AnyPolicy>, SetupError> + Send + Sync;
 
 /// A policy for every kind of `[task]`, see [`Policies::policy_for_every_kind`].
@@ -132,7 +145,7 @@ struct ForEveryKind {
 
 impl ForEveryKind {
     fn task(&self, cell: &Cell) -> Result<Task, TaskError> {
-        let made = (self.make)(cell)?;
+        let made = replaced(cell, &self.name, (self.make)(cell)?)?;
         let force = NoSettings {}.grip_force_n(cell);
         Ok(Task::new(cell, &self.name, force, made))
     }

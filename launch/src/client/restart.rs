@@ -153,7 +153,12 @@ fn check_task(session: &Session, policy: Option<&str>) -> Result<(), Failure> {
     let cell = session.load_cell().map_err(kept)?;
     let policy = choose(policy, &cell.policies, &spec.policy, &spec.demo)?;
     let program = spec.task_program.as_deref();
-    task_program::check_policy(program, &spec.demo, &policy, (data, &spec.set))
-        .map(drop)
-        .map_err(kept)
+    task_program::check_policy(
+        program,
+        &spec.demo,
+        &policy,
+        (data, &spec.set, &spec.replace),
+    )
+    .map(drop)
+    .map_err(kept)
 }

@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use cell_model::cells::replace::of_arguments;
 use cell_model::cells::script::{self, ScriptLine};
 use cell_model::cells::setting::Setting;
 use cell_model::runs::python;
@@ -73,7 +74,9 @@ impl Plan {
         if args.one_process {
             check_one_process(&cell, program.as_deref(), &controllers)?;
         }
-        let (policy, drawing) = policy_of(args, &cell, data_dir.as_deref(), program.as_deref())?;
+        let replace = of_arguments(&args.replace).map_err(Failure::configuration)?;
+        let files = (data_dir.as_deref(), args.set.as_slice(), replace.as_slice());
+        let (policy, drawing) = policy_of(args, &cell, files, program.as_deref())?;
         let script = script_of(args, &cell)?;
         let mut warnings = report::of_cell(&cell);
         warnings.extend(report::of_script(&script, &drawing, &cell));
@@ -104,6 +107,7 @@ impl Plan {
             paused: args.paused,
             bins: args.bins,
             set: args.set.clone(),
+            replace,
             until_done: args.until_done,
             time_limit_s: limit,
             real_time: args.speed == Speed::RealTime,
@@ -207,11 +211,11 @@ fn cell_of(
 fn policy_of(
     args: &RunArgs,
     cell: &Cell,
-    data_dir: Option<&Path>,
+    files: task_program::Files<'_>,
     program: Option<&Path>,
 ) -> Result<(String, String), Failure> {
     let policy = policy_name(args.policy.as_deref(), cell, program)?;
-    let drawing = task_program::check_policy(program, &args.demo, &policy, (data_dir, &args.set))?;
+    let drawing = task_program::check_policy(program, &args.demo, &policy, files)?;
     Ok((policy, drawing))
 }
 

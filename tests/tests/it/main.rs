@@ -37,6 +37,7 @@ mod page_serving;
 mod physics_kills;
 mod plot;
 mod random_kills;
+mod replaced;
 mod replay;
 mod restart_latency;
 mod resume;

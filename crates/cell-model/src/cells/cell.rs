@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::cells::check_file;
 use crate::cells::file::{CellFile, ObjectTable, numbered};
+use crate::cells::replace::Replace;
 use crate::cells::setting::{self, Setting};
 use crate::cells::task_table::TaskTable;
 use crate::check::Checker;
@@ -64,6 +65,8 @@ pub struct Cell {
     pub camera: Camera,
     /// Where the cell file came from, and other files it names.
     pub data: Data,
+    /// Leaves of the task's tree that answer without being run, with `--replace`.
+    pub replace: Vec<Replace>,
 }
 
 /// An arm of a cell.
@@ -242,6 +245,7 @@ impl Cell {
             task: TaskTable::new(table.task, file, text),
             camera: table.camera,
             data: data.clone(),
+            replace: Vec::new(),
         })
     }
 

@@ -6,6 +6,7 @@ pub mod cell;
 mod check_equipment;
 mod check_file;
 pub mod file;
+pub mod replace;
 pub mod script;
 mod script_check;
 mod script_keys;

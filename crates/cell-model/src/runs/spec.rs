@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::cells::cell::Cell;
+use crate::cells::replace::Replace;
 use crate::cells::script::ScriptLine;
 use crate::cells::setting::Setting;
 use crate::data::Data;
@@ -132,6 +133,9 @@ pub struct RunSpec {
     /// Numbers in place of those of the cell file.
     #[serde(default)]
     pub set: Vec<Setting>,
+    /// Leaves of the task's tree that answer without being run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub replace: Vec<Replace>,
     /// End the run when the task is done or has failed.
     pub until_done: bool,
     /// End the run at this simulated time at the latest (s).
@@ -266,6 +270,7 @@ impl RunSpec {
         let mut cell =
             Cell::load_with(data, &self.demo, self.seed, self.robot.as_ref(), &self.set)?;
         self.bins.map_or(Ok(()), |bins| cell.limit_bins(bins))?;
+        cell.replace.clone_from(&self.replace);
         Ok(cell)
     }
 

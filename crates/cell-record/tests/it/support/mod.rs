@@ -22,6 +22,7 @@ pub(crate) fn run() -> RunSpec {
         seed: 3,
         bins: None,
         set: Vec::new(),
+        replace: Vec::new(),
         speed: Speed::RealTime,
         data_dir: None,
         task_program: None,

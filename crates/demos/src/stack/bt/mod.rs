@@ -10,7 +10,9 @@ use std::time::Duration;
 use behavior::board::Board;
 use behavior::tree::{Host, Tree};
 use behavior::{Graph, NodeStatus};
+use cell_model::cells::replace::Replace;
 use ipc_types::Text;
+use robocell_task::replaced::replace_leaves;
 use robocell_task::tree_trace::TreeTrace;
 use robocell_task::{AnyPolicy, Job, Observation, Output, checkpoint};
 use serde::de::Error as _;
@@ -73,6 +75,13 @@ impl StackBt {
 }
 
 impl AnyPolicy for StackBt {
+    fn replace(&mut self, rules: &[Replace]) -> Result<(), String> {
+        replace_leaves([&mut self.tree], rules)?;
+        self.initial.clear();
+        self.tree.save(&mut self.initial);
+        Ok(())
+    }
+
     fn reset(&mut self) {
         self.restart_tree();
         self.transfer = None;

@@ -13,7 +13,9 @@ use behavior::descriptor::{self, Source};
 use behavior::tree::{Library, Tree};
 use behavior::{Graph, NodeStatus, Status, Str, Value};
 use cell_model::Cell;
+use cell_model::cells::replace::Replace;
 use ipc_types::Text;
+use robocell_task::replaced::replace_leaves;
 use robocell_task::settings::behaviour_text;
 use robocell_task::tree_trace::{KeyWatch, TreeTrace};
 use robocell_task::{AnyPolicy, Job, Observation, Output, SetupError, TraceEvent};
@@ -338,6 +340,12 @@ impl AnyPolicy for TreePolicy {
         let mut warnings = parts::warnings(self.arms.iter().map(|arm| &arm.tree));
         warnings.extend(ability::far_picks(cell, &self.setup));
         warnings
+    }
+
+    fn replace(&mut self, rules: &[Replace]) -> Result<(), String> {
+        replace_leaves(self.arms.iter_mut().map(|arm| &mut arm.tree), rules)?;
+        self.initial = self.save();
+        Ok(())
     }
 
     fn reset(&mut self) {

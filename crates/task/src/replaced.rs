@@ -1,0 +1,56 @@
+//! Leaves of trees that answer without being run.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use behavior::Status;
+use behavior::tree::{Host, ReplaceError, Replacement, Tree};
+use cell_model::cells::replace::{Replace, ReplacedAnswer};
+
+/// Replaces leaves of `trees`; a rule applies to each tree that has its node.
+///
+/// # Errors
+/// The first rule whose node is a leaf of no tree.
+pub fn replace_leaves<'t, H: Host>(
+    trees: impl IntoIterator<Item = &'t mut Tree<H>>,
+    rules: &[Replace],
+) -> Result<(), String> {
+    let mut by_node: BTreeMap<&str, Vec<Replacement>> = BTreeMap::new();
+    for rule in rules {
+        let replacements = by_node.entry(&rule.node).or_default();
+        replacements.push(replacement(rule));
+    }
+    let mut trees: Vec<&mut Tree<H>> = trees.into_iter().collect();
+    for (node, replacements) in by_node {
+        let mut refused = None;
+        let mut found = false;
+        for tree in &mut trees {
+            match tree.replace(node, replacements.clone()) {
+                Ok(()) => found = true,
+                // That it is no leaf says more than that it is not there.
+                Err(error @ ReplaceError::NoLeaf { .. }) => refused = Some(error),
+                Err(error) => refused = refused.or(Some(error)),
+            }
+        }
+        match refused {
+            Some(error) if !found => return Err(error.to_string()),
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+fn replacement(rule: &Replace) -> Replacement {
+    // Longer than a Duration can be is for ever.
+    let seconds = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+    let from = seconds(rule.from_s);
+    Replacement {
+        answer: match rule.result {
+            ReplacedAnswer::Success => Status::Success,
+            ReplacedAnswer::Failure => Status::Failure,
+            ReplacedAnswer::Running => Status::Running,
+        },
+        from,
+        until: rule.for_s.map(|time| from.saturating_add(seconds(time))),
+    }
+}
