@@ -35,6 +35,8 @@ class Cell(View):
         time_limit_s: end of a run; that of the cell file with a policy, else none.
         set: numbers in place of those of the cell file, by keys as of ``robocell run --set``:
             ``{"object.*.mass_kg": 0.2, "disturbance.position_noise_m": 0.002}``.
+        replace: leaves of the tree that answer without being run, as of ``robocell run
+            --replace``: ``["grasp=failure:2"]``, or names of files with a rule a line.
 
     Raises:
         ValueError: for a cell, a policy or a script that does not exist or has mistakes.
@@ -53,6 +55,7 @@ class Cell(View):
         script: str | None = None,
         time_limit_s: float | None = None,
         set: Mapping[str, float] | None = None,
+        replace: Sequence[str] = (),
     ) -> None:
         named, maker = None, None
         if isinstance(policy, str):
@@ -71,6 +74,7 @@ class Cell(View):
             script,
             time_limit_s,
             [f"{key}={value!r}" for key, value in (set or {}).items()],
+            list(replace),
         )
         for warning in self._sim.warnings:
             warnings.warn(warning, stacklevel=2)

@@ -13,6 +13,7 @@ mod program;
 mod recording;
 mod sim;
 mod skill;
+mod tree;
 
 use pyo3::prelude::*;
 
@@ -24,6 +25,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<skill::Skill>()?;
     module.add_class::<skill::Status>()?;
     module.add_class::<sim::Sim>()?;
+    module.add_class::<tree::FileTree>()?;
     module.add_function(wrap_pyfunction!(sim::step_all, module)?)?;
     module.add_function(wrap_pyfunction!(program::task_main, module)?)?;
     module.add_function(wrap_pyfunction!(about::wire_schema, module)?)?;

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex};
 use behavior::NodeStatus;
 use behavior::graph::{Graph, GraphKind};
 use cell_model::Cell;
+use cell_model::cells::replace::Replace;
 use ipc_types::Text;
 use ipc_types::trace::TraceEvent;
 use pyo3::prelude::*;
@@ -175,6 +176,16 @@ struct Picture {
 }
 
 impl AnyPolicy for PyPolicy {
+    fn replace(&mut self, rules: &[Replace]) -> Result<(), String> {
+        let rules = serde_json::to_string(rules).map_err(|error| error.to_string())?;
+        Python::attach(|py| {
+            let replaced = self.runner.call_method1(py, "replace", (rules,));
+            replaced
+                .map(|_| ())
+                .map_err(|error| error.value(py).to_string())
+        })
+    }
+
     fn reset(&mut self) {
         self.phase = Text::EMPTY;
         {

@@ -8,6 +8,7 @@ use std::thread;
 use std::time::Instant;
 
 use cell_model::Cell;
+use cell_model::cells::replace::of_arguments;
 use cell_model::cells::script;
 use cell_model::cells::setting::Setting;
 use cell_model::runs::report;
@@ -133,7 +134,7 @@ impl Sim {
     /// with `maker` it is one in Python; without both the arms are told from outside.
     #[new]
     #[pyo3(signature = (name, seed=0, policy=None, maker=None, data=None, bins=None, script=None,
-                        time_limit_s=None, set=Vec::new()))]
+                        time_limit_s=None, set=Vec::new(), replace=Vec::new()))]
     #[allow(clippy::too_many_arguments, reason = "they are named in Python")]
     fn new(
         py: Python<'_>,
@@ -146,6 +147,7 @@ impl Sim {
         script: Option<&str>,
         time_limit_s: Option<f64>,
         set: Vec<String>,
+        replace: Vec<String>,
     ) -> PyResult<Self> {
         let mut spec = eval::template(name, "");
         spec.seed = seed;
@@ -154,6 +156,7 @@ impl Sim {
         spec.time_limit_s = time_limit_s;
         let set: Result<Vec<Setting>, String> = set.iter().map(|one| one.parse()).collect();
         spec.set = set.map_err(PyValueError::new_err)?;
+        spec.replace = of_arguments(&replace).map_err(refused)?;
         let cell = spec.load_cell_from(&cell_files::data()).map_err(refused)?;
         if let Some(script) = script {
             spec.script = script::parse_for(script, "script", &cell).map_err(refused)?;

@@ -52,10 +52,13 @@ class Runner:
         self._cell = cell
         self._core = core
         self._made: Made | None = None
+        self._rules = ""
         self._begin()
 
     def _begin(self) -> None:
         self._job = self._new()
+        if self._rules:
+            self._job.replace(self._rules)
         self._engine = self._job if isinstance(self._job, Remembers) else Remembers()
         more = {("policy",): self._job, **self._engine._memory_handles()}
         parts = [self._policy_part(), *self._engine._memory_parts()]
@@ -78,6 +81,16 @@ class Runner:
         if isinstance(job, _Function):
             return Part("", "memory.", vars(job.memory), self._target)
         return Part("", "self.", attributes(job), job, self._engine._memory_skip())
+
+    def replace(self, rules: str) -> None:
+        """Lets leaves answer without being run, by rules as JSON; before the first decision."""
+        # A tree of py_trees is code: its author replaces a leaf in it.
+        from robocell.task.files import TreeFile
+
+        if not isinstance(self._job, TreeFile):
+            raise ValueError("it is no tree in a file (TreeFile), and only leaves of such are replaced")
+        self._rules = rules
+        self._job.replace(rules)
 
     def reset(self) -> None:
         """Back to the state before the first decision."""
