@@ -282,3 +282,39 @@ fn a_broken_edit_is_refused_and_the_running_task_left_alone() {
     assert_eq!(other.code, 3, "{other:?}");
     assert!(other.stderr.contains("did you mean"), "{other:?}");
 }
+
+const FOREIGN: &str = r#"<root BTCPP_format="4"><include path="sub/b.xml"/><BehaviorTree ID="A">
+  <Sequence><Say text="hello"/><SubTree ID="B"/></Sequence></BehaviorTree></root>"#;
+
+#[test]
+fn a_tree_of_behaviortree_cpp_is_imported_and_checked() {
+    let base = base();
+    let at = |name: &str| base.path().join(name).display().to_string();
+    std::fs::create_dir(at("sub")).expect("a folder");
+    std::fs::write(at("a.xml"), FOREIGN).expect("a file");
+    let b = FOREIGN
+        .replace("<include path=\"sub/b.xml\"/>", "")
+        .replace("\"A\"", "\"B\"");
+    let b = b.replace("<SubTree ID=\"B\"/>", "<Switch2/>");
+    std::fs::write(at("sub/b.xml"), &b).expect("a file");
+    let import = ["bt", "import", &at("a.xml"), "--tree", "A"];
+    let refused = finish(robocell(base.path(), &import));
+    assert_eq!(refused.code, 3, "{refused:?}");
+    assert!(
+        refused.stderr.contains("b.xml:2:32: Switch2"),
+        "{refused:?}"
+    );
+    assert_eq!(refused.stdout, "");
+    std::fs::write(at("sub/b.xml"), b.replace("Switch2", "Think")).expect("a file");
+    let imported = finish(robocell(base.path(), &import));
+    assert_eq!(imported.code, 0, "{imported:?}");
+    assert!(
+        imported.stderr.contains("Say (action, first in"),
+        "{imported:?}"
+    );
+    std::fs::write(at("a.tree.json"), &imported.stdout).expect("a file");
+    let checked = finish(robocell(base.path(), &["bt", "check", &at("a.tree.json")]));
+    assert_eq!(checked.code, 0, "{checked:?}");
+    let missing = finish(robocell(base.path(), &["bt", "import", &at("none.xml")]));
+    assert_eq!(missing.code, 3, "{missing:?}");
+}
