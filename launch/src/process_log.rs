@@ -1,9 +1,9 @@
 //! The logs of the processes: bounded by the launcher, read while they are written.
 //!
-//! A process writes to its log by a descriptor of its own, opened to append, that nobody
-//! else can redirect. So the storage of the oldest lines is given back in place: the file
-//! gets a hole at its beginning, and its length counts all that was ever written. The
-//! process never waits for anybody, and no line is lost while its log is bounded.
+//! A process writes to its log through its own descriptor, opened to append, which the launcher
+//! cannot redirect. So the storage of the oldest lines is released in place: the file gets a
+//! hole at its start, and its length still counts all bytes ever written. The process never
+//! waits, and no newer line is lost.
 
 mod bounds;
 mod follower;
@@ -38,15 +38,15 @@ fn end_of(path: &Path, bytes: u64) -> io::Result<Vec<u8>> {
     Ok(end)
 }
 
-/// Appends what the log has from `position` on to `out`; the number of bytes that were
-/// there once and are not kept.
+/// Appends the bytes of the log from `position` on to `out`. Returns the number of bytes
+/// after `position` that are no longer kept.
 fn read_from(file: &mut File, position: u64, out: &mut Vec<u8>) -> io::Result<u64> {
     // Not the zeros of a large hole.
     let from = position.max(hole::first_data(file)?);
     file.seek(SeekFrom::Start(from))?;
     let begin = out.len();
     let read = file.read_to_end(out)? as u64;
-    // What became a hole meanwhile may have been read as zeros.
+    // Bytes released during the read may have been read as zeros.
     let first = hole::first_data(file)?.clamp(from, from + read);
     let unread = usize::try_from(first - from).map_err(io::Error::other)?;
     out.drain(begin..begin + unread);

@@ -1,4 +1,4 @@
-//! Files that a user names: a reader that ends, does not wait for nobody, and is bounded.
+//! Reading files that a user names, with a bound on their size and without waiting forever.
 //!
 //! A pipe with a writer is read, as `<(command)` in a shell makes one. A device, and a named
 //! pipe that nobody writes to, are refused before anything is read.
@@ -16,13 +16,13 @@ pub const MAX_LINE_BYTES: u64 = 1 << 20;
 /// A file or pipe that is read once, from its beginning on.
 #[derive(Debug)]
 pub struct UserFile {
-    /// What was read of a pipe to see whether it has a writer.
+    /// The first bytes of a pipe, read to test whether it has a writer.
     head: io::Cursor<Vec<u8>>,
     file: File,
 }
 
 impl UserFile {
-    /// Opens what is at `path`.
+    /// Opens the file or pipe at `path`.
     ///
     /// # Errors
     /// Where it cannot be opened, is neither file nor pipe, or is a pipe without a writer.

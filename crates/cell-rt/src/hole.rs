@@ -1,12 +1,11 @@
-//! The beginning of a file that is written on: its storage is given back while the
-//! places of the rest stay as they are, so that neither the writer nor a reader has to
-//! know.
+//! Releases the storage at the start of a file while another process appends to it. The
+//! offsets of the rest do not change, so neither writer nor readers need to be told.
 
 use std::fs::File;
 use std::io;
 use std::os::fd::AsRawFd;
 
-/// Gives the storage of the first `bytes` back; they read as zeros from then on.
+/// Releases the storage of the first `bytes` (a hole); they read as zeros afterwards.
 ///
 /// # Errors
 /// Where the file system cannot do it, or `file` was not opened for writing.
@@ -20,8 +19,8 @@ pub fn release(file: &File, bytes: u64) -> io::Result<()> {
     }
 }
 
-/// Where the data of the file begin; its length where it has none. Moves the position
-/// that the file is read at.
+/// Offset of the first byte of data (bytes); the length of a file without data. Moves the
+/// read position of the file.
 ///
 /// # Errors
 /// Of the operating system.
