@@ -247,7 +247,7 @@ impl FileTree {
     }
 
     /// Keys that have a value, with their text.
-    fn keys(&mut self) -> Vec<(String, String)> {
+    fn values(&mut self) -> Vec<(String, String)> {
         let board = self.tree().local();
         let keys = board.keys().enumerate();
         let valued = keys

@@ -75,15 +75,12 @@ impl Plan {
             check_one_process(&cell, program.as_deref(), &controllers)?;
         }
         let replace = of_arguments(&args.replace).map_err(Failure::configuration)?;
-        let files = (data_dir.as_deref(), args.set.as_slice(), replace.as_slice());
+        let files = (data_dir.as_deref(), &*args.set, &*replace);
         let (policy, drawing) = policy_of(args, &cell, files, program.as_deref())?;
         let script = script_of(args, &cell)?;
-        let mut warnings = report::of_cell(&cell);
-        warnings.extend(report::of_script(&script, &drawing, &cell));
-        warnings.iter().for_each(say::warn);
+        let warnings = warned(&cell, &script, &drawing);
         let dir = RunDir::of(&args.cell.cell);
-        let cell_limit = args.until_done.then_some(cell.time_limit_s);
-        let limit = args.timeout.or(cell_limit);
+        let limit = limit_of(args, &cell);
         let (run, root, prefix) = site_of(&dir)?;
         let about_arms = about_arms(args, &cell, robot.as_ref());
         let spec = RunSpec {
@@ -401,6 +398,20 @@ fn script_of(args: &RunArgs, cell: &Cell) -> Result<Vec<ScriptLine>, Failure> {
     let file = path.display().to_string();
     let text = user_file::read_text(path).cannot(format!("read the script {file}"))?;
     script::parse_for(&text, &file, cell).map_err(Failure::configuration)
+}
+
+/// When the run ends at the latest.
+fn limit_of(args: &RunArgs, cell: &Cell) -> Option<f64> {
+    let of_cell = args.until_done.then_some(cell.time_limit_s);
+    args.timeout.or(of_cell)
+}
+
+/// The warnings about the inputs of the run, which are said.
+fn warned(cell: &Cell, script: &[ScriptLine], drawing: &str) -> Vec<String> {
+    let mut warnings = report::of_cell(cell);
+    warnings.extend(report::of_script(script, drawing, cell));
+    warnings.iter().for_each(say::warn);
+    warnings
 }
 
 /// What is kept of the run: the ring, and a file where one was asked for.

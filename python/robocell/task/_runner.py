@@ -88,7 +88,9 @@ class Runner:
         from robocell.task.files import TreeFile
 
         if not isinstance(self._job, TreeFile):
-            raise ValueError("it is no tree in a file (TreeFile), and only leaves of such are replaced")
+            raise ValueError(
+                "it is no tree in a file (TreeFile), and only leaves of such are replaced"
+            )
         self._rules = rules
         self._job.replace(rules)
 

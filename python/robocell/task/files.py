@@ -163,7 +163,7 @@ class TreeFile(Remembers):
             if before != now:
                 core.status(0, index, (before, now), "")
         self._shown = statuses
-        for key, value in self._tree.keys():
+        for key, value in self._tree.values():
             if self._keys.get(key) != value:
                 self._keys[key] = value
                 core.key(0, "local", key, value)
