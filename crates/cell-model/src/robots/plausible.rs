@@ -7,6 +7,7 @@ use crate::random::Random;
 use crate::robots::dynamics::Dynamics;
 use crate::robots::load::stiffness;
 use crate::robots::robot::Robot;
+use crate::robots::urdf::UrdfLimits;
 
 /// Poses that are tried.
 const TRIALS: usize = 64;
@@ -22,6 +23,21 @@ const GRAVITY: f64 = -9.81;
 /// what is needed.
 const ENOUGH: f64 = 1.2;
 const STRONG: f64 = 3.0;
+
+/// Stiffness of a drive for each kg·m² (or kg) that it moves (1/s²). Its damping is a tenth of
+/// that, so that the load settles without swinging: 0.1 sqrt(400) / 2 = 1.
+const STIFFNESS_OF_INERTIA: f64 = 400.0;
+
+/// What one joint moves.
+#[derive(Clone, Copy, Default)]
+struct Load {
+    /// Effort against gravity alone, and while the joint accelerates as fast as it may (N·m or
+    /// N).
+    holding: f64,
+    moving: f64,
+    /// kg·m² or kg.
+    inertia: f64,
+}
 
 impl Robot {
     /// Bends the home pose of an arm that has no default one: at zero many are stretched, and
@@ -77,33 +93,38 @@ impl Robot {
         square.symmetric_eigenvalues().min().max(0.0).sqrt()
     }
 
-    /// Replaces efforts that do not carry the arm's own weight, and says so.
-    pub(crate) fn strengthen(&mut self, file: &str) {
-        let needed = self.holding_efforts();
-        for (slot, needed) in needed.into_iter().enumerate() {
+    /// Replaces efforts that do not carry the arm's own weight, and says so. Where the file
+    /// states none (`limits`, by joint of the chain), the drive can accelerate the arm, too.
+    /// A drive is as stiff as its load needs.
+    pub(crate) fn strengthen(&mut self, file: &str, limits: &[UrdfLimits]) {
+        for (slot, load) in self.loads().into_iter().enumerate() {
             let joint = self.arm_joints[slot];
-            let stated = self.joints[joint].effort;
-            if stated >= ENOUGH * needed {
-                continue;
-            }
-            let effort = STRONG * needed;
-            self.warnings.push(format!(
-                "{file}: joint '{}': an effort of {stated:.1} does not carry the arm, which needs \
-                 {needed:.1}; {effort:.1} is taken",
-                self.chain.joints()[joint].name
-            ));
             let spec = &mut self.joints[joint];
-            spec.effort = effort;
-            spec.stiffness = stiffness(effort);
+            let stated = spec.effort;
+            let is_stated = limits.get(joint).is_some_and(|limit| limit.effort > 0.0);
+            let moving = if is_stated { 0.0 } else { load.moving };
+            if stated < ENOUGH * load.holding || stated < ENOUGH * moving {
+                let effort = (STRONG * load.holding).max(ENOUGH * moving);
+                let needed = load.holding.max(moving);
+                spec.effort = effort;
+                spec.stiffness = stiffness(effort);
+                let verb = if is_stated { "carry" } else { "move" };
+                self.warnings.push(format!(
+                    "{file}: joint '{}': an effort of {stated:.1} does not {verb} the arm, which \
+                     needs {needed:.1}; {effort:.1} is taken",
+                    self.chain.joints()[joint].name
+                ));
+            }
+            let least = STIFFNESS_OF_INERTIA * load.inertia;
+            spec.stiffness = spec.stiffness.max(least);
             spec.damping = 0.1 * spec.stiffness;
         }
     }
 
-    /// Largest effort of each controlled joint against gravity over the poses tried (N·m or
-    /// N).
-    fn holding_efforts(&self) -> Vec<f64> {
+    /// What moves with each controlled joint, the most over the poses tried.
+    fn loads(&self) -> Vec<Load> {
         let mut dynamics = Dynamics::new(self);
-        let mut most = vec![0.0; self.arm_joints.len()];
+        let mut loads = vec![Load::default(); self.arm_joints.len()];
         let mut random = Random::new(1);
         for _ in 0..TRIALS {
             let positions: Vec<f64> = self
@@ -114,11 +135,20 @@ impl Robot {
                 })
                 .collect();
             let down = Vector3::new(0.0, 0.0, GRAVITY);
-            let efforts = dynamics.inverse_dynamics(&positions, &[], &[], &down);
-            for (most, effort) in most.iter_mut().zip(efforts) {
-                *most = f64::max(*most, effort.abs());
+            let weight = dynamics
+                .inverse_dynamics(&positions, &[], &[], &down)
+                .to_vec();
+            let specs = self.arm_specs().zip(&weight).zip(&mut loads);
+            for (joint, ((spec, weight), load)) in specs.enumerate() {
+                let mut one = vec![0.0; positions.len()];
+                one[joint] = 1.0;
+                let efforts = dynamics.inverse_dynamics(&positions, &[], &one, &down);
+                let inertia = (efforts[joint] - weight).abs();
+                load.holding = load.holding.max(weight.abs());
+                load.inertia = load.inertia.max(inertia);
+                load.moving = load.moving.max(weight.abs() + inertia * spec.acceleration);
             }
         }
-        most
+        loads
     }
 }

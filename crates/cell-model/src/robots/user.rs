@@ -145,7 +145,7 @@ impl Source<'_> {
             robot.bend_home();
         }
         robot.place_copies();
-        robot.strengthen(self.file);
+        robot.strengthen(self.file, &self.urdf.limits);
         Ok(robot)
     }
 

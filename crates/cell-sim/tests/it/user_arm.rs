@@ -200,3 +200,16 @@ fn an_arm_that_starts_in_the_floor_moves_and_a_warning_says_so() {
     let off = off_after(&robot, &mut sim, 0.6, 4_000);
     assert!(off < 5e-3, "{off} m off");
 }
+
+/// The drives of a file without efforts have to move the arm, not only to carry it.
+#[test]
+fn a_heavy_arm_without_efforts_in_its_file_follows() {
+    let turns = "<limit lower='-2.5' upper='2.5' velocity='2'/>";
+    let mut joints = vec![("revolute", "0 1 0", turns); 5];
+    joints[0].1 = "0 0 1";
+    let (robot, mut sim) = cell(write_urdf("heavy", 900.0, &joints));
+    sim.tick().unwrap();
+    // Drives that are too weak swing, and are 0.45 m off.
+    let off = off_after(&robot, &mut sim, 0.65, 5_000);
+    assert!(off < 0.1, "{off} m off");
+}
