@@ -166,7 +166,7 @@ impl FileTree {
 
 #[pymethods]
 impl FileTree {
-    /// The tree of `text`; `include` reads a file by its name, or gives `None`. Types of
+    /// The tree of `text`; `include` reads a file by its name, or raises. Types of
     /// leaves are known by name.
     #[new]
     fn new(
@@ -175,7 +175,10 @@ impl FileTree {
         known: Vec<String>,
         include: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
-        let read = |name: &str| -> Option<String> { include.call1((name,)).ok()?.extract().ok()? };
+        let read = |name: &str| -> Result<String, String> {
+            let text = include.call1((name,)).and_then(|text| text.extract());
+            text.map_err(|error: PyErr| error.value(include.py()).to_string())
+        };
         let source = Source {
             file,
             text,

@@ -102,9 +102,8 @@ class TreeFile(Remembers):
             raise TypeError(f"{type(self).__name__} needs file = 'NAME.tree.json'")
         folder = Path(inspect.getfile(type(self))).parent
 
-        def include(name: str) -> str | None:
-            path = (folder / self.file).parent / name
-            return path.read_text("utf-8") if path.is_file() else None
+        def include(name: str) -> str:
+            return ((folder / self.file).parent / name).read_text("utf-8")
 
         text = (folder / self.file).read_text("utf-8")
         self._tree = FileTree(self.file, text, list(self.leaves), include)
