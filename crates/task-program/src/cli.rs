@@ -308,11 +308,19 @@ fn check(program: &Program, kind: Kind, file: &Path, json: bool) -> Result<ExitC
         say(format_args!("warning: {finding}"));
     }
     say(format_args!(
-        "{}: no errors, {} warnings",
+        "{}: no errors, {}",
         file.display(),
-        findings.len()
+        counted(findings.len() as u64, "warning")
     ));
     Ok(ExitCode::SUCCESS)
+}
+
+/// A count with its word.
+pub(crate) fn counted(count: u64, word: &str) -> String {
+    match count {
+        1 => format!("1 {word}"),
+        _ => format!("{count} {word}s"),
+    }
 }
 
 /// The task program of a recorded run, where it is not the built-in one. A

@@ -18,7 +18,7 @@ use evaluation::shard::Shard;
 use robocell_task::Task;
 
 use crate::bisect::{self, Search};
-use crate::cli::{CliError, print_json, say};
+use crate::cli::{CliError, counted, print_json, say};
 use crate::inspect;
 use crate::progress::Progress;
 use crate::recordings::Recordings;
@@ -300,18 +300,19 @@ fn write_rows(program: &Program, order: &Order<'_>, json: bool) -> Result<ExitCo
         }));
     } else {
         say(format_args!(
-            "{}: {} of {} rows; {new} episodes now, {failed} of them not done",
+            "{}: {} of {}; {} now, {failed} of them not done",
             order.out.display(),
             written.rows,
-            written.all
+            counted(written.all, "row"),
+            counted(new, "episode")
         ));
     }
     if written.rows == written.all {
         return Ok(ExitCode::SUCCESS);
     }
-    let left = written.all - written.rows;
+    let left = counted(written.all - written.rows, "row");
     cell_worker::warn(format_args!(
-        "stopped; {left} rows are left, and the same command resumes"
+        "stopped with {left} left; the same command resumes"
     ));
     Ok(ExitCode::from(STOPPED))
 }
