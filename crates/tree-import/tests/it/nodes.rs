@@ -206,6 +206,22 @@ fn scripts_set_and_compare() {
 }
 
 #[test]
+fn comparisons_with_a_key_that_has_no_value() {
+    for (code, holds) in [
+        ("k == 3", false),
+        ("k &lt; 3", false),
+        ("k &gt; 3", false),
+        ("k != 3", true),
+        ("k &gt;= 3", true),
+        ("k &lt;= 3", true),
+        ("!(k == 3)", true),
+    ] {
+        let xml = format!("<ScriptCondition code=\"{code}\"/>");
+        assert_ticks(&xml, &[], &[if holds { "S" } else { "F" }]);
+    }
+}
+
+#[test]
 fn a_precondition_node_asks_when_its_child_starts() {
     let xml = "<Sequence><Script code=\"on := false\"/><Precondition if=\"on\" else=\"SUCCESS\">\
                <A/></Precondition><B/></Sequence>";
