@@ -33,6 +33,10 @@ pub struct ImportArgs {
     /// The tree to execute [default: the one that the file names]
     #[arg(long, value_name = "NAME")]
     pub tree: Option<String>,
+    /// A tree file whose subtrees provide the leaves of their names; the printed file includes it
+    /// from its own folder
+    #[arg(long, value_name = "FILE")]
+    pub leaves: Option<PathBuf>,
 }
 
 /// `robocell fsm`.

@@ -8,6 +8,7 @@ use serde_json::Value;
 use crate::document::Project;
 use crate::leaves::{LeafUse, holder};
 use crate::out::{At, Bind, Out};
+use crate::provided::{self, Provided};
 use crate::script::Constant;
 use crate::translate::{Key, Translated, Tree};
 use crate::types::{Holder, Type};
@@ -15,7 +16,11 @@ use crate::write::{self, Json};
 use crate::{Imported, Leaf};
 
 /// Writes the file.
-pub(crate) fn file(project: &Project, translated: &Translated) -> Result<Imported, Errors> {
+pub(crate) fn file(
+    project: &Project,
+    translated: &Translated,
+    provided: &Provided,
+) -> Result<Imported, Errors> {
     let mut emitter = Emitter {
         main: &project.main,
         translated,
@@ -25,6 +30,10 @@ pub(crate) fn file(project: &Project, translated: &Translated) -> Result<Importe
         ("format".to_owned(), FORMAT.into()),
         ("name".to_owned(), project.main.as_str().into()),
     ];
+    if let Some(include) = &provided.include {
+        let list = Json::List(vec![include.as_str().into()]);
+        entries.push(("includes".to_owned(), list));
+    }
     let Some(main) = translated.trees.get(&project.main) else {
         return Err(emitter.errors);
     };
@@ -41,6 +50,7 @@ pub(crate) fn file(project: &Project, translated: &Translated) -> Result<Importe
     let mut subtrees = Vec::new();
     for name in used.iter().filter(|name| **name != project.main) {
         if let Some(tree) = translated.trees.get(name) {
+            emitter.unlike_provided(name, project, provided);
             subtrees.push((name.clone(), emitter.subtree(name, tree)));
         }
     }
@@ -94,6 +104,18 @@ impl Emitter<'_> {
     fn refuse(&mut self, at: &At, why: &str) {
         let message = format!("{}: {why}", at.node);
         self.errors.push(&at.file, at.place, message);
+    }
+
+    /// Names of subtrees are those of the printed file and of the included one.
+    fn unlike_provided(&mut self, name: &str, project: &Project, provided: &Provided) {
+        let trees = project.trees.iter();
+        if let Some(signature) = provided.subtrees.get(name)
+            && let Some((_, root)) = trees.into_iter().find(|(tree, _)| tree == name)
+        {
+            let own = provided::named(name, signature);
+            let message = format!("tree '{name}' has the name of {own}; rename one of them");
+            self.errors.push(&root.file, root.place, message);
+        }
     }
 
     fn keys(&mut self, tree: &str, read: &Tree) -> Vec<(String, Json)> {
@@ -285,9 +307,7 @@ impl Emitter<'_> {
         let word = text.trim();
         let value = match (value_type, word) {
             (Type::Text, _) => return self.text(text, at),
-            (Type::Bool, "true" | "True" | "TRUE" | "1") => Some(true.into()),
-            (Type::Bool, "false" | "False" | "FALSE" | "0") => Some(false.into()),
-            (Type::Bool, _) => None,
+            (Type::Bool, word) => truth(word),
             (Type::Number, "true") => Some(1.into()),
             (Type::Number, "false") => Some(0.into()),
             (Type::Number, word) => number(word),
@@ -309,20 +329,41 @@ impl Emitter<'_> {
     }
 
     fn text(&mut self, text: &str, at: &At) -> Option<Value> {
-        let why = match text {
-            _ if text.len() > STR_BYTES => {
-                let found = text.len();
-                format!("a text of {found} bytes; a value has at most {STR_BYTES}")
-            }
-            _ if text.contains("${") => format!("'${{' in '{text}' is the beginning of a constant"),
-            _ => return Some(text.into()),
+        let Some(why) = no_text(text) else {
+            return Some(text.into());
         };
         self.refuse(at, &why);
         None
     }
 }
 
-fn number(word: &str) -> Option<Value> {
+/// Why a text cannot be a value.
+pub(crate) fn no_text(text: &str) -> Option<String> {
+    match text {
+        _ if text.len() > STR_BYTES => {
+            let found = text.len();
+            Some(format!(
+                "a text of {found} bytes; a value has at most {STR_BYTES}"
+            ))
+        }
+        _ if text.contains("${") => {
+            Some(format!("'${{' in '{text}' is the beginning of a constant"))
+        }
+        _ => None,
+    }
+}
+
+/// The text of an attribute as a truth value.
+pub(crate) fn truth(word: &str) -> Option<Value> {
+    match word {
+        "true" | "True" | "TRUE" | "1" => Some(true.into()),
+        "false" | "False" | "FALSE" | "0" => Some(false.into()),
+        _ => None,
+    }
+}
+
+/// The text of an attribute as a number.
+pub(crate) fn number(word: &str) -> Option<Value> {
     let value: f64 = word.parse().ok()?;
     value.is_finite().then(|| shortest(value))
 }

@@ -68,6 +68,10 @@ impl Translator<'_> {
             return None;
         }
         let own = name_of(name);
+        let provided = self.provided;
+        if let Some(signature) = provided.subtrees.get(&own) {
+            return self.provided_leaf(element, (&own, signature), model);
+        }
         self.known_leaf(&own, element, model);
         let mut out = self.out(element, &own, Vec::new());
         for (port, text) in &element.attributes {

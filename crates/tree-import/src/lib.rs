@@ -3,11 +3,13 @@
 //! [`import`] turns the XML of one tree with its subtrees into a file of the format
 //! [`behavior::descriptor::FORMAT`]. A tree that is accepted answers the same in every tick
 //! as `tickExactlyOnce` does there; a node that has no counterpart is refused with its line,
-//! and all of them at once. Nodes of the author's own library become declared leaves.
+//! and all of them at once. Nodes of the author's own library become declared leaves, or uses
+//! of the subtrees that provide them.
 //!
-//! Two differences remain. Where BehaviorTree.CPP throws an exception, because a script
-//! reads a key without a value, the condition does not hold here. And scripts there compare
-//! numbers with a tolerance of 1.2e-7, here exactly.
+//! Two differences remain. Where BehaviorTree.CPP throws an exception, because a script reads
+//! a key without a value, here `==`, `<`, `>` and a key alone do not hold, and `!=`, `<=`,
+//! `>=` and what `!` negates hold. And scripts there compare numbers with a tolerance of
+//! 1.2e-7, here exactly.
 #![forbid(unsafe_code)]
 
 mod bind;
@@ -19,13 +21,14 @@ mod emit;
 mod leaves;
 mod limits;
 mod out;
+mod provided;
 mod script;
 mod subtree;
 mod translate;
 mod types;
 mod write;
 
-pub use behavior::descriptor::Errors;
+pub use behavior::descriptor::{Errors, Source};
 
 /// A tree that was read, in the form in which it is used.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,7 +56,8 @@ pub struct Leaf {
 
 /// Reads the XML of a tree. `include` reads a file by the path that is written in an
 /// `<include>`, which counts from the folder of the file that it is written in. `tree` names
-/// the tree to execute, where the file does not.
+/// the tree to execute, where the file does not. `leaves` is a tree file whose subtrees provide
+/// the leaves of their names: the tree includes it by its file name.
 ///
 /// # Errors
 /// Everything that has no counterpart or is wrong, each with file, line and column.
@@ -62,8 +66,11 @@ pub fn import(
     text: &str,
     include: &dyn Fn(&str) -> Option<String>,
     tree: Option<&str>,
+    leaves: Option<&Source<'_>>,
 ) -> Result<Imported, Errors> {
+    let provided = leaves.map(provided::Provided::read).transpose()?;
+    let provided = provided.unwrap_or_default();
     let project = document::read(file, text, include, tree)?;
-    let translated = translate::all(&project)?;
-    emit::file(&project, &translated)
+    let translated = translate::all(&project, &provided)?;
+    emit::file(&project, &translated, &provided)
 }

@@ -8,6 +8,7 @@ use behavior::descriptor::limits::{MAX_DEPTH, MAX_NAME, MAX_NODES};
 use crate::document::{Element, Project};
 use crate::leaves::LeafUse;
 use crate::out::{At, Out};
+use crate::provided::{BoundKey, Provided};
 use crate::types::{Holder, Types};
 
 /// What the node around one makes of it when it is skipped: there is no such answer here.
@@ -64,6 +65,9 @@ pub(crate) struct Scope {
 /// See the module.
 pub(crate) struct Translator<'p> {
     pub project: &'p Project,
+    pub provided: &'p Provided,
+    /// Keys of ports of provided leaves: their types have to be the same in the end.
+    pub bound: Vec<BoundKey>,
     pub types: Types,
     pub errors: Errors,
     /// Translated trees; `None` for those that are refused.
@@ -84,9 +88,11 @@ pub(crate) struct Translated {
 }
 
 /// Translates all trees of a file: those that the main tree does not use are checked, too.
-pub(crate) fn all(project: &Project) -> Result<Translated, Errors> {
+pub(crate) fn all(project: &Project, provided: &Provided) -> Result<Translated, Errors> {
     let mut translator = Translator {
         project,
+        provided,
+        bound: Vec::new(),
         types: Types::default(),
         errors: Errors::default(),
         trees: BTreeMap::new(),
@@ -100,13 +106,17 @@ pub(crate) fn all(project: &Project) -> Result<Translated, Errors> {
     }
     let Translator {
         mut types,
-        errors,
+        mut errors,
+        bound,
         trees,
         order,
         leaves,
         ..
     } = translator;
     types.finish();
+    for key in &bound {
+        key.check(&types, &mut errors);
+    }
     let trees = trees.into_iter();
     errors.or(Translated {
         types,

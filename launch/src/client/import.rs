@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use behavior::descriptor::{Include, Source};
 use cell_model::data::read_text;
 use tree_import::{Imported, Leaf};
 
@@ -16,11 +17,42 @@ pub(crate) fn import(args: &ImportArgs) -> Result<(), Failure> {
     let text = read_text(file).map_err(Failure::configuration)?;
     let folder = file.parent().unwrap_or(Path::new(""));
     let include = |name: &str| read_text(&folder.join(name)).ok();
-    let imported = tree_import::import(&name, &text, &include, args.tree.as_deref())
+    let leaves = args.leaves.as_deref().map(Leaves::read).transpose()?;
+    let leaves = leaves.as_ref().map(Leaves::source);
+    let tree = args.tree.as_deref();
+    let imported = tree_import::import(&name, &text, &include, tree, leaves.as_ref())
         .map_err(Failure::configuration)?;
     say::raw(imported.json.as_bytes());
     report(&imported);
     Ok(())
+}
+
+/// The file that provides leaves.
+struct Leaves {
+    name: String,
+    text: String,
+    include: Box<Include<'static>>,
+}
+
+impl Leaves {
+    fn read(file: &Path) -> Result<Self, Failure> {
+        let folder = file.parent().unwrap_or(Path::new("")).to_owned();
+        let include =
+            move |name: &str| read_text(&folder.join(name)).map_err(|error| error.to_string());
+        Ok(Self {
+            name: file.display().to_string(),
+            text: read_text(file).map_err(Failure::configuration)?,
+            include: Box::new(include),
+        })
+    }
+
+    fn source(&self) -> Source<'_> {
+        Source {
+            file: &self.name,
+            text: &self.text,
+            include: &*self.include,
+        }
+    }
 }
 
 fn report(imported: &Imported) {
@@ -31,8 +63,8 @@ fn report(imported: &Imported) {
         return;
     }
     say::warn(
-        "leaves that a program has to provide, a Python file for example (docs/import.md); ports \
-         with the type of their value and what is done with it:",
+        "leaves to provide, with subtrees of a file (--leaves) or from Python (docs/import.md); \
+         ports with the type of their value and what is done with it:",
     );
     for leaf in &imported.leaves {
         say::warn(format_args!("  {}", line(leaf)));

@@ -22,6 +22,7 @@ mod equipment;
 mod eval_rows;
 mod eval_sweep;
 mod hold_times;
+mod imported;
 mod incidents;
 mod kill_sweep;
 mod licences;

@@ -29,6 +29,7 @@ mod modifiers;
 mod nodes;
 mod ports;
 mod schema;
+mod signature;
 mod subtrees;
 mod types;
 
@@ -37,6 +38,7 @@ use std::collections::BTreeMap;
 pub use error::{Errors, Located};
 pub use files::FORMAT;
 pub use schema::schema;
+pub use signature::{PortSignature, Signature, signatures};
 
 /// Names of the engine's own node types, which no leaf may have.
 pub fn engine_types() -> impl Iterator<Item = &'static str> {

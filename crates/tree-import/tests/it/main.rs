@@ -9,6 +9,7 @@
 )]
 
 mod nodes;
+mod provided;
 mod random;
 mod reference;
 mod refused;

@@ -173,7 +173,7 @@ fn random_trees_answer_as_the_reference_and_resume_after_every_tick() {
                 (format!("L{leaf}"), letters.collect())
             })
             .collect();
-        let Ok(imported) = tree_import::import("t.xml", &file, &|_| None, None) else {
+        let Ok(imported) = tree_import::import("t.xml", &file, &|_| None, None, None) else {
             continue;
         };
         accepted += 1;

@@ -4,7 +4,7 @@ use crate::support::whole;
 
 #[track_caller]
 fn assert_refused(xml: &str, expected: &[&str]) {
-    let errors = tree_import::import("t.xml", &whole(xml), &|_| None, None).unwrap_err();
+    let errors = tree_import::import("t.xml", &whole(xml), &|_| None, None, None).unwrap_err();
     let text = errors.to_string();
     for part in expected {
         assert!(text.contains(part), "'{part}' is missing in:\n{text}");

@@ -53,9 +53,9 @@ impl Leaf<Bench> for Scripted {
     }
 }
 
-type Scripts = BTreeMap<String, String>;
+pub(crate) type Scripts = BTreeMap<String, String>;
 
-fn library(scripts: &Scripts) -> Library<Bench> {
+pub(crate) fn library(scripts: &Scripts) -> Library<Bench> {
     let scripts = scripts.clone();
     Library::default().with_declared(move |leaf| -> Result<Box<dyn AnyLeaf<Bench>>, BindError> {
         let name = leaf.node.rsplit('/').next().unwrap_or_default().to_owned();
@@ -70,7 +70,7 @@ fn library(scripts: &Scripts) -> Library<Bench> {
 
 /// The tree file of an XML.
 pub(crate) fn json(xml: &str) -> String {
-    match tree_import::import("t.xml", xml, &|_| None, None) {
+    match tree_import::import("t.xml", xml, &|_| None, None, None) {
         Ok(imported) => imported.json,
         Err(errors) => panic!("refused:\n{errors}"),
     }

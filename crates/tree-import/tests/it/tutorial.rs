@@ -143,14 +143,14 @@ fn included_files_and_models() {
         "lib/a.xml" => Some(inner.to_owned()),
         _ => None,
     };
-    let errors = tree_import::import("main.xml", main, &include, None).unwrap_err();
+    let errors = tree_import::import("main.xml", main, &include, None, None).unwrap_err();
     assert!(
         errors.to_string().contains("'main.xml' cannot be read"),
         "{errors}"
     );
     let inner = inner.replace("<include path=\"../main.xml\"/>", "");
     let include = |name: &str| (name == "lib/a.xml").then(|| inner.clone());
-    let imported = tree_import::import("main.xml", main, &include, None).unwrap();
+    let imported = tree_import::import("main.xml", main, &include, None, None).unwrap();
     let ports = &imported.leaves[0].ports;
     let told: Vec<String> = ports
         .iter()
