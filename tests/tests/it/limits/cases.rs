@@ -30,6 +30,7 @@ pub(super) fn all() -> Vec<(&'static str, Case)> {
     all.extend(trees());
     all.extend(tree_files());
     all.extend(machines());
+    all.extend(matrices());
     all
 }
 
@@ -442,6 +443,11 @@ fn machines() -> Vec<(&'static str, Case)> {
                 )
             },
         ),
+    ]
+}
+
+fn matrices() -> Vec<(&'static str, Case)> {
+    vec![
         (
             "crates/behavior/src/matrix/ids.rs::MAX_EVENTS",
             |dir, limit| {
