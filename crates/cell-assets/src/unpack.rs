@@ -6,7 +6,7 @@ use std::path::Path;
 
 use zip::ZipArchive;
 
-use crate::AssetError;
+use crate::{AssetError, wheel};
 
 /// Largest member that is read, bytes. The largest mesh has 2.4 MB.
 pub const MEMBER_LIMIT: u64 = 8 << 20;
@@ -27,7 +27,7 @@ impl Archive<BufReader<File>> {
     ///
     /// As [`Archive::new`], and when the file cannot be opened.
     pub fn open(path: &Path) -> Result<Self, AssetError> {
-        let file = File::open(path).map_err(AssetError::file("opening", path))?;
+        let file = wheel::open(path)?;
         Self::new(BufReader::new(file), MEMBER_LIMIT)
     }
 }

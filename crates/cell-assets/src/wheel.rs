@@ -9,13 +9,25 @@ use sha2::{Digest, Sha256};
 
 use crate::AssetError;
 
+/// Opens a regular file: a device or a pipe may have no end.
+pub(crate) fn open(path: &Path) -> Result<File, AssetError> {
+    let is_file = std::fs::metadata(path).map(|meta| meta.is_file());
+    let opened = is_file.and_then(|is_file| {
+        if is_file {
+            return File::open(path);
+        }
+        Err(std::io::Error::other("name a regular file"))
+    });
+    opened.map_err(AssetError::file("opening", path))
+}
+
 /// sha256 of a file in lower-case hexadecimal.
 ///
 /// # Errors
 ///
 /// When the file cannot be read.
 pub fn sha256(path: &Path) -> Result<String, AssetError> {
-    let mut file = File::open(path).map_err(AssetError::file("opening", path))?;
+    let mut file = open(path)?;
     let mut hasher = Sha256::new();
     let mut block = vec![0; 1 << 16];
     loop {
@@ -69,6 +81,15 @@ mod tests {
             .to_string();
         assert!(
             said.contains(sum) && said.contains(crate::package::SHA256),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn a_device_is_refused_before_it_is_read() {
+        let said = sha256(Path::new("/dev/zero")).unwrap_err().to_string();
+        assert!(
+            said.contains("/dev/zero") && said.contains("regular file"),
             "{said}"
         );
     }
