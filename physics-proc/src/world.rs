@@ -9,7 +9,6 @@ use rapier3d_f64::prelude::*;
 
 use crate::arm::drive::{self, ArmDrive};
 use crate::arm::measured::{Measured, finite_tcp};
-use crate::arm::memory::is_attached;
 use crate::arm::multibody::Arm;
 use crate::arm::touch_count::TouchCounter;
 use crate::arm::touches::{self, ArmContact};
@@ -18,7 +17,7 @@ pub use crate::error::WorldError;
 
 use crate::engine::contacts::{self, Contacts};
 use crate::engine::objects::{self, Objects};
-use crate::engine::{convert, entered, fresh, settings, spawn};
+use crate::engine::{awake, convert, entered, settings, spawn};
 use crate::equipment::devices::Equipment;
 use crate::equipment::site::Site;
 use crate::gripper::cups::Cups;
@@ -91,7 +90,7 @@ impl World {
         entered::let_through(&mut engine, cell, &fixtures, &arms);
         let equipment = Equipment::new(cell, &fixtures);
         if let Some(belt) = &equipment.belt {
-            belt.keep_fresh(&mut engine);
+            belt.drive_contacts(&mut engine);
         }
         let mut world = Self {
             equipment,
@@ -239,8 +238,7 @@ impl World {
         for arm in &memory.arms {
             self.contacts.attach(arm.suction.attached());
         }
-        let attached = |object: usize| is_attached(&memory.arms, object);
-        fresh::refresh(&mut self.engine, &self.objects, &self.contacts, attached);
+        awake::wake_touched(&mut self.engine, &self.objects, &self.contacts);
     }
 
     fn count_outside(&mut self) {

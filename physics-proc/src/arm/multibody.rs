@@ -12,7 +12,6 @@ use rmp::JointKind;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::convert;
-use crate::engine::settings::FRESH;
 use crate::engine::shapes;
 use crate::engine::tag::Tag;
 
@@ -298,7 +297,6 @@ fn insert_link(
             .position(convert::to_pose(&(part.pose * own)))
             .density(0.0)
             .friction(friction)
-            .active_hooks(FRESH)
             .user_data(tag.encode());
         world
             .colliders

@@ -1,9 +1,9 @@
 //! The physics engine: settings, shapes, contacts, and the conversion of vectors.
 
+pub(crate) mod awake;
 pub(crate) mod contacts;
 pub(crate) mod convert;
 pub(crate) mod entered;
-pub(crate) mod fresh;
 pub(crate) mod objects;
 pub mod settings;
 pub mod shapes;

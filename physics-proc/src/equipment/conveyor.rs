@@ -7,7 +7,6 @@ use rapier3d_f64::prelude::*;
 
 use crate::engine::convert;
 use crate::engine::objects::Fixtures;
-use crate::engine::settings::FRESH;
 use crate::equipment::site::Site;
 
 /// The belt in the engine.
@@ -44,11 +43,10 @@ impl Belt {
         })
     }
 
-    /// Its contacts are computed again in every tick, or they would go with what
-    /// they carry.
-    pub(crate) fn keep_fresh(&self, engine: &mut PhysicsWorld) {
+    /// Has the engine ask [`Hooks`] about its contacts.
+    pub(crate) fn drive_contacts(&self, engine: &mut PhysicsWorld) {
         if let Some(collider) = engine.colliders.get_mut(self.collider) {
-            collider.set_active_hooks(FRESH);
+            collider.set_active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
         }
     }
 
@@ -73,12 +71,8 @@ impl Belt {
     }
 }
 
-/// What the engine asks in each step about contacts of colliders that are marked
-/// with [`FRESH`].
-///
-/// Those are computed again in every tick; the engine recycles the others, which
-/// is 2.4 times cheaper in piles but lets a grasp slip. Where the belt runs,
-/// what touches it is driven along.
+/// What the engine asks in each step about contacts of the belt: while it runs, what
+/// touches it is driven along.
 pub(crate) struct Hooks {
     belt: Option<(ColliderHandle, Vector)>,
 }

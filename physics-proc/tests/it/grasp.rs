@@ -36,7 +36,8 @@ fn a_grasped_cube_stays_where_it_is_for_ten_seconds() {
         penetration * 1e3
     );
     assert!(rig.object(0).translation.vector.z > 0.3);
-    assert!(slip <= 5e-6, "{slip}");
+    // Two substeps slip by 0.005 mm, four by 0.0007 mm; MuJoCo by 0.24 to 0.82 mm.
+    assert!(slip <= 1.0e-5, "{slip}");
     assert!(penetration <= 1.5e-4, "{penetration}");
     assert_eq!(rig.state().arms[0].limit_violations, 0);
     assert_eq!(rig.world.refused_commands(), 0);
