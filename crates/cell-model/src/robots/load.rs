@@ -6,6 +6,7 @@ use crate::data::Data;
 use crate::error::{Location, ModelError};
 use crate::robots::file::{self, GripperTable, RobotFile, SuctionTable};
 use crate::robots::mimic;
+use crate::robots::movable::TipOption;
 use crate::robots::robot::{JointSpec, ParallelGripper, Robot, SuctionGripper};
 use crate::robots::urdf::{self, UrdfRobot};
 use crate::robots::xrdf;
@@ -41,6 +42,7 @@ impl Robot {
         robot.take_self_collision(&xrdf_file, &xrdf)?;
         let (tuning_file, text) = part(&table.rmpflow)?;
         robot.take_tuning(&tuning_file, &text)?;
+        robot.warn_if_tip_stays(&file, TipOption::Key);
         Ok(robot)
     }
 }

@@ -7,6 +7,7 @@ mod load;
 mod lula;
 mod mimic;
 mod motion;
+mod movable;
 mod plausible;
 pub mod rmpflow;
 pub mod robot;

@@ -77,6 +77,12 @@ impl Robot {
 
     /// Least singular value of the Jacobian of the tool's position (m/rad).
     fn least_gain(&self, arm: &[f64]) -> f64 {
+        let [least, ..] = self.gains(arm);
+        least
+    }
+
+    /// Singular values of the Jacobian of the tool's position, the least one first (m/rad).
+    pub(super) fn gains(&self, arm: &[f64]) -> [f64; 3] {
         let tool = |arm: &[f64]| {
             let pose = self.frame_pose(self.tcp_frame, &self.with_arm_positions(arm));
             pose.map_or_else(Vector3::zeros, |pose| pose.translation.vector)
@@ -90,7 +96,9 @@ impl Robot {
             square += column * column.transpose();
             moved[joint] = arm[joint];
         }
-        square.symmetric_eigenvalues().min().max(0.0).sqrt()
+        let mut gains: [f64; 3] = square.symmetric_eigenvalues().into();
+        gains.sort_by(f64::total_cmp);
+        gains.map(|gain| gain.max(0.0).sqrt())
     }
 
     /// Replaces efforts that do not carry the arm's own weight, and says so. Where the file
@@ -127,13 +135,7 @@ impl Robot {
         let mut loads = vec![Load::default(); self.arm_joints.len()];
         let mut random = Random::new(1);
         for _ in 0..TRIALS {
-            let positions: Vec<f64> = self
-                .arm_specs()
-                .map(|spec| {
-                    let (low, high) = (spec.lower, spec.upper);
-                    0.5 * (low + high) + random.around_zero(0.5 * (high - low))
-                })
-                .collect();
+            let positions = self.anywhere(&mut random);
             let down = Vector3::new(0.0, 0.0, GRAVITY);
             let weight = dynamics
                 .inverse_dynamics(&positions, &[], &[], &down)

@@ -132,7 +132,8 @@ impl Robot {
         a == b || before(a) == Some(b) || before(b) == Some(a)
     }
 
-    fn anywhere(&self, random: &mut Random) -> Vec<f64> {
+    /// A random configuration of the controlled joints within their limits.
+    pub(super) fn anywhere(&self, random: &mut Random) -> Vec<f64> {
         let position = |spec: &crate::JointSpec| {
             let (low, high) = (spec.lower, spec.upper);
             0.5 * (low + high) + random.around_zero(0.5 * (high - low))

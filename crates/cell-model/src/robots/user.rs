@@ -6,6 +6,7 @@ use crate::error::{Location, ModelError};
 use crate::robots::lula;
 use crate::robots::mimic;
 use crate::robots::motion::read;
+use crate::robots::movable::TipOption;
 use crate::robots::robot::Robot;
 use crate::robots::urdf::{self, UrdfRobot};
 use crate::robots::xrdf::{self, Xrdf};
@@ -14,7 +15,7 @@ use crate::suggest;
 /// What branches after fewer joints than this is no arm with a hand.
 const LEAST_TRUNK: usize = 4;
 /// Tips that a message names.
-const MOST_CANDIDATES: usize = 12;
+pub(super) const MOST_CANDIDATES: usize = 12;
 
 /// Files of a user's arm (`--robot`, `--xrdf`, `--rmpflow`, `--tip`).
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -71,6 +72,11 @@ impl Robot {
             let (file, text) = read(path)?;
             robot.take_tuning(&file, &text)?;
         }
+        let option = match files.xrdf {
+            None => TipOption::Flag,
+            Some(_) => TipOption::FlagOnly,
+        };
+        robot.warn_if_tip_stays(&file, option);
         Ok(robot)
     }
 }

@@ -9,5 +9,6 @@
 mod hostile_urdf;
 mod load;
 mod mimic;
+mod movable;
 mod ur10;
 mod urdf_readings;
