@@ -13,6 +13,7 @@ use rmp::{JointLimits, MotionState, Obstacle, RmpFlow, TargetId};
 
 use crate::error::CoreError;
 use crate::python::PythonStepper;
+use crate::reference::{self, Kernel};
 use crate::{mujoco, piles};
 use cell_sim::OneProcess;
 use cell_sim::eval::template;
@@ -55,7 +56,8 @@ pub(crate) fn run(core: Core, json: bool) -> Result<(), CoreError> {
 }
 
 /// The RMPflow cycle of the Panda with all its spheres among random obstacles:
-/// evaluate, resolve within limits, integrate; without self-collision and with it.
+/// evaluate, resolve within limits, integrate; without self-collision and with it; and a
+/// fixed kernel, which they are compared with.
 fn control() -> Result<Report, CoreError> {
     let granted = priority::request(CONTROLLER_PRIORITY, Some(0));
     let mut report = Report::new("control", granted.fifo, &granted.refused);
@@ -75,7 +77,14 @@ fn control() -> Result<Report, CoreError> {
     }
     let limits = with.limits();
     let mut random = Random::new(7);
+    let kernel = Kernel::new();
+    let mut fixed = Samples::with_capacity(ROUNDS * STATES);
     for _ in 0..ROUNDS {
+        for _ in 0..STATES {
+            let began_ns = monotonic_ns();
+            kernel.work();
+            fixed.record(monotonic_ns().saturating_sub(began_ns));
+        }
         let states: Vec<MotionState> = (0..STATES).map(|_| state(&limits, &mut random)).collect();
         for ((flow, _), samples, _) in &mut rows {
             for state in &states {
@@ -87,10 +96,16 @@ fn control() -> Result<Report, CoreError> {
             }
         }
     }
+    let names: Vec<String> = rows.iter().map(|(.., name)| name.clone()).collect();
     let rows = rows.into_iter();
     report.rows = rows
         .map(|(_, samples, name)| samples.into_row(name))
         .collect();
+    report.rows.push(fixed.into_row(reference::NAME.to_owned()));
+    report.notes.push(reference::NOTE.to_owned());
+    for name in names {
+        report.compare(&name, reference::NAME);
+    }
     Ok(report)
 }
 

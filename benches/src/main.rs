@@ -13,8 +13,10 @@ mod mujoco;
 mod piles;
 mod procfs;
 mod python;
+mod reference;
 mod report;
 mod transport;
+mod versions;
 
 use std::io::Write as _;
 use std::process::ExitCode;

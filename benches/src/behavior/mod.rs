@@ -20,6 +20,7 @@ use std::io::stdout;
 use cell_rt::priority::{self, CONTROLLER_PRIORITY};
 
 use crate::report::Report;
+use crate::versions;
 use subject::Subject;
 
 type Group = fn() -> Result<Vec<Subject>, Box<dyn Error>>;
@@ -56,6 +57,7 @@ pub(crate) fn bench(json: bool) -> Result<(), Box<dyn Error>> {
         "each sample is the mean of {} in a row; rows take turns",
         rounds::TIMES
     ));
+    report.notes.push(versions::note(&["bonsai-bt", "statig"]));
     report.rows.extend(rounds::times(&mut all));
     report.rows.extend(rounds::allocations(&mut all));
     match instructions::rows(&all) {

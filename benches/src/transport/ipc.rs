@@ -16,6 +16,7 @@ use super::peer::{Links, PAYLOADS, READY, WAYS, Wires, schedule};
 use super::site::{BenchRun, Block, Control, RUN};
 use super::{BenchError, bus, io};
 use crate::report::{Report, Samples};
+use crate::versions;
 
 /// How much is measured.
 #[derive(Clone, Copy, Debug)]
@@ -97,6 +98,7 @@ fn measure(plan: Plan, command: impl Fn(&BenchRun) -> Command) -> Result<Report,
     cell_rt::priority::set_other().map_err(io("leave real-time scheduling"))?;
     let mut report = Report::new("ipc", granted.fifo, &granted.refused);
     report.notes.extend(NOTES.map(str::to_owned));
+    report.notes.push(versions::note(&["iceoryx2"]));
     bench.fill(&mut report);
     Ok(report)
 }

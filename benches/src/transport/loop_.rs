@@ -9,7 +9,8 @@ use cell_rt::{Grid, monotonic_ns, sleep_until};
 use super::site::BenchRun;
 use super::{BenchError, io};
 use crate::kept::KeptPhysics;
-use crate::report::{Report, Row, Samples};
+use crate::report::{Report, Samples};
+use crate::versions;
 
 const PERIOD_NS: u64 = 1_000_000;
 /// Cycles of a row in one go, one second: rows take turns.
@@ -17,6 +18,8 @@ const BLOCK: usize = 1000;
 /// Goes of each row.
 const ROUNDS: usize = 12;
 
+/// Another program that measures this, and its row.
+const CYCLICTEST: &str = "cyclictest";
 /// The rows of physics.
 const NOT_KEPT: &str = "physics, no state is kept";
 const KEPT: &str = "physics, a state of 1 MB is kept";
@@ -78,8 +81,12 @@ pub(crate) fn run(json: bool) -> Result<(), BenchError> {
 /// Adds the row of cyclictest, where it is installed; the row to compare with.
 fn add_cyclictest(report: &mut Report, samples: Option<Samples>) -> &'static str {
     if let Some(samples) = samples {
-        report.rows.push(cyclictest_row(samples));
-        return "cyclictest";
+        report.rows.push(samples.into_row(CYCLICTEST.to_owned()));
+        let version = versions::of_program(CYCLICTEST);
+        report
+            .notes
+            .extend(version.map(|version| format!("compared with {version}")));
+        return CYCLICTEST;
     }
     let note = "cyclictest is not installed; compared with a plain sleep";
     report.notes.push(note.to_owned());
@@ -108,10 +115,6 @@ fn sleep_block(samples: &mut Samples) {
     }
 }
 
-fn cyclictest_row(samples: Samples) -> Row {
-    samples.into_row("cyclictest".to_owned())
-}
-
 /// One go of cyclictest at the same priority on the same core; `None` when it
 /// is not installed.
 fn cyclictest_block(
@@ -119,7 +122,7 @@ fn cyclictest_block(
     core: usize,
     fifo: bool,
 ) -> Result<Option<Samples>, BenchError> {
-    let mut command = Command::new("cyclictest");
+    let mut command = Command::new(CYCLICTEST);
     command.args([
         "--quiet",
         "--mlockall",
@@ -144,7 +147,7 @@ fn cyclictest_block(
         samples.record(latency_ns);
     }
     if samples.count() == before {
-        return Err(BenchError::Foreign("cyclictest"));
+        return Err(BenchError::Foreign(CYCLICTEST));
     }
     Ok(Some(samples))
 }
