@@ -14,7 +14,7 @@ use rmp::{JointLimits, MotionState, Obstacle, RmpFlow, TargetId};
 use crate::error::CoreError;
 use crate::python::PythonStepper;
 use crate::reference::{self, Kernel};
-use crate::{mujoco, piles};
+use crate::{mujoco, panda, piles, pinch};
 use cell_sim::OneProcess;
 use cell_sim::eval::template;
 
@@ -180,6 +180,8 @@ fn physics() -> Result<Report, CoreError> {
         let name = format!("{demo}, physics step");
         report.rows.extend([Row { name, ..step }, tick, factor]);
     }
+    panda::run(&mut report)?;
+    pinch::run(&mut report)?;
     piles::run(&mut report)?;
     in_python(&mut report)?;
     Ok(report)
@@ -194,12 +196,12 @@ fn in_python(report: &mut Report) -> Result<(), CoreError> {
         return Ok(());
     };
     let cell = template(DEMO, "").load_cell_from(&Data::checkout())?;
-    let mut other = mujoco::start(&cell);
+    let mut other = mujoco::start(&cell, panda::SETTINGS);
     let (mut own_times, mut times) = (Samples::default(), Samples::default());
     for _ in 0..PYTHON_TURNS {
-        ours.step(PYTHON_STEPS, &mut own_times);
+        own_times.record_all(&ours.step(PYTHON_STEPS, &[]));
         if let Some(mujoco) = &mut other {
-            mujoco.step(PYTHON_STEPS, &mut times);
+            times.record_all(&mujoco.step(PYTHON_STEPS, &[]));
         }
     }
     let name = format!("{DEMO} in Python, Cell.step()");

@@ -17,6 +17,12 @@ pub(crate) enum CoreError {
     /// The scene cannot be set up.
     #[error(transparent)]
     World(#[from] physics_proc::world::WorldError),
+    /// A cell without the arm that is measured.
+    #[error("the cell `{0}` has no arm")]
+    NoArm(&'static str),
+    /// The joints of a robot do not fit together.
+    #[error(transparent)]
+    Chain(#[from] rmp::ChainError),
     /// RMPflow does not take the robot.
     #[error(transparent)]
     Flow(#[from] rmp::SetupError),

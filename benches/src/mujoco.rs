@@ -3,58 +3,108 @@
 
 use std::fmt::Write as _;
 
-use cell_model::{ArmSpec, Cell, Link, Shape};
+use cell_model::{ArmSpec, Cell, Shape};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rmp::JointKind;
 
 use crate::python::PythonStepper;
+use crate::report::Row;
 
 const PROGRAM: &str = include_str!("mujoco.py");
+/// Steps of the empty model.
+const CALLS: usize = 2_000;
+/// Friction of links that are not pads, as in ours.
+const LINK_FRICTION: f64 = 0.5;
+/// Links collide with objects and fixtures, not with each other, as in ours.
+const LINK_GROUPS: &str = "contype=\"2\" conaffinity=\"1\"";
+const OBJECT_GROUPS: &str = "contype=\"1\" conaffinity=\"3\"";
 
-/// Sets a cell up; `None` where there is no Python with `MuJoCo`.
-pub(crate) fn start(cell: &Cell) -> Option<PythonStepper> {
-    PythonStepper::start(PROGRAM, &mjcf(cell))
+/// What a report says where the package is missing.
+pub(crate) const MISSING: &str =
+    "MuJoCo is not installed (pip install mujoco): nothing to compare with";
+
+/// What is not as `MuJoCo` has it by default.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Settings {
+    /// Attributes of its `option` element, besides the length of the step.
+    pub(crate) option: &'static str,
+    /// Attributes of all its geoms.
+    pub(crate) geoms: &'static str,
+    /// The fingers of a hand move alike, as in ours.
+    pub(crate) coupled: bool,
 }
 
-/// The scene in `MuJoCo`'s own format, with its own settings but for the length
-/// of the step.
-fn mjcf(cell: &Cell) -> String {
-    let mut out = String::from("<mujoco><option timestep=\"0.001\"/><worldbody>\n");
+/// Sets a cell up; `None` where there is no Python with `MuJoCo`.
+pub(crate) fn start(cell: &Cell, settings: Settings) -> Option<PythonStepper> {
+    PythonStepper::start(PROGRAM, &mjcf(cell, settings))
+}
+
+/// Median time that `MuJoCo` takes for a step of an empty model when it is called as the
+/// steps of the other rows are (us): the most that the call from Python adds to them.
+pub(crate) fn time_of_call() -> Option<f64> {
+    let mut empty = PythonStepper::start(PROGRAM, "<mujoco/>")?;
+    let times = empty.step(CALLS, &[]);
+    let times = times.iter().map(|time_ns| *time_ns as f64 / 1.0e3);
+    Some(Row::of(String::new(), times.collect(), "us").p50)
+}
+
+/// The scene in `MuJoCo`'s own format. A control of 0 holds a joint where it starts.
+fn mjcf(cell: &Cell, settings: Settings) -> String {
+    let Settings {
+        option, geoms: own, ..
+    } = settings;
+    let mut out = format!(
+        "<mujoco><compiler angle=\"radian\"/><option timestep=\"0.001\" {option}/>\n\
+         <default><geom {own}/></default><worldbody>\n"
+    );
     for fixture in &cell.fixtures {
-        geoms(
-            &mut out,
-            &fixture.shape,
-            &fixture.pose,
-            1.0,
-            fixture.friction,
-        );
+        let surface = Surface::of_object(fixture.friction);
+        geoms(&mut out, &fixture.shape, &fixture.pose, 1.0, surface);
     }
     for object in &cell.objects {
-        let _infallible = writeln!(out, "<body {}><freejoint/>", placed(&object.pose));
-        let (mass, friction) = (object.mass, object.friction);
+        let (name, at) = (&object.name, placed(&object.pose));
+        let _infallible = writeln!(out, "<body name=\"{name}\" {at}><freejoint/>");
+        let (mass, surface) = (object.mass, Surface::of_object(object.friction));
         geoms(
             &mut out,
             &object.shape,
             &Isometry3::identity(),
             mass,
-            friction,
+            surface,
         );
         out.push_str("</body>\n");
     }
-    let mut drives = String::new();
+    let (mut drives, mut couplings) = (String::new(), String::new());
     for (index, arm) in cell.arms.iter().enumerate() {
         add_arm(&mut out, &mut drives, index, arm);
+        if settings.coupled {
+            couplings.push_str(&coupling(index, arm));
+        }
     }
-    let _infallible = writeln!(out, "</worldbody><actuator>{drives}</actuator></mujoco>");
+    let _infallible = writeln!(
+        out,
+        "</worldbody><equality>{couplings}</equality><actuator>{drives}</actuator></mujoco>"
+    );
     out
 }
 
-/// The links of an arm as bodies without gravity, its joints driven to where they are:
-/// what the controller of a cell does with the arm at rest.
+fn coupling(index: usize, arm: &ArmSpec) -> String {
+    let gripper = arm.robot.gripper.as_ref();
+    gripper.map_or_else(String::new, |gripper| {
+        let [left, right] = gripper.finger_joints.map(|joint| joint_name(index, joint));
+        format!("<joint joint1=\"{left}\" joint2=\"{right}\"/>")
+    })
+}
+
+fn joint_name(arm: usize, joint: usize) -> String {
+    format!("arm{arm}_joint{joint}")
+}
+
+/// The links of an arm as bodies, its joints with drives.
 fn add_arm(out: &mut String, drives: &mut String, index: usize, arm: &ArmSpec) {
     let home = arm.robot.with_arm_positions(&arm.home);
     let _infallible = writeln!(out, "<body {}>", placed(&arm.base));
-    add_link(out, arm.robot.links.first());
+    add_link(out, arm, 0);
     add_children(out, drives, (index, arm), &home, None);
     out.push_str("</body>\n");
 }
@@ -74,28 +124,36 @@ fn add_children(
             JointKind::Revolute => "hinge",
         };
         let [x, y, z] = joint.axis.into();
-        let name = format!("arm{index}_joint{number}");
+        let name = joint_name(index, number);
+        let at = joint.origin * cell_model::robots::robot::joint_motion(joint, home[number]);
         let _infallible = writeln!(
             out,
-            "<body gravcomp=\"1\" {}><joint name=\"{name}\" type=\"{kind}\" axis=\"{x} {y} {z}\" \
-             damping=\"{}\" armature=\"{}\"/>",
-            placed(&(joint.origin * cell_model::robots::robot::joint_motion(joint, home[number]))),
+            "<body {}><joint name=\"{name}\" type=\"{kind}\" axis=\"{x} {y} {z}\" \
+             damping=\"{}\" armature=\"{}\" range=\"{} {}\"/>",
+            placed(&at),
             spec.joint_damping,
-            spec.armature
+            spec.armature,
+            spec.lower - home[number],
+            spec.upper - home[number]
         );
         let _infallible = writeln!(
             drives,
-            "<position joint=\"{name}\" kp=\"{}\" kv=\"{}\"/>",
-            spec.stiffness, spec.damping
+            "<position joint=\"{name}\" kp=\"{}\" kv=\"{}\" forcerange=\"-{effort} {effort}\"/>",
+            spec.stiffness,
+            spec.damping,
+            effort = spec.effort
         );
-        add_link(out, arm.robot.links.get(number + 1));
+        add_link(out, arm, number + 1);
         add_children(out, drives, (index, arm), home, Some(number));
         out.push_str("</body>\n");
     }
 }
 
-fn add_link(out: &mut String, link: Option<&Link>) {
-    let Some(link) = link else { return };
+/// Link 0 is the base.
+fn add_link(out: &mut String, arm: &ArmSpec, index: usize) {
+    let Some(link) = arm.robot.links.get(index) else {
+        return;
+    };
     if link.mass > 0.0 {
         let (c, i) = (link.center_of_mass, link.inertia);
         let _infallible = writeln!(
@@ -113,12 +171,33 @@ fn add_link(out: &mut String, link: Option<&Link>) {
             i[(1, 2)]
         );
     }
+    let gripper = arm.robot.gripper.as_ref();
+    let hand = gripper.filter(|hand| hand.finger_joints.iter().any(|joint| joint + 1 == index));
+    let surface = Surface {
+        friction: hand.map_or(LINK_FRICTION, |hand| hand.pad_friction),
+        groups: LINK_GROUPS,
+    };
     for shape in &link.shapes {
-        geoms(out, &shape.shape, &shape.pose, 0.0, 0.8);
+        geoms(out, &shape.shape, &shape.pose, 0.0, surface);
     }
 }
 
-fn geoms(out: &mut String, shape: &Shape, pose: &Isometry3<f64>, mass: f64, friction: f64) {
+/// What contacts of a geom depend on.
+#[derive(Clone, Copy)]
+struct Surface {
+    friction: f64,
+    /// What it collides with.
+    groups: &'static str,
+}
+
+impl Surface {
+    fn of_object(friction: f64) -> Self {
+        let groups = OBJECT_GROUPS;
+        Self { friction, groups }
+    }
+}
+
+fn geoms(out: &mut String, shape: &Shape, pose: &Isometry3<f64>, mass: f64, surface: Surface) {
     if let Some(panels) = shape.panels() {
         let volume: f64 = panels.iter().map(|panel| panel.size.product()).sum();
         for panel in panels {
@@ -132,7 +211,7 @@ fn geoms(out: &mut String, shape: &Shape, pose: &Isometry3<f64>, mass: f64, fric
                 &shape,
                 &(pose * own),
                 mass * size.product() / volume,
-                friction,
+                surface,
             );
         }
         return;
@@ -148,9 +227,11 @@ fn geoms(out: &mut String, shape: &Shape, pose: &Isometry3<f64>, mass: f64, fric
     let size: Vec<String> = size.iter().map(f64::to_string).collect();
     let _infallible = writeln!(
         out,
-        "<geom type=\"{kind}\" size=\"{}\" {} mass=\"{mass}\" friction=\"{friction} 0.005 0.0001\"/>",
+        "<geom type=\"{kind}\" size=\"{}\" {} mass=\"{mass}\" friction=\"{} 0.005 0.0001\" {}/>",
         size.join(" "),
-        placed(pose)
+        placed(pose),
+        surface.friction,
+        surface.groups
     );
 }
 

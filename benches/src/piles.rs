@@ -10,7 +10,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use physics_proc::world::{StepInput, World};
 
 use crate::error::CoreError;
-use crate::mujoco;
+use crate::mujoco::{self, Settings};
 
 /// Bins: three by three columns of four.
 const BINS: usize = 36;
@@ -80,12 +80,12 @@ pub(crate) fn run(report: &mut Report) -> Result<(), CoreError> {
 
 fn compare(report: &mut Report, name: &str, cell: &Cell) -> Result<(), CoreError> {
     let mut world = World::new(cell)?;
-    let mut other = mujoco::start(cell);
+    let mut other = mujoco::start(cell, Settings::default());
     let (mut ours, mut theirs) = (Samples::with_capacity(TICKS), Samples::default());
     for _ in 0..TICKS / CHUNK {
         step(&mut world, CHUNK, &mut ours);
         if let Some(mujoco) = &mut other {
-            mujoco.step(CHUNK, &mut theirs);
+            theirs.record_all(&mujoco.step(CHUNK, &[]));
         }
     }
     let row = ours.into_row(name.to_owned());
@@ -96,10 +96,7 @@ fn compare(report: &mut Report, name: &str, cell: &Cell) -> Result<(), CoreError
     ));
     report.rows.push(row);
     let Some(mujoco) = other else {
-        let note = "MuJoCo is not installed (pip install mujoco): nothing to compare with";
-        if !report.notes.iter().any(|n| n == note) {
-            report.notes.push(note.to_owned());
-        }
+        report.note_once(mujoco::MISSING);
         return Ok(());
     };
     let against = format!("{name}, MuJoCo {}", mujoco.version());

@@ -5,11 +5,9 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use cell_model::runs::python::interpreter;
 
-use crate::report::Samples;
-
 /// A Python program that steps a scene. It reads a text, preceded by a line with its
-/// length in bytes, and answers with a line: its version. Then it answers each line with
-/// a number of steps by a line with their times (ns).
+/// length in bytes, and answers with a line: its version. Then it answers each request by a
+/// line; a number of steps by their times (ns).
 pub(crate) struct PythonStepper {
     child: Child,
     requests: ChildStdin,
@@ -47,12 +45,29 @@ impl PythonStepper {
         &self.version
     }
 
-    /// Steps, and takes the times.
-    pub(crate) fn step(&mut self, steps: usize, samples: &mut Samples) {
-        let asked = writeln!(self.requests, "{steps}").and_then(|()| self.requests.flush());
-        let answer = asked.ok().and_then(|()| self.line()).unwrap_or_default();
-        let times = answer.split(' ').filter_map(|time| time.parse().ok());
-        times.for_each(|time_ns| samples.record(time_ns));
+    /// Steps, and answers how long each took (ns). `controls` are those of each step, one
+    /// after the other; without any the engine keeps what it has.
+    pub(crate) fn step(&mut self, steps: usize, controls: &[f64]) -> Vec<u64> {
+        let controls = controls.iter().map(|control| format!(" {control}"));
+        let answer = self.ask(&format!("{steps}{}", controls.collect::<String>()));
+        times(&answer.unwrap_or_default())
+    }
+
+    /// Takes that many blocks of `steps` steps, each in one call; how long each block took (ns).
+    pub(crate) fn blocks(&mut self, blocks: usize, steps: usize) -> Vec<u64> {
+        let answer = self.ask(&format!("blocks {blocks} {steps}"));
+        times(&answer.unwrap_or_default())
+    }
+
+    /// Height of a body (m).
+    pub(crate) fn height(&mut self, body: &str) -> Option<f64> {
+        self.ask(&format!("height {body}"))?.parse().ok()
+    }
+
+    fn ask(&mut self, request: &str) -> Option<String> {
+        writeln!(self.requests, "{request}").ok()?;
+        self.requests.flush().ok()?;
+        self.line()
     }
 
     fn line(&mut self) -> Option<String> {
@@ -60,6 +75,11 @@ impl PythonStepper {
         let read = self.answers.read_line(&mut line).ok()?;
         (read > 0).then(|| line.trim().to_owned())
     }
+}
+
+fn times(answer: &str) -> Vec<u64> {
+    let times = answer.split(' ').filter_map(|time| time.parse().ok());
+    times.collect()
 }
 
 impl Drop for PythonStepper {

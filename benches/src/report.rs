@@ -23,6 +23,11 @@ impl Samples {
         self.0.push(duration_ns);
     }
 
+    /// Takes durations (ns).
+    pub(crate) fn record_all(&mut self, durations_ns: &[u64]) {
+        self.0.extend(durations_ns);
+    }
+
     /// Durations taken.
     pub(crate) fn count(&self) -> usize {
         self.0.len()
@@ -135,6 +140,13 @@ impl Report {
             notes: refused.to_vec(),
             rows: Vec::new(),
             histograms: Vec::new(),
+        }
+    }
+
+    /// Adds a note that several rows have in common.
+    pub(crate) fn note_once(&mut self, note: &str) {
+        if !self.notes.iter().any(|known| known == note) {
+            self.notes.push(note.to_owned());
         }
     }
 
