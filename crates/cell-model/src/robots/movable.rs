@@ -18,9 +18,6 @@ const STEP: f64 = 1.0e-6;
 /// A joint that moves the tip by less does not move it (m/rad or m/m).
 const LEAST_GAIN: f64 = 1.0e-6;
 
-/// A direction in which the tip moves by less is not open (m/rad or m/m).
-const LEAST_STRETCH: f64 = 1.0e-4;
-
 /// How a user says where the arm ends.
 #[derive(Clone, Copy)]
 pub(crate) enum TipOption {
@@ -213,20 +210,10 @@ impl Robot {
     /// A warning where the tip has a line or a surface to move on, and not the space: what
     /// is nearest to a target may be where it is.
     fn confined(&self) -> Option<String> {
-        let mut random = Random::new(4);
-        let mut most = [0.0_f64; 3];
-        for _ in 0..TRIALS {
-            let gains = self.gains(&self.anywhere(&mut random));
-            most = std::array::from_fn(|at| most[at].max(gains[at]));
-        }
-        let [third, second, _] = most;
-        if third >= LEAST_STRETCH {
-            return None;
-        }
-        let path = if second < LEAST_STRETCH {
-            "along a line"
-        } else {
-            "on a surface"
+        let path = match self.open_directions() {
+            3 => return None,
+            2 => "on a surface",
+            _ => "along a line",
         };
         Some(format!(
             "the tip '{}' can only move {path} (joints: {}): it comes as near to a target as \

@@ -17,6 +17,8 @@ const BEND: f64 = 0.6;
 const MARGIN: f64 = 0.05;
 /// Step of the difference quotients (rad or m).
 const STEP: f64 = 1.0e-6;
+/// A direction in which the tool moves by less is not open (m/rad or m/m).
+const LEAST_GAIN: f64 = 1.0e-4;
 /// Downwards (m/s²).
 const GRAVITY: f64 = -9.81;
 /// A drive has to hold the arm so often at least; one that cannot is given `STRONG` times
@@ -42,16 +44,18 @@ struct Load {
 impl Robot {
     /// Bends the home pose of an arm that has no default one: at zero many are stretched, and
     /// cannot move towards their base. Of random poses near zero it takes the one where the
-    /// tool moves best in its worst direction.
+    /// tool moves best in its worst direction, of those that are open to it at all.
     pub(crate) fn bend_home(&mut self) {
-        if self.arm_joints.len() < 3 {
+        let open = self.open_directions();
+        if open < 2 {
             return;
         }
+        let worst = |arm: &[f64]| self.gains(arm)[3 - open];
         let mut random = Random::new(0);
-        let mut best = (self.least_gain(&self.home()), self.home());
+        let mut best = (worst(&self.home()), self.home());
         for _ in 0..TRIALS {
             let trial = self.near_zero(&mut random);
-            let gain = self.least_gain(&trial);
+            let gain = worst(&trial);
             if gain > best.0 {
                 best = (gain, trial);
             }
@@ -75,14 +79,19 @@ impl Robot {
             .collect()
     }
 
-    /// Least singular value of the Jacobian of the tool's position (m/rad).
-    fn least_gain(&self, arm: &[f64]) -> f64 {
-        let [least, ..] = self.gains(arm);
-        least
+    /// In how many directions the tool can move: 1 along a line, 2 on a surface, 3 in space.
+    pub(super) fn open_directions(&self) -> usize {
+        let mut random = Random::new(4);
+        let mut most = [0.0_f64; 3];
+        for _ in 0..TRIALS {
+            let gains = self.gains(&self.anywhere(&mut random));
+            most = std::array::from_fn(|at| most[at].max(gains[at]));
+        }
+        most.iter().filter(|gain| **gain >= LEAST_GAIN).count()
     }
 
     /// Singular values of the Jacobian of the tool's position, the least one first (m/rad).
-    pub(super) fn gains(&self, arm: &[f64]) -> [f64; 3] {
+    fn gains(&self, arm: &[f64]) -> [f64; 3] {
         let tool = |arm: &[f64]| {
             let pose = self.frame_pose(self.tcp_frame, &self.with_arm_positions(arm));
             pose.map_or_else(Vector3::zeros, |pose| pose.translation.vector)

@@ -179,6 +179,33 @@ fn an_arm_without_a_posture_starts_bent_and_is_strong_enough_to_hold_itself() {
 }
 
 #[test]
+fn a_leg_of_two_joints_starts_bent() {
+    let mut text = String::from("<robot name='leg'><link name='l0'/><link name='foot'/>");
+    for (index, at) in [(1, "0 0.2 0"), (2, "0 0 -0.16")] {
+        let _infallible = write!(
+            text,
+            "<link name='l{index}'/><joint name='j{index}' type='revolute'>\
+             <parent link='l{}'/><child link='l{index}'/><origin xyz='{at}'/><axis xyz='1 0 0'/>\
+             <limit lower='-10' upper='10' effort='1000' velocity='10'/></joint>",
+            index - 1
+        );
+    }
+    text += "<joint name='end' type='fixed'><parent link='l2'/><child link='foot'/>\
+             <origin xyz='0 0 -0.16'/></joint></robot>";
+    let file = std::env::temp_dir().join(format!("leg-{}.urdf", std::process::id()));
+    std::fs::write(&file, text).unwrap();
+    let robot = Robot::from_files(&RobotFiles {
+        urdf: file.clone(),
+        ..RobotFiles::default()
+    })
+    .unwrap();
+    std::fs::remove_file(&file).unwrap();
+    // At zero it is stretched, and no target above the hip moves it.
+    let home = robot.home();
+    assert!(home[1].abs() > 0.3, "{home:?}");
+}
+
+#[test]
 fn of_several_arms_the_first_is_controlled_or_the_one_that_is_named() {
     let urdf = two_arms("several-arms");
     let load = |tip: Option<&str>| {
