@@ -29,24 +29,25 @@ impl Delay {
         }
     }
 
-    /// Takes the targets of this tick, and gives those to follow now. The first ones are
+    /// Takes the targets of this tick, and leaves those to follow now. The first ones are
     /// followed until later ones are due. What carries the arm is never late: drives know
     /// their own posture.
-    pub(crate) fn pass(self, delayed: &mut Delayed, new: Vec<DriveTarget>) -> Vec<DriveTarget> {
+    pub(crate) fn pass(self, delayed: &mut Delayed, targets: &mut [DriveTarget]) {
         if self.ticks == 0 {
-            return new;
+            return;
         }
-        let carried: Vec<f64> = new.iter().map(|target| target.gravity).collect();
-        delayed.push_back(new);
+        delayed.push_back(targets.to_vec());
         let due = if delayed.len() > self.ticks {
             delayed.pop_front()
         } else {
             delayed.front().cloned()
         };
-        let due = due.unwrap_or_default();
-        let due = due.into_iter().zip(carried);
-        due.map(|(target, gravity)| DriveTarget { gravity, ..target })
-            .collect()
+        for (target, due) in targets.iter_mut().zip(due.unwrap_or_default()) {
+            *target = DriveTarget {
+                gravity: target.gravity,
+                ..due
+            };
+        }
     }
 }
 
@@ -65,8 +66,12 @@ mod tests {
         };
         let follow = |seconds: f64| {
             let (delay, mut delayed) = (Delay::new(seconds), Delayed::default());
-            let each = (0..6).map(|tick| delay.pass(&mut delayed, at(f64::from(tick)))[0]);
-            each.collect::<Vec<DriveTarget>>()
+            let mut followed = |tick: i32| {
+                let mut targets = at(f64::from(tick));
+                delay.pass(&mut delayed, &mut targets);
+                targets[0]
+            };
+            (0..6).map(&mut followed).collect::<Vec<DriveTarget>>()
         };
         let positions = |seconds| {
             let all = follow(seconds);

@@ -2,7 +2,7 @@
 
 use cell_model::cells::cell::Disturbance;
 use cell_model::ramp::RampState;
-use cell_model::{ArmSpec, Dynamics};
+use cell_model::{ArmSpec, Dynamics, Robot};
 use ipc_types::arm::StopAction;
 use ipc_types::{ArmCommand, Input};
 use nalgebra::Vector3;
@@ -25,6 +25,9 @@ pub(crate) struct ArmDrive {
     delay: Delay,
     /// Gravity in the base frame (m/s²).
     gravity: Vector3<f64>,
+    /// Room for the targets of a tick by controlled joint, and for numbers of the joints.
+    wanted: Vec<DriveTarget>,
+    numbers: Vec<f64>,
 }
 
 impl ArmDrive {
@@ -36,6 +39,8 @@ impl ArmDrive {
             limits: spec.robot.limits(),
             dynamics: Dynamics::new(&spec.robot),
             gravity: spec.base.rotation.inverse() * Vector3::from(GRAVITY),
+            wanted: Vec::with_capacity(spec.robot.arm_joints.len()),
+            numbers: Vec::with_capacity(3 * spec.robot.arm_joints.len()),
         }
     }
 
@@ -61,39 +66,57 @@ impl ArmDrive {
             return;
         }
         memory.brakes.release();
-        let positions = robot.arm_joints.iter();
-        let positions: Vec<f64> = positions.map(|&joint| measured.positions[joint]).collect();
-        let carried = self
-            .dynamics
-            .inverse_dynamics(&positions, &[], &[], &self.gravity)
-            .to_vec();
-        let setpoint: Vec<_> = memory.watchdog.setpoint().collect();
-        let efforts = if output.own {
-            let of =
-                |value: fn(&RampState) -> f64| setpoint.iter().map(value).collect::<Vec<f64>>();
-            self.dynamics.inverse_dynamics(
-                &of(|s| s.position),
-                &of(|s| s.velocity),
-                &of(|s| s.acceleration),
-                &self.gravity,
-            )
-        } else {
-            memory.watchdog.efforts()
-        };
-        let efforts = efforts.iter().zip(&carried);
-        let states = setpoint.iter().zip(efforts);
-        let joints = robot.arm_joints.iter().zip(states);
-        let targets = joints.map(|(&joint, (state, (effort, gravity)))| DriveTarget {
+        let setpoints = memory.watchdog.setpoint().zip(memory.watchdog.efforts());
+        let joints = robot.arm_joints.iter().zip(setpoints);
+        self.wanted.clear();
+        let wanted = joints.map(|(&joint, (state, effort))| DriveTarget {
             position: state.position,
             velocity: state.velocity,
             effort: *effort,
-            gravity: *gravity,
+            gravity: 0.0,
             max_effort: robot.joints[joint].effort,
         });
-        let targets = self.delay.pass(&mut memory.delayed, targets.collect());
-        for (&joint, target) in robot.arm_joints.iter().zip(targets) {
-            arm.drive(engine, joint, &target);
-            self.targets[joint] = target;
+        self.wanted.extend(wanted);
+        if output.own {
+            self.feed_forward(&memory.watchdog);
+        }
+        self.carry(robot, measured);
+        self.delay.pass(&mut memory.delayed, &mut self.wanted);
+        for (&joint, target) in robot.arm_joints.iter().zip(&self.wanted) {
+            arm.drive(engine, joint, target);
+            self.targets[joint] = *target;
+        }
+    }
+
+    /// Efforts for a setpoint that no controller gave.
+    fn feed_forward(&mut self, watchdog: &Watchdog) {
+        let numbers = &mut self.numbers;
+        let of = |value: fn(&RampState) -> f64, numbers: &mut Vec<f64>| {
+            numbers.extend(watchdog.setpoint().map(|state| value(&state)));
+        };
+        numbers.clear();
+        of(|state| state.position, numbers);
+        of(|state| state.velocity, numbers);
+        of(|state| state.acceleration, numbers);
+        let (positions, rates) = numbers.split_at(self.wanted.len());
+        let (velocities, accelerations) = rates.split_at(self.wanted.len());
+        let dynamics = &mut self.dynamics;
+        let efforts =
+            dynamics.inverse_dynamics(positions, velocities, accelerations, &self.gravity);
+        for (target, effort) in self.wanted.iter_mut().zip(efforts) {
+            target.effort = *effort;
+        }
+    }
+
+    /// Efforts that carry the arm as it is measured.
+    fn carry(&mut self, robot: &Robot, measured: &Measured) {
+        let positions = robot.arm_joints.iter();
+        let positions = positions.map(|&joint| measured.positions[joint]);
+        self.numbers.clear();
+        self.numbers.extend(positions);
+        let carried = self.dynamics.gravity_efforts(&self.numbers, &self.gravity);
+        for (target, gravity) in self.wanted.iter_mut().zip(carried) {
+            target.gravity = *gravity;
         }
     }
 

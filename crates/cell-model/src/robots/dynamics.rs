@@ -1,54 +1,35 @@
 //! Inverse dynamics: the joint efforts that make the arm move as commanded.
 //!
-//! Recursive Newton-Euler in the base frame (Luh, Walker and Paul 1980;
+//! Recursive Newton-Euler in the frames of the links (Luh, Walker and Paul 1980;
 //! Featherstone, "Rigid Body Dynamics Algorithms", chapter 5): velocities and
-//! accelerations outwards, forces inwards.
+//! accelerations outwards, forces inwards. The frame of a moving link has its joint
+//! axis as z; links that do not move against it are part of it.
 
-use nalgebra::{Isometry3, Matrix3, Vector3};
-use rmp::{Joint, JointKind};
+use nalgebra::Vector3;
+use rmp::JointKind;
 
-use crate::robots::robot::{Robot, joint_motion};
+use crate::robots::moving_link::{MovingLink, Turn, moving_links};
+use crate::robots::robot::Robot;
 
 /// Inverse dynamics of the controlled joints of one robot. Joints that follow one of them
 /// load its drive. Other joints (the fingers) are taken as standing at home; their masses
 /// count.
 #[derive(Clone, Debug)]
 pub struct Dynamics {
-    joints: Vec<Joint>,
-    bodies: Vec<Body>,
-    /// By joint of the chain; `None` where it stands at home.
-    moves: Vec<Option<Moves>>,
-    home: Vec<f64>,
+    links: Vec<MovingLink>,
+    /// By moving link.
     motion: Vec<Motion>,
     efforts: Vec<f64>,
 }
 
-/// How a joint moves with a controlled one.
-#[derive(Clone, Copy, Debug)]
-struct Moves {
-    /// Place of the controlled joint in the arm.
-    place: usize,
-    /// Its motion for one of the controlled joint, and its position at zero.
-    ratio: f64,
-    offset: f64,
-    /// Rotor inertia and gear friction.
-    drive: (f64, f64),
-}
-
-#[derive(Clone, Debug)]
-struct Body {
-    mass: f64,
-    center: Vector3<f64>,
-    inertia: Matrix3<f64>,
-}
-
-/// State of one link in the base frame during the recursion.
+/// State of one link in its own frame during the recursion.
 #[derive(Clone, Debug, Default)]
 struct Motion {
-    pose: Isometry3<f64>,
-    axis: Vector3<f64>,
-    angular_velocity: Vector3<f64>,
-    angular_acceleration: Vector3<f64>,
+    /// Rotation to the frame of the link that carries it, and origin there (m).
+    rotation: Turn,
+    offset: Vector3<f64>,
+    spin: Vector3<f64>,
+    turn: Vector3<f64>,
     /// Of the link's origin, with gravity as an acceleration of the base.
     acceleration: Vector3<f64>,
     force: Vector3<f64>,
@@ -56,55 +37,14 @@ struct Motion {
     torque: Vector3<f64>,
 }
 
-impl Moves {
-    /// Its share of values of the controlled joints; missing ones count as zero.
-    fn of(&self, values: &[f64]) -> f64 {
-        self.ratio * values.get(self.place).copied().unwrap_or(0.0)
-    }
-}
-
-fn moves(robot: &Robot) -> Vec<Option<Moves>> {
-    let drive = |joint: usize| {
-        let spec = robot.joints.get(joint);
-        spec.map_or((0.0, 0.0), |spec| (spec.armature, spec.joint_damping))
-    };
-    let mut moves = vec![None; robot.chain.joints().len()];
-    for (place, &joint) in robot.arm_joints.iter().enumerate() {
-        moves[joint] = Some(Moves {
-            place,
-            ratio: 1.0,
-            offset: 0.0,
-            drive: drive(joint),
-        });
-    }
-    for (joint, place, mimic) in robot.followers() {
-        moves[joint] = Some(Moves {
-            place,
-            ratio: mimic.multiplier,
-            offset: mimic.offset,
-            drive: drive(joint),
-        });
-    }
-    moves
-}
-
 impl Dynamics {
     /// Prepares the recursion; afterwards nothing is allocated.
     pub fn new(robot: &Robot) -> Self {
-        let bodies = robot.links.iter().skip(1);
+        let links = moving_links(robot);
         Self {
-            joints: robot.chain.joints().to_vec(),
-            bodies: bodies
-                .map(|l| Body {
-                    mass: l.mass,
-                    center: l.center_of_mass,
-                    inertia: l.inertia,
-                })
-                .collect(),
-            moves: moves(robot),
-            home: robot.joints.iter().map(|spec| spec.home).collect(),
-            motion: vec![Motion::default(); robot.chain.joints().len()],
+            motion: vec![Motion::default(); links.len()],
             efforts: vec![0.0; robot.arm_joints.len()],
+            links,
         }
     }
 
@@ -119,87 +59,106 @@ impl Dynamics {
         accelerations: &[f64],
         gravity: &Vector3<f64>,
     ) -> &[f64] {
-        for index in 0..self.joints.len() {
-            let (mut q, mut qd, mut qdd) = (self.home[index], 0.0, 0.0);
-            if let Some(moves) = self.moves[index] {
-                q = moves.of(positions) + moves.offset;
-                (qd, qdd) = (moves.of(velocities), moves.of(accelerations));
-            }
-            self.outwards(index, q, qd, qdd, gravity);
-        }
-        for index in (0..self.joints.len()).rev() {
-            self.inwards(index);
-        }
-        self.efforts.fill(0.0);
-        for (index, moves) in self.moves.iter().enumerate() {
-            let Some(moves) = moves else {
-                continue;
-            };
-            let motion = &self.motion[index];
-            let along = match self.joints[index].kind {
-                JointKind::Revolute => motion.torque,
-                JointKind::Prismatic => motion.force,
-            };
-            let (armature, damping) = moves.drive;
-            let effort = motion.axis.dot(&along)
-                + armature * moves.of(accelerations)
-                + damping * moves.of(velocities);
-            self.efforts[moves.place] += moves.ratio * effort;
-        }
-        &self.efforts
-    }
-
-    fn outwards(&mut self, index: usize, q: f64, qd: f64, qdd: f64, gravity: &Vector3<f64>) {
-        let joint = &self.joints[index];
         let base = Motion {
             acceleration: -gravity,
             ..Motion::default()
         };
-        let parent = joint.parent.map_or(&base, |parent| &self.motion[parent]);
-        let pose = parent.pose * joint.origin * joint_motion(joint, q);
-        let axis = pose.rotation * joint.axis;
-        let offset = pose.translation.vector - parent.pose.translation.vector;
-        let (spin, turn) = (parent.angular_velocity, parent.angular_acceleration);
-        let mut next = Motion {
-            pose,
-            axis,
-            angular_velocity: spin,
-            angular_acceleration: turn,
-            acceleration: parent.acceleration
-                + turn.cross(&offset)
-                + spin.cross(&spin.cross(&offset)),
-            ..Motion::default()
-        };
-        match joint.kind {
-            JointKind::Revolute => {
-                next.angular_velocity += axis * qd;
-                next.angular_acceleration += axis * qdd + spin.cross(&(axis * qd));
-            }
-            JointKind::Prismatic => {
-                next.acceleration += axis * qdd + 2.0 * spin.cross(&(axis * qd));
+        for (index, link) in self.links.iter().enumerate() {
+            let (before, rest) = self.motion.split_at_mut(index);
+            let parent = link.parent.and_then(|parent| before.get(parent));
+            if let Some(motion) = rest.first_mut() {
+                motion.place(link, link.position(positions));
+                let rates = (link.share(velocities), link.share(accelerations));
+                motion.outwards(link, parent.unwrap_or(&base), rates);
             }
         }
-        let body = &self.bodies[index];
-        let (spin, turn) = (next.angular_velocity, next.angular_acceleration);
-        let rotation = pose.rotation.to_rotation_matrix();
-        let center = rotation * body.center;
-        let inertia = rotation.matrix() * body.inertia * rotation.matrix().transpose();
-        next.force = (next.acceleration + turn.cross(&center) + spin.cross(&spin.cross(&center)))
-            * body.mass;
-        next.torque = inertia * turn + spin.cross(&(inertia * spin)) + center.cross(&next.force);
-        self.motion[index] = next;
+        self.efforts.fill(0.0);
+        for (index, link) in self.links.iter().enumerate().rev() {
+            let (before, rest) = self.motion.split_at_mut(index);
+            let Some(motion) = rest.first() else { continue };
+            let along = match link.kind {
+                JointKind::Revolute => motion.torque.z,
+                JointKind::Prismatic => motion.force.z,
+            };
+            let (armature, damping) = link.drive;
+            let own = armature * link.share(accelerations) + damping * link.share(velocities);
+            self.efforts[link.place] += link.ratio * (along + own);
+            if let Some(parent) = link.parent.and_then(|parent| before.get_mut(parent)) {
+                let force = motion.rotation.out(&motion.force);
+                parent.force += force;
+                parent.torque += motion.rotation.out(&motion.torque) + motion.offset.cross(&force);
+            }
+        }
+        &self.efforts
     }
 
-    /// Hands force and torque of a link on to its parent.
-    fn inwards(&mut self, index: usize) {
-        let Some(parent) = self.joints[index].parent else {
-            return;
-        };
-        let (force, torque) = (self.motion[index].force, self.motion[index].torque);
-        let offset = self.motion[index].pose.translation.vector
-            - self.motion[parent].pose.translation.vector;
-        self.motion[parent].force += force;
-        self.motion[parent].torque += torque + offset.cross(&force);
+    /// [`Dynamics::inverse_dynamics`] at rest: the efforts that carry the arm (N·m or N)
+    /// at positions of the controlled joints, with gravity in the base frame (m/s²).
+    pub fn gravity_efforts(&mut self, positions: &[f64], gravity: &Vector3<f64>) -> &[f64] {
+        for (index, link) in self.links.iter().enumerate() {
+            let (before, rest) = self.motion.split_at_mut(index);
+            let parent = link.parent.and_then(|parent| before.get(parent));
+            if let Some(motion) = rest.first_mut() {
+                motion.place(link, link.position(positions));
+                let down = parent.map_or(-gravity, |parent| parent.acceleration);
+                motion.acceleration = motion.rotation.back(&down);
+                // Mass times centre of mass of the link and all it carries.
+                motion.force = link.moment;
+            }
+        }
+        self.efforts.fill(0.0);
+        for (index, link) in self.links.iter().enumerate().rev() {
+            let (before, rest) = self.motion.split_at_mut(index);
+            let Some(motion) = rest.first() else { continue };
+            let (moment, up) = (&motion.force, &motion.acceleration);
+            let along = match link.kind {
+                JointKind::Revolute => moment.x * up.y - moment.y * up.x,
+                JointKind::Prismatic => link.carried_mass * up.z,
+            };
+            self.efforts[link.place] += link.ratio * along;
+            if let Some(parent) = link.parent.and_then(|parent| before.get_mut(parent)) {
+                parent.force += motion.rotation.out(moment) + motion.offset * link.carried_mass;
+            }
+        }
+        &self.efforts
+    }
+}
+
+impl Motion {
+    /// Puts the link where its joint is at `position` (rad or m).
+    fn place(&mut self, link: &MovingLink, position: f64) {
+        (self.rotation, self.offset) = (link.rotation, link.origin);
+        match link.kind {
+            JointKind::Revolute => self.rotation = link.rotation.about_z(position),
+            JointKind::Prismatic => self.offset += link.rotation.0[2] * position,
+        }
+    }
+
+    /// Motion of the link, and what its mass asks for, from those of what carries it.
+    fn outwards(&mut self, link: &MovingLink, parent: &Self, (rate, change): (f64, f64)) {
+        let turn_in = |v: &Vector3<f64>| self.rotation.back(v);
+        let carried = parent.acceleration
+            + parent.turn.cross(&self.offset)
+            + parent.spin.cross(&parent.spin.cross(&self.offset));
+        let (mut spin, mut turn) = (turn_in(&parent.spin), turn_in(&parent.turn));
+        let mut acceleration = turn_in(&carried);
+        match link.kind {
+            JointKind::Revolute => {
+                turn += Vector3::new(spin.y * rate, -spin.x * rate, change);
+                spin.z += rate;
+            }
+            JointKind::Prismatic => {
+                let swept = 2.0 * rate;
+                acceleration += Vector3::new(spin.y * swept, -spin.x * swept, change);
+            }
+        }
+        self.force = acceleration * link.mass
+            + turn.cross(&link.moment)
+            + spin.cross(&spin.cross(&link.moment));
+        self.torque = link.inertia.times(&turn)
+            + spin.cross(&link.inertia.times(&spin))
+            + link.moment.cross(&acceleration);
+        (self.spin, self.turn, self.acceleration) = (spin, turn, acceleration);
     }
 }
 
@@ -254,6 +213,24 @@ mod tests {
             .inverse_dynamics(q, &ZERO, qd, &zero_gravity)
             .to_vec();
         0.5 * momentum.iter().zip(qd).map(|(p, v)| p * v).sum::<f64>()
+    }
+
+    #[test]
+    fn efforts_of_gravity_are_those_at_rest() {
+        let data = Data::checkout();
+        let robots = ["panda", "ur10"].map(|name| Robot::load(&data, name).unwrap());
+        let tilted = Vector3::new(1.0, -3.0, -8.0);
+        for robot in robots {
+            let mut dynamics = Dynamics::new(&robot);
+            let q = [0.3, -0.4, 0.2, -1.9, 0.5, 1.7, 0.6];
+            let at_rest = dynamics.inverse_dynamics(&q, &[], &[], &tilted).to_vec();
+            let carried = dynamics.gravity_efforts(&q, &tilted);
+            let differ = |(one, other): (&f64, &f64)| (one - other).abs() > 1e-12;
+            assert!(
+                !carried.iter().zip(&at_rest).any(differ),
+                "{carried:?} {at_rest:?}"
+            );
+        }
     }
 
     #[test]

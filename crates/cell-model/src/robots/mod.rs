@@ -8,6 +8,7 @@ mod lula;
 mod mimic;
 mod motion;
 mod movable;
+mod moving_link;
 mod plausible;
 pub mod rmpflow;
 pub mod robot;
