@@ -16,6 +16,8 @@ pub(crate) struct Part {
     /// A sphere around all of them, in the frame of the joint.
     pub(crate) center: Vector3<f64>,
     pub(crate) radius: f64,
+    /// Centres of the spheres at the last evaluation, base frame (m).
+    places: Vec<Vector3<f64>>,
 }
 
 impl Part {
@@ -23,6 +25,7 @@ impl Part {
     pub(crate) fn new(balls: Vec<Ball>) -> Self {
         let mut part = Self {
             joint: balls.first().and_then(|ball| ball.attachment.joint),
+            places: Vec::with_capacity(balls.len()),
             balls,
             center: Vector3::zeros(),
             radius: 0.0,
@@ -36,6 +39,7 @@ impl Part {
         Self {
             joint: None,
             balls: Vec::with_capacity(MAX_CARRIED),
+            places: Vec::with_capacity(MAX_CARRIED),
             center: Vector3::zeros(),
             radius: 0.0,
         }
@@ -50,6 +54,13 @@ impl Part {
         self.center = 0.5 * (corners.0 + corners.1);
         let beyond = |ball: &Ball| (ball.attachment.offset - self.center).norm() + ball.radius;
         self.radius = self.balls.iter().map(beyond).fold(0.0, f64::max);
+    }
+
+    fn place(&mut self, kinematics: &Kinematics) {
+        self.places.clear();
+        let balls = self.balls.iter();
+        self.places
+            .extend(balls.map(|ball| kinematics.place(self.joint, &ball.attachment.offset)));
     }
 }
 
@@ -116,8 +127,9 @@ impl SelfCollision {
     /// Adds the leaves of all pairs of spheres within reach to `root`. Returns the least
     /// distance of two surfaces (m), infinite where none are within reach.
     pub(crate) fn add(&mut self, kinematics: &Kinematics, root: &mut Root) -> f64 {
-        for (center, part) in self.centers.iter_mut().zip(&self.parts) {
+        for (center, part) in self.centers.iter_mut().zip(&mut self.parts) {
             *center = kinematics.place(part.joint, &part.center);
+            part.place(kinematics);
         }
         let mut nearest = f64::INFINITY;
         for index in 0..self.pairs.len() {
@@ -138,15 +150,13 @@ impl SelfCollision {
             values: &mut self.row,
             slots: &mut self.slots,
         };
-        for ball in &one.balls {
-            let center = kinematics.place(one.joint, &ball.attachment.offset);
+        for (ball, center) in one.balls.iter().zip(&one.places) {
             // Most spheres of a part are far from the other part as a whole.
             let reach = ball.radius + other.radius + REACH_M;
             if (center - self.centers[b]).norm_squared() >= reach * reach {
                 continue;
             }
-            for against in &other.balls {
-                let from = kinematics.place(other.joint, &against.attachment.offset);
+            for (against, from) in other.balls.iter().zip(&other.places) {
                 let (radii, apart) = (ball.radius + against.radius, (center - from).norm_squared());
                 if apart >= (radii + REACH_M) * (radii + REACH_M) {
                     continue;
