@@ -71,6 +71,23 @@ def test_the_vector_environment_gives_what_single_ones_give():
             assert reward == rewards[index]
 
 
+@pytest.mark.sample
+@pytest.mark.parametrize("demo", robocell.gym.IDS)
+def test_an_observation_is_one_array_of_its_own(demo: str):
+    many = gymnasium.make_vec(
+        robocell.gym.IDS[demo], num_envs=2, vectorization_mode="vector_entry_point"
+    )
+    first, _ = many.reset(seed=5)
+    kept = first.copy()
+    second = many.step(many.action_space.sample())[0]
+    assert (first == kept).all()
+    for seen in (first, second):
+        assert seen.dtype == np.float32
+        assert seen.flags.owndata
+        assert seen in many.observation_space
+    assert not np.shares_memory(first, second)
+
+
 def test_the_vector_environment_resets_an_episode_with_the_next_step():
     many = vector(2, max_episode_steps=3)
     many.reset(seed=1)

@@ -35,6 +35,8 @@ _STEP_RAD = 0.15
 _LEASH_M = 0.08
 #: Observations are clipped to this.
 _LIMIT = 10.0
+#: What an observation has of an object that is not in the cell.
+_ABSENT = (0.0,) * 7
 
 Floats = npt.NDArray[np.float32]
 Array = npt.NDArray[np.float64]
@@ -75,8 +77,9 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
         self.render_mode = render_mode
         self.cell = Cell(demo)
         self._new_episode(np.random.default_rng(0))
-        count = len(self._observation())
-        self.observation_space = spaces.Box(-_LIMIT, _LIMIT, (count,), np.float32)
+        #: Numbers of an observation.
+        self.observed = sum(np.size(part) for part in self._parts())
+        self.observation_space = spaces.Box(-_LIMIT, _LIMIT, (self.observed,), np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, (ACTIONS * len(self.cell.arms),), np.float32)
 
     def _new_episode(self, rng: np.random.Generator) -> None:
@@ -91,10 +94,15 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Floats, dict[str, Any]]:
         """Begins an episode: the scene follows from ``seed``, or from the one before."""
+        info = self.begin(seed)
+        return self._observation(), info
+
+    def begin(self, seed: int | None) -> dict[str, Any]:
+        """As :meth:`reset`, without the observation."""
         super().reset(seed=seed)
         self.cell.reset(int(self.np_random.integers(1 << 31)))
         self._new_episode(self.np_random)
-        return self._observation(), self._info()
+        return self._info()
 
     def step(self, action: Floats) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
         """Advances the cell by 50 ms.
@@ -143,13 +151,18 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
 
     def judge(self) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
         """The second half: what came of it."""
+        reward, terminated, info = self.outcome()
+        return self._observation(), reward, terminated, False, info
+
+    def outcome(self) -> tuple[float, bool, dict[str, Any]]:
+        """As :meth:`judge`, without the observation: reward, terminated, and info."""
         filled, share = self.job.progress()
         reward = float(filled - self._before[0])
         if self.reward == "dense":
             reward += share - self._before[1]
         self._before = (filled, share)
         terminated = filled >= self.job.total or self.job.is_over()
-        return self._observation(), reward, terminated, False, self._info()
+        return reward, terminated, self._info()
 
     def render(self) -> npt.NDArray[np.uint8] | None:
         """The cell as seen by its camera: height x width x RGB."""
@@ -163,31 +176,41 @@ class CellEnv(gymnasium.Env[Floats, Floats]):
         }
 
     def _observation(self) -> Floats:
-        arms = zip(self.cell.arms, self._goals, strict=True)
-        parts = [_of_arm(arm, goal) for arm, (goal, _) in arms]
-        parts += [_of_object(one) for one in self.job.seen]
-        parts.append(np.array(self.job.extra()))
-        return np.clip(np.concatenate(parts), -_LIMIT, _LIMIT).astype(np.float32)
+        row: Floats = np.empty(self.observed, np.float32)
+        self.observe(row)
+        return row
+
+    def observe(self, row: Floats) -> None:
+        """Writes the observation into ``row``."""
+        np.concatenate(self._parts(), out=row)
+        np.clip(row, -_LIMIT, _LIMIT, out=row)
+
+    def _parts(self) -> list[npt.ArrayLike]:
+        parts: list[npt.ArrayLike] = []
+        for arm, (goal, _) in zip(self.cell.arms, self._goals, strict=True):
+            parts += _of_arm(arm, goal)
+        for one in self.job.seen:
+            parts += _of_object(one)
+        parts.append(self.job.extra())
+        return parts
 
 
-def _of_arm(arm: Arm, goal: Array) -> Array:
+def _of_arm(arm: Arm, goal: Array) -> list[npt.ArrayLike]:
     width = float(arm.gripper["width"]) if "width" in arm.gripper.dtype.names else 0.0
-    return np.concatenate(
-        [
-            arm.joint_positions,
-            arm.joint_velocities,
-            arm.tcp_position,
-            arm.tcp_orientation,
-            goal,
-            [float(arm.held is not None), width],
-        ]
-    )
+    return [
+        arm.joint_positions,
+        arm.joint_velocities,
+        arm.tcp_position,
+        arm.tcp_orientation,
+        goal,
+        [float(arm.held is not None), width],
+    ]
 
 
-def _of_object(one: Object) -> Array:
+def _of_object(one: Object) -> list[npt.ArrayLike]:
     if not one.is_present:
-        return np.zeros(7)
-    return np.concatenate([one.position, one.orientation])
+        return [_ABSENT]
+    return [one.position, one.orientation]
 
 
 def _graspable(arm: Arm) -> list[str]:

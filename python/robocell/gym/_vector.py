@@ -84,12 +84,9 @@ class CellVectorEnv(VectorEnv[Floats, Floats, Any]):
         self._steps[:] = 0
         self._has_ended[:] = False
         infos: dict[str, Any] = {}
-        observations = []
         for index, (env, own) in enumerate(zip(self.envs, seeds, strict=True)):
-            observation, info = env.reset(seed=own)
-            observations.append(observation)
-            infos = self._add_info(infos, info, index)
-        return np.stack(observations), infos
+            infos = self._add_info(infos, env.begin(own), index)
+        return self._observations(), infos
 
     def step(self, actions: Floats) -> tuple[Floats, Any, Flags, Flags, dict[str, Any]]:
         """Advances every cell by 50 ms; those whose episode has ended are reset.
@@ -108,19 +105,24 @@ class CellVectorEnv(VectorEnv[Floats, Floats, Any]):
         self._steps += 1
         rewards = np.zeros(self.num_envs, dtype=np.float64)
         terminated: Flags = np.zeros(self.num_envs, dtype=np.bool_)
-        observations: list[Floats] = []
         infos: dict[str, Any] = {}
         for index, env in enumerate(self.envs):
             if self._has_ended[index]:
-                observation, info = env.reset()
+                info = env.begin(None)
                 self._steps[index] = 0
             else:
-                observation, rewards[index], terminated[index], _, info = env.judge()
-            observations.append(observation)
+                rewards[index], terminated[index], info = env.outcome()
             infos = self._add_info(infos, info, index)
         truncated: Flags = self._steps >= self._limit
         self._has_ended = terminated | truncated
-        return np.stack(observations), rewards, terminated, truncated, infos
+        return self._observations(), rewards, terminated, truncated, infos
+
+    def _observations(self) -> Floats:
+        # Every step has an array of its own: a caller may keep the one before.
+        rows: Floats = np.empty((self.num_envs, self.envs[0].observed), np.float32)
+        for env, row in zip(self.envs, rows, strict=True):
+            env.observe(row)
+        return rows
 
     def _checked(self, index: int, action: Floats) -> Array:
         try:
