@@ -49,7 +49,7 @@ impl Robot {
             let is_narrow = effects.iter().any(|effect| effect.gain >= LEAST_GAIN);
             let remedy = self.other_tips(option, is_narrow);
             self.warnings.push(format!(
-                "{file}: no target can move the tip '{}': {why}; {remedy}",
+                "{file}: no target can change the position of the tip '{}': {why}; {remedy}",
                 self.tcp_frame_name()
             ));
         } else {

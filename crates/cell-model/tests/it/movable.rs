@@ -58,7 +58,7 @@ fn a_wheel_as_the_tip_is_named_with_its_joint_and_the_links_that_move() {
     assert_says(
         &wheel,
         &[
-            "wheel.urdf: no target can move the tip 'wheel'",
+            "wheel.urdf: no target can change the position of the tip 'wheel'",
             "joint 'spin' turns about an axis through it",
             "`--tip LINK` can name a link that moves: hand",
         ],
