@@ -8,11 +8,11 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rmp::JointKind;
 
 use crate::python::PythonStepper;
-use crate::report::Row;
 
 const PROGRAM: &str = include_str!("mujoco.py");
-/// Steps of the empty model.
-const CALLS: usize = 2_000;
+/// Steps of the empty model, and those in one call.
+const CALLS: usize = 10_000;
+const BLOCK: usize = 100;
 /// Friction of links that are not pads, as in ours.
 const LINK_FRICTION: f64 = 0.5;
 /// Links collide with objects and fixtures, not with each other, as in ours.
@@ -39,13 +39,18 @@ pub(crate) fn start(cell: &Cell, settings: Settings) -> Option<PythonStepper> {
     PythonStepper::start(PROGRAM, &mjcf(cell, settings))
 }
 
-/// Median time that `MuJoCo` takes for a step of an empty model when it is called as the
-/// steps of the other rows are (us): the most that the call from Python adds to them.
-pub(crate) fn time_of_call() -> Option<f64> {
+/// What the call from Python and the clock add to the time of a step (ns): a step of an empty
+/// model in a call of its own, compared with many steps in one call.
+pub(crate) fn time_of_call() -> Option<u64> {
     let mut empty = PythonStepper::start(PROGRAM, "<mujoco/>")?;
-    let times = empty.step(CALLS, &[]);
-    let times = times.iter().map(|time_ns| *time_ns as f64 / 1.0e3);
-    Some(Row::of(String::new(), times.collect(), "us").p50)
+    let alone = median(empty.step(CALLS, &[]))?;
+    let together = median(empty.blocks(CALLS / BLOCK, BLOCK))?;
+    Some(alone.saturating_sub(together / BLOCK as u64))
+}
+
+fn median(mut times_ns: Vec<u64>) -> Option<u64> {
+    times_ns.sort_unstable();
+    times_ns.get(times_ns.len() / 2).copied()
 }
 
 /// The scene in `MuJoCo`'s own format. A control of 0 holds a joint where it starts.
