@@ -4,6 +4,8 @@ pub(crate) mod brake;
 pub(crate) mod catch_up;
 pub(crate) mod delay;
 pub(crate) mod drive;
+#[cfg(test)]
+mod limit_tests;
 pub(crate) mod measured;
 pub(crate) mod memory;
 pub(crate) mod multibody;

@@ -12,6 +12,7 @@ use rmp::JointKind;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::convert;
+use crate::engine::settings::TICK_S;
 use crate::engine::shapes;
 use crate::engine::tag::Tag;
 
@@ -20,6 +21,9 @@ const LINK_FRICTION: f64 = 0.5;
 
 /// Share of its effort limit a drive keeps in any case.
 const LEAST_EFFORT: f64 = 0.05;
+
+/// Ticks ahead in which a limit that a joint may reach takes part in the solution.
+const LIMIT_TICKS: f64 = 2.0;
 
 /// Where an arm is in the engine.
 pub(crate) struct Arm {
@@ -180,9 +184,15 @@ impl Arm {
         else {
             return;
         };
+        let rates = multibody.generalized_velocity();
+        let rate = multibody
+            .link(link)
+            .map_or(0.0, |link| rates[link.assembly_id()]);
         let Some(link) = multibody.link_mut(link) else {
             return;
         };
+        let reach = LIMIT_TICKS * TICK_S * (rate.abs() + spec.velocity);
+        limit_if_near(link, axis, reach);
         let motor = &mut link.joint.data.motors[axis];
         let effort = target.effort.clamp(-target.max_effort, target.max_effort);
         motor.target_pos = target.position + (effort - target.gravity) / spec.stiffness;
@@ -253,6 +263,17 @@ impl Arm {
             });
         link * tool
     }
+}
+
+/// Has the engine keep the limits of a joint only where they are within `reach` of it (rad
+/// or m): it solves a row for each limit in force, whether it is reached or not.
+fn limit_if_near(link: &mut MultibodyLink, axis: usize, reach: f64) {
+    let position = link.joint.coords()[axis];
+    let joint = &mut link.joint.data;
+    let limits = &joint.limits[axis];
+    let is_far = position - limits.min > reach && limits.max - position > reach;
+    let axes = JointAxesMask::from_bits_truncate(1 << axis);
+    joint.limit_axes.set(axes, !is_far);
 }
 
 fn friction_of(robot: &Robot, link: usize) -> f64 {
