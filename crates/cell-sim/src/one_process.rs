@@ -216,10 +216,14 @@ impl OneProcess {
     fn answer(&mut self) {
         self.plant.write_state(&mut self.state);
         let tick = self.state.header.tick;
-        let previous = self.decided.then_some(self.decision);
-        if tick.is_multiple_of(DECISION_TICKS) {
+        // A decision of this tick counts from the next tick on.
+        let decides = tick.is_multiple_of(DECISION_TICKS);
+        let (was_decided, copy) = (self.decided, decides.then_some(self.decision));
+        if decides {
             self.decide(tick);
         }
+        let in_force = copy.as_ref().unwrap_or(&self.decision);
+        let previous = was_decided.then_some(in_force);
         let answers = self
             .cycles
             .iter_mut()
@@ -230,7 +234,7 @@ impl OneProcess {
             cycle.plan_with(planner, tick);
             cycle.update(
                 &self.state,
-                previous.as_ref(),
+                previous,
                 DECISION_AGE_FIFO_TICKS,
                 command,
                 status,

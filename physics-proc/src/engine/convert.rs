@@ -29,6 +29,13 @@ pub(crate) fn from_pose(pose: &Pose) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::from(from_vector(pose.translation)), rotation)
 }
 
+/// Engine to nalgebra; `None` where a number is not finite.
+pub(crate) fn finite_pose(pose: &Pose) -> Option<Isometry3<f64>> {
+    let (p, q) = (pose.translation, pose.rotation);
+    let numbers = [p.x, p.y, p.z, q.x, q.y, q.z, q.w];
+    (numbers.iter().all(|x| x.is_finite())).then(|| from_pose(pose))
+}
+
 /// nalgebra to engine, by columns.
 pub(crate) fn to_matrix(m: &Matrix3<f64>) -> Matrix {
     Matrix::from_cols_array(&[

@@ -35,13 +35,20 @@ impl View<'_> {
     /// Writes the present state; the publisher adds run, generation, seq and
     /// time, the process flags and script.
     pub(crate) fn write(&self, out: &mut WorldState) {
-        let script = (out.flags, out.script_line, out.script_left, out.overruns);
-        *out = WorldState::zeroed();
-        (out.flags, out.script_line, out.script_left, out.overruns) = script;
+        let counts = [self.arms.len(), self.objects.bodies.len()]
+            .map(|count| u32::try_from(count).unwrap_or(u32::MAX));
+        // Entries beyond these stay as they are: zero. Only a first message has other counts.
+        if [out.arm_count, out.object_count] != counts {
+            let script = (out.flags, out.script_line, out.script_left, out.overruns);
+            *out = WorldState::zeroed();
+            (out.flags, out.script_line, out.script_left, out.overruns) = script;
+            [out.arm_count, out.object_count] = counts;
+        }
         out.header = Header::caused_by::<WorldState>(self.memory.tick);
         for input in self.inputs {
             out.header.push_input(*input);
         }
+        (out.resumed_tick, out.saving_tick, out.saved_tick) = (0, 0, 0);
         out.quarantined = self.memory.quarantined;
         out.state_hash = self.state_hash();
         out.panel = self.memory.panel.to_wire();
@@ -49,18 +56,15 @@ impl View<'_> {
             let memory = &self.memory.equipment;
             self.equipment.report(memory, self.engine, self.objects)
         };
-        for (index, slot) in out.arms.iter_mut().enumerate().take(self.arms.len()) {
+        let arms = out.arms.iter_mut().enumerate();
+        for (index, slot) in arms.take(self.arms.len()) {
+            *slot = ArmState::zeroed();
             self.write_arm(index, slot);
-            out.arm_count += 1;
         }
-        for (index, slot) in out
-            .objects
-            .iter_mut()
-            .enumerate()
-            .take(self.objects.bodies.len())
-        {
+        let objects = out.objects.iter_mut().enumerate();
+        for (index, slot) in objects.take(self.objects.bodies.len()) {
+            *slot = ObjectState::zeroed();
             self.write_object(index, slot);
-            out.object_count += 1;
         }
     }
 
@@ -70,9 +74,9 @@ impl View<'_> {
         for (_, body) in self.engine.bodies.iter() {
             let (pose, linear, angular) = (body.position(), body.linvel(), body.angvel());
             let (p, q) = (pose.translation, pose.rotation);
-            hash.numbers(&[p.x, p.y, p.z, q.x, q.y, q.z, q.w]);
             hash.numbers(&[
-                linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
+                p.x, p.y, p.z, q.x, q.y, q.z, q.w, linear.x, linear.y, linear.z, angular.x,
+                angular.y, angular.z,
             ]);
         }
         for measured in self.measured {
@@ -155,7 +159,7 @@ impl View<'_> {
             return;
         };
         let flag = |set: bool, bit: u32| if set { bit } else { 0 };
-        let pose = self.objects.pose(self.engine, index);
+        let pose = convert::finite_pose(body.position());
         out.flags = flag(body.is_enabled() && pose.is_some(), OBJECT_ENABLED)
             | flag(self.contacts.touched[index], OBJECT_TOUCHED)
             | flag(
