@@ -101,6 +101,7 @@ fn compare(report: &mut Report, name: &str, cell: &Cell) -> Result<(), CoreError
     };
     let against = format!("{name}, MuJoCo {}", mujoco.version());
     report.rows.push(theirs.into_row(against.clone()));
+    report.note_once("bins and parts: MuJoCo with its own settings (cone pyramidal, sparse), 1 ms");
     report.compare(name, &against);
     Ok(())
 }

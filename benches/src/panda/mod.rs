@@ -28,7 +28,7 @@ const CHUNK: usize = 100;
 /// A sample is the mean of so many ticks in a row, one of which has a decision.
 const BLOCK: usize = 10;
 const _: () = assert!(BLOCK as u64 == DECISION_TICKS);
-/// What `MuJoCo` advises for grasps; dense, as the sparse Cholesky of its 4.0.0 has a fault.
+/// What `MuJoCo` advises for grasps. Matrices are dense: for a scene this small that is faster.
 pub(crate) const SETTINGS: Settings = Settings {
     option: "cone=\"elliptic\" impratio=\"10\" jacobian=\"dense\"",
     geoms: "",
