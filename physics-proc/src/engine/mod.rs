@@ -4,6 +4,7 @@ pub(crate) mod awake;
 pub(crate) mod contacts;
 pub(crate) mod convert;
 pub(crate) mod entered;
+pub(crate) mod manifolds;
 pub(crate) mod objects;
 pub mod settings;
 pub mod shapes;

@@ -4,6 +4,8 @@
 
 use rapier3d_f64::prelude::*;
 
+use crate::engine::manifolds;
+
 /// Length of one tick (s).
 pub const TICK_S: f64 = 1.0e-3;
 /// Gravity in the world frame (m/s²).
@@ -35,8 +37,11 @@ pub(crate) fn empty_world() -> PhysicsWorld {
     p.normalized_prediction_distance = PREDICTION_M;
     p.max_ccd_substeps = 0;
     p.contact_clustering = true;
-    p.friction_model = FrictionModel::Simplified;
+    // The simplified model forgets the velocity of a belt after the first substep
+    // (docs/adr/0029).
+    p.friction_model = FrictionModel::Coulomb;
     p.warmstart_joints = false;
+    manifolds::renew_round(&mut world);
     world
 }
 

@@ -5,6 +5,7 @@ use bincode::Options;
 use cell_model::Cell;
 use rapier3d_f64::prelude::PhysicsWorld;
 
+use crate::engine::manifolds;
 use crate::error::WorldError;
 use crate::state::hash::StateHash;
 use crate::state::memory::Memory;
@@ -84,7 +85,9 @@ pub(crate) fn decode(fingerprint: u64, bytes: &[u8]) -> Result<(Memory, PhysicsW
             "it is of another cell, seed or engine version".to_owned(),
         ));
     }
-    codec(bytes.len())
+    let (memory, mut engine) = codec(bytes.len())
         .deserialize_from(reader)
-        .map_err(|e| refuse(format!("it is damaged ({e})")))
+        .map_err(|e| refuse(format!("it is damaged ({e})")))?;
+    manifolds::renew_round(&mut engine);
+    Ok((memory, engine))
 }

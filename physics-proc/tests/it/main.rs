@@ -11,6 +11,7 @@ mod equipment;
 mod grasp;
 mod operator;
 mod plc;
+mod sanity;
 mod scene;
 mod stops;
 mod support;

@@ -1,0 +1,133 @@
+//! Contact points of round shapes are computed in every tick.
+//!
+//! The collision library keeps the points of a pair until the bodies have turned by a degree or
+//! slid by a millimetre against each other. A kept point of a rolling cylinder stays behind its
+//! centre: the normal force then has a lever arm and drives the cylinder. Balls have no kept
+//! points, and faces of boxes do not roll (docs/adr/0028).
+
+use parry3d_f64::math::{Pose, Real, Vector};
+use parry3d_f64::query::details::{ContactManifoldsWorkspace, NormalConstraints, ShapeCastOptions};
+use parry3d_f64::query::{
+    ClosestPoints, Contact, ContactManifold, DefaultQueryDispatcher, NonlinearRigidMotion,
+    PersistentQueryDispatcher, QueryDispatcher, ShapeCastHit, ShapeDistance, ShapeIntersection,
+    Unsupported,
+};
+use parry3d_f64::shape::{Shape, ShapeType};
+use rapier3d_f64::prelude::{ContactData, ContactManifoldData, PhysicsWorld};
+
+type Manifold = ContactManifold<ContactManifoldData, ContactData>;
+
+/// Has the engine compute the contact points of round shapes in every tick. This is not part of
+/// a snapshot: an engine that was read from one needs it again.
+pub(crate) fn renew_round(engine: &mut PhysicsWorld) {
+    let dispatcher = RenewRound.chain(DefaultQueryDispatcher);
+    engine.narrow_phase.set_query_dispatcher(dispatcher);
+}
+
+/// Answers for contact manifolds only; the library's dispatcher after it answers all else.
+struct RenewRound;
+
+fn is_round(shape: &dyn Shape) -> bool {
+    matches!(
+        shape.shape_type(),
+        ShapeType::Capsule | ShapeType::Cylinder | ShapeType::Cone
+    )
+}
+
+impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for RenewRound {
+    fn contact_manifolds(
+        &self,
+        pos12: &Pose,
+        shape1: &dyn Shape,
+        shape2: &dyn Shape,
+        prediction: Real,
+        manifolds: &mut Vec<Manifold>,
+        workspace: &mut Option<ContactManifoldsWorkspace>,
+    ) -> Result<(), Unsupported> {
+        if is_round(shape1) || is_round(shape2) {
+            // The library computes the points of such a manifold anew and keeps their impulses.
+            manifolds
+                .iter_mut()
+                .for_each(Manifold::mark_shapes_deformed);
+        }
+        DefaultQueryDispatcher
+            .contact_manifolds(pos12, shape1, shape2, prediction, manifolds, workspace)
+    }
+
+    fn contact_manifold_convex_convex(
+        &self,
+        _: &Pose,
+        _: &dyn Shape,
+        _: &dyn Shape,
+        _: Option<&dyn NormalConstraints>,
+        _: Option<&dyn NormalConstraints>,
+        _: Real,
+        _: &mut Manifold,
+    ) -> Result<(), Unsupported> {
+        Err(Unsupported)
+    }
+}
+
+impl QueryDispatcher for RenewRound {
+    fn intersection_test(
+        &self,
+        _: &Pose,
+        _: &dyn Shape,
+        _: &dyn Shape,
+    ) -> Result<ShapeIntersection, Unsupported> {
+        Err(Unsupported)
+    }
+
+    fn distance(
+        &self,
+        _: &Pose,
+        _: &dyn Shape,
+        _: &dyn Shape,
+    ) -> Result<ShapeDistance, Unsupported> {
+        Err(Unsupported)
+    }
+
+    fn contact(
+        &self,
+        _: &Pose,
+        _: &dyn Shape,
+        _: &dyn Shape,
+        _: Real,
+    ) -> Result<Option<Contact>, Unsupported> {
+        Err(Unsupported)
+    }
+
+    fn closest_points(
+        &self,
+        _: &Pose,
+        _: &dyn Shape,
+        _: &dyn Shape,
+        _: Real,
+    ) -> Result<ClosestPoints, Unsupported> {
+        Err(Unsupported)
+    }
+
+    fn cast_shapes(
+        &self,
+        _: &Pose,
+        _: Vector,
+        _: &dyn Shape,
+        _: &dyn Shape,
+        _: ShapeCastOptions,
+    ) -> Result<Option<ShapeCastHit>, Unsupported> {
+        Err(Unsupported)
+    }
+
+    fn cast_shapes_nonlinear(
+        &self,
+        _: &NonlinearRigidMotion,
+        _: &dyn Shape,
+        _: &NonlinearRigidMotion,
+        _: &dyn Shape,
+        _: Real,
+        _: Real,
+        _: bool,
+    ) -> Result<Option<ShapeCastHit>, Unsupported> {
+        Err(Unsupported)
+    }
+}
