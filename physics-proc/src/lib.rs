@@ -22,4 +22,11 @@ mod script_report;
 mod state;
 pub mod world;
 
-pub use engine::entered::warnings;
+use cell_model::Cell;
+
+/// What the engine does not simulate as one would expect of this cell, in words.
+pub fn warnings(cell: &Cell) -> Vec<String> {
+    let mut said = engine::entered::warnings(cell);
+    said.extend(engine::masses::warning(cell));
+    said
+}

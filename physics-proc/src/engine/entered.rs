@@ -84,7 +84,7 @@ pub(crate) fn let_through(
 }
 
 /// What passes through what, a line for each arm and fixture.
-pub fn warnings(cell: &Cell) -> Vec<String> {
+pub(crate) fn warnings(cell: &Cell) -> Vec<String> {
     cell.arms.iter().flat_map(|arm| of_arm(cell, arm)).collect()
 }
 

@@ -5,6 +5,7 @@ pub(crate) mod contacts;
 pub(crate) mod convert;
 pub(crate) mod entered;
 pub(crate) mod manifolds;
+pub(crate) mod masses;
 pub(crate) mod objects;
 pub mod settings;
 pub mod shapes;
