@@ -11,6 +11,7 @@ mod sink;
 mod socket;
 mod taps;
 mod thread;
+mod whole;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -6,14 +6,14 @@ use ipc_types::topic::{Process, TopicId};
 use ipc_types::trace::TraceKind;
 use ipc_types::world::FLAG_LOCKSTEP;
 use ipc_types::{
-    ArmCommand, ArmStatus, Decision, Header, Health, Keyframe, TraceLine, Wire, WorldPiece,
-    WorldState,
+    ArmCommand, ArmStatus, Decision, Header, Health, Keyframe, TraceLine, WorldPiece, WorldState,
 };
 use serde_json::Value;
 
 use super::batch::Batch;
 use super::hops::Hops;
 use super::sink::Sink;
+use super::whole::Whole;
 
 /// Ticks between two `foxglove.FrameTransforms`.
 const TRANSFORM_TICKS: u64 = 20;
@@ -85,7 +85,7 @@ pub(super) struct Taps {
     rest: usize,
     missed: u64,
     names: foxglove::Names,
-    whole: Box<WorldState>,
+    whole: Whole,
     epoch: Option<u32>,
     health_ns: u64,
 }
@@ -123,7 +123,7 @@ impl Taps {
             rest: open.sources,
             missed: 0,
             names: foxglove::Names::of(scene),
-            whole: Box::new(WorldState::zeroed()),
+            whole: Whole::new(),
             epoch: None,
             health_ns: 0,
         })
@@ -194,12 +194,8 @@ impl Taps {
             if piece.piece == 0 {
                 hops.state(piece);
             }
-            if piece.all_objects == 1 {
-                piece.put(whole);
-                if piece.piece + 1 == piece.pieces {
-                    whole.header.publish_ns = piece.header.publish_ns;
-                    put_foxglove(batch, source, names, whole);
-                }
+            if let Some(state) = whole.take(piece) {
+                put_foxglove(batch, source, names, state);
             }
         });
         taken as f64 / TopicId::WorldTap.depth() as f64

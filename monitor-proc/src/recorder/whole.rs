@@ -1,0 +1,88 @@
+//! States put together from their pieces.
+
+use ipc_types::{Header, Wire, WorldPiece, WorldState};
+
+/// The newest state with all its objects.
+pub(super) struct Whole {
+    state: Box<WorldState>,
+    /// The piece that has to come next; 0 where one is missing.
+    next: u32,
+}
+
+impl Whole {
+    pub(super) fn new() -> Self {
+        Self {
+            state: Box::new(WorldState::zeroed()),
+            next: 0,
+        }
+    }
+
+    /// Takes a piece; the state when it is the last of one that names all objects and whose
+    /// pieces all came. A recorder that starts between two pieces has only the later ones.
+    pub(super) fn take(&mut self, piece: &WorldPiece) -> Option<&WorldState> {
+        if piece.all_objects == 0 {
+            return None;
+        }
+        let of = |header: &Header| (header.generation, header.seq, header.tick);
+        let follows = piece.piece == self.next && of(&piece.state) == of(&self.state.header);
+        if piece.piece != 0 && !follows {
+            self.next = 0;
+            return None;
+        }
+        piece.put(&mut self.state);
+        self.next = piece.piece + 1;
+        if self.next != piece.pieces {
+            return None;
+        }
+        self.state.header.publish_ns = piece.header.publish_ns;
+        Some(&self.state)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ipc_types::tap::Pieces;
+
+    use super::*;
+
+    /// The pieces of a state of 20 objects.
+    fn pieces(tick: u64) -> Vec<WorldPiece> {
+        let mut state = WorldState::zeroed();
+        state.header = Header::caused_by::<WorldState>(tick);
+        state.object_count = 20;
+        for object in state.objects.iter_mut().take(20) {
+            object.pose = ipc_types::Pose::IDENTITY;
+        }
+        let mut pieces = Pieces::of(&state, &[]);
+        let mut out = Vec::new();
+        while pieces.has_more() {
+            let mut piece = WorldPiece::zeroed();
+            pieces.write_next(&state, &mut piece);
+            out.push(piece);
+        }
+        out
+    }
+
+    #[test]
+    fn a_state_is_whole_with_all_its_pieces_and_not_before() {
+        let mut whole = Whole::new();
+        let first = pieces(10);
+        assert_eq!(first.len(), 3);
+        // The recorder started after the first piece.
+        assert!(first[1..].iter().all(|piece| whole.take(piece).is_none()));
+        let second = pieces(20);
+        assert!(second[..2].iter().all(|piece| whole.take(piece).is_none()));
+        let state = whole.take(&second[2]).unwrap();
+        assert!(
+            state.objects().len() == 20
+                && (state.objects().iter()).all(|o| o.pose == ipc_types::Pose::IDENTITY)
+        );
+        // One is missing, or is of another state.
+        let (third, fourth) = (pieces(30), pieces(40));
+        for piece in [&third[0], &third[2], &third[1], &fourth[2]] {
+            assert!(whole.take(piece).is_none());
+        }
+        assert!(fourth[..2].iter().all(|piece| whole.take(piece).is_none()));
+        assert!(whole.take(&fourth[2]).is_some());
+    }
+}
