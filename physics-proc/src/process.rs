@@ -114,6 +114,9 @@ struct PhysicsProcess {
     overruns: u64,
     /// Arms at fault.
     faults: usize,
+    /// Objects that fell out of the cell, and what the health says of them.
+    lost: usize,
+    lost_words: String,
     /// What an incident shows of a tick.
     boxed: [f64; 4],
 }
@@ -130,6 +133,8 @@ impl PhysicsProcess {
         let bells = (0..spec.arms).map(|arm| bus.doorbell(Process::Controller(arm)));
         Ok(Self {
             tick: plant.world().tick(),
+            lost: plant.world().lost(),
+            lost_words: plant.world().lost_words(0),
             plant,
             resume,
             report,
@@ -244,11 +249,29 @@ impl PhysicsProcess {
         if std::mem::replace(&mut self.faults, faults) < faults {
             cell_worker::warn(format_args!("{}", self.plant.world().fault_words()));
         }
+        self.look_for_lost();
         self.resume.save(&self.plant);
-        let lost = self.resume.lost(self.tick);
+        let mut lost = self.resume.lost(self.tick);
+        if lost.is_empty() {
+            lost.push_str(&self.lost_words);
+        }
         self.health
             .fault((!lost.is_empty()).then_some(lost.as_str()));
         self.report.turn(&self.plant);
+    }
+
+    /// Objects that fell out of the cell: each is told once in the log, and in the health
+    /// until a reset.
+    fn look_for_lost(&mut self) {
+        let world = self.plant.world();
+        let known = std::mem::replace(&mut self.lost, world.lost());
+        if known == self.lost {
+            return;
+        }
+        self.lost_words = world.lost_words(0);
+        if known < self.lost {
+            cell_worker::warn(world.lost_words(known));
+        }
     }
 
     fn publish(&mut self) {

@@ -47,6 +47,7 @@ pub struct OneProcess {
     warnings: Vec<String>,
     /// Faults of physics that were reported.
     faults: usize,
+    lost: usize,
 }
 
 impl OneProcess {
@@ -87,6 +88,7 @@ impl OneProcess {
             message: Message::default(),
             warnings: physics_proc::warnings(&cell),
             faults: 0,
+            lost: 0,
             cell,
         };
         sim.answer();
@@ -209,6 +211,10 @@ impl OneProcess {
         let world = self.plant.world();
         if std::mem::replace(&mut self.faults, world.faults()) < world.faults() {
             self.warnings.push(world.fault_words());
+        }
+        let known = std::mem::replace(&mut self.lost, world.lost());
+        if known < self.lost {
+            self.warnings.push(world.lost_words(known));
         }
     }
 

@@ -1,12 +1,14 @@
 //! The cell's equipment: what there is of it, and the task's word to it.
 
-use cell_model::Cell;
 use cell_model::stop::DECISION_AGE_FIFO_TICKS;
+use cell_model::{Cell, Shape};
 use ipc_types::{Decision, EquipmentState, Input};
+use nalgebra::Isometry3;
 use rapier3d_f64::prelude::PhysicsWorld;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::objects::{Fixtures, Objects};
+use crate::engine::{convert, shapes};
 use crate::equipment::conveyor::{Belt, Hooks};
 use crate::equipment::dispenser::{Dispenser, DispenserMemory};
 use crate::equipment::parking::ParkingMemory;
@@ -25,7 +27,7 @@ pub(crate) struct Equipment {
     pub(crate) dispenser: Option<Dispenser>,
     pub(crate) sensors: Vec<Sensor>,
     /// An object below this height is put away (m).
-    pub(crate) clear_below: Option<f64>,
+    pub(crate) clear_below: f64,
     /// Random numbers of the equipment.
     stream: Stream,
 }
@@ -74,9 +76,9 @@ impl Io {
     }
 }
 
-/// An object below this height has left the cell: it is put away, since it would
-/// fall until no message can carry its position (m).
-const OUT_OF_THE_CELL_M: f64 = -100.0;
+/// Where a cell file does not say it: an object has left the cell this far below all that
+/// is in it at the start (m).
+const OUT_BELOW_M: f64 = 1.0;
 
 impl Equipment {
     /// Of a cell whose fixtures are in the engine.
@@ -93,7 +95,7 @@ impl Equipment {
                 .as_ref()
                 .map(|table| Dispenser::new(table, cell)),
             sensors: cell.sensors.iter().map(Sensor::new).collect(),
-            clear_below: cell.clear_below_m.or(Some(OUT_OF_THE_CELL_M)),
+            clear_below: (cell.clear_below_m).unwrap_or_else(|| lowest(cell) - OUT_BELOW_M),
             stream: Stream { seed: cell.seed },
         }
     }
@@ -212,6 +214,20 @@ impl Equipment {
             sensors: sensors::read(&self.sensors, engine, objects),
         }
     }
+}
+
+/// Lowest point of all that is in a cell at its start (m).
+fn lowest(cell: &Cell) -> f64 {
+    let bottom = |shape: &Shape, pose: &Isometry3<f64>| {
+        let (shape, own) = shapes::shared(shape);
+        shape.compute_aabb(&convert::to_pose(&(pose * own))).mins.z
+    };
+    let fixtures = cell.fixtures.iter().filter(|fixture| fixture.solid);
+    let fixtures = fixtures.map(|fixture| bottom(&fixture.shape, &fixture.pose));
+    let objects = cell.objects.iter().filter(|object| !object.parked);
+    let objects = objects.map(|object| bottom(&object.shape, &object.pose));
+    let bases = cell.arms.iter().map(|arm| arm.base.translation.z);
+    fixtures.chain(objects).chain(bases).fold(0.0, f64::min)
 }
 
 #[cfg(test)]

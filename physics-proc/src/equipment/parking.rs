@@ -12,33 +12,34 @@ pub(crate) struct ParkingMemory {
     leaving: Vec<usize>,
     /// Counts objects put away.
     pub(crate) cleared: u32,
+    /// Objects that fell out and that nothing but a reset brings back.
+    pub(crate) lost: Vec<usize>,
 }
 
 impl ParkingMemory {
-    /// Puts what fell below `floor` (m) back to its parking place.
-    pub(crate) fn clear_fallen(&mut self, site: &mut Site<'_>, floor: Option<f64>) {
+    /// Takes what fell below `floor` (m) out of the cell: back to its parking place where
+    /// something can bring it again.
+    pub(crate) fn clear_fallen(&mut self, site: &mut Site<'_>, floor: f64) {
         for object in std::mem::take(&mut self.leaving) {
             site.rest_at_its_place(object);
             if let Some(body) = site.objects.body_mut(site.engine, object) {
                 body.set_enabled(false);
             }
         }
-        let Some(floor) = floor else {
-            return;
-        };
         for object in 0..site.objects.bodies.len() {
             let body = site.objects.body(site.engine, object);
             let fallen = body.is_some_and(|b| b.is_enabled() && b.translation().z < floor);
             if fallen && !site.is_attached(object) {
-                self.park(object, site);
+                site.drags.retain(|drag| drag.object != object);
+                self.cleared = self.cleared.wrapping_add(1);
+                if site.objects.specs.get(object).is_some_and(|s| s.parked) {
+                    site.rest_at_its_place(object);
+                    self.leaving.push(object);
+                } else {
+                    site.take_out(object);
+                    self.lost.push(object);
+                }
             }
         }
-    }
-
-    fn park(&mut self, object: usize, site: &mut Site<'_>) {
-        site.rest_at_its_place(object);
-        site.drags.retain(|drag| drag.object != object);
-        self.leaving.push(object);
-        self.cleared = self.cleared.wrapping_add(1);
     }
 }

@@ -63,6 +63,17 @@ impl Site<'_> {
         body.wake_up(true);
     }
 
+    /// Takes an object out of the cell; its pose stays the one it had.
+    pub(crate) fn take_out(&mut self, object: usize) {
+        if let Some(body) = self.objects.body_mut(self.engine, object) {
+            body.set_linvel(Vector::ZERO, true);
+            body.set_angvel(Vector::ZERO, true);
+            body.reset_forces(true);
+            body.reset_torques(true);
+            body.set_enabled(false);
+        }
+    }
+
     /// Puts an object to its parking place, at rest.
     pub(crate) fn rest_at_its_place(&mut self, object: usize) {
         let Some(spec) = self.objects.specs.get(object) else {

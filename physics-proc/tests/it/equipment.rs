@@ -142,6 +142,43 @@ fn what_falls_out_is_put_away_and_can_come_again() {
 }
 
 #[test]
+fn what_rolls_off_the_floor_is_lost_until_a_reset_and_nothing_else() {
+    let mut plc = Plc::new(3);
+    let start = plc.position(TRAY);
+    plc.drag(TRAY, [-2.6, 0.8, 0.2], 6.0);
+    plc.run(10_000);
+    let state = plc.state();
+    assert_eq!((plc.lost(), state.equipment.cleared), (1, 1));
+    let words = plc.lost_words();
+    assert!(
+        words.contains("'tray'") && words.contains("-0.50 m"),
+        "{words}"
+    );
+    let tray = state.objects[TRAY];
+    assert_eq!(
+        (tray.flags & OBJECT_ENABLED, tray.twist.linear),
+        (0, [0.0; 3])
+    );
+    let place = plc.position(TRAY);
+    assert!(place.z < -0.5 && place.z > -0.6, "where it left: {place}");
+    plc.run(100);
+    assert_eq!(plc.position(TRAY), place);
+    plc.ask(OperatorAction::Reset, 0);
+    assert_eq!(plc.lost(), 0);
+    assert!((plc.position(TRAY) - start).norm() < 1.0e-6);
+}
+
+#[test]
+fn a_cell_without_a_height_to_clear_below_loses_what_falls_all_the_same() {
+    let mut plc = Plc::with(3, |cell| cell.clear_below_m = None);
+    plc.drag(TRAY, [-2.6, 0.8, 0.2], 6.0);
+    plc.run(10_000);
+    assert_eq!(plc.lost(), 1);
+    // The floor is 0.1 m thick.
+    assert!((-1.2..-1.1).contains(&plc.position(TRAY).z));
+}
+
+#[test]
 fn parts_fall_into_the_tray_and_stay_there_until_none_is_left() {
     let mut plc = Plc::new(4);
     plc.run(20);

@@ -208,6 +208,14 @@ impl Plc {
         self.pose(object).translation.vector
     }
 
+    pub fn lost(&self) -> usize {
+        self.world.lost()
+    }
+
+    pub fn lost_words(&self) -> String {
+        self.world.lost_words(0)
+    }
+
     pub fn penetration(&self) -> f64 {
         self.world.penetration()
     }
