@@ -83,6 +83,8 @@ fn compare(report: &mut Report, name: &str, cell: &Cell) -> Result<(), CoreError
     let mut other = mujoco::start(cell, Settings::default());
     let (mut ours, mut theirs) = (Samples::with_capacity(TICKS), Samples::default());
     for _ in 0..TICKS / CHUNK {
+        // Half a second at rest sends them to sleep.
+        world.wake_objects();
         step(&mut world, CHUNK, &mut ours);
         if let Some(mujoco) = &mut other {
             theirs.record_all(&mujoco.step(CHUNK, &[]));

@@ -82,11 +82,13 @@ impl World {
         }
         let mut engine = settings::empty_world();
         let fixtures = objects::insert_fixtures(&mut engine, cell);
-        let objects = Objects::insert(&mut engine, cell);
+        // Arms first: objects that fall asleep and wake change the order of the bodies after
+        // them, and the order in which the rows of joints are solved is that of the bodies.
         let specs = cell.arms.iter().enumerate();
         let arms: Vec<Arm> = specs
             .map(|(index, spec)| Arm::insert(&mut engine, index, spec))
             .collect();
+        let objects = Objects::insert(&mut engine, cell);
         entered::let_through(&mut engine, cell, &fixtures, &arms);
         let equipment = Equipment::new(cell, &fixtures);
         if let Some(belt) = &equipment.belt {
@@ -428,6 +430,13 @@ impl World {
     /// Deepest penetration of any two shapes in contact (m).
     pub fn penetration(&self) -> f64 {
         contacts::deepest(&self.engine)
+    }
+
+    /// Wakes all objects that are at rest, for those who measure what they cost.
+    pub fn wake_objects(&mut self) {
+        for body in &self.objects.bodies {
+            self.engine.wake_up(*body, true);
+        }
     }
 
     /// What the links of an arm touch now; its base does not count.

@@ -97,17 +97,8 @@ pub(crate) fn pile(count: usize) -> Result<Cell, ModelError> {
     Ok(cell)
 }
 
-/// Bins that may not sleep, in columns of four.
-pub(super) fn bins_awake(count: usize) -> Result<Cell, ModelError> {
-    bins(count, false)
-}
-
 /// Bins that sleep when they rest, in columns of four.
 pub(crate) fn bins_asleep(count: usize) -> Result<Cell, ModelError> {
-    bins(count, true)
-}
-
-fn bins(count: usize, sleeps: bool) -> Result<Cell, ModelError> {
     let mut cell = base()?;
     for index in 0..count {
         let (column, level) = (index / LEVELS, index % LEVELS);
@@ -118,7 +109,7 @@ fn bins(count: usize, sleeps: bool) -> Result<Cell, ModelError> {
         );
         let mut bin = object(index, bin(), place);
         bin.mass = 0.6;
-        bin.sleeps = sleeps;
+        bin.sleeps = true;
         cell.objects.push(bin);
     }
     cell.bins = count;

@@ -74,14 +74,7 @@ impl Objects {
 
     /// Pose of an object in the world frame, if it exists and is finite.
     pub(crate) fn pose(&self, engine: &PhysicsWorld, object: usize) -> Option<Isometry3<f64>> {
-        let pose = convert::from_pose(self.body(engine, object)?.position());
-        let finite = pose
-            .translation
-            .vector
-            .iter()
-            .chain(pose.rotation.coords.iter())
-            .all(|x: &f64| x.is_finite());
-        finite.then_some(pose)
+        convert::finite_pose(self.body(engine, object)?.position())
     }
 
     /// Whether an object is in the cell.
@@ -90,17 +83,24 @@ impl Objects {
     }
 }
 
-/// Every object, in the order of the cell. Those that have not come yet are
-/// disabled; only those sleep that may.
+/// Speed of its fastest point below which an object is at rest (m/s), and where its cell lets
+/// it sleep while it trembles.
+const REST_M_S: f64 = 1.0e-4;
+const TREMBLE_M_S: f64 = 0.05;
+
+/// Every object, in the order of the cell. Those that have not come yet are disabled. What
+/// has been at rest for half a second falls asleep with all it touches, and wakes with it.
 fn insert(world: &mut PhysicsWorld, cell: &Cell) -> Vec<RigidBodyHandle> {
     let objects = cell.objects.iter().enumerate().map(|(index, object)| {
         let builder = RigidBodyBuilder::dynamic()
             .pose(convert::to_pose(&object.pose))
-            .can_sleep(object.sleeps)
             .angular_damping(object.angular_damping)
             .enabled(!object.parked)
             .gyroscopic_forces_enabled(false);
-        let body = world.bodies.insert(builder.build());
+        let mut body = builder.build();
+        let speed = if object.sleeps { TREMBLE_M_S } else { REST_M_S };
+        body.activation_mut().normalized_linear_threshold = speed;
+        let body = world.bodies.insert(body);
         let collider = collider(
             &object.shape,
             &Isometry3::identity(),

@@ -9,6 +9,7 @@
 use crate::support;
 
 use ipc_types::Validate;
+use ipc_types::world::OBJECT_ASLEEP;
 use support::Rig;
 
 #[test]
@@ -41,6 +42,34 @@ fn a_grasped_cube_stays_where_it_is_for_ten_seconds() {
     assert!(penetration <= 1.5e-4, "{penetration}");
     assert_eq!(rig.state().arms[0].limit_violations, 0);
     assert_eq!(rig.world.refused_commands(), 0);
+}
+
+/// Where the held object is in the hand after ten seconds (m).
+fn held_for_ten_seconds(wakes_others: bool) -> nalgebra::Vector3<f64> {
+    let mut rig = Rig::new(3);
+    rig.pick(0, 0.3);
+    rig.stay(600);
+    let others = rig.state().objects()[1..].to_vec();
+    assert!(
+        others
+            .iter()
+            .all(|object| object.flags & OBJECT_ASLEEP != 0)
+    );
+    for _ in 0..100 {
+        if wakes_others {
+            rig.world.wake_objects();
+        }
+        rig.stay(100);
+    }
+    rig.object_in_hand(0).translation.vector
+}
+
+#[test]
+fn what_sleeps_or_wakes_elsewhere_does_not_let_the_held_object_slip() {
+    let (asleep, awake) = (held_for_ten_seconds(false), held_for_ten_seconds(true));
+    let apart = (asleep - awake).norm();
+    println!("apart {:.6} mm", apart * 1e3);
+    assert!(apart < 1.0e-6, "{apart}");
 }
 
 #[test]

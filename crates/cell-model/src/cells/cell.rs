@@ -109,7 +109,7 @@ pub struct ObjectSpec {
     pub parked: bool,
     /// Whether motion policies can keep away from it.
     pub obstacle: bool,
-    /// Whether it may sleep when it rests.
+    /// Whether it may fall asleep while it still trembles.
     pub sleeps: bool,
     /// Slows its turning (1/s).
     pub angular_damping: f64,

@@ -145,7 +145,9 @@ pub struct ObjectTable {
     /// Whether motion policies can keep away from it.
     #[serde(default)]
     pub obstacle: bool,
-    /// Whether it may sleep when it rests, which costs physics next to nothing.
+    /// Whether it may fall asleep while it still trembles a little (0.05 m/s), as in a heap,
+    /// which costs physics next to nothing. Without it, an object falls asleep once it has
+    /// not moved for half a second.
     #[serde(default)]
     pub sleeps: bool,
     /// Slows its turning, so that a pile comes to rest (1/s).
