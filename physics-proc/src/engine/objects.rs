@@ -5,6 +5,7 @@ use nalgebra::Isometry3;
 use rapier3d_f64::prelude::*;
 
 use crate::engine::convert;
+use crate::engine::settings::LENGTH_UNIT_M;
 use crate::engine::shapes;
 use crate::engine::tag::Tag;
 
@@ -99,7 +100,7 @@ fn insert(world: &mut PhysicsWorld, cell: &Cell) -> Vec<RigidBodyHandle> {
             .gyroscopic_forces_enabled(false);
         let mut body = builder.build();
         let speed = if object.sleeps { TREMBLE_M_S } else { REST_M_S };
-        body.activation_mut().normalized_linear_threshold = speed;
+        body.activation_mut().normalized_linear_threshold = speed / LENGTH_UNIT_M;
         let body = world.bodies.insert(body);
         let collider = collider(
             &object.shape,
