@@ -131,13 +131,13 @@ struct JointStates<'a> {
     joints: Vec<JointState<'a>>,
 }
 
-/// Appends TCPs and links of the arms and the objects that move, once a second all,
-/// to `out`, as JSON. A link of the name `tcp` or `base` takes the place of the frame of
+/// Appends TCPs and links of the arms and the objects that move, once a second and where
+/// `all` is true all, to `out`, as JSON. A link of the name `tcp` or `base` takes the place of the frame of
 /// ours.
-pub fn transforms(names: &Names, world: &WorldState, out: &mut Vec<u8>) {
+pub fn transforms(names: &Names, world: &WorldState, all: bool, out: &mut Vec<u8>) {
     let time_ns = world.header.sim_time_ns;
     let tf = |child, pose| transform(time_ns, (WORLD, child), pose);
-    let is_all = world.header.tick.is_multiple_of(REST_TICKS);
+    let is_all = all || world.header.tick.is_multiple_of(REST_TICKS);
     let mut transforms = Vec::new();
     for (arm, state) in names.arms.iter().zip(world.arms()) {
         if !arm.links.has(&arm.tcp) {
@@ -305,12 +305,18 @@ mod tests {
         let time = json!({ "sec": 2, "nsec": 500_000_000 });
         assert_eq!(said, json!({ "timestamp": time, "joints": [joint] }));
         out.clear();
-        transforms(&names, &world, &mut out);
+        transforms(&names, &world, false, &mut out);
         let said: Value = serde_json::from_slice(&out).unwrap();
         let list = said["transforms"].as_array().unwrap();
         let children: Vec<_> = list.iter().map(|t| &t["child_frame_id"]).collect();
         assert_eq!(children, ["arm/tcp", "cube"]);
         assert_eq!(list[1]["translation"]["z"], json!(-0.333_333));
+        out.clear();
+        transforms(&names, &world, true, &mut out);
+        let said: Value = serde_json::from_slice(&out).unwrap();
+        let list = said["transforms"].as_array().unwrap();
+        let children: Vec<_> = list.iter().map(|t| &t["child_frame_id"]).collect();
+        assert_eq!(children, ["arm/tcp", "arm/base", "cube", "rests"]);
         out.clear();
         world.arms[0].setpoint_positions[0] = 0.123_4;
         tracking_errors(&names, &world, 0, &mut out);

@@ -86,6 +86,8 @@ pub(super) struct Taps {
     missed: u64,
     names: foxglove::Names,
     whole: Whole,
+    /// Whether a `foxglove.FrameTransforms` with all frames was written.
+    all_told: bool,
     epoch: Option<u32>,
     health_ns: u64,
 }
@@ -124,6 +126,7 @@ impl Taps {
             missed: 0,
             names: foxglove::Names::of(scene),
             whole: Whole::new(),
+            all_told: false,
             epoch: None,
             health_ns: 0,
         })
@@ -185,6 +188,7 @@ impl Taps {
 
     fn drain_world(&mut self, hops: &mut Hops) -> f64 {
         let (whole, names, epoch) = (&mut self.whole, &self.names, &mut self.epoch);
+        let all_told = &mut self.all_told;
         let taken = self.world.drain(&mut self.batch, |batch, source, piece| {
             let of = piece.state.generation;
             if epoch.replace(of) != Some(of) {
@@ -195,7 +199,7 @@ impl Taps {
                 hops.state(piece);
             }
             if let Some(state) = whole.take(piece) {
-                put_foxglove(batch, source, names, state);
+                put_foxglove(batch, source, names, state, all_told);
             }
         });
         taken as f64 / TopicId::WorldTap.depth() as f64
@@ -244,7 +248,13 @@ fn put_line(batch: &mut Batch, source: usize, line: &TraceLine) {
 }
 
 /// For other tools. A paused cell says the same again and again.
-fn put_foxglove(batch: &mut Batch, source: usize, names: &foxglove::Names, world: &WorldState) {
+fn put_foxglove(
+    batch: &mut Batch,
+    source: usize,
+    names: &foxglove::Names,
+    world: &WorldState,
+    all_told: &mut bool,
+) {
     if world.has(ipc_types::world::FLAG_PAUSED) {
         return;
     }
@@ -263,7 +273,7 @@ fn put_foxglove(batch: &mut Batch, source: usize, names: &foxglove::Names, world
             });
         }
         batch.put_json(source, Channel::Transforms, header, |out| {
-            foxglove::transforms(names, world, out);
+            foxglove::transforms(names, world, !std::mem::replace(all_told, true), out);
         });
     }
 }

@@ -49,7 +49,7 @@ pub struct Cell {
     /// Light barriers in the order of
     /// [`ipc_types::EquipmentState::sensors`].
     pub sensors: Vec<SensorTable>,
-    /// An object below this height is put away again (m).
+    /// An object below this height is taken out of the cell (m).
     pub clear_below_m: Option<f64>,
     /// A reset of the task leaves it paused, with its arms on the way to their default pose.
     pub reset_pauses: bool,

@@ -38,7 +38,8 @@ pub struct CellFile {
     /// `[[sensor]]` tables: light barriers.
     #[serde(default, rename = "sensor")]
     pub sensors: Vec<SensorTable>,
-    /// An object below this height is put away again (m).
+    /// An object below this height is taken out of the cell (m); 1 m below all that is in it at
+    /// the start where this is not given.
     #[serde(default)]
     pub clear_below_m: Option<f64>,
     /// A reset of the task opens the grippers, sends the arms to their default pose and leaves
