@@ -19,6 +19,7 @@ use crate::plant::{Next, Plant};
 use crate::recorder_pace::RecorderPace;
 use crate::resume::Resume;
 use crate::script_report::ScriptReport;
+use crate::state::lost::LostNews;
 use crate::state::tap::StateTap;
 use crate::world::StepInput;
 
@@ -114,9 +115,8 @@ struct PhysicsProcess {
     overruns: u64,
     /// Arms at fault.
     faults: usize,
-    /// Objects that fell out of the cell, and what the health says of them.
-    lost: usize,
-    lost_words: String,
+    /// Objects that fell out of the cell.
+    lost: LostNews,
     /// What an incident shows of a tick.
     boxed: [f64; 4],
 }
@@ -133,8 +133,7 @@ impl PhysicsProcess {
         let bells = (0..spec.arms).map(|arm| bus.doorbell(Process::Controller(arm)));
         Ok(Self {
             tick: plant.world().tick(),
-            lost: plant.world().lost(),
-            lost_words: plant.world().lost_words(0),
+            lost: LostNews::new(plant.world()),
             plant,
             resume,
             report,
@@ -249,29 +248,15 @@ impl PhysicsProcess {
         if std::mem::replace(&mut self.faults, faults) < faults {
             cell_worker::warn(format_args!("{}", self.plant.world().fault_words()));
         }
-        self.look_for_lost();
+        self.lost.look(self.plant.world());
         self.resume.save(&self.plant);
         let mut lost = self.resume.lost(self.tick);
         if lost.is_empty() {
-            lost.push_str(&self.lost_words);
+            lost.push_str(&self.lost.words);
         }
         self.health
             .fault((!lost.is_empty()).then_some(lost.as_str()));
         self.report.turn(&self.plant);
-    }
-
-    /// Objects that fell out of the cell: each is told once in the log, and in the health
-    /// until a reset.
-    fn look_for_lost(&mut self) {
-        let world = self.plant.world();
-        let known = std::mem::replace(&mut self.lost, world.lost());
-        if known == self.lost {
-            return;
-        }
-        self.lost_words = world.lost_words(0);
-        if known < self.lost {
-            cell_worker::warn(world.lost_words(known));
-        }
     }
 
     fn publish(&mut self) {

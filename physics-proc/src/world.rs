@@ -288,26 +288,6 @@ impl World {
         at_fault.map(words).collect::<Vec<_>>().join("\n")
     }
 
-    /// Number of objects that fell out of the cell and that only a reset brings back.
-    pub fn lost(&self) -> usize {
-        self.memory.equipment.parking.lost.len()
-    }
-
-    /// Which they are after the first `known`; empty where there are no more.
-    pub fn lost_words(&self, known: usize) -> String {
-        let lost = self.memory.equipment.parking.lost.iter().skip(known);
-        let names = lost.filter_map(|object| self.objects.specs.get(*object));
-        let names: Vec<String> = names.map(|spec| format!("'{}'", spec.name)).collect();
-        if names.is_empty() {
-            return String::new();
-        }
-        format!(
-            "below z = {:.2} m an object is out of the cell until a reset: {}",
-            self.equipment.clear_below,
-            names.join(", ")
-        )
-    }
-
     /// Acts on a request of the operator. Pause, resume, step, script and end
     /// belong to the process around the world and are refused here.
     pub fn operate(

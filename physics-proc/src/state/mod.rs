@@ -1,6 +1,7 @@
 //! What the world is made known by: the state message, snapshots, the hash.
 
 pub(crate) mod hash;
+pub(crate) mod lost;
 pub(crate) mod memory;
 pub(crate) mod message;
 pub(crate) mod snapshot;
