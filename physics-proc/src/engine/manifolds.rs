@@ -3,19 +3,23 @@
 //! The collision library keeps the points of a pair until the bodies have turned by a degree or
 //! slid by a millimetre against each other. A kept point of a rolling cylinder stays behind its
 //! centre: the normal force then has a lever arm and drives the cylinder. Balls have no kept
-//! points, and faces of boxes do not roll (docs/adr/0028).
+//! points, and faces of boxes do not roll. Why a point is dropped, and what both cost: ADR 0028.
 
 use parry3d_f64::math::{Pose, Real, Vector};
 use parry3d_f64::query::details::{ContactManifoldsWorkspace, NormalConstraints, ShapeCastOptions};
 use parry3d_f64::query::{
     ClosestPoints, Contact, ContactManifold, DefaultQueryDispatcher, NonlinearRigidMotion,
     PersistentQueryDispatcher, QueryDispatcher, ShapeCastHit, ShapeDistance, ShapeIntersection,
-    Unsupported,
+    TrackedContact, Unsupported,
 };
-use parry3d_f64::shape::{Shape, ShapeType};
+use parry3d_f64::shape::{PackedFeatureId, Shape, ShapeType};
 use rapier3d_f64::prelude::{ContactData, ContactManifoldData, PhysicsWorld};
 
 type Manifold = ContactManifold<ContactManifoldData, ContactData>;
+type Point = TrackedContact<ContactData>;
+
+/// Points are as near as another one within this (m).
+const AS_NEAR_M: Real = 1.0e-7;
 
 /// Has the engine compute the contact points of round shapes in every tick. This is not part of
 /// a snapshot: an engine that was read from one needs it again.
@@ -32,6 +36,16 @@ fn is_round(shape: &dyn Shape) -> bool {
         shape.shape_type(),
         ShapeType::Capsule | ShapeType::Cylinder | ShapeType::Cone
     )
+}
+
+/// Drops the nearest point of both shapes, which the library adds to the points of their edges
+/// and faces, where one of these is as near. Along a line or a face any point is the nearest:
+/// from tick to tick it is another one, and the impulse it is given there lets a held rod creep.
+fn drop_wandering(manifold: &mut Manifold) {
+    let is_nearest = |point: &Point| point.fid1 == PackedFeatureId::UNKNOWN;
+    let of_features = manifold.points.iter().filter(|point| !is_nearest(point));
+    let least = of_features.fold(Real::INFINITY, |least, point| least.min(point.dist));
+    (manifold.points).retain(|point| !is_nearest(point) || point.dist + AS_NEAR_M < least);
 }
 
 impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for RenewRound {
@@ -51,7 +65,11 @@ impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for RenewRound 
                 .for_each(Manifold::mark_shapes_deformed);
         }
         DefaultQueryDispatcher
-            .contact_manifolds(pos12, shape1, shape2, prediction, manifolds, workspace)
+            .contact_manifolds(pos12, shape1, shape2, prediction, manifolds, workspace)?;
+        if is_round(shape1) || is_round(shape2) {
+            manifolds.iter_mut().for_each(drop_wandering);
+        }
+        Ok(())
     }
 
     fn contact_manifold_convex_convex(

@@ -6,9 +6,6 @@ use super::scene::{FRICTION, Scene, about, box_of, every_shape};
 
 /// Largest way of an object at rest (m).
 const AT_REST_M: f64 = 0.1e-3;
-/// The same of what lies on its round side: nothing holds it there, and the error of the
-/// contact points moves it by about 2 um a second.
-const ROUND_AT_REST_M: f64 = 0.5e-3;
 
 /// Each shape is `seconds` at rest on a plane of its own, which is tilted by `slope`, and is
 /// turned by `yaw` about its normal (degrees). What lies on its side there has its axis along
@@ -35,9 +32,8 @@ fn check(arm: bool, slope: f64, yaw: f64, seconds: f64) {
     running.run(seconds);
     for ((name, object), before) in placed.iter().zip(before) {
         let way = (running.place(*object) - before).norm();
-        let lies = name.ends_with("lying");
         assert!(
-            way < if lies { ROUND_AT_REST_M } else { AT_REST_M },
+            way < AT_REST_M,
             "{name} moved {way} m; arm: {arm}, slope {slope}, yaw {yaw}"
         );
     }
