@@ -21,6 +21,9 @@ const LINK_FRICTION: f64 = 0.5;
 
 /// Share of its effort limit a drive keeps in any case.
 const LEAST_EFFORT: f64 = 0.05;
+/// Up to this share of its limit a drive needs no limit in the engine: it does not ask for
+/// the rest within a tick.
+const FREE_EFFORT: f64 = 0.5;
 
 /// Ticks ahead in which a limit that a joint may reach takes part in the solution.
 const LIMIT_TICKS: f64 = 2.0;
@@ -172,6 +175,10 @@ impl Arm {
     /// Sets the drive of a joint of the chain. Feed-forward and gravity shift the
     /// target of the spring. The engine limits the sum of drive and gravity, so
     /// what gravity may take is kept back from the drive's limit.
+    ///
+    /// Where the drive is far from its limit it is a spring with damping in the mass matrix
+    /// of the engine, which costs nothing more; near the limit, and beyond, it is a row of the
+    /// solver, which knows the limit. Both are implicit; which one follows from the state (ADR 0032).
     pub(crate) fn drive(&self, world: &mut PhysicsWorld, joint: usize, target: &DriveTarget) {
         let Some((multibody, _)) = self
             .handle
@@ -184,21 +191,37 @@ impl Arm {
         else {
             return;
         };
-        let rates = multibody.generalized_velocity();
-        let rate = multibody
-            .link(link)
-            .map_or(0.0, |link| rates[link.assembly_id()]);
+        let Some(place) = multibody.link(link).map(MultibodyLink::assembly_id) else {
+            return;
+        };
+        let rate = multibody.generalized_velocity()[place];
         let Some(link) = multibody.link_mut(link) else {
             return;
         };
         let reach = LIMIT_TICKS * TICK_S * (rate.abs() + spec.velocity);
         limit_if_near(link, axis, reach);
-        let motor = &mut link.joint.data.motors[axis];
         let effort = target.effort.clamp(-target.max_effort, target.max_effort);
-        motor.target_pos = target.position + (effort - target.gravity) / spec.stiffness;
-        motor.target_vel = target.velocity;
-        motor.max_force =
-            (target.max_effort - target.gravity.abs()).max(LEAST_EFFORT * target.max_effort);
+        let rest = target.position + (effort - target.gravity) / spec.stiffness;
+        let most = (target.max_effort - target.gravity.abs()).max(LEAST_EFFORT * target.max_effort);
+        let asked = spec.stiffness * (rest - link.joint.coords()[axis])
+            + spec.damping * (target.velocity - rate);
+        let is_limited = asked.abs() > FREE_EFFORT * most;
+        let joint = &mut link.joint;
+        joint
+            .data
+            .motor_axes
+            .set(JointAxesMask::from_bits_truncate(1 << axis), is_limited);
+        let motor = &mut joint.data.motors[axis];
+        (motor.target_pos, motor.target_vel, motor.max_force) = (rest, target.velocity, most);
+        let damping = if is_limited {
+            joint.set_spring(axis, 0.0, 0.0);
+            0.0
+        } else {
+            let ahead = spec.damping * target.velocity / spec.stiffness;
+            joint.set_spring(axis, spec.stiffness, rest + ahead);
+            spec.damping
+        };
+        multibody.damping_mut()[place] = spec.joint_damping + damping;
     }
 
     /// Position and velocity of every joint of the chain.

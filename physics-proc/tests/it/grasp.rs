@@ -37,8 +37,9 @@ fn a_grasped_cube_stays_where_it_is_for_ten_seconds() {
         penetration * 1e3
     );
     assert!(rig.object(0).translation.vector.z > 0.3);
-    // Two substeps slip by 0.005 mm, four by 0.0007 mm; MuJoCo by 0.24 to 0.82 mm.
-    assert!(slip <= 1.0e-5, "{slip}");
+    // It was 0.005 mm with drives that are rows of the solver; MuJoCo's cube slips by 0.24 to
+    // 0.82 mm.
+    assert!(slip <= 1.0e-6, "{slip}");
     assert!(penetration <= 1.5e-4, "{penetration}");
     assert_eq!(rig.state().arms[0].limit_violations, 0);
     assert_eq!(rig.world.refused_commands(), 0);
