@@ -23,7 +23,7 @@ const OBJECT_GROUPS: &str = "contype=\"1\" conaffinity=\"3\"";
 pub(crate) const MISSING: &str =
     "MuJoCo is not installed (pip install mujoco): nothing to compare with";
 
-/// What is not as `MuJoCo` has it by default.
+/// Differences from the defaults of `MuJoCo`.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Settings {
     /// Attributes of its `option` element, besides the length of the step.
@@ -191,7 +191,7 @@ fn add_link(out: &mut String, arm: &ArmSpec, index: usize) {
 #[derive(Clone, Copy)]
 struct Surface {
     friction: f64,
-    /// What it collides with.
+    /// Attributes of its collision groups.
     groups: &'static str,
 }
 

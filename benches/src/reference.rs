@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 /// Name of its row.
 pub(crate) const NAME: &str = "reference kernel";
-/// What it is.
+/// Description for the report.
 pub(crate) const NOTE: &str = "reference kernel: product of two fixed matrices of 24 x 24 in f64, \
                                13,824 multiplications and additions";
 

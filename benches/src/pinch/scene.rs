@@ -15,7 +15,7 @@ use rmp::{Chain, Frame, Joint, JointKind};
 
 use crate::error::CoreError;
 
-/// Name of what is held.
+/// Name of the held object.
 pub(super) const ROD: &str = "rod";
 /// Edge lengths of a pad (m), and its mass (kg).
 const PAD_M: [f64; 3] = [0.016, 0.06, 0.04];

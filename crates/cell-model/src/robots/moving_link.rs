@@ -158,7 +158,7 @@ pub(crate) fn moving_links(robot: &Robot) -> Vec<MovingLink> {
 }
 
 /// How a joint of the chain moves with a controlled one: its place in the arm, ratio and
-/// offset; `None` where it stands at home.
+/// offset; `None` where it stays at home.
 fn moved(robot: &Robot, joint: usize) -> Option<(usize, f64, f64)> {
     let mut followers = robot.followers();
     let follows = followers.find(|(follower, ..)| *follower == joint);
