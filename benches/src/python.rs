@@ -46,7 +46,7 @@ impl PythonStepper {
     }
 
     /// Steps, and answers how long each took (ns). `controls` are those of each step, one
-    /// after the other; without any the engine keeps what it has.
+    /// after the other; without any the engine keeps its last controls.
     pub(crate) fn step(&mut self, steps: usize, controls: &[f64]) -> Vec<u64> {
         let controls = controls.iter().map(|control| format!(" {control}"));
         let answer = self.ask(&format!("{steps}{}", controls.collect::<String>()));

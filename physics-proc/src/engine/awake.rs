@@ -12,7 +12,7 @@ pub(crate) fn wake_touched(engine: &mut PhysicsWorld, objects: &Objects, contact
     for (handle, _) in touched.filter(|(_, touched)| **touched) {
         let bodies = &mut engine.bodies;
         let sleeps = bodies.get(*handle).is_some_and(RigidBody::is_sleeping);
-        // The engine looks at whatever was borrowed from it to be changed.
+        // The engine examines every body that was borrowed to be changed.
         if sleeps && let Some(body) = bodies.get_mut(*handle) {
             body.wake_up(true);
         }

@@ -59,7 +59,7 @@ impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for RenewRound 
         workspace: &mut Option<ContactManifoldsWorkspace>,
     ) -> Result<(), Unsupported> {
         if is_round(shape1) || is_round(shape2) {
-            // The library computes the points of such a manifold anew and keeps their impulses.
+            // The library computes the points of such a manifold again and keeps their impulses.
             manifolds
                 .iter_mut()
                 .for_each(Manifold::mark_shapes_deformed);

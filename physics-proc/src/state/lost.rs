@@ -8,7 +8,7 @@ impl World {
         self.memory.equipment.parking.lost.len()
     }
 
-    /// Which they are after the first `known`; empty where there are no more.
+    /// Names of the lost objects after the first `known`; empty where there are none.
     pub fn lost_words(&self, known: usize) -> String {
         let lost = self.memory.equipment.parking.lost.iter().skip(known);
         let names = lost.filter_map(|object| self.objects.specs.get(*object));
