@@ -339,6 +339,7 @@ impl PhysicsProcess {
                         .note(&format!("tick {} waits for {}", self.tick, process.name()));
                     self.health.publish_if_due(self.tick, monotonic_ns());
                     self.state.update_connections();
+                    self.tap.update_connections();
                     self.ring_all();
                     patient_until_ns = monotonic_ns() + SPIN_NS;
                 }

@@ -4,9 +4,11 @@ use cell_bus::{Bus, BusError, Latest};
 use ipc_types::topic::TopicId;
 use ipc_types::{Health, RECORDER_LAG_TICKS};
 
-/// A recorder that says nothing for this long is not waited for until it speaks
-/// again (ns): its process was given up, or is killed again and again.
-const PATIENCE_NS: u64 = 5_000_000_000;
+/// A recorder that sends nothing for this long is not waited for until it sends
+/// again (ns): its process was given up, or is killed again and again. On a busy machine
+/// a recorder that works may be without a core or a disk for some seconds; after 20 s of
+/// the same tick the launcher gives the run up.
+const RECORDER_PATIENCE_NS: u64 = 10_000_000_000;
 
 /// How far the recorder has got.
 pub(crate) struct RecorderPace {
@@ -48,9 +50,14 @@ impl RecorderPace {
     /// Physics waits for it now.
     pub(crate) fn waited(&mut self, now_ns: u64) {
         let since_ns = *self.waits_since_ns.get_or_insert(now_ns);
-        if now_ns.saturating_sub(since_ns) > PATIENCE_NS {
+        if now_ns.saturating_sub(since_ns) > RECORDER_PATIENCE_NS {
             self.is_expected = false;
             self.waits_since_ns = None;
+            cell_worker::warn(format_args!(
+                "the recorder has sent nothing for {} s: physics continues without it, and \
+                 the recording will have gaps",
+                RECORDER_PATIENCE_NS / 1_000_000_000
+            ));
         }
     }
 }

@@ -110,7 +110,12 @@ impl Keeper {
     }
 
     fn create_topic_of<T: TopicMessage>(&mut self, topic: TopicId) -> Result<(), BusError> {
-        self.add_topic::<T>(&topic.service(), topic.depth(), qos::max_subscribers(topic))
+        let limits = Limits {
+            depth: topic.depth(),
+            readers: qos::max_subscribers(topic),
+            history: qos::history(topic),
+        };
+        self.add::<T>(&topic.service(), limits)
     }
 
     /// Creates one more topic, for a tool or a test that has its own: `name`,
@@ -122,7 +127,19 @@ impl Keeper {
         depth: usize,
         readers: usize,
     ) -> Result<(), BusError> {
-        let service = T::create(self, name, Limits { depth, readers })?;
+        let history = qos::HISTORY.min(depth);
+        self.add::<T>(
+            name,
+            Limits {
+                depth,
+                readers,
+                history,
+            },
+        )
+    }
+
+    fn add<T: TopicMessage>(&mut self, name: &str, limits: Limits) -> Result<(), BusError> {
+        let service = T::create(self, name, limits)?;
         self.services.push(service);
         Ok(())
     }
@@ -138,7 +155,7 @@ impl Keeper {
             .max_publishers(qos::MAX_PUBLISHERS)
             .max_subscribers(limits.readers)
             .max_nodes(qos::MAX_NODES)
-            .history_size(qos::HISTORY.min(limits.depth))
+            .history_size(limits.history)
             .subscriber_max_buffer_size(limits.depth)
             .subscriber_max_borrowed_samples(qos::MAX_BORROWED)
             .enable_safe_overflow(true)

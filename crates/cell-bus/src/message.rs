@@ -37,6 +37,8 @@ pub trait TopicMessage: Message {
 pub struct Limits {
     pub(crate) depth: usize,
     pub(crate) readers: usize,
+    /// Newest messages a late joiner gets.
+    pub(crate) history: usize,
 }
 
 macro_rules! topic_messages {

@@ -46,8 +46,8 @@ impl<T: TopicMessage> Publisher<T> {
         self.0.publish(&mut |place| *place = *message)
     }
 
-    /// Lets readers that joined since the last message in, and gives them that
-    /// message. A writer that waits for others or is slow calls this every few
+    /// Lets readers that joined since the last message in, also those of the tap, and
+    /// gives them the newest messages. A writer that waits for others or is slow calls this every few
     /// milliseconds.
     pub fn update_connections(&mut self) {
         self.0.update_connections();
@@ -138,8 +138,8 @@ impl<T: Message> Publish<T> for Writer<T> {
     }
 
     fn update_connections(&mut self) {
-        if self.port.update_connections().is_err() {
-            self.errors += 1;
+        for port in [Some(&self.port), self.tap.as_ref()].into_iter().flatten() {
+            self.errors += u64::from(port.update_connections().is_err());
         }
     }
 

@@ -1,8 +1,10 @@
 //! Settings of the services: made by the keeper, taken over by all others.
 
+use ipc_types::tap::PIECE_OBJECTS;
 use ipc_types::topic::{Process, TopicId};
 use ipc_types::{
-    ArmCommand, ArmStatus, Contacts, Decision, Health, Keyframe, TraceLine, WorldPiece, WorldState,
+    ArmCommand, ArmStatus, Contacts, Decision, Health, Keyframe, MAX_OBJECTS, TraceLine,
+    WorldPiece, WorldState,
 };
 
 /// One writer is legal (the fence sees to it); the rest is slack for slots of
@@ -12,13 +14,24 @@ pub(crate) const MAX_PUBLISHERS: usize = 8;
 pub(crate) const MAX_NODES: usize = 32;
 /// A reader keeps the last good message while it looks at the next.
 pub(crate) const MAX_BORROWED: usize = 2;
-/// A late joiner gets the newest messages, as many as a reader can be behind,
-/// but no more than this.
+/// Newest messages a late joiner gets of most topics.
 pub(crate) const HISTORY: usize = 2;
+/// Pieces of the largest state: lockstep waits for a recorder until it has the first
+/// state, which was sent before it joined.
+const STATE_PIECES: usize = MAX_OBJECTS.div_ceil(PIECE_OBJECTS);
 /// Readers of a topic of few messages: the processes of a cell and tools.
 const MAX_SUBSCRIBERS: usize = 16;
 /// Loans of one publisher at a time.
 const MAX_LOANED: usize = 2;
+
+/// Newest messages of a topic that a late joiner gets: at most as many as a reader can
+/// be behind.
+pub(crate) fn history(topic: TopicId) -> usize {
+    match topic {
+        TopicId::WorldTap => STATE_PIECES,
+        _ => HISTORY.min(topic.depth()),
+    }
+}
 
 /// Readers of a topic. Deep buffers are memory times readers, so they get few.
 pub(crate) fn max_subscribers(topic: TopicId) -> usize {
@@ -66,7 +79,7 @@ fn message_size(topic: TopicId) -> usize {
 /// Messages a publisher's segment has room for: what all readers can hold and
 /// have waiting, the history and the loans.
 fn segment_messages(topic: TopicId) -> usize {
-    max_subscribers(topic) * (topic.depth() + MAX_BORROWED) + HISTORY + MAX_LOANED
+    max_subscribers(topic) * (topic.depth() + MAX_BORROWED) + history(topic) + MAX_LOANED
 }
 
 /// Shared memory a cell of `arms` arms needs, in bytes: two publishers per

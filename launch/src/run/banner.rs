@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use cell_model::runs::spec::{RecordSpec, RunSpec, Speed};
+use cell_model::runs::summary::RunSummary;
 use ipc_types::health::Scheduling;
 
 use super::{LiveCell, first_page};
@@ -32,8 +33,20 @@ pub(super) fn cell_option(spec: &RunSpec) -> String {
 }
 
 /// Where the run is recorded, once it has ended: each part of it, as a recorder that was
-/// restarted continues in another file. Nothing where no recording is left.
-pub(super) fn recording(spec: &RecordSpec, parts: &[PathBuf]) -> Vec<String> {
+/// restarted continues in another file, and what is missing. Nothing where no recording
+/// is left.
+pub(super) fn recording(spec: &RecordSpec, summary: &RunSummary) -> Vec<String> {
+    let mut lines = files(spec, &summary.record_files);
+    if summary.record_gaps > 0 && !lines.is_empty() {
+        lines.push(format!(
+            "the recording misses {} messages; its channel `gaps` has their times",
+            summary.record_gaps
+        ));
+    }
+    lines
+}
+
+fn files(spec: &RecordSpec, parts: &[PathBuf]) -> Vec<String> {
     let line = |what: &str, path: &Path| {
         let shell = quoted(path);
         let path = path.display();

@@ -132,7 +132,7 @@ fn report(end: &End, record: &RecordSpec, json: bool) -> Result<(), Failure> {
             output::print(summary)?;
         } else {
             say::line(summary);
-            let lines = banner::recording(record, &summary.record_files);
+            let lines = banner::recording(record, summary);
             lines.iter().for_each(say::line);
         }
     }

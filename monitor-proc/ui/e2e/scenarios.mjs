@@ -190,12 +190,19 @@ async function buttons({ page, look, until, press, robocell, same, near, forgive
     (r, lines) => r.store.log.slice(lines).some(({ text }) => text.includes("[task] reset")),
     lines,
   );
-  await until("it works again", (r) => r.store.status.task.outcome === "running");
-  // What cannot be done now says why, and is not what is offered first.
+  await until("the task waits", flag(TASK_PAUSED));
+  // What cannot be done now says why, and is not what is offered first. Time is
+  // paused at the beginning of the task: a slow page would look after its end.
+  robocell("pause");
+  robocell("reset");
+  robocell("task", "resume");
+  robocell("step", "100");
+  await until("the task works again", (r) => r.store.status.task.outcome === "running");
   const perform = page.getByRole("button", { name: "Perform Task" });
   await page.locator('button[title*="Not now: the task is running"]').first().waitFor();
   same("the button of a running task is off", await perform.getAttribute("aria-disabled"), "true");
   same("it is not the primary one", (await perform.getAttribute("class")).includes("primary"), false);
+  robocell("resume");
   // Processes.
   const task = await generation("task");
   await press("robocell restart task");

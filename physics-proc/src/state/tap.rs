@@ -22,6 +22,11 @@ impl StateTap {
         })
     }
 
+    /// Gives a recorder that joined since the last state that state.
+    pub(crate) fn update_connections(&mut self) {
+        self.pieces.update_connections();
+    }
+
     /// Keeps a copy of what is being published.
     pub(crate) fn keep(&mut self, state: &WorldState) {
         *self.state = *state;

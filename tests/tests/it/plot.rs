@@ -16,6 +16,7 @@ fn recorded() -> (TempDir, PathBuf) {
     let said = finish(robocell(base.path(), &arguments));
     // It is out of time.
     assert_eq!(said.code, 5, "{said:?}");
+    assert!(!said.stdout.contains("recording misses"), "{said:?}");
     (base, file)
 }
 

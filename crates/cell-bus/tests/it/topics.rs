@@ -7,8 +7,9 @@ use crate::common;
 
 use common::{RUN, TestRun, decision};
 use ipc_types::header::{Header, Message};
+use ipc_types::tap::{PIECE_OBJECTS, Pieces};
 use ipc_types::topic::{Process, TopicId};
-use ipc_types::{Decision, TraceLine, Wire, WorldState};
+use ipc_types::{Decision, MAX_OBJECTS, TraceLine, Wire, WorldPiece, WorldState};
 
 const TOPIC: TopicId = TopicId::Decision;
 
@@ -64,6 +65,43 @@ fn a_late_joiner_gets_the_last_message_when_the_writer_lets_it_in() {
         0,
         "what was before it joined is not lost"
     );
+}
+
+/// Lockstep waits for a recorder until it has the first state, which physics sends before
+/// the recorder joins.
+#[test]
+fn a_recorder_that_joins_late_gets_a_whole_state_and_the_tap_of_a_topic() {
+    let run = TestRun::new();
+    let bus = run.join(1);
+    let mut state = WorldState::zeroed();
+    state.object_count = MAX_OBJECTS as u32;
+    for object in &mut state.objects {
+        object.pose.orientation_wxyz = [1.0, 0.0, 0.0, 0.0];
+    }
+    let (mut pieces, mut sent) = (Pieces::of(&state, &[]), 0);
+    let mut world = bus.publisher::<WorldPiece>(TopicId::WorldTap).unwrap();
+    while pieces.has_more() {
+        let write = |piece: &mut WorldPiece| {
+            pieces.write_next(&state, piece);
+        };
+        world.publish(write).unwrap();
+        sent += 1;
+    }
+    assert_eq!(sent, MAX_OBJECTS.div_ceil(PIECE_OBJECTS));
+    let mut decisions = bus.publisher::<Decision>(TOPIC).unwrap();
+    decisions.publish_copy(&decision(10, 1)).unwrap();
+
+    let recorder = run.join(1);
+    let mut late = recorder
+        .subscriber::<WorldPiece>(TopicId::WorldTap)
+        .unwrap();
+    let mut tap = recorder
+        .subscriber::<Decision>(TopicId::DecisionTap)
+        .unwrap();
+    world.update_connections();
+    decisions.update_connections();
+    assert_eq!(late.take_all(|_| {}), sent);
+    assert_eq!(tap.take_all(|_| {}), 1);
 }
 
 #[test]
