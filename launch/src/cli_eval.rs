@@ -136,10 +136,7 @@ pub struct MergeArgs {
     /// Files of rows, one of each shard
     #[arg(required = true, value_name = "FILE.jsonl")]
     pub files: Vec<PathBuf>,
-    /// File of the merged rows [default: standard output, or none with `--parquet`]
+    /// File of the merged rows [default: standard output]
     #[arg(long, value_name = "FILE.jsonl")]
     pub out: Option<PathBuf>,
-    /// Parquet file of the merged rows; needs a build with the feature `parquet`
-    #[arg(long, value_name = "FILE.parquet")]
-    pub parquet: Option<PathBuf>,
 }

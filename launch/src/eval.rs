@@ -2,7 +2,6 @@
 
 mod merged;
 mod page;
-mod parquet;
 
 use std::path::{Path, PathBuf};
 

@@ -6,13 +6,9 @@
 //! the same bytes on every machine. What does not, such as the host and the time an episode
 //! took, goes to a side file, `FILE.info`.
 
-#[cfg(feature = "parquet")]
-mod columns;
 pub mod identity;
 pub mod info;
 pub mod merge;
-#[cfg(feature = "parquet")]
-pub mod parquet_file;
 pub mod report;
 mod report_text;
 pub mod row;

@@ -11,7 +11,7 @@ use serde::Deserialize;
 
 use crate::EvaluationError;
 use crate::info::{self, Plan};
-use crate::row::{Key, Row};
+use crate::row::Key;
 
 /// So many problems are told.
 const MOST_PROBLEMS: usize = 100;
@@ -45,31 +45,6 @@ struct Source {
     head: Option<Head>,
 }
 
-/// A line of a file: one row.
-#[derive(Clone, Copy, Debug)]
-pub struct Line<'a> {
-    /// The file.
-    pub path: &'a Path,
-    /// Number of the line, from 1.
-    pub number: u64,
-    /// The line, with its end.
-    pub text: &'a str,
-}
-
-impl Line<'_> {
-    /// Reads the row.
-    ///
-    /// # Errors
-    /// Where a key is missing, or has a value of another type.
-    pub fn row(&self) -> Result<Row, EvaluationError> {
-        serde_json::from_str(self.text).map_err(|error| EvaluationError::Line {
-            path: self.path.to_owned(),
-            line: self.number,
-            reason: error.to_string(),
-        })
-    }
-}
-
 /// What was merged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Merged {
@@ -85,21 +60,6 @@ pub struct Merged {
 /// there twice, another build, other inputs, lines that are cut off or no rows. What was
 /// written before is of no use then.
 pub fn merge(files: &[PathBuf], out: &mut dyn Write) -> Result<Merged, EvaluationError> {
-    merge_lines(files, &mut |line| {
-        let written = out.write_all(line.text.as_bytes());
-        written.map_err(EvaluationError::io(Path::new("the merged rows")))
-    })
-}
-
-/// As [`merge`], but calls `take` with each line. After [`EvaluationError::Line`] from `take`
-/// the merge continues, so that all such lines are named.
-///
-/// # Errors
-/// As [`merge`], and any other error of `take`.
-pub fn merge_lines(
-    files: &[PathBuf],
-    take: &mut dyn FnMut(Line<'_>) -> Result<(), EvaluationError>,
-) -> Result<Merged, EvaluationError> {
     let mut problems = Problems::default();
     let mut sources = Vec::new();
     for path in files {
@@ -114,7 +74,7 @@ pub fn merge_lines(
         });
     }
     check_shards(&sources, &mut problems);
-    let merged = merge_rows(&mut sources, take, &mut problems)?;
+    let merged = merge_rows(&mut sources, out, &mut problems)?;
     check_complete(&sources, &mut problems);
     if problems.0.is_empty() {
         return Ok(merged);
@@ -165,14 +125,6 @@ impl Source {
                 }
                 Err(error) => problems.add(format!("{place}: no row of an episode: {error}")),
             }
-        }
-    }
-
-    fn line(&self) -> Line<'_> {
-        Line {
-            path: &self.path,
-            number: self.number,
-            text: &self.line,
         }
     }
 
@@ -244,7 +196,7 @@ fn check_complete(sources: &[Source], problems: &mut Problems) {
 
 fn merge_rows(
     sources: &mut [Source],
-    take: &mut dyn FnMut(Line<'_>) -> Result<(), EvaluationError>,
+    out: &mut dyn Write,
     problems: &mut Problems,
 ) -> Result<Merged, EvaluationError> {
     let mut queue = BinaryHeap::new();
@@ -271,11 +223,8 @@ fn merge_rows(
         if let Some(head) = &source.head {
             check_identity(head, &path, &mut identity, problems);
         }
-        // A reader that went away is not told of problems by what it reads.
-        match take(source.line()) {
-            Err(error @ EvaluationError::Line { .. }) => problems.add(error.to_string()),
-            taken => taken?,
-        }
+        let written = out.write_all(source.line.as_bytes());
+        written.map_err(EvaluationError::io(Path::new("the merged rows")))?;
         rows += 1;
         source.next(problems)?;
         queue.extend(

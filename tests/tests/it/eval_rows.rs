@@ -86,26 +86,6 @@ fn shards_merge_to_the_bytes_of_an_unsharded_run() {
     );
 }
 
-#[test]
-fn a_build_without_parquet_says_which_build_has_it() {
-    let dir = base();
-    let dir = dir.path();
-    let [out, parquet] = ["a.jsonl", "a.parquet"].map(|file| dir.join(file).display().to_string());
-    let merge = |out: &str| {
-        let files = ["none.jsonl", "--out", out, "--parquet", &parquet];
-        let arguments = [&["eval", "merge"], &files[..]].concat();
-        finish(robocell(dir, &arguments))
-    };
-    let said = merge(&out);
-    assert_eq!((said.code, said.stdout.as_str()), (3, ""), "{said:?}");
-    let command = "cargo build --release -p robocell-launch --features parquet";
-    assert!(said.stderr.contains(command), "{said:?}");
-    assert!(!Path::new(&out).exists() && !Path::new(&parquet).exists());
-    let said = merge(&parquet);
-    assert_eq!(said.code, 2, "{said:?}");
-    assert!(said.stderr.contains("the same file"), "{said:?}");
-}
-
 /// How many times it is killed; `ROBOCELL_EVAL_KILLS` for a long series.
 fn kills() -> u32 {
     let asked = std::env::var("ROBOCELL_EVAL_KILLS").ok();

@@ -1,8 +1,6 @@
 //! What a user sees of files of rows.
 #![allow(clippy::unwrap_used, reason = "a test that cannot continue has failed")]
 
-#[cfg(feature = "parquet")]
-mod parquet_file;
 mod report;
 
 use std::fs;
@@ -13,7 +11,7 @@ use cell_model::cells::sweep::Case;
 use evaluation::EvaluationError;
 use evaluation::identity::Identity;
 use evaluation::info::{Episode, Plan};
-use evaluation::merge::{merge, merge_lines};
+use evaluation::merge::merge;
 use evaluation::row::{Key, Row};
 use evaluation::rows_file::RowsFile;
 use evaluation::shard::Shard;
@@ -309,19 +307,6 @@ fn a_file_that_is_not_finished_is_no_shard() {
         "3 of 6 rows of shard 1/1",
         "resumes",
     ] {
-        assert!(error.contains(part), "{part}: {error}");
-    }
-}
-
-#[test]
-fn all_lines_that_cannot_be_taken_are_named() {
-    let dir = TempDir::new().unwrap();
-    let path = dir.path().join("a.jsonl");
-    let line = |seed| format!("{{\"build\":\"b\",\"inputs\":\"i\",\"seed\":{seed}}}\n");
-    fs::write(&path, [line(1), line(2)].concat()).unwrap();
-    let error = merge_lines(&[path], &mut |line| line.row().map(drop)).unwrap_err();
-    let error = error.to_string();
-    for part in ["a.jsonl:1: no row", "a.jsonl:2: no row", "missing field"] {
         assert!(error.contains(part), "{part}: {error}");
     }
 }
