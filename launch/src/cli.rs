@@ -341,9 +341,6 @@ pub struct TopArgs {
     /// Print one snapshot as a JSON object and exit
     #[arg(long, conflicts_with = "once")]
     pub json: bool,
-    /// Watch a cell of another host: the link to its page, http://HOST:PORT/?token=TOKEN
-    #[arg(long, value_name = "LINK", conflicts_with_all = ["json", "cell"])]
-    pub connect: Option<String>,
     #[command(flatten)]
     #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
     pub cell: CellArgs,

@@ -3,8 +3,6 @@
 mod draw;
 mod earlier;
 pub(super) mod equipment;
-mod local;
-mod remote;
 mod screen;
 
 use std::io::IsTerminal;
@@ -19,7 +17,6 @@ use ratatui::backend::TestBackend;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use self::remote::Remote;
 use self::screen::Screen;
 use super::Session;
 use super::columns::terminal_width;
@@ -138,24 +135,6 @@ impl Snapshot {
 /// Shows the cell until `q`, or prints one frame.
 pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
     let is_once = args.once || !std::io::stdout().is_terminal();
-    if let Some(url) = &args.connect {
-        let mut remote = Remote::open(url)?;
-        if is_once {
-            for _ in 0..FRAMES_FOR_PICTURES {
-                remote.update(FRAME)?;
-            }
-            if !remote.is_complete() {
-                return Err(Failure::configuration(
-                    "the monitor tells no state of the cell",
-                ));
-            }
-            return once(&remote.screen());
-        }
-        return watch(|| {
-            remote.update(Duration::from_millis(1))?;
-            Ok(Some(remote.screen()))
-        });
-    }
     let mut view = View::open(&args.cell.cell)?;
     view.picture.fill();
     if is_once || args.json {
@@ -172,31 +151,29 @@ pub(crate) fn top(args: &TopArgs) -> Result<(), Failure> {
         }
         return once(&Screen::of(&view));
     }
-    watch(|| {
-        view.update();
-        let is_over = view.session.dir.holder().is_none();
-        Ok((!is_over).then(|| Screen::of(&view)))
-    })
+    watch(&mut view)
 }
 
-/// Draws what `look` returns, until it returns nothing or `q` is pressed.
-fn watch(look: impl FnMut() -> Result<Option<Screen>, Failure>) -> Result<(), Failure> {
+/// Draws the cell until it has ended or `q` is pressed.
+fn watch(view: &mut View) -> Result<(), Failure> {
     let mut terminal = ratatui::try_init().map_err(|error| {
         ratatui::restore();
         Failure::usage(format!(
             "this is no terminal to draw in ({error}); `robocell top --once` prints one frame as text"
         ))
     })?;
-    let result = watch_in(&mut terminal, look);
+    let result = watch_in(&mut terminal, view);
     ratatui::restore();
     result
 }
 
-fn watch_in(
-    terminal: &mut ratatui::DefaultTerminal,
-    mut look: impl FnMut() -> Result<Option<Screen>, Failure>,
-) -> Result<(), Failure> {
-    while let Some(screen) = look()? {
+fn watch_in(terminal: &mut ratatui::DefaultTerminal, view: &mut View) -> Result<(), Failure> {
+    loop {
+        view.update();
+        if view.session.dir.holder().is_none() {
+            return Ok(());
+        }
+        let screen = Screen::of(view);
         terminal
             .draw(|frame| draw::draw(frame, &screen))
             .cannot("draw")?;
@@ -211,7 +188,6 @@ fn watch_in(
             }
         }
     }
-    Ok(())
 }
 
 /// One frame as plain text.

@@ -178,15 +178,6 @@ impl Trace {
 }
 
 impl Watched {
-    /// A picture of which no status was heard.
-    pub(crate) fn new(graph: Graph) -> Self {
-        Self {
-            statuses: vec![NodeStatus::Invalid; graph.nodes.len()],
-            graph,
-            heard: false,
-        }
-    }
-
     /// Whether every node was heard; who joins in the middle of a picture has
     /// a part of it until the next one.
     pub(crate) fn is_complete(&self) -> bool {

@@ -5,7 +5,6 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use robocell_tests::assert::refused;
 use robocell_tests::cell::{TestCell, base};
 use robocell_tests::http::{Answer, ask, parts, post};
 use robocell_tests::program::{built, wait_for};
@@ -164,41 +163,6 @@ fn a_viewer_becomes_an_operator_by_the_operators_token_alone() {
     let entered = ask(&address, &format!("GET /?token={token}"), &[]).unwrap();
     assert_eq!(cookie(&now), cookie(&entered));
     assert_ne!(cookie(&now), viewer);
-}
-
-#[test]
-fn top_shows_a_cell_through_the_link_to_its_page() {
-    let ui = sources();
-    let (cell, link) = cell(ui.path(), Some("/nowhere"));
-    let here = cell.ask(&["top", "--once"]);
-    // A terminal uses the link as a program does: it stays good.
-    for _ in 0..2 {
-        let there = cell.ask(&["top", "--once", "--connect", &link]);
-        assert_eq!(there.code, 0, "{there:?}");
-        for shown in [
-            "franka-stack",
-            "operator",
-            "PAUSED",
-            "controller-0",
-            "0 joints rad",
-        ] {
-            assert!(there.stdout.contains(shown), "{shown}: {there:?}");
-        }
-        let position = |frame: &str| {
-            let line = frame.lines().find(|line| line.contains("joints rad"));
-            line.expect("the joints of the arm").to_owned()
-        };
-        assert_eq!(position(&there.stdout), position(&here.stdout));
-    }
-    let (address, _) = parts(&link);
-    let wrong = format!("http://{address}/?token={}", "0".repeat(32));
-    let said = cell.ask(&["top", "--once", "--connect", &wrong]);
-    refused(&said, 3, &["refuses the token", "robocell status"]);
-    refused(
-        &cell.ask(&["top", "--connect", &address]),
-        2,
-        &["?token=TOKEN"],
-    );
 }
 
 #[test]
