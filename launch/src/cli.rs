@@ -17,8 +17,7 @@ pub use crate::cli_common::{CellArgs, CompleteArgs, DataArgs, ManArgs};
 pub use crate::cli_eval::{BisectArgs, EpisodeArgs, EvalArgs, EvalVerb, MergeArgs, ReportRowsArgs};
 pub use crate::cli_hand::{GripperArgs, GripperVerb, JointsArgs, TargetArgs};
 pub use crate::cli_page::{
-    AssetsArgs, AssetsVerb, FilmArgs, FilmPart, LoadArgs, PlotArgs, RecordArgs, RecordVerb,
-    ReplayArgs, ShotArgs, ShownArgs,
+    AssetsArgs, AssetsVerb, LoadArgs, PlotArgs, RecordArgs, RecordVerb, ReplayArgs,
 };
 pub use crate::cli_robot::{RobotArgs, SpheresArgs};
 use crate::cli_values::{
@@ -71,10 +70,6 @@ pub enum Command {
     Plot(PlotArgs),
     /// Show a recording on the page, or recompute it and compare
     Replay(ReplayArgs),
-    /// Save a picture of the page (needs Chromium)
-    Shot(ShotArgs),
-    /// Save a film of the page (needs Chromium and ffmpeg)
-    Film(FilmArgs),
     /// Fetch the meshes of the robots for the page
     Assets(AssetsArgs),
     /// Fit collision spheres to the meshes of a URDF and print an XRDF

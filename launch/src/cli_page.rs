@@ -2,12 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 
 use crate::cli_common::{CellArgs, DataArgs};
-use crate::cli_values::{
-    film_speed, host_name, picture_size, positive_seconds, seconds, seconds_back, seed,
-};
+use crate::cli_values::{host_name, seconds, seconds_back, seed};
 
 /// `robocell load`.
 #[derive(Clone, Debug, Args)]
@@ -97,89 +95,6 @@ pub struct PlotArgs {
     /// Print the samples as one JSON object
     #[arg(long)]
     pub json: bool,
-}
-
-/// The cell that `shot` and `film` show.
-#[derive(Clone, Debug, Args)]
-pub struct ShownArgs {
-    /// Start this demo for it [default: the running cell]
-    #[arg(long, value_name = "DEMO")]
-    pub demo: Option<String>,
-    /// Policy of the demo [default: that of the demo]
-    #[arg(long, value_name = "P", requires = "demo")]
-    pub policy: Option<String>,
-    /// Seed of the demo
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0, requires = "demo", value_parser = seed)]
-    pub seed: u64,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub data: DataArgs,
-}
-
-/// `robocell shot`.
-#[derive(Clone, Debug, Args)]
-pub struct ShotArgs {
-    /// File to write (PNG)
-    pub out: PathBuf,
-    /// Simulated time to show: of the running cell out of its flight recorder,
-    /// of a demo after running it that far
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive_seconds)]
-    pub time: Option<f64>,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub shown: ShownArgs,
-    /// Size in pixels
-    #[arg(long, value_name = "WxH", default_value = "1600x900", value_parser = picture_size)]
-    pub size: (u32, u32),
-    /// What the page's address says after `#`: camera, tabs, overlays
-    #[arg(long, value_name = "FRAGMENT")]
-    pub view: Option<String>,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
-}
-
-/// What a film shows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum FilmPart {
-    /// The whole page
-    Page,
-    /// The 3D view
-    View,
-}
-
-/// `robocell film`.
-#[derive(Clone, Debug, Args)]
-pub struct FilmArgs {
-    /// File to write (.mp4 or .gif)
-    pub out: PathBuf,
-    /// First simulated time
-    #[arg(long, value_name = "S", default_value_t = 0.1, value_parser = positive_seconds)]
-    pub from: f64,
-    /// Last simulated time
-    #[arg(long, value_name = "S", value_parser = positive_seconds)]
-    pub to: f64,
-    /// Frames a second
-    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=60))]
-    pub fps: u32,
-    /// Simulated seconds a second of the film
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = film_speed)]
-    pub speed: f64,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub shown: ShownArgs,
-    /// Size of the page in pixels
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = picture_size)]
-    pub size: (u32, u32),
-    /// Part of the page
-    #[arg(long, value_enum, default_value_t = FilmPart::Page)]
-    pub part: FilmPart,
-    /// What the page's address says after `#`: camera, tabs, overlays
-    #[arg(long, value_name = "FRAGMENT")]
-    pub view: Option<String>,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "flattened: help text would be shown twice")]
-    pub cell: CellArgs,
 }
 
 /// `robocell assets`.

@@ -47,14 +47,6 @@ pub(crate) fn count(text: &str) -> Result<u32, String> {
         .map_err(|_| format!("a whole number from 0 to {}", u32::MAX))
 }
 
-/// Simulated seconds a second of a film.
-pub(crate) fn film_speed(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (0.01..=100.0).contains(&value) => Ok(value),
-        _ => Err("a number from 0.01 to 100".to_owned()),
-    }
-}
-
 /// How far a sphere reaches out of what it covers (m).
 pub(crate) fn margin(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -124,14 +116,6 @@ pub(crate) fn seconds_back(text: &str) -> Result<f64, String> {
         .map_err(|_| "a time as in 60s or 2m".to_owned())
 }
 
-/// Pixels, as in `1600x900`.
-pub(crate) fn picture_size(text: &str) -> Result<(u32, u32), String> {
-    let pixels = |part: &str| part.parse().ok().filter(|n| (64..=8192).contains(n));
-    let size = text.split_once('x');
-    size.and_then(|(width, height)| Some((pixels(width)?, pixels(height)?)))
-        .ok_or_else(|| "a size from 64x64 to 8192x8192, as in 1600x900".to_owned())
-}
-
 /// `A..B`, both ends included.
 pub(crate) fn seed_range(text: &str) -> Result<(u64, u64), String> {
     let wanted = || "A..B with A up to B, for example 1..50, or how many from 0 on".to_owned();
@@ -194,7 +178,6 @@ mod tests {
             "run franka-stack --speed -1",
             "run ur10-palletize --bins -1",
             "load reach --seed -1",
-            "shot a.png --demo reach --seed -1",
             "step -5",
             "drop-parts -3",
             "gripper open --arm -1",

@@ -36,7 +36,6 @@ pub mod run;
 pub mod rundir;
 mod say;
 mod shell;
-mod shot;
 pub mod supervisor;
 mod task_program;
 

@@ -20,11 +20,6 @@ impl Progress {
         bar.enable_steady_tick(TICK);
         Self(bar)
     }
-
-    /// Now `what` is done.
-    pub(crate) fn say(&self, what: impl Into<String>) {
-        self.0.set_message(what.into());
-    }
 }
 
 impl Drop for Progress {

@@ -102,7 +102,6 @@ pub(crate) fn doctor(args: &DoctorArgs) -> Result<(), Failure> {
         leftovers(&args.report),
         machine::node(),
         machine::npm(),
-        machine::browser(),
     ];
     let measured = args.measure.then(|| measure(SECONDS)).transpose()?;
     if args.report.json {

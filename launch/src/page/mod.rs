@@ -73,24 +73,6 @@ pub(crate) fn link(page: &PageSpec) -> Option<String> {
     Some(link_with(page.address, &secrets.operator_token))
 }
 
-/// The page, with the cookie of an operator, for a browser of ours: a link would be
-/// used up by it. `None` when it cannot be read.
-pub(crate) fn entry(page: &PageSpec) -> Option<Entry> {
-    let secrets = PageSecrets::load(&page.secrets).ok()?;
-    Some(Entry {
-        url: format!("http://{}/", reachable(page.address)),
-        cookie_name: PageSecrets::cookie_name(page.address.port()),
-        cookie: secrets.operator_cookie,
-    })
-}
-
-/// See [`entry`].
-pub(crate) struct Entry {
-    pub(crate) url: String,
-    pub(crate) cookie_name: String,
-    pub(crate) cookie: String,
-}
-
 /// What `run` says about the page, line by line; the first is the bare link.
 pub(crate) fn lines(page: &PageSpec, secrets: &PageSecrets) -> Vec<String> {
     let mut lines = vec![link_with(page.address, &secrets.operator_token)];

@@ -31,8 +31,6 @@ fn help_lists_what_works_and_nothing_else() {
         "record",
         "plot",
         "replay",
-        "shot",
-        "film",
         "assets",
         "spheres",
         "restart",

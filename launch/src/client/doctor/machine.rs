@@ -7,7 +7,6 @@ use super::{Check, Severity};
 use crate::asked;
 use crate::page::dist;
 use crate::programs::beside;
-use crate::shot::browser::PROGRAMS;
 
 /// The page is built with this version of Node.js or a newer one.
 const LEAST_NODE: u32 = 20;
@@ -62,16 +61,6 @@ pub(super) fn npm() -> Check {
     let found = version.as_deref().unwrap_or("not found");
     let fine = version.is_some();
     Check::new("npm", fine, Severity::Warn, found, (NODE_COST, NODE_FIX))
-}
-
-/// The browser of `robocell shot`.
-pub(super) fn browser() -> Check {
-    let version = PROGRAMS.iter().find_map(|program| version_of(program));
-    let fine = version.is_some();
-    let found = version.as_deref().unwrap_or("not found");
-    let cost = "`robocell shot` takes no pictures; the page works in any browser";
-    let fix = "install Chromium or Chrome (Debian: `apt install chromium`)";
-    Check::new("Chromium", fine, Severity::Warn, found, (cost, fix))
 }
 
 /// Whether the processor keeps its clock high.
