@@ -95,6 +95,17 @@ impl Histogram {
         self.max
     }
 
+    /// Buckets that are not empty, in ascending order: the longest duration of the bucket
+    /// (ns), and how many are in it.
+    pub fn buckets(&self) -> impl Iterator<Item = (u64, u64)> {
+        let filled = self
+            .counts
+            .iter()
+            .enumerate()
+            .filter(|(_, count)| **count > 0);
+        filled.map(|(bucket, count)| (highest_of(bucket).min(self.max), u64::from(*count)))
+    }
+
     /// Back to empty.
     pub fn clear(&mut self) {
         self.counts.fill(0);

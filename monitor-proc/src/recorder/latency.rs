@@ -1,14 +1,10 @@
 //! Latency of one hop over the last seconds.
 
-use hdrhistogram::Histogram;
+use cell_rt::Histogram;
 use serde::Serialize;
 
 /// Half of the window (ns).
 const HALF_NS: u64 = 5_000_000_000;
-/// Longest latency that is told apart (ns).
-const MAX_NS: u64 = 10_000_000_000;
-/// Two digits are enough for people.
-const DIGITS: u8 = 2;
 /// Upper ends of the buckets (us).
 const EDGES_US: [u64; 20] = [
     10, 20, 50, 100, 150, 200, 300, 500, 700, 1000, 1500, 2000, 3000, 5000, 10_000, 20_000, 50_000,
@@ -41,67 +37,57 @@ pub struct HopLatency {
 pub(super) struct Window {
     hop: &'static str,
     arm: Option<u8>,
-    now: Option<Histogram<u32>>,
-    before: Option<Histogram<u32>>,
+    now: Histogram,
+    before: Histogram,
     turn_ns: u64,
 }
 
 impl Window {
     pub(super) fn new(hop: &'static str, arm: Option<usize>) -> Self {
-        let histogram = || Histogram::new_with_bounds(1000, MAX_NS, DIGITS).ok();
         Self {
             hop,
             arm: arm.and_then(|arm| u8::try_from(arm).ok()),
-            now: histogram(),
-            before: histogram(),
+            now: Histogram::new(),
+            before: Histogram::new(),
             turn_ns: 0,
         }
     }
 
     /// Takes in one hop between two times of the same clock (ns).
     pub(super) fn record(&mut self, from_ns: u64, to_ns: u64) {
-        if let Some(now) = &mut self.now {
-            now.saturating_record(to_ns.saturating_sub(from_ns));
-        }
+        self.now.record(to_ns.saturating_sub(from_ns));
     }
 
-    /// What the window holds at `now_ns`.
+    /// Summary of the window at `now_ns`.
     pub(super) fn tell(&mut self, now_ns: u64) -> HopLatency {
         if now_ns >= self.turn_ns {
             self.turn_ns = now_ns + HALF_NS;
             std::mem::swap(&mut self.now, &mut self.before);
-            if let Some(now) = &mut self.now {
-                now.reset();
-            }
+            self.now.clear();
         }
         let mut all = self.before.clone();
-        if let (Some(all), Some(now)) = (&mut all, &self.now) {
-            // Of the same bounds.
-            let _added = all.add(now).is_ok();
-        }
-        let us = |of: &dyn Fn(&Histogram<u32>) -> u64| {
-            all.as_ref().map_or(0.0, |all| of(all) as f64 * 1.0e-3)
-        };
+        all.merge(&self.now);
+        let us = |ns: u64| ns as f64 * 1.0e-3;
         HopLatency {
             hop: self.hop,
             arm: self.arm,
-            n: all.as_ref().map_or(0, Histogram::len),
-            p50_us: us(&|all| all.value_at_quantile(0.5)),
-            p99_us: us(&|all| all.value_at_quantile(0.99)),
-            p999_us: us(&|all| all.value_at_quantile(0.999)),
-            max_us: us(&|all| all.max()),
-            buckets: all.as_ref().map_or_else(Vec::new, buckets),
+            n: all.count(),
+            p50_us: us(all.percentile(50.0)),
+            p99_us: us(all.percentile(99.0)),
+            p999_us: us(all.percentile(99.9)),
+            max_us: us(all.max()),
+            buckets: buckets(&all),
         }
     }
 }
 
-fn buckets(all: &Histogram<u32>) -> Vec<(u64, u64)> {
+fn buckets(all: &Histogram) -> Vec<(u64, u64)> {
     let mut counts = [0; EDGES_US.len()];
-    for value in all.iter_recorded() {
-        let us = value.value_iterated_to() / 1000;
-        let place = EDGES_US.partition_point(|edge| *edge < us);
-        if let Some(count) = counts.get_mut(place) {
-            *count += value.count_since_last_iteration();
+    for (longest_ns, of_bucket) in all.buckets() {
+        // A latency beyond the last edge counts there.
+        let place = EDGES_US.partition_point(|edge| *edge < longest_ns / 1000);
+        if let Some(count) = counts.get_mut(place.min(EDGES_US.len() - 1)) {
+            *count += of_bucket;
         }
     }
     let filled = EDGES_US.into_iter().zip(counts);
