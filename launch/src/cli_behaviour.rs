@@ -105,8 +105,6 @@ pub enum PictureFormat {
     Text,
     /// For markdown
     Mermaid,
-    /// For graphviz
-    Dot,
 }
 
 impl PictureFormat {
@@ -115,7 +113,6 @@ impl PictureFormat {
         match self {
             Self::Text => "text",
             Self::Mermaid => "mermaid",
-            Self::Dot => "dot",
         }
     }
 }

@@ -1,15 +1,12 @@
-//! Pictures of behaviours: as text for terminals, and for Mermaid and
-//! Graphviz.
+//! Pictures of behaviours: as text for terminals, and for Mermaid.
 //!
 //! Names come from files and may hold anything; each view makes them harmless
 //! for its format and keeps them on one line.
 
-mod dot;
 mod matrix;
 mod mermaid;
 mod text;
 
-pub use dot::dot;
 pub use matrix::matrix;
 pub use mermaid::mermaid;
 pub use text::text;

@@ -72,7 +72,6 @@ pub fn draw(graphs: &[Graph], format: &str, width: usize) -> String {
     }
     let one = |graph: &Graph| match format {
         "mermaid" => views::mermaid(graph, None),
-        "dot" => views::dot(graph, None),
         _ if graph.kind == GraphKind::Matrix => views::matrix(graph, None, width),
         _ => views::text(graph, None),
     };

@@ -34,11 +34,7 @@ fn a_policy_is_shown_as_text_mermaid_and_dot() {
     };
     let text = show("text");
     assert_eq!(text.lines().count(), 26, "{text}");
-    for (format, text) in [
-        ("text", &text),
-        ("mermaid", &show("mermaid")),
-        ("dot", &show("dot")),
-    ] {
+    for (format, text) in [("text", &text), ("mermaid", &show("mermaid"))] {
         let of = |kind: &str| text.matches(kind).count();
         assert!(
             text.contains("StackBelowBroken (condition)"),
@@ -50,7 +46,6 @@ fn a_policy_is_shown_as_text_mermaid_and_dot() {
             "{format}: {text}"
         );
     }
-    assert!(show("dot").starts_with("digraph"));
     let fsm = ask(&["fsm", "show", "franka-stack", "--policy", "fsm"]);
     assert!(fsm.stdout.contains("PRE_GRASP"), "{fsm:?}");
     let table = ask(&[
@@ -110,9 +105,6 @@ fn conditions_of_a_tree_in_a_file_are_shown_as_such() {
             "{mermaid}"
         );
         assert!(mermaid.contains(&format!("[\"{action}\"]")), "{mermaid}");
-        let dot = show("dot");
-        let shape = format!("[label=\"{condition}\", shape=hexagon];");
-        assert!(dot.contains(&shape), "{dot}");
     }
 }
 

@@ -142,31 +142,6 @@ flowchart LR
 }
 
 #[test]
-fn graphviz_gets_both_kinds() {
-    let wanted = "\
-digraph \"lights\" {
-  rankdir=LR; compound=true;
-  node [shape=box, style=\"rounded,filled\", fillcolor=white];
-  n0 [label=\"off\"];
-  subgraph cluster1 {
-  label=\"on\";
-  n2 [label=\"dim\"];
-  n3 [label=\"bright\"];
-  }
-  n0 -> n2 [label=\"press [has_power]\", lhead=cluster1];
-  n2 -> n0 [label=\"press\", ltail=cluster1];
-  n2 -> n3 [label=\"turn\"];
-}
-";
-    assert_eq!(views::dot(&machine(), None), wanted);
-    let tree = views::dot(&tree(), Some(&TREE));
-    assert!(
-        tree.contains("  n4 [label=\"say \\\"<b>\\\" #1 (MoveTo)\", fillcolor=\"#e5dbff\"];\n")
-    );
-    assert!(tree.contains("  n1 -> n3;\n"));
-}
-
-#[test]
 fn a_graph_that_makes_no_sense_is_drawn_all_the_same() {
     let graph = Graph {
         kind: GraphKind::Code,
@@ -178,7 +153,7 @@ fn a_graph_that_makes_no_sense_is_drawn_all_the_same() {
         ],
         edges: vec![edge(7, 0, "x"), edge(2, 9, "y")],
     };
-    for view in [views::text, views::mermaid, views::dot] {
+    for view in [views::text, views::mermaid] {
         assert!(!view(&graph, Some(&[])).contains('\u{1b}'));
     }
     let deep = Graph {
