@@ -34,11 +34,15 @@ impl Breakpoints {
         happened: &Happened<'_>,
         decision: &mut Decision,
     ) {
+        // The panel lists names, not indices: a name keeps its meaning when the file of a
+        // policy was edited and the task restarted.
         let mut names = panel.breaks().iter().map(BreakName::as_str);
         if let Some(name) = names.find(|name| happened.is_at(name)) {
             self.tick = tick;
             name.clone_into(&mut self.name);
         }
+        // Written with every decision, not only when it is reached: a reader that missed the
+        // decision in between still finds the last breakpoint (ADR 0001).
         decision.break_tick = self.tick;
         decision.break_name = BreakName::new(&self.name);
     }
@@ -49,10 +53,13 @@ impl Happened<'_> {
         self.entered == Some(name) || self.lines.iter().any(|line| self.reaches(line, name))
     }
 
-    /// A node begins to run, or has run within one tick; a guard is asked.
+    /// Whether the node started, or started and ended within one tick, or the guard was
+    /// evaluated.
     fn reaches(&self, line: &TraceLineText, name: &str) -> bool {
         match line.kind {
             TraceKind::Status => {
+                // A node that already ran does not count: the breakpoint would pause again on
+                // each step while the node continues to run.
                 let ran = line.from == NodeStatus::Running as u32;
                 let runs = line.to != NodeStatus::Invalid as u32;
                 !ran && runs && self.is_node(line, name)
@@ -68,6 +75,8 @@ impl Happened<'_> {
         graph.zip(node).is_some_and(|(graph, node)| {
             node.id == name
                 || node.name == name
+                // A phase may be named with its graph, as scripts and the summary of a run name
+                // it.
                 || phase_name::alike(&[name], &[&graph.name, &node.name])
         })
     }

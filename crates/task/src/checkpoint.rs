@@ -1,5 +1,23 @@
-//! What a task resumes from after its process was killed: plain data behind a
-//! version.
+//! The record from which a task resumes after its process was killed: plain data behind
+//! a version number.
+//!
+//! It is written with every decision, before the decision is published. A process that
+//! is killed at any instant therefore leaves a checkpoint that is not older than the
+//! decision that the cell follows.
+//!
+//! What can go wrong, and the rule that prevents it:
+//! - a field that is remembered but not saved: the restored task decides differently from
+//!   the one that was killed, and the cube in the gripper is dropped. All memory of a task
+//!   is in [`TaskCheckpoint`]; leaves of trees cannot keep any (ADR 0008);
+//! - another layout, or bytes that happen to decode: `VERSION` comes first and is compared
+//!   before anything else is decoded;
+//! - bytes that decode into counters near their maximum, on which the next addition would
+//!   overflow: `is_sound` bounds every counter before it is used;
+//! - a damaged length that asks for gigabytes: decoding is limited by the bytes at hand.
+//!
+//! A change of any type in the record needs a new `VERSION`. A change must keep the
+//! encoding free of pointers, maps with random order and clocks: equal tasks have equal
+//! bytes, which the tests compare.
 
 use bincode::Options as _;
 use serde::de::DeserializeOwned;
@@ -11,8 +29,8 @@ use crate::job::Job;
 use crate::operator::PanelState;
 use crate::time::PolicyClock;
 
-/// Version of the layout; another one is refused, and the task starts from what
-/// it observes.
+/// Version of the layout; a checkpoint with another version is refused, and the task
+/// starts from its observation.
 pub const VERSION: u32 = 7;
 
 /// Longest checkpoint that is kept for a successor of the process and recorded (bytes).
@@ -37,13 +55,13 @@ pub(crate) struct TaskCheckpoint {
 }
 
 impl TaskCheckpoint {
-    /// Whether all that is counted in it can be counted on.
+    /// Whether every counter in it is in a range from which counting can continue.
     pub(crate) fn is_sound(&self) -> bool {
         self.job.is_sound() && self.clock.is_sound() && self.goals.is_sound()
     }
 }
 
-/// Why a checkpoint was not taken.
+/// Why a checkpoint was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
     /// Not a checkpoint, or a damaged one.
@@ -78,6 +96,8 @@ pub fn to_bytes<T: Serialize>(value: &T) -> Vec<u8> {
 
 /// Reads what [`to_bytes`] wrote.
 ///
+// `MAX_BYTES` is not a limit here: a checkpoint that is too long is still compared,
+// recorded in part and reported with its size by the program that stores it.
 /// # Errors
 /// For damaged, foreign and over-long bytes.
 pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, bincode::Error> {

@@ -1,5 +1,5 @@
-//! The goals the last decision carried: what new feedback is graded against,
-//! and what the next number is.
+//! The goals of the previous decision: new feedback is graded against them, and the
+//! number of the next goal continues from them.
 
 use ipc_types::{ArmGoal, GripperGoal, MAX_ARMS, Pose, decision::GoalKind};
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 /// What makes a goal the same goal: its kind, and a key its author chose.
 type Identity = (u32, u64);
 
-/// No run has so many goals.
+/// Upper limit of a goal number in a checkpoint that is accepted.
+// One new goal per decision reaches it after more than a billion years, so a larger number
+// is damage; and adding 1 to it cannot overflow.
 const MOST_GOALS: u64 = 1 << 62;
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,11 +34,11 @@ pub struct PreviousGoal {
     pub goal_id: u64,
     /// The key its author gave it.
     pub key: u64,
-    /// What it asked for.
+    /// What the goal commanded.
     pub kind: GoalKind,
     /// TCP target in the world frame.
     pub target: Pose,
-    /// What the gripper was told with it.
+    /// The gripper command that was sent with it.
     pub gripper: GripperGoal,
 }
 
@@ -59,6 +61,8 @@ impl Default for GoalBook {
 impl GoalBook {
     /// The goal `arm` was given with the previous decision; `None` before the
     /// first one and after `forget`.
+    // `None` after a restart of the scene: feedback about a goal of the scene before must
+    // not grade a goal of this one.
     pub fn previous(&self, arm: usize) -> Option<PreviousGoal> {
         let entry = self.entries.get(arm)?;
         let (kind, key) = entry.identity?;
@@ -80,6 +84,8 @@ impl GoalBook {
         let Some(entry) = self.entries.get_mut(arm) else {
             return;
         };
+        // The kind is part of the identity: a pose and a joint goal with the same key are
+        // different motions, and the controller has to leave the first one.
         let identity = Some((goal.kind, key));
         if entry.identity != identity {
             entry.identity = identity;
@@ -97,6 +103,8 @@ impl GoalBook {
     }
 
     /// Makes the next goal of every arm a new one; numbers continue counting.
+    // Only the identity is cleared. With numbers from 1 again, a controller could take a
+    // new goal for the one that it has latched.
     pub(crate) fn forget(&mut self) {
         for entry in &mut self.entries {
             entry.identity = None;

@@ -1,5 +1,5 @@
-//! What every policy of a demo knows about its job: the part of the checkpoint that
-//! a policy of another kind can take over in the middle of it.
+//! The part of the checkpoint that all policies of a demo share: a policy of another kind
+//! can continue the job from it.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +23,7 @@ pub struct Counters {
     pub phase_entry: u32,
     /// Held objects that were lost.
     pub drops: u32,
-    /// Pick-ups begun again because the object moved.
+    /// Pick-ups that were restarted because the object moved.
     pub resyncs: u32,
     /// Transfers turned back because the stack below was gone.
     pub aborts: u32,
@@ -31,7 +31,9 @@ pub struct Counters {
     pub recoveries: u32,
 }
 
-/// No count of a run gets here: at one a tick it takes twelve days.
+/// Upper limit of a counter in a checkpoint that is accepted; a count of one per tick
+/// reaches it after twelve days.
+// A larger one is damage, and adding to it could overflow.
 pub const MOST_COUNTED: u32 = 1 << 30;
 
 /// Failures of one object, in a row.
@@ -77,16 +79,17 @@ pub struct Job {
     pub unreachable_since: Option<PolicyTime>,
     /// The start event was given, for the demos that wait for one.
     pub started: bool,
-    /// What the equipment is told.
+    /// Outputs to the equipment.
     pub io: Io,
     /// Key of the newest goal, in a cell with one arm.
     pub newest_key: u64,
 }
 
 impl Job {
-    /// A job not begun, with room for `objects` objects.
+    /// A job before its start, with room for `objects` objects.
     pub fn new(objects: usize) -> Self {
         Self {
+            // The list has its full size from the start: no decision allocates memory for it.
             placed: Vec::with_capacity(ipc_types::decision::MAX_PLACED),
             attempts: vec![Attempts::default(); objects],
             ..Self::default()
@@ -95,6 +98,8 @@ impl Job {
 
     /// Restarts the job.
     pub(crate) fn reset(&mut self) {
+        // Counters of requests continue over a reset: physics acts on their increase, and
+        // a counter that fell to zero would lose the next requests (ADR 0001).
         let io = Io {
             conveyor_running: false,
             ..self.io
@@ -105,6 +110,8 @@ impl Job {
 
     /// Becomes `other`, keeping the memory of the lists.
     pub(crate) fn take(&mut self, other: Self) {
+        // The list keeps its own memory: one from a checkpoint has no spare room, and the next
+        // placed object would allocate within a decision.
         let mut placed = std::mem::take(&mut self.placed);
         placed.clear();
         placed.extend_from_slice(&other.placed);
@@ -121,6 +128,7 @@ impl Job {
     pub(crate) fn retry(&mut self) {
         self.failure = None;
         self.unreachable_since = None;
+        // The attempts too: with a spent budget the first new failure would end the job again.
         self.attempts.fill(Attempts::default());
     }
 
@@ -137,6 +145,7 @@ impl Job {
     /// Whether no counter is beyond what a run can reach: they are counted on.
     pub(crate) fn is_sound(&self) -> bool {
         let (counters, io) = (self.counters, self.io);
+        // The limit is far below the type's maximum, so additions after a restore cannot wrap.
         let few = |count: u32| count < MOST_COUNTED;
         [counters.phase_entry, counters.drops, counters.resyncs]
             .into_iter()
@@ -150,6 +159,8 @@ impl Job {
     /// Whether this record can belong to a cell with `objects` objects.
     pub(crate) fn fits(&self, objects: usize) -> bool {
         let in_range = |i: u32| (i as usize) < objects;
+        // Indices out of a checkpoint are used without a further check: one of an edited cell
+        // with fewer objects would address an object that does not exist.
         self.attempts.len() == objects
             && self.held.is_none_or(|i| i < objects)
             && self.placed.len() <= ipc_types::decision::MAX_PLACED

@@ -1,10 +1,10 @@
-//! What the author of a task depends on. Pure: no bus, no physics, no page.
+//! The interface for authors of tasks. Pure: no bus, no physics, no page.
 //!
-//! A [`Policy`] sees an [`Observation`], remembers what its memory type holds,
-//! and speaks through an [`Output`]. [`Policies`] is the registry of a program:
-//! kinds of `[task]` tables in cell files, and the policies of each. A [`Task`]
-//! is a policy at work: with the operator's panel, the checkpoint it resumes
-//! from after SIGKILL, and the trace that people read.
+//! A [`Policy`] receives an [`Observation`], keeps its state in its memory type, and
+//! writes its decision into an [`Output`]. [`Policies`] is the registry of a program:
+//! kinds of `[task]` tables in cell files, and the policies of each. A [`Task`] runs one
+//! policy, together with the operator's panel, the checkpoint from which it resumes
+//! after SIGKILL, and the trace for people.
 #![forbid(unsafe_code)]
 
 mod breakpoints;

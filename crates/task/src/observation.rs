@@ -1,4 +1,4 @@
-//! What a policy sees: one coherent sample of the cell.
+//! The input of a policy: one coherent sample of the cell.
 
 use ipc_types::{
     ArmState, ArmStatus, EquipmentState, MAX_ARMS, ObjectState, OperatorPanel, Pose, WorldState,
@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use crate::time::PolicyTime;
 
-/// What a controller says about the goal it follows.
+/// What a controller reports about the goal it follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControllerEcho {
     /// Tick of the state it answered.
@@ -38,7 +38,7 @@ impl From<&ArmStatus> for ControllerEcho {
     }
 }
 
-/// One immutable sample: the world at one tick, and the newest word of every
+/// One immutable sample: the world at one tick, and the newest status of every
 /// controller that was sent before it. Poses are in the world frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Observation<'a> {
@@ -48,8 +48,8 @@ pub struct Observation<'a> {
 }
 
 impl<'a> Observation<'a> {
-    /// The sample of `state`; `status` is indexed by arm, `None` where a
-    /// controller was not heard yet.
+    /// The sample of `state`; `status` is indexed by arm, `None` where no status of that
+    /// controller was received yet.
     pub fn new(state: &'a WorldState, status: &[Option<&ArmStatus>], time: PolicyTime) -> Self {
         let mut echoes = [None; MAX_ARMS];
         for (echo, status) in echoes.iter_mut().zip(status) {
@@ -62,8 +62,8 @@ impl<'a> Observation<'a> {
         }
     }
 
-    /// The sample with words of controllers that were taken down before, by arm:
-    /// those of [`Observation::echo`].
+    /// The sample with statuses of controllers that were stored before, by arm: those of
+    /// [`Observation::echo`].
     pub fn with_echoes(
         state: &'a WorldState,
         echoes: [Option<ControllerEcho>; MAX_ARMS],
@@ -96,7 +96,7 @@ impl<'a> Observation<'a> {
         self.state.arms().get(arm)
     }
 
-    /// What the controller of `arm` last said.
+    /// The newest status of the controller of `arm`.
     pub fn echo(&self, arm: usize) -> Option<ControllerEcho> {
         self.echoes.get(arm).copied().flatten()
     }
@@ -109,6 +109,7 @@ impl<'a> Observation<'a> {
     /// Index of the object the gripper of `arm` holds, as measured.
     pub fn held_object(&self, arm: usize) -> Option<usize> {
         let held = self.arm(arm)?.gripper.held_object;
+        // Messages count objects from 1, since a zeroed message has to mean "none".
         (held > 0).then(|| held as usize - 1)
     }
 

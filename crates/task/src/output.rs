@@ -1,4 +1,4 @@
-//! What a policy says in one decision, and how it becomes a message.
+//! The output of a policy in one decision, and its conversion to a message.
 
 use behavior::NodeStatus;
 use ipc_types::decision::{GoalKind, Outcome};
@@ -8,7 +8,9 @@ use ipc_types::{ArmGoal, Decision, GripperGoal, MAX_ARMS, MAX_JOINTS, Pose, Text
 use crate::goal_book::{GoalBook, PreviousGoal};
 use crate::reason::Reason;
 
-/// Lines of one decision that are kept without asking for memory.
+/// Lines of one decision for which memory is reserved.
+// More than ordinary decisions write, so that they do not allocate; longer ones do, and
+// lose nothing.
 pub const ROOM_FOR_LINES: usize = 512;
 
 /// One line of the task's trace, see [`ipc_types::TraceLine`].
@@ -24,14 +26,14 @@ pub struct TraceLineText {
     pub from: u32,
     /// By kind: a status, a node, an answer.
     pub to: u32,
-    /// What the line tells, for programs.
+    /// What the line reports, for programs.
     pub event: TraceEvent,
     /// The line, cut to what a message carries.
     pub text: Text<LINE_BYTES>,
 }
 
-/// What one arm shall do until the next decision. The default is what silence
-/// means: hold, and keep the gripper.
+/// What one arm shall do until the next decision. The default has the same meaning as
+/// silence: hold, and keep the gripper.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmIntent {
     /// What the arm shall do.
@@ -46,7 +48,8 @@ pub struct ArmIntent {
     pub selector: u32,
     /// TCP in the world frame, for [`GoalKind::Pose`].
     pub target: Pose,
-    /// Joint configuration to lean to, or to reach for (rad or m).
+    /// Joint configuration that the motion prefers, or its goal for [`GoalKind::Joints`]
+    /// (rad or m).
     pub posture: Option<[f64; MAX_JOINTS]>,
     /// Force per finger when closing (N).
     pub grip_force: f64,
@@ -73,6 +76,8 @@ impl Default for ArmIntent {
             grip_force: 0.0,
             approach: [0.0; 3],
             approach_std_dev: 0.0,
+            // All obstacles by default: a policy that forgets the mask avoids too much, not too
+            // little.
             obstacle_mask: u64::MAX,
             object_mask: u64::MAX,
         }
@@ -101,8 +106,11 @@ pub struct Output {
 impl Output {
     /// Empties everything but the memory of the previous decisions.
     pub fn begin(&mut self) {
+        // Intents of the decision before are cleared: an arm that this decision does not
+        // mention has to hold, not to repeat its last motion.
         self.intents = [ArmIntent::default(); MAX_ARMS];
         self.lines.clear();
+        // `finish` moves the lines out; without room made here a decision would allocate.
         self.lines.reserve(ROOM_FOR_LINES);
         self.has_fault = false;
         self.phase = Text::EMPTY;
@@ -110,7 +118,7 @@ impl Output {
         self.reason = Text::EMPTY;
     }
 
-    /// Says what `arm` shall do; an arm that does not exist is ignored.
+    /// Sets what `arm` shall do; an arm that does not exist is ignored.
     pub fn arm(&mut self, arm: usize, intent: ArmIntent) {
         if let Some(slot) = self.intents.get_mut(arm) {
             *slot = intent;
@@ -127,8 +135,10 @@ impl Output {
         self.push(TraceKind::Log, TraceEvent::None, line);
     }
 
-    /// Adds a log line about something that programs are told, too.
+    /// Adds a log line about an event that programs receive, too.
     pub fn event(&mut self, event: TraceEvent, line: std::fmt::Arguments<'_>) {
+        // The sentence is kept in full: the trace has only lines of at most `LINE_BYTES`,
+        // and the summary of a run gives the whole reason.
         if event == TraceEvent::Fault {
             self.message = Some(without_mark(&line.to_string()).to_owned());
             self.has_fault = true;
@@ -165,7 +175,7 @@ impl Output {
         });
     }
 
-    /// Adds what a guard answered.
+    /// Adds the result of a guard.
     pub fn guard(&mut self, (graph, node): (usize, usize), name: &str, holds: bool) {
         self.lines.push(TraceLineText {
             kind: TraceKind::Guard,
@@ -195,7 +205,7 @@ impl Output {
         self.message.as_deref()
     }
 
-    /// The reason of a failure is not the newest fault, or the job starts again.
+    /// Called when the newest fault is not the reason of the failure, or the job starts again.
     pub(crate) fn forget_message(&mut self) {
         self.message = None;
     }
@@ -206,6 +216,7 @@ impl Output {
     }
 
     fn push(&mut self, kind: TraceKind, event: TraceEvent, line: std::fmt::Arguments<'_>) {
+        // Formatted into the line directly: ordinary lines do not allocate.
         if event != TraceEvent::Fault {
             self.add(kind, event, Text::format(line));
             return;
@@ -213,8 +224,8 @@ impl Output {
         self.push_parts(kind, event, &line.to_string());
     }
 
-    /// A fault names a file, a line and what is known: its end often says what to do, so
-    /// it is continued on further lines where others are cut.
+    /// A fault names a file, a line and the known names, and often ends with the advice. It is
+    /// therefore continued on further lines where other lines are cut.
     fn push_parts(&mut self, kind: TraceKind, event: TraceEvent, text: &str) {
         let (first, mut rest) = split_at_most(text, LINE_BYTES);
         self.add(kind, event, Text::new(first));
@@ -247,14 +258,15 @@ impl Output {
         &mut self.book
     }
 
-    /// Writes the goals and what is said about them into `decision`, and moves
-    /// the lines to `trace`.
+    /// Writes the goals and their report into `decision`, and moves the lines to `trace`.
     pub fn finish(
         &mut self,
         arm_count: usize,
         decision: &mut Decision,
         trace: &mut Vec<TraceLineText>,
     ) {
+        // The message has room for `MAX_ARMS`; slots of other arms stay zero, so that equal
+        // decisions have equal bytes, which a replay compares.
         let arm_count = arm_count.min(MAX_ARMS);
         decision.goals = [ArmGoal::zeroed(); MAX_ARMS];
         for (arm, intent) in self.intents.iter().take(arm_count).enumerate() {
@@ -273,8 +285,8 @@ impl Output {
 }
 
 impl ArmIntent {
-    /// The TCP goes to `target`, world frame. The same `key` moves the target of
-    /// the goal in progress, another key is a new goal.
+    /// The TCP moves to `target`, world frame. The same `key` moves the target of the goal
+    /// in progress, another key is a new goal.
     pub fn pose(key: u64, target: Pose) -> Self {
         Self {
             kind: GoalKind::Pose,
@@ -302,7 +314,7 @@ impl ArmIntent {
     }
 }
 
-/// A line that continues the one before begins with it.
+/// Prefix of a line that continues the line before.
 pub const CONTINUED: &str = "  ... ";
 
 /// `text` without a mark such as `[fault] `.
@@ -315,6 +327,7 @@ fn without_mark(text: &str) -> &str {
 
 /// The first part of `text`, of at most `bytes` bytes, and the rest.
 fn split_at_most(text: &str, bytes: usize) -> (&str, &str) {
+    // A cut within a character would panic; the search goes back to a character boundary.
     let mut ends = (0..=bytes.min(text.len())).rev();
     let end = ends.find(|end| text.is_char_boundary(*end));
     text.split_at(end.unwrap_or(text.len()))

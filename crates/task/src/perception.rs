@@ -1,6 +1,6 @@
-//! What the task sees of the objects, for `[disturbance]`: the poses of the state, each off by
-//! an offset of its own and by noise. Both depend on the seed, the object and the tick alone,
-//! so a task that was restarted sees the same.
+//! The poses of objects as the task perceives them, for `[disturbance]`: the poses of the
+//! state, each with a constant offset and with noise. Both depend on the seed, the object
+//! and the tick alone, so a restarted task perceives the same.
 
 use cell_model::Cell;
 use cell_model::cells::cell::{Disturbance, turn_about_z};
@@ -13,14 +13,16 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 pub(crate) struct Perception {
     disturbance: Disturbance,
     seed: u64,
-    /// What is seen; none where that is the state itself.
+    /// The disturbed state; none where the state itself is used.
     seen: Option<Box<WorldState>>,
 }
 
 impl Perception {
-    /// That of a cell.
+    /// The perception of a cell.
     pub(crate) fn new(cell: &Cell) -> Self {
         let disturbance = cell.disturbance;
+        // The delay of drives acts in physics. Without this line a cell with only that delay
+        // would copy a state of 20 kB per decision without a change.
         let sees_all = Disturbance {
             drive_delay_s: disturbance.drive_delay_s,
             ..Disturbance::default()
@@ -32,7 +34,7 @@ impl Perception {
         }
     }
 
-    /// What the task sees of `state`.
+    /// The task's view of `state`.
     pub(crate) fn see<'a>(&'a mut self, state: &'a WorldState) -> &'a WorldState {
         let Some(seen) = &mut self.seen else {
             return state;
@@ -41,14 +43,20 @@ impl Perception {
         let tick = state.header.tick;
         let disturbance = &self.disturbance;
         let count = state.objects().len();
+        // Streams are derived anew from seed, object and tick. One generator that advanced
+        // from decision to decision would have to be in the checkpoint, and would give other
+        // numbers after a missed decision.
         for (index, object) in seen.objects.iter_mut().take(count).enumerate() {
             let stream = |time: u64| {
                 let of_seed = Random::new(self.seed).bits();
                 let of_object = Random::new(of_seed ^ index as u64).bits();
                 Random::new(of_object ^ time)
             };
-            // No decision has this tick.
+            // No decision has this tick: the offset is the same in all decisions, and
+            // independent of the noise.
             let mut offset = stream(u64::MAX);
+            // The offset of a position is drawn before that of the yaw: a changed order would
+            // change the hash of every run with a disturbance.
             let mut noise = stream(tick);
             let shift = draw(&mut offset, disturbance.position_offset_m)
                 + draw(&mut noise, disturbance.position_noise_m);

@@ -1,4 +1,4 @@
-//! What the author of a task writes, and the form in which a task keeps it.
+//! The interface that authors of tasks implement, and the form in which a task stores it.
 
 use behavior::{Graph, NodeStatus};
 use cell_model::Cell;
@@ -25,8 +25,8 @@ pub trait Policy: Send {
     /// first one.
     type Memory: Default + Serialize + DeserializeOwned + Send;
 
-    /// One decision, every [`ipc_types::DECISION_TICKS`] ticks. `out` comes
-    /// empty: an arm without an intent holds and keeps its gripper.
+    /// One decision, every [`ipc_types::DECISION_TICKS`] ticks. `out` is empty at the call:
+    /// an arm without an intent holds and keeps its gripper.
     fn decide(
         &self,
         memory: &mut Self::Memory,
@@ -35,8 +35,8 @@ pub trait Policy: Send {
         out: &mut Output,
     );
 
-    /// Whether a memory out of a checkpoint can be worked with; else the policy
-    /// starts from its default memory. Indices into the cell's objects want this.
+    /// Whether a memory from a checkpoint can be used; otherwise the policy starts from its
+    /// default memory. A policy that stores indices of the cell's objects has to check them.
     fn is_sound(&self, _memory: &Self::Memory) -> bool {
         true
     }
@@ -66,11 +66,10 @@ pub trait Policy: Send {
         ring::statuses(self.phases(), self.phase(memory), out);
     }
 
-    /// Compares the memory with the observation: after missed decisions, after
-    /// the operator led the arm, at a start with something in the gripper, and
-    /// when this policy takes over a `job` of another one. Without a method of
-    /// its own a policy that is wrong about the object in the gripper of the
-    /// first arm starts again from its default memory.
+    /// Compares the memory with the observation: after missed decisions, after the operator
+    /// moved the arm, at a start with an object in the gripper, and when this policy
+    /// continues a `job` of another one. The default implementation resets the memory when
+    /// the job and the gripper of the first arm disagree about the held object.
     fn reconcile(
         &self,
         memory: &mut Self::Memory,
@@ -79,6 +78,8 @@ pub trait Policy: Send {
         _out: &mut Output,
     ) {
         let held = observation.held_object(0);
+        // The measurement wins: a policy that believes in an object that it does not hold would
+        // carry nothing to the goal, and one that ignores a held one would close on it again.
         if job.held != held {
             *memory = Self::Memory::default();
             job.held = held;
@@ -96,19 +97,18 @@ pub trait Policy: Send {
     }
 }
 
-/// A policy of any kind, as a task keeps it: plain code with its memory, or an
-/// engine with a tree, a machine or a matrix.
+/// A policy of any kind, as a task stores it: plain code with its memory, or an engine
+/// with a tree, a machine or a matrix.
 pub trait AnyPolicy: Send {
     /// Resets it to the state before the first decision.
     fn reset(&mut self);
 
-    /// What is probably not meant in its files, found when it is made for `cell`: lines for
-    /// people.
+    /// Probable mistakes in its files, found when it is made for `cell`: lines for people.
     fn warnings(&self, _cell: &Cell) -> Vec<String> {
         Vec::new()
     }
 
-    /// Lets leaves of its trees answer without being run; before the first decision.
+    /// Replaces leaves of its trees by fixed results; before the first decision.
     ///
     /// # Errors
     /// Why a rule cannot apply: it names no leaf, or the policy has no tree.
@@ -135,13 +135,13 @@ pub trait AnyPolicy: Send {
     /// Its part of the checkpoint; see [`AnyPolicy::restore`].
     fn save(&self) -> Vec<u8>;
 
-    /// Takes back what [`AnyPolicy::save`] gave.
+    /// Restores what [`AnyPolicy::save`] returned.
     ///
     /// # Errors
-    /// When `bytes` are not of this policy; it is then as after a reset.
+    /// When `bytes` do not belong to this policy; it is then as after a reset.
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error>;
 
-    /// Whether [`AnyPolicy::restore`] took anything back, or there was nothing to take:
+    /// Whether [`AnyPolicy::restore`] restored the memory, or there was none to restore:
     /// the checkpoint of a policy in Python may have lost all of it.
     fn has_resumed(&self) -> bool {
         true
@@ -152,7 +152,7 @@ pub trait AnyPolicy: Send {
         false
     }
 
-    /// Pose of the TCP of `arm` in which a reset of the task leaves it, world frame; `None`
+    /// Pose of the TCP of `arm` to which a reset of the task returns it, world frame; `None`
     /// for its joints at the start of the run.
     fn default_pose(&self, _arm: usize) -> Option<Pose> {
         None
@@ -168,7 +168,7 @@ struct Stateful<P: Policy> {
     memory: P::Memory,
 }
 
-/// A policy in plain code in the form a task keeps.
+/// A policy in plain code in the form that a task stores.
 pub fn boxed<P: Policy + 'static>(policy: P) -> Box<dyn AnyPolicy> {
     Box::new(Stateful {
         policy,
@@ -183,6 +183,7 @@ impl<P: Policy> AnyPolicy for Stateful<P> {
 
     fn decide(&mut self, observation: &Observation<'_>, job: &mut Job, out: &mut Output) {
         self.policy.decide(&mut self.memory, observation, job, out);
+        // A policy that set its own name of the phase keeps it.
         if out.phase == Text::EMPTY {
             out.phase = self.phase();
         }
@@ -209,6 +210,8 @@ impl<P: Policy> AnyPolicy for Stateful<P> {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), bincode::Error> {
+        // Bytes of another build with the same name may not decode. The reset keeps a half
+        // decoded memory from being used.
         let memory = checkpoint::from_bytes(bytes).inspect_err(|_| self.reset())?;
         if self.policy.is_sound(&memory) {
             self.memory = memory;

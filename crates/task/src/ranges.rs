@@ -1,4 +1,4 @@
-//! The ranges of numbers, as the schema of a kind of `[task]` gives them.
+//! Ranges of numbers, as the schema of a kind of `[task]` gives them.
 
 use cell_model::{Checker, ModelError};
 use serde_json::Value;
@@ -19,7 +19,11 @@ struct Ranges<'a> {
 
 impl Ranges<'_> {
     fn walk(&self, schema: &Value, value: &Value, key: &str) -> Result<(), ModelError> {
+        // serde does not know the ranges of the schema: without this walk a number that an
+        // editor marks as wrong would be accepted.
         let schema = self.resolved(schema);
+        // Schemas of enums and options are lists of choices; the number belongs to the choice
+        // whose required keys and constants the table has.
         for choice in ["anyOf", "oneOf"] {
             let choices = schema.get(choice).and_then(Value::as_array);
             let mut fitting = choices.into_iter().flatten();
@@ -35,6 +39,8 @@ impl Ranges<'_> {
                 self.walk(schema, item, &format!("{key}.{index}"))
             }),
             Value::Object(table) => table.iter().try_for_each(|(name, value)| {
+                // A table without fixed keys, such as a map by object name, has one schema for
+                // all.
                 let known = schema.get("properties").and_then(|keys| keys.get(name));
                 let schema = known.or_else(|| schema.get("additionalProperties"));
                 self.walk(
@@ -70,8 +76,8 @@ impl Ranges<'_> {
     }
 }
 
-/// Whether `value` is meant by this one of several schemas: it has the keys that are
-/// required, and constant keys, such as the `kind` of a tagged table, are equal.
+/// Whether `value` matches this one of several schemas: it has the required keys, and
+/// constant keys, such as the `kind` of a tagged table, are equal.
 fn fits(schema: &Value, value: &Value) -> bool {
     let is_null = schema.get("type").and_then(Value::as_str) == Some("null");
     let required = schema.get("required").and_then(Value::as_array);

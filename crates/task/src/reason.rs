@@ -1,4 +1,4 @@
-//! Why a job failed, as text: a stable name for scripts.
+//! The reason of a failed job, as text: a stable name for scripts.
 
 use ipc_types::Text;
 use serde::{Deserialize, Serialize};

@@ -68,8 +68,8 @@ impl<S: Settings> Kind<S> {
     }
 }
 
-/// What is probably not meant in a machine or matrix in a file, or what is wrong; `None`
-/// for a file that is none of this kind.
+/// Probable mistakes, or errors, of a machine or matrix in a file; `None` for a file that
+/// does not belong to this kind.
 pub type CheckMachine = fn(&Source<'_>) -> Option<Result<Vec<Finding>, SetupError>>;
 
 /// A kind, whatever its settings.
@@ -96,8 +96,12 @@ impl<S: Settings> AnyKind for Kind<S> {
 
     fn task(&self, cell: &Cell, policy: &str) -> Result<Task, TaskError> {
         let settings: S = cell.task.read()?;
+        // Ranges first: `check` may compute with the numbers, and its message about a sum would
+        // hide that one of them is out of range.
         ranges::check(&self.schema(), &cell.task.read()?, &cell.task.checker())?;
         settings.check(cell, &cell.task.checker())?;
+        // Cell files and commands of earlier builds use other names of two policies; the
+        // present name is the one in checkpoints and messages.
         let named = policy_named(policy, &self.policies());
         let mut known = self.policies.iter();
         let Some((name, make)) = known.find(|(name, _)| Some(name.as_str()) == named) else {
@@ -164,7 +168,7 @@ impl Policies {
         Self::default()
     }
 
-    /// Adds a kind; a later one of the same name takes its place.
+    /// Adds a kind; it replaces an earlier one of the same name.
     #[must_use]
     pub fn with<S: Settings>(mut self, kind: Kind<S>) -> Self {
         self.kinds.retain(|known| known.name() != kind.name);
@@ -184,8 +188,8 @@ impl Policies {
         self.with(Kind::<NoSettings>::new(name).policy(name, make))
     }
 
-    /// Adds a policy that does the task of any cell, whatever its kind: for programs
-    /// that read `[task]` themselves. It comes before those of the kinds.
+    /// Adds a policy that does the task of any cell, whatever its kind: for programs that
+    /// read `[task]` themselves. It is found before the policies of the kinds.
     #[must_use]
     pub fn policy_for_every_kind(
         mut self,
@@ -199,7 +203,7 @@ impl Policies {
         self
     }
 
-    /// The policy of `cell` where the user names none: that for every kind, else the
+    /// The policy of `cell` where the user names none: the one for every kind, else the
     /// default of the cell.
     pub fn default_policy<'a>(&'a self, cell: &'a Cell) -> &'a str {
         let first = self.for_every_kind.first();
@@ -222,6 +226,8 @@ impl Policies {
                 demo: cell.name.clone(),
             });
         }
+        // A program with policies for every kind reads `[task]` itself, so the table is not
+        // checked against a kind, which this program need not know.
         if let Some(found) = self.for_every_kind.iter().find(|p| p.name == policy) {
             return found.task(cell);
         }
@@ -244,14 +250,14 @@ impl Policies {
         .task(cell, policy)
     }
 
-    /// What is probably not meant in a machine or matrix in a file, or what is wrong, as far
-    /// as a kind knows what its states and handlers do; `None` where no kind does.
+    /// Probable mistakes, or errors, of a machine or matrix in a file, as far as a kind knows
+    /// its states and handlers; `None` where no kind does.
     pub fn check_machine(&self, source: &Source<'_>) -> Option<Result<Vec<Finding>, SetupError>> {
         let mut checks = self.kinds.iter().filter_map(|kind| kind.machines());
         checks.find_map(|check| check(source))
     }
 
-    /// Those of the kinds whose trees can be written in files.
+    /// The tools of the kinds whose trees can be written in files.
     pub fn trees(&self) -> Vec<&TreeTools> {
         self.kinds.iter().filter_map(|kind| kind.trees()).collect()
     }
@@ -260,10 +266,12 @@ impl Policies {
     /// `None` where no kind has any.
     ///
     /// # Errors
-    /// When the node types cannot be had.
+    /// When the node types cannot be loaded.
     pub fn tree_schema(&self, data: &Data) -> Result<Option<Value>, TreeError> {
         let mut all: Option<Value> = None;
         for tools in self.trees() {
+            // One schema for all kinds: an editor opens a file without knowing the cell it is
+            // for.
             let schema = tools.schema(data)?;
             match &mut all {
                 None => all = Some(schema),
@@ -288,6 +296,8 @@ impl Policies {
             add_head(&mut table, kind.name());
             tables.push(table);
         }
+        // The generic schema of a cell accepts any `[task]`; here it becomes one of the kinds,
+        // so an editor completes the keys of the kind that the file names.
         if let Some(known) = schema.get_mut("$defs").and_then(Value::as_object_mut) {
             known.extend(definitions);
             known.insert("TaskHead".to_owned(), json!({ "oneOf": tables }));
@@ -296,7 +306,7 @@ impl Policies {
     }
 }
 
-/// Adds the keys every `[task]` has.
+/// Adds the keys that every `[task]` has.
 fn add_head(table: &mut Value, kind: &str) {
     if let Some(table) = table.as_object_mut() {
         table.remove("$schema");

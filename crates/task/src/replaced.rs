@@ -1,4 +1,4 @@
-//! Leaves of trees that answer without being run.
+//! Replaced leaves of trees, which return a fixed result without being run.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use behavior::Status;
 use behavior::tree::{Host, ReplaceError, Replacement, Tree};
 use cell_model::cells::replace::{Replace, ReplacedAnswer};
 
-/// Replaces leaves of `trees`; a rule applies to each tree that has its node.
+/// Replaces leaves of `trees`; a rule applies to each tree that contains its node.
 ///
 /// # Errors
 /// The first rule whose node is a leaf of no tree.
@@ -15,6 +15,7 @@ pub fn replace_leaves<'t, H: Host>(
     trees: impl IntoIterator<Item = &'t mut Tree<H>>,
     rules: &[Replace],
 ) -> Result<(), String> {
+    // All rules of a node are set in one call: a second call would replace the first.
     let mut by_node: BTreeMap<&str, Vec<Replacement>> = BTreeMap::new();
     for rule in rules {
         let replacements = by_node.entry(&rule.node).or_default();
@@ -27,12 +28,13 @@ pub fn replace_leaves<'t, H: Host>(
         for tree in &mut trees {
             match tree.replace(node, replacements.clone()) {
                 Ok(()) => found = true,
-                // That it is no leaf says more than that it is not there.
+                // An existing node that is not a leaf explains more than a missing one.
                 Err(error @ ReplaceError::NoLeaf { .. }) => refused = Some(error),
                 Err(error) => refused = refused.or(Some(error)),
             }
         }
         match refused {
+            // Found in one tree is enough: the trees of two arms need not have the same leaves.
             Some(error) if !found => return Err(error.to_string()),
             _ => {}
         }
@@ -41,7 +43,7 @@ pub fn replace_leaves<'t, H: Host>(
 }
 
 fn replacement(rule: &Replace) -> Replacement {
-    // Longer than a Duration can be is for ever.
+    // More seconds than a `Duration` can hold mean "for ever".
     let seconds = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
     let from = seconds(rule.from_s);
     Replacement {

@@ -1,4 +1,4 @@
-//! The picture of a policy in plain code: its phases in a ring.
+//! The picture of a policy in plain code: a ring of its phases.
 
 use behavior::NodeStatus;
 use behavior::graph::{Graph, GraphEdge, GraphKind, GraphNode};
@@ -8,6 +8,7 @@ pub fn graph(name: &str, phases: &[&str]) -> Graph {
     let names = if phases.is_empty() { &[name] } else { phases };
     let nodes = names.iter().map(|phase| node(phase, "")).collect();
     let next = |from: usize| (from + 1) % names.len();
+    // A single node gets no edge to itself.
     let count = if names.len() > 1 { names.len() } else { 0 };
     let edges = (0..count).map(|from| edge(from, next(from), ""));
     Graph {

@@ -1,4 +1,4 @@
-//! What a kind of `[task]` holds, and what is wrong with a job.
+//! The settings of a kind of `[task]`, and the error of a job that cannot be made.
 
 use std::borrow::Cow;
 
@@ -8,13 +8,13 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 /// The table of a kind of `[task]`. Derive `Deserialize` with
-/// `deny_unknown_fields`, so that a typing error is answered with the right key,
+/// `deny_unknown_fields`, so that the error of a typing mistake names the right key,
 /// and `JsonSchema` for editors. `#[schemars(range(min = .., max = ..))]` on a
 /// number, or `#[schemars(inner(range(..)))]` on an array of them, is in the schema
 /// and is checked before [`Settings::check`].
 pub trait Settings: DeserializeOwned + JsonSchema + Send + Sync + 'static {
-    /// Refuses names that cannot be meant, and numbers that do not fit others; `at`
-    /// makes the error.
+    /// Refuses names that do not exist in the cell, and numbers that contradict each other;
+    /// `at` makes the error.
     ///
     /// # Errors
     /// [`ModelError`] with file, line, key, value and what is allowed.
@@ -22,8 +22,8 @@ pub trait Settings: DeserializeOwned + JsonSchema + Send + Sync + 'static {
         Ok(())
     }
 
-    /// Force with which the operator closes the gripper (N); that of the robot
-    /// of the first arm where a kind does not say.
+    /// Force with which the operator closes the gripper (N); by default that of the robot
+    /// of the first arm.
     fn grip_force_n(&self, cell: &Cell) -> f64 {
         let gripper = cell.arms.first().and_then(|arm| arm.robot.gripper.as_ref());
         gripper.map_or(0.0, |gripper| gripper.default_force)
@@ -43,13 +43,13 @@ impl Settings for NoSettings {}
 pub struct SetupError(String);
 
 impl SetupError {
-    /// Of `cell`; `problem` says what is wrong and what to do.
+    /// For `cell`; `problem` states the mistake and the correction.
     pub fn new(cell: &Cell, problem: impl Into<String>) -> Self {
         let file = cell.name_of(&format!("{}.toml", cell.name));
         Self(format!("{file}: {}", problem.into()))
     }
 
-    /// Of a file that the cell names; `problem` begins with its name.
+    /// For a file that the cell names; `problem` starts with its name.
     pub fn in_file(problem: impl Into<String>) -> Self {
         Self(problem.into())
     }

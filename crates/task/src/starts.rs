@@ -1,9 +1,22 @@
-//! A task over the starts of its process and of physics.
+//! A task across the restarts of its process and of physics.
 //!
-//! Before it decides on a state, a task may have to begin a new scene, to resume from a
-//! checkpoint, or to reconcile with what it observes. [`Decider`] holds that rule for
+//! Before it decides on a state, a task may have to start a new scene, to resume from a
+//! checkpoint, or to reconcile with its observation. [`Decider`] holds that rule for
 //! every program that runs tasks: the process on the bus, a cell in one process and the
-//! verification of recordings. A second copy of it would compute other decisions.
+//! verification of recordings. A second copy of the rule would compute other decisions.
+//!
+//! What can go wrong here:
+//! - physics was killed and resumed from an older state, but the task kept its memory: it
+//!   would believe in placed objects that are on the table again. Each state that physics
+//!   saves has its own checkpoint of the task ([`History`]);
+//! - the task was killed alone: its newest checkpoint is younger than the state it sees, and
+//!   the scene continues without a gap or with a few missed decisions;
+//! - a checkpoint is used for the wrong timeline: generation and tick are compared, and a
+//!   task that is ahead of the resumed state is restored or starts from its observation.
+//!
+//! A change must keep two properties, which tests check by kills at every tick: all programs
+//! call [`Decider::begin`] before each decision, and `keep` runs before the decision on the
+//! same state. Otherwise a replay restores another checkpoint than the run did.
 
 use ipc_types::{ArmStatus, Decision, WorldState};
 
@@ -12,7 +25,7 @@ use crate::checkpoint::CheckpointError;
 use crate::inputs::{MISSED_TICKS, name_inputs};
 use crate::output::TraceLineText;
 
-/// A checkpoint and the state it belongs to.
+/// A checkpoint and the state that it belongs to.
 pub struct Kept {
     /// Tick of the state that it was the newest checkpoint for.
     pub tick: u64,
@@ -26,8 +39,8 @@ pub trait History {
     fn at(&self, tick: u64) -> Option<Kept>;
 
     /// Physics saves the state of `tick`: the present `checkpoint` belongs to it. A
-    /// successor of physics would resume from the state of `saved_tick`, or from this
-    /// one; other checkpoints are not needed any more.
+    /// restarted physics resumes from the state of `saved_tick`, or from this one; other
+    /// checkpoints are not needed any more.
     fn keep(&mut self, tick: u64, saved_tick: u64, checkpoint: &dyn Fn() -> Vec<u8>);
 }
 
@@ -61,7 +74,7 @@ pub enum Begun {
 pub struct Decider {
     /// The task.
     pub task: Task,
-    /// Whether the task has a scene: its own, or that of a checkpoint.
+    /// Whether the task has a scene: one that it started, or that of a checkpoint.
     has_scene: bool,
     /// Generation of physics and tick decided on last.
     decided: Option<(u32, u64)>,
@@ -71,7 +84,7 @@ pub struct Decider {
 }
 
 impl Decider {
-    /// `task`, which decided nothing yet.
+    /// `task`, before its first decision.
     pub fn new(task: Task) -> Self {
         Self {
             task,
@@ -91,6 +104,8 @@ impl Decider {
         checkpoint: &[u8],
         decided: Option<(u32, u64)>,
     ) -> Result<(), CheckpointError> {
+        // Also where the restore fails: the task then continues from its observation, and must
+        // not start a new scene, which would forget what the panel and the gripper show.
         self.has_scene = true;
         self.task.restore(checkpoint)?;
         self.decided = decided;
@@ -102,7 +117,7 @@ impl Decider {
         self.decided
     }
 
-    /// Resumes from the checkpoint that the process before wrote with its decision on
+    /// Resumes from the checkpoint that the previous process wrote with its decision on
     /// `decided`; the present state is `state`.
     ///
     /// # Errors
@@ -114,6 +129,8 @@ impl Decider {
         state: &WorldState,
     ) -> Result<(), CheckpointError> {
         self.restore(checkpoint, Some(decided))?;
+        // One decision later is the ordinary next one. With more in between the world has moved
+        // on without the task, and its memory has to be compared with it.
         let decisions = |tick: u64| tick / ipc_types::DECISION_TICKS;
         if decisions(state.header.tick) > decisions(decided.1).saturating_add(1) {
             self.task.reconcile(state);
@@ -121,13 +138,15 @@ impl Decider {
         Ok(())
     }
 
-    /// To be called before a decision on `state`: begins, resumes or reconciles.
+    /// Called before each decision on `state`: starts a scene, resumes or reconciles.
     pub fn begin(&mut self, state: &WorldState, history: &mut dyn History) -> Begun {
         let (generation, tick) = (state.header.generation, state.header.tick);
         let begun = match self.decided {
+            // The order of the arms matters: a scene comes first, since ticks of another
+            // generation of physics cannot be compared with ours.
             _ if !self.has_scene => self.begin_scene(state, history),
             Some((known, _)) if known != generation => self.begin_scene(state, history),
-            // This process was stopped for a while.
+            // This process was stopped for a while (SIGSTOP, a debugger, a busy machine).
             Some((_, last)) if tick > last.saturating_add(MISSED_TICKS) => {
                 self.task.reconcile(state);
                 Begun::Reconciled
@@ -141,11 +160,15 @@ impl Decider {
     /// Physics was started: it has a state that its predecessor saved, or a new scene.
     fn begin_scene(&mut self, state: &WorldState, history: &dyn History) -> Begun {
         self.has_scene = true;
+        // Zero means that physics did not resume: there is no state a checkpoint could belong
+        // to.
         let tick = state.resumed_tick;
         let kept = history.at(tick).filter(|_| tick > 0);
         let is_exact = kept.as_ref().is_some_and(|kept| kept.tick == tick);
-        // The task is not younger than the state: nothing has to be undone.
+        // The task is not younger than the state: there is no decision to undo.
         let is_current = tick > 0 && self.decided.is_some_and(|(_, last)| last <= tick);
+        // A checkpoint of an earlier state is used only where the task itself is ahead: its own
+        // memory is newer and, being not ahead of the state, consistent with it.
         if let Some(kept) = kept.filter(|_| is_exact || !is_current) {
             if let Err(error) = self.task.restore(&kept.checkpoint) {
                 self.task.begin_new_scene();
@@ -155,15 +178,20 @@ impl Decider {
             self.task.begin_new_scene();
             return Begun::NewScene;
         }
+        // Even an exact checkpoint misses the decision on the saved state and what the arms
+        // did.
         self.task.reconcile(state);
         Begun::Resumed
     }
 
-    /// The checkpoint before the decision on a saved state, or on the next one with a
-    /// decision, is the one to resume from with that state.
+    /// Keeps the checkpoint of the last decision before a saved state: the task resumes from
+    /// it together with that state.
     fn keep(&mut self, state: &WorldState, history: &mut dyn History) {
         let saving = (state.header.generation, state.saving_tick);
+        // Each saved state once: the state message repeats `saving_tick` until the next save.
         let is_new = state.saving_tick > 0 && self.kept != Some(saving);
+        // A checkpoint of another generation, or of a decision after the saved state, would
+        // give the resumed task a memory of things that have not happened.
         let is_ours = self
             .decided
             .is_some_and(|(generation, last)| generation == saving.0 && last <= saving.1);
@@ -184,6 +212,7 @@ impl Decider {
         trace: &mut Vec<TraceLineText>,
     ) {
         self.task.decide(state, statuses, out, trace);
+        // The inputs are part of the message, so that a replay feeds the same ones.
         name_inputs(&mut out.header, state, statuses);
         self.decided = Some((state.header.generation, state.header.tick));
     }

@@ -36,13 +36,13 @@ impl PolicyTime {
         self.0 as f64 / TICKS_PER_SECOND
     }
 
-    /// Length since `earlier`, zero where that lies ahead.
+    /// Length since `earlier`, zero where that is in the future.
     pub fn since(self, earlier: Self) -> Self {
         Self(self.0.saturating_sub(earlier.0))
     }
 }
 
-/// No run lasts so long: 146 million years.
+/// Upper limit of a clock in a checkpoint that is accepted: 146 million years.
 const MOST_TICKS: u64 = 1 << 62;
 
 /// Counts policy time from the ticks of the decisions.
@@ -54,14 +54,16 @@ pub struct PolicyClock {
 }
 
 impl PolicyClock {
-    /// Leaves out the time up to `tick`: no decision was made then, and the arm held.
+    /// Omits the time up to `tick`: no decision was made then, and the arm held.
     pub fn skip_to(&mut self, tick: u64) {
         self.last_tick = Some(tick);
     }
 
-    /// Moves on to the decision at `tick`; the interval before it counts unless
-    /// the task is `paused`. Missed decisions count like made ones.
+    /// Advances to the decision at `tick`; the interval before it counts unless the task is
+    /// `paused`. Missed decisions count like made ones.
     pub fn advance(&mut self, tick: u64, paused: bool) -> PolicyTime {
+        // Without a last tick the interval is zero: a task that starts in a running cell has
+        // not waited since tick 0. Saturating, since physics may resume from an earlier tick.
         let interval = tick.saturating_sub(self.last_tick.unwrap_or(tick));
         self.last_tick = Some(tick);
         if paused {
@@ -74,6 +76,7 @@ impl PolicyClock {
 
     /// Whether a restored clock can continue counting.
     pub(crate) fn is_sound(&self) -> bool {
+        // The sum, since both are added to: either alone may be small enough.
         let counted = self.elapsed.0.checked_add(self.paused_ticks);
         counted.is_some_and(|ticks| ticks < MOST_TICKS)
     }

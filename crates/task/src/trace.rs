@@ -1,4 +1,4 @@
-//! The pictures of a policy, and how their nodes stand, as trace lines.
+//! The pictures of a policy, and the statuses of their nodes, as trace lines.
 
 use behavior::NodeStatus;
 use behavior::graph::{Graph, GraphKind};
@@ -8,7 +8,7 @@ use ipc_types::trace::{FIELD_END, LINE_BYTES, TraceEvent, TraceKind};
 use crate::output::{Output, TraceLineText};
 use crate::policy::AnyPolicy;
 
-/// Remembers how the nodes stood, so that a change is seen.
+/// Remembers the statuses of the nodes in order to report changes.
 pub struct Tracer {
     graphs: Vec<Graph>,
     shown: Vec<Vec<NodeStatus>>,
@@ -16,10 +16,12 @@ pub struct Tracer {
 }
 
 impl Tracer {
-    /// For a policy that is not changed for another one.
+    /// For a policy that keeps its pictures.
     pub fn new(policy: &dyn AnyPolicy, name: &str) -> Self {
         let graphs = policy.describe(name);
         let nodes = graphs.iter().map(|g| g.nodes.len());
+        // Room for the largest picture: statuses are collected ten times a second without an
+        // allocation.
         let most = nodes.clone().max().unwrap_or(0);
         Self {
             shown: nodes.map(|n| vec![NodeStatus::Invalid; n]).collect(),
@@ -33,7 +35,7 @@ impl Tracer {
         &self.graphs
     }
 
-    /// Says which phases of policies in plain code changed; the others say so
+    /// Reports phase changes of policies in plain code; engines report their changes
     /// themselves, with the reason.
     pub fn changes(&mut self, policy: &dyn AnyPolicy, out: &mut Output) {
         let pictures = self.graphs.iter().zip(&mut self.shown).enumerate();
@@ -52,11 +54,14 @@ impl Tracer {
         }
     }
 
-    /// Appends how every node stands.
+    /// Appends all node statuses.
     pub fn statuses(&mut self, policy: &dyn AnyPolicy, lines: &mut Vec<TraceLineText>) {
         for graph in 0..self.graphs.len() {
             self.now.clear();
             policy.statuses(graph, &mut self.now);
+            // One letter per node: a line of the trace carries the statuses of 160 nodes, where
+            // a line per node and tenth of a second would fill the buffer of 1024 lines (ADR
+            // 0009).
             for (chunk, statuses) in self.now.chunks(LINE_BYTES).enumerate() {
                 let mut letters = [0; LINE_BYTES];
                 for (slot, status) in letters.iter_mut().zip(statuses) {
@@ -65,6 +70,8 @@ impl Tracer {
                 let text = letters.get(..statuses.len()).unwrap_or_default();
                 let text = std::str::from_utf8(text).unwrap_or_default();
                 let mut line = line(TraceKind::Statuses, graph, text);
+                // Index of the first node of this line, so that a lost line shifts no other
+                // one.
                 line.node = chunk * LINE_BYTES;
                 lines.push(line);
             }
@@ -76,13 +83,14 @@ impl Tracer {
         for (index, graph) in self.graphs.iter().enumerate() {
             let count = number(graph.nodes.len());
             for (node, spec) in graph.nodes.iter().enumerate() {
-                // Last comes what may be cut.
+                // The detail is last, since the end of a long line is cut.
                 let text = format!(
                     "{}{FIELD_END}{}{FIELD_END}{}{FIELD_END}{}{FIELD_END}{}",
                     graph.name, spec.id, spec.kind, spec.name, spec.detail
                 );
                 let mut line = line(TraceKind::Node, index, &text);
                 line.node = node;
+                // 0 means "no parent" in a message, so indices of parents count from 1.
                 line.from = spec.parent.map_or(0, |p| number(p + 1));
                 line.to = count;
                 lines.push(line);

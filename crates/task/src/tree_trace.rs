@@ -1,4 +1,4 @@
-//! What a tree did in a tick, as trace lines.
+//! The events of a tree in one tick, as trace lines.
 
 use behavior::board::{Board, Fault};
 use behavior::tree::{EventKind, Host, Tree};
@@ -7,11 +7,11 @@ use ipc_types::trace::TraceEvent;
 
 use crate::output::Output;
 
-/// Says what a tree did, tick by tick.
+/// Reports the events of a tree, tick by tick.
 #[derive(Clone, Debug, Default)]
 pub struct TreeTrace {
     ids: Vec<String>,
-    /// The fault of the tick before: one that lasts is said once.
+    /// The fault of the tick before: a lasting fault is reported once.
     fault: Option<(usize, Fault)>,
     keys: KeyWatch,
 }
@@ -38,6 +38,8 @@ impl TreeTrace {
                 }
                 EventKind::Guard { holds } => out.guard(place, "guard", holds),
                 EventKind::Fault(fault) => {
+                    // Compared with the tick before, not with the last fault: one that returns
+                    // after a tick without it is reported again.
                     now = Some((event.node, fault));
                     if self.fault != now {
                         let id = self.ids.get(event.node).map_or("?", String::as_str);
@@ -60,7 +62,7 @@ impl TreeTrace {
     }
 }
 
-/// Remembers the values of a board, so that a new one is seen.
+/// Remembers the values of a board in order to report changes.
 #[derive(Clone, Debug, Default)]
 pub struct KeyWatch {
     known: Vec<Option<Value>>,
@@ -68,12 +70,13 @@ pub struct KeyWatch {
 
 impl KeyWatch {
     /// Adds the keys of `board` whose value is new since the last call.
-    /// Quantities (positions, leases) change with every look at the world and
-    /// are left out; positions stand in the goals.
+    /// Quantities (positions, leases) change with every observation and are omitted;
+    /// positions are part of the goals (ADR 0009).
     pub fn changes(&mut self, board: &Board, scope: &str, graph: usize, out: &mut Output) {
         for (index, key) in board.keys().enumerate() {
             let value = board.value(index);
             if self.known.len() <= index {
+                // A default is known from the file and is not a change.
                 self.known.push(key.default);
             }
             let Some(known) = self.known.get_mut(index).filter(|known| **known != value) else {

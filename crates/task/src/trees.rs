@@ -1,4 +1,4 @@
-//! What can be said of a tree in a file without running it.
+//! Checks, pictures and schemas of a tree in a file, without running it.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use crate::error::TaskError;
 /// Why a tree in a file is refused.
 #[derive(Debug, thiserror::Error)]
 pub enum TreeError {
-    /// The node types cannot be had.
+    /// The node types cannot be loaded.
     #[error(transparent)]
     Library(#[from] TaskError),
     /// All errors of the file, with file, line and column.
@@ -41,6 +41,8 @@ impl TreeTools {
         let (for_check, for_graph, for_schema) = (library.clone(), library.clone(), library);
         Self {
             check: Box::new(move |data, source| {
+                // Placeholders replace leaves that need a cell: the file is checked without
+                // one, and no check runs a leaf.
                 let known = for_check(data)?.with_placeholders();
                 descriptor::check(source, &known, &BTreeMap::new(), &Board::new())
                     .map_err(|errors| TreeError::File(errors.to_string()))
@@ -55,7 +57,7 @@ impl TreeTools {
         }
     }
 
-    /// What is probably not meant in a tree.
+    /// Probable mistakes in a tree.
     ///
     /// # Errors
     /// Everything that is wrong in it.
@@ -74,7 +76,7 @@ impl TreeTools {
     /// The JSON Schema of such a file.
     ///
     /// # Errors
-    /// When the node types cannot be had.
+    /// When the node types cannot be loaded.
     pub fn schema(&self, data: &Data) -> Result<Value, TreeError> {
         (self.schema)(data)
     }
@@ -83,6 +85,7 @@ impl TreeTools {
 /// Adds the node types of one schema of trees to another.
 pub(crate) fn merge_schema(all: &mut Value, more: &Value) {
     for definition in ["node", "guard"] {
+        // The lists under these paths enumerate node types; all else is equal for all kinds.
         for list in ["/allOf", "/properties/type/enum", "/properties/type/anyOf"] {
             let path = format!("/$defs/{definition}{list}");
             let added = more.pointer(&path).and_then(Value::as_array);
@@ -90,6 +93,8 @@ pub(crate) fn merge_schema(all: &mut Value, more: &Value) {
             if let (Some(known), Some(added)) = (known, added) {
                 let new: Vec<Value> = added
                     .iter()
+                    // A type that two kinds share is listed once: duplicates in an enum are not
+                    // valid.
                     .filter(|item| !known.contains(item))
                     .cloned()
                     .collect();
