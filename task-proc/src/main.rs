@@ -1,6 +1,6 @@
 //! The built-in task program: the loop of `robocell-task-program` with the jobs
-//! of the demos. Another program with other jobs takes its place where a cell
-//! file or the command line names one.
+//! of the demos. A cell file or the command line may name another program with other
+//! jobs instead.
 #![forbid(unsafe_code)]
 
 use std::process::ExitCode;

@@ -1,4 +1,4 @@
-//! What is piped into `head` ends quietly when `head` has enough.
+//! Output that is piped into `head` ends without an error when `head` closes the pipe.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::process::{Command, Stdio};

@@ -1,5 +1,5 @@
-//! A task program with a defect for every day of the week: what the cell does
-//! about each is tested with it.
+//! A task program with one policy per defect, for tests of the reaction of the cell to
+//! each of them.
 
 #![allow(clippy::print_stderr, reason = "its last words are one of the defects")]
 
@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use robocell_task::{ArmIntent, Job, Observation, Outcome, Output, Policies, Policy, Pose};
 
-/// Everything is well until then (s).
+/// Until then the policy is without a fault, so that a test sees the arm move first (s).
 const BEGINS_S: f64 = 1.0;
 
 const TARGET: Pose = Pose {
@@ -45,10 +45,13 @@ impl Policy for Misbehaving {
                     eprintln!("the policy ends its process");
                     std::process::exit(code)
                 }
+                // Never returns: the supervisor has to find a task whose cycles do not advance.
                 Defect::Hangs => loop {
                     std::hint::spin_loop();
                 },
+                // Invalid in every message: the task program has to refuse it, not publish it.
                 Defect::NotANumber => target.position[1] = f64::NAN,
+                // Finite but outside of the range that messages accept.
                 Defect::OutOfThisWorld => target.position[1] = 1.0e9,
             }
         }
@@ -56,8 +59,8 @@ impl Policy for Misbehaving {
     }
 }
 
-/// Has the name of the circle's policy, but remembers something else: a program
-/// that was changed and built again while its cell runs.
+/// Has the name of the circle's policy, but another memory type: a program that was changed
+/// and built again while its cell runs.
 struct Rebuilt;
 
 impl Policy for Rebuilt {
@@ -84,6 +87,8 @@ fn main() -> ExitCode {
     policies = policy(policies, "hangs", Defect::Hangs);
     policies = policy(policies, "not_a_number", Defect::NotANumber);
     policies = policy(policies, "out_of_this_world", Defect::OutOfThisWorld);
+    // Its memory is a number where the circle's is empty, so the bytes of a checkpoint of one
+    // do not decode for the other.
     policies = policies.policy("circle", |_| Rebuilt);
     robocell_task_program::main(policies)
 }

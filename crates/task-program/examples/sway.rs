@@ -1,5 +1,5 @@
-//! A controller of one's own beside RMPflow: it sways one joint, which it finds by
-//! name; then the built-in joint-space PD brings the arm home.
+//! A custom controller beside RMPflow: it sways one joint, which it finds by
+//! name; then the built-in joint-space PD moves the arm home.
 
 use std::f64::consts::TAU;
 use std::process::ExitCode;
@@ -17,19 +17,21 @@ const SWAY: u32 = 7;
 
 struct Sway {
     joint: usize,
-    /// Where the joint was (rad), and for how long it has swayed (s).
+    /// Initial position of the joint (rad), and the time it has swayed (s).
     memory: [f64; 2],
 }
 
 impl Controller for Sway {
     fn reset(&mut self, estimated: &RobotState) -> bool {
+        // The estimate at the switch is the start of the motion: another value would be a jump.
         self.memory = [estimated.positions.get(self.joint).unwrap_or(0.0), 0.0];
         true
     }
 
-    /// The joint positions wanted; what is behind it keeps the robot's limits.
+    /// The joint positions wanted; the limiter after it enforces the robot's limits.
     fn forward(&mut self, _: &RobotState, _: &Setpoint) -> Option<RobotState> {
         let [start, time] = &mut self.memory;
+        // One cycle is 1 ms in every mode of time (ADR 0003).
         *time += 0.001;
         let mut wanted = RobotState::EMPTY;
         let angle = *start + 0.2 * (0.5 * TAU * *time).sin();
@@ -38,6 +40,7 @@ impl Controller for Sway {
     }
 
     fn memory(&mut self) -> &mut [f64] {
+        // In the checkpoint of the controller, which resumes the sine where it was killed.
         &mut self.memory
     }
 }
@@ -53,6 +56,7 @@ impl Policy for ThereAndBack {
         posture[..7].copy_from_slice(&[0.012, -0.5686, 0.0, -2.8102, 0.0, 3.0366, 0.741]);
         let intent = ArmIntent {
             kind: GoalKind::Joints,
+            // Another key is a new goal: the controller is switched by a goal, not during one.
             key: u64::from(sways),
             selector: if sways { SWAY } else { JOINT_PD },
             posture: Some(posture),

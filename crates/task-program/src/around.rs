@@ -1,4 +1,4 @@
-//! Charts of what a verification found to differ.
+//! Charts of a difference that a verification found.
 
 use std::fmt::Write as _;
 
@@ -6,11 +6,12 @@ use cell_sim::verify::{Around, Report};
 use charts::{Line, Panel};
 
 /// Characters of a line, and rows of each of the two charts.
+// 90 characters leave room for the labels of the axes in a terminal of 100.
 const SIZE: (usize, usize) = (90, 8);
 
-/// The field that differs first, half a second before and after: both values, and how much
-/// they differ, which may be less than can be seen in the first. Nothing where it is no
-/// number.
+/// The first field that differs, half a second before and after: both values, and their
+/// difference, which may be too small to be visible in the first chart. Empty where the
+/// field is not a number.
 pub(crate) fn charts(report: &Report) -> String {
     let (Some(first), [begin, .., end]) = (&report.first_difference, &report.around[..]) else {
         return String::new();
@@ -33,6 +34,8 @@ pub(crate) fn charts(report: &Report) -> String {
     })];
     let span = (seconds(begin.tick), seconds(end.tick));
     let mut text = format!("\n\n{} around tick {}:\n", first.field, first.tick);
+    // Two charts with a scale of their own: in one, a difference in the last bit would be the
+    // same line twice.
     for lines in [values.to_vec(), difference.to_vec()] {
         let panel = Panel {
             unit: String::new(),

@@ -27,7 +27,7 @@ pub(crate) struct Search {
     pub(crate) steps: u32,
 }
 
-/// What became of the episodes with one value.
+/// Result of the episodes with one value.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Tried {
     /// The value.
@@ -69,7 +69,7 @@ pub(crate) struct Found {
     tried: Vec<Tried>,
 }
 
-/// Searches, and prints what is found.
+/// Searches, and prints the result.
 pub(crate) fn run(program: &Program, search: &Search, json: bool) -> Result<ExitCode, SimError> {
     let (plan, key) = (&search.plan, &search.bounds.key);
     let axis = episodes::axis(program, &plan.spec, search.bounds.clone())?;
@@ -83,17 +83,19 @@ pub(crate) fn run(program: &Program, search: &Search, json: bool) -> Result<Exit
         breaks: None,
         tried: Vec::new(),
     };
+    // Both bounds first: between two that hold, or two that break, there is nothing to search.
     for end in axis.ends() {
         let tried = search.try_value(program, &axis, end, &progress)?;
         progress.print(|| tell(key, &tried, json));
         found.take(tried);
-        // The other bound says nothing more.
+        // The lower bound breaks the task: values above it cannot be the least one that does.
         if found.breaks.is_some() {
             break;
         }
     }
     for _ in 0..search.steps {
         let between = found.holds.as_ref().zip(found.breaks.as_ref());
+        // `None` where no number is left between the two, so whole numbers end early.
         let Some(middle) = between.and_then(|(low, high)| axis.middle(low, high)) else {
             break;
         };
@@ -101,6 +103,7 @@ pub(crate) fn run(program: &Program, search: &Search, json: bool) -> Result<Exit
         progress.print(|| tell(key, &tried, json));
         found.take(tried);
     }
+    // The progress line is removed before the result is printed over it.
     drop(progress);
     if json {
         print_json(&found);
@@ -119,6 +122,8 @@ impl Search {
         progress: &Progress,
     ) -> Result<Tried, SimError> {
         let (failed, warned) = (Mutex::new(Vec::new()), Warned::default());
+        // Each value is tried with the same seeds: otherwise a lucky seed could look like a
+        // tolerant task.
         let plan = self.plan.with(&axis.at(&value));
         let counts = eval::evaluate(program, &plan, |ended| {
             progress.run(|| {});
@@ -132,6 +137,8 @@ impl Search {
                 }
                 Err(why) => (why.clone(), Some(why.clone())),
             };
+            // Episodes run on several threads and end in any order; the least seed is reported,
+            // so that the output does not depend on the number of jobs.
             let seed = ended.case.seed;
             let mut failed = failed.lock().unwrap_or_else(PoisonError::into_inner);
             failed.push(FirstFailed {
@@ -153,6 +160,8 @@ impl Search {
 
 impl Found {
     fn take(&mut self, tried: Tried) {
+        // The newest value that holds, or breaks, is the nearer bound: values are tried between
+        // the two.
         let end = if tried.holds {
             &mut self.holds
         } else {
@@ -177,7 +186,7 @@ impl Found {
     }
 }
 
-/// A line for each value, as soon as it is known.
+/// Prints a line for each value, as soon as its result is known.
 fn tell(key: &str, tried: &Tried, json: bool) {
     if json {
         return;

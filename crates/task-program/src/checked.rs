@@ -1,4 +1,4 @@
-//! What `check` found in a file, as JSON.
+//! The findings of `check` in a file, as JSON.
 
 use std::path::Path;
 
@@ -51,6 +51,8 @@ impl Checked {
             place: finding.place.clone(),
             message: finding.message.clone(),
         });
+        // The error type has the text for people; here it is taken apart, so that editors get
+        // the same errors as a terminal.
         let text = found.as_ref().err().map(ToString::to_string);
         let lines = text.iter().flat_map(|text| text.lines());
         Self {
@@ -63,10 +65,11 @@ impl Checked {
 }
 
 impl Mistake {
-    /// Of a line `FILE:LINE:COLUMN: MESSAGE`; an error of another file keeps its name.
+    /// From a line `FILE:LINE:COLUMN: MESSAGE`; an error of another file keeps its name.
     fn of(text: &str, file: &str) -> Self {
         let place = |text: &str| {
             let rest = text.strip_prefix(file)?.strip_prefix(':')?;
+            // Any part that does not parse gives up the place, never the message.
             let (line, rest) = rest.split_once(':')?;
             let (column, message) = rest.split_once(": ")?;
             Some(Self {

@@ -1,5 +1,5 @@
-//! The command line of a task program; people use `robocell`, which passes on
-//! its words.
+//! The command line of a task program; users call `robocell`, which forwards its
+//! arguments.
 
 use std::io::Write as _;
 use std::os::unix::process::CommandExt as _;
@@ -31,6 +31,7 @@ use crate::recordings::RecordingError;
 use crate::rows::RowsError;
 
 /// A task that failed or timed out; a recording that differs.
+// Apart from 1, with which a panicking program or a missing library may end.
 const TASK_FAILED: u8 = 5;
 /// A file or a name that cannot be used.
 const CONFIGURATION: u8 = 3;
@@ -168,12 +169,13 @@ impl From<cell_model::ModelError> for CliError {
     }
 }
 
-/// Does what the command line says.
+/// Runs the subcommand.
 pub(crate) fn main(program: &Program, words: &[String]) -> ExitCode {
     let fail = |text: &dyn std::fmt::Display| {
         writeln!(std::io::stderr(), "{text}").ok();
         ExitCode::from(CONFIGURATION)
     };
+    // The output is flushed before the exit code is chosen, not when the process ends.
     let code = run(program, words).unwrap_or_else(|error| fail(&error));
     // A script would take a truncated result for the whole one.
     let written = stdout::finish();
@@ -183,6 +185,7 @@ pub(crate) fn main(program: &Program, words: &[String]) -> ExitCode {
         ))
     });
     match unwritten {
+        // A failed task keeps its own code: its result is the more important one.
         Err(refused) if code == ExitCode::SUCCESS => refused,
         _ => code,
     }
@@ -202,6 +205,8 @@ fn run(program: &Program, words: &[String]) -> Result<ExitCode, CliError> {
         Command::Behaviour { verb } => Ok(inspect(program, verb)?),
         Command::Schema { what } => {
             let schema = match output_schema(&what) {
+                // The schemas of output first: their names are fixed, the others are kinds of
+                // files.
                 Some(schema) => schema,
                 None => inspect::schema(program, &what)?,
             };
@@ -214,6 +219,8 @@ fn run(program: &Program, words: &[String]) -> Result<ExitCode, CliError> {
             json,
             here,
         } => {
+            // The jobs of the run may be in another program, whose policies this one does not
+            // have.
             if let Some(other) = recorded_program(&file).filter(|_| !here) {
                 return Ok(verify_by(&other, words)?);
             }
@@ -229,6 +236,7 @@ fn run_file(program: &Program, path: &Path, json: bool) -> Result<ExitCode, CliE
 
 fn run_once(program: &Program, spec: &RunSpec, json: bool) -> Result<ExitCode, SimError> {
     let summary = run::to_the_end(program, spec, |said| match said {
+        // With `--json` the only output is the summary: a line of the log would break a parser.
         Said::Line(tick, line) if !json => {
             say(format_args!("{:9.3} s  {line}", tick as f64 * 1.0e-3));
         }
@@ -251,6 +259,7 @@ fn verify(
 ) -> Result<ExitCode, SimError> {
     let progress = Progress::of_time("verify");
     let report = verify_file(program, file, data, &|tick| progress.tick(tick))?;
+    // The spinner is removed before the report: both are on the same terminal line.
     drop(progress);
     print_report(&report, json);
     Ok(code(report.verdict() == Verdict::Same))
@@ -268,6 +277,8 @@ fn inspect(program: &Program, verb: BehaviourVerb) -> Result<ExitCode, InspectEr
             replace,
             width,
         } => {
+            // The robots of the built-in data remain available to cells in the folder of a
+            // user.
             let data = data.map(|dir| Data::dir(dir).with_robots_of(&program.data));
             let data = data.unwrap_or_else(|| program.data.clone());
             let policy = policy.as_deref();
@@ -295,6 +306,8 @@ fn inspect(program: &Program, verb: BehaviourVerb) -> Result<ExitCode, InspectEr
 fn check(program: &Program, kind: Kind, file: &Path, json: bool) -> Result<ExitCode, InspectError> {
     let found = inspect::check(program, kind, file);
     if json {
+        // A result for programs is complete also with errors, so that it is printed before the
+        // exit code says that the file is refused.
         let checked = Checked::new(file, &found);
         print_json(&checked);
         return Ok(if checked.ok {
@@ -323,18 +336,20 @@ pub(crate) fn counted(count: u64, word: &str) -> String {
     }
 }
 
-/// The task program of a recorded run, where it is not the built-in one. A
-/// recording that cannot be read is refused by those who verify it.
+/// The task program of a recorded run, where it is not the built-in one. `None` for a
+/// recording that cannot be read: its verification reports why.
 fn recorded_program(file: &Path) -> Option<PathBuf> {
     Recording::open(file).ok()?.run().task_program.clone()
 }
 
-/// Has the program that did the task of the run verify it, with our arguments.
+/// Replaces this process by the program that did the task of the run, with our arguments.
 fn verify_by(program: &Path, words: &[String]) -> Result<ExitCode, SimError> {
     let mut command = python::command(program);
+    // `--here` ends the recursion: that program finds its own name in the recording, too.
     command.args(words).arg("--here");
     Err(SimError::TaskProgram {
         path: program.display().to_string(),
+        // `exec` returns only if it failed.
         source: command.exec(),
     })
 }
@@ -358,7 +373,7 @@ fn print_report(report: &Report, json: bool) {
     });
 }
 
-/// The schema of what a subcommand prints as JSON.
+/// The schema of the JSON output of a subcommand.
 fn output_schema(what: &str) -> Option<serde_json::Value> {
     match what {
         "eval" => Some(schema::<EvalLine>()),

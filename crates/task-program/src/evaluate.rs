@@ -25,7 +25,8 @@ use crate::recordings::Recordings;
 use crate::rows::{self, Order, RowsError};
 use crate::warned::Warned;
 
-/// Stopped by a signal before its end, as shells say it.
+/// Exit code of a stopped evaluation, as shells report one that SIGINT ended.
+// Apart from 0 and 5: a script on a cluster repeats the command for this code alone.
 const STOPPED: u8 = 130;
 
 /// What to run.
@@ -99,7 +100,7 @@ pub(crate) struct EvalArgs {
 }
 
 impl EvalArgs {
-    /// What `robocell run` takes to run one of the episodes again.
+    /// Arguments with which `robocell run` repeats one of the episodes.
     fn of_run(&self, robot: Option<&RobotFiles>) -> Vec<String> {
         let path = |path: &PathBuf| path.display().to_string();
         let robot = robot.into_iter().flat_map(|robot| {
@@ -137,6 +138,7 @@ pub(crate) fn run(program: &Program, args: EvalArgs) -> Result<ExitCode, CliErro
         .transpose()?;
     let arguments = args.of_run(robot.as_ref());
     let plan = plan(program, &args, robot)?;
+    // A search needs the counts of each value only, and writes no rows.
     if let Some(bounds) = args.bisect {
         let search = Search {
             plan,
@@ -159,6 +161,8 @@ pub(crate) fn run(program: &Program, args: EvalArgs) -> Result<ExitCode, CliErro
         inputs: &args.input,
         arguments,
     };
+    // Rows first: recordings are made of the failed rows in the file, so they may also be made
+    // of rows that an earlier, stopped command wrote.
     let code = write_rows(program, &order, args.json)?;
     if let (Some(dir), Some(launcher)) = (&args.record_failures, &args.launcher) {
         let recordings = Recordings {
@@ -178,7 +182,7 @@ pub(crate) fn run(program: &Program, args: EvalArgs) -> Result<ExitCode, CliErro
     Ok(code)
 }
 
-/// Which episodes, after what they are made from was read.
+/// The episodes, after the files that they depend on were read.
 fn plan(
     program: &Program,
     args: &EvalArgs,
@@ -187,12 +191,15 @@ fn plan(
     let mut spec = eval::template(&args.demo, args.policy.as_deref().unwrap_or_default());
     spec.data_dir.clone_from(&args.data);
     (spec.time_limit_s, spec.bins) = (args.timeout, args.bins);
+    // The first seed stands for all: only files and names are checked with it.
     (spec.robot, spec.seed) = (robot, *args.seeds.start());
     spec.replace = of_arguments(&args.replace)?;
     let cell = spec.load_cell_from(&program.data)?;
     if let Some(path) = &args.script {
         spec.script = run::script(path, &cell)?;
     }
+    // The name goes into every row and into the identity of the rows: a default that changes in
+    // the cell file must not leave it empty.
     if spec.policy.is_empty() {
         program
             .policies
@@ -212,14 +219,15 @@ fn plan(
     })
 }
 
-/// The warnings that `run` has about the same files, once for all episodes.
+/// Prints the warnings that `run` has about the same files, once for all episodes.
 fn warn_of_inputs(program: &Program, spec: &RunSpec, cell: &Cell) -> Result<(), SimError> {
     report::of_cell(cell).iter().for_each(cell_worker::warn);
-    // One that is refused is refused by each seed, unless a sweep changes it.
+    // A refused task is refused by each seed, unless a sweep changes it.
     let task = program.policies.task(cell, &spec.policy);
     let warnings = task.as_ref().map(Task::warnings).unwrap_or_default();
     warnings.iter().for_each(cell_worker::warn);
     if !spec.script.is_empty() {
+        // A script may name phases that the policy does not have, which needs its pictures.
         let task = task?;
         let drawing = inspect::draw(task.graphs(), "text", usize::MAX);
         let warnings = report::of_script(&spec.script, &drawing, cell);
@@ -229,6 +237,7 @@ fn warn_of_inputs(program: &Program, spec: &RunSpec, cell: &Cell) -> Result<(), 
 }
 
 fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
+    // `1..50` is inclusive here, and `1..=50`, as Rust writes it, means the same.
     let hint = || format!("{text:?} is no range of seeds; write 1..50");
     let (first, last) = text.split_once("..").ok_or_else(hint)?;
     let last = last.strip_prefix('=').unwrap_or(last);
@@ -272,6 +281,7 @@ fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode
         }
     };
     let counts = eval::evaluate(program, plan, |ended| {
+        // Printed while the progress line is removed: otherwise both would be on one line.
         progress.run(|| {
             warned.tell(&ended.warnings);
             match &ended.result {
@@ -280,6 +290,7 @@ fn evaluate(program: &Program, plan: &eval::Plan, json: bool) -> Result<ExitCode
             }
         });
     })?;
+    // Before the last line, which the progress line would overwrite.
     drop(progress);
     if json {
         print_json(&counts);
@@ -307,6 +318,7 @@ fn write_rows(program: &Program, order: &Order<'_>, json: bool) -> Result<ExitCo
             counted(new, "episode")
         ));
     }
+    // Rows may be missing after a signal only; the file is then not sorted (ADR 0023).
     if written.rows == written.all {
         return Ok(ExitCode::SUCCESS);
     }

@@ -25,12 +25,12 @@ pub enum InspectError {
     /// A tree in a file.
     #[error(transparent)]
     Tree(#[from] TreeError),
-    /// A behaviour that is not right, all of it.
+    /// All errors of a behaviour.
     #[error("{0}")]
     Behaviour(String),
 }
 
-/// What a file holds.
+/// The kind of behaviour in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A tree, JSON.
@@ -40,10 +40,10 @@ pub enum Kind {
 }
 
 /// Pictures of a demo's policy, with `set` in place of numbers of its cell file, or of a file;
-/// and what is probably not meant in the files of a demo.
+/// and probable mistakes in the files of a demo.
 ///
 /// # Errors
-/// When the demo, the policy or the file is not there or not right.
+/// When the demo, the policy or the file does not exist or is not valid.
 pub fn graphs(
     program: &Program,
     kind: Kind,
@@ -51,6 +51,7 @@ pub fn graphs(
     policy: Option<&str>,
     (data, set, replace): (&Data, &[Setting], Vec<Replace>),
 ) -> Result<(Vec<Graph>, Vec<String>), InspectError> {
+    // A file is drawn without a cell: its leaves are placeholders, and no demo has to fit.
     if is_file(what) {
         let graph = graph_of_file(program, kind, Path::new(what))?;
         return Ok((vec![graph], Vec::new()));
@@ -67,6 +68,7 @@ pub fn graphs(
 pub fn draw(graphs: &[Graph], format: &str, width: usize) -> String {
     if format == "names" {
         let nodes = graphs.iter().flat_map(|graph| &graph.nodes);
+        // Sorted and without duplicates: the completion of a command line lists them.
         let names: BTreeSet<&str> = nodes.map(|node| node.name.as_str()).collect();
         return names.into_iter().collect::<Vec<_>>().join("\n");
     }
@@ -79,10 +81,10 @@ pub fn draw(graphs: &[Graph], format: &str, width: usize) -> String {
     drawn.join("\n")
 }
 
-/// What is probably not meant in a file.
+/// Probable mistakes in a file.
 ///
 /// # Errors
-/// Everything that is wrong in it.
+/// All errors in it.
 pub fn check(program: &Program, kind: Kind, file: &Path) -> Result<Vec<Finding>, InspectError> {
     let text = read(kind, file)?;
     let name = file.display().to_string();
@@ -95,6 +97,8 @@ pub fn check(program: &Program, kind: Kind, file: &Path) -> Result<Vec<Finding>,
         Kind::Machine => {
             let include = includes(file);
             let source = source(&name, &text, &include);
+            // A kind knows the states that its code implements, so its check finds more; the
+            // check of the engine alone is for files of no kind.
             if let Some(checked) = program.policies.check_machine(&source) {
                 return checked.map_err(|wrong| InspectError::Behaviour(wrong.to_string()));
             }
@@ -109,7 +113,7 @@ pub fn check(program: &Program, kind: Kind, file: &Path) -> Result<Vec<Finding>,
 /// The JSON Schema of a kind of file: `tree`, `machine` or `cell`.
 ///
 /// # Errors
-/// When there is no such kind.
+/// For an unknown kind of file.
 pub fn schema(program: &Program, what: &str) -> Result<serde_json::Value, InspectError> {
     match what {
         "tree" => program
@@ -124,6 +128,8 @@ pub fn schema(program: &Program, what: &str) -> Result<serde_json::Value, Inspec
     }
 }
 
+// By its extension, not by its existence: a missing file is then reported as such, and not
+// as an unknown demo.
 fn is_file(what: &str) -> bool {
     let extension = Path::new(what).extension();
     extension.is_some_and(|e| e == "json" || e == "toml")
@@ -148,7 +154,7 @@ enum Table {
     Matrix(Box<matrix::Table>),
 }
 
-/// A file with a list of precedence is a matrix.
+/// A file with a `precedence` list is a matrix.
 fn table(file: &str, text: &str) -> Result<Table, InspectError> {
     let broken = |problems: machine::Problems| InspectError::Behaviour(problems.to_string());
     if has_precedence(file, text) {
@@ -166,6 +172,7 @@ fn table(file: &str, text: &str) -> Result<Table, InspectError> {
 fn has_precedence(file: &str, text: &str) -> bool {
     let key = "precedence";
     if Path::new(file).extension().is_some_and(|e| e == "json") {
+        // A file that does not parse is read as a machine, whose reader reports the error.
         serde_json::from_str::<serde_json::Value>(text).is_ok_and(|v| v.get(key).is_some())
     } else {
         text.parse::<toml::Table>()
@@ -173,8 +180,8 @@ fn has_precedence(file: &str, text: &str) -> bool {
     }
 }
 
-/// What the first kind of trees answers that takes the file; where none does,
-/// the shortest list of errors: the others do not know its node types.
+/// The result of the first kind of trees that accepts the file. If none does, the
+/// shortest list of errors: the other kinds do not know its node types.
 fn with_trees<T>(
     program: &Program,
     ask: impl Fn(&TreeTools) -> Result<T, TreeError>,
@@ -209,6 +216,8 @@ fn read(kind: Kind, file: &Path) -> Result<String, InspectError> {
         };
         InspectError::Behaviour(format!("{name}: {error}{advice}"))
     })?;
+    // The format line of a tree, in any place of the file: a tree that is passed to the reader
+    // of machines would get an error about its first key, which helps no user.
     let is_tree = text.contains("\"behavior-tree/");
     let other = match kind {
         Kind::Machine if is_tree => "this is a behaviour tree; use `robocell bt`",
@@ -228,7 +237,7 @@ fn source<'a>(file: &'a str, text: &'a str, include: &'a Include) -> Source<'a> 
     }
 }
 
-/// Files a file includes lie beside it.
+/// Included files are in the folder of the file.
 fn includes(file: &Path) -> impl Fn(&str) -> Result<String, String> {
     let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
     move |name| user_file::read_text(&folder.join(name)).map_err(|error| error.to_string())

@@ -3,19 +3,20 @@
 use cell_bus::Publisher;
 use ipc_types::{DECISION_TICKS, Header, Keyframe};
 
-/// How often a checkpoint is recorded (ticks).
+/// Interval of recorded checkpoints (ticks).
+// A replay can start once a second (ADR 0012).
 const PERIOD_TICKS: u64 = 1000;
 /// Sends checkpoints, one part with each decision: in lockstep the recorder may be 15
 /// decisions behind, and the buffer of the topic has room for 16 parts.
 pub(crate) struct Keyframes {
     port: Publisher<Keyframe>,
-    /// Period of simulated time that a checkpoint was sent in last.
+    /// Period of simulated time in which a checkpoint was sent last.
     sent_in: Option<u64>,
     checkpoint: Vec<u8>,
-    /// Bytes of it that are sent.
+    /// Number of its bytes that were sent.
     sent: usize,
     is_sending: bool,
-    /// Header of the decision it is as of, and its number.
+    /// Header of the decision after which it was taken, and the number of that decision.
     of: Header,
     after_seq: u64,
 }
@@ -34,10 +35,12 @@ impl Keyframes {
     }
 
     /// Once a second, and after a decision between two tenth ticks: the states there
-    /// are recorded in part only. Not while a long one is being sent.
+    /// are recorded in part only. False while a long checkpoint is being sent.
     pub(crate) fn is_due(&mut self, tick: u64) -> bool {
         let period = tick / PERIOD_TICKS;
         let is_due = self.sent_in != Some(period) || !tick.is_multiple_of(DECISION_TICKS);
+        // A second checkpoint would be mixed into the parts of the first, and neither could be
+        // read.
         let is_due = is_due && !self.is_sending;
         if is_due {
             self.sent_in = Some(period);
@@ -45,9 +48,9 @@ impl Keyframes {
         is_due
     }
 
-    /// `checkpoint` is sent next, as of the decision with number `after_seq` and this
-    /// header: a process that restores it and gets the inputs that came later decides
-    /// the same.
+    /// Sends `checkpoint` next, as of the decision with number `after_seq` and this
+    /// header: a process that restores it and receives the later inputs makes the same
+    /// decisions.
     pub(crate) fn begin(&mut self, checkpoint: Vec<u8>, of: &Header, after_seq: u64) {
         self.checkpoint = checkpoint;
         self.of = *of;
@@ -75,6 +78,8 @@ impl Keyframes {
             message.set(checkpoint, offset);
             length = message.bytes().len();
         });
+        // A part that was not sent is not repeated: a reader finds the gap and skips this
+        // checkpoint, and the next one follows within a second.
         self.sent += length;
         self.is_sending = sent.is_ok() && self.sent < self.checkpoint.len();
         sent.is_ok()

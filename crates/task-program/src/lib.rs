@@ -1,11 +1,11 @@
 //! Turns a registry of policies into a task program.
 //!
 //! The launcher starts the program as the task process of a cell: it observes,
-//! decides, writes its checkpoint and publishes. People and `robocell` start it
-//! with a subcommand: the same cell in one process, many seeds, a recording
-//! computed again, pictures and schemas of its behaviours.
+//! decides, writes its checkpoint and publishes. Users and `robocell` start it
+//! with a subcommand: the same cell in one process, many seeds, the verification of a
+//! recording, pictures and schemas of its behaviours.
 //!
-//! What may be changed here: how a task runs. What it decides is in the registry.
+//! This crate defines how a task runs; its decisions are defined by the registry.
 #![forbid(unsafe_code)]
 
 mod around;
@@ -52,9 +52,11 @@ pub fn main_with(policies: Policies, controllers: Controllers) -> ExitCode {
 
 /// As [`main_with`], with these words in place of the arguments of this process.
 pub fn main_of(policies: Policies, controllers: Controllers, words: &[String]) -> ExitCode {
+    // The launcher starts one program for both roles; only a controller is given an arm.
     if words.iter().any(|word| word == "--arm") {
         return control::main(&controllers);
     }
+    // `--spec` first is the start as a process of a cell; `run --spec` is a subcommand.
     if words.first().is_some_and(|word| word == "--spec") {
         return cell_worker::main_of("task", words, |start| process::run(start, &policies));
     }
@@ -79,10 +81,12 @@ pub fn run_cell(
     seed: u64,
 ) -> Result<RunSummary, SimError> {
     let program = Program {
+        // No custom controllers: a test of a job runs with the built-in ones.
         policies: policies.clone(),
         controllers: Controllers::default(),
         data: Data::dir(data).with_robots_of(&cell_files::data()),
     };
+    // The default policy is looked up in the registry, which a program may extend.
     let mut spec = eval::template(demo, "");
     spec.seed = seed;
     let cell = spec.load_cell_from(&program.data)?;

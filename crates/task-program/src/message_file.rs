@@ -1,14 +1,16 @@
-//! Why the task failed, in a file of the run directory for the summary.
+//! The reason of a failed task, in a file of the run directory for the summary.
 
 use std::path::{Path, PathBuf};
 
 use cell_model::runs::message::Message;
 use robocell_task::Task;
 
-/// A fault whose words change with each decision is written once in so many decisions.
+/// A fault with a changing text is written at most once in so many decisions.
+// Once a second at 100 decisions a second: a text with a number in it changes with every
+// decision, and each write replaces a file.
 const PERIOD: u32 = 100;
 
-/// Keeps the file of the run as the task has it.
+/// Keeps the file of the run equal to the message of the task.
 pub(crate) struct MessageFile {
     dir: PathBuf,
     message: Message,
@@ -29,11 +31,13 @@ impl MessageFile {
     }
 
     /// To be called after each decision, before it is published: a run ends with the
-    /// decision that says that its job has failed.
+    /// decision that reports the failure of its job.
     pub(crate) fn decided(&mut self, task: &Task) {
         let has_failed = task.has_failed();
         self.is_written &= !self.message.update(task.message(), has_failed);
         self.wait = self.wait.saturating_sub(1);
+        // The reason of a failure is written at once: the launcher reads the file as soon as
+        // the run has ended.
         if !self.is_written && (has_failed || self.wait == 0) {
             self.write();
         }
@@ -51,6 +55,7 @@ impl MessageFile {
 
 impl Drop for MessageFile {
     fn drop(&mut self) {
+        // A change that waited for its turn is written at the end.
         if !self.is_written {
             self.write();
         }

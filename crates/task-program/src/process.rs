@@ -1,5 +1,20 @@
-//! The task on the bus: on every tenth tick observe, decide, write it down,
-//! publish.
+//! The task on the bus: on every tenth tick it observes, decides, writes its checkpoint
+//! and publishes.
+//!
+//! What can go wrong here, and the rule that prevents it:
+//! - a kill between two steps: the checkpoint is written before the decision is published.
+//!   In the other order a successor would not know a decision that the arm follows already,
+//!   and would give its next goal the same number;
+//! - a decision that was written but reached no reader: the successor publishes it again.
+//!   It is absolute and carries its tick, so a repetition changes nothing (ADR 0002);
+//! - in lockstep a decision on statuses that happen to have arrived: the statuses of the tick
+//!   before are waited for, so that equal runs have equal inputs (ADR 0004). The wait is
+//!   bounded, since a controller that was killed publishes nothing;
+//! - a task that hangs while its process lives: the supervisor sees that `health` reports no
+//!   cycle.
+//!
+//! A change must keep the order in [`TaskProcess::decide`] (statuses, `begin`, `decide`,
+//! slots, `publish`) and must not block between them: physics in lockstep waits.
 
 use std::time::Duration;
 
@@ -21,15 +36,19 @@ use crate::keyframes::Keyframes;
 use crate::message_file::MessageFile;
 use crate::slots::{Slots, SlotsError};
 
-/// Longest sleep between two looks at the state.
+/// Longest sleep between two checks of the state.
+// Half of a decision period: if a doorbell is lost, the next decision is at most 5 ms late.
 const NUDGE: Duration = Duration::from_millis(5);
-/// Longest wait of lockstep for the controllers' words on the tick before, which
-/// were sent, but perhaps not yet to this reader (ns).
+/// Longest wait in lockstep for the statuses of the tick before, which were sent, but may
+/// not have reached this reader yet (ns).
 const DELIVERY_NS: u64 = 2_000_000_000;
 
-/// How often the statuses of all nodes are sent (ticks).
+/// Interval of the statuses of all nodes (ticks).
+// Ten times a second: faster than people read, and 100 nodes are one line (ADR 0009).
 const STATUS_TICKS: u64 = 100;
-/// How often the pictures are sent (ticks).
+/// Interval of the pictures (ticks).
+// A page that connects late can draw within a second. 100 nodes cost 100 lines a second of
+// the 1024 that the topic keeps (ADR 0009).
 const PICTURE_TICKS: u64 = 1000;
 
 /// Why a task cannot run.
@@ -49,6 +68,8 @@ pub enum ProcessError {
 impl RunError for ProcessError {
     fn is_lasting(&self) -> bool {
         match self {
+            // A cell file does not become valid by a restart; a full disk may be freed
+            // meanwhile.
             Self::Task(_) => true,
             Self::Slots(_) => false,
             Self::Bus(error) => error.is_lasting(),
@@ -63,10 +84,12 @@ impl RunError for ProcessError {
 /// When the policy is unknown, the two-slot file cannot be mapped, or the bus
 /// cannot be joined.
 pub fn run(start: &Start, policies: &Policies) -> Result<(), ProcessError> {
+    // The task first: an error in its files ends the process before it is seen on the bus.
     let task = policies.task(&start.cell, &start.spec.policy)?;
     let slots = Slots::open(&start.spec.run_dir, start.spec.run)?;
     let bus = start.join(Process::Task)?;
     let mut process = TaskProcess::new(&bus, task, slots, start)?;
+    // Pages are mapped before the loop: a page fault within a decision costs milliseconds.
     start.populate();
     while !stop_requested() {
         process.turn();
@@ -90,9 +113,9 @@ struct TaskProcess {
     health: HealthReporter,
     message: Decision,
     begun: bool,
-    /// Whether another process of this task ran before.
+    /// Whether an earlier process of this task ran in this cell.
     is_successor: bool,
-    /// What was reported as lost last.
+    /// The lost checkpoints that were reported last.
     lost: String,
     /// Tick the pictures were sent at last, and when that was (ns).
     drawn: Option<u64>,
@@ -103,6 +126,7 @@ impl TaskProcess {
     fn new(bus: &Bus, task: Task, slots: Slots, start: &Start) -> Result<Self, BusError> {
         let fifo = start.real_time_priority(TASK_PRIORITY);
         let mut bells = vec![bus.doorbell(Process::Physics)?];
+        // Controllers wait for the decision in lockstep, so their doorbells ring with it, too.
         let mut statuses = Vec::new();
         for arm in 0..start.spec.arms {
             bells.push(bus.doorbell(Process::Controller(arm))?);
@@ -124,6 +148,7 @@ impl TaskProcess {
             health: HealthReporter::new(start, bus, Process::Task, fifo)?,
             message: Decision::zeroed(),
             begun: false,
+            // The launcher counts the starts of a process; the first one has no predecessor.
             is_successor: start.generation > 1,
             lost: String::new(),
             drawn: None,
@@ -131,7 +156,7 @@ impl TaskProcess {
         })
     }
 
-    /// Looks at the newest state and decides if it is time to.
+    /// Reads the newest state and decides if a decision is due.
     fn turn(&mut self) {
         if self.state.take().is_some() {
             self.work();
@@ -144,15 +169,18 @@ impl TaskProcess {
             .refused("state", self.state.take_invalid(), now_ns);
         self.health
             .publish_if_due(self.decider.decided().map_or(0, |(_, tick)| tick), now_ns);
+        // Processes that started since the last turn receive the newest decision from here.
         self.decision.update_connections();
         self.trace.update_connections();
-        // Every turn counts, also one that finds the same state again: a task
-        // whose cycles stand still hangs.
+        // Every turn counts, also one that finds the same state again: a task whose turns stop
+        // counting is reported as hung.
         self.health.idle();
         self.sleeper.wait(NUDGE);
     }
 
     fn work(&mut self) {
+        // Without a valid state there is nothing to decide on; `Gate` keeps the newest valid
+        // one.
         let Some(state) = self.state.current() else {
             return;
         };
@@ -160,12 +188,18 @@ impl TaskProcess {
         let lockstep = state.has(FLAG_LOCKSTEP);
         self.class.follow(lockstep);
         self.health.set_lockstep(lockstep);
+        // Once, at the first state: the checkpoint can only be compared with a state.
         if !self.begun {
             self.begun = true;
             self.begin();
+            // The recorder gets a checkpoint at once, so that a replay can start here and not
+            // only at the next second.
             let checkpoint = self.decider.task.checkpoint();
             self.send_keyframe(checkpoint);
         }
+        // In real time a state of a tenth tick may be missed; the next one is used instead, so
+        // that no decision is left out. In lockstep every tenth tick is seen, and only it
+        // counts.
         let due = match self.decider.decided() {
             Some((g, last)) if g == generation && tick >= last => {
                 let on_the_tick = tick.is_multiple_of(DECISION_TICKS) && tick > last;
@@ -185,11 +219,13 @@ impl TaskProcess {
         };
         let (generation, tick) = (state.header.generation, state.header.tick);
         let Some(saved) = self.slots.newest(generation) else {
-            // One that was killed before its first decision left none.
+            // A predecessor that was killed before its first decision left no checkpoint.
             let decided = tick > state.resumed_tick + DECISION_TICKS;
             if self.is_successor && decided {
                 self.slots.miss_checkpoint();
             }
+            // No checkpoint of this start of physics: the history may have one for the state
+            // from which physics resumed.
             let begun = self.decider.begin(state, &mut self.slots);
             let restored = self.decider.task.restored();
             self.report(&begun, restored, tick);
@@ -199,15 +235,16 @@ impl TaskProcess {
         match self.decider.resume(&saved.checkpoint, decided, state) {
             Ok(()) => self.say(tick, self.decider.task.restored().line()),
             Err(error) => {
-                // What happened before is lost; what is seen is not.
+                // The memory is lost; the observation is not.
                 cell_worker::warn(format_args!("{error}"));
                 self.say(tick, "[task] started without a checkpoint");
                 return;
             }
         }
+        // The message is restored as well: its sequence of goals continues from there.
         self.message = saved.decision;
-        // The decision was made, perhaps not heard, or not by all. It is
-        // absolute, and its tick says how old it is. Another one follows.
+        // The decision was made, but perhaps not received by all. It is absolute, and its tick
+        // gives its age. Another decision follows.
         let _sent = self.publish();
     }
 
@@ -227,12 +264,14 @@ impl TaskProcess {
 
     fn decide(&mut self, generation: u32, tick: u64, lockstep: bool) {
         let began_ns = monotonic_ns();
+        // Before `begin`: statuses of an earlier start of physics are removed here.
         self.take_statuses(generation, tick, lockstep);
         let Some(state) = self.state.current() else {
             return;
         };
         let mut statuses = [None; MAX_ARMS];
         for (slot, (_, gate)) in statuses.iter_mut().zip(&self.statuses) {
+            // A status of another start of physics describes a world that no longer exists.
             *slot = gate.current().filter(|s| s.header.answers(generation));
         }
         self.lines.clear();
@@ -241,17 +280,22 @@ impl TaskProcess {
         let message = &mut self.message;
         self.decider
             .decide(state, &statuses, message, &mut self.lines);
+        // Before `publish`: a run ends with the decision that reports a failure.
         self.message_file.decided(&self.decider.task);
         let checkpoint = self.decider.task.checkpoint();
+        // Before `publish`: a successor must know every decision that a reader may have.
         self.slots.write(generation, tick, message, &checkpoint);
         self.report(&begun, restored, tick);
         self.report_lost(tick);
         let sent = self.publish();
+        // Decisions of a resumed task depend on a checkpoint that the recording does not have
+        // yet.
         let is_resumed = !matches!(begun, Begun::Continued | Begun::Reconciled);
         if sent && (self.keyframes.is_due(tick) || is_resumed) {
             self.send_keyframe(checkpoint);
         }
         self.send_part();
+        // Pictures and lines are for people: sent after the messages that the cell waits for.
         self.draw(tick);
         self.send_lines(tick);
         let outcome = f64::from(self.message.outcome);
@@ -259,7 +303,7 @@ impl TaskProcess {
             .cycle(tick, began_ns, 0, [outcome, 0.0, 0.0, 0.0]);
     }
 
-    /// In the health of the process, and in the trace when it changes.
+    /// Reports lost checkpoints in the health of the process, and in the trace on a change.
     fn report_lost(&mut self, tick: u64) {
         let lost = self.slots.lost();
         if self.lost == lost {
@@ -273,9 +317,9 @@ impl TaskProcess {
         }
     }
 
-    /// Says at 10 Hz how every node stands, and once a second what the nodes
-    /// are, for who has just begun to look.
+    /// Adds all node statuses at 10 Hz, and the pictures once a second for new subscribers.
     fn draw(&mut self, tick: u64) {
+        // A tick that is earlier than the last picture is a new scene.
         if self
             .drawn
             .is_none_or(|drawn| tick >= drawn + PICTURE_TICKS || tick < drawn)
@@ -289,12 +333,13 @@ impl TaskProcess {
         }
     }
 
-    /// Simulated time stands still while the cell is paused; who begins to look
-    /// then wants to see the task, too.
+    /// Simulated time does not advance while the cell is paused; a subscriber that connects
+    /// then needs the pictures, too.
     fn draw_while_nothing_moves(&mut self, now_ns: u64) {
         let Some((_, tick)) = self.decider.decided() else {
             return;
         };
+        // Wall time, the only one that advances; the same period as with simulated time.
         if now_ns < self.drawn_ns + PICTURE_TICKS * TICK_NS {
             return;
         }
@@ -305,6 +350,7 @@ impl TaskProcess {
     }
 
     fn send_lines(&mut self, tick: u64) {
+        // The list is taken out and put back: it keeps its memory for the next decision.
         let lines = std::mem::take(&mut self.lines);
         for line in &lines {
             self.send_line(tick, line);
@@ -312,10 +358,12 @@ impl TaskProcess {
         self.lines = lines;
     }
 
-    /// The newest status caused by an earlier tick; in lockstep that of the
-    /// tick before, which is waited for.
+    /// Reads the newest status caused by an earlier tick; in lockstep that of the
+    /// tick before, for which it waits.
     fn take_statuses(&mut self, generation: u32, tick: u64, lockstep: bool) {
         let patient_until_ns = monotonic_ns() + DELIVERY_NS;
+        // Physics was restarted or the scene was reset: statuses of before would pass as newer,
+        // since their ticks are larger.
         if self
             .decider
             .decided()
@@ -327,6 +375,8 @@ impl TaskProcess {
             loop {
                 gate.pull(subscriber);
                 let found = gate.advance(tick).filter(|s| s.header.answers(generation));
+                // The status of this tick is kept back even if it arrived: which one arrives
+                // first would depend on the scheduler (ADR 0004).
                 let complete = found.map(|s| s.header.tick) >= tick.checked_sub(1);
                 let given_up = monotonic_ns() > patient_until_ns || stop_requested();
                 if !lockstep || complete || given_up {
@@ -339,16 +389,18 @@ impl TaskProcess {
         }
     }
 
-    /// `false` for a decision that was not sent: it is followed by another on the
-    /// next tenth tick.
+    /// Publishes the decision and rings the doorbells. `false` if it was not sent: another
+    /// one follows on the next tenth tick.
     fn publish(&mut self) -> bool {
+        // Rung also after a failure: readers wake up, find no message, and do not wait for
+        // long.
         let message = &self.message;
         let sent = self.decision.publish(|slot| *slot = *message).is_ok();
         self.bells.iter_mut().for_each(Doorbell::ring);
         sent
     }
 
-    /// Records the checkpoint, as of the newest decision.
+    /// Starts to record the checkpoint, as of the newest decision.
     fn send_keyframe(&mut self, checkpoint: Vec<u8>) {
         let after_seq = self.decision.seq();
         self.keyframes
@@ -386,7 +438,7 @@ impl TaskProcess {
             message.event = line.event.code();
             message.text = line.text;
         };
-        // A line that was not sent leaves a gap in the sequence, which counts.
+        // A line that was not sent leaves a gap in the sequence, which readers count.
         let _sent = self.trace.publish(write).is_ok();
     }
 }

@@ -1,10 +1,10 @@
-//! A line on the terminal about work that takes long; nothing where stderr is none.
+//! A progress line on the terminal; nothing is shown where stderr is not a terminal.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// See the module. The line disappears with its value.
+/// See the module. The line is removed when the value is dropped.
 pub(crate) struct Progress {
     bar: ProgressBar,
     /// Simulated seconds shown last.
@@ -18,9 +18,11 @@ impl Progress {
         Self::new(ProgressBar::new(total), template)
     }
 
-    /// Of rows, of which some are there already.
+    /// Of rows, some of which exist already.
     pub(crate) fn of_rows(before: u64, all: u64) -> Self {
         let bar = ProgressBar::new(all).with_position(before);
+        // The time that is left is computed from the rows of this process alone: those of an
+        // earlier one were not written in this time.
         bar.reset_eta();
         let template = "{bar:30} {pos} of {len} episodes, {per_sec}, {msg}{eta} left";
         Self::new(bar, template)
@@ -61,9 +63,11 @@ impl Progress {
         self.bar.suspend(print);
     }
 
-    /// Work has come to `tick`.
+    /// The work has reached `tick`.
     pub(crate) fn tick(&self, tick: u64) {
         let time_s = tick / 1000;
+        // Drawn once per simulated second: a tick takes microseconds, a line on a terminal
+        // more.
         if self.shown_s.swap(time_s, Ordering::Relaxed) != time_s {
             self.bar.set_message(format!("{time_s} s"));
             self.bar.tick();

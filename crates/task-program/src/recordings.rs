@@ -11,7 +11,7 @@ use evaluation::EvaluationError;
 use evaluation::report::{Failed, episodes};
 use serde::Deserialize;
 
-/// Where recordings go, and how they are made.
+/// The folder of the recordings, and how they are made.
 pub(crate) struct Recordings<'a> {
     /// The folder.
     pub(crate) dir: &'a Path,
@@ -39,15 +39,15 @@ pub(crate) enum RecordingError {
     },
 }
 
-/// Of the summary that the launcher prints.
+/// The needed part of the summary that the launcher prints.
 #[derive(Deserialize)]
 struct Summary {
     state_hash: String,
 }
 
 impl Recordings<'_> {
-    /// Records each failed episode of `rows` that has no recording yet; how many were made.
-    /// What goes wrong with one of them is a warning.
+    /// Records each failed episode of `rows` that has no recording yet; returns how many were
+    /// made. An episode that cannot be recorded is a warning.
     pub(crate) fn of(&self, rows: &Path) -> Result<u64, RecordingError> {
         let cannot = |source| RecordingError::Io {
             dir: self.dir.to_owned(),
@@ -61,13 +61,15 @@ impl Recordings<'_> {
                 variant => format!("seed-{}-variant-{variant}", failed.key.seed),
             };
             let file = self.dir.join(format!("{name}.mcap"));
-            // An episode that could not be finished has no end to record.
+            // An episode that ended with an error has no state to compare the recording with.
             if failed.state_hash.is_empty() || file.exists() {
                 continue;
             }
             if signal::stop_requested() {
                 break;
             }
+            // Under another name until it is complete and its hash is compared: a recording
+            // that exists is not made again.
             let partial = self.dir.join(format!("{name}.partial.mcap"));
             fs::remove_file(&partial).ok();
             match self.record(&failed, &partial).map_err(cannot)? {
@@ -75,6 +77,7 @@ impl Recordings<'_> {
                     fs::rename(&partial, &file).map_err(cannot)?;
                     made += 1;
                 }
+                // The signal ended the run as well; that is not an error of the episode.
                 Err(reason) if signal::stop_requested() => drop(reason),
                 Err(reason) => {
                     cell_worker::warn(format_args!("{}: not recorded: {reason}", failed.key));
@@ -90,9 +93,12 @@ impl Recordings<'_> {
         let seed = failed.key.seed.to_string();
         let set = failed.settings.iter();
         let set = set.flat_map(|one| ["--set".to_owned(), one.to_string()]);
+        // A name of its own, so that a cell that the user runs meanwhile is not replaced.
         let cell = format!("eval-{}", std::process::id());
         let run = Command::new(self.launcher)
             .args(["run", demo, "--policy", policy, "--seed", &seed])
+            // `max` and `until-done` are what an episode of `eval` does; another speed in
+            // lockstep would give the same states but take longer.
             .args(["--speed", "max", "--headless", "--until-done", "--json"])
             .args(["--cell", &cell, "--record"])
             .arg(file)
@@ -107,6 +113,7 @@ impl Recordings<'_> {
             let last = error.lines().last().unwrap_or("it said nothing");
             return Ok(Err(format!("the run ended with {}: {last}", run.status)));
         };
+        // A recording of another run would show something that did not happen in this episode.
         if summary.state_hash != failed.state_hash {
             let (found, wanted) = (summary.state_hash, &failed.state_hash);
             return Ok(Err(format!(

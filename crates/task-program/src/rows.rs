@@ -20,7 +20,7 @@ use evaluation::shard::Shard;
 use crate::progress::Progress;
 use crate::warned::Warned;
 
-/// Which rows, and where to.
+/// The rows to write, and their file.
 pub(crate) struct Order<'a> {
     /// Everything but the seed.
     pub(crate) spec: &'a RunSpec,
@@ -40,7 +40,7 @@ pub(crate) struct Order<'a> {
     pub(crate) arguments: Vec<String>,
 }
 
-/// What is in the file now.
+/// The content of the file after the call.
 pub(crate) struct Written {
     /// Rows of this shard.
     pub(crate) all: u64,
@@ -69,7 +69,7 @@ pub(crate) enum RowsError {
     },
 }
 
-/// Runs the episodes whose rows are missing, until all are there or a signal asks to stop.
+/// Runs the episodes without a row, until all have one or a signal requests a stop.
 pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, RowsError> {
     let plan = Plan {
         identity: identity(program, order)?,
@@ -78,6 +78,8 @@ pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, Row
         variants: *order.cases.sweep().variants().end(),
         arguments: order.arguments.clone(),
     };
+    // The file is locked from here on: a second process with the same command would write the
+    // same seeds (ADR 0023).
     let file = RowsFile::open(order.out, &plan)?;
     let left = file.left();
     let left = left.map(|key| order.cases.case(key.seed, key.variant));
@@ -90,6 +92,7 @@ pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, Row
         failed: 0,
         error: None,
     });
+    // After the file was opened, so that its errors end the command as any other.
     signal::install_stop_handler().ok();
     let host = host_name();
     let spec = RunSpec {
@@ -102,6 +105,8 @@ pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, Row
         jobs: order.jobs,
         stop: &signal::stop_requested,
     }
+    // Appended in the order in which episodes end: in the order of seeds a slow episode would
+    // hold back finished rows, which a kill would lose (ADR 0023).
     .run(left, &|ended| {
         let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
         let goes_on = state.take(&plan.identity, &spec, (&host, &folders), &ended);
@@ -109,6 +114,7 @@ pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, Row
         progress.row(state.failed);
         goes_on
     });
+    // Removed before a warning or the result is printed.
     drop(progress);
     let State {
         file,
@@ -119,6 +125,8 @@ pub(crate) fn write(program: &Program, order: &Order<'_>) -> Result<Written, Row
         return Err(error.into());
     }
     let rows = file.rows();
+    // Only a complete file is sorted, into a copy that replaces it: files of all shards become
+    // the bytes of an unsharded run (ADR 0023).
     if rows == all {
         file.finish()?;
     }
@@ -136,7 +144,7 @@ struct State {
 }
 
 impl State {
-    /// Appends the row of an episode; whether to go on.
+    /// Appends the row of an episode; returns whether to continue.
     fn take(
         &mut self,
         identity: &Identity,
@@ -148,6 +156,7 @@ impl State {
         let mut row = match &ended.result {
             Ok(summary) => Row::of(identity, &ended.case, summary),
             Err(reason) => Row::error(identity, names, &ended.case, reason.clone()),
+        // Rows must not depend on the folder of a user: they are compared between machines.
         };
         row.message = row.message.map(|message| folders.left_out_of(&message));
         self.failed += u64::from(row.outcome != RowOutcome::Done);
@@ -155,6 +164,7 @@ impl State {
             clippy::disallowed_methods,
             reason = "for people, who know the calendar; no episode depends on it"
         )]
+        // Time and host are in the side file, so that rows depend on inputs alone (ADR 0023).
         let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let episode = Episode {
             seed: ended.case.seed,
@@ -166,6 +176,7 @@ impl State {
         match self.file.append(&row, &episode) {
             Ok(()) => true,
             Err(error) => {
+                // The episodes stop: without a file each further one would be lost.
                 self.error = Some(error);
                 false
             }
@@ -173,8 +184,8 @@ impl State {
     }
 }
 
-/// The folders of the inputs. Sentences in rows name files without them: rows are the same
-/// on every machine.
+/// The folders of the inputs. Messages in rows name files without them, so that rows are the
+/// same on every machine.
 struct Folders(Vec<String>);
 
 impl Folders {
@@ -185,6 +196,7 @@ impl Folders {
         let all = order.spec.data_dir.as_deref().into_iter().chain(files);
         let all = all.chain(robot).map(|dir| format!("{}/", dir.display()));
         Self(
+            // Not `/`: every path would lose its separators.
             all.filter(|dir| dir.starts_with('/') && dir.len() > 1)
                 .collect(),
         )
@@ -196,15 +208,17 @@ impl Folders {
     }
 }
 
-/// Build, and hash of all that an episode depends on but its seed.
+/// The build, and the hash of all inputs of an episode except its seed.
 fn identity(program: &Program, order: &Order<'_>) -> Result<Identity, RowsError> {
     let input = |path: &Path| {
         let path = path.to_owned();
         move |source| RowsError::Input { path, source }
     };
+    // The running program itself, also if the file was replaced since its start.
     let own = Path::new("/proc/self/exe");
     let build = own_build().map_err(input(own))?;
     let mut inputs = Inputs::default();
+    // The first seed stands for all: the same files are read for each of them.
     let first = RunSpec {
         seed: order.seeds[0],
         ..order.spec.clone()
@@ -216,6 +230,7 @@ fn identity(program: &Program, order: &Order<'_>) -> Result<Identity, RowsError>
         let more = [&robot.xrdf, &robot.rmpflow].into_iter().flatten();
         std::iter::once(&robot.urdf).chain(more)
     });
+    // With Python the program is the interpreter, and this code is in a library.
     let extension = extension_module();
     let files = robot.chain(order.inputs).chain(&extension);
     for (index, path) in files.enumerate() {
@@ -223,12 +238,13 @@ fn identity(program: &Program, order: &Order<'_>) -> Result<Identity, RowsError>
         added.map_err(input(path))?;
     }
     let spec = order.spec;
+    // The options are part of the hash: rows of two commands with other options are not merged.
     let tip = spec.robot.as_ref().and_then(|robot| robot.tip.clone());
     let mut options = serde_json::json!({
         "demo": spec.demo, "policy": spec.policy, "script": spec.script, "bins": spec.bins,
         "time_limit_s": spec.time_limit_s, "tip": tip, "sweep": order.cases.sweep(),
     });
-    // Rows of runs without it are not of other inputs than before.
+    // Rows written before this option existed keep their hash.
     if !spec.replace.is_empty() {
         options["replace"] = serde_json::json!(spec.replace);
     }
@@ -239,7 +255,7 @@ fn identity(program: &Program, order: &Order<'_>) -> Result<Identity, RowsError>
     })
 }
 
-/// The extension module that runs this code, where the program of the process is Python.
+/// The extension module that contains this code, where the program of the process is Python.
 fn extension_module() -> Option<PathBuf> {
     let maps = std::fs::read_to_string("/proc/self/maps").unwrap_or_default();
     let mapped = maps
@@ -252,7 +268,7 @@ fn extension_module() -> Option<PathBuf> {
     mapped.filter(is_own).map(Path::to_owned).next()
 }
 
-/// Of this machine; for the side file alone.
+/// Name of this machine, for the side file alone.
 fn host_name() -> String {
     let name = std::fs::read_to_string("/proc/sys/kernel/hostname");
     name.map_or_else(|_| String::new(), |name| name.trim().to_owned())

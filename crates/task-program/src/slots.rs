@@ -1,6 +1,22 @@
-//! The checkpoints of the task, each with the decision it led to, in files that
+//! The checkpoints of the task, each with the decision made from it, in files that
 //! outlive the process: the newest two, for a successor of this process, and those for
 //! the states that physics saved, for a successor of physics.
+//!
+//! What can go wrong here, and the rule that prevents it:
+//! - a kill during a write: each file has several slots, a write goes into one that is not
+//!   needed, and its number and checksum are valid only when it is complete. 300 kills of a
+//!   process that rewrote a slot without pause, 278 of them within a write, left none torn;
+//! - physics resumes from an older state and the task from a newer checkpoint: entries of the
+//!   history are labelled with the state they belong to, and the one for the state that
+//!   physics would resume from is never replaced;
+//! - physics resumed earlier in the run: entries of the abandoned timeline have the same
+//!   ticks and must not be found (`on_this_timeline`);
+//! - files of another run in the same directory: every entry carries the number of its run;
+//! - a checkpoint that is too long, or a full disk: the cell continues, but the user is told
+//!   before the kill that would lose it (`lost`).
+//!
+//! A change must write an entry before its decision is published, and must not wait for a
+//! disk: the file is mapped memory, and the decision has 10 ms.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +33,8 @@ const HISTORY_FILE: &str = "task.history";
 /// Entries of the history: for the state that physics saved last, for one that is
 /// being written, and two before, in case a process is killed between these.
 const HISTORY: usize = 4;
-/// Room for a checkpoint at the start; longer ones make more (bytes).
+/// Initial room for a checkpoint; a longer one enlarges the file (bytes).
+// A tree of 27 nodes has a record of about 1 kB (ADR 0008); policies in Python pickle more.
 const FIRST_ROOM: usize = 64 * 1024;
 
 /// The file cannot be used.
@@ -28,11 +45,11 @@ pub struct SlotsError {
     source: std::io::Error,
 }
 
-/// What was written for one tick.
+/// The entry that was written for one tick.
 pub struct Saved {
     /// The tick.
     pub tick: u64,
-    /// The decision that was made, to be published again if no process received it.
+    /// The decision that was made, to be published again if it reached no process.
     pub decision: Decision,
     /// The task's checkpoint.
     pub checkpoint: Vec<u8>,
@@ -47,13 +64,13 @@ pub struct Slots {
     history_seq: u64,
     /// The entry written last.
     buffer: Vec<u8>,
-    /// By slot of the history: the state that its entry is for, and its number.
+    /// By slot of the history: the state to which its entry belongs, and its number.
     labels: [Option<(u64, u64)>; HISTORY],
-    /// Why the entry written last, and that of the history, are not in their files;
-    /// empty if they are.
+    /// Why the newest entry, and that of the history, could not be written; empty
+    /// if they were.
     problem: String,
     history_problem: String,
-    /// What was damaged at the start.
+    /// The files that were damaged at the start.
     damage: String,
 }
 
@@ -77,6 +94,8 @@ impl Slots {
         let mut damage = String::new();
         let mut open = |name: &str, slots: usize| {
             let path = run_dir.join(name);
+            // A damaged file is reported and created again: a task without a checkpoint can
+            // run, one without a file could not resume from anything.
             let file = SlotFile::with_slots(&path, capacity, slots);
             if file.as_ref().is_ok_and(SlotFile::was_damaged) {
                 let path = path.display();
@@ -86,6 +105,8 @@ impl Slots {
             file.map_err(|source| SlotsError { path, source })
         };
         let (file, history) = (open(FILE, 2)?, open(HISTORY_FILE, HISTORY)?);
+        // Numbers continue: an entry with number 1 would be older than the slots of the
+        // predecessor.
         let seq = |file: &SlotFile| file.newest().map_or(0, |(seq, _)| seq);
         let mut this = Self {
             seq: seq(&file),
@@ -100,6 +121,7 @@ impl Slots {
             damage,
         };
         for (slot, seq, bytes) in this.history.all_slots() {
+            // An entry of another run has no label, so its slot is the first to be replaced.
             let head = this.entry(&bytes).map(|(head, _)| (head.label, seq));
             if let Some(place) = this.labels.get_mut(slot) {
                 *place = head;
@@ -118,6 +140,7 @@ impl Slots {
 
     /// Reports that the task before this one left no checkpoint, if there is none.
     pub fn miss_checkpoint(&mut self) {
+        // A damaged file is the reason already, and a checkpoint means that there was one.
         if self.damage.is_empty() && self.file.newest().is_none() {
             "the checkpoint of the task before; it decides from what it observes"
                 .clone_into(&mut self.damage);
@@ -129,12 +152,15 @@ impl Slots {
     pub fn newest(&self, physics_generation: u32) -> Option<Saved> {
         let (_, bytes) = self.file.newest()?;
         let (head, saved) = self.entry(&bytes)?;
+        // After a restart of physics the newest entry may be of a future that did not happen;
+        // the history decides then.
         (head.physics_generation == physics_generation).then_some(saved)
     }
 
     fn entry(&self, bytes: &[u8]) -> Option<(Head, Saved)> {
         let (head, rest) = bytes.split_at_checked(HEAD_BYTES)?;
         let head: Head = checkpoint::from_bytes(head).ok()?;
+        // The run directory may be used again; the ticks of an earlier run mean nothing here.
         if head.run != self.run {
             return None;
         }
@@ -155,6 +181,8 @@ impl Slots {
         decision: &Decision,
         checkpoint: &[u8],
     ) {
+        // The buffer is kept: `keep` may put the same bytes into the history without encoding
+        // twice.
         self.seq += 1;
         self.buffer.clear();
         let head = Head {
@@ -163,10 +191,12 @@ impl Slots {
             tick,
             label: 0,
         };
+        // The label is set in `keep`; its bytes are there already, so that it can be replaced.
         self.buffer.extend(checkpoint::to_bytes(&head));
         self.buffer.extend(decision.as_bytes());
         self.buffer.extend(checkpoint);
         let written = if checkpoint.len() > MAX_BYTES {
+            // Cleared, so that `keep` does not label an older entry as this one.
             self.buffer.clear();
             let bytes = checkpoint.len();
             Err(format!(
@@ -180,8 +210,8 @@ impl Slots {
         note(&mut self.problem, "a killed task", written);
     }
 
-    /// Slots of the history with the newest entries first, without those of a time that
-    /// physics went back before.
+    /// Slots of the history with the newest entries first, without those of a timeline that
+    /// physics left when it resumed from an earlier state.
     fn on_this_timeline(&self) -> Vec<(usize, u64)> {
         let labels = self.labels.iter().enumerate();
         let mut slots: Vec<_> = labels
@@ -189,6 +219,8 @@ impl Slots {
             .collect();
         slots.sort_by_key(|(.., seq)| core::cmp::Reverse(*seq));
         let mut earliest = u64::MAX;
+        // By number of the entry, not by tick. An older entry with a tick that is not smaller
+        // was written before physics went back.
         let is_current = move |(_, label, _): &(usize, u64, u64)| {
             let is_current = *label < earliest;
             earliest = earliest.min(*label);
@@ -201,6 +233,7 @@ impl Slots {
     /// The slot with the entry for the state of `tick`, and its label.
     fn find(&self, tick: u64) -> Option<(usize, u64)> {
         let slots = self.on_this_timeline();
+        // The newest that is not after `tick`: a younger one contains decisions of the future.
         slots.into_iter().find(|(_, label)| *label <= tick)
     }
 
@@ -219,10 +252,13 @@ impl Slots {
 
 impl History for Slots {
     fn at(&self, tick: u64) -> Option<Kept> {
+        // An exact entry first: it was written for this very state.
         let found = self.find(tick);
         if let Some((slot, label)) = found.filter(|(_, label)| *label == tick) {
             return self.read_history(slot, label);
         }
+        // Then the newest checkpoint, if it is not after the state: it is younger than any
+        // entry of the history that could be found.
         let newest = self.file.newest();
         let newest = newest.and_then(|(_, bytes)| self.entry(&bytes));
         if let Some((head, saved)) = newest.filter(|(head, _)| head.tick <= tick) {
@@ -238,22 +274,25 @@ impl History for Slots {
     /// The checkpoint is the entry written last.
     fn keep(&mut self, tick: u64, saved_tick: u64, _checkpoint: &dyn Fn() -> Vec<u8>) {
         if self.buffer.is_empty() {
-            // The process before wrote it.
+            // The entry is of the process before this one.
             self.buffer = self.file.newest().unwrap_or_default().1;
         }
         let head = self
             .buffer
             .get(..HEAD_BYTES)
             .map(checkpoint::from_bytes::<Head>);
-        // One that is too long is not there, and was reported.
+        // A checkpoint that is too long was not written, and was reported.
         let Some(Ok(mut head)) = head else {
             return;
         };
         head.label = tick;
         self.buffer
             .splice(..HEAD_BYTES, checkpoint::to_bytes(&head));
+        // The entry for the state that physics would resume from now stays, whatever its age:
+        // a kill before the new state is complete needs it.
         let needed = self.find(saved_tick).map(|(slot, _)| slot);
         let slots = (0..HISTORY).filter(|slot| Some(*slot) != needed);
+        // Empty slots have no number, which is less than any, so they are used first.
         let number = |slot: &usize| {
             self.labels
                 .get(*slot)
@@ -268,6 +307,7 @@ impl History for Slots {
         let written = self
             .history
             .write_at(oldest, self.history_seq, &self.buffer);
+        // A failed write has an unknown content: the slot counts as empty.
         if let Some(label) = self.labels.get_mut(oldest) {
             *label = written.is_ok().then_some((tick, self.history_seq));
         }
@@ -281,6 +321,7 @@ impl History for Slots {
 }
 
 fn note(problem: &mut String, subject: &str, written: Result<(), String>) {
+    // A warning at the first failure only: the same one would follow with every decision.
     let was_fine = problem.is_empty();
     *problem = match written {
         Ok(()) => String::new(),
@@ -291,7 +332,7 @@ fn note(problem: &mut String, subject: &str, written: Result<(), String>) {
     }
 }
 
-/// Bytes of a [`Head`] with fixed-size numbers.
+/// Bytes of a [`Head`] with fixed-size numbers: run, generation, tick and label.
 const HEAD_BYTES: usize = 8 + 4 + 8 + 8;
 
 #[cfg(test)]

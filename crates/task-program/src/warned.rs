@@ -1,10 +1,10 @@
-//! Warnings of many episodes: what several of them say is said once.
+//! Warnings of many episodes: a warning that several of them have is shown once.
 
 use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
-/// Different warnings that are shown; a script that is refused at a time that depends on the
-/// seed would fill the terminal.
+/// Number of different warnings shown; a script that is refused at a time that depends on
+/// the seed would fill the terminal.
 const MOST: usize = 20;
 
 /// The warnings that were shown.
@@ -21,6 +21,8 @@ impl Warned {
         let mut shown = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let mut news = Vec::new();
         for warning in warnings {
+            // One more than the limit is taken up: it becomes the line that says that there are
+            // more.
             if shown.len() > MOST || !shown.insert(warning.clone()) {
                 continue;
             }

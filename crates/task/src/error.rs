@@ -12,7 +12,7 @@ pub enum TaskError {
     UnknownKind {
         /// The line of the cell file.
         at: Location,
-        /// What is there.
+        /// The kind that the file names.
         kind: String,
         /// The nearest name, or all of them.
         advice: String,
@@ -29,7 +29,7 @@ pub enum TaskError {
     /// The cell, or a behaviour it names, does not make this job.
     #[error(transparent)]
     Setup(#[from] SetupError),
-    /// There is no arm to do it.
+    /// The cell has no arm.
     #[error("cells/{demo}.toml has no [[arm]]; a task needs one")]
     NoArm {
         /// The demo.

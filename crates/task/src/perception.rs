@@ -43,7 +43,7 @@ impl Perception {
         let tick = state.header.tick;
         let disturbance = &self.disturbance;
         let count = state.objects().len();
-        // Streams are derived anew from seed, object and tick. One generator that advanced
+        // Streams are derived from seed, object and tick each time. One generator that advanced
         // from decision to decision would have to be in the checkpoint, and would give other
         // numbers after a missed decision.
         for (index, object) in seen.objects.iter_mut().take(count).enumerate() {

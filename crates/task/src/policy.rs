@@ -15,7 +15,7 @@ use crate::ring;
 
 /// A decision maker in plain code.
 ///
-/// What it decides depends on the observation and on its [`Policy::Memory`],
+/// Its decisions depend on the observation and on its [`Policy::Memory`],
 /// and on nothing else: no clock, no random number, no file. Then a run is the
 /// same in one process and in four, it can be computed again, and a new process
 /// resumes where the old one was killed.

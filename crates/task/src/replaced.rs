@@ -15,7 +15,8 @@ pub fn replace_leaves<'t, H: Host>(
     trees: impl IntoIterator<Item = &'t mut Tree<H>>,
     rules: &[Replace],
 ) -> Result<(), String> {
-    // All rules of a node are set in one call: a second call would replace the first.
+    // One call per node with all its rules: a second call would wrap the replaced leaf, and
+    // the last rule would win in place of the first.
     let mut by_node: BTreeMap<&str, Vec<Replacement>> = BTreeMap::new();
     for rule in rules {
         let replacements = by_node.entry(&rule.node).or_default();

@@ -17,7 +17,7 @@ pub trait Settings: DeserializeOwned + JsonSchema + Send + Sync + 'static {
     /// `at` makes the error.
     ///
     /// # Errors
-    /// [`ModelError`] with file, line, key, value and what is allowed.
+    /// [`ModelError`] with file, line, key, value and the allowed values.
     fn check(&self, _cell: &Cell, _at: &Checker<'_>) -> Result<(), ModelError> {
         Ok(())
     }

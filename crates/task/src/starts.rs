@@ -60,7 +60,7 @@ impl History for NoHistory {
 pub enum Begun {
     /// Nothing: it follows the decision before.
     Continued,
-    /// Decisions were missed; the task reconciles with what it observes.
+    /// Decisions were missed; the task reconciles its memory with the observation.
     Reconciled,
     /// Physics resumed from a state it saved, and the task from its checkpoint for it.
     Resumed,
@@ -121,7 +121,7 @@ impl Decider {
     /// `decided`; the present state is `state`.
     ///
     /// # Errors
-    /// As [`Task::restore`]; the task then starts from what it observes.
+    /// As [`Task::restore`]; the task then starts from its observation.
     pub fn resume(
         &mut self,
         checkpoint: &[u8],

@@ -26,7 +26,7 @@ impl TreeTrace {
     }
 
     /// Adds what happened in the last tick of `tree`, which is picture `graph`
-    /// of the policy, and the new values of its own keys.
+    /// of the policy, and the changed values of its local keys.
     pub fn tick<H: Host>(&mut self, tree: &Tree<H>, graph: usize, out: &mut Output) {
         let mut now = None;
         for event in tree.events() {
