@@ -17,7 +17,7 @@ pub(crate) struct Checked {
     pub(crate) ok: bool,
     /// What has to be changed.
     errors: Vec<Mistake>,
-    /// What is probably not meant.
+    /// Probable mistakes.
     warnings: Vec<Warning>,
 }
 
@@ -28,7 +28,7 @@ struct Mistake {
     line: Option<u32>,
     /// Column in characters, from 1.
     column: Option<u32>,
-    /// What is wrong, and what to do.
+    /// The mistake, and the correction.
     message: String,
 }
 

@@ -191,7 +191,7 @@ fn plan(
     let mut spec = eval::template(&args.demo, args.policy.as_deref().unwrap_or_default());
     spec.data_dir.clone_from(&args.data);
     (spec.time_limit_s, spec.bins) = (args.timeout, args.bins);
-    // The first seed stands for all: only files and names are checked with it.
+    // The first seed represents all: only files and names are checked with it.
     (spec.robot, spec.seed) = (robot, *args.seeds.start());
     spec.replace = of_arguments(&args.replace)?;
     let cell = spec.load_cell_from(&program.data)?;

@@ -218,7 +218,7 @@ fn identity(program: &Program, order: &Order<'_>) -> Result<Identity, RowsError>
     let own = Path::new("/proc/self/exe");
     let build = own_build().map_err(input(own))?;
     let mut inputs = Inputs::default();
-    // The first seed stands for all: the same files are read for each of them.
+    // The first seed represents all: the same files are read for each of them.
     let first = RunSpec {
         seed: order.seeds[0],
         ..order.spec.clone()

@@ -1,10 +1,10 @@
-//! Records as plain bytes: little-endian, with a length in front, read without
-//! trusting a word of them.
+//! Records as plain bytes: little-endian, with a length in front. A reader checks every
+//! number before it relies on it: bytes may be damaged, or of another build.
 
-/// Why a checkpoint is refused. Nothing was changed then.
+/// Why a checkpoint is refused. The object is unchanged then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RecordError {
-    /// It begins with other bytes.
+    /// It starts with other bytes.
     #[error("these bytes are not the checkpoint of a {0}; give what its save wrote")]
     Kind(&'static str),
     /// It was written by a version with another format.
@@ -20,21 +20,22 @@ pub enum RecordError {
     Damaged(usize),
 }
 
-/// What a checkpoint gave back.
+/// The number of entries that were restored from a checkpoint.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Carried {
-    /// Nodes, and modifiers of nodes, that took their state.
+    /// Nodes, and modifiers of nodes, whose state was restored.
     pub nodes: usize,
-    /// Blackboard keys that took their value.
+    /// Blackboard keys whose value was restored.
     pub keys: usize,
-    /// Nodes, modifiers and keys of the checkpoint that are no more, are of another
+    /// Nodes, modifiers and keys of the checkpoint that no longer exist, are of another
     /// type now, or whose state has another form.
     pub lost: usize,
 }
 
+// Magic, version and length.
 const HEADER_BYTES: usize = 10;
 
-/// Begins a checkpoint; gives where, for [`close`].
+/// Starts a checkpoint; returns its position for [`close`].
 pub(crate) fn open(record: &mut Vec<u8>, magic: [u8; 4], version: u16) -> usize {
     let start = record.len();
     record.extend_from_slice(&magic);
@@ -43,7 +44,7 @@ pub(crate) fn open(record: &mut Vec<u8>, magic: [u8; 4], version: u16) -> usize 
     start
 }
 
-/// Ends the checkpoint that began at `start`.
+/// Ends the checkpoint that starts at `start`.
 pub(crate) fn close(record: &mut [u8], start: usize) {
     let length = u32::try_from(record.len() - start).unwrap_or(u32::MAX);
     if let Some(place) = record.get_mut(start + HEADER_BYTES - 4..start + HEADER_BYTES) {

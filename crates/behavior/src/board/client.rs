@@ -1,11 +1,11 @@
-//! Access by name, checked when it happens.
+//! Access by name, checked at each use.
 
 use super::store::{Access, Board, BoardError, Scope};
 use super::{Fault, Slot};
 use crate::value::{Plain, Value};
 
-/// A user that reaches keys by name while ticking, for which an own handle
-/// would be too rigid. What was not registered is refused.
+/// A user that accesses keys by name while ticking, where a handle per key
+/// would be too rigid. A key that was not registered is refused.
 #[derive(Clone, Debug)]
 pub struct Client {
     number: usize,
@@ -20,7 +20,7 @@ impl Client {
         }
     }
 
-    /// The name on the board of what this client calls `key`.
+    /// The name on the board of this client's `key`.
     pub fn absolute(&self, key: &str) -> String {
         if key.starts_with('/') || self.namespace.is_empty() {
             key.to_owned()
@@ -83,7 +83,7 @@ impl Client {
         }))
     }
 
-    /// Takes the value of `key` away.
+    /// Removes the value of `key`.
     ///
     /// # Errors
     /// [`Fault::Access`] for a key that was not registered for writing.
@@ -108,6 +108,8 @@ impl Client {
     }
 
     fn find(&self, board: &Board, key: &str, write: bool) -> Result<usize, Fault> {
+        // The namespace is compared part by part: a name that is built for each access would
+        // allocate within a tick.
         let found = if key.starts_with('/') || self.namespace.is_empty() {
             board.index(key)
         } else {
@@ -116,11 +118,13 @@ impl Client {
                 .position(|known| self.names(known.name.as_str(), key))
         };
         found
+            // One error for unknown and for not registered: the key may belong to another
+            // client.
             .filter(|index| board.allows(*index, self.number, write))
             .ok_or(Fault::Access)
     }
 
-    /// Whether the board's `name` is this client's `key`, without building it.
+    /// Whether the board's `name` is this client's `key`, without building the full name.
     fn names(&self, name: &str, key: &str) -> bool {
         let rest = name.strip_prefix('/');
         let rest = rest.and_then(|r| r.strip_prefix(self.namespace.as_str()));

@@ -1,9 +1,9 @@
 //! Blackboards: typed keys with declared access.
 //!
-//! A [`Board`] is the store of one scope. Who uses it registers each key with
-//! the access it needs when it is built, and gets a handle that can do exactly
-//! that: [`In`] reads, [`Out`] writes. Access by name while ticking goes
-//! through a [`Client`], which refuses what was not registered.
+//! A [`Board`] is the store of one scope. A user registers each key with
+//! the access it needs when it is built, and gets a handle with exactly that
+//! access: [`In`] reads, [`Out`] writes. Access by name while ticking uses
+//! a [`Client`], which refuses keys that were not registered.
 
 pub(crate) mod bytes;
 mod client;
@@ -16,7 +16,7 @@ pub use store::{Access, Board, BoardError, KeyInfo, Scope};
 
 use crate::value::{Plain, Value};
 
-/// A place on one of the two boards a tree sees.
+/// A place on one of the two boards of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Slot {
     /// Which board.
@@ -25,7 +25,7 @@ pub struct Slot {
     pub index: usize,
 }
 
-/// Where an input comes from.
+/// Source of an input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum In<T> {
     /// Written in the descriptor.
@@ -34,7 +34,7 @@ pub enum In<T> {
     Key(Slot),
 }
 
-/// Where an output goes: a key that may be read, too, if it was asked for.
+/// Target of an output: a key that may also be read, if that was requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Out<T> {
     /// The key.
@@ -55,8 +55,8 @@ impl<T> Out<T> {
     }
 }
 
-/// Why a value could not be read or written while ticking. The node that asked
-/// fails, and the tree reports it.
+/// Why a value could not be read or written while ticking. The node fails, and the tree
+/// reports the fault.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Fault {
     /// The key has no value yet.
@@ -67,7 +67,7 @@ pub enum Fault {
     Type {
         /// The key.
         slot: Slot,
-        /// What it holds.
+        /// Its value.
         found: Value,
     },
     /// The client did not register that access to the key.

@@ -7,11 +7,11 @@ use super::bytes::name_hash;
 use crate::suggest;
 use crate::value::{Value, ValueType};
 
-/// Which of the two boards a tree sees.
+/// One of the two boards of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Scope {
-    /// The tree's own.
+    /// The tree's local board.
     Local,
     /// Shared by all trees of a host.
     Shared,
@@ -38,8 +38,7 @@ pub struct KeyInfo {
     pub value_type: ValueType,
     /// Value after a reset.
     pub default: Option<Value>,
-    /// It is there for people and other programs to look at, so no node has to
-    /// read it.
+    /// It is for people and other programs, so no node has to read it.
     pub observed: bool,
 }
 
@@ -77,17 +76,17 @@ pub enum BoardError {
     /// Another client has exclusive access.
     #[error("'{client}' cannot write blackboard key '{key}': '{holder}' writes it exclusively")]
     Exclusive {
-        /// Who asked.
+        /// The client that was refused.
         client: String,
         /// The key.
         key: String,
-        /// Who has it.
+        /// The client with exclusive access.
         holder: String,
     },
     /// A key that is read has no value.
     #[error("'{client}' reads blackboard key '{key}', which has no value; give it a default")]
     Unset {
-        /// Who reads it.
+        /// The client that reads it.
         client: String,
         /// The key.
         key: String,
@@ -110,7 +109,7 @@ struct Key {
     /// Of its name, for records.
     hash: u64,
     value: Option<Value>,
-    /// Clients by number, with what they registered.
+    /// Clients by number, with their registered access.
     clients: Vec<(usize, Access)>,
 }
 
@@ -118,7 +117,7 @@ struct Key {
 #[derive(Clone, Debug, Default)]
 pub struct Board {
     keys: Vec<Key>,
-    /// Number of the tree that was registering, and name.
+    /// Number of the tree that registered it, and its name.
     clients: Vec<(u32, String)>,
     /// Trees that have registered so far.
     trees: u32,
@@ -130,7 +129,7 @@ impl Board {
         Self::default()
     }
 
-    /// Declares a key; doing so twice with the same words changes nothing.
+    /// Declares a key; declaring it again with the same type changes nothing.
     ///
     /// # Errors
     /// [`BoardError::Conflict`], and [`BoardError::Default`].
@@ -140,6 +139,7 @@ impl Board {
         value_type: ValueType,
         default: Option<Value>,
     ) -> Result<usize, BoardError> {
+        // Before the key exists: a default is stored without the check of `set`.
         if let Some(value) = default
             && (value.value_type() != value_type || !is_finite(value))
         {
@@ -149,6 +149,7 @@ impl Board {
                 wanted: value_type.name(),
             });
         }
+        // Several nodes may declare one key; they have to agree on its type.
         if let Some(index) = self.index(name) {
             let first = self.keys.get(index).map(|k| k.info.value_type);
             return match first {
@@ -174,11 +175,11 @@ impl Board {
         Ok(self.keys.len() - 1)
     }
 
-    /// Registers that `client` uses `key` in that way, and gives its index.
+    /// Registers the access of `client` to `key`, and returns the index of the key.
     ///
     /// # Errors
-    /// [`BoardError`] for an unknown key, one of another type, and where
-    /// another client writes it exclusively, or does not leave it to `client` alone.
+    /// [`BoardError`] for an unknown key, one of another type, and where another client writes
+    /// it exclusively, or prevents an exclusive access of `client`.
     pub fn register(
         &mut self,
         client: &str,
@@ -213,6 +214,7 @@ impl Board {
             });
         }
         let in_the_way = |other: &(usize, Access)| {
+            // Reading never conflicts: exclusive access is about writers.
             other.0 != number
                 && match access {
                     Access::Read => false,
@@ -233,13 +235,13 @@ impl Board {
         Ok(index)
     }
 
-    /// From here on other clients register, whatever they are called: two trees
-    /// of one file have nodes of the same names.
+    /// The following clients belong to another tree, also if their names are the same: two
+    /// trees of one file have nodes with the same names.
     pub fn next_tree(&mut self) {
         self.trees += 1;
     }
 
-    /// A client that reaches keys by name while ticking.
+    /// A client that accesses keys by name while ticking.
     pub fn client(&mut self, name: &str) -> Client {
         Client::new(self.client_number(name), "")
     }
@@ -249,7 +251,7 @@ impl Board {
         Client::new(self.client_number(name), namespace)
     }
 
-    /// Says that a key is there to be looked at, see [`KeyInfo::observed`].
+    /// Marks a key as meant for people and other programs, see [`KeyInfo::observed`].
     pub fn observe(&mut self, index: usize) {
         if let Some(key) = self.keys.get_mut(index) {
             key.info.observed = true;
@@ -300,6 +302,7 @@ impl Board {
     /// another type, one that is not finite, or an index out of range.
     pub fn set(&mut self, index: usize, value: Value) -> bool {
         match self.keys.get_mut(index) {
+            // A NaN on the board would make every comparison of a check false, without a fault.
             Some(key) if key.info.value_type == value.value_type() && is_finite(value) => {
                 key.value = Some(value);
                 true
@@ -308,14 +311,14 @@ impl Board {
         }
     }
 
-    /// Takes the value of the key at `index` away.
+    /// Removes the value of the key at `index`.
     pub fn unset(&mut self, index: usize) {
         if let Some(key) = self.keys.get_mut(index) {
             key.value = None;
         }
     }
 
-    /// Every key back to its default.
+    /// Resets every key to its default.
     pub fn reset(&mut self) {
         for key in &mut self.keys {
             key.value = key.info.default;
@@ -343,6 +346,8 @@ impl Board {
     }
 
     fn client_number(&mut self, name: &str) -> usize {
+        // With the number of the tree: two trees of one file must not share the rights of a
+        // client.
         let own = |(tree, known): &(u32, String)| *tree == self.trees && known == name;
         let known = self.clients.iter().position(own);
         known.unwrap_or_else(|| {

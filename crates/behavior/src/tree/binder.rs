@@ -1,4 +1,4 @@
-//! The ports of a node in a file, as its type gets them.
+//! The ports of a node in a file, as the constructor of its type receives them.
 #![allow(clippy::result_large_err, reason = "happens at load, once")]
 
 use std::collections::BTreeMap;
@@ -41,9 +41,9 @@ pub enum BindError {
     Type {
         /// The port.
         port: String,
-        /// What it was bound to.
+        /// Its binding.
         found: String,
-        /// What is needed.
+        /// The needed type.
         wanted: String,
     },
     /// The board.
@@ -51,15 +51,15 @@ pub enum BindError {
     Board {
         /// The port or key.
         port: String,
-        /// What it said.
+        /// Its error.
         source: Box<BoardError>,
     },
-    /// A name from the host's world that is not there.
+    /// A name that the host's world does not have.
     #[error("{0}")]
     Host(String),
 }
 
-/// Hands a node the ports it was bound to, registering every key it uses.
+/// Gives a node its bound ports, and registers every key that it uses.
 pub struct Binder<'b> {
     /// Id of the node, the name it registers under.
     pub node: &'b str,
@@ -71,7 +71,7 @@ pub struct Binder<'b> {
     pub local: &'b mut Board,
     /// The board shared by the trees of a host.
     pub shared: &'b mut Board,
-    /// What is probably not meant.
+    /// Probable mistakes.
     pub findings: &'b mut Vec<Finding>,
 }
 
@@ -95,13 +95,14 @@ impl Binder<'_> {
     /// The output `port`.
     ///
     /// # Errors
-    /// [`BindError`] where it is missing, a literal, or not to be written.
+    /// [`BindError`] where it is missing, a literal, or not writable.
     pub fn output<T: Plain>(&mut self, port: &str) -> Result<Out<T>, BindError> {
         match self.binding::<T>(port)? {
             Binding::Key(scope, key) => {
                 let slot = self.slot::<T>(scope, &key, Access::Write, port)?;
                 Ok(Out::new(slot, true))
             }
+            // A literal has no place to write to; accepting it would lose every result.
             Binding::Literal(value) => Err(BindError::Type {
                 port: port.to_owned(),
                 found: format!("the literal {value}"),
@@ -110,7 +111,7 @@ impl Binder<'_> {
         }
     }
 
-    /// A key the node reads besides its ports, which has to be declared.
+    /// A key that the node reads besides its ports, which has to be declared.
     ///
     /// # Errors
     /// [`BindError::Board`].
@@ -118,9 +119,8 @@ impl Binder<'_> {
         Ok(In::Key(self.slot::<T>(scope, key, Access::Read, key)?))
     }
 
-    /// A key the node uses besides its ports, to write and to read, or only to
-    /// read, as `access` says. It is declared here with its default, unless the
-    /// file did.
+    /// A key that the node uses besides its ports, to write and read it, or only to read it,
+    /// as `access` says. It is declared here with its default, unless the file declares it.
     ///
     /// # Errors
     /// [`BindError::Board`].
@@ -135,6 +135,7 @@ impl Binder<'_> {
             port: key.to_owned(),
             source: Box::new(source),
         };
+        // Declared before it is registered: a board refuses to register an unknown key.
         let default = default.map(Plain::into_value);
         self.board(scope)
             .declare(key, T::TYPE, default)
@@ -156,7 +157,7 @@ impl Binder<'_> {
         }
     }
 
-    /// Notes something that is probably not meant, under a stable name `like_this`.
+    /// Adds a probable mistake, under a stable name `like_this`.
     pub fn warn(&mut self, rule: &'static str, message: String) {
         self.findings.push(Finding {
             rule,
@@ -165,8 +166,8 @@ impl Binder<'_> {
         });
     }
 
-    /// The value that `port` has before anything is written: the literal, or the default of
-    /// the key it is bound to.
+    /// The value of `port` before the first write: the literal, or the default of the key it is
+    /// bound to.
     pub fn initial(&self, port: &str) -> Option<Value> {
         match self.bindings.get(port)? {
             Binding::Literal(value) => Some(*value),
@@ -191,6 +192,8 @@ impl Binder<'_> {
         if let Some(binding) = self.bindings.get(port) {
             return Ok(binding.clone());
         }
+        // A similar bound port points to a typing error in the name; otherwise the port is
+        // unbound.
         let known: Vec<&str> = self.bindings.keys().map(String::as_str).collect();
         match suggest::nearest(port, &known) {
             Some(_) => Err(BindError::Unknown {

@@ -1,4 +1,4 @@
-//! What is probably not meant in a tree that loads and runs.
+//! Probable mistakes in a tree that loads and runs.
 
 mod answers;
 mod keys;
@@ -13,13 +13,13 @@ use crate::board::Board;
 use crate::finding::Finding;
 use answers::{Answers, after, inner};
 
-/// The keyword by which a registered type says that it is a condition: it
-/// answers success or failure, never running.
+/// The keyword by which a registered type declares that it is a condition: it
+/// returns success or failure, never running.
 pub const CONDITION: &str = "condition";
 
-/// Looks over a tree before it is made ready to run. `library` tells which
-/// leaves are conditions, see [`CONDITION`]; of a leaf whose type it does not
-/// know any answer is expected.
+/// Checks a tree before it is made ready to run. `library` defines which
+/// leaves are conditions, see [`CONDITION`]; a leaf of an unknown type may return
+/// any status.
 pub fn check<H: Host>(
     root: &Node<H>,
     local: &Board,
@@ -39,10 +39,10 @@ pub fn check<H: Host>(
     look.findings
 }
 
-/// What a node may answer.
+/// The possible results of a node.
 struct Seen {
     answers: Answers,
-    /// Without the checks attached to it, which fail where they do not hold.
+    /// Without its checks of keys, which fail where they do not hold.
     ungated: Answers,
 }
 
@@ -60,10 +60,12 @@ impl Ability {
         });
     }
 
-    /// Looks at a node and gives what it may answer. `followed`: something
-    /// comes after it when it succeeds.
+    /// Checks a node and returns its possible results. `followed`: another node runs after
+    /// it when it succeeds.
     fn node<H: Host>(&mut self, node: &Node<H>, followed: bool) -> Seen {
         let count = node.children.len();
+        // Only a sequence passes its success on to a next child; in other composites the
+        // success of a child is followed by what follows the composite itself.
         let in_sequence = matches!(node.kind, Kind::Sequence(_) | Kind::SequenceWithMemory);
         let children: Vec<Seen> = node
             .children
@@ -79,6 +81,8 @@ impl Ability {
                 self.node(child, followed)
             })
             .collect();
+        // Both forms are needed: a check of a key makes a branch of a selector fail although
+        // the branch itself never does.
         let ungated: Vec<Answers> = children.iter().map(|c| c.ungated).collect();
         let children: Vec<Answers> = children.iter().map(|c| c.answers).collect();
         match &node.kind {
@@ -97,6 +101,8 @@ impl Ability {
             Kind::Leaf(_) => self.leaf(&node.type_name),
             kind => inner(kind, &children),
         };
+        // The checks of keys are removed from `ungated` alone, all other modifiers change the
+        // result.
         let gate = |m: &&Modifier| !matches!(m, Modifier::CheckBlackboard { .. });
         Seen {
             answers: after(node.modifiers.iter(), own),
@@ -109,11 +115,12 @@ impl Ability {
             "SetBlackboard" => Answers::SUCCESS,
             "CheckBlackboard" => Answers::FINAL,
             name if self.conditions.contains(name) => Answers::FINAL,
+            // An unknown type may return anything, so no warning is made of it.
             _ => Answers::ALL,
         }
     }
 
-    /// Children behind one that never lets them run.
+    /// Finds a child behind one that never lets it run.
     fn unreached<H: Host>(
         &mut self,
         node: &Node<H>,
@@ -121,6 +128,8 @@ impl Ability {
         blocks: impl Fn(&Answers) -> bool,
         way: &str,
     ) {
+        // The first one that blocks is reported; those behind it are unreachable for the same
+        // reason.
         let Some(index) = answers.iter().position(blocks) else {
             return;
         };
@@ -143,6 +152,7 @@ impl Ability {
             .filter(|(_, answers)| answers.running)
             .map(|(child, _)| child.id.as_str())
             .collect();
+        // All children, since one action among them makes the memory meaningful.
         let conditions = answers.iter().all(|a| a.failure && !a.running);
         if memory == Memory::Yes && conditions && node.children.len() > 1 {
             let message = "has memory, but its children are conditions, which are never running; \
@@ -160,11 +170,12 @@ impl Ability {
         }
     }
 
-    /// A branch of a selector that takes over by its check and then never
-    /// fails: the selector succeeds, and what follows it continues as if its
-    /// last branch, the normal one, had been through.
+    /// Finds a branch of a selector that takes over by its check and then never
+    /// fails: the selector succeeds, and the next node continues as if the
+    /// last branch, the normal one, had succeeded.
     fn recovery<H: Host>(&mut self, node: &Node<H>, answers: &[Answers], followed: bool) {
         let branches = node.children.iter().zip(answers);
+        // The last branch is the normal one and may succeed.
         let last = node.children.len().saturating_sub(1);
         for (child, answers) in branches.take(last) {
             let succeeds = answers.success && !answers.failure;

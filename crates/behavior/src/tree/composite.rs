@@ -1,4 +1,13 @@
-//! Sequence, Selector and Parallel, as `py_trees` has them.
+//! Sequence, Selector and Parallel with the semantics of `py_trees`.
+//!
+//! Every rule here has a row in the conformance tests, which compare results, statuses and
+//! counts of calls with those of `py_trees`. The rules that are easy to break:
+//! - a selector stops lower children only if the child that answers is not the one that was
+//!   current at the start of the tick;
+//! - a sequence that restarts makes the children of its last run invalid before it ticks one;
+//! - children that still run are stopped when a parallel is finished;
+//! - a child that takes over by its check has to wait until the interrupted one has halted:
+//!   two leaves would command the arm in one tick.
 
 use super::flat::{Code, NONE, Needs, Op};
 use super::leaf::{Cx, Host};
@@ -11,19 +20,26 @@ impl<H: Host> Run<H> {
         let op = self.flat.ops[i];
         let (first, end) = (i + 1, op.end as usize);
         let mut child = first;
+        // Not running means that this is a new run, whatever the cursor says.
         if op.status != NodeStatus::Running {
             self.restart(i, op, cx);
+        // With memory, children before the current one are not ticked again; a check of one of
+        // them may still interrupt.
         } else if memory && op.cursor != NONE {
             child = op.cursor as usize;
             if op.watches
                 && let Some(left) = self.interrupting(first, child, cx)
             {
+                // The interrupted child may need ticks to halt, and the new one must not run
+                // meanwhile.
                 child = left;
                 if self.interrupt(i, left, end, cx) {
                     return Status::Running;
                 }
             }
         }
+        // Compared at the end: if something began to halt in this call, the result waits for
+        // it.
         let before = self.halting;
         let (mut answer, mut last) = (Status::Success, op.cursor);
         while child < end {
@@ -31,6 +47,7 @@ impl<H: Host> Run<H> {
             let next;
             (answer, next) = self.child(child, cx);
             if answer != Status::Success {
+                // Without memory, children behind may still be running from the tick before.
                 if !memory {
                     let reason = match answer {
                         Status::Failure => ResetReason::Aborted,
@@ -45,18 +62,19 @@ impl<H: Host> Run<H> {
         self.composed(i, last, answer, before)
     }
 
-    /// Makes the children of a sequence that restarts invalid.
+    /// Makes the children of the last run of a sequence invalid before it restarts.
     #[inline]
     fn restart(&mut self, i: usize, op: Op, cx: &mut Cx<'_, '_, H>) {
-        // Beyond the current child none has run since all were stopped.
+        // No child after the current one has run since all were stopped.
         let ran = match op.cursor {
+            // After an edit of the file the order may have changed: all children are checked.
             _ if op.open => op.end,
             NONE => return,
             current => self.flat.ops[current as usize].end,
         };
         self.flat.ops[i].open = false;
         let (mut stale, ran) = (i + 1, ran as usize);
-        // The first one is ticked next, and needs not be told apart.
+        // The first child is ticked next, so its status need not change to invalid in between.
         if stale < ran && self.renew(stale, ResetReason::ParentDone) {
             stale += 1;
         }
@@ -69,6 +87,7 @@ impl<H: Host> Run<H> {
     pub(super) fn selector(&mut self, i: usize, memory: bool, cx: &mut Cx<'_, '_, H>) -> Status {
         let op = self.flat.ops[i];
         let (first, end) = (i + 1, op.end as usize);
+        // After it finished or was stopped the first child counts as current (py_trees).
         let running = op.status == NodeStatus::Running && op.cursor != NONE;
         let mut previous = if running { op.cursor as usize } else { first };
         let mut child = first;
@@ -82,6 +101,7 @@ impl<H: Host> Run<H> {
                     return Status::Running;
                 }
             }
+            // With memory, children before the current one are marked as not run in this tick.
             child = previous;
             self.stop_between(first, child, ResetReason::ParentDone, cx);
         }
@@ -92,6 +112,8 @@ impl<H: Host> Run<H> {
             let next;
             (answer, next) = self.child(child, cx);
             if answer != Status::Failure {
+                // Not if the same child answers again: nothing has taken over from the lower
+                // ones, and py_trees does not stop them either.
                 if child != previous {
                     self.stop_between(next, end, ResetReason::Preempted, cx);
                 }
@@ -108,15 +130,15 @@ impl<H: Host> Run<H> {
     fn composed(&mut self, i: usize, last: u32, answer: Status, before: usize) -> Status {
         let op = &mut self.flat.ops[i];
         op.cursor = last;
-        // Nothing is new in most ticks.
+        // In most ticks nothing has changed.
         if answer == Status::Running && op.status == NodeStatus::Running {
             return answer;
         }
         self.answer(i, answer, before)
     }
 
-    /// Ticks a child, and says where the next one is. As [`Run::visit`], but
-    /// what is most frequent is done in place, or called without a detour.
+    /// Ticks a child, and returns the place of the next one. As [`Run::visit`], but
+    /// the most frequent cases are handled in place, or called directly.
     #[allow(clippy::inline_always, reason = "most of the cost of a tick is here")]
     #[inline(always)]
     fn child(&mut self, child: usize, cx: &mut Cx<'_, '_, H>) -> (Status, usize) {
@@ -124,6 +146,7 @@ impl<H: Host> Run<H> {
         let next = op.end as usize;
         let answer = match op.code {
             Code::Leaf => self.leaf(child, cx),
+            // A deferred result has to be delivered by `tick`, before the node runs again.
             Code::Sequence { memory } if op.deferred.is_none() => self.sequence(child, memory, cx),
             _ => self.tick(child, cx),
         };
@@ -135,16 +158,20 @@ impl<H: Host> Run<H> {
         let op = self.flat.ops[i];
         let (first, end) = (i + 1, op.end as usize);
         let side = usize::from(op.side);
+        // Results of the last run would count in this one: the policies read the statuses of
+        // all children.
         if op.status != NodeStatus::Running {
             self.stop_between(first, end, ResetReason::ParentDone, cx);
             self.flat.ops[i].cursor = NONE;
         }
+        // The counting policies tick the children themselves, up to the one that decides.
         if let Some((answer, last)) = self.counting(side, first, end, cx) {
             return self.parallel_done(i, answer, last, cx);
         }
         let skip = self.flat.policies[side].synchronise;
         let mut child = first;
         while child < end {
+            // Synchronised: a child that succeeded keeps its status and is not ticked again.
             if !(skip && self.flat.ops[child].status == NodeStatus::Success) {
                 self.visit(child, cx);
             }
@@ -154,7 +181,7 @@ impl<H: Host> Run<H> {
         self.parallel_done(i, answer, current, cx)
     }
 
-    /// Answers; children that still run when this is finished are stopped.
+    /// Returns the result; children that still run when the parallel is finished are stopped.
     fn parallel_done(
         &mut self,
         i: usize,
@@ -171,7 +198,7 @@ impl<H: Host> Run<H> {
         self.answer(i, answer, before)
     }
 
-    /// The answer, and the child that gave it.
+    /// The result, and the child that determined it.
     fn parallel_answer(&self, side: usize, first: usize, end: usize) -> (Status, u32) {
         let (mut child, mut last) = (first, NONE);
         let (mut succeeded, mut all) = (NONE, true);
@@ -179,6 +206,7 @@ impl<H: Host> Run<H> {
             let op = &self.flat.ops[child];
             last = index(child);
             match op.status {
+                // A failure wins over successes in every policy.
                 NodeStatus::Failure => return (Status::Failure, last),
                 NodeStatus::Success => succeeded = last,
                 _ => all = false,
@@ -186,8 +214,9 @@ impl<H: Host> Run<H> {
             child = op.end as usize;
         }
         let (done, current) = match &self.flat.policies[side].needs {
+            // Without children it succeeds, as in py_trees.
             _ if first == end => (true, NONE),
-            // Those that count were answered by `counting`.
+            // The counting policies returned from `counting` before.
             Needs::All | Needs::Count { .. } | Needs::Finish { .. } => (all, last),
             Needs::One => (succeeded != NONE, succeeded),
             Needs::Selected(children) => {
@@ -203,8 +232,8 @@ impl<H: Host> Run<H> {
         }
     }
 
-    /// Stops what runs because the child `left` of `i` takes over. `true` if
-    /// something takes its time for it; `left` has to wait then.
+    /// Stops the running children because the child `left` of `i` takes over. `true` if
+    /// one of them needs more ticks to halt; `left` has to wait then.
     fn interrupt(&mut self, i: usize, left: usize, end: usize, cx: &mut Cx<'_, '_, H>) -> bool {
         let before = self.halting;
         let next = self.flat.ops[left].end as usize;

@@ -8,7 +8,7 @@ use crate::board::{Fault, In, Scope};
 use crate::status::Status;
 use crate::value::{Value, ValueType};
 
-/// A leaf as the file describes it: what a host needs to make it.
+/// A leaf as the file describes it: the data from which a host makes it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeclaredLeaf {
     /// Its type.
@@ -50,6 +50,8 @@ impl DeclaredPort {
     /// [`Fault::Access`] for a literal, or a port that only reads;
     /// [`Fault::NotFinite`] for a value of another type, or one that is not finite.
     pub fn set<H: Host>(&self, cx: &mut Cx<'_, '_, H>, value: Value) -> Result<(), Fault> {
+        // The registration for reading must hold for declared leaves as well: the board itself
+        // does not know who writes.
         let (In::Key(slot), true) = (self.from, self.writable) else {
             return Err(Fault::Access);
         };
@@ -65,19 +67,20 @@ impl DeclaredPort {
 pub(crate) type MakeDeclared<H> =
     Box<dyn Fn(DeclaredLeaf) -> Result<Box<dyn AnyLeaf<H>>, BindError> + Send + Sync>;
 
-/// In place of a leaf, where a tree is only looked at.
+/// Replaces a leaf in a tree that is only checked or drawn.
 struct Placeholder;
 
 impl<H: Host> Leaf<H> for Placeholder {
     type State = ();
 
     fn tick(&self, (): &mut (), _: &mut Cx<'_, '_, H>) -> Result<Status, Fault> {
+        // Never ticked by `check` and `show`; an error and not a status, should one run it.
         Err(Fault::Node("a declared leaf that no program provides"))
     }
 }
 
 impl<H: Host> Library<H> {
-    /// With `make` for leaves of the types that a file declares under `leaves`. Without,
+    /// With `make` for leaves of the types that a file declares under `leaves`. Without it,
     /// such a file is refused.
     pub fn with_declared(
         mut self,
@@ -87,7 +90,7 @@ impl<H: Host> Library<H> {
         self
     }
 
-    /// For files that are only looked at: declared leaves have nothing behind them.
+    /// For files that are only checked or drawn: declared leaves get no implementation.
     pub fn with_placeholders(self) -> Self {
         self.with_declared(|_| Ok(any(Placeholder)))
     }

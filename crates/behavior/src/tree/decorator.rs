@@ -6,16 +6,20 @@ use super::run::Run;
 use crate::status::{ResetReason, Status};
 
 impl<H: Host> Run<H> {
-    /// Those that tick the child first and then make something of its answer.
+    /// The operations that tick the child first and convert its result.
     #[inline(never)]
     pub(super) fn decorator(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         let code = self.flat.ops[i].code;
+        // A new run: counters of the last one must not shorten it. A retry with a budget keeps
+        // its count over runs, until the tree is reset.
         if !self.is_running(i) {
             match code {
                 Code::Repeat { .. } | Code::Retry { budget: false, .. } | Code::Again { .. } => {
                     self.flat.ops[i].counter = 0;
                 }
                 Code::Timeout => {
+                    // A deadline from a key may be missing; the node then fails before its
+                    // child starts.
                     if let Err(fault) = self.arm(i, cx) {
                         let answer = self.fault(i, fault);
                         return self.done(i, answer, ResetReason::ParentDone, cx);
@@ -24,22 +28,25 @@ impl<H: Host> Run<H> {
                 _ => {}
             }
         }
+        // Before the visit: a child that finishes in the tick in which it starts counts as one
+        // that did not run before.
         let was_running = self.is_running(i + 1);
         let child = self.visit(i + 1, cx);
+        // After the child: one that finishes in the late tick wins over the timeout (py_trees).
         if code == Code::Timeout && child == Status::Running && cx.now > self.deadline(i) {
             return self.done(i, Status::Failure, ResetReason::TimedOut, cx);
         }
         let mut answer = self.made_of(i, code, child);
         let ended = was_running && !self.is_running(i + 1);
         if matches!(code, Code::Again { .. }) && ended && answer == Status::Running {
-            // This run began in this tick, so there is no third one.
+            // This run started in this tick, so there is no third one.
             let child = self.visit(i + 1, cx);
             answer = self.made_of(i, code, child);
         }
         self.done(i, answer, ResetReason::ParentDone, cx)
     }
 
-    /// Answers; a child that still runs when this is finished is stopped.
+    /// Returns the result; a child that still runs when this is finished is stopped.
     pub(super) fn done(
         &mut self,
         i: usize,
@@ -54,7 +61,7 @@ impl<H: Host> Run<H> {
         self.answer(i, answer, before)
     }
 
-    /// What the decorator makes of its child's answer.
+    /// The result of the decorator for that of its child.
     fn made_of(&mut self, i: usize, code: Code, child: Status) -> Status {
         match (code, child) {
             (Code::Inverter, Status::Success) => Status::Failure,
@@ -89,6 +96,7 @@ impl<H: Host> Run<H> {
             return child;
         }
         let runs = &mut self.flat.ops[i].counter;
+        // Saturating: an endless repeat must not overflow after four billion runs.
         *runs = runs.saturating_add(1);
         if count > 0 && *runs >= count {
             Status::Success
@@ -102,6 +110,7 @@ impl<H: Host> Run<H> {
         match child {
             Status::Running => Status::Running,
             Status::Success => {
+                // A budget holds for the whole life of the tree.
                 if !budget {
                     *failures = 0;
                 }
@@ -135,6 +144,7 @@ impl<H: Host> Run<H> {
     pub(super) fn one_shot(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         let op = &self.flat.ops[i];
         let code = op.code;
+        // The result of the first completed run, for ever; the child is not visited again.
         if let Some(last) = op.last {
             return self.done(i, last, ResetReason::ParentDone, cx);
         }
@@ -155,11 +165,13 @@ impl<H: Host> Run<H> {
         let op = &self.flat.ops[i];
         let leaf = &mut self.flat.leaves[usize::from(op.side)];
         cx.node = usize::from(op.node);
+        // A fault counts as "does not hold": the guarded child must not run on unknown data.
         let holds = match leaf.tick(true, cx) {
             Ok(status) => status == Status::Success,
             Err(fault) => self.fault(i, fault) == Status::Success,
         };
         self.note_guard(i, holds);
+        // The child is stopped in the same tick in which the guard fails.
         if !holds {
             return self.done(i, Status::Failure, ResetReason::Aborted, cx);
         }
@@ -170,6 +182,7 @@ impl<H: Host> Run<H> {
     #[inline(never)]
     pub(super) fn delay(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         if !self.is_running(i) {
+            // A new run: `open` may be set from the last one, which would skip the delay.
             self.flat.ops[i].open = false;
             if let Err(fault) = self.arm(i, cx) {
                 let answer = self.fault(i, fault);

@@ -1,4 +1,13 @@
 //! A tree, ready to run.
+//!
+//! What a change must not break:
+//! - no memory is allocated in [`Tree::tick`], and its work is bounded by the number of nodes:
+//!   it runs within a decision, and a test counts allocations;
+//! - the state of a tree is its arrays, its board and nothing else, so that
+//!   [`Tree::save`] is complete (ADR 0008). Leaves take `&self` for that reason;
+//! - while a node halts no other node is ticked: the leaf that halts may still command
+//!   the arm;
+//! - indices of nodes are those of the graph, which traces, breakpoints and pictures use.
 
 use std::time::Duration;
 
@@ -14,7 +23,7 @@ use crate::finding::Finding;
 use crate::graph::Graph;
 use crate::status::{NodeStatus, ResetReason, Status};
 
-/// A behaviour tree. After [`Tree::new`] nothing of it uses the heap but
+/// A behaviour tree. After [`Tree::new`] nothing of it uses the heap except
 /// [`Tree::graph`] and a [`Tree::save`] into a vector that is too small, and
 /// the work of a tick is bounded by the number of its nodes.
 pub struct Tree<H: Host> {
@@ -22,7 +31,7 @@ pub struct Tree<H: Host> {
     pub(super) local: Board,
     /// Time of the tick before.
     pub(super) last: Option<Duration>,
-    /// For records: hash of each operation, in their order.
+    /// For records: hash of each operation, in the order of operations.
     pub(super) hashes: Vec<u64>,
     /// Hashes with their operations, sorted.
     pub(super) by_hash: Vec<(u64, usize)>,
@@ -31,7 +40,7 @@ pub struct Tree<H: Host> {
 }
 
 impl<H: Host> Tree<H> {
-    /// What is probably not meant in the nodes of its file, as their types noted when they were
+    /// Probable mistakes in the nodes of its file, as their types added them when they were
     /// made.
     pub fn noted(&self) -> &[Finding] {
         &self.noted
@@ -40,16 +49,18 @@ impl<H: Host> Tree<H> {
     /// Makes `root` ready to run, with the tree's own blackboard.
     ///
     /// # Errors
-    /// [`TreeError`] with all that is wrong: ids that are there twice, wrong
-    /// numbers of children, more than [`super::MAX_NODES`], ...
+    /// [`TreeError`] with all mistakes: duplicate ids, wrong numbers of children, more than
+    /// [`super::MAX_NODES`] nodes, ...
     pub fn new(name: &str, root: Node<H>, local: Board) -> Result<Self, TreeError> {
         let Ready {
             flat,
             graph,
             hashes,
         } = flatten(name, root, &local)?;
+        // Sorted once, so that a restore finds each entry of a checkpoint without a scan.
         let mut by_hash: Vec<(u64, usize)> = hashes.iter().copied().zip(0..).collect();
         by_hash.sort_unstable();
+        // All memory for events is taken here; ticks do not allocate.
         let events = Events::for_nodes(flat.ops.len());
         Ok(Self {
             run: Run {
@@ -67,11 +78,12 @@ impl<H: Host> Tree<H> {
         })
     }
 
-    /// Ticks the tree at time `now`, which never goes back.
+    /// Ticks the tree at time `now`, which must not decrease.
     ///
-    /// While nodes halt, only they are called and the answer is `Running`.
+    /// While nodes halt, only they are called and the result is `Running`.
     pub fn tick(&mut self, now: Duration, shared: &mut Board, world: &mut H::World<'_>) -> Status {
         self.with_cx(now, shared, world, |run, cx| {
+            // The root is visited in the tick in which the last node has halted, not one later.
             if run.halting > 0 && !run.drain(cx) {
                 return Status::Running;
             }
@@ -79,8 +91,8 @@ impl<H: Host> Tree<H> {
         })
     }
 
-    /// Stops everything. Once it says `Done` all is as if the tree never ran;
-    /// until then it has to be called again, once a tick.
+    /// Stops everything. After `Done` the tree is as if it never ran;
+    /// until then this has to be called again, once a tick.
     pub fn reset(
         &mut self,
         reason: ResetReason,
@@ -89,9 +101,12 @@ impl<H: Host> Tree<H> {
         world: &mut H::World<'_>,
     ) -> Halt {
         let through = self.with_cx(now, shared, world, |run, cx| {
+            // Those that halt already continue with their reason; stopping them again would
+            // count a second interruption.
             if run.halting > 0 {
                 run.drain(cx);
             }
+            // Every operation is checked; most are invalid already after the root was stopped.
             for i in 0..run.flat.ops.len() {
                 let status = run.flat.ops[i].status;
                 if !matches!(status, NodeStatus::Invalid | NodeStatus::Halting) {
@@ -100,6 +115,7 @@ impl<H: Host> Tree<H> {
             }
             run.halting == 0
         });
+        // The state is kept until the last leaf has stopped, which needs it to halt.
         if !through {
             return Halt::NotYet;
         }
@@ -128,6 +144,7 @@ impl<H: Host> Tree<H> {
         world: &mut H::World<'_>,
         work: impl FnOnce(&mut Run<H>, &mut Cx<'_, '_, H>) -> R,
     ) -> R {
+        // Events of the last tick only: a reader takes them between two ticks.
         self.run.events.clear();
         let delta = self
             .last
@@ -142,6 +159,7 @@ impl<H: Host> Tree<H> {
             shared,
         };
         let done = work(&mut self.run, &mut cx);
+        // After the work: a status that changed and changed back is not reported.
         self.run.tell();
         done
     }
@@ -162,6 +180,7 @@ impl<H: Host> Tree<H> {
         for op in &self.run.flat.ops {
             if op.outermost {
                 out.push(op.status);
+            // A halting leaf inside its modifiers is more important than their status.
             } else if op.status == NodeStatus::Halting
                 && let Some(last) = out.last_mut()
             {
@@ -175,7 +194,7 @@ impl<H: Host> Tree<H> {
         self.graph.clone()
     }
 
-    /// The deepest node that gave the tree's answer, `py_trees`' tip; `None`
+    /// The deepest node that determined the tree's result, `py_trees`' tip; `None`
     /// if it was stopped or never ran.
     pub fn tip(&self) -> Option<usize> {
         let ops = &self.run.flat.ops;
@@ -197,7 +216,7 @@ impl<H: Host> Tree<H> {
         }
     }
 
-    /// What a `Count` counted; `None` for another node.
+    /// The counts of a `Count` node; `None` for another node.
     pub fn counts(&self, node: usize) -> Option<Counts> {
         let flat = &self.run.flat;
         let counter =
@@ -206,17 +225,17 @@ impl<H: Host> Tree<H> {
         flat.counts.get(usize::from(op.side)).copied()
     }
 
-    /// The tree's own blackboard.
+    /// The tree's local blackboard.
     pub fn local(&self) -> &Board {
         &self.local
     }
 
-    /// The tree's own blackboard.
+    /// The tree's local blackboard.
     pub fn local_mut(&mut self) -> &mut Board {
         &mut self.local
     }
 
-    /// What happened in the last tick or reset.
+    /// The events of the last tick or reset.
     pub fn events(&self) -> &[Event] {
         self.run.events.list()
     }

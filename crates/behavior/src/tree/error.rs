@@ -2,12 +2,12 @@
 
 use super::{MAX_DEPTH, MAX_NODES};
 
-/// Everything that is wrong with a tree.
+/// All mistakes in a tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TreeError {
     /// Name of the tree.
     pub tree: String,
-    /// What is wrong, in the order of the nodes.
+    /// The mistakes, in the order of the nodes.
     pub problems: Vec<Problem>,
 }
 
@@ -23,7 +23,7 @@ impl std::fmt::Display for TreeError {
     }
 }
 
-/// One thing that is wrong with a tree.
+/// A mistake in a tree.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
     /// Two nodes with one id.
@@ -41,7 +41,7 @@ pub enum Problem {
         /// How many it needs.
         wanted: usize,
     },
-    /// A parallel that selects what it does not have.
+    /// A parallel that selects a child that it does not have.
     #[error("parallel '{id}' selects child {index} of {children}; counting begins with 0")]
     Selected {
         /// Id of the node.
@@ -54,10 +54,10 @@ pub enum Problem {
     /// A parallel that selects nothing.
     #[error("parallel '{0}' selects no child; name at least one")]
     NoneSelected(String),
-    /// A count that would be over before it began.
+    /// A count of zero runs.
     #[error("node '{0}' has the count 0; give it 1 or more, or none for no end")]
     Zero(String),
-    /// A time that is none.
+    /// A negative time, or one that is not finite.
     #[error("node '{id}' has a time of {seconds} s; give it 0 or more")]
     Seconds {
         /// Id of the node.
@@ -65,7 +65,7 @@ pub enum Problem {
         /// The time as written.
         seconds: String,
     },
-    /// A key of the tree's own board that is not there.
+    /// A key that the tree's local board does not have.
     #[error("node '{0}' uses a key that the tree's blackboard does not have; declare it first")]
     Key(String),
     /// Too deep.

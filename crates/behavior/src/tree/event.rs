@@ -1,4 +1,4 @@
-//! What happened in a tick, for traces.
+//! The events of a tick, for traces.
 
 use crate::board::Fault;
 use crate::status::{NodeStatus, ResetReason};
@@ -15,32 +15,34 @@ pub struct Event {
 /// Kinds of [`Event`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EventKind {
-    /// Its status, with its modifiers, is another one than after the tick
-    /// before. What came and went within the tick is not told.
+    /// Its status, with its modifiers, differs from that after the tick before. Changes that
+    /// were reversed within the tick are not reported.
     Status {
-        /// What it was.
+        /// The status before.
         from: NodeStatus,
-        /// What it is.
+        /// The new status.
         to: NodeStatus,
         /// Why, if it was stopped.
         reason: Option<ResetReason>,
     },
-    /// The answer of its guard or check is another one than before.
+    /// The result of its guard or check differs from the one before.
     Guard {
         /// The answer.
         holds: bool,
     },
     /// A port could not be used, and the node failed.
     Fault(Fault),
-    /// More happened than could be noted; the rest of the tick is missing.
+    /// More events than there is room for; the rest of the tick is missing.
     Overflow,
 }
 
 /// Room per node: a status, a guard, a fault, and one that happens twice.
+// Four per node cover a tick in which each kind happens; an `Overflow` reports any more.
 const PER_NODE: usize = 4;
+// Small trees with several checks per node need room beyond four per node.
 const AT_LEAST: usize = 16;
 
-/// The events of one tick, in memory taken when the tree is made.
+/// The events of one tick, in memory that is allocated when the tree is made.
 pub(super) struct Events {
     list: Vec<Event>,
     room: usize,
@@ -50,6 +52,7 @@ impl Events {
     pub(super) fn for_nodes(count: usize) -> Self {
         let room = count * PER_NODE + AT_LEAST;
         Self {
+            // One more for `Overflow`, which must not allocate either.
             list: Vec::with_capacity(room + 1),
             room,
         }

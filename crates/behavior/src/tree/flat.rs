@@ -1,8 +1,12 @@
 //! A tree as it runs: one flat array in depth-first order.
 //!
-//! The children of operation `i` begin at `i + 1`; after the one at `c` comes
-//! the one at its `end`, until the parent's `end`. A modifier is an operation
-//! of its own around the node it is attached to.
+//! The children of operation `i` start at `i + 1`; the one after the child at `c` is at
+//! the `end` of that child, until the parent's `end`. A modifier is an operation
+//! of its own around the node to which it is attached.
+//!
+//! The array replaces a tree of boxes: a tick walks memory in order, needs no recursion over
+//! pointers, and its state is copied into a checkpoint entry by entry. An [`Op`] is small and
+//! `Copy`; data that few kinds need is in a table of its kind, at index `side`.
 
 use std::time::Duration;
 
@@ -12,6 +16,7 @@ use crate::board::{In, Slot};
 use crate::status::{NodeStatus, ResetReason, Status};
 
 /// No child.
+// Not an index: a tree has at most 1024 operations.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// What an operation does.
@@ -61,7 +66,8 @@ pub(super) enum Code {
 }
 
 impl Code {
-    /// What records know it by; an operation of another one takes no state.
+    /// The kind of operation in records; an operation of another kind takes no state.
+    // Part of the format of checkpoints: a number must not get another meaning.
     pub(super) fn tag(self) -> u8 {
         match self {
             Self::Leaf => 1,
@@ -99,10 +105,12 @@ impl Code {
     }
 }
 
-/// The last answer of a guard or check.
+/// The last result of a guard or check.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub(super) enum Held {
+    // Never evaluated: a check that then holds counts as one that holds again, and its first
+    // result is reported in either case.
     #[default]
     Unknown = 0,
     No = 1,
@@ -121,7 +129,7 @@ impl From<bool> for Held {
 pub(super) struct Op {
     pub(super) code: Code,
     pub(super) status: NodeStatus,
-    /// An answer that waits until everything below has halted.
+    /// A result that is held back until everything below has halted.
     pub(super) deferred: Option<Status>,
     /// Of guards and checks.
     pub(super) held: Held,
@@ -134,18 +142,18 @@ pub(super) struct Op {
     /// Delay: the child may run. Sequence: children beyond the current one may
     /// have run, in an older form of the tree.
     pub(super) open: bool,
-    /// The status told last.
+    /// The status that was reported last.
     pub(super) shown: NodeStatus,
-    /// Its status changed during this tick, perhaps back; or there is no need to
-    /// be told, as a modifier is around it.
+    /// Its status changed during this tick, perhaps back; or it is never reported, as a
+    /// modifier is around it.
     pub(super) touched: bool,
-    /// One-shot: the answer it gives ever after.
+    /// One-shot: the result that it keeps.
     pub(super) last: Option<Status>,
     /// Index of the node in the graph.
     pub(super) node: u16,
-    /// Location in the table of its kind.
+    /// Index in the table of its kind.
     pub(super) side: u16,
-    /// After its last descendant.
+    /// Index after its last descendant.
     pub(super) end: u32,
     /// Composites: the current child.
     pub(super) cursor: u32,
@@ -177,6 +185,7 @@ impl Op {
 
     /// The state of an operation that never ran.
     pub(super) fn forget(&mut self) {
+        // The fields listed here come from the file and stay; all others are state.
         *self = Self {
             watches: self.watches,
             side: self.side,
@@ -208,7 +217,7 @@ pub(super) struct Policy {
     pub(super) needs: Needs,
 }
 
-/// Which children of a parallel have to succeed.
+/// The children of a parallel that have to succeed.
 #[derive(Clone, Debug)]
 pub(super) enum Needs {
     All,
@@ -226,7 +235,7 @@ pub(super) enum Needs {
     },
 }
 
-/// What a [`super::Kind::Count`] counted since the tree was reset.
+/// The counts of a [`super::Kind::Count`] since the tree was reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Ticks of the child.

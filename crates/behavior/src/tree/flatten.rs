@@ -1,4 +1,4 @@
-//! From a tree as written down to the arrays it runs from.
+//! Converts a tree as written into the arrays from which it runs.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -39,6 +39,7 @@ pub(super) fn flatten<H: Host>(
         problems: Vec::new(),
         local,
     };
+    // All mistakes are collected: a user corrects a file once, not once per mistake.
     builder.node(root, None, 0);
     if builder.problems.is_empty() {
         Ok(Ready {
@@ -65,6 +66,7 @@ struct Builder<'b, H: Host> {
 
 impl<H: Host> Builder<'_, H> {
     fn node(&mut self, node: Node<H>, parent: Option<usize>, depth: usize) {
+        // Checked before anything is pushed, so that a hostile file cannot fill memory.
         if self.flat.ops.len() + node.modifiers.len() + 1 > MAX_NODES {
             if !self.problems.contains(&Problem::Many) {
                 self.problems.push(Problem::Many);
@@ -72,41 +74,48 @@ impl<H: Host> Builder<'_, H> {
             return;
         }
         let inner = depth + node.modifiers.len();
+        // Bounds the recursion here and in every tick, which has the stack of the task.
         if inner >= MAX_DEPTH {
             self.problems.push(Problem::Deep(node.id));
             return;
         }
+        // State is carried over by the hash of the id, so two ids with one hash count as equal.
         if !self.ids.insert(name_hash(&node.id)) {
             self.problems.push(Problem::Duplicate(node.id.clone()));
         }
         let index = self.graph.nodes.len();
         let first = self.flat.ops.len();
         self.graph.nodes.push(picture(&node, parent));
+        // Modifiers come before the node, as they are around it: the first is the outermost.
         self.modifiers(&node.id, &node.modifiers);
         self.arity(&node);
         let (code, side) = self.code(&node.id, node.kind, node.children.len());
         self.push(code, side, node.modifiers.is_empty(), &node.id);
         let own = self.flat.ops.len() - 1;
+        // Depth first: the children of a node follow it without a gap.
         for child in node.children {
             self.node(child, Some(index), inner + 1);
         }
         let end = u32::try_from(self.flat.ops.len()).unwrap_or(u32::MAX);
+        // The node and its modifiers end at the same place.
         for op in self.flat.ops.iter_mut().take(own + 1).skip(first) {
             op.end = end;
         }
         self.finish(own);
     }
 
-    /// What needs to know all children.
+    /// Sets the fields that depend on all children.
     fn finish(&mut self, own: usize) {
         let mut starts = Vec::new();
         let (Some(op), mut at) = (self.flat.ops.get(own).copied(), own + 1) else {
             return;
         };
+        // `end` leads from child to child, as in the engine.
         while at < op.end as usize {
             starts.push(u32::try_from(at).unwrap_or(u32::MAX));
             at = self.flat.ops.get(at).map_or(usize::MAX, |c| c.end as usize);
         }
+        // Most composites have no such check, and skip the search for one in every tick.
         let watches = op.code.is_composite() && starts.iter().any(|c| self.interrupts(*c));
         if let Some(op) = self.flat.ops.get_mut(own) {
             op.watches = watches;
@@ -115,14 +124,15 @@ impl<H: Host> Builder<'_, H> {
             && let Some(policy) = self.flat.policies.get_mut(usize::from(op.side))
             && let Needs::Selected(children) = &mut policy.needs
         {
+            // The file counts children; the engine compares statuses of operations.
             for child in children {
-                // Out of range only where the tree is refused for it.
+                // Out of range only in a tree that is refused for it.
                 *child = starts.get(*child as usize).copied().unwrap_or_default();
             }
         }
     }
 
-    /// Whether a modifier of the node that begins there interrupts siblings.
+    /// Whether a modifier of the node that starts there interrupts siblings.
     fn interrupts(&self, start: u32) -> bool {
         let ops = self.flat.ops.iter().skip(start as usize);
         let node = ops.clone().next().map(|op| op.node);
@@ -134,6 +144,8 @@ impl<H: Host> Builder<'_, H> {
     }
 
     fn modifiers(&mut self, id: &str, modifiers: &[Modifier]) {
+        // A modifier has no id. Its state is found by the id of the node, its kind and its
+        // number among those of its kind, so other modifiers may be added or removed.
         let mut seen = BTreeMap::new();
         for (nth, modifier) in modifiers.iter().enumerate() {
             let (code, side) = self.modifier(id, *modifier);
@@ -179,6 +191,7 @@ impl<H: Host> Builder<'_, H> {
 
     fn arity(&mut self, node: &Node<H>) {
         let found = node.children.len();
+        // Composites may have any number of children.
         let wanted = match &node.kind {
             Kind::Sequence(_)
             | Kind::SequenceWithMemory
@@ -242,6 +255,7 @@ impl<H: Host> Builder<'_, H> {
     }
 
     fn push(&mut self, code: Code, side: usize, outermost: bool, key: &str) {
+        // Indices fit: MAX_NODES is 1024.
         let narrow = |index: usize| u16::try_from(index).unwrap_or(u16::MAX);
         let mut op = Op::new(code, narrow(self.graph.nodes.len() - 1), outermost);
         op.side = narrow(side);
@@ -263,6 +277,7 @@ impl<H: Host> Builder<'_, H> {
 
     fn timer(&mut self, id: &str, seconds: In<f64>) -> usize {
         match seconds {
+            // A time from a key is checked when the timer starts.
             In::Literal(value) if !(value >= 0.0 && value.is_finite()) => {
                 self.problems.push(Problem::Seconds {
                     id: id.to_owned(),
@@ -279,6 +294,7 @@ impl<H: Host> Builder<'_, H> {
         self.flat.timers.len() - 1
     }
 
+    // Keys of the shared board are not known here: other trees declare them, too.
     fn slot(&mut self, id: &str, slot: Slot) {
         if slot.scope == Scope::Local && slot.index >= self.local.len() {
             self.problems.push(Problem::Key(id.to_owned()));
@@ -297,6 +313,7 @@ impl<H: Host> Builder<'_, H> {
                     successes,
                     failures,
                 };
+                // As in BehaviorTree.CPP, a finished child is not ticked again.
                 (needs, true)
             }
             ParallelPolicy::Finish { failures } => (Needs::Finish { failures }, true),
@@ -330,7 +347,7 @@ impl<H: Host> Builder<'_, H> {
     }
 }
 
-/// The type; of a condition also that it is one, as its type may not say it.
+/// The type; for a condition also the word, since its type may not contain it.
 fn shown_kind<H: Host>(node: &Node<H>) -> String {
     match node.type_name.as_str() {
         type_name if node.condition && type_name != CONDITION => format!("{CONDITION} {type_name}"),

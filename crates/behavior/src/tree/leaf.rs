@@ -1,4 +1,4 @@
-//! What a host brings to a tree: leaves, and the world they act upon.
+//! The parts of a tree that a host provides: leaves, and the world they act upon.
 
 use std::time::Duration;
 
@@ -11,11 +11,11 @@ use crate::value::Plain;
 
 /// Names the type of world a host lends to its leaves for one tick.
 pub trait Host: 'static {
-    /// The world, with whatever it borrows.
+    /// The world, with all that it borrows.
     type World<'w>;
 }
 
-/// Whether a leaf that was told to stop is through with it.
+/// Whether a leaf that was told to stop has stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Halt {
     /// It has stopped.
@@ -24,11 +24,11 @@ pub enum Halt {
     NotYet,
 }
 
-/// An action or a condition. It does not change: all it remembers is in its
-/// `State`, so the checkpoint of a tree is whole.
+/// An action or a condition. It is immutable: all it remembers is in its
+/// `State`, so the checkpoint of a tree is complete (ADR 0008).
 pub trait Leaf<H: Host>: Send + 'static {
-    /// What it remembers between ticks, also over re-entries: reset it in
-    /// [`Leaf::start`] where that is meant.
+    /// Its memory between ticks, also over several runs: reset it in
+    /// [`Leaf::start`] where each run starts from the same state.
     type State: Default + Serialize + DeserializeOwned + Send;
 
     /// Called before the first tick of each run of the leaf.
@@ -46,22 +46,22 @@ pub trait Leaf<H: Host>: Send + 'static {
     /// [`Fault`] of a port: the node fails, and the tree reports it.
     fn tick(&self, state: &mut Self::State, cx: &mut Cx<'_, '_, H>) -> Result<Status, Fault>;
 
-    /// Called when it is stopped while running, and again each tick until it
-    /// says `Done`; nothing else of the tree runs in the meantime.
+    /// Called when it is stopped while running, and again in each tick until it
+    /// returns `Done`; no other node of the tree runs in the meantime.
     fn halt(&self, state: &mut Self::State, cx: &mut Cx<'_, '_, H>, reason: ResetReason) -> Halt {
         let _ = (state, cx, reason);
         Halt::Done
     }
 
     /// Called each time the tree makes it invalid, also when it had finished
-    /// long ago: where `py_trees` terminates a behaviour with INVALID. Few
+    /// before: where `py_trees` terminates a behaviour with INVALID. Few
     /// leaves need it; stopping work belongs into [`Leaf::halt`].
     fn invalidated(&self, state: &mut Self::State) {
         let _ = state;
     }
 }
 
-/// What a leaf sees and reaches during one call.
+/// The context of a leaf during one call.
 pub struct Cx<'a, 'w, H: Host> {
     /// Time of this tick; the same for all nodes of it.
     pub now: Duration,
@@ -98,6 +98,7 @@ impl<H: Host> Cx<'_, '_, H> {
     /// [`Fault::NotFinite`], and [`Fault::Access`] for a key that was registered
     /// for reading.
     pub fn set<T: Plain>(&mut self, output: &Out<T>, value: T) -> Result<(), Fault> {
+        // The board does not know the writer, so the registered access is checked here.
         if !output.writable {
             return Err(Fault::Access);
         }
@@ -110,7 +111,7 @@ impl<H: Host> Cx<'_, '_, H> {
         }
     }
 
-    /// Takes the value of an output's key away, if it may be written.
+    /// Removes the value of an output's key, if it may be written.
     pub fn unset<T: Plain>(&mut self, output: &Out<T>) {
         let Slot { scope, index } = output.slot;
         if output.writable {
@@ -136,9 +137,9 @@ impl<H: Host> Cx<'_, '_, H> {
     }
 }
 
-/// A [`Leaf`] with its state, whatever type that is.
+/// A [`Leaf`] with its state, of any type.
 pub trait AnyLeaf<H: Host>: Send {
-    /// [`Leaf::tick`], after [`Leaf::start`] if the run begins with it.
+    /// [`Leaf::tick`], after [`Leaf::start`] if a run starts with it.
     ///
     /// # Errors
     /// As there.
@@ -153,7 +154,7 @@ pub trait AnyLeaf<H: Host>: Send {
     /// Appends the state as plain bytes.
     fn save(&self, record: &mut Vec<u8>);
 
-    /// Takes the state back; `false`, and no change, for bytes of another type.
+    /// Restores the state; `false`, and no change, for bytes of another type.
     fn restore(&mut self, bytes: &[u8]) -> bool;
 
     /// The state of a leaf that never ran.
@@ -196,9 +197,10 @@ impl<H: Host, L: Leaf<H>> AnyLeaf<H> for WithState<L, L::State> {
 
     fn restore(&mut self, bytes: &[u8]) -> bool {
         let Ok(state) = bincode::deserialize::<L::State>(bytes) else {
+            // The leaf keeps the state of one that never ran; the tree counts it as lost.
             return false;
         };
-        // A shorter state of another type would be read from longer bytes, too.
+        // A shorter state of another type could be read from longer bytes, too.
         let whole = bincode::serialized_size(&state).ok() == u64::try_from(bytes.len()).ok();
         if whole {
             self.state = state;

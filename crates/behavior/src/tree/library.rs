@@ -6,7 +6,7 @@ use crate::tree::declared::MakeDeclared;
 use crate::tree::leaf::{AnyLeaf, Host, Leaf, any};
 use crate::value::{Plain, Value, ValueType};
 
-/// What a port may be bound to, and what the node does with it.
+/// The binding of a port, and its use by the node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// A literal or a key that is read.
@@ -20,25 +20,25 @@ pub enum Direction {
 pub struct PortSpec {
     /// Its name.
     pub name: &'static str,
-    /// What it is for, with its unit.
+    /// Its purpose, with its unit.
     pub doc: &'static str,
     /// Type of its value.
     pub value_type: ValueType,
-    /// What is done with it.
+    /// Its use.
     pub direction: Direction,
-    /// Value where it is not bound; without one it has to be.
+    /// Value of an unbound port; without a default the port has to be bound.
     pub default: Option<Value>,
     /// Smallest and largest number allowed in a literal.
     pub range: Option<(f64, f64)>,
     /// The texts allowed in a literal; empty for any.
     pub choices: &'static [&'static str],
-    /// Names in files of others that mean this port, in the same unit; not offered
+    /// Names of this port in files of other programs, in the same unit; not offered
     /// in new ones.
     pub aliases: &'static [&'static str],
 }
 
 impl PortSpec {
-    /// Whether a file may call it so.
+    /// Whether a file may use that name for it.
     pub fn is_called(&self, name: &str) -> bool {
         self.name == name || self.aliases.contains(&name)
     }
@@ -53,13 +53,13 @@ pub struct NodeType<H: Host> {
     pub name: &'static str,
     /// Names in older files, not offered in new ones.
     pub aliases: &'static [&'static str],
-    /// What it does.
+    /// Its effect.
     pub doc: &'static str,
-    /// Words to find it by.
+    /// Words for a search.
     pub keywords: &'static [&'static str],
     /// Its ports.
     pub ports: Vec<PortSpec>,
-    /// What its nodes drive at every tick, of which a tree has one: an arm.
+    /// The device that its nodes drive at every tick, of which a tree has one: an arm.
     pub drives: Option<&'static str>,
     #[allow(dead_code, reason = "called by the descriptor")]
     pub(crate) build: Build<H>,
@@ -75,7 +75,7 @@ impl<H: Host> NodeType<H> {
         Self::any(name, doc, move |binder| Ok(any(build(binder)?)))
     }
 
-    /// A type whose nodes keep their state themselves.
+    /// A type whose nodes store their state themselves.
     pub fn any(
         name: &'static str,
         doc: &'static str,
@@ -95,20 +95,20 @@ impl<H: Host> NodeType<H> {
         }
     }
 
-    /// Names of older files that still mean this type.
+    /// Names in older files that still mean this type.
     pub fn aliases(mut self, aliases: &'static [&'static str]) -> Self {
         self.aliases = aliases;
         self
     }
 
-    /// Words to find it by.
+    /// Words for a search.
     pub fn keywords(mut self, keywords: &'static [&'static str]) -> Self {
         self.keywords = keywords;
         self
     }
 
-    /// Its nodes drive `what` at every tick: two of them beside each other are probably not
-    /// meant.
+    /// Its nodes drive `what` at every tick: two of them in one parallel are probably a
+    /// mistake.
     pub fn drives(mut self, what: &'static str) -> Self {
         self.drives = Some(what);
         self
@@ -130,7 +130,7 @@ impl<H: Host> NodeType<H> {
         self.port(name, doc, T::TYPE, Direction::Out, None)
     }
 
-    /// The last port takes literals within these bounds only.
+    /// Literals of the last port have to be within these bounds.
     pub fn within(mut self, low: f64, high: f64) -> Self {
         if let Some(port) = self.ports.last_mut() {
             port.range = Some((low, high));
@@ -138,7 +138,7 @@ impl<H: Host> NodeType<H> {
         self
     }
 
-    /// The last port takes these texts only.
+    /// The last port accepts these texts only.
     pub fn one_of(mut self, choices: &'static [&'static str]) -> Self {
         if let Some(port) = self.ports.last_mut() {
             port.choices = choices;
@@ -146,7 +146,7 @@ impl<H: Host> NodeType<H> {
         self
     }
 
-    /// The last port has other names in files of others.
+    /// The last port has other names in files of other programs.
     pub fn also(mut self, aliases: &'static [&'static str]) -> Self {
         if let Some(port) = self.ports.last_mut() {
             port.aliases = aliases;
@@ -195,12 +195,13 @@ impl<H: Host> Default for Library<H> {
 impl<H: Host> Library<H> {
     /// Adds a type; of two with one name the later is used.
     pub fn with(mut self, node_type: NodeType<H>) -> Self {
+        // A program may replace a type of a library that it extends.
         self.types.retain(|known| known.name != node_type.name);
         self.types.push(node_type);
         self
     }
 
-    /// The type of that name or alias.
+    /// The type with that name or alias.
     pub fn find(&self, name: &str) -> Option<&NodeType<H>> {
         let called = |t: &&NodeType<H>| t.name == name || t.aliases.contains(&name);
         self.types.iter().find(called)

@@ -32,7 +32,9 @@ pub use library::{Direction, Library, NodeType, PortSpec};
 pub use replace::{ReplaceError, Replacement};
 pub use spec::{Abort, Kind, Memory, Modifier, Node, OneShotPolicy, ParallelPolicy, Test};
 
-/// How deep a tree may be; each modifier is a level.
+/// Largest depth of a tree; each modifier is a level.
+// A tick recurses once per level, on the stack of the task.
 pub const MAX_DEPTH: usize = 64;
-/// How many nodes a tree may have; each modifier counts as one.
+/// Largest number of nodes of a tree; each modifier counts as one.
+// The work of a tick is bounded by it; nodes also have 16-bit indices and a line of the trace.
 pub const MAX_NODES: usize = 1024;

@@ -1,4 +1,4 @@
-//! Checks of a blackboard key, and what they may interrupt.
+//! Checks of a blackboard key, and the siblings that they may interrupt.
 
 use super::flat::{Code, Held};
 use super::leaf::{Cx, Host};
@@ -13,19 +13,24 @@ impl<H: Host> Run<H> {
     pub(super) fn check(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         let side = usize::from(self.flat.ops[i].side);
         let abort = self.flat.checks[side].abort;
+        // While the node runs, only a check that may abort its own node is evaluated again.
         let asks = !self.is_running(i) || matches!(abort, Abort::Own | Abort::Both);
         if asks && !self.ask(i, cx) {
             return self.done(i, Status::Failure, ResetReason::Aborted, cx);
         }
         let answer = self.visit(i + 1, cx);
+        // The check is evaluated again after the node has finished, and its result is stored:
+        // it must not count as "holds again" in the next tick because the node itself wrote the
+        // key.
         if answer != Status::Running && interrupts(abort) {
-            // What the node itself made of the key is no news to its siblings.
+            // A change that the node itself made to the key is not a reason to interrupt its
+            // siblings.
             self.ask(i, cx);
         }
         self.done(i, answer, ResetReason::ParentDone, cx)
     }
 
-    /// Asks the check `i` and notes the answer.
+    /// Evaluates the check `i` and stores the result.
     fn ask(&mut self, i: usize, cx: &Cx<'_, '_, H>) -> bool {
         let side = usize::from(self.flat.ops[i].side);
         let check = &self.flat.checks[side];
@@ -39,7 +44,7 @@ impl<H: Host> Run<H> {
     }
 
     /// The first child from `first` up to `running` with a check that did not
-    /// hold and does now, so that it takes over from `running`.
+    /// hold before and holds now, so that it takes over from `running`.
     pub(super) fn interrupting(
         &mut self,
         first: usize,
@@ -56,11 +61,13 @@ impl<H: Host> Run<H> {
         None
     }
 
-    /// Whether a check of the node that begins at `start` holds again, and all
-    /// others that may interrupt do, too.
+    /// Whether a check of the node at `start` holds again, and all its others that may
+    /// interrupt hold, too.
     fn takes_over(&mut self, start: usize, cx: &Cx<'_, '_, H>) -> bool {
         let node = self.flat.ops[start].node;
         let (mut at, mut again, mut all) = (start, false, true);
+        // All are evaluated, without an early end: each stores its result, and a skipped one
+        // would report its change later than it happened.
         while let Some(op) = self.flat.ops.get(at).filter(|op| op.node == node) {
             let side = usize::from(op.side);
             let before = op.held;
@@ -80,6 +87,7 @@ fn interrupts(abort: Abort) -> bool {
 }
 
 fn holds(test: Test, value: Option<&Value>) -> bool {
+    // Integers and numbers are compared as numbers; a missing value is neither below nor above.
     let number = || match value {
         Some(Value::Number(number)) => Some(*number),
         Some(Value::Integer(number)) => Some(*number as f64),

@@ -1,5 +1,19 @@
 //! The whole state of a tree as plain bytes, by the ids of its nodes, so that
-//! it survives an edited file.
+//! it survives an edit of the file.
+//!
+//! What can go wrong here, and the rule that prevents it:
+//! - the file was edited between kill and restart: entries are found by the hash of the id,
+//!   never by index, so a node that was moved keeps its state and a new one starts without;
+//! - a node kept its id but has another type: the kind is part of the entry, and the entry is
+//!   counted as lost;
+//! - damaged bytes: the lengths of all entries are checked before the first change, and a
+//!   value outside of its enum is read as that of a node that never ran;
+//! - states that fit one by one but not together, such as a running sequence whose current
+//!   child is gone: `mend` repairs them, since a tick relies on them.
+//!
+//! A new field of [`Op`] that is state belongs into [`Fields`], with a new `VERSION`. A
+//! forgotten one shows as a restored tree that answers differently, which the tests compare
+//! after a restore at every tick.
 
 use std::time::Duration;
 
@@ -14,6 +28,7 @@ use crate::status::{NodeStatus, ResetReason, Status};
 /// count of entries; for each a hash and, with its length in front, the fields
 /// of [`Fields`] and the state of the leaf. Then the checkpoint of the board.
 const MAGIC: [u8; 4] = *b"BTre";
+// A change of the layout needs another number: entries have no field names.
 const VERSION: u16 = 1;
 
 impl<H: Host> Tree<H> {
@@ -68,7 +83,7 @@ impl<H: Host> Tree<H> {
         }
     }
 
-    /// Takes the state of [`Tree::save`] back, node by node. Nodes that are not
+    /// Restores the state that [`Tree::save`] wrote, node by node. Nodes that are not
     /// in the checkpoint are as if they never ran.
     ///
     /// # Errors
@@ -77,6 +92,8 @@ impl<H: Host> Tree<H> {
         let mut reader = Reader::open(record, MAGIC, VERSION, "tree")?;
         let last = (reader.u8()?, reader.u64()?);
         let count = reader.u32()?;
+        // A first pass over the lengths alone, on a copy of the reader: after it no error can
+        // occur in the middle of the change.
         let mut checked = reader.clone();
         for _ in 0..count {
             checked.u64()?;
@@ -84,9 +101,12 @@ impl<H: Host> Tree<H> {
         }
         let board = checked.sized()?;
         checked.end()?;
+        // The board checks its own bytes before it changes, and is the last that can refuse.
         let keys = self.local.restore(board)?;
+        // Nodes that are new in the file must not keep the state of before.
         self.forget();
         self.run.events.clear();
+        // The flag tells "no tick yet" from a tick at time zero.
         self.last = (last.0 != 0).then(|| Duration::from_nanos(last.1));
         let mut carried = keys;
         for _ in 0..count {
@@ -98,6 +118,7 @@ impl<H: Host> Tree<H> {
                 carried.lost += 1;
             }
         }
+        // After all entries, since a composite is repaired by the states of its children.
         self.mend();
         Ok(carried)
     }
@@ -112,13 +133,16 @@ impl<H: Host> Tree<H> {
         let Some((fields, rest)) = Fields::read(entry) else {
             return false;
         };
+        // Another kind under the same id: the bytes mean something else.
         let own = self.run.flat.ops.get(i).copied();
         let Some(op) = own.filter(|op| op.code.tag() == fields.tag) else {
             return false;
         };
+        // Leaf, timer or counts first: if they do not fit, the operation is not changed either.
         if !self.take_side(op, rest) {
             return false;
         }
+        // The current child is stored by its id as well: children may have moved.
         let cursor = self.child_called(i, op, fields.cursor);
         if let Some(op) = self.run.flat.ops.get_mut(i) {
             fields.give(op);
@@ -158,6 +182,7 @@ impl<H: Host> Tree<H> {
 
     /// The child of the composite `i` with that hash.
     fn child_called(&self, i: usize, op: Op, hash: u64) -> u32 {
+        // Decorators have one child, at a fixed place.
         if !op.code.is_composite() {
             return NONE;
         }
@@ -174,19 +199,26 @@ impl<H: Host> Tree<H> {
         std::iter::successors(Some(i + 1), next).take_while(move |c| *c < end)
     }
 
-    /// Makes sense of states that came from an edited tree, or from nowhere: a
-    /// composite that runs continues with a child it has, and only leaves halt.
+    /// Repairs states that come from an edited tree or from damaged bytes: a
+    /// running composite continues with a child that it has, and only leaves halt.
     fn mend(&mut self) {
         for i in 0..self.run.flat.ops.len() {
             let op = self.run.flat.ops[i];
             if op.status == NodeStatus::Halting {
+                // The number of halting leaves is not stored; a wrong one would stop the tree
+                // for ever.
                 if op.code == Code::Leaf {
                     self.run.halting += 1;
+                // Only leaves are asked to halt: another operation would never leave this
+                // status.
                 } else {
                     self.run.flat.ops[i].status = NodeStatus::Invalid;
                 }
             }
+            // The first tick after a restore reports changes from here, not from the start.
             self.run.flat.ops[i].shown = self.run.flat.ops[i].status;
+            // Children that ran and are now behind the current one have to be stopped at a
+            // restart.
             if matches!(op.code, Code::Sequence { .. }) {
                 let beyond = |c: &usize| op.cursor == NONE || *c > op.cursor as usize;
                 let valid = |c: usize| self.run.flat.ops[c].status != NodeStatus::Invalid;
@@ -195,6 +227,8 @@ impl<H: Host> Tree<H> {
             }
             let goes_on = matches!(op.code, Code::Sequence { .. } | Code::Selector { .. });
             if goes_on && op.status == NodeStatus::Running && op.cursor == NONE {
+                // The running child, else the first: without a cursor the sequence would start
+                // a second run while the first one is under way.
                 let runs = |c: &usize| self.run.is_running(*c);
                 let child = self.children(i).find(runs).or(self.children(i).next());
                 let child = child.and_then(|c| u32::try_from(c).ok());
@@ -204,7 +238,7 @@ impl<H: Host> Tree<H> {
     }
 }
 
-/// What every operation has in a checkpoint.
+/// The fields that every operation has in a checkpoint.
 struct Fields {
     tag: u8,
     status: u8,
@@ -252,7 +286,7 @@ impl Fields {
         Some((fields, rest))
     }
 
-    /// Unknown words mean what they mean in a node that never ran.
+    /// Unknown numbers are read as those of a node that never ran.
     fn give(&self, op: &mut Op) {
         op.status = match self.status {
             1 => NodeStatus::Running,

@@ -1,4 +1,5 @@
-//! Leaves that answer without being run, for a test of the tree around them.
+//! Replaced leaves, which return a fixed result without being run, to test the tree around
+//! them.
 
 use std::time::Duration;
 
@@ -9,14 +10,14 @@ use crate::board::Fault;
 use crate::status::{ResetReason, Status};
 use crate::suggest;
 
-/// What a leaf answers from one time to another, in place of itself.
+/// The result that replaces that of a leaf from one time to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Replacement {
     /// The answer.
     pub answer: Status,
     /// The first time at which it is given.
     pub from: Duration,
-    /// The first time at which it is not given any more; `None` for ever.
+    /// The first time at which it is not given any more; `None` for no end.
     pub until: Option<Duration>,
 }
 
@@ -48,10 +49,10 @@ pub enum ReplaceError {
 }
 
 impl<H: Host> Tree<H> {
-    /// The leaf `id` answers as `replacements` say while one of them applies, the first of
-    /// several. A leaf that runs is stopped when one begins to apply, and starts again when
-    /// it does not apply any more. To be called before the first tick: checkpoints of the tree
-    /// are others than without.
+    /// The leaf `id` returns the result of the first of `replacements` that applies. A leaf that
+    /// runs when one starts to apply is stopped; it starts again when none applies any more. To
+    /// be called before the first tick: checkpoints of the tree differ from those without
+    /// replacements.
     ///
     /// # Errors
     /// [`ReplaceError`] for an id that is not of a leaf.
@@ -84,6 +85,7 @@ impl<H: Host> Tree<H> {
                 kind: kind.unwrap_or_default(),
             });
         };
+        // The leaf is kept inside, since it runs while no replacement applies.
         if let Some(leaf) = self.run.flat.leaves.get_mut(side) {
             let inner = std::mem::replace(leaf, Box::new(Nothing));
             *leaf = Box::new(Replaced {
@@ -96,7 +98,7 @@ impl<H: Host> Tree<H> {
     }
 }
 
-/// While a leaf is taken out of its place.
+/// In the place of a leaf while it is being wrapped.
 struct Nothing;
 
 impl<H: Host> AnyLeaf<H> for Nothing {
@@ -122,7 +124,7 @@ impl<H: Host> AnyLeaf<H> for Nothing {
 struct Replaced<H: Host> {
     inner: Box<dyn AnyLeaf<H>>,
     replacements: Vec<Replacement>,
-    /// The leaf itself was started, and has not ended. In the checkpoint.
+    /// The leaf itself was started, and has not ended. Part of the checkpoint.
     runs: bool,
 }
 
@@ -131,13 +133,15 @@ impl<H: Host> AnyLeaf<H> for Replaced<H> {
         let now = cx.now;
         let applies = self.replacements.iter().find(|r| r.applies(now));
         if let Some(answer) = applies.map(|replacement| replacement.answer) {
-            // One that takes several ticks to stop is asked again.
+            // A leaf that needs several ticks to stop is halted again in the next tick.
             self.runs = self.runs && self.inner.halt(cx, ResetReason::Explicit) == Halt::NotYet;
             return Ok(answer);
         }
+        // After a replacement the node may be running, but the leaf itself was never started.
         let begins = begins || !self.runs;
         self.runs = false;
         let answer = self.inner.tick(begins, cx)?;
+        // Not set on an error: the node fails, and a failed leaf must not be halted.
         self.runs = answer == Status::Running;
         Ok(answer)
     }
@@ -157,6 +161,8 @@ impl<H: Host> AnyLeaf<H> for Replaced<H> {
 
     fn save(&self, record: &mut Vec<u8>) {
         self.inner.save(record);
+        // The flag is last, so that the state of the leaf has the same bytes as without the
+        // wrapper.
         record.push(u8::from(self.runs));
     }
 

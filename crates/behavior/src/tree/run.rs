@@ -14,12 +14,12 @@ pub(super) struct Run<H: Host> {
     pub(super) events: Events,
     /// Operations whose status changed during this tick.
     pub(super) changed: Vec<u32>,
-    /// How many leaves were told to stop and have not.
+    /// The number of leaves that were told to stop and have not stopped yet.
     pub(super) halting: usize,
 }
 
 impl<H: Host> Run<H> {
-    /// Ticks the operation `i` with all it needs below.
+    /// Ticks the operation `i` and, as needed, those below it.
     #[inline]
     pub(super) fn visit(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         if self.flat.ops[i].code == Code::Leaf {
@@ -29,8 +29,8 @@ impl<H: Host> Run<H> {
         }
     }
 
-    /// For all but the composites: they do this in place, as a call for each
-    /// of their leaves would cost as much as what it does.
+    /// For callers other than the composites, which inline the call: a function call for each
+    /// of their leaves would cost as much as the leaf's own bookkeeping.
     #[inline(never)]
     fn leaf_apart(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         self.leaf(i, cx)
@@ -40,6 +40,8 @@ impl<H: Host> Run<H> {
     pub(super) fn tick(&mut self, i: usize, cx: &mut Cx<'_, '_, H>) -> Status {
         let op = &mut self.flat.ops[i];
         let code = op.code;
+        // The result of a run whose children had to halt first. It is delivered once, without
+        // running the node again.
         if let Some(answer) = op.deferred {
             op.deferred = None;
             self.set(i, answer.into());
@@ -68,6 +70,8 @@ impl<H: Host> Run<H> {
         cx.node = usize::from(op.node);
         let status = match leaf.tick(op.status != NodeStatus::Running, cx) {
             Ok(status) => status,
+            // A fault of a port is a failure of the node: a leaf without its input must not
+            // act.
             Err(fault) => self.fault(i, fault),
         };
         self.set(i, status.into());
@@ -83,6 +87,7 @@ impl<H: Host> Run<H> {
             self.set(i, status.into());
             return status;
         }
+        // At the deadline it is over: a wait of 0 s succeeds in its first tick.
         let status = if cx.now >= self.deadline(i) {
             Status::Success
         } else {
@@ -107,12 +112,14 @@ impl<H: Host> Run<H> {
     pub(super) fn arm(&mut self, i: usize, cx: &Cx<'_, '_, H>) -> Result<(), Fault> {
         let side = usize::from(self.flat.ops[i].side);
         let timer = &mut self.flat.timers[side];
+        // A time from a key is read at the start only: a deadline that moved would not be one.
         let seconds = match timer.seconds {
             In::Literal(seconds) => seconds,
             In::Key(_) => cx.get(&timer.seconds)?,
         };
-        // Longer than a Duration can be is forever.
+        // More seconds than a `Duration` can hold mean "for ever".
         let time = Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::MAX);
+        // Saturating: `now` plus "for ever" must not overflow.
         timer.deadline = cx.now.saturating_add(time);
         Ok(())
     }
@@ -122,20 +129,22 @@ impl<H: Host> Run<H> {
     #[inline(always)]
     pub(super) fn set(&mut self, i: usize, to: NodeStatus) {
         let op = &mut self.flat.ops[i];
+        // Most operations keep their status in most ticks.
         if op.status == to {
             return;
         }
         op.status = to;
+        // Once per tick, so that `changed` never grows beyond its reserved length.
         if !op.touched {
             op.touched = true;
             self.changed.push(u32::try_from(i).unwrap_or(NONE));
         }
     }
 
-    /// Tells whose status is another one than after the tick before.
+    /// Reports the nodes whose status differs from that after the tick before.
     #[inline]
     pub(super) fn tell(&mut self) {
-        // As in most ticks.
+        // In most ticks nothing has changed.
         if !self.changed.is_empty() {
             self.tell_changes();
         }
@@ -146,6 +155,7 @@ impl<H: Host> Run<H> {
             let op = &mut self.flat.ops[i as usize];
             op.touched = false;
             let (from, to) = (op.shown, op.status);
+            // Compared with the reported status: a change that was reversed is not an event.
             if from != to {
                 op.shown = to;
                 let stopped = matches!(to, NodeStatus::Invalid | NodeStatus::Halting);
@@ -156,7 +166,7 @@ impl<H: Host> Run<H> {
         }
     }
 
-    /// Notes what a guard answered, if it is news.
+    /// Stores the result of a guard, and reports it if it has changed.
     pub(super) fn note_guard(&mut self, i: usize, holds: bool) {
         let op = &mut self.flat.ops[i];
         let held = Held::from(holds);
@@ -167,18 +177,19 @@ impl<H: Host> Run<H> {
         }
     }
 
-    /// Notes why a node fails.
+    /// Reports the reason for which a node fails.
     pub(super) fn fault(&mut self, i: usize, fault: Fault) -> Status {
         let node = usize::from(self.flat.ops[i].node);
         self.events.push(node, EventKind::Fault(fault));
         Status::Failure
     }
 
-    /// The answer of an operation, with whatever still halts because of it
-    /// awaited: `before` is how many were halting before it stopped any.
+    /// Sets the result of an operation, after all nodes that halt because of it have
+    /// halted: `before` is the number of halting leaves before it stopped any.
     #[allow(clippy::inline_always, reason = "most of the cost of a tick is here")]
     #[inline(always)]
     pub(super) fn answer(&mut self, i: usize, answer: Status, before: usize) -> Status {
+        // The parent must not continue while a stopped leaf still moves the arm.
         if self.halting > before && answer != Status::Running {
             return self.defer(i, answer);
         }
@@ -189,6 +200,7 @@ impl<H: Host> Run<H> {
     #[cold]
     fn defer(&mut self, i: usize, answer: Status) -> Status {
         self.flat.ops[i].deferred = Some(answer);
+        // Running, so that the parent returns to this operation in the next tick.
         self.set(i, NodeStatus::Running);
         Status::Running
     }

@@ -6,7 +6,7 @@ use crate::tree::check::CONDITION;
 use crate::tree::leaf::{AnyLeaf, Host, Leaf, any};
 use crate::value::Value;
 
-/// Whether a composite continues where it was, or asks its children from the
+/// Whether a composite continues with its running child, or ticks its children from the
 /// first one again at every tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Memory {
@@ -48,7 +48,7 @@ pub enum ParallelPolicy {
     },
 }
 
-/// When a one-shot has had its shot.
+/// When a one-shot is finished.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OneShotPolicy {
     /// After success or failure.
@@ -57,67 +57,67 @@ pub enum OneShotPolicy {
     OnSuccess,
 }
 
-/// What a node is. Decorators have exactly one child.
+/// The kind of a node. Decorators have exactly one child.
 pub enum Kind<H: Host> {
     /// Children one after the other until one does not succeed.
     Sequence(Memory),
     /// Children one after the other until one does not fail.
     Selector(Memory),
-    /// As `SequenceWithMemory` of BehaviorTree.CPP: it continues with the child that it was
-    /// at, also after a failure and after it was stopped, and starts one child a tick.
+    /// As `SequenceWithMemory` of BehaviorTree.CPP: it continues with its current child,
+    /// also after a failure and after it was stopped, and starts one child a tick.
     SequenceWithMemory,
     /// All children at every tick.
     Parallel(ParallelPolicy),
-    /// Success for failure and the other way round.
+    /// Swaps success and failure.
     Inverter,
-    /// One status for another.
+    /// Replaces one status by another.
     Converter {
-        /// The answer of the child that is replaced.
+        /// The replaced status of the child.
         from: Status,
-        /// By what.
+        /// The status that replaces it.
         to: Status,
     },
-    /// The child's answer.
+    /// The child's status.
     PassThrough,
-    /// Runs the child until it succeeded `count` times; forever without.
+    /// Runs the child until it succeeded `count` times; without a count for ever.
     Repeat {
-        /// How often.
+        /// Number of successes.
         count: Option<u32>,
     },
-    /// Runs the child again until it failed `count` times; forever without.
+    /// Runs the child again until it failed `count` times; without a count for ever.
     Retry {
-        /// How often.
+        /// Number of failures.
         count: Option<u32>,
     },
     /// As [`Kind::Repeat`], and [`Kind::Retry`] with `on_failure`, but in the tick in which a
     /// child that was running ends, the next run starts; as `Repeat` and
     /// `RetryUntilSuccessful` of BehaviorTree.CPP.
     Again {
-        /// How often.
+        /// Number of runs.
         count: Option<u32>,
         /// Runs it again until it succeeds, instead of until it fails.
         on_failure: bool,
     },
-    /// Runs the child to its end once, and gives that answer ever after.
+    /// Runs the child to its end once, and keeps that result.
     OneShot(OneShotPolicy),
     /// Success when the child has this status, running until then.
     Condition(Status),
-    /// Asks before each tick of the child; fails unless the guard succeeds.
+    /// Evaluates the guard before each tick of the child; fails unless it succeeds.
     EternalGuard(Box<dyn AnyLeaf<H>>),
-    /// Counts ticks and answers of the child.
+    /// Counts ticks and results of the child.
     Count,
-    /// Fails when the child is not finished after these seconds.
+    /// Fails when the child is not finished after this time (s).
     Timeout(In<f64>),
-    /// Runs for these seconds, then succeeds.
+    /// Runs for this time (s), then succeeds.
     Wait(In<f64>),
-    /// The host's.
+    /// A leaf of the host.
     Leaf(Box<dyn AnyLeaf<H>>),
 }
 
-/// What a check attached to a node may interrupt when its answer changes.
+/// The nodes that an attached check may interrupt when its result changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Abort {
-    /// Nothing: it is asked on entry only.
+    /// None: it is evaluated on entry only.
     #[default]
     None,
     /// Its own node, when it does not hold any more.
@@ -128,12 +128,12 @@ pub enum Abort {
     Both,
 }
 
-/// What a value is compared with.
+/// The test of a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Test {
     /// The key has a value.
     IsSet,
-    /// It has none.
+    /// The key has no value.
     IsUnset,
     /// It has this value.
     Equals(Value),
@@ -150,26 +150,26 @@ pub enum Test {
 pub enum Modifier {
     /// Runs the node again when it succeeded, one run a tick at most.
     Repeat {
-        /// How often in all, 0 forever. Then it succeeds.
+        /// Number of runs, 0 for ever. Then it succeeds.
         count: u32,
-        /// A failure ends it; else a failure counts as a run like any other.
+        /// A failure ends it; otherwise a failure counts as a run like any other.
         break_on_failure: bool,
     },
     /// Runs the node again when it failed, one run a tick at most.
     Retry {
-        /// How often again at most, 0 forever.
+        /// Largest number of further runs, 0 for ever.
         max: u32,
-        /// A success sets the count back, and so does entering it again. Without,
-        /// `max` holds for the whole life of the tree, until it is reset.
+        /// A success resets the count, and so does a new run of the node. Otherwise
+        /// `max` holds until the tree is reset.
         reset_on_success: bool,
     },
-    /// Success for failure and the other way round.
+    /// Swaps success and failure.
     InvertStatus,
-    /// This answer when the node is finished, whatever it was.
+    /// This result when the node is finished, with any result.
     ForceStatus(Status),
-    /// These seconds before the node starts.
+    /// Time before the node starts (s).
     Delay(In<f64>),
-    /// The node fails when it is not finished after these seconds.
+    /// The node fails when it is not finished after this time (s).
     Timeout(In<f64>),
     /// The node runs only where the test holds.
     CheckBlackboard {
@@ -177,7 +177,7 @@ pub enum Modifier {
         slot: Slot,
         /// The test.
         test: Test,
-        /// What it interrupts.
+        /// The nodes that it interrupts.
         abort: Abort,
     },
 }
@@ -205,17 +205,17 @@ pub struct Node<H: Host> {
     pub name: String,
     /// Type as written, `sequence`, `MoveToTarget`.
     pub type_name: String,
-    /// Whether it only asks something: it answers success or failure, never running.
+    /// Whether it only tests a condition: it returns success or failure, never running.
     pub condition: bool,
     /// Ports, in one line for views.
     pub detail: String,
-    /// What it is.
+    /// Its kind.
     pub kind: Kind<H>,
-    /// What is attached to it.
+    /// Its modifiers.
     pub modifiers: Vec<Modifier>,
     /// Its children.
     pub children: Vec<Node<H>>,
-    /// What [`Node::for_each`] added to its id.
+    /// The part of its id that [`Node::for_each`] added.
     pub suffix: String,
 }
 
@@ -254,6 +254,7 @@ impl<H: Host> Node<H> {
         items: impl IntoIterator<Item = I>,
         mut make: impl FnMut(&I) -> Self,
     ) -> Self {
+        // By item and not by number: when items are inserted, each keeps its own state.
         let copies = items.into_iter().map(|item| {
             let mut copy = make(&item);
             copy.add_suffix(&format!("[{item}]"));
@@ -262,10 +263,11 @@ impl<H: Host> Node<H> {
         Self::new(id, "for_each", Kind::Sequence(memory), copies.collect())
     }
 
-    /// Items of inner loops stay behind those of outer ones.
+    /// Items of inner loops are placed after those of outer ones.
     fn add_suffix(&mut self, outer: &str) {
         let base = self.id.strip_suffix(&self.suffix).unwrap_or(&self.id);
         let id = format!("{base}{outer}{}", self.suffix);
+        // A name that the author chose stays as it is.
         if self.name == self.id {
             self.name.clone_from(&id);
         }
@@ -283,6 +285,7 @@ impl<H: Host> Node<H> {
 
     /// With a modifier around those it has.
     pub fn with(mut self, modifier: Modifier) -> Self {
+        // The first modifier is the outermost.
         self.modifiers.insert(0, modifier);
         self
     }

@@ -1,4 +1,4 @@
-//! Stopping nodes, at once or over several ticks.
+//! Stops nodes, at once or over several ticks.
 
 use super::flat::{Code, NONE};
 use super::leaf::{Cx, Halt, Host};
@@ -10,7 +10,9 @@ impl<H: Host> Run<H> {
     pub(super) fn stop(&mut self, i: usize, reason: ResetReason, cx: &mut Cx<'_, '_, H>) {
         let op = &mut self.flat.ops[i];
         let (code, end) = (op.code, op.end as usize);
+        // A result that waited for a halt is void: its node is stopped now.
         op.deferred = None;
+        // A leaf that halts already keeps the reason for which it was stopped first.
         if op.status != NodeStatus::Halting {
             op.reason = reason;
         }
@@ -22,6 +24,7 @@ impl<H: Host> Run<H> {
             | Code::Selector { .. }
             | Code::Parallel => {
                 op.cursor = NONE;
+                // As in py_trees: first those that run, then all that are not invalid yet.
                 if code == Code::Parallel {
                     self.stop_running_between(i + 1, end, reason, cx);
                 }
@@ -46,15 +49,19 @@ impl<H: Host> Run<H> {
         let leaf = &mut self.flat.leaves[usize::from(op.side)];
         let mut to = NodeStatus::Invalid;
         match op.status {
+            // Told once: a second call would count one leaf twice in `halting`.
             NodeStatus::Halting => return,
             NodeStatus::Running => {
                 cx.node = usize::from(op.node);
+                // Only a running leaf has something to halt; a finished one just becomes
+                // invalid.
                 if leaf.halt(cx, reason) == Halt::NotYet {
                     to = NodeStatus::Halting;
                 }
             }
             _ => {}
         }
+        // Also before it has halted: py_trees terminates a behaviour when it is stopped.
         leaf.invalidated();
         if to == NodeStatus::Halting {
             self.halting += 1;
@@ -84,9 +91,9 @@ impl<H: Host> Run<H> {
         }
     }
 
-    /// As [`Self::stop`] for a leaf that has finished, but for its status:
-    /// the caller that ticks it in the same moment need not take it away first.
-    /// `false`, and nothing is done, for everything else.
+    /// As [`Self::stop`] for a leaf that has finished, except for its status:
+    /// a caller that ticks it next need not change the status in between.
+    /// `false`, and no change, for all other operations.
     #[allow(clippy::inline_always, reason = "most of the cost of a tick is here")]
     #[inline(always)]
     pub(super) fn renew(&mut self, i: usize, reason: ResetReason) -> bool {
@@ -119,13 +126,14 @@ impl<H: Host> Run<H> {
         }
     }
 
-    /// Continues halting what was told to; `true` when all are through.
+    /// Continues to halt the leaves that were told to stop; `true` when all have stopped.
     pub(super) fn drain(&mut self, cx: &mut Cx<'_, '_, H>) -> bool {
         for i in 0..self.flat.ops.len() {
             let op = &self.flat.ops[i];
             if op.status != NodeStatus::Halting {
                 continue;
             }
+            // The first reason is repeated in each call.
             let reason = op.reason;
             let leaf = &mut self.flat.leaves[usize::from(op.side)];
             cx.node = usize::from(op.node);

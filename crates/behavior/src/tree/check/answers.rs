@@ -1,10 +1,10 @@
-//! What nodes may answer.
+//! The possible results of nodes.
 
 use crate::status::Status;
 use crate::tree::Host;
 use crate::tree::spec::{Kind, Modifier, ParallelPolicy};
 
-/// The answers a node may give.
+/// The results that a node may return.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Answers {
     pub running: bool,
@@ -64,13 +64,14 @@ impl Answers {
     }
 }
 
-/// What a node without its modifiers may answer, from what its children may.
+/// The possible results of a node without its modifiers, from those of its children.
 /// Leaves are known to the caller.
 pub(super) fn inner<H: Host>(kind: &Kind<H>, children: &[Answers]) -> Answers {
     let child = children.first().copied().unwrap_or(Answers::ALL);
     match kind {
         Kind::Sequence(_) => line(children, Status::Success),
         Kind::SequenceWithMemory => line(children, Status::Success).running(),
+        // It starts at most one child per tick, so it runs between two children that succeed.
         Kind::Selector(_) => line(children, Status::Failure),
         Kind::Parallel(policy) => parallel(policy, children),
         Kind::Inverter => child.inverted(),
@@ -88,6 +89,7 @@ pub(super) fn inner<H: Host>(kind: &Kind<H>, children: &[Answers]) -> Answers {
             count,
             on_failure: false,
         } => Answers {
+            // Without a count it ends with a failure only.
             success: child.success && count.is_some(),
             ..child.running()
         },
@@ -97,6 +99,7 @@ pub(super) fn inner<H: Host>(kind: &Kind<H>, children: &[Answers]) -> Answers {
             on_failure: true,
         } => Answers {
             failure: child.failure && count.is_some(),
+            // Each run ends a tick, so the decorator runs even if the child never does.
             ..child.running()
         },
         Kind::Condition(status) => Answers {
@@ -114,7 +117,7 @@ pub(super) fn inner<H: Host>(kind: &Kind<H>, children: &[Answers]) -> Answers {
     }
 }
 
-/// Children one after the other as long as they answer `goes_on`.
+/// Children one after the other as long as they return `goes_on`.
 fn line(children: &[Answers], goes_on: Status) -> Answers {
     let ends = match goes_on {
         Status::Success => Status::Failure,
@@ -126,6 +129,7 @@ fn line(children: &[Answers], goes_on: Status) -> Answers {
         if child.has(ends) {
             answers.set(ends, true);
         }
+        // A child that never returns `goes_on` hides all behind it.
         if !child.has(goes_on) {
             return answers;
         }
@@ -135,6 +139,7 @@ fn line(children: &[Answers], goes_on: Status) -> Answers {
 }
 
 fn parallel(policy: &ParallelPolicy, children: &[Answers]) -> Answers {
+    // Only the selected children decide a success; any child may make it fail.
     let needed: Vec<&Answers> = match policy {
         ParallelPolicy::Selected { children: some, .. } => {
             some.iter().filter_map(|i| children.get(*i)).collect()
@@ -142,6 +147,8 @@ fn parallel(policy: &ParallelPolicy, children: &[Answers]) -> Answers {
         _ => children.iter().collect(),
     };
     let success = match policy {
+        // Finished children are counted over several ticks, so one that may succeed is enough
+        // here.
         ParallelPolicy::Count { .. } | ParallelPolicy::Finish { .. } => {
             needed.iter().any(|c| c.success)
         }
@@ -155,13 +162,13 @@ fn parallel(policy: &ParallelPolicy, children: &[Answers]) -> Answers {
     }
 }
 
-/// The part of `answers` outside the modifiers, the first of which is the
-/// outermost.
+/// The possible results outside of the modifiers, the first of which is the outermost.
 pub(super) fn after<'m>(
     modifiers: impl DoubleEndedIterator<Item = &'m Modifier>,
     answers: Answers,
 ) -> Answers {
     modifiers
+        // From the innermost outwards, as the engine runs them.
         .rev()
         .fold(answers, |inner, modifier| match modifier {
             Modifier::Repeat {

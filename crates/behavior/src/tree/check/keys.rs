@@ -13,6 +13,7 @@ fn board(board: &Board, scope: &str, findings: &mut Vec<Finding>) {
         let mut readers = board.users(index).filter(|u| u.1 == Access::Read);
         let mut writers = board.users(index).filter(|u| u.1 != Access::Read);
         let place = format!("{scope}.{}", key.name);
+        // A key for people and other programs has its readers outside of the tree.
         if key.observed {
             continue;
         }
@@ -24,8 +25,8 @@ fn board(board: &Board, scope: &str, findings: &mut Vec<Finding>) {
                     "'{reader}' reads it, but no node writes it and it has no default; give it one"
                 ),
             }),
-            // Of a shared key the reader may be another tree; of several who
-            // may write, one may do so to read.
+            // A shared key may be read by another tree; of several writers one may write in
+            // order to read, since `Write` includes reading.
             (None, Some((writer, _))) if scope == "local" && writers.next().is_none() => findings
                 .push(Finding {
                     rule: "written_never_read",

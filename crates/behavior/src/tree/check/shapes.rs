@@ -13,7 +13,8 @@ pub(super) fn check<H: Host>(root: &Node<H>, library: &Library<H>, findings: &mu
     node(root, library, findings);
 }
 
-/// Looks at a node and all below it; what these drive. Recursion ends as the tree does.
+/// Checks a node and all below it; returns what these drive. Recursion has the depth of the
+/// tree.
 fn node<'n, H: Host>(
     it: &'n Node<H>,
     library: &Library<H>,
@@ -25,6 +26,7 @@ fn node<'n, H: Host>(
         let drives = library.find(&it.type_name).and_then(|known| known.drives);
         all.extend(drives.map(|what| (what, it.id.as_str())));
     }
+    // Only a parallel ticks both in every tick; elsewhere one ends before the next starts.
     let is_parallel = matches!(it.kind, Kind::Parallel(_));
     for child in &it.children {
         for (what, leaf) in node(child, library, findings) {
@@ -38,6 +40,7 @@ fn node<'n, H: Host>(
                     ),
                 }),
                 Some(_) => {}
+                // The first leaf is kept: the message names it together with each later one.
                 None => drop(all.insert(what, leaf)),
             }
         }

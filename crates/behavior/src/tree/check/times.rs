@@ -16,9 +16,12 @@ pub(super) fn check<H: Host>(root: &Node<H>, findings: &mut Vec<Finding>) {
 }
 
 fn node<H: Host>(node: &Node<H>, around: &mut Vec<Limit>, findings: &mut Vec<Finding>) {
+    // Limits of this node apply to its children and not to its siblings.
     let before = around.len();
+    // In the order of the modifiers, so that an outer limit applies to an inner pause.
     for modifier in &node.modifiers {
         match modifier {
+            // Times from a key are known at run time only.
             Modifier::Timeout(In::Literal(seconds)) => limit(node, *seconds, around, findings),
             Modifier::Delay(In::Literal(seconds)) => pause(node, *seconds, around, findings),
             _ => {}
@@ -30,6 +33,7 @@ fn node<H: Host>(node: &Node<H>, around: &mut Vec<Limit>, findings: &mut Vec<Fin
         _ => {}
     }
     for child in &node.children {
+        // The path calls this function: a local of the same name hides it.
         self::node(child, around, findings);
     }
     around.truncate(before);
@@ -46,6 +50,8 @@ fn limit<H: Host>(
     findings: &mut Vec<Finding>,
 ) {
     if let Some(outer) = shortest(around)
+        // Equal is too long as well: it ends in the same tick as the outer one at best, and
+        // changes nothing.
         && seconds >= outer.seconds
     {
         findings.push(Finding {
