@@ -1,9 +1,10 @@
-//! What a machine asks of its host.
+//! The interface between a machine and its host.
 
 use super::ids::{BehaviorId, CallbackId, GuardId, RowId, StateId, TriggerId};
 use crate::status::{ResetReason, Status};
 
-/// Triggers that can wait while one is handled.
+/// Number of triggers that can wait while one is handled.
+// A call is bounded: a callback that posts without end fails instead of filling memory.
 pub const QUEUE_CAPACITY: usize = 16;
 
 /// Why a callback could not do its work.
@@ -14,7 +15,7 @@ pub struct Fault {
     pub reason: &'static str,
 }
 
-/// There is no room for another trigger.
+/// The queue is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("more than {QUEUE_CAPACITY} triggers wait; handle some before posting more")]
 pub struct QueueFull;
@@ -30,7 +31,7 @@ impl From<QueueFull> for Fault {
 /// Guards, callbacks and sub-behaviours of a host, by their place in its
 /// [`Vocabulary`](super::Vocabulary).
 pub trait Actions {
-    /// Whether a guard holds. Asked at most once for each trigger.
+    /// Whether a guard holds. Evaluated at most once for each trigger.
     fn guard(&mut self, guard: GuardId) -> bool;
 
     /// Runs a callback.
@@ -40,15 +41,15 @@ pub trait Actions {
     /// [`Machine::trigger`](super::Machine::trigger) for the state it leaves.
     fn call(&mut self, callback: CallbackId, event: &mut Event<'_>) -> Result<(), Fault>;
 
-    /// Ticks the sub-behaviour of an active state. Without one that is named
-    /// in the file this is never asked.
+    /// Ticks the sub-behaviour of an active state. Never called for a machine whose file names
+    /// none.
     fn run(&mut self, behavior: BehaviorId) -> Status {
         let _ = behavior;
         Status::Running
     }
 
-    /// Stops a sub-behaviour whose state was left before it finished. Answers
-    /// whether it has stopped; until it has, it is asked again on every
+    /// Stops a sub-behaviour whose state was left before it finished. Returns whether it has
+    /// stopped; until it has, this is called again on every
     /// [`Machine::tick`](super::Machine::tick).
     fn halt(&mut self, behavior: BehaviorId, reason: ResetReason) -> bool {
         let _ = (behavior, reason);
@@ -56,10 +57,10 @@ pub trait Actions {
     }
 }
 
-/// What a callback can know and do.
+/// The context and the actions of a callback.
 #[derive(Debug)]
 pub struct Event<'a> {
-    /// What is being handled.
+    /// The trigger that is being handled.
     pub trigger: TriggerId,
     /// Row that is tried or taken; none in the machine's own callbacks before
     /// and after all rows.
@@ -72,11 +73,13 @@ pub struct Event<'a> {
 }
 
 impl Event<'_> {
-    /// Has `trigger` handled after this one.
+    /// Handles `trigger` after this one.
     ///
     /// # Errors
     /// When [`QUEUE_CAPACITY`] triggers wait.
     pub fn post(&mut self, trigger: TriggerId) -> Result<(), QueueFull> {
+        // Queued, never handled at once: a nested change in an exit callback would enter a
+        // state while another one is half left.
         self.queue.push(trigger)
     }
 }

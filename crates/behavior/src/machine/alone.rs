@@ -1,5 +1,5 @@
 //! A file without its host: every name of a guard, callback or sub-behaviour
-//! is taken for known.
+//! counts as known.
 
 use std::collections::BTreeSet;
 
@@ -9,8 +9,8 @@ use super::problem::Problems;
 use super::table::Table;
 
 impl Definition {
-    /// Compiles without a host, to look at and to check. States and triggers
-    /// have to be right; what the guards and callbacks are called is not known
+    /// Compiles without a host, to draw and to check. States and triggers have to be right;
+    /// the names of guards and callbacks cannot be checked here.
     /// here.
     ///
     /// # Errors
@@ -35,7 +35,7 @@ struct Names<'d> {
     behaviors: Once<'d>,
 }
 
-/// Names in their order, each once.
+/// Names in the order of their first use, each once.
 #[derive(Default)]
 pub(crate) struct Once<'d> {
     pub(crate) names: Vec<&'d str>,

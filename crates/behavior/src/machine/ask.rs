@@ -1,4 +1,4 @@
-//! What a trigger would do: guards are asked, nothing changes.
+//! The effect of a trigger, found by its guards, without a change.
 
 use super::actions::Actions;
 use super::ids::{GuardId, TriggerId};
@@ -7,9 +7,10 @@ use super::set::SmallSet;
 use super::table::{Row, Table};
 use super::trace::Happening;
 
-/// Guards that were asked for this trigger, and their answers.
+/// Guards that were evaluated for this trigger, and their results.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Memo {
+    // Two sets, since "not evaluated" and "does not hold" are different answers.
     known: SmallSet,
     holding: SmallSet,
 }
@@ -30,8 +31,8 @@ impl Memo {
 }
 
 impl Machine {
-    /// Whether `trigger` would take a row now. Asks guards; nothing else runs
-    /// and nothing is remembered.
+    /// Whether `trigger` would take a row now. Evaluates guards; nothing else runs
+    /// and nothing is stored.
     pub fn may(&self, trigger: TriggerId, actions: &mut impl Actions) -> bool {
         let mut memo = Memo::default();
         self.active.iter().any(|rank| {
@@ -42,12 +43,13 @@ impl Machine {
         })
     }
 
-    /// Whether `trigger` would take rows now that only lead to where the machine is: into
-    /// states that are active, which would be left and entered again, or nowhere (internal
-    /// rows). For a host whose triggers are conditions, which stay true for many decisions.
+    /// Whether `trigger` would now take only rows that lead to active states, which would be
+    /// left and entered again, or internal rows. For a host whose triggers are conditions,
+    /// which stay true for many decisions.
     pub fn stays(&self, trigger: TriggerId, actions: &mut impl Actions) -> bool {
         let mut memo = Memo::default();
         let (mut done, mut any) = (SmallSet::default(), false);
+        // In the order of `process`, so that both find the same rows.
         for rank in self.active.iter() {
             if done.contains(rank) {
                 continue;
@@ -58,17 +60,19 @@ impl Machine {
             else {
                 continue;
             };
+            // One row that leads elsewhere is enough: the trigger has an effect.
             if row.dest.is_some_and(|dest| !self.is_active(dest)) {
                 return false;
             }
             any = true;
+            // A state inside has taken the trigger, so the states around it are not tried.
             done = done.union(&self.table.at(rank).map(|it| it.path).unwrap_or_default());
         }
         any
     }
 }
 
-/// Whether all guards of a row answer as they must, from left to right, up to
+/// Whether all guards of a row have the required result, evaluated from left to right up to
 /// the first that does not.
 pub(super) fn holds(
     table: &Table,
@@ -82,6 +86,8 @@ pub(super) fn holds(
         .iter()
         .all(|condition| {
             let guard = condition.guard;
+            // At most once per trigger: of two rows with opposite guards exactly one is taken,
+            // also if the guard reads something that changes meanwhile.
             let value = memo.get(guard).unwrap_or_else(|| {
                 let value = actions.guard(guard);
                 memo.put(guard, value);

@@ -1,4 +1,4 @@
-//! Leaving and entering states.
+//! Transitions: states are left and entered.
 
 use super::actions::{Actions, Fault};
 use super::ids::StateId;
@@ -9,8 +9,8 @@ use super::trace::Happening;
 use crate::status::{ResetReason, Status};
 
 impl Machine {
-    /// Goes to `dest`. Left is what is active beside the way to it; what both
-    /// have in common stays. Returns what was entered.
+    /// Changes to `dest`. All active states that do not contain it are left; common parents
+    /// stay active. Returns the entered states.
     pub(super) fn change(
         &mut self,
         table: &Table,
@@ -19,12 +19,17 @@ impl Machine {
         step: &Step,
         actions: &mut impl Actions,
     ) -> Result<SmallSet, Fault> {
+        // Computed before any callback runs: callbacks see one state, and cannot change the
+        // set.
         let leaving = self.leaving(table, dest);
         for rank in leaving.iter() {
+            // Sub-behaviours stop before the exit callback, which may command the arm itself.
             self.halt(table, rank, ResetReason::Aborted, actions);
             let exit = table.at(rank).map(|it| it.exit).unwrap_or_default();
             self.calls(exit, step, actions)?;
         }
+        // The exit callbacks have succeeded. A fault in one leaves the machine in the source,
+        // never between two states.
         let kept = self.active.difference(&leaving);
         let entering = table.configuration(dest, &kept);
         self.active = kept.union(&entering);
@@ -32,24 +37,27 @@ impl Machine {
         for rank in leaving.iter() {
             self.note(rank, Happening::Left);
         }
+        // Outermost first, as the states around are the context of those inside.
         for level in &table.levels {
             for rank in entering.intersection(level).iter() {
+                // A sub-behaviour that finished in an earlier visit runs again.
                 self.finished.remove(rank);
                 self.note(rank, Happening::Entered);
                 let enter = table.at(rank).map(|it| it.enter).unwrap_or_default();
                 self.calls(enter, step, actions)?;
             }
         }
+        // Final only after all of it was entered: an enter callback may still fail.
         if self.status() != Status::Running {
             self.calls(table.common.on_final, step, actions)?;
         }
         Ok(entering)
     }
 
-    /// Ranks of the states left on the way to `dest`.
+    /// Ranks of the states that a change to `dest` leaves.
     fn leaving(&self, table: &Table, dest: StateId) -> SmallSet {
-        // The outermost state of the way that is not active yet; if all of it
-        // is, the destination itself, which is then left and entered again.
+        // The outermost state on the way to `dest` that is not active yet; if all are active,
+        // the destination itself, which is then left and entered again.
         let mut below = dest;
         let mut above = table.get(dest).and_then(|it| it.parent);
         while let Some(parent) = above.and_then(|parent| table.get(parent).zip(above)) {
@@ -62,15 +70,18 @@ impl Machine {
         }
         let parallel = above.and_then(|parent| table.get(parent));
         match parallel {
+            // Only the region with the destination is left; the other regions stay active.
             Some(parent) if parent.parallel => {
                 let region = table.get(below).map(|it| it.subtree).unwrap_or_default();
                 self.active.intersection(&region)
             }
             Some(parent) => {
                 let mut inside = parent.subtree;
+                // The parent itself stays active, all that is active inside is left.
                 inside.remove(parent.rank);
                 self.active.intersection(&inside)
             }
+            // No common parent: the whole configuration changes.
             None => self.active,
         }
     }
@@ -81,7 +92,7 @@ impl Machine {
         }
     }
 
-    /// Stops what a state runs.
+    /// Stops the sub-behaviour of a state.
     pub(super) fn halt(
         &mut self,
         table: &Table,
@@ -92,6 +103,7 @@ impl Machine {
         if !self.running.contains(rank) {
             return;
         }
+        // Not running from here on, even if it needs more calls to stop: it must not be ticked.
         self.running.remove(rank);
         let during = table.at(rank).and_then(|it| it.during);
         if during.is_some_and(|during| !actions.halt(during.run, reason)) {

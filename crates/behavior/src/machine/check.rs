@@ -1,4 +1,4 @@
-//! What is legal in a machine, but probably not meant.
+//! Probable mistakes in a machine that is valid.
 
 use std::collections::BTreeSet;
 
@@ -8,12 +8,12 @@ use super::set::SmallSet;
 use super::table::{Condition, Row, State, Table};
 use crate::Finding;
 
-/// Rows of one trigger and source that later ones are compared with: each with each would
-/// take minutes in the largest table.
+/// Number of earlier rows of one trigger and source with which a row is compared: each with
+/// each would take minutes in the largest table.
 const COMPARED: usize = 256;
 
-/// Looks for states that cannot be reached or left, rows that are never taken,
-/// and triggers without effect. Guards are taken to be free of one another.
+/// Finds states that cannot be reached or left, rows that are never taken, and triggers
+/// without effect. Guards are assumed to be independent of one another.
 pub fn check(table: &Table) -> Vec<Finding> {
     let reachable = reachable(table);
     let mut found = Vec::new();
@@ -28,6 +28,7 @@ pub fn check(table: &Table) -> Vec<Finding> {
 /// As [`check`]; the work of the states `ends` ends the job, so they need no row.
 pub fn check_with_ends(table: &Table, ends: &[StateId]) -> Vec<Finding> {
     let mut table = table.clone();
+    // Of any kind: the checks only compare with `Final::No`.
     for state in ends {
         if let Some(state) = table.states.get_mut(state.index()) {
             state.end = Final::Failure;
@@ -47,12 +48,13 @@ fn finding(rule: &'static str, place: impl Into<String>, message: String) -> Fin
 /// Rank and id of a source, and a destination.
 type Ways = BTreeSet<((usize, StateId), StateId)>;
 
-/// Ranks of what can ever be active.
+/// Ranks of all states that can become active.
 fn reachable(table: &Table) -> SmallSet {
     let none = SmallSet::default();
     let mut next = vec![none; table.states.len()];
     for ((source, _), dest) in ways(table) {
         if let Some(ahead) = next.get_mut(source) {
+            // Entering a state makes its whole configuration active, other regions included.
             *ahead = ahead.union(&table.configuration(dest, &none));
         }
     }
@@ -66,7 +68,8 @@ fn reachable(table: &Table) -> SmallSet {
     known
 }
 
-/// Where rows lead, each pair once: a table may have many more rows than pairs of states.
+/// Sources and destinations of all rows, each pair once: a table may have many more rows than
+/// pairs of states.
 fn ways(table: &Table) -> Ways {
     let way = |row: &Row| {
         let source = table.get(row.source)?;
@@ -85,10 +88,11 @@ fn unreachable_states(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
     .collect()
 }
 
-/// Whether a row leads from `state`, or from what it is in, to elsewhere.
+/// Whether a row leads from `state`, or from a state around it, to another state.
 fn has_way_out(table: &Table, ways: &Ways, state: &State) -> bool {
     ways.iter().any(|((source, _), dest)| {
         let dest = table.get(*dest);
+        // A destination that enters `state` again is not a way out.
         state.path.contains(*source) && dest.is_some_and(|dest| !dest.entry.contains(state.rank))
     })
 }
@@ -109,15 +113,17 @@ fn dead_ends(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
         .collect()
 }
 
-/// States that can be left, but from which no final state can be reached, where
-/// the machine has final states at all.
+/// States that can be left, but from which no final state can be reached; only for a
+/// machine that has final states.
 fn endless(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
     let finals = table.states.iter().filter(|state| state.end != Final::No);
     let mut good: SmallSet = finals.map(|state| state.rank).collect();
+    // Without final states the machine runs for ever on purpose.
     if good.is_empty() {
         return Vec::new();
     }
     let ways = ways(table);
+    // Backwards from the final states until nothing is added.
     loop {
         let mut next = good;
         for ((_, source), dest) in &ways {
@@ -133,6 +139,7 @@ fn endless(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
         good = next;
     }
     innermost(table, reachable)
+        // States without a way out are reported as dead ends already.
         .filter(|state| !good.contains(state.rank) && has_way_out(table, &ways, state))
         .map(|state| {
             let message = "no final state can be reached from here; add a way to one".to_owned();
@@ -141,10 +148,11 @@ fn endless(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
         .collect()
 }
 
-/// Rows behind one that is always taken first, and rows with the same guards.
+/// Rows after one that is always taken first, and rows with the same guards.
 fn rows(table: &Table) -> Vec<Finding> {
     let mut found = Vec::new();
     let same_cell = |a: &Row, b: &Row| (a.trigger, a.source) == (b.trigger, b.source);
+    // Rows are sorted by trigger and source, so those that compete are neighbours.
     for cell in table.rows.chunk_by(same_cell) {
         for (at, row) in cell.iter().enumerate() {
             let earlier = cell.get(..at.min(COMPARED)).unwrap_or_default();
@@ -174,13 +182,13 @@ fn guards<'a>(table: &'a Table, row: &Row) -> &'a [Condition] {
     row.conditions.of(&table.conditions)
 }
 
-/// Whether `first` is taken whenever `row` could be.
+/// Whether `first` is taken whenever `row` could be: all its guards are guards of `row`.
 fn covers(table: &Table, first: &Row, row: &Row) -> bool {
     let asked = guards(table, row);
     guards(table, first).iter().all(|it| asked.contains(it))
 }
 
-/// Triggers that no reachable state has a row for.
+/// Triggers for which no reachable state has a row.
 fn unused_triggers(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
     let all = (0..table.triggers.len()).map(TriggerId::of);
     let unused = all.filter(|trigger| {
@@ -195,8 +203,8 @@ fn unused_triggers(table: &Table, reachable: &SmallSet) -> Vec<Finding> {
         .collect()
 }
 
-/// For each trigger, the reachable innermost states in which it is refused, as
-/// no row of the state or of what it is in answers it.
+/// For each trigger, the reachable innermost states that refuse it: neither they nor the
+/// states around them have a row for it.
 pub fn unhandled(table: &Table) -> Vec<(TriggerId, Vec<StateId>)> {
     let reachable = reachable(table);
     let triggers = (0..table.triggers.len()).map(TriggerId::of);

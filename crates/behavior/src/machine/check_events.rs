@@ -1,16 +1,18 @@
-//! Rows of triggers that a host fires while a condition holds, many decisions in a row.
+//! Checks of rows for triggers that a host fires in many decisions in a row, while a
+//! condition holds.
 
 use super::ids::{StateId, TriggerId};
 use super::set::SmallSet;
 use super::table::{Row, Table};
 use crate::Finding;
 
-/// States of one message that are named.
+/// Number of states that one message names.
+// A wildcard has a row for each state; a message with all of them would not be read.
 const NAMED: usize = 3;
 
-/// Looks for rows of `events` that lead from a state into itself, and for those that lead
-/// in a circle: a condition stays true while the state changes. Guards are taken to be free
-/// of the conditions, so a circle with a guard in it is none.
+/// Finds rows of `events` that lead from a state into itself, and rows that lead in a
+/// circle: a condition stays true while the state changes. Guards are assumed to be
+/// independent of the conditions, so a circle with a guard is not reported.
 pub fn check_events(table: &Table, events: &[&str]) -> Vec<Finding> {
     let mut found = Vec::new();
     for event in events {
@@ -59,6 +61,7 @@ fn own_states(table: &Table, trigger: TriggerId, event: &str) -> Vec<Finding> {
 
 /// The first circle of the rows of one event.
 fn circle(table: &Table, trigger: TriggerId, event: &str) -> Option<Finding> {
+    // `known` spans all starts: each state is followed once, so the search is linear.
     let mut known = SmallSet::default();
     for start in (0..table.states.len()).map(StateId::of) {
         let (mut way, mut state) = (vec![start], start);
@@ -78,10 +81,11 @@ fn circle(table: &Table, trigger: TriggerId, event: &str) -> Option<Finding> {
     None
 }
 
-/// Where the event leads from `state`, if no guard is asked and it is another state.
+/// The destination of the event in `state`, if its row has no guard and leads to another state.
 fn next(table: &Table, trigger: TriggerId, state: StateId) -> Option<StateId> {
     let active = table.configuration(state, &SmallSet::default());
     let mut ranks = active.iter();
+    // The first row of the innermost state with one is the row that would be taken.
     let row = ranks.find_map(|rank| table.rows_of(trigger, rank).first())?;
     let dest = row
         .dest

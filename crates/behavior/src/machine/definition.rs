@@ -1,13 +1,13 @@
-//! A machine as it is written: in Rust with these types, or in a file.
+//! A machine as written: in Rust with these types, or in a file.
 
 use super::problem::Location;
 
-/// A name and where it stands.
+/// A name and its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Name {
     /// The name.
     pub text: String,
-    /// Where it stands; the default when written in Rust.
+    /// Its place in the file; the default when written in Rust.
     pub place: Location,
 }
 
@@ -32,41 +32,41 @@ pub struct Definition {
     pub file: String,
     /// Name of the machine.
     pub name: String,
-    /// States; those of a parent are in it.
+    /// States; children are inside of their parent.
     pub states: Vec<StateDef>,
-    /// State it begins in: a full name such as `work.fetch`.
+    /// Initial state: a full name such as `work.fetch`.
     pub initial: Option<Name>,
-    /// Triggers that rows may name; if empty, every one they name.
+    /// Triggers that rows may name; if empty, any.
     pub triggers: Vec<Name>,
     /// Rows, in their order of precedence for one trigger and source.
     pub rows: Vec<RowDef>,
-    /// Chains of states behind one trigger.
+    /// Chains of states that follow one trigger.
     pub ordered: Vec<OrderedDef>,
-    /// Run when a trigger begins to be handled.
+    /// Run at the start of the handling of a trigger.
     pub prepare_event: Vec<Name>,
     /// Run when the guards of a row hold, before its own `before`.
     pub before_state_change: Vec<Name>,
     /// Run after a row's own `after`.
     pub after_state_change: Vec<Name>,
-    /// Run at the end of every trigger, refused and failed ones too.
+    /// Run at the end of every trigger, also of a refused or failed one.
     pub finalize_event: Vec<Name>,
     /// Run when the machine has become final, after the enter callbacks.
     pub on_final: Vec<Name>,
     /// Whether each state gets a trigger `to_STATE` from everywhere.
     pub auto_transitions: bool,
-    /// Whether a trigger without a row in the active states is no error.
+    /// Whether a trigger without a row in the active states is ignored instead of an error.
     pub ignore_invalid_triggers: bool,
 }
 
-/// Whether a state is an end, and of which kind.
+/// Whether a state is final, and with which result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Final {
-    /// No end.
+    /// Not final.
     #[default]
     No,
-    /// The work is done.
+    /// The job is done.
     Success,
-    /// The work is given up.
+    /// The job has failed.
     Failure,
 }
 
@@ -90,15 +90,15 @@ pub struct StateDef {
     pub enter: Vec<Name>,
     /// Callbacks run on leaving.
     pub exit: Vec<Name>,
-    /// Child entered with it.
+    /// Child that is entered with it.
     pub initial: Option<Name>,
-    /// States inside.
+    /// States inside of it.
     pub children: Vec<StateDef>,
     /// Whether all children are active together.
     pub parallel: bool,
-    /// Whether it is an end.
+    /// Whether it is final.
     pub end: Final,
-    /// What runs while it is active.
+    /// The sub-behaviour that runs while it is active.
     pub during: Option<DuringDef>,
 }
 
@@ -129,27 +129,27 @@ impl StateDef {
         self
     }
 
-    /// With children of which `initial` is entered first.
+    /// With children; `initial` is entered first.
     pub fn children(mut self, initial: &str, children: Vec<StateDef>) -> Self {
         self.initial = Some(initial.into());
         self.children = children;
         self
     }
 
-    /// With children that are all active at once.
+    /// With children that are all active at the same time.
     pub fn regions(mut self, children: Vec<StateDef>) -> Self {
         self.parallel = true;
         self.children = children;
         self
     }
 
-    /// As an end of this kind.
+    /// As a final state of this kind.
     pub fn end(mut self, end: Final) -> Self {
         self.end = end;
         self
     }
 
-    /// Running a sub-behaviour; its result fires a trigger where one is named.
+    /// With a sub-behaviour; its result fires a trigger where one is named.
     pub fn during(mut self, run: &str, success: Option<&str>, failure: Option<&str>) -> Self {
         self.during = Some(DuringDef {
             run: run.into(),
@@ -160,23 +160,23 @@ impl StateDef {
     }
 }
 
-/// States a row leaves from.
+/// The source states of a row.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SourceDef {
-    /// Every state of the outermost level (with them, what is inside them).
+    /// Every state of the outermost level, and with it the states inside.
     Any(Location),
     /// These, by full name.
     These(Vec<Name>),
 }
 
-/// Where a row leads.
+/// The destination of a row.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DestDef {
     /// Into a state, by full name.
     To(Name),
-    /// Out of the source and into it again.
+    /// The source itself, which is left and entered again.
     Same,
-    /// Nowhere: nothing is left nor entered, only callbacks run.
+    /// None: no state is left or entered, only callbacks run.
     Internal,
 }
 
@@ -185,17 +185,17 @@ pub enum DestDef {
 pub struct RowDef {
     /// Location of the row.
     pub place: Location,
-    /// Trigger it answers.
+    /// Its trigger.
     pub trigger: Name,
-    /// States it leaves from.
+    /// Its source states.
     pub source: SourceDef,
-    /// Where it leads.
+    /// Its destination.
     pub dest: DestDef,
-    /// Guards that must hold, asked in this order.
+    /// Guards that must hold, evaluated in this order.
     pub conditions: Vec<Name>,
-    /// Guards that must not hold, asked after those.
+    /// Guards that must not hold, evaluated after those.
     pub unless: Vec<Name>,
-    /// Callbacks before the guards are asked.
+    /// Callbacks before the guards are evaluated.
     pub prepare: Vec<Name>,
     /// Callbacks before the state is left.
     pub before: Vec<Name>,
@@ -266,7 +266,7 @@ pub struct OrderedDef {
     /// The trigger.
     pub trigger: Name,
     /// States in their order; empty means all of the outermost level. The
-    /// chain is turned so that the initial state comes first, if it is in it.
+    /// chain is rotated so that the initial state is first, if it contains it.
     pub states: Vec<Name>,
     /// Whether the first follows the last.
     pub cyclic: bool,
@@ -302,7 +302,7 @@ impl Definition {
         self
     }
 
-    /// Beginning in this state.
+    /// With this initial state.
     pub fn initial(mut self, state: &str) -> Self {
         self.initial = Some(state.into());
         self
@@ -314,7 +314,7 @@ impl Definition {
         self
     }
 
-    /// With a chain of states behind `trigger`; no states means all.
+    /// With a chain of states that follow `trigger`; no states means all.
     pub fn ordered(mut self, trigger: &str, states: &[&str], cyclic: bool) -> Self {
         self.ordered.push(OrderedDef {
             place: Location::default(),

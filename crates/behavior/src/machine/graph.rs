@@ -10,6 +10,7 @@ impl Table {
     /// The picture: a node for each state in the order of its id, an edge for
     /// each row and source, with trigger and guards.
     pub fn describe(&self) -> Graph {
+        // In the order of declaration: rows are stored by trigger and source.
         let mut rows: Vec<&Row> = self.rows.iter().collect();
         rows.sort_by_key(|row| (row.id, row.source));
         Graph {
@@ -44,6 +45,8 @@ impl Table {
     fn edge(&self, row: &Row) -> GraphEdge {
         let mut label = self.trigger_name(row.trigger).to_owned();
         let guards = self.guards_of(row);
+        // The guards are part of the label, since rows with the same trigger differ by them
+        // only.
         if !guards.is_empty() {
             label = format!("{label} [{guards}]");
         }
@@ -69,10 +72,11 @@ impl Table {
         words.join(", ")
     }
 
-    /// How messages name a row: by its number among the rows, from 1, and its
+    /// The name of a row in messages: its number among the rows, from 1, and its
     /// line in the file.
     pub fn row_name(&self, row: RowId) -> String {
         match self.row_lines.get(row.index()) {
+            // Line 0 is a row written in Rust.
             None | Some(0) => format!("row {}", row.index() + 1),
             Some(line) => format!("row {} (line {line})", row.index() + 1),
         }

@@ -1,4 +1,4 @@
-//! Small numbers that stand for names once a file is loaded.
+//! Small numbers that replace names once a file is loaded.
 
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
@@ -12,8 +12,8 @@ macro_rules! id {
                 usize::from(self.0)
             }
 
-            /// Of an index; those beyond 16 bits, which loading refuses, are
-            /// the last one.
+            /// From an index; one beyond 16 bits, which loading refuses, becomes the largest
+            /// number.
             pub(crate) fn of(index: usize) -> Self {
                 Self(u16::try_from(index).unwrap_or(u16::MAX))
             }
@@ -48,14 +48,14 @@ id!(
     RowId
 );
 
-/// Names that a host can give a meaning to. A file that uses others is refused.
+/// Names that a host implements. A file that uses others is refused.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Vocabulary<'a> {
-    /// Triggers the host fires; if empty, those of the rows are all known.
+    /// Triggers that the host fires; if empty, any trigger of a row is known.
     pub triggers: &'a [&'a str],
-    /// Guards the host answers.
+    /// Guards that the host evaluates.
     pub guards: &'a [&'a str],
-    /// Callbacks the host runs.
+    /// Callbacks that the host runs.
     pub callbacks: &'a [&'a str],
     /// Sub-behaviours a state may run.
     pub behaviors: &'a [&'a str],

@@ -1,16 +1,18 @@
 //! Declarative machines: states, and rows of trigger, source, guards and
 //! destination, with the semantics of `transitions` 0.9.
 //!
-//! Different on purpose, each time because the other way hides mistakes:
-//! - Names without a meaning are refused at load, with their place.
-//! - A guard is asked at most once for each trigger, so of two rows with
+//! Deliberate differences, each because the original behaviour hides mistakes:
+//! - Names without a meaning are refused at load, with their place. `transitions` accepts an
+//!   undefined destination: the trigger then runs the exit callbacks, raises an error, and
+//!   leaves the machine in the source.
+//! - A guard is evaluated at most once for each trigger, so of two rows with
 //!   opposite guards exactly one is taken.
 //! - Triggers fired in callbacks always wait until the current one is done;
 //!   there is no immediate mode.
-//! - `prepare_event` runs once for each trigger, however many levels are asked.
-//! - `may` asks guards only, and runs no callback.
+//! - `prepare_event` runs once for each trigger, also if several levels are tried.
+//! - `may` evaluates guards only, and runs no callback.
 //! - Entering one region of a parallel state from outside enters all.
-//! - A row that leaves a parallel state ends the trigger for what was left.
+//! - A row that leaves a parallel state ends the trigger for the states that were left.
 //!
 //! ```
 //! use behavior::machine::{Actions, CallbackId, Definition, Event, Fault, GuardId};

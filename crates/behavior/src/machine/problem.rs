@@ -1,9 +1,10 @@
-//! What is wrong with a file, and where: all of it at once.
+//! The mistakes of a file and their places, collected so that all are reported at once.
 
-/// Problems of one file that are reported.
+/// Number of mistakes of one file that are reported.
+// A reader corrects the first ones; a generated file may have a hundred thousand.
 const MAX_REPORTED: usize = 100;
 
-/// Location in a text. Line and column count from 1; 0 is "written in Rust".
+/// Location in a text. Line and column count from 1; 0 means "written in Rust".
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Location {
     /// Line, from 1.
@@ -12,16 +13,16 @@ pub struct Location {
     pub column: u32,
 }
 
-/// One thing that is wrong, with what to do about it.
+/// A mistake, with its correction.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Where.
+    /// Its place.
     pub place: Location,
-    /// What, what was expected, and what was probably meant.
+    /// The mistake, the expected form, and the probable intention.
     pub message: String,
 }
 
-/// Everything that is wrong with a definition, in the order of the text.
+/// All mistakes of a definition, in the order of the text.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct Problems {
     /// Name of the file, or of the machine if it was written in Rust.
@@ -32,6 +33,7 @@ pub struct Problems {
 
 impl Problems {
     pub(crate) fn new(file: &str, mut list: Vec<Problem>) -> Self {
+        // Readers and compilers find mistakes in their own order; some find the same one.
         list.sort_by_key(|problem| problem.place);
         list.dedup();
         Self {
@@ -42,8 +44,8 @@ impl Problems {
 }
 
 impl Problems {
-    /// Those of reading and those of compiling a file. What has no place of its
-    /// own is about the whole file.
+    /// Joins the mistakes of reading and of compiling a file. A mistake without a place
+    /// is about the whole file.
     pub(crate) fn join<T>(
         file: &str,
         reading: Vec<Problem>,
@@ -85,13 +87,13 @@ impl std::fmt::Display for Problems {
 pub(crate) struct Collector(pub(crate) Vec<Problem>);
 
 impl Collector {
-    /// Notes a problem; of very many only the first are kept, and one that says so.
+    /// Adds a mistake; only the first ones are kept, and one that says so.
     pub(crate) fn add(&mut self, place: Location, message: impl Into<String>) {
         self.add_with(place, || message.into());
     }
 
-    /// As [`Self::add`]; for messages that take long to compose, as a search for the name
-    /// that was meant does: a file may have a hundred thousand mistakes.
+    /// As [`Self::add`], for messages that are expensive to compose, such as a search for the
+    /// intended name: a file may have a hundred thousand mistakes.
     pub(crate) fn add_with(&mut self, place: Location, message: impl FnOnce() -> String) {
         let message = match self.0.len() {
             count if count < MAX_REPORTED => message(),
@@ -101,7 +103,7 @@ impl Collector {
         self.0.push(Problem { place, message });
     }
 
-    /// `value`, unless there were problems.
+    /// Returns `value`, or the mistakes if there are any.
     pub(crate) fn finish<T>(self, file: &str, value: T) -> Result<T, Problems> {
         if self.0.is_empty() {
             return Ok(value);

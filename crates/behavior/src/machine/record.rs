@@ -1,4 +1,8 @@
-//! The state as plain bytes, by names, so that an edited file can carry on.
+//! The state as plain bytes, by names, so that a task continues after its file was edited.
+//!
+//! A flag per state and not a single state: parallel regions, and sub-behaviours that run,
+//! have finished or are stopping, are part of the state. Hashes of full names survive added,
+//! removed and reordered states.
 
 use super::ids::StateId;
 use super::runtime::Machine;
@@ -17,12 +21,12 @@ const HALTING: u8 = 8;
 /// Why saved bytes do not fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RestoreError {
-    /// They are cut off, or too long.
+    /// They are too short, or too long.
     #[error("the checkpoint has {found} bytes, {expected} were expected; start from the beginning")]
     Length {
-        /// Bytes there are.
+        /// Number of bytes.
         found: usize,
-        /// Bytes it says there must be.
+        /// Expected number of bytes.
         expected: usize,
     },
     /// They were written by another program.
@@ -33,12 +37,13 @@ pub enum RestoreError {
         /// Its version.
         found: u16,
     },
-    /// The active state is not in the definition any more.
+    /// The active state is no longer in the definition.
     #[error("the state that was active is not in the file any more; start from the beginning")]
     Unknown,
 }
 
 /// FNV-1a of a name, 64 bits (G. Fowler, L. C. Noll, K.-P. Vo).
+// The constants are those of FNV-1a; another hash would not find the states of older records.
 pub(crate) fn name_hash(name: &str) -> u64 {
     name.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
@@ -56,6 +61,7 @@ pub(crate) fn entries(bytes: &[u8]) -> Result<impl Iterator<Item = (u64, u8)>, R
     if version != VERSION {
         return Err(RestoreError::Version { found: version });
     }
+    // The count must match the length exactly: a cut record would restore a part of the state.
     let expected = HEADER + ENTRY * usize::from(count);
     if bytes.len() != expected {
         return Err(RestoreError::Length {
@@ -82,7 +88,7 @@ pub(crate) fn write(states: impl Iterator<Item = (u64, u8)> + Clone, out: &mut V
 }
 
 impl Machine {
-    /// Most bytes [`Machine::save`] appends, for any state.
+    /// Largest number of bytes that [`Machine::save`] appends, for any state.
     pub fn record_bytes(&self) -> usize {
         HEADER + ENTRY * self.table.states.len().min(MAX_MEMBERS)
     }
@@ -100,14 +106,16 @@ impl Machine {
                 .iter()
                 .filter(|(set, _)| set.contains(it.rank))
                 .fold(0, |flags, (_, flag)| flags | flag);
+            // States without a flag are left out, so a record is short for a large machine,
+            // too.
             (flags != 0).then_some((it.hash, flags))
         });
         write(states, out);
     }
 
-    /// Takes over a state that was saved, perhaps by a machine of an older
-    /// edition of the file: states are found by name, and where an inner state
-    /// is gone, the initial one of what it was in takes its place.
+    /// Restores a state that was saved, perhaps by a machine with an older version of the
+    /// file: states are found by name, and where an inner state no longer exists, the
+    /// initial one of its parent is used.
     ///
     /// # Errors
     /// When the bytes are not a checkpoint, or no active state is known any more.
@@ -116,6 +124,8 @@ impl Machine {
         let mut sets = [SmallSet::default(); 4];
         for (hash, flags) in entries(bytes)? {
             let found = self.table.states.iter().find(|it| it.hash == hash);
+            // A state that was removed from the file loses its flags; `mended` finds a
+            // replacement.
             let Some(state) = found else { continue };
             for (set, flag) in sets.iter_mut().zip([ACTIVE, RUNNING, FINISHED, HALTING]) {
                 if flags & flag != 0 {
@@ -123,26 +133,31 @@ impl Machine {
                 }
             }
         }
+        // Nothing is assigned before this line: on an error the machine is unchanged.
         let [wanted, running, finished, halting] = sets;
         let active = self.mended(&wanted).ok_or(RestoreError::Unknown)?;
         let runs = self.table.during;
         self.active = active;
+        // Only active states run, and only those that still have a sub-behaviour in the file.
         self.running = running.intersection(&active).intersection(&runs);
         self.finished = finished.intersection(&active).difference(&running);
+        // Not limited to active states: these were left, and have to be stopped nevertheless.
         self.halting = halting.intersection(&runs);
+        // Waiting triggers belong to the call that was interrupted, which did not complete.
         self.queue.clear();
         Ok(())
     }
 
-    /// The configuration nearest to `wanted` that this table allows.
+    /// The valid configuration nearest to `wanted`.
     fn mended(&self, wanted: &SmallSet) -> Option<SmallSet> {
         let states = self.table.states.iter();
         let outermost = states.filter(|it| it.parent.is_none());
+        // Exactly one outermost state; two could be saved by a file in which one was inside.
         let root = outermost.clone().position(|it| wanted.contains(it.rank))?;
         let root = outermost.map(|it| it.rank).nth(root)?;
         let mut active = SmallSet::default();
         active.insert(root);
-        // Parents stand before their children in the file.
+        // Parents come before their children in the file.
         for (at, it) in self.table.states.iter().enumerate() {
             if active.contains(it.rank) && it.has_children {
                 active = active.union(&self.inner(StateId::of(at), wanted));
@@ -151,7 +166,7 @@ impl Machine {
         Some(active)
     }
 
-    /// Which direct children of an active state are active.
+    /// The direct children of an active state that are active.
     fn inner(&self, parent: StateId, wanted: &SmallSet) -> SmallSet {
         let children = || {
             let states = self.table.states.iter();
@@ -161,6 +176,7 @@ impl Machine {
             return SmallSet::default();
         };
         let ranks = children().map(|child| child.rank);
+        // All regions of a parallel state are active, whatever was saved.
         if it.parallel {
             return ranks.collect();
         }

@@ -1,4 +1,14 @@
-//! A machine that runs: a shared table and a small plain state.
+//! A running machine: a shared table and a small plain state.
+//!
+//! What a change must not break:
+//! - a fault never leaves the machine between two states: up to the last exit callback it
+//!   stays in the source, after that it is in the destination. `transitions` stays in the
+//!   source with its exit callbacks done;
+//! - a call is bounded: at most [`MAX_EVENTS`] triggers, and no memory is allocated, since
+//!   it runs within a decision;
+//! - guards are evaluated at most once per trigger (`memo`);
+//! - the whole state is in the sets of [`Machine`]: the queue is empty between two calls, so
+//!   it need not be saved.
 
 use std::sync::Arc;
 
@@ -11,22 +21,22 @@ use super::table::{Row, Span, Table};
 use super::trace::{Happening, Trace};
 use crate::status::{NodeStatus, Status};
 
-/// Most triggers handled for one call: the fired one and those posted since.
+/// Largest number of triggers handled in one call: the fired one and those posted since.
+// Callbacks that post to each other would never return.
 pub const MAX_EVENTS: u16 = 64;
 
-/// What became of a trigger.
+/// The result of a trigger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fired {
-    /// Whether the fired trigger took a row, internal ones too.
+    /// Whether the fired trigger took a row, including internal ones.
     pub taken: bool,
     /// How many triggers were handled: this one and those posted meanwhile.
     pub handled: u16,
-    /// The row the fired trigger took last; in parallel regions there may be
-    /// several.
+    /// The last row that the fired trigger took; in parallel regions there may be several.
     pub row: Option<RowId>,
 }
 
-/// Why a trigger was not handled. The triggers that waited are dropped.
+/// Why a trigger was not handled. Waiting triggers are dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TriggerError {
     /// No active state has a row for it, and the machine does not ignore that.
@@ -42,7 +52,7 @@ pub enum TriggerError {
     Failed {
         /// The trigger.
         trigger: TriggerId,
-        /// What the callback said.
+        /// The error of the callback.
         fault: Fault,
     },
     /// Callbacks kept posting triggers.
@@ -50,13 +60,13 @@ pub enum TriggerError {
     Endless,
 }
 
-/// A machine: one per robot, arm or whatever is controlled; tables are shared.
+/// A machine: one for each controlled device; tables are shared.
 #[derive(Clone, Debug)]
 pub struct Machine {
     pub(super) table: Arc<Table>,
     /// Ranks of active states.
     pub(super) active: SmallSet,
-    /// Ranks of states whose sub-behaviour has begun and not finished.
+    /// Ranks of states whose sub-behaviour has started and not finished.
     pub(super) running: SmallSet,
     /// Ranks of states whose sub-behaviour has finished.
     pub(super) finished: SmallSet,
@@ -69,7 +79,7 @@ pub struct Machine {
 
 impl Machine {
     /// A machine in its initial state. Enter callbacks of that state are not
-    /// run, as nothing was entered.
+    /// run, as no state was entered.
     pub fn new(table: Arc<Table>) -> Self {
         let mut machine = Self {
             active: SmallSet::default(),
@@ -85,13 +95,13 @@ impl Machine {
         machine
     }
 
-    /// What it runs.
+    /// Its table.
     pub fn table(&self) -> &Table {
         &self.table
     }
 
-    /// Puts it into a state, without guards and callbacks. Sub-behaviours are
-    /// forgotten, not stopped.
+    /// Sets the state, without guards and callbacks. Sub-behaviours are
+    /// not stopped, only their status is cleared.
     pub fn set_state(&mut self, state: StateId) {
         let none = SmallSet::default();
         self.active = self.table.configuration(state, &none);
@@ -100,7 +110,7 @@ impl Machine {
         self.halting = none;
     }
 
-    /// Whether `state` is active: the innermost one, and all that it is in.
+    /// Whether `state` is active: an innermost active state or one that contains it.
     pub fn is_active(&self, state: StateId) -> bool {
         let found = self.table.get(state);
         found.is_some_and(|it| self.active.contains(it.rank))
@@ -112,6 +122,7 @@ impl Machine {
         let states = self.table.states.iter().enumerate();
         states
             .filter(|(_, it)| {
+                // An innermost one has no other active state in its subtree.
                 self.active.contains(it.rank) && self.active.intersection(&it.subtree).len() == 1
             })
             .map(|(at, _)| StateId::of(at))
@@ -146,7 +157,7 @@ impl Machine {
         }
     }
 
-    /// How each state stands, in the order of [`Machine::describe`].
+    /// The status of each state, in the order of [`Machine::describe`].
     pub fn statuses(&self) -> impl Iterator<Item = NodeStatus> {
         self.table
             .states
@@ -160,17 +171,17 @@ impl Machine {
             })
     }
 
-    /// What happened since [`Machine::clear_trace`], oldest first.
+    /// The events since [`Machine::clear_trace`], oldest first.
     pub fn trace(&self) -> &[Happening] {
         self.trace.kept()
     }
 
-    /// How much more happened than was kept.
+    /// Number of events that were not kept.
     pub fn lost_happenings(&self) -> u32 {
         self.trace.lost()
     }
 
-    /// Forgets what happened.
+    /// Clears the events.
     pub fn clear_trace(&mut self) {
         self.trace.clear();
     }
@@ -195,8 +206,10 @@ impl Machine {
         trigger: TriggerId,
         actions: &mut impl Actions,
     ) -> Result<Fired, TriggerError> {
+        // Nothing of an earlier call may wait here.
         self.queue.clear();
         let mut fired = self.handle(trigger, actions)?;
+        // In the order in which they were posted, each as a trigger of its own.
         while let Some(next) = self.queue.pop() {
             if fired.handled >= MAX_EVENTS {
                 self.queue.clear();
@@ -213,11 +226,15 @@ impl Machine {
         trigger: TriggerId,
         actions: &mut impl Actions,
     ) -> Result<Fired, TriggerError> {
+        // A new trigger evaluates its guards again.
         self.memo = Memo::default();
         let mut step = Step::new(trigger);
         let result = self.process(&mut step, actions);
+        // `finalize_event` belongs to no row.
         step.row = None;
         let finalize = self.table.common.finalize_event;
+        // Also after a fault, so that it can release what `prepare_event` took. Its own fault
+        // is traced only: the change was made, and reporting a failure would deny it.
         if self.calls(finalize, &step, actions).is_err() {
             self.trace.add(Happening::Failed(trigger));
         }
@@ -230,6 +247,7 @@ impl Machine {
             Ok(false) => self.invalid(trigger),
             Err(fault) => {
                 self.trace.add(Happening::Failed(trigger));
+                // Posted triggers expected the change that did not happen.
                 self.queue.clear();
                 Err(TriggerError::Failed { trigger, fault })
             }
@@ -249,13 +267,14 @@ impl Machine {
         Err(TriggerError::Invalid { trigger })
     }
 
-    /// Tries the rows of the active states; whether there was any.
+    /// Tries the rows of the active states; returns whether there was any.
     fn process(&mut self, step: &mut Step, actions: &mut impl Actions) -> Result<bool, Fault> {
         let mut valid = false;
         let mut done = SmallSet::default();
+        // A reference of its own: callbacks borrow the machine while rows are read.
         let table = Arc::clone(&self.table);
         for rank in self.active.iter() {
-            // What another region's row left or entered is not asked any more.
+            // States that another region's row has left or entered are not tried any more.
             if done.contains(rank) || !self.active.contains(rank) {
                 continue;
             }
@@ -263,6 +282,7 @@ impl Machine {
             if rows.is_empty() {
                 continue;
             }
+            // Once per trigger, and not for a trigger that no state knows.
             if !valid {
                 valid = true;
                 self.calls(table.common.prepare_event, step, actions)?;
@@ -270,18 +290,20 @@ impl Machine {
             for row in rows {
                 if let Some(entered) = self.try_row(&table, row, step, actions)? {
                     let path = table.at(rank).map(|it| it.path).unwrap_or_default();
+                    // The states around have a chance only if none inside took the trigger.
                     done = done.union(&path).union(&entered);
                     break;
                 }
             }
         }
+        // There were rows, but no guards held: not the same as an unknown trigger.
         if valid && step.taken.is_none() {
             self.trace.add(Happening::Blocked(step.trigger));
         }
         Ok(valid)
     }
 
-    /// What was entered, if the row was taken.
+    /// Tries a row; returns the entered states if it was taken.
     fn try_row(
         &mut self,
         table: &Table,
@@ -290,6 +312,7 @@ impl Machine {
         actions: &mut impl Actions,
     ) -> Result<Option<SmallSet>, Fault> {
         step.row = Some((row.id, row.source, row.dest));
+        // Before the guards, as in `transitions`: it may compute what they read.
         self.calls(row.prepare, step, actions)?;
         let (memo, trace) = (&mut self.memo, &mut self.trace);
         if !holds(table, row, memo, actions, &mut |it| trace.add(it)) {
@@ -297,6 +320,7 @@ impl Machine {
         }
         self.calls(table.common.before_state_change, step, actions)?;
         self.calls(row.before, step, actions)?;
+        // From here on the row counts as taken, also if a callback fails.
         step.taken = Some(row.id);
         let transition = Happening::Transition {
             row: row.id,
@@ -307,6 +331,7 @@ impl Machine {
         let entered = if let Some(dest) = row.dest {
             self.change(table, dest, transition, step, actions)?
         } else {
+            // Internal: no state is left or entered, only callbacks run.
             self.trace.add(transition);
             SmallSet::default()
         };
@@ -336,7 +361,7 @@ impl Machine {
     }
 }
 
-/// One trigger on its way.
+/// The state of the handling of one trigger.
 #[derive(Debug)]
 pub(super) struct Step {
     pub(super) trigger: TriggerId,

@@ -2,12 +2,12 @@
 
 use serde_json::{Value, json};
 
-/// Schema of a file that holds a machine, or, where it has a list of
-/// precedence, a matrix.
+/// Schema of a file with a machine, or, if it has a `precedence` list, with a matrix.
 pub fn schema() -> Value {
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "State machine or event x state matrix",
+        // The same rule by which files are read, so that editor and program agree on the kind.
         "if": {"required": ["precedence"]},
         "then": matrix(),
         "else": machine(),
@@ -37,6 +37,7 @@ pub fn schema() -> Value {
                 "type": "array",
                 "items": {"$ref": "#/$defs/step"}
             },
+            // Node types depend on the task program; only the shape of a step is known here.
             "step": {
                 "description": "Node type and its ports, as in a tree of the same task program.",
                 "type": "object",
@@ -67,6 +68,7 @@ fn object(required: &[&str], properties: Value) -> Value {
     json!({
         "type": "object",
         "required": required,
+        // A misspelt key is an error in the reader, and is marked in the editor as well.
         "additionalProperties": false,
         "properties": properties
     })

@@ -1,6 +1,7 @@
-//! Sets of small numbers without heap use.
+//! Sets of small numbers without allocations.
 
-/// Most members a set can have: most states of a machine, and most guards.
+/// Largest number of members of a set: of states of a machine, and of guards.
+// Four words, so a set is copied freely and a change of state allocates nothing.
 pub const MAX_MEMBERS: usize = 256;
 const WORDS: usize = MAX_MEMBERS / 64;
 
@@ -57,7 +58,7 @@ impl SmallSet {
         self
     }
 
-    /// Members in rising order.
+    /// Members in ascending order.
     pub(crate) fn iter(self) -> impl Iterator<Item = usize> {
         let mut rest = self.0;
         let mut at = 0;
@@ -65,6 +66,8 @@ impl SmallSet {
             while let Some(word) = rest.get_mut(at) {
                 if *word != 0 {
                     let bit = word.trailing_zeros() as usize;
+                    // Clears the lowest bit, so the loop runs once per member and not once per
+                    // number.
                     *word &= *word - 1;
                     return Some(at * 64 + bit);
                 }

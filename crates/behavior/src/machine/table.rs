@@ -13,12 +13,14 @@ pub(crate) struct Span {
 
 impl Span {
     pub(crate) fn of<T>(self, all: &[T]) -> &[T] {
+        // Empty for a span out of range: indices come from the compiler, and a wrong one must
+        // not end the task.
         all.get(self.start as usize..self.end as usize)
             .unwrap_or_default()
     }
 }
 
-/// A guard and the answer it must give.
+/// A guard and its required result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Condition {
     pub(crate) guard: GuardId,
@@ -33,8 +35,7 @@ pub(crate) struct During {
 }
 
 /// A state. Sets of states are sets of ranks: the deepest level first, within a
-/// level the order of the file. That is the order in which states are asked and
-/// left.
+/// level the order of the file. In that order states are tried and left.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
     /// Full name: those of its parents and its own, joined by dots.
@@ -49,11 +50,11 @@ pub(crate) struct State {
     pub(crate) parallel: bool,
     pub(crate) has_children: bool,
     pub(crate) during: Option<During>,
-    /// It and everything inside.
+    /// The state and all states inside of it.
     pub(crate) subtree: SmallSet,
-    /// What becomes active when it is entered without naming a child.
+    /// The states that become active when it is entered without naming a child.
     pub(crate) entry: SmallSet,
-    /// It and its parents.
+    /// The state and its parents.
     pub(crate) path: SmallSet,
 }
 
@@ -70,7 +71,7 @@ pub(crate) struct Row {
     pub(crate) after: Span,
 }
 
-/// Callbacks of the machine itself.
+/// Callbacks of the machine, not of one state or row.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Common {
     pub(crate) prepare_event: Span,
@@ -101,10 +102,10 @@ pub struct Table {
     pub(crate) conditions: Vec<Condition>,
     pub(crate) calls: Vec<CallbackId>,
     pub(crate) common: Common,
-    /// Ranks of states that run something.
+    /// Ranks of states with a sub-behaviour.
     pub(crate) during: SmallSet,
     pub(crate) ignore_invalid: bool,
-    /// Rows as declared, for messages: place in the file if there is one.
+    /// Lines of the declared rows, for messages; 0 if written in Rust.
     pub(crate) row_lines: Vec<u32>,
 }
 
@@ -114,12 +115,12 @@ impl Table {
         &self.name
     }
 
-    /// How many states there are; their ids are the numbers below.
+    /// Number of states; their ids are the smaller numbers.
     pub fn state_count(&self) -> usize {
         self.states.len()
     }
 
-    /// The state of this full name.
+    /// The state with this full name.
     pub fn state(&self, name: &str) -> Option<StateId> {
         let found = self.states.iter().position(|state| state.name == name);
         found.map(StateId::of)
@@ -130,7 +131,7 @@ impl Table {
         self.states.get(state.index()).map_or("", |it| &it.name)
     }
 
-    /// The trigger of this name.
+    /// The trigger with this name.
     pub fn trigger(&self, name: &str) -> Option<TriggerId> {
         let found = self.triggers.iter().position(|trigger| trigger == name);
         found.map(TriggerId::of)
@@ -183,8 +184,8 @@ impl Table {
         self.states.get(state.index())
     }
 
-    /// Everything that becomes active when `state` is entered while `kept` stays
-    /// active: its parents, its own initial children, and the other regions of
+    /// The states that become active when `state` is entered while `kept` stays
+    /// active: its parents, its initial children, and the other regions of
     /// every parallel parent that is entered with it.
     pub(crate) fn configuration(&self, state: StateId, kept: &SmallSet) -> SmallSet {
         let Some(it) = self.get(state) else {
@@ -193,6 +194,7 @@ impl Table {
         let mut all = it.path.union(&it.entry);
         let mut inner = it;
         while let Some(parent) = inner.parent.and_then(|parent| self.get(parent)) {
+            // A parallel parent that is active already has its other regions active.
             if parent.parallel && !kept.contains(parent.rank) {
                 all = all.union(&parent.entry.difference(&inner.subtree));
             }

@@ -1,30 +1,31 @@
-//! What happened inside, for the trace.
+//! The events inside a machine, for the trace.
 
 use super::ids::{BehaviorId, GuardId, RowId, StateId, TriggerId};
 use crate::status::Status;
 
-/// Most happenings kept between two drains; later ones are counted, not kept.
+/// Largest number of events kept between two reads; later ones are counted, not kept.
+// Allocated once: no memory is requested within a decision.
 pub const TRACE_CAPACITY: usize = 128;
 
-/// One thing that happened.
+/// An event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Happening {
-    /// A guard was asked.
+    /// A guard was evaluated.
     Guard {
-        /// Which.
+        /// The guard.
         guard: GuardId,
-        /// Its answer.
+        /// Its result.
         value: bool,
     },
     /// A row was taken.
     Transition {
-        /// Which.
+        /// The row.
         row: RowId,
-        /// On what.
+        /// Its trigger.
         trigger: TriggerId,
-        /// From where.
+        /// The state that was left.
         source: StateId,
-        /// To where; none for an internal row.
+        /// The state that was entered; none for an internal row.
         dest: Option<StateId>,
     },
     /// A state was left.
@@ -39,14 +40,14 @@ pub enum Happening {
     Failed(TriggerId),
     /// A sub-behaviour finished.
     Finished {
-        /// Which.
+        /// The sub-behaviour.
         behavior: BehaviorId,
-        /// How.
+        /// Its result.
         status: Status,
     },
 }
 
-/// A bounded list of happenings, oldest first.
+/// A bounded list of events, oldest first.
 #[derive(Clone, Debug)]
 pub(crate) struct Trace<T> {
     kept: Vec<T>,
@@ -61,8 +62,9 @@ impl<T> Trace<T> {
         }
     }
 
-    /// Keeps it if there is room: never grows.
+    /// Keeps it if there is room; the list never grows.
     pub(crate) fn add(&mut self, happening: T) {
+        // The oldest are kept and not the newest: the cause of a chain of events comes first.
         if self.kept.len() < TRACE_CAPACITY {
             self.kept.push(happening);
         } else {

@@ -1,4 +1,4 @@
-//! A file without its host: every name of a handler is taken for known.
+//! A file without its host: every name of a handler counts as known.
 
 use super::definition::Definition;
 use super::ids::Vocabulary;
@@ -7,7 +7,7 @@ use crate::machine::Problems;
 use crate::machine::alone::Once;
 
 impl Definition {
-    /// Compiles without a host, to look at and to check.
+    /// Compiles without a host, to draw and to check.
     ///
     /// # Errors
     /// As [`Definition::compile`].

@@ -1,4 +1,4 @@
-//! What is legal in a matrix, but probably not meant.
+//! Probable mistakes in a matrix that is valid.
 
 use super::ids::EventId;
 use super::table::Table;
@@ -6,7 +6,7 @@ use crate::Finding;
 use crate::machine::set::SmallSet;
 use crate::machine::{Final, StateId};
 
-/// Looks for states that cannot be reached or left, unhandled events, and
+/// Finds states that cannot be reached or left, unhandled events, and
 /// states from which no final state can be reached.
 pub fn check(table: &Table) -> Vec<Finding> {
     let next = successors(table);
@@ -22,6 +22,8 @@ pub fn check(table: &Table) -> Vec<Finding> {
         };
         let ahead = closure(&next, at);
         let mut ends = ahead.iter().filter_map(|at| table.states.get(at));
+        // One finding per state, the most serious first: a state that is not reached is a dead
+        // end for that reason.
         if !reachable.contains(at) {
             add(
                 "unreachable_state",
@@ -40,6 +42,7 @@ pub fn check(table: &Table) -> Vec<Finding> {
         }
     }
     for event in &table.order {
+        // Only reachable states count: a handler in another one never runs.
         let mut states = reachable.iter();
         if states.all(|at| table.cell(StateId::of(at), *event).is_none()) {
             found.push(Finding {
@@ -68,7 +71,7 @@ fn has_final(table: &Table) -> bool {
     table.states.iter().any(|state| state.end != Final::No)
 }
 
-/// For each state, those that its cells lead to.
+/// For each state, the states to which its cells lead.
 fn successors(table: &Table) -> Vec<SmallSet> {
     let states = (0..table.states.len()).map(StateId::of);
     let next = states.map(|state| {
@@ -79,7 +82,7 @@ fn successors(table: &Table) -> Vec<SmallSet> {
     next.collect()
 }
 
-/// States that can be reached from `from`, and itself.
+/// The state `from` and all that can be reached from it.
 fn closure(next: &[SmallSet], from: usize) -> SmallSet {
     let mut known = SmallSet::from_iter([from]);
     let mut open = vec![from];

@@ -1,4 +1,4 @@
-//! From a definition to flat arrays, refusing every name without a meaning.
+//! Compiles a definition into flat arrays; a name without a meaning is an error.
 
 use super::definition::{CellDef, Definition};
 use super::ids::{EventId, HandlerId, MAX_EVENTS, MAX_HANDLERS, Vocabulary};
@@ -14,9 +14,10 @@ impl Definition {
     /// Compiles it for a host that knows `vocabulary`.
     ///
     /// # Errors
-    /// Everything that is wrong at once: names without a meaning, names and
-    /// cells given twice, events without precedence, limits.
+    /// All mistakes at once: names without a meaning, duplicate names and
+    /// cells, events without precedence, limits.
     pub fn compile(&self, vocabulary: &Vocabulary<'_>) -> Result<Table, Problems> {
+        // Sizes first: the table has a cell for each state and event.
         self.check_sizes(vocabulary)?;
         let mut compiler = Compiler {
             definition: self,
@@ -28,7 +29,7 @@ impl Definition {
         compiler.problems.finish(&self.file, table)
     }
 
-    /// Refuses a matrix that is too large. Nothing else is looked at then.
+    /// Refuses a matrix that is too large, without any further check.
     pub(super) fn check_sizes(&self, vocabulary: &Vocabulary<'_>) -> Result<(), Problems> {
         let (events, states) = (&self.precedence, &self.states);
         let events = (events.len(), events.get(MAX_EVENTS).map(|name| name.place));
@@ -36,6 +37,7 @@ impl Definition {
             states.len(),
             states.get(MAX_MEMBERS).map(|it| it.name.place),
         );
+        // The names of the host are limited as well: events are bits of a set.
         let host = |names: &[&str]| (names.len(), Some(Location::default()));
         let sizes = [
             ("events", events, MAX_EVENTS),
@@ -96,6 +98,7 @@ impl Compiler<'_> {
         table.idle = idle
             .and_then(|it| events.look_up("event", it, &mut self.problems))
             .map(event);
+        // The first state is the initial one where the file does not name one.
         if let Some(initial) = definition.initial.as_ref().or(state_names.first()) {
             let found = states.look_up("state", initial, &mut self.problems);
             table.initial = found.map_or(StateId(0), StateId::of);
@@ -104,8 +107,8 @@ impl Compiler<'_> {
         table
     }
 
-    /// The names of a kind in the order of their ids. Both lists must have the
-    /// same ones, if the host names any.
+    /// The names of a kind in the order of their ids. If the host has a list, both lists must
+    /// have the same names.
     fn names(&mut self, what: &str, written: &[Name], host: &[&str]) -> Known {
         let place = written.first().map(|name| name.place).unwrap_or_default();
         if written.is_empty() {
@@ -115,6 +118,7 @@ impl Compiler<'_> {
         let all = Known::new(written.iter().map(|name| &name.text));
         let known = Known::new(host);
         for (at, name) in written.iter().enumerate() {
+            // Ids are positions, so a second one of the same name would have no id.
             if all.find(&name.text) != Some(at) {
                 let message = format!("{what} '{}' is there twice", shortened(&name.text));
                 self.problems.add(name.place, message);
@@ -123,6 +127,7 @@ impl Compiler<'_> {
                 known.look_up(what, name, &mut self.problems);
             }
         }
+        // An event without precedence could never be handled.
         for name in host.iter().filter(|name| all.find(name).is_none()) {
             let list = if what == "event" {
                 "the precedence list"
@@ -134,6 +139,7 @@ impl Compiler<'_> {
                 format!("{what} '{name}' is missing in {list}; add it"),
             );
         }
+        // Ids of the host win: its code compares with them.
         if host.is_empty() { all } else { known }
     }
 
@@ -167,7 +173,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// Cells of single states first; those for every state fill the remaining ones.
+    /// Fills cells of single states first; those for every state fill the remaining ones.
     fn fill(&mut self, table: &mut Table, states: &Known, events: &Known) {
         let width = events.names().len();
         let cells = self.definition.cells.iter();
@@ -186,6 +192,7 @@ impl Compiler<'_> {
             }
             *slot = Some(filled);
         }
+        // A cell for every state is checked once, not once for each state that it fills.
         let mut seen = vec![false; width];
         for cell in every {
             let Some((at, filled)) = self.filled(cell, states, events) else {
@@ -198,6 +205,7 @@ impl Compiler<'_> {
                 self.twice(cell.event.place, cell);
             }
             for row in table.cells.chunks_mut(width.max(1)) {
+                // A cell of a single state is more specific, and stays.
                 if let Some(slot @ None) = row.get_mut(at) {
                     *slot = Some(filled.clone());
                 }
@@ -224,7 +232,7 @@ impl Compiler<'_> {
         let at = events.look_up("event", &cell.event, problems);
         let handler = self.handlers.look_up("handler", &cell.handler, problems);
         let mut goto = Vec::new();
-        // A state that is named twice counts once: cells of every state are copied.
+        // A duplicate counts once: cells for every state are copied into each state.
         let mut seen = SmallSet::default();
         for name in &cell.goto {
             let found = states.look_up("state", name, problems);

@@ -1,4 +1,4 @@
-//! A matrix as it is written: in Rust with these types, or in a file.
+//! A matrix as written: in Rust with these types, or in a file.
 
 use crate::machine::{Final, Name, names};
 
@@ -9,13 +9,13 @@ pub struct Definition {
     pub file: String,
     /// Name of the matrix.
     pub name: String,
-    /// All events, the one that goes first at the front.
+    /// All events, the one with the highest precedence first.
     pub precedence: Vec<Name>,
     /// Event that is handled when none is pending.
     pub idle: Option<Name>,
     /// The states.
     pub states: Vec<StateDef>,
-    /// State it begins in; the first if not given.
+    /// Initial state; the first if missing.
     pub initial: Option<Name>,
     /// Cells that are filled in.
     pub cells: Vec<CellDef>,
@@ -26,9 +26,9 @@ pub struct Definition {
 pub struct StateDef {
     /// Its name.
     pub name: Name,
-    /// Whether it is an end.
+    /// Whether it is final.
     pub end: Final,
-    /// What runs while it is active.
+    /// The sub-behaviour that runs while it is active.
     pub during: Option<DuringDef>,
 }
 
@@ -57,13 +57,13 @@ impl StateDef {
 /// A cell that is filled in.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CellDef {
-    /// State of the cell; none for all that have no cell of their own for it.
+    /// State of the cell; none for all states without a cell for this event.
     pub state: Option<Name>,
     /// Event of the cell.
     pub event: Name,
-    /// What is called.
+    /// The handler that is called.
     pub handler: Name,
-    /// States the handler may go to; none if it only stays.
+    /// States to which the handler may change; none if it only stays.
     pub goto: Vec<Name>,
 }
 
@@ -78,7 +78,7 @@ impl CellDef {
         }
     }
 
-    /// With states the handler may go to.
+    /// With states to which the handler may change.
     pub fn goto(mut self, states: &[&str]) -> Self {
         self.goto = names(states);
         self
@@ -110,7 +110,7 @@ impl Definition {
         self
     }
 
-    /// Lets a state run a sub-behaviour; its result makes an event pending
+    /// Adds a sub-behaviour to a state; its result makes an event pending
     /// where one is named.
     pub fn during(
         mut self,

@@ -7,7 +7,7 @@ use crate::machine::{Final, StateId};
 
 impl Table {
     /// The picture: a node for each state in the order of its id, an edge for
-    /// each state a cell may go to.
+    /// each state to which a cell may change.
     pub fn describe(&self) -> Graph {
         let mut edges = Vec::new();
         for from in 0..self.states.len() {
@@ -39,6 +39,7 @@ impl Table {
         if let Some(during) = state.during {
             detail.push(format!("runs {}", self.behavior_name(during.run)));
         }
+        // In the order of precedence, in which the events are handled.
         for event in &self.order {
             if let Some(cell) = self.cell(StateId::of(at), *event) {
                 let handler = self.handler_name(cell.handler);

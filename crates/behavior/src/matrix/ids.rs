@@ -1,8 +1,10 @@
-//! Small numbers for names of a matrix.
+//! Small numbers that replace names of a matrix.
 
-/// Most events of a matrix.
+/// Largest number of events of a matrix.
+// An `EventSet` is one word of 64 bits.
 pub const MAX_EVENTS: usize = 64;
-/// Most handlers of a matrix.
+/// Largest number of handlers of a matrix.
+// Each may have a tree of its own, which is loaded with the file.
 pub(super) const MAX_HANDLERS: usize = 4_096;
 
 /// An event: its place in [`Vocabulary::events`], or in the precedence list if
@@ -25,6 +27,7 @@ impl EventSet {
     /// With `event`; one beyond [`MAX_EVENTS`] is ignored.
     #[must_use]
     pub fn with(self, event: EventId) -> Self {
+        // `checked_shl`: an id from another matrix must not set a wrong bit.
         Self(self.0 | 1_u64.checked_shl(u32::from(event.0)).unwrap_or(0))
     }
 
@@ -34,15 +37,15 @@ impl EventSet {
     }
 }
 
-/// Names that a host can give a meaning to. A file that uses others is refused.
+/// Names that a host implements. A file that uses others is refused.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Vocabulary<'a> {
-    /// Events the host raises; if empty, the precedence list names them.
+    /// Events that the host raises; if empty, those of the precedence list.
     pub events: &'a [&'a str],
-    /// States the host's handlers go to, and the order of their ids; if empty,
+    /// States to which the host's handlers change, and the order of their ids; if empty,
     /// the order of the file.
     pub states: &'a [&'a str],
-    /// Handlers the host has.
+    /// Handlers of the host.
     pub handlers: &'a [&'a str],
     /// Sub-behaviours a state may run.
     pub behaviors: &'a [&'a str],

@@ -1,8 +1,8 @@
 //! The event x state matrix: for each state and event a handler, or nothing.
 //!
-//! Events have an explicit precedence: of those that are pending, the first in
-//! the list is the one handled. A cell that is not filled in does nothing. A
-//! handler stays or goes to a state that its cell declares.
+//! Events have an explicit precedence: of the pending events, the first in
+//! the list is handled. A cell that is not filled in has no effect. A
+//! handler stays or changes to a state that its cell declares.
 //!
 //! ```
 //! use behavior::matrix::{Cell, CellDef, Definition, EventSet, HandlerId, Handlers, Matrix};

@@ -20,7 +20,7 @@ const FILE: &[&str] = &[
     "initial",
     "cells",
     "every",
-    // The host's, see `crate::inline` and `crate::numbers`.
+    // Used by the host, see `crate::inline` and `crate::numbers`.
     "events",
     "handlers",
     "numbers",
@@ -56,6 +56,7 @@ fn read_part(file: &str, text: &str) -> Result<(Definition, Collector), Problems
     let mut problems = Collector::default();
     match definition(file, &value, &mut problems) {
         Some(definition) => {
+            // Sizes are checked before the caller compiles, without the names of a host.
             definition.check_sizes(&Vocabulary::default())?;
             Ok((definition, problems))
         }
@@ -71,6 +72,7 @@ fn definition(file: &str, value: &Value, problems: &mut Collector) -> Option<Def
         ("events", MAX_EVENTS),
         ("handlers", MAX_HANDLERS),
     ];
+    // Tables are refused by their length, before each of their entries is read.
     if !fields.fit(&limits, problems) {
         return None;
     }

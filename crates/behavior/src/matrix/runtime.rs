@@ -1,4 +1,8 @@
-//! A matrix that runs.
+//! A running matrix.
+//!
+//! One event is handled per tick: that with the highest precedence, so a broken grip wins over
+//! a reached goal, in every state alike. A handler can only change to a state that its cell
+//! declares; the checks of unreachable states and dead ends rely on it.
 
 use std::sync::Arc;
 
@@ -10,28 +14,29 @@ use crate::machine::trace::Trace;
 use crate::machine::{BehaviorId, Fault, Final, RestoreError, StateId};
 use crate::status::{NodeStatus, ResetReason, Status};
 
+// The same flags as in records of machines, with which this format is shared.
 const ACTIVE: u8 = 1;
 const RUNNING: u8 = 2;
 const FINISHED: u8 = 4;
 const HALTING: u8 = 8;
 
-/// What a handler knows.
+/// The context of a handler.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell<'a> {
     /// State of the cell.
     pub state: StateId,
     /// Event of the cell.
     pub event: EventId,
-    /// States the cell may go to.
+    /// States to which the cell may change.
     pub goto: &'a [StateId],
 }
 
-/// What a handler decides.
+/// The decision of a handler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
-    /// The state remains.
+    /// The state stays the same.
     Stay,
-    /// This is the state from now on; it must be one the cell declares.
+    /// The new state; the cell must declare it.
     Goto(StateId),
 }
 
@@ -49,8 +54,8 @@ pub trait Handlers {
         Status::Running
     }
 
-    /// Stops a sub-behaviour whose state was left before it finished. Answers
-    /// whether it has stopped; until it has, it is asked again on every
+    /// Stops a sub-behaviour whose state was left before it finished. Returns whether it has
+    /// stopped; until it has, this is called again on every
     /// [`Matrix::tick`].
     fn halt(&mut self, behavior: BehaviorId, reason: ResetReason) -> bool {
         let _ = (behavior, reason);
@@ -68,10 +73,10 @@ pub enum StepError {
         state: StateId,
         /// Event of the cell.
         event: EventId,
-        /// What the handler said.
+        /// The error of the handler.
         fault: Fault,
     },
-    /// The handler wants to go where its cell does not lead.
+    /// The handler changes to a state that its cell does not declare.
     #[error(
         "the handler of {event:?} in {state:?} goes to {to:?}, which its cell does not declare; add it to goto"
     )]
@@ -80,17 +85,17 @@ pub enum StepError {
         state: StateId,
         /// Event of the cell.
         event: EventId,
-        /// Where it wants to go.
+        /// The state to which it changes.
         to: StateId,
     },
 }
 
-/// One thing that happened.
+/// An event in the trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Happening {
     /// An event was handled; without a handler it had no effect.
     Handled {
-        /// In this state.
+        /// The state.
         state: StateId,
         /// The event.
         event: EventId,
@@ -99,30 +104,30 @@ pub enum Happening {
     },
     /// The state changed.
     Changed {
-        /// From here.
+        /// The state that was left.
         from: StateId,
-        /// To here.
+        /// The state that was entered.
         to: StateId,
-        /// On this.
+        /// The event.
         event: EventId,
     },
-    /// The handler failed, or went where its cell does not lead.
+    /// The handler failed, or changed to a state that its cell does not declare.
     Failed {
-        /// In this state.
+        /// The state.
         state: StateId,
         /// The event.
         event: EventId,
     },
     /// A sub-behaviour finished.
     Finished {
-        /// Which.
+        /// The sub-behaviour.
         behavior: BehaviorId,
-        /// How.
+        /// Its result.
         status: Status,
     },
 }
 
-/// A matrix and the state it is in.
+/// A matrix and its active state.
 #[derive(Clone, Debug)]
 pub struct Matrix {
     table: Arc<Table>,
@@ -134,7 +139,7 @@ pub struct Matrix {
 }
 
 impl Matrix {
-    /// In the initial state.
+    /// A matrix in its initial state.
     pub fn new(table: Arc<Table>) -> Self {
         Self {
             state: table.initial,
@@ -146,7 +151,7 @@ impl Matrix {
         }
     }
 
-    /// What it runs.
+    /// Its table.
     pub fn table(&self) -> &Table {
         &self.table
     }
@@ -161,8 +166,8 @@ impl Matrix {
         self.table.state_name(self.state)
     }
 
-    /// Puts it into a state, without any handler. A sub-behaviour is forgotten,
-    /// not stopped.
+    /// Sets the state, without any handler. A sub-behaviour is not
+    /// stopped, only its status is cleared.
     pub fn set_state(&mut self, state: StateId) {
         if state.index() < self.table.states.len() {
             self.state = state;
@@ -180,7 +185,7 @@ impl Matrix {
         }
     }
 
-    /// How each state stands, in the order of [`Matrix::describe`].
+    /// The status of each state, in the order of [`Matrix::describe`].
     pub fn statuses(&self) -> impl Iterator<Item = NodeStatus> {
         (0..self.table.states.len()).map(|at| match at {
             at if at == self.state.index() => self.status().into(),
@@ -189,26 +194,26 @@ impl Matrix {
         })
     }
 
-    /// What happened since [`Matrix::clear_trace`], oldest first.
+    /// The events since [`Matrix::clear_trace`], oldest first.
     pub fn trace(&self) -> &[Happening] {
         self.trace.kept()
     }
 
-    /// How much more happened than was kept.
+    /// Number of events that were not kept.
     pub fn lost_happenings(&self) -> u32 {
         self.trace.lost()
     }
 
-    /// Forgets what happened.
+    /// Clears the events.
     pub fn clear_trace(&mut self) {
         self.trace.clear();
     }
 
-    /// Handles one event. A cell that is not filled in does nothing. Going to
-    /// the state it is in changes nothing either, and is no change.
+    /// Handles one event. A cell that is not filled in has no effect. A change to
+    /// the active state has no effect either.
     ///
     /// # Errors
-    /// When the handler fails, or goes where its cell does not lead.
+    /// When the handler fails, or changes to a state that its cell does not declare.
     pub fn step(
         &mut self,
         event: EventId,
@@ -222,12 +227,14 @@ impl Matrix {
             event,
             handler: cell.map(|cell| cell.handler),
         });
+        // Traced before: an event without an effect is visible, too.
         let Some(filled) = cell else {
             return Ok(Next::Stay);
         };
         let goto = &filled.goto;
         let next = handlers.handle(filled.handler, Cell { state, event, goto });
         let wrong = match next {
+            // Not a change: its sub-behaviour continues, and no cell has to declare it.
             Ok(Next::Goto(to)) if to == state => return Ok(Next::Stay),
             Ok(Next::Goto(to)) if goto.contains(&to) => {
                 self.go(to, event, handlers);
@@ -247,6 +254,7 @@ impl Matrix {
 
     fn go(&mut self, to: StateId, event: EventId, handlers: &mut impl Handlers) {
         let from = self.state;
+        // The sub-behaviour of the old state stops first, while it is still the active one.
         if let Some(during) = self.during().filter(|_| self.running)
             && !handlers.halt(during.run, ResetReason::Aborted)
         {
@@ -262,7 +270,7 @@ impl Matrix {
     }
 
     /// Ticks the sub-behaviour of the state, adds the event of its result to
-    /// those pending, and handles the first in precedence. Answers the event
+    /// the pending ones, and handles the one with the highest precedence. Returns the event
     /// that was handled.
     ///
     /// # Errors
@@ -272,12 +280,14 @@ impl Matrix {
         pending: EventSet,
         handlers: &mut impl Handlers,
     ) -> Result<Option<EventId>, StepError> {
+        // First those that are still stopping; a state does not run one before it has stopped.
         for at in self.halting.iter() {
             let during = self.table.states.get(at).and_then(|it| it.during);
             if during.is_none_or(|during| handlers.halt(during.run, ResetReason::Aborted)) {
                 self.halting.remove(at);
             }
         }
+        // Before the event is chosen: a result competes with the other events of this tick.
         let pending = self
             .run(handlers)
             .map_or(pending, |event| pending.with(event));
@@ -287,7 +297,7 @@ impl Matrix {
         self.step(event, handlers).map(|_| Some(event))
     }
 
-    /// The event of a sub-behaviour that finished just now.
+    /// The event of a sub-behaviour that has finished in this tick.
     fn run(&mut self, handlers: &mut impl Handlers) -> Option<EventId> {
         let during = self.during()?;
         if self.finished || self.halting.contains(self.state.index()) {
@@ -309,8 +319,9 @@ impl Matrix {
         }
     }
 
-    /// Most bytes [`Matrix::save`] appends.
+    /// Largest number of bytes that [`Matrix::save`] appends.
     pub fn record_bytes(&self) -> usize {
+        // Four bytes of header, then a hash of eight bytes and a flag for each state.
         4 + 9 * self.table.states.len()
     }
 
@@ -329,11 +340,11 @@ impl Matrix {
         write(flagged, out);
     }
 
-    /// Takes over a state that was saved, perhaps by an older edition of the
+    /// Restores a state that was saved, perhaps with an older version of the
     /// file: states are found by name.
     ///
     /// # Errors
-    /// When the bytes are not a checkpoint, or the state is not known any more.
+    /// When the bytes are not a checkpoint, or the state no longer exists.
     /// The matrix is unchanged then.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), RestoreError> {
         let (mut active, mut halting) = (None, SmallSet::default());
@@ -347,8 +358,10 @@ impl Matrix {
                 halting.insert(at);
             }
         }
+        // Before the first assignment: on an error the matrix is unchanged.
         let (at, flags) = active.ok_or(RestoreError::Unknown)?;
         self.state = StateId::of(at);
+        // The state may have lost its sub-behaviour in the edited file.
         self.running = flags & RUNNING != 0 && self.during().is_some();
         self.finished = flags & FINISHED != 0;
         self.halting = halting;

@@ -24,7 +24,7 @@ pub(crate) struct Filled {
     pub(crate) goto: Vec<StateId>,
 }
 
-/// A compiled matrix. Shared by reference among those that run it.
+/// A compiled matrix. Shared by reference among the matrices that run it.
 #[derive(Clone, Debug)]
 pub struct Table {
     pub(crate) name: String,
@@ -33,7 +33,7 @@ pub struct Table {
     pub(crate) events: Vec<String>,
     pub(crate) handlers: Vec<String>,
     pub(crate) behaviors: Vec<String>,
-    /// Events, the one that goes first at the front.
+    /// Events, the one with the highest precedence first.
     pub(crate) order: Vec<EventId>,
     pub(crate) idle: Option<EventId>,
     /// Cells of `state * events + event`.
@@ -46,14 +46,14 @@ impl Table {
         &self.name
     }
 
-    /// The event to handle: of those pending the first in the precedence list,
-    /// without any the idle one, if the matrix has one.
+    /// The event to handle: the first pending one of the precedence list, or
+    /// the idle one, if none is pending and the matrix has one.
     pub fn pick(&self, pending: EventSet) -> Option<EventId> {
         let first = self.order.iter().find(|event| pending.contains(**event));
         first.copied().or(self.idle)
     }
 
-    /// The state of this name.
+    /// The state with this name.
     pub fn state(&self, name: &str) -> Option<StateId> {
         let found = self.states.iter().position(|state| state.name == name);
         found.map(StateId::of)
@@ -64,7 +64,7 @@ impl Table {
         self.states.get(state.index()).map_or("", |it| &it.name)
     }
 
-    /// The event of this name.
+    /// The event with this name.
     pub fn event(&self, name: &str) -> Option<EventId> {
         let found = self.events.iter().position(|event| event == name)?;
         u16::try_from(found).ok().map(EventId)
@@ -87,13 +87,14 @@ impl Table {
         self.behaviors.get(behavior.index()).map_or("", |it| it)
     }
 
-    /// The handler of a cell; none where the cell is not filled in.
+    /// The handler of a cell; none if the cell is not filled in.
     pub fn handler(&self, state: StateId, event: EventId) -> Option<HandlerId> {
         self.cell(state, event).map(|cell| cell.handler)
     }
 
     pub(crate) fn cell(&self, state: StateId, event: EventId) -> Option<&Filled> {
         let event = usize::from(event.0);
+        // An id of another matrix would otherwise find the cell of the next state.
         if event >= self.events.len() {
             return None;
         }

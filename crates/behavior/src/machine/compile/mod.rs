@@ -1,4 +1,4 @@
-//! From a definition to flat arrays, refusing every name without a meaning.
+//! Compiles a definition into flat arrays; a name without a meaning is an error.
 
 mod rows;
 mod sizes;
@@ -11,22 +11,26 @@ use super::set::MAX_MEMBERS;
 use super::table::{Common, Condition, Row, Span, Table};
 use crate::known::Known;
 
-/// Most rows after lists and wildcards are written out.
+/// Largest number of rows after lists and wildcards are expanded.
+// Rows have 16-bit ids; a short file with lists can multiply to more.
 const MAX_ROWS: usize = 65_000;
-/// Most triggers.
+/// Largest number of triggers.
+// Well below 16 bits: the index has an entry for each trigger and state.
 pub(crate) const MAX_TRIGGERS: usize = 4_096;
 
 impl Definition {
     /// Compiles it for a host that knows `vocabulary`.
     ///
     /// # Errors
-    /// Everything that is wrong at once: names of states, guards, callbacks,
+    /// All mistakes at once: names of states, guards, callbacks,
     /// sub-behaviours and triggers without a meaning, duplicates, limits.
     pub fn compile(&self, vocabulary: &Vocabulary<'_>) -> Result<Table, Problems> {
+        // Sizes first: the checks below take time for each pair of some of these.
         self.check_sizes()?;
         let mut compiler = Compiler::new(self, vocabulary);
         compiler.check_host();
         compiler.add_states();
+        // Without any state every row would be reported, which hides the one mistake.
         if compiler.problems.0.is_empty() || !compiler.states.names().is_empty() {
             compiler.add_rows();
         }
@@ -48,7 +52,7 @@ impl Definition {
     }
 }
 
-/// What is known while compiling.
+/// The state of the compiler.
 struct Compiler<'a> {
     definition: &'a Definition,
     vocabulary: &'a Vocabulary<'a>,
@@ -59,11 +63,11 @@ struct Compiler<'a> {
     guards: Known,
     callbacks: Known,
     behaviors: Known,
-    /// Those of the host, or those of rows so far.
+    /// The triggers of the host, or those of the rows so far.
     triggers: Known,
-    /// Those that the file lists.
+    /// The triggers that the file lists.
     listed: Known,
-    /// Declared rows, lists written out, before sorting.
+    /// Declared rows, with lists expanded, before sorting.
     rows: Vec<Row>,
 }
 
@@ -107,6 +111,8 @@ impl<'a> Compiler<'a> {
         let Vocabulary {
             guards, triggers, ..
         } = self.vocabulary;
+        // Sets of guards are bit sets of this size; a larger host is a defect of the program,
+        // and is reported with the file.
         for (what, count, most) in [
             ("guards", guards.len(), MAX_MEMBERS),
             ("triggers", triggers.len(), MAX_TRIGGERS),
@@ -147,24 +153,26 @@ impl<'a> Compiler<'a> {
         span(start, self.out.conditions.len())
     }
 
-    /// A trigger that some row has.
+    /// A trigger that a row has.
     fn known_trigger(&mut self, name: &Name) -> Option<TriggerId> {
         let found = self.triggers.look_up("trigger", name, &mut self.problems);
         found.map(TriggerId::of)
     }
 
-    /// The trigger of a row: known to the host and to the file, where these say.
+    /// The trigger of a row; it has to be in the lists of the host and of the file, if these
+    /// exist.
     fn row_trigger(&mut self, name: &Name) -> Option<TriggerId> {
         if !self.definition.triggers.is_empty() {
             self.listed.look_up("trigger", name, &mut self.problems)?;
         }
+        // A host without a list accepts every trigger; the rows then define them.
         if self.vocabulary.triggers.is_empty() {
             return self.new_trigger(name);
         }
         self.known_trigger(name)
     }
 
-    /// The trigger of this name, added if need be.
+    /// The trigger with this name, added if necessary.
     fn new_trigger(&mut self, name: &Name) -> Option<TriggerId> {
         if name.text.is_empty() {
             self.problems.add(name.place, "a trigger needs a name");

@@ -1,4 +1,4 @@
-//! Rows: lists and wildcards written out, sorted by trigger and source.
+//! Rows: lists and wildcards are expanded, then rows are sorted by trigger and source.
 
 use super::{Compiler, MAX_ROWS, span};
 use crate::machine::definition::{DestDef, Name, OrderedDef, RowDef, SourceDef};
@@ -11,11 +11,13 @@ impl Compiler<'_> {
         let definition = self.definition;
         for row in &definition.rows {
             self.add_row(row);
-            // Lists of sources multiply what a file holds.
+            // A list of sources multiplies the rows of a file: expansion stops at the limit.
             if self.rows.len() > MAX_ROWS {
                 return;
             }
         }
+        // Chains and automatic rows have ids after those of the written rows, so messages and
+        // traces number the rows as the file does.
         for chain in &definition.ordered {
             self.add_chain(chain);
         }
@@ -29,6 +31,7 @@ impl Compiler<'_> {
             finalize_event: self.calls(&definition.finalize_event),
             on_final: self.calls(&definition.on_final),
         };
+        // Triggers of sub-behaviours can name those of chains and automatic rows.
         self.add_results();
         self.sort();
     }
@@ -40,6 +43,7 @@ impl Compiler<'_> {
 
     fn add_row(&mut self, def: &RowDef) {
         let id = self.declare(def.place);
+        // Every part is looked up even if one fails, so that a file reports all its mistakes.
         let trigger = self.row_trigger(&def.trigger);
         let sources = self.sources(&def.source, &def.dest);
         let dest = match &def.dest {
@@ -76,9 +80,11 @@ impl Compiler<'_> {
     fn sources(&mut self, source: &SourceDef, dest: &DestDef) -> Vec<StateId> {
         match source {
             SourceDef::Any(_) => {
-                // "Each state into itself" means the inner ones, too.
+                // "Each state into itself" includes the inner states.
                 let inner = *dest == DestDef::Same;
                 let all = self.out.states.iter().enumerate();
+                // For other rows the outermost level is enough: a state inside uses the rows of
+                // its parents.
                 all.filter(|(_, state)| inner || state.parent.is_none())
                     .map(|(at, _)| StateId::of(at))
                     .collect()
@@ -91,6 +97,7 @@ impl Compiler<'_> {
     }
 
     fn push(&mut self, place: Location, row: Row) {
+        // Reported once, at the row that exceeds the limit.
         match self.rows.len() {
             MAX_ROWS => {
                 let message =
@@ -120,11 +127,12 @@ impl Compiler<'_> {
             self.problems.add(def.place, message);
             return;
         }
-        // As in the reference library the chain begins with the initial state.
+        // As in `transitions`, the chain starts with the initial state.
         if let Some(at) = states.iter().position(|state| *state == self.out.initial) {
             states.rotate_left(at);
         }
         let conditions = self.conditions(&def.conditions, &def.unless);
+        // The row from the last state back to the first one.
         let last = states.first().copied().filter(|_| def.cyclic);
         let next = states.iter().copied().skip(1).chain(last);
         for (source, dest) in states.iter().copied().zip(next) {
@@ -140,6 +148,7 @@ impl Compiler<'_> {
                 continue;
             };
             let name = Name::from(format!("to_{full}").as_str());
+            // A name that a written row uses already keeps its trigger, and gets further rows.
             let Some(trigger) = self.new_trigger(&name) else {
                 continue;
             };
@@ -151,14 +160,16 @@ impl Compiler<'_> {
         }
     }
 
-    /// Sorts rows so that those of one trigger and source stand together, in
-    /// the order in which they were declared.
+    /// Sorts rows so that those of one trigger and source are adjacent, in the order of their
+    /// declaration.
     fn sort(&mut self) {
         let mut rows = std::mem::take(&mut self.rows);
         let count = self.out.states.len();
         let rank = |row: &Row| self.out.get(row.source).map_or(0, |state| state.rank);
         let cell = |row: &Row| row.trigger.index() * count + rank(row);
+        // A stable sort: the order of declaration is the precedence of the rows.
         rows.sort_by_key(cell);
+        // One span per trigger and state: the rows of a state are found without a search.
         let mut index = vec![Span::default(); self.triggers.names().len() * count];
         let mut start = 0;
         for group in rows.chunk_by(|a, b| cell(a) == cell(b)) {

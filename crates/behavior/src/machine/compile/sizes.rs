@@ -1,5 +1,5 @@
-//! Numbers of states, rows and triggers, counted before anything is looked up: what follows
-//! takes time for each pair of some of them.
+//! Limits on the number of states, rows and triggers, checked before any name is looked up:
+//! later steps take time for each pair of some of them.
 
 use super::{MAX_ROWS, MAX_TRIGGERS};
 use crate::machine::definition::{Definition, StateDef};
@@ -7,7 +7,7 @@ use crate::machine::problem::{Location, Problem, Problems};
 use crate::machine::set::MAX_MEMBERS;
 
 impl Definition {
-    /// Refuses a machine that is too large. Nothing else is looked at then.
+    /// Refuses a machine that is too large, without any further check.
     pub(crate) fn check_sizes(&self) -> Result<(), Problems> {
         let mut list = Vec::new();
         let mut too_many = |place: Location, count: usize, what: &str, most: usize| {
@@ -31,8 +31,9 @@ impl Definition {
     }
 }
 
-/// How many there are on all levels, and the place of the first that is one too many.
+/// The number of states on all levels, and the place of the first beyond the limit.
 fn states(states: &[StateDef]) -> (usize, Option<Location>) {
+    // A stack of its own and not recursion: this runs before the depth is checked.
     let mut open: Vec<&StateDef> = states.iter().rev().collect();
     let (mut count, mut beyond) = (0, None);
     while let Some(state) = open.pop() {

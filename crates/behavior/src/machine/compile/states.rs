@@ -1,4 +1,4 @@
-//! States: full names, ranks, what is inside and what is entered with them.
+//! States: full names, ranks, contained states and the states that are entered with them.
 
 use super::Compiler;
 use crate::descriptor::json::shortened;
@@ -9,10 +9,11 @@ use crate::machine::record::name_hash;
 use crate::machine::set::SmallSet;
 use crate::machine::table::{During, Span, State};
 
-/// Most states inside one another.
+/// Largest depth of nested states.
+// Bounds the work of a change of state, and the recursion below.
 const MAX_DEPTH: usize = 16;
 
-/// A state of the file with what is known from where it stands.
+/// A state of the file with its place in the hierarchy.
 struct Flat<'a> {
     def: &'a StateDef,
     full: String,
@@ -21,7 +22,7 @@ struct Flat<'a> {
 }
 
 impl<'a> Compiler<'a> {
-    /// Adds all states; on problems with the set of states itself, none.
+    /// Adds all states; if the set of states is empty, none.
     pub(super) fn add_states(&mut self) {
         let definition = self.definition;
         let mut flat = Vec::new();
@@ -38,9 +39,11 @@ impl<'a> Compiler<'a> {
         self.out.states = (0..flat.len())
             .map(|at| Self::plain_state(&flat, at))
             .collect();
+        // Ranks first: the sets below are sets of ranks.
         self.rank();
         self.sets(&flat);
         self.add_callbacks(&flat);
+        // The first state is the initial one where the file does not name one.
         let first = flat.first().map(|it| it.def.name.clone());
         if let Some(initial) = definition.initial.as_ref().or(first.as_ref()) {
             self.out.initial = self.state_id(initial).unwrap_or(StateId(0));
@@ -69,6 +72,7 @@ impl<'a> Compiler<'a> {
             if depth >= MAX_DEPTH && !def.children.is_empty() {
                 let message = format!("states more than {MAX_DEPTH} deep in one another");
                 self.problems.add(def.name.place, message);
+            // Parents come before their children, as `sets` and a restore rely on.
             } else {
                 self.flatten(&def.children, Some(out.len() - 1), depth + 1, out);
             }
@@ -84,6 +88,7 @@ impl<'a> Compiler<'a> {
             );
             self.problems.add(name.place, message);
         }
+        // Compared by full name: states of different parents may share their own name.
         let full = format!("{prefix}{text}");
         if let Some(first) = known.iter().find(|it| it.full == full) {
             let line = match first.def.name.place.line {
@@ -116,7 +121,8 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// Deepest level first; within a level the order of the file.
+    /// Deepest level first; within a level the order of the file. Sets of ranks are iterated in
+    /// the order in which states are tried and left.
     fn rank(&mut self) {
         let mut order: Vec<usize> = (0..self.out.states.len()).collect();
         let depth = |at: usize| self.out.states.get(at).map_or(0, |state| state.depth);
@@ -137,7 +143,7 @@ impl<'a> Compiler<'a> {
         self.out.levels = levels;
     }
 
-    /// Paths from the top down, subtrees and entries from the bottom up.
+    /// Computes paths from the top down, subtrees and entries from the bottom up.
     fn sets(&mut self, flat: &[Flat<'_>]) {
         for at in 0..flat.len() {
             let Some((rank, parent)) = self.out.states.get(at).map(|it| (it.rank, it.parent))
@@ -155,6 +161,7 @@ impl<'a> Compiler<'a> {
                 state.entry.insert(rank);
             });
         }
+        // From the last to the first: children are complete before their parent adds them.
         for at in (0..flat.len()).rev() {
             self.add_to_parent(flat, at);
         }
@@ -175,6 +182,7 @@ impl<'a> Compiler<'a> {
             .initial
             .as_ref()
             .is_some_and(|name| name.text == it.def.name.text);
+        // The entry has all children of a parallel state, else the initial child alone.
         self.set(parent, |state| {
             state.subtree = state.subtree.union(&subtree);
             if def.parallel || chosen {
@@ -230,7 +238,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// Triggers that sub-behaviours fire, once all rows are known.
+    /// The triggers that sub-behaviours fire; called when all rows are known.
     pub(super) fn add_results(&mut self) {
         let definition = self.definition;
         let mut flat = Vec::new();
@@ -261,7 +269,7 @@ impl<'a> Compiler<'a> {
     }
 }
 
-/// States in the order of the file, as [`Compiler::flatten`] has them.
+/// States in the order of the file, the same as in [`Compiler::flatten`].
 fn collect<'a>(states: &'a [StateDef], out: &mut Vec<&'a StateDef>) {
     for state in states {
         out.push(state);

@@ -1,11 +1,12 @@
-//! Keys of an object, with complaints about what does not belong there.
+//! Keys of an object; a key that does not belong there is reported.
 
 use crate::descriptor::json::{Data, Entry, Value, shortened};
 use crate::machine::definition::Name;
 use crate::machine::problem::{Collector, Location};
 use crate::suggest;
 
-/// Bytes a name may have.
+/// Largest length of a name (bytes).
+// Names are part of trace lines, which have 160 bytes.
 const MAX_NAME: usize = 128;
 
 impl From<crate::descriptor::json::Location> for Location {
@@ -25,7 +26,7 @@ pub(crate) struct Fields<'v> {
 }
 
 impl<'v> Fields<'v> {
-    /// The entries of `value`, after a complaint about each key not in `known`.
+    /// The entries of `value`; each key that is not in `known` is reported.
     pub(crate) fn open(
         value: &'v Value,
         what: &'static str,
@@ -80,7 +81,7 @@ impl<'v> Fields<'v> {
         name
     }
 
-    /// The name at `key`, with a complaint if there is none.
+    /// The name at `key`; reported if missing.
     pub(crate) fn required(&self, key: &str, problems: &mut Collector) -> Option<Name> {
         if self.get(key).is_none() {
             let message = format!("{} has no '{key}'; add {key} = \"...\"", self.what);
@@ -149,8 +150,8 @@ impl<'v> Fields<'v> {
         }
     }
 
-    /// Whether each of these tables has at most so many entries, with a complaint otherwise. To
-    /// be asked before they are read: what a table is too long for takes time for each entry.
+    /// Whether each of these tables has at most so many entries; reported otherwise. To
+    /// be called before they are read: reading takes time for each entry.
     pub(crate) fn fit(&self, limits: &[(&str, usize)], problems: &mut Collector) -> bool {
         let before = problems.0.len();
         for (key, most) in limits {
@@ -163,7 +164,7 @@ impl<'v> Fields<'v> {
         problems.0.len() == before
     }
 
-    /// Complains unless the file says `version = 1`.
+    /// Reports a file without `version = 1`.
     pub(crate) fn check_version(&self, problems: &mut Collector) {
         let message = match self.get("version").map(|it| (it, &it.data)) {
             Some((_, Data::Integer(1))) => return,
@@ -175,7 +176,7 @@ impl<'v> Fields<'v> {
     }
 }
 
-/// The name a text is, unless it is too long to be one.
+/// The name in a text, unless it is too long.
 pub(crate) fn name_of(value: &Value, problems: &mut Collector) -> Option<Name> {
     let text = value.as_text()?;
     let place = value.place.into();

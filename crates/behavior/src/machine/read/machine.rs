@@ -12,7 +12,9 @@ use crate::machine::problem::{Collector, Problems};
 use crate::machine::set::MAX_MEMBERS;
 use crate::machine::table::Table;
 
-/// Most states inside one another that are read.
+/// Largest depth of nested states that is read.
+// Bounds the recursion here. Larger than the limit of the compiler, which reports the depth
+// with the names of the states.
 const MAX_DEPTH: usize = 32;
 const FILE: &[&str] = &[
     "version",
@@ -30,7 +32,7 @@ const FILE: &[&str] = &[
     "on_final",
     "auto_transitions",
     "ignore_invalid_triggers",
-    // The host's, see `crate::inline` and `crate::numbers`.
+    // Used by the host, see `crate::inline` and `crate::numbers`.
     "conditions",
     "events",
     "numbers",
@@ -79,6 +81,8 @@ impl Definition {
         let definition = definition(file, &value, &mut problems);
         match definition {
             Some(definition) => {
+                // Before the caller compiles: a file that is too large is refused by its sizes
+                // alone.
                 definition.check_sizes()?;
                 Ok((definition, problems))
             }
@@ -89,6 +93,8 @@ impl Definition {
 
 fn definition(file: &str, value: &Value, problems: &mut Collector) -> Option<Definition> {
     let fields = Fields::open(value, "a machine", FILE, problems)?;
+    // The tables of the host are checked here, as their entries are read by others without
+    // limit.
     if !fields.fit(
         &[("conditions", MAX_MEMBERS), ("events", MAX_TRIGGERS)],
         problems,
@@ -147,6 +153,7 @@ fn state(value: &Value, parent: &str, depth: usize, problems: &mut Collector) ->
         problems.add(name.place, message);
         return None;
     }
+    // Steps that are written in a state are named by its full name, so it is built here.
     let full = match parent {
         "" => name.text.clone(),
         parent => format!("{parent}.{}", name.text),
@@ -200,8 +207,8 @@ fn during(fields: &Fields<'_>, state: &str, problems: &mut Collector) -> Option<
     })
 }
 
-/// What is run: a named behaviour, or the steps written here, which go by the
-/// name of their state.
+/// The sub-behaviour: a named one, or the steps written here, which have the name of their
+/// state.
 pub(crate) fn run_name(fields: &Fields<'_>, state: &str, problems: &mut Collector) -> Option<Name> {
     match (fields.get("steps"), fields.get("run")) {
         (Some(steps), None) => Some(Name {
@@ -213,6 +220,7 @@ pub(crate) fn run_name(fields: &Fields<'_>, state: &str, problems: &mut Collecto
             problems.add(steps.place.into(), message);
             None
         }
+        // Also where both are missing: `run` is the key that the message asks for.
         (None, _) => fields.required("run", problems),
     }
 }
@@ -262,6 +270,7 @@ fn dest(fields: &Fields<'_>, problems: &mut Collector) -> Option<DestDef> {
         name if name.text == "=" => DestDef::Same,
         name => DestDef::To(name),
     };
+    // `internal = true` with a destination is a contradiction; neither is silently preferred.
     if internal {
         let message = "a row has a dest and says internal = true; drop one of them";
         problems.add(value.place.into(), message);

@@ -1,4 +1,4 @@
-//! TOML and JSON as one kind of value that knows its places.
+//! TOML and JSON as one kind of value with places.
 
 use toml::de::{DeTable, DeValue};
 
@@ -6,10 +6,10 @@ use crate::descriptor::json::{self, Data, Entry, MAX_BYTES, Value, shortened};
 use crate::lines::Lines;
 use crate::machine::problem::{Collector, Location, Problem, Problems};
 
-/// Levels of TOML that the parser reads.
+/// Nesting of TOML that the parser reads, for its message.
 const LEVELS: usize = 80;
 
-/// Reads `text` as JSON if the name of the file ends so, otherwise as TOML.
+/// Reads `text` as JSON if the name of the file ends with `.json`, otherwise as TOML.
 pub(crate) fn parse(file: &str, text: &str) -> Result<Value, Problems> {
     let name = std::path::Path::new(file);
     let is_json = name
@@ -32,17 +32,19 @@ pub(crate) fn parse(file: &str, text: &str) -> Result<Value, Problems> {
 
 fn parse_toml(file: &str, text: &str) -> Result<Value, Problems> {
     let mut problems = Collector::default();
+    // Before parsing, which needs memory for a multiple of the text.
     if text.len() > MAX_BYTES {
         let message = format!("the file has more than {MAX_BYTES} bytes; split it");
         problems.add(Location { line: 1, column: 1 }, message);
         return problems.finish(file, null());
     }
     let lines = Lines::new(text);
+    // The parser continues after a mistake, so that all are reported at once.
     let (table, errors) = DeTable::parse_recoverable(text);
     for error in &errors {
         let offset = error.span().map_or(0, |span| span.start);
         let message = match error.message() {
-            // The parser's own words for its own limit.
+            // The parser's own message for its own limit.
             deep if deep.contains("recursion depth") => {
                 format!("tables and lists are nested deeper than {LEVELS} levels; use fewer")
             }
@@ -72,7 +74,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// The parser limits the depth of `value`.
+    /// The parser limits the depth of `value`, so this recursion is bounded.
     fn value(&mut self, value: &toml::Spanned<DeValue<'_>>) -> Value {
         let place = self.lines.place(value.span().start);
         let data = match value.get_ref() {
@@ -86,6 +88,7 @@ impl Reader<'_> {
                 Ok(number) if number.is_finite() => Data::Number(number),
                 _ => self.no_number(place, number.as_str()),
             },
+            // No key takes a date; as a text it gets the message of that key.
             DeValue::Datetime(date) => Data::Text(date.to_string()),
             DeValue::Array(items) => Data::List(items.iter().map(|it| self.value(it)).collect()),
             DeValue::Table(table) => self.table(table),
@@ -102,7 +105,7 @@ impl Reader<'_> {
                 value: self.value(value),
             });
         }
-        // The parser sorts keys by name; what is written first comes first.
+        // The parser sorts keys by name; here they keep the order of the file.
         entries.sort_by_key(|entry| entry.place);
         Data::Object(entries)
     }
