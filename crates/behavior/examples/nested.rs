@@ -1,4 +1,4 @@
-//! Kinds of behaviour inside one another: a state of a machine runs a tree, and
+//! Nested kinds of behaviour: a state of a machine runs a tree, and
 //! a leaf of that tree runs another machine.
 //!
 //! `cargo run -p robocell-behavior --example nested`
@@ -16,7 +16,7 @@ use behavior::machine::{
 use behavior::status::ResetReason;
 use behavior::tree::{Cx, Halt, Host, Leaf, Memory, Node, Tree};
 
-/// What the leaves act upon: a door with its own small machine, and a shelf.
+/// The world of the leaves: a door with its own small machine, and a shelf.
 struct Store {
     door: Machine,
     parcels: u32,
@@ -28,7 +28,7 @@ impl Host for Courier {
     type World<'w> = Store;
 }
 
-/// The door asks for nothing and calls nothing.
+/// The door has no guards and no callbacks.
 struct Silent;
 
 impl Actions for Silent {
@@ -73,7 +73,7 @@ impl Leaf<Courier> for TakeParcel {
     }
 }
 
-/// What the outer machine runs: the tree, and all it needs.
+/// The sub-behaviour of the outer machine: the tree, with its boards and world.
 struct Work {
     tree: Tree<Courier>,
     shared: Board,

@@ -1,7 +1,7 @@
-//! What a tick costs: the 27 nodes of a pick-and-place tree, ten ticks a phase,
-//! with leaves that do next to nothing.
-//! `cargo run --release -p robocell-behavior --example tree_cost`; with a number of
-//! ticks behind it, that many are done once, for an instruction counter.
+//! The cost of a tick: the 27 nodes of a pick-and-place tree, ten ticks a phase,
+//! with leaves that do almost nothing.
+//! `cargo run --release -p robocell-behavior --example tree_cost`; with a number as its
+//! argument it ticks that many times, once, for an instruction counter.
 #![allow(clippy::print_stdout, reason = "what it is for")]
 
 mod pick_place;
@@ -11,6 +11,7 @@ use std::time::Instant;
 
 use pick_place::{pick_and_place, run};
 
+// The median of many short rounds is not moved by other processes of the machine.
 const ROUNDS: usize = 201;
 const TICKS_A_ROUND: u64 = 10_000;
 
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
     }
     let mut costs: Vec<f64> = (0..ROUNDS)
         .map(|_| {
+            // A round is long against the resolution of the clock.
             let begin = Instant::now();
             std::hint::black_box(run(&mut tree, TICKS_A_ROUND));
             begin.elapsed().as_secs_f64() * 1e9 / TICKS_A_ROUND as f64

@@ -1,13 +1,13 @@
-//! What a static check found.
+//! A finding of a static check.
 
-/// Something in a behaviour that loads and runs, but is probably not meant.
+/// A probable mistake in a behaviour that loads and runs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
     /// Stable name of the kind of finding, `like_this`.
     pub rule: &'static str,
-    /// Where: id of the node, state, row or key.
+    /// Its place: id of the node, state, row or key.
     pub place: String,
-    /// What, and what to do.
+    /// The finding, and the correction.
     pub message: String,
 }
 

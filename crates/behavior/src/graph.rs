@@ -1,9 +1,8 @@
-//! One picture for all kinds of behaviour: what `show` draws, what the trace
-//! carries and what a page displays.
+//! One picture for all kinds of behaviour: for `show`, for the trace and for pages.
 
 use serde::{Deserialize, Serialize};
 
-/// What a graph is a picture of.
+/// The subject of a graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GraphKind {
@@ -11,7 +10,7 @@ pub enum GraphKind {
     Tree,
     /// States, nested by their parents, and labelled edges.
     Machine,
-    /// States, and an edge for each event that leads on.
+    /// States, and an edge for each event that changes the state.
     Matrix,
     /// Phases of code without a declared structure, drawn by its author.
     Code,
@@ -26,13 +25,13 @@ pub struct GraphNode {
     pub kind: String,
     /// Name for people.
     pub name: String,
-    /// Index of the node it is part of, which stands before it.
+    /// Index of its parent, which comes before it.
     pub parent: Option<usize>,
     /// Ports, guards, modifiers: one line, may be empty.
     pub detail: String,
 }
 
-/// A way from one state to another.
+/// A transition from one state to another.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GraphEdge {
     /// Index of the node it leaves.
@@ -43,14 +42,14 @@ pub struct GraphEdge {
     pub label: String,
 }
 
-/// The picture. Statuses come apart from it, one per node in its order.
+/// The picture. Statuses are separate from it, one per node in its order.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Graph {
-    /// What it shows.
+    /// Its subject.
     pub kind: GraphKind,
     /// Its name: of the file, of the policy, of the arm.
     pub name: String,
-    /// Nodes; a parent stands before its children.
+    /// Nodes; a parent comes before its children.
     pub nodes: Vec<GraphNode>,
     /// Edges; empty for a tree.
     pub edges: Vec<GraphEdge>,

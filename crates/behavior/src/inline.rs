@@ -1,10 +1,10 @@
 //! Behaviours written inside a machine or matrix file: steps of states and
-//! handlers, and conditions behind guards and events. Their node types are the
-//! host's, as in a tree.
+//! handlers, and conditions of guards and events. Their node types are those of
+//! the host, as in a tree.
 //!
 //! A step is a table: `do` names the node type, the other keys are its ports.
-//! `not = true` turns its answer round. `id`, `name`, `modifiers`, `children`, `as` and
-//! `items` mean what they mean in a tree.
+//! `not = true` inverts its result. `id`, `name`, `modifiers`, `children`, `as` and
+//! `items` have the same meaning as in a tree.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use crate::machine::{Location as Place, Problem, Problems};
 use crate::suggest;
 use crate::tree::{Host, Library, Tree};
 
-/// Keys of a step that are no ports.
+/// Keys of a step that are not ports.
 const STEP_KEYS: &[&str] = &[
     "do",
     "id",
@@ -38,20 +38,20 @@ pub struct Part {
     pub name: String,
     /// A handler's event that is pending once its steps succeeded.
     pub success: Option<String>,
-    /// And once one of them failed.
+    /// A handler's event that is pending once a step has failed.
     pub failure: Option<String>,
     place: Location,
     steps: Json,
 }
 
-/// What a machine or matrix file leaves to its host.
+/// The parts of a machine or matrix file that the host implements.
 #[derive(Clone, Debug, Default)]
 pub struct Inline {
     /// Steps that states run, by the name of the state.
     pub states: Vec<Part>,
-    /// What guards ask, by the name of the guard.
+    /// Conditions of guards, by the name of the guard.
     pub conditions: Vec<Part>,
-    /// What makes an event pending or fires a trigger, by its name.
+    /// Conditions that make an event pending or fire a trigger, by its name.
     pub events: Vec<Part>,
     /// Steps that handlers of a matrix start, by the name of the handler.
     pub handlers: Vec<Part>,
@@ -102,18 +102,21 @@ impl Part {
         last.get("do").and_then(Json::as_text)
     }
 
-    /// The tree of its steps: one after the other, each until it succeeded.
+    /// The tree of its steps: a sequence in which each step runs until it has succeeded.
     ///
     /// # Errors
-    /// Everything that is wrong in them, with line and column.
+    /// All mistakes in them, with line and column.
     pub fn tree<H: Host>(
         &self,
         file: &str,
         library: &Library<H>,
         shared: &mut Board,
     ) -> Result<Tree<H>, Errors> {
+        // Ids are made of the part and the number of the step, so state survives a reload.
         let children = list(Some(&self.steps)).iter().enumerate();
         let children = children.map(|(index, step)| node(step, &format!("{}.{index}", self.name)));
+        // The steps become a node of a tree file, so all rules of trees apply, with their
+        // places.
         let root = object(
             self.place,
             [
@@ -149,6 +152,7 @@ impl Reader {
     }
 
     fn state(&mut self, state: &Json, parent: &str, out: &mut Vec<Part>) {
+        // A state without a name is reported by the reader of machines.
         let Some(name) = state.get("name").and_then(Json::as_text) else {
             return;
         };
@@ -206,6 +210,8 @@ impl Reader {
             self.add(steps.place, message);
             return None;
         }
+        // Only the shape is checked here; types and ports are checked with the library of the
+        // host.
         for step in list(Some(steps)) {
             self.check_step(step);
         }
@@ -247,6 +253,7 @@ fn node(step: &Json, id: &str) -> Json {
         parts.extend(given(key).map(|value| (key, value)));
     }
     let mut modifiers: Vec<Json> = list(step.get("modifiers")).to_vec();
+    // The outermost modifier: it inverts the result of the step with its other modifiers.
     if step
         .get("not")
         .is_some_and(|not| not.data == Data::Bool(true))

@@ -7,7 +7,7 @@ use crate::descriptor::json::shortened;
 use crate::machine::Name;
 use crate::machine::problem::Collector;
 
-/// Names in their order; a name that is there twice has the first place.
+/// Names in their order; a duplicate name has the index of the first.
 #[derive(Debug, Default)]
 pub(crate) struct Known {
     names: Vec<String>,
@@ -23,7 +23,7 @@ impl Known {
         known
     }
 
-    /// Adds a name; its place.
+    /// Adds a name; returns its index.
     pub(crate) fn push(&mut self, name: &str) -> usize {
         let place = self.names.len();
         self.names.push(name.to_owned());
@@ -34,7 +34,7 @@ impl Known {
         self.places.get(name).copied()
     }
 
-    /// Place of `name`; otherwise a problem.
+    /// The index of `name`; an unknown name is reported.
     pub(crate) fn look_up(
         &self,
         what: &str,
@@ -43,6 +43,7 @@ impl Known {
     ) -> Option<usize> {
         let found = self.find(&name.text);
         if found.is_none() {
+            // Composed only if it is shown: the search for the intended name takes time.
             problems.add_with(name.place, || {
                 let known: Vec<&str> = self.names.iter().map(String::as_str).collect();
                 let text = shortened(&name.text);

@@ -3,8 +3,8 @@
 
 use crate::descriptor::json::Location;
 
-/// Columns beyond so many bytes count bytes instead of characters, as counting
-/// would take quadratic time in a file on one line.
+/// Columns beyond so many bytes count bytes instead of characters: counting
+/// takes quadratic time in a file with one line.
 const MAX_COUNTED: usize = 4096;
 
 /// The lines of one text.
@@ -23,8 +23,9 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Place of the byte `offset`.
+    /// The place of the byte at `offset`.
     pub(crate) fn place(&self, offset: usize) -> Location {
+        // The number of line starts up to the offset is the line, counted from 1.
         let line = self.starts.partition_point(|start| *start <= offset);
         let start = self.starts.get(line.saturating_sub(1)).copied();
         let start = start.unwrap_or(0);

@@ -1,8 +1,8 @@
-//! Numbers in a machine or matrix file that the host's code works with: the tables
+//! Numbers in a machine or matrix file for the code of the host: the tables
 //! `[numbers]` and `[precision]`.
 //!
-//! The host asks for each by its dotted key, with the range that is allowed. What
-//! is missing, out of range or asked for by nothing is refused with its line.
+//! The host requests each by its dotted key, with the allowed range. A number that is missing,
+//! out of range or never requested is refused with its line.
 
 use crate::descriptor::json::{Data, Entry, Value};
 use crate::machine::problem::Collector;
@@ -10,7 +10,7 @@ use crate::machine::read::text;
 use crate::machine::{Location, Problems};
 use crate::suggest;
 
-/// The host's tables of a file.
+/// The tables of the host in a file.
 pub const TABLES: [&str; 2] = ["numbers", "precision"];
 
 /// The numbers of one file.
@@ -27,7 +27,7 @@ impl Numbers {
     /// Reads the tables of a file.
     ///
     /// # Errors
-    /// What is wrong with its syntax.
+    /// Syntax errors.
     pub fn read(file: &str, text: &str) -> Result<Self, Problems> {
         let root = text::parse(file, text)?;
         let mut all = Vec::new();
@@ -44,9 +44,11 @@ impl Numbers {
         })
     }
 
-    /// The number `key`, from `low` to `high`; `low` where that is refused.
+    /// The number `key`, from `low` to `high`; `low` if it is refused.
     pub fn number(&mut self, key: &str, low: f64, high: f64) -> f64 {
         let Some(value) = self.ask(key) else {
+            // A valid number all the same: the host continues, and `finish` reports all
+            // mistakes.
             return low;
         };
         self.in_range(key, &value, low, high)
@@ -79,7 +81,7 @@ impl Numbers {
             .collect()
     }
 
-    /// Notes that the value of `key` is wrong.
+    /// Reports that the value of `key` is wrong.
     pub fn refuse(&mut self, key: &str, why: &str) {
         let found = self.all.iter().find(|(name, _)| name == key);
         let place = found.map_or(Location { line: 1, column: 1 }, |(_, value)| {
@@ -88,13 +90,15 @@ impl Numbers {
         self.problems.add(place, format!("{key}: {why}"));
     }
 
-    /// To be called when everything was asked for.
+    /// To be called after all numbers were requested.
     ///
     /// # Errors
-    /// All that was refused, and keys that nothing asked for.
+    /// All refused numbers, and keys that were never requested.
     pub fn finish(mut self) -> Result<(), Problems> {
         let known: Vec<&str> = self.asked.iter().map(String::as_str).collect();
         for (key, value) in &self.all {
+            // A misspelt optional key would otherwise leave its default in force without a
+            // word.
             if !known.contains(&key.as_str()) {
                 let advice = suggest::advice(key, &known);
                 let message = format!("nothing uses the number '{key}'; {advice}");

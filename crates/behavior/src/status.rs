@@ -1,8 +1,8 @@
-//! What a node answers, and how it looks from outside.
+//! The results of nodes, and their statuses for observers.
 
 use serde::{Deserialize, Serialize};
 
-/// What a node answers to a tick.
+/// The result of a tick of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[repr(u8)]
 pub enum Status {
@@ -21,7 +21,7 @@ impl Status {
     }
 }
 
-/// How a node stands after a tick. Of a machine, `Running` is a state that is
+/// The status of a node after a tick. Of a machine, `Running` is a state that is
 /// active, `Invalid` one that is not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[repr(u8)]
@@ -35,7 +35,7 @@ pub enum NodeStatus {
     Success = 2,
     /// Finished otherwise.
     Failure = 3,
-    /// Was told to stop and takes its time.
+    /// Was told to stop and needs more ticks.
     Halting = 4,
 }
 
@@ -51,7 +51,7 @@ impl NodeStatus {
         }
     }
 
-    /// The status of a letter.
+    /// The status with that letter.
     pub fn from_letter(letter: char) -> Option<Self> {
         let all = [
             Self::Invalid,
@@ -63,7 +63,7 @@ impl NodeStatus {
         all.into_iter().find(|status| status.letter() == letter)
     }
 
-    /// What the node answered, if it is not stopped and not stopping.
+    /// The result of the node, if it is neither stopped nor stopping.
     pub fn answer(self) -> Option<Status> {
         match self {
             Self::Running => Some(Status::Running),
@@ -94,11 +94,11 @@ pub enum ResetReason {
     Explicit = 0,
     /// A branch of higher priority took over.
     Preempted = 1,
-    /// A condition attached to it, or to what it is part of, does not hold.
+    /// A condition attached to it, or to a node around it, does not hold.
     Aborted = 2,
-    /// What it is part of finished without it.
+    /// Its parent finished without it.
     ParentDone = 3,
-    /// Its time was up.
+    /// Its time limit has passed.
     TimedOut = 4,
 }
 

@@ -1,14 +1,15 @@
 //! "Did you mean": the nearest known name to a mistyped one.
 
-/// Names less alike than this are no typing errors of each other (Damerau-
+/// Smallest similarity of two names that counts as a typing error (Damerau-
 /// Levenshtein similarity, 0 to 1).
 const SIMILAR: f64 = 0.6;
 
-/// The known name nearest to `name`, if one is near.
+/// The known name nearest to `name`, if one is similar.
 pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     let mut best = (SIMILAR, None);
     for candidate in known {
         let similarity =
+            // In lower case, so that a wrong capital letter costs no similarity.
             strsim::normalized_damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase());
         if similarity > best.0 {
             best = (similarity, Some(*candidate));

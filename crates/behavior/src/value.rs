@@ -1,10 +1,12 @@
-//! Values of ports and blackboard keys: small, copied, never on the heap.
+//! Values of ports and blackboard keys: small, copied, without heap memory.
 
 use serde::{Deserialize, Serialize};
 
-/// Bytes of a [`Str`].
+/// Largest length of a [`Str`] (bytes).
+// A value has a fixed size and is copied: boards and checkpoints need no heap.
 pub const STR_BYTES: usize = 62;
-/// Numbers of a [`Numbers`].
+/// Largest number of items of a [`Numbers`].
+// A pose has seven numbers, as has a configuration of an arm with seven axes.
 pub const MAX_NUMBERS: usize = 8;
 
 /// A short text.
@@ -15,7 +17,7 @@ pub struct Str {
 }
 
 impl Str {
-    /// No text.
+    /// The empty text.
     pub const EMPTY: Self = Self {
         len: 0,
         bytes: [0; STR_BYTES],
@@ -39,7 +41,7 @@ impl Str {
         std::str::from_utf8(written).unwrap_or_default()
     }
 
-    /// Whether there is no text.
+    /// Whether it is the empty text.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -119,7 +121,7 @@ impl std::fmt::Debug for Numbers {
     }
 }
 
-/// A set of numbers from 0 to 63: adding one twice changes nothing.
+/// A set of numbers from 0 to 63: adding a member again changes nothing.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Set(pub u64);
 
@@ -139,17 +141,17 @@ impl Set {
         Self(self.0 & !1_u64.checked_shl(item).unwrap_or(0))
     }
 
-    /// How many are in it.
+    /// Number of members.
     pub fn len(self) -> u32 {
         self.0.count_ones()
     }
 
-    /// Whether none is in it.
+    /// Whether it has no members.
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// All in it, in rising order.
+    /// All members, in ascending order.
     pub fn items(self) -> impl Iterator<Item = u32> {
         (0..u64::BITS).filter(move |item| self.contains(*item))
     }
@@ -283,7 +285,7 @@ impl<const N: usize> Plain for [f64; N] {
     }
 
     fn into_value(self) -> Value {
-        // Longer arrays than fit are cut; the ports of a node are checked once,
+        // Longer arrays are cut; the ports of a node are checked once,
         // when it is loaded.
         let kept = self.get(..N.min(MAX_NUMBERS)).unwrap_or_default();
         Value::Numbers(Numbers::new(kept).unwrap_or_default())

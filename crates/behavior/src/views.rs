@@ -1,6 +1,6 @@
 //! Pictures of behaviours: as text for terminals, and for Mermaid.
 //!
-//! Names come from files and may hold anything; each view makes them harmless
+//! Names come from files and may contain any characters; each view escapes them
 //! for its format and keeps them on one line.
 
 mod matrix;
@@ -15,13 +15,13 @@ use crate::graph::{Graph, GraphKind, GraphNode};
 use crate::status::NodeStatus;
 use crate::tree::check::CONDITION;
 
-/// Status of the node at `index`; none where there are no statuses.
+/// Status of the node at `index`; none if there are no statuses.
 fn status_of(statuses: Option<&[NodeStatus]>, index: usize) -> Option<NodeStatus> {
     Some(statuses?.get(index).copied().unwrap_or_default())
 }
 
 /// Children of each node, and the nodes without a parent. A node whose parent
-/// does not stand before it counts as one without, so there are no circles.
+/// does not come before it counts as one without, so there are no circles.
 fn family(graph: &Graph) -> (Vec<usize>, Vec<Vec<usize>>) {
     let mut tops = Vec::new();
     let mut children = vec![Vec::new(); graph.nodes.len()];
@@ -35,13 +35,13 @@ fn family(graph: &Graph) -> (Vec<usize>, Vec<Vec<usize>>) {
     (tops, children)
 }
 
-/// Whether the node only asks something.
+/// Whether the node is a condition.
 fn is_condition(graph: &Graph, node: &GraphNode) -> bool {
     let first = node.kind.split(' ').next();
     graph.kind == GraphKind::Tree && first == Some(CONDITION)
 }
 
-/// Name and, where it says more, type.
+/// The name and, if it differs, the type.
 fn caption(graph: &Graph, node: &GraphNode) -> String {
     let name = one_line(&node.name);
     let kind = one_line(&node.kind);
@@ -53,7 +53,7 @@ fn caption(graph: &Graph, node: &GraphNode) -> String {
     }
 }
 
-/// Control characters would break lines, or change the terminal.
+/// Replaces control characters, which would break lines or change the terminal.
 fn one_line(text: &str) -> String {
     let harmless = |c: char| if c.is_control() { ' ' } else { c };
     text.chars().map(harmless).collect()

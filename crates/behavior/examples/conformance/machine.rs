@@ -1,4 +1,4 @@
-//! A machine case: events are fired and compared with what the reference did.
+//! A machine case: events are fired and the results compared with the reference.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ const MACHINE_CALLBACKS: [&str; 4] = [
     "finalize_event",
 ];
 
-/// Runs one case; what differs is the error.
+/// Runs one case; a difference is the error.
 pub(crate) fn run(case: &Value) -> Result<(), String> {
     let (table, callbacks) = load(case)?;
     let guards = guard_names(case);
@@ -70,7 +70,7 @@ fn fire(machine: &mut Machine, event: &Value, host: &mut Host<'_>) -> Result<Val
     Ok(json!({"result": result, "state": machine.state_name(), "may": may, "log": log}))
 }
 
-/// The machine as a file of ours would have it, and the callbacks it knows.
+/// The machine in our format, and its callbacks.
 fn load(case: &Value) -> Result<(Table, Vec<String>), String> {
     let states: Vec<&str> = list(case, "states")?
         .iter()

@@ -1,4 +1,4 @@
-//! Runs cases made from the two reference libraries, one a line:
+//! Runs cases made with the two reference libraries, one per line:
 //! `cargo run --release -p robocell-behavior --example conformance -- CASES.jsonl`
 //!
 //! Prints the first failures and, as its closing line, `N passed, M failed`.
@@ -12,6 +12,7 @@ use std::process::ExitCode;
 
 use serde_json::Value;
 
+// A defect fails thousands of generated cases in the same way.
 const FAILURES_SHOWN: usize = 10;
 const BAD_INPUT: u8 = 2;
 

@@ -1,5 +1,5 @@
-//! A tree case: ticked and compared with what the reference did; then once
-//! more, with the tree thrown away after every tick and made from its checkpoint.
+//! A tree case: ticked and compared with the reference; then once more, with the tree
+//! discarded after every tick and made again from its checkpoint.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ impl Host for Scripts {
     type World<'w> = ();
 }
 
-/// How often a leaf was started, ticked and made invalid.
+/// Number of starts, ticks and invalidations of a leaf.
 #[derive(Default)]
 struct Calls([AtomicU64; 3]);
 
@@ -32,14 +32,14 @@ impl Calls {
     }
 }
 
-/// Answers from a script, letter by letter; the last repeats forever.
+/// Results from a script, letter by letter; the last one repeats for ever.
 struct Script {
     letters: String,
     calls: Arc<Calls>,
 }
 
 impl Leaf<Scripts> for Script {
-    /// How many answers it has given.
+    /// Number of results it has returned.
     type State = usize;
 
     fn start(&self, _: &mut usize, _: &mut Cx<'_, '_, Scripts>) -> Result<(), Fault> {
@@ -68,7 +68,7 @@ type Book = BTreeMap<String, Arc<Calls>>;
 /// Runs a case.
 ///
 /// # Errors
-/// What differs, or what the case does not say.
+/// The difference, or the missing part of the case.
 pub(crate) fn run(case: &Value) -> Result<(), String> {
     play(case, false).map_err(|error| named(case, &error))?;
     play(case, true).map_err(|error| named(case, &format!("restored every tick: {error}")))
@@ -96,6 +96,7 @@ fn play(case: &Value, restored: bool) -> Result<(), String> {
         if restored {
             record.clear();
             tree.save(&mut record);
+            // A new tree, so that state outside of the record shows as a difference.
             tree = make(case, &mut book)?;
             let carried = tree.restore(&record).map_err(|error| error.to_string())?;
             if carried.lost > 0 {
@@ -139,7 +140,7 @@ fn compare(
     Err(format!("tick {tick}: {what} is {found}, not {wanted}"))
 }
 
-/// The node of a NODE; `id` for those that have no name.
+/// The node of a NODE; `id` for nodes without a name.
 fn build(node: &Value, id: &str, book: &mut Book) -> Result<Node<Scripts>, String> {
     let kind = text(node, "type")?;
     if kind == "leaf" {
@@ -166,7 +167,7 @@ fn build(node: &Value, id: &str, book: &mut Book) -> Result<Node<Scripts>, Strin
         "selector" => Kind::Selector(memory(node)),
         "parallel" => Kind::Parallel(policy(node)?),
         "eternal_guard" => {
-            // Its calls are not counted in the case.
+            // The case does not count the calls of the guard.
             let guard = script(node, "condition", "", &mut Book::new())?;
             Kind::EternalGuard(any(guard))
         }

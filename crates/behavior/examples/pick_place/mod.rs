@@ -1,5 +1,5 @@
 //! The 27 nodes of a pick-and-place tree, ten ticks a phase, with leaves that
-//! do next to nothing: the rest is the cost of the engine.
+//! do almost nothing: the time is the cost of the engine.
 
 use std::time::Duration;
 
@@ -68,10 +68,10 @@ fn sequence(id: &str, children: Vec<Node<Bench>>) -> Node<Bench> {
 }
 
 /// The tree, with the priorities of a stacking job from left to right: done,
-/// two recoveries, the normal flow.
+/// two recoveries, the normal sequence.
 ///
 /// # Errors
-/// None, while it is right.
+/// None, as long as the tree is valid.
 pub(crate) fn pick_and_place() -> Result<Tree<Bench>, TreeError> {
     let dropped = sequence(
         "drop recovery",
@@ -106,7 +106,7 @@ pub(crate) fn pick_and_place() -> Result<Tree<Bench>, TreeError> {
     )
 }
 
-/// Ticks it so often; how many calls of leaves that took.
+/// Ticks it so many times; returns the number of calls of leaves.
 pub(crate) fn run(tree: &mut Tree<Bench>, ticks: u64) -> u64 {
     let (mut shared, mut world) = (Board::new(), 0);
     for tick in 0..ticks {

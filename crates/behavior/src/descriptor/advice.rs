@@ -3,13 +3,15 @@
 use super::json::shortened;
 use crate::suggest;
 
-/// Names longer than this are no typing errors.
+/// Longest name that is compared with known ones (bytes); longer ones are not typing errors.
+// The comparison takes time proportional to the product of both lengths.
 const LONGEST: usize = 100;
-/// Names that are compared.
+/// Number of known names that are compared.
+// A hostile file has many unknown names: with this limit reading it still ends soon.
 const COMPARED: usize = 256;
-/// Names that begin alike in so many bytes are meant for each other.
+/// Names with so many equal first bytes are taken for the same name.
 const BEGINNING: usize = 3;
-/// Names that are listed.
+/// Number of names in a list.
 const LISTED: usize = 40;
 
 /// `there is no WHAT 'NAME'; did you mean ...`.
@@ -18,7 +20,7 @@ pub(super) fn unknown(what: &str, name: &str, known: &[&str]) -> String {
     format!("there is no {what} '{}'; {advice}", shortened(name))
 }
 
-/// The nearest known name, or the list.
+/// The nearest known name, or the list of known names.
 pub(crate) fn advice(name: &str, known: &[&str]) -> String {
     let compared = known.get(..COMPARED).unwrap_or(known);
     if name.len() <= LONGEST
@@ -26,6 +28,7 @@ pub(crate) fn advice(name: &str, known: &[&str]) -> String {
     {
         return format!("did you mean '{}'?", shortened(near));
     }
+    // An abbreviation, or a name with a suffix, differs too much for the comparison by letters.
     let begins = |k: &&&str| k.len() >= BEGINNING && (k.starts_with(name) || name.starts_with(**k));
     if name.len() >= BEGINNING
         && let Some(near) = compared.iter().find(begins)

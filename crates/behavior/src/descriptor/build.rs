@@ -1,4 +1,4 @@
-//! What is known while the nodes of a file are made.
+//! The state of the loader while it makes the nodes of a file.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,30 +14,30 @@ use crate::finding::Finding;
 use crate::tree::{Binding, Host, Library};
 use crate::value::{Value, ValueType};
 
-/// Where a node stands: in which file, and within which use of a subtree.
+/// The place of a node: its file, and the use of a subtree that it is part of.
 pub(super) struct Site<'a> {
     pub file: &'a str,
     /// Ids of the uses of subtrees around it, each with a `/`.
     pub prefix: String,
-    /// Ports of the subtree it is part of.
+    /// Ports of the subtree that it is part of.
     pub ports: Option<BTreeMap<&'a str, (ValueType, Binding)>>,
 }
 
-/// Everything that is known while the nodes of a file are made.
+/// The state of the loader while it makes the nodes of a file.
 pub(super) struct Builder<'a, H: Host> {
     pub library: &'a Library<H>,
     pub constants: BTreeMap<String, Value>,
     pub declared_constants: Vec<Declared<'a>>,
     pub used_constants: BTreeSet<String>,
     pub declared_keys: Vec<(Scope, Declared<'a>)>,
-    /// Keys whose declaration is wrong; their uses are not reported, too.
+    /// Keys with a wrong declaration; their uses are not reported in addition.
     pub broken_keys: BTreeSet<String>,
     pub subtrees: BTreeMap<&'a str, Subtree<'a>>,
     pub leaves: BTreeMap<&'a str, LeafType<'a>>,
     pub used_subtrees: BTreeSet<&'a str>,
-    /// Subtrees around the node being made.
+    /// Subtrees around the node that is being made.
     pub open: Vec<&'a str>,
-    /// What ids end with: the items of each `ForEach` around the node, `[red_1]`.
+    /// Suffix of ids: the items of each `ForEach` around the node, `[red_1]`.
     pub suffix: String,
     /// Nodes made so far.
     pub nodes: usize,
@@ -46,7 +46,7 @@ pub(super) struct Builder<'a, H: Host> {
     pub shared: Board,
     pub errors: Errors,
     pub findings: Vec<Finding>,
-    /// Those of the types of leaves.
+    /// Findings of the types of leaves.
     pub noted: Vec<Finding>,
 }
 
@@ -57,6 +57,7 @@ impl<'a, H: Host> Builder<'a, H> {
         mut shared: Board,
         errors: Errors,
     ) -> Self {
+        // The board of the caller may have clients of other trees with the same node names.
         shared.next_tree();
         Self {
             library,
@@ -87,7 +88,7 @@ impl<'a, H: Host> Builder<'a, H> {
         }
     }
 
-    /// The constant of that name; unknown ones are reported.
+    /// The constant with that name; an unknown one is reported.
     fn constant(&mut self, file: &str, place: Location, name: &str) -> Option<Value> {
         if let Some(value) = self.constants.get(name) {
             self.used_constants.insert(name.to_owned());
@@ -99,13 +100,14 @@ impl<'a, H: Host> Builder<'a, H> {
         None
     }
 
-    /// The constant that `text` consists of, `${name}`.
+    /// The constant if `text` is nothing but `${name}`.
     fn whole_constant(&mut self, file: &str, place: Location, text: &str) -> Option<Value> {
         self.constant(file, place, only_constant(text)?)
     }
 
     /// `text` with its constants replaced; mistakes are reported.
     pub(super) fn text(&mut self, file: &str, place: Location, text: &str) -> Option<String> {
+        // Constants in it may make it longer, so it is limited before they are replaced.
         if text.len() > MAX_TEXT {
             let message = format!(
                 "a text of {} bytes, at most {MAX_TEXT} are allowed",
@@ -123,6 +125,7 @@ impl<'a, H: Host> Builder<'a, H> {
                 return None;
             };
             let value = self.constant(file, place, name)?;
+            // A list has no form within a text that a reader would recognise.
             let Some(word) = literal::within_text(value) else {
                 let message = format!(
                     "constant '{name}' is a list and cannot be part of a text; use it alone"
@@ -138,9 +141,11 @@ impl<'a, H: Host> Builder<'a, H> {
         Some(replaced)
     }
 
-    /// The literal `json` of that type; mistakes are reported.
+    /// The literal `json` as that type; mistakes are reported.
     pub(super) fn literal(&mut self, file: &str, json: &Json, wanted: ValueType) -> Option<Value> {
         match &json.data {
+            // A text that is only a constant keeps the type of the constant: `${speed}` is a
+            // number.
             Data::Text(text) if only_constant(text).is_some() => {
                 let value = self.whole_constant(file, json.place, text)?;
                 self.coerced(file, json.place, value, wanted)
@@ -154,7 +159,7 @@ impl<'a, H: Host> Builder<'a, H> {
         }
     }
 
-    /// The literal `json` of the type it looks like.
+    /// The literal `json` with the type that its form implies.
     pub(super) fn any_literal(&mut self, file: &str, json: &Json) -> Option<Value> {
         if let Some(text) = json.as_text() {
             return match only_constant(text) {
@@ -197,7 +202,7 @@ impl<'a, H: Host> Builder<'a, H> {
         coerced
     }
 
-    /// What `json` binds a port to that takes values of that type, or of any.
+    /// The binding of a port to `json`, for a port of that type, or of any.
     pub(super) fn binding(
         &mut self,
         site: &Site<'a>,
@@ -223,7 +228,7 @@ impl<'a, H: Host> Builder<'a, H> {
         }
     }
 
-    /// The key that `json` names, `local.KEY` or `shared.KEY`.
+    /// The key with the name `json`, `local.KEY` or `shared.KEY`.
     fn key(&mut self, file: &str, json: &Json, wanted: Option<ValueType>) -> Option<Binding> {
         let Some(text) = json.as_text() else {
             let message = format!(
@@ -245,6 +250,7 @@ impl<'a, H: Host> Builder<'a, H> {
                 return None;
             }
         };
+        // Its declaration is wrong and was reported; each use would repeat the same mistake.
         if self.broken_keys.contains(key) {
             return None;
         }
@@ -275,7 +281,7 @@ impl<'a, H: Host> Builder<'a, H> {
         }
     }
 
-    /// What the port `json` names of the subtree around is bound to.
+    /// The binding of the port `json` of the subtree around.
     fn outer_port(
         &mut self,
         site: &Site<'a>,
@@ -309,6 +315,8 @@ impl<'a, H: Host> Builder<'a, H> {
             return None;
         };
         match (binding, wanted) {
+            // A literal of an integer fits a port for numbers; the type of a key has to be the
+            // same, as it is written by others.
             (Binding::Literal(value), Some(wanted)) => self
                 .coerced(file, place, *value, wanted)
                 .map(Binding::Literal),
@@ -326,7 +334,7 @@ impl<'a, H: Host> Builder<'a, H> {
         }
     }
 
-    /// Registers that `node` uses a key, and gives its slot and its type.
+    /// Registers that `node` uses a key, and returns its slot and its type.
     pub(super) fn register(
         &mut self,
         at: (&str, Location),
@@ -366,7 +374,7 @@ impl<'a, H: Host> Builder<'a, H> {
     }
 }
 
-/// `name` of `${name}`.
+/// The `name` in `${name}`.
 pub(super) fn only_constant(text: &str) -> Option<&str> {
     let name = text.strip_prefix("${")?.strip_suffix('}')?;
     (!name.contains(['$', '{', '}'])).then_some(name)

@@ -1,7 +1,8 @@
-//! Names of node types in files for BehaviorTree.CPP 4 and Nav2, and what they are called
-//! here.
+//! Names of node types in files for BehaviorTree.CPP 4 and Nav2, and their counterparts here.
 
-/// Name there, and what to write here.
+/// The foreign name, and the advice.
+// Trees of these libraries are the largest body of trees (ADR 0027): a user who writes a file
+// by hand knows these names, and a search by similar letters would not find the counterpart.
 const NAMES: &[(&str, &str)] = &[
     ("Fallback", SELECTOR),
     ("AsyncFallback", SELECTOR),
@@ -74,7 +75,7 @@ const BRANCHES: &str =
     "write a Selector of two Sequences, the first of which begins with the condition";
 const LOOP: &str = "write ForEach with \"as\" and \"items\"";
 
-/// What a type of that name is called here.
+/// The advice for a type with that name.
 pub(super) fn of(name: &str) -> Option<&'static str> {
     let known = NAMES.iter().find(|(theirs, _)| *theirs == name);
     known.map(|(_, ours)| *ours)

@@ -1,4 +1,4 @@
-//! What the header of a tree in a file declares.
+//! The declarations in the header of a tree file.
 
 use super::json::{Location, Value as Json};
 use crate::value::ValueType;
@@ -6,7 +6,7 @@ use crate::value::ValueType;
 /// The two boards.
 pub(super) const SCOPES: &[&str] = &["local", "shared"];
 
-/// Something declared, and where.
+/// A declaration and its place.
 pub(super) struct Declared<'a> {
     pub name: String,
     pub file: &'a str,

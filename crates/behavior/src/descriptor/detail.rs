@@ -1,4 +1,4 @@
-//! Ports of a node in one line.
+//! The ports of a node in one line.
 
 use std::collections::BTreeMap;
 
@@ -8,12 +8,12 @@ use super::json::{Data, Entry, Value as Json, shortened};
 use super::literal;
 use crate::value::Value;
 
-/// Items of a list that are shown.
+/// Number of items of a list that are shown.
 const SHOWN: usize = 8;
 
 type Constants = BTreeMap<String, Value>;
 
-/// Ports in one line; a port that is a constant shows its value.
+/// The ports in one line; a port bound to a constant shows its value.
 pub(super) fn detail(entries: &[Entry], constants: &Constants) -> String {
     let mut parts = Vec::new();
     if let Some(name) = get(entries, "subtree").and_then(Json::as_text) {
@@ -30,7 +30,7 @@ pub(super) fn detail(entries: &[Entry], constants: &Constants) -> String {
     parts.join(" ")
 }
 
-/// What a modifier is set to; its name is added by the picture.
+/// The settings of a modifier; the picture adds its name.
 fn setting(modifier: &Json, constants: &Constants) -> Option<String> {
     let mut parts = ports_line(modifier.get("ports"), constants);
     let abort = modifier.get("abort").and_then(Json::as_text);
@@ -44,7 +44,7 @@ fn ports_line(ports: Option<&Json>, constants: &Constants) -> Vec<String> {
     entries.iter().map(line).collect()
 }
 
-/// `text` with the values of its constants.
+/// `text` with its constants replaced.
 fn filled(text: &str, constants: &Constants) -> String {
     let mut filled = text.to_owned();
     for (name, value) in constants {
@@ -76,6 +76,7 @@ fn value(json: &Json, constants: &Constants) -> String {
             }
             format!("[{}]", shown.join(", "))
         }
+        // A binding has one entry, the key or the port; its name alone is shown.
         Data::Object(entries) => match entries.as_slice() {
             [entry] => shortened(&filled(
                 entry.value.as_text().unwrap_or_default(),

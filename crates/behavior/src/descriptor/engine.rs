@@ -1,5 +1,5 @@
-//! The engine's own node types and modifiers as files name them: one table for
-//! the loader and for the schema.
+//! The node types and modifiers of the engine as files name them. Loader and schema use the
+//! same table, so an editor offers exactly what can be loaded.
 
 mod modifiers;
 mod ports;
@@ -7,7 +7,7 @@ mod ports;
 pub(super) use modifiers::MODIFIERS;
 use ports::{AT_ONCE, KEY, SECONDS, TEST, memory};
 
-/// How many children a type takes.
+/// Number of children of a type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Children {
     None,
@@ -15,12 +15,12 @@ pub(super) enum Children {
     Any,
 }
 
-/// What a port of the engine takes.
+/// The values that a port of the engine accepts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Shape {
     /// `true` or `false`, known at load.
     Bool,
-    /// A whole number from this one on, known at load.
+    /// A whole number, at least this one, known at load.
     Count(u32),
     /// One of these words, known at load.
     Choice(&'static [&'static str]),
@@ -89,15 +89,15 @@ const fn node(
     }
 }
 
-/// Words for an answer of a child.
+/// Words for a result of a child.
 pub(super) const STATUSES: &[&str] = &["success", "failure", "running"];
-/// Words for the answer a finished node is given.
+/// Words for the result that a finished node gets.
 pub(super) const FINAL_STATUSES: &[&str] = &["success", "failure"];
 /// Words for the policy of a parallel.
 pub(super) const PARALLEL: &[&str] = &["all", "one", "selected", "count", "finish"];
 /// Words for the policy of a one-shot.
 pub(super) const ONE_SHOT: &[&str] = &["on_completion", "on_success"];
-/// Words for what a check may interrupt.
+/// Words for the nodes that a check may interrupt.
 pub(super) const ABORTS: &[&str] = &["none", "self", "lower_priority", "both"];
 
 /// The node types, in the order in which the schema offers them.
@@ -354,7 +354,7 @@ pub(super) const SUBTREE: &str = "Subtree";
 pub(super) const GUARD: &str = "EternalGuard";
 /// Name of the type that copies its child.
 pub(super) const FOR_EACH: &str = "ForEach";
-/// Keys of a node that one type has, and needs.
+/// Keys that one type of node has, and needs.
 pub(super) const OWNED_KEYS: [(&str, &str); 4] = [
     ("subtree", SUBTREE),
     ("guard", GUARD),
@@ -362,12 +362,12 @@ pub(super) const OWNED_KEYS: [(&str, &str); 4] = [
     ("items", FOR_EACH),
 ];
 
-/// The node type of that name.
+/// The node type with that name.
 pub(super) fn find(name: &str) -> Option<&'static EngineType> {
     NODES.iter().find(|t| t.name == name)
 }
 
-/// The modifier of that name.
+/// The modifier with that name.
 pub(super) fn find_modifier(name: &str) -> Option<&'static EngineType> {
     MODIFIERS.iter().find(|t| t.name == name)
 }

@@ -1,9 +1,10 @@
-//! What is wrong with a file, and where.
+//! Mistakes in a file, with their places.
 
-/// Mistakes of one file that are reported; more are only counted.
+/// Number of mistakes of one file that are reported; more are only counted.
+// A reader corrects the first ones.
 const MAX_REPORTED: usize = 100;
 
-/// Something wrong at a place of a file.
+/// A mistake at a place of a file.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Located {
     /// Name of the file as it was given.
@@ -12,7 +13,7 @@ pub struct Located {
     pub line: u32,
     /// Column in characters, the first is 1.
     pub column: u32,
-    /// What is wrong, what was expected, and what to do.
+    /// The mistake, the expected form, and the correction.
     pub message: String,
 }
 
@@ -28,18 +29,18 @@ impl std::fmt::Display for Located {
     }
 }
 
-/// Everything that is wrong with a file and those it includes, in the order of
+/// All mistakes in a file and those it includes, in the order of
 /// the text. One line each.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Errors {
-    /// The mistakes, of very many the first hundred.
+    /// The mistakes, at most the first hundred.
     pub list: Vec<Located>,
-    /// How many more there were.
+    /// Number of further ones.
     pub omitted: usize,
 }
 
 impl Errors {
-    /// Notes a mistake.
+    /// Adds a mistake.
     pub fn push(&mut self, file: &str, place: super::json::Location, message: impl Into<String>) {
         if self.list.len() >= MAX_REPORTED {
             self.omitted += 1;
@@ -57,7 +58,7 @@ impl Errors {
         }
     }
 
-    /// Adds those of `other`.
+    /// Adds the mistakes of `other`.
     pub fn append(&mut self, other: Self) {
         for located in other.list {
             let place = super::json::Location {
@@ -69,17 +70,17 @@ impl Errors {
         self.omitted += other.omitted;
     }
 
-    /// Whether so much is wrong that looking further is of no use.
+    /// Whether there are so many mistakes that reading further is useless.
     pub fn is_full(&self) -> bool {
         self.list.len() >= MAX_REPORTED
     }
 
-    /// Whether nothing is wrong.
+    /// Whether there are no mistakes.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    /// `value` where nothing is wrong, otherwise all mistakes in the order of
+    /// Returns `value` if there are no mistakes, otherwise all mistakes in the order of
     /// the text.
     ///
     /// # Errors
@@ -91,7 +92,8 @@ impl Errors {
         Err(self.sorted())
     }
 
-    /// In the order of the text.
+    /// The mistakes in the order of the text.
+    // Constants, keys and nodes are read in several passes over a file.
     pub fn sorted(mut self) -> Self {
         self.list.sort();
         self

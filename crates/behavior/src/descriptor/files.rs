@@ -1,4 +1,4 @@
-//! A file with all it includes.
+//! A file with all included files.
 
 use super::Source;
 use super::advice;
@@ -6,16 +6,16 @@ use super::error::Errors;
 use super::json::{self, Entry, Location, MAX_BYTES, Value};
 use super::limits::MAX_FILES;
 
-/// The version of the format this crate reads and writes.
+/// The version of the format that this crate reads and writes.
 pub const FORMAT: &str = "behavior-tree/1";
 
-/// A file after its syntax was read.
+/// A file after its syntax was parsed.
 pub(super) struct File {
     pub name: String,
     pub root: Value,
 }
 
-/// The file and all it includes, itself first.
+/// The file and all included files, itself first.
 pub(super) fn collect(source: &Source<'_>) -> Result<Vec<File>, Errors> {
     let root = json::parse(source.file, source.text)?;
     let mut reader = Reader {
@@ -25,7 +25,7 @@ pub(super) fn collect(source: &Source<'_>) -> Result<Vec<File>, Errors> {
         errors: Errors::default(),
     };
     reader.add(source.file, root, &mut Vec::new());
-    // Included files are complete before those that include them.
+    // Included files are complete before those that include them; reversed, the file is first.
     reader.files.reverse();
     reader.errors.or(reader.files)
 }
@@ -38,14 +38,14 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Recursion ends at [`MAX_FILES`].
+    /// The recursion is limited by [`MAX_FILES`].
     fn add(&mut self, name: &str, root: Value, open: &mut Vec<String>) {
         open.push(name.to_owned());
         self.format(name, &root);
         if let Some(includes) = root.get("includes") {
             if let Some(list) = includes.as_list() {
                 for item in list {
-                    // Each name opens a file.
+                    // Each name opens a file: after many mistakes no further ones are read.
                     if self.errors.is_full() {
                         break;
                     }
@@ -69,14 +69,19 @@ impl Reader<'_> {
             let message = format!("a file name is needed here, this is {}", item.describe());
             return self.errors.push(file, item.place, message);
         };
+        // Compared with the files that are open, so that two files may both include a third
+        // one.
         if open.iter().any(|name| name == wanted) {
             let circle = [open.join(" -> "), wanted.to_owned()].join(" -> ");
             let message = format!("files include each other: {circle}; break the circle");
             return self.errors.push(file, item.place, message);
         }
+        // A file that several others include is read once.
         if self.files.iter().any(|f| f.name == wanted) {
             return;
         }
+        // Open files count as well: they are added to the list when their includes are
+        // complete.
         if self.files.len() + open.len() >= MAX_FILES {
             let message = format!("more than {MAX_FILES} files are drawn in; join some of them");
             return self.errors.push(file, item.place, message);
@@ -92,6 +97,7 @@ impl Reader<'_> {
                 return self.errors.push(file, item.place, message);
             }
         };
+        // The sum is limited, not each file: 32 files of the largest size would fill memory.
         self.bytes += text.len();
         if self.bytes > MAX_BYTES {
             let message = format!("all files together have more than {MAX_BYTES} bytes");
@@ -123,7 +129,7 @@ impl Reader<'_> {
     }
 }
 
-/// The entries of an object of which only `known` keys are allowed; others are
+/// The entries of an object that may have `known` keys only; other keys are
 /// reported.
 pub(super) fn object<'v>(
     errors: &mut Errors,
@@ -141,6 +147,8 @@ pub(super) fn object<'v>(
         if known.contains(&entry.key.as_str()) {
             continue;
         }
+        // A search for the intended name takes time; past the limit the message is not shown
+        // anyway.
         let message = if errors.is_full() {
             String::new()
         } else {
@@ -156,7 +164,7 @@ pub(super) fn get<'v>(entries: &'v [Entry], key: &str) -> Option<&'v Value> {
     entries.iter().find(|e| e.key == key).map(|e| &e.value)
 }
 
-/// Where `key` is, or else where its object begins.
+/// The place of `key`, or else of its object.
 pub(super) fn place_of(entries: &[Entry], key: &str, otherwise: Location) -> Location {
     let entry = entries.iter().find(|e| e.key == key);
     entry.map_or(otherwise, |e| e.value.place)

@@ -14,14 +14,14 @@ use crate::finding::Finding;
 use crate::tree::{Host, Node};
 use crate::value::Value;
 
-/// An item, and what the ids of its copy end with.
+/// An item, and the suffix of the ids of its copy.
 struct Item {
     value: Value,
     text: String,
 }
 
 impl<'a, H: Host> Builder<'a, H> {
-    /// A copy of `child` for each item. Work ends at [`MAX_NODES`] as that of all nodes.
+    /// A copy of `child` for each item. The work is limited by [`MAX_NODES`].
     pub(super) fn for_each(
         &mut self,
         at: At<'_, 'a>,
@@ -32,6 +32,7 @@ impl<'a, H: Host> Builder<'a, H> {
         let name = self.item_name(at, entries);
         let items = self.items(at, entries);
         let (name, items) = (name?, items?);
+        // Removed first, so that after the loop it shows whether the child used the item.
         self.used_constants.remove(name);
         let outer = self.suffix.len();
         let mut copies = Vec::new();
@@ -39,6 +40,7 @@ impl<'a, H: Host> Builder<'a, H> {
             if self.errors.is_full() || self.nodes > MAX_NODES {
                 break;
             }
+            // The item is a constant while the child is read; each copy replaces it.
             self.constants.insert(name.to_owned(), item.value);
             // Writing to a text does not fail.
             let _written = write!(self.suffix, "[{}]", item.text).is_ok();
@@ -48,6 +50,7 @@ impl<'a, H: Host> Builder<'a, H> {
                 depth: depth + 1,
             };
             copies.push(self.node(at.site, child, seat));
+            // Nested loops have added their own suffix by now.
             self.suffix.truncate(outer);
         }
         self.constants.remove(name);
@@ -64,7 +67,7 @@ impl<'a, H: Host> Builder<'a, H> {
         copies.into_iter().collect()
     }
 
-    /// What the item is called: the name of no constant, nor of an item around this.
+    /// The name of the item: not the name of a constant, nor of an item of a loop around.
     fn item_name(&mut self, at: At<'_, 'a>, entries: &'a [Entry]) -> Option<&'a str> {
         let value = get(entries, "as")?;
         let name = value.as_text().unwrap_or_default();
@@ -75,6 +78,7 @@ impl<'a, H: Host> Builder<'a, H> {
                  braces, this is {}",
                 value.describe()
             )
+        // Hiding an outer name would change the meaning of texts that are moved into the loop.
         } else if self.constants.contains_key(name) {
             format!(
                 "'{}' is the name of a constant, or of an item of another ForEach around this one; \
@@ -112,6 +116,7 @@ impl<'a, H: Host> Builder<'a, H> {
         for (index, json) in list.iter().enumerate() {
             let item = self.item(file, json, index);
             let text = item.as_ref().map(|item| item.text.clone());
+            // Two copies with the same ids would share their state in a checkpoint.
             if let Some(text) = text.filter(|text| !seen.insert(text.clone())) {
                 let message = format!("item '{text}' is there twice; ids are made of the items");
                 self.errors.push(file, json.place, message);
@@ -125,7 +130,7 @@ impl<'a, H: Host> Builder<'a, H> {
         items
     }
 
-    /// A list has no short text: its copy is numbered, from 0.
+    /// An item. A list has no short text, so its copy is numbered, from 0.
     fn item(&mut self, file: &str, json: &Json, index: usize) -> Option<Item> {
         let value = self.any_literal(file, json)?;
         let text = literal::within_text(value).unwrap_or_else(|| index.to_string());

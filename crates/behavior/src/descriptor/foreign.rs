@@ -1,4 +1,4 @@
-//! Leaves whose types a file declares: another program provides them.
+//! Leaves whose types a file declares; another program provides them.
 
 use super::advice;
 use super::build::Builder;
@@ -15,11 +15,11 @@ use crate::value::{Value, ValueType};
 
 /// Keys of a declared leaf type.
 pub(super) const LEAF_KEYS: &[&str] = &["doc", "condition", "ports"];
-/// Keys of a port of it.
+/// Keys of a port.
 pub(super) const PORT_KEYS: &[&str] = &["type", "default", "doc", "access"];
-/// In place of a type: the leaf takes values of all types.
+/// The word for a port that accepts values of all types.
 const ANY: &str = "any";
-/// What is done with the key of a port.
+/// The accesses to the key of a port.
 pub(super) const ACCESS: &[&str] = &["read", "write", "both"];
 
 /// A leaf type as declared.
@@ -54,6 +54,7 @@ pub(super) fn leaves<'a, H: Host>(
         let Some(parts) = object(errors, file, &entry.value, what, LEAF_KEYS) else {
             continue;
         };
+        // Engine types are found first, so a leaf with such a name would never be used.
         if engine::find(&entry.key).is_some() {
             let message = format!(
                 "'{}' is a node type of the engine; give the leaf another name",
@@ -69,6 +70,7 @@ pub(super) fn leaves<'a, H: Host>(
             condition,
             ports,
         };
+        // The first declaration counts: that of the file itself before those of included files.
         builder.leaves.entry(&entry.key).or_insert(declared);
     }
 }
@@ -146,9 +148,11 @@ impl<'a, H: Host> Builder<'a, H> {
                     };
                     (None, at.place, value.map(Binding::Literal))
                 }
-                // Ports of others are often optional: the leaf says what it misses.
+                // Ports of foreign leaves are often optional; the leaf reports a missing one.
                 (None, None) => continue,
             };
+            // A default of a port that is only written is a value for the leaf, not a place to
+            // write to.
             let takes_literals = reads || json.is_none();
             let from = match binding {
                 Some(Binding::Literal(value)) if takes_literals => Some(In::Literal(value)),
@@ -192,6 +196,8 @@ impl<'a, H: Host> Builder<'a, H> {
     ) -> Option<In<Value>> {
         let here = (at.site.file, place);
         let mut slot = None;
+        // Both accesses are registered, as `Write` alone does not count as a reader in the
+        // checks.
         for (used, access) in [(reads, Access::Read), (writes, Access::Write)] {
             if used {
                 slot = self.register(here, at.id, key, access);

@@ -10,7 +10,7 @@ use super::types::Found;
 use crate::tree::{Host, Kind};
 
 impl<'a, H: Host> Builder<'a, H> {
-    /// A condition that is asked before each tick of the child.
+    /// A condition that is evaluated before each tick of the child.
     pub(super) fn guard(&mut self, at: At<'_, 'a>, json: &'a Json) -> Option<Kind<H>> {
         let file = at.site.file;
         let entries = object(&mut self.errors, file, json, "a guard", GUARD_KEYS)?;
@@ -21,6 +21,8 @@ impl<'a, H: Host> Builder<'a, H> {
         match self.find(at.site, entries, name)? {
             Found::Registered(node_type) => self.leaf(at, node_type, ports).map(Kind::EternalGuard),
             Found::Declared(name, _) => self.declared_leaf(at, name, ports).map(Kind::EternalGuard),
+            // A guard is one leaf: composites would need a place in the tree, with ids and
+            // statuses.
             Found::Engine(spec) if spec.children == Children::None && name != engine::SUBTREE => {
                 match self.kind(at, spec, ports, &[])? {
                     Kind::Leaf(leaf) => Some(Kind::EternalGuard(leaf)),

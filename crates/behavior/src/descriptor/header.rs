@@ -1,4 +1,4 @@
-//! What a file declares before its tree: constants, keys and subtrees.
+//! The declarations of a file before its tree: constants, keys and subtrees.
 
 use std::collections::BTreeMap;
 
@@ -59,6 +59,7 @@ pub(super) fn read<'a, H: Host>(
         let Some(entries) = object(&mut builder.errors, &file.name, &file.root, what, known) else {
             continue;
         };
+        // Two roots would leave open which one is the tree.
         if index > 0
             && let Some(root) = entries.iter().find(|e| e.key == "root")
         {
@@ -67,6 +68,7 @@ pub(super) fn read<'a, H: Host>(
         }
         tops.push((file.name.as_str(), entries));
     }
+    // All constants first: keys, leaves and subtrees of every file may use them.
     for (file, entries) in &tops {
         constants(&mut builder, file, entries, instance);
     }
@@ -78,7 +80,7 @@ pub(super) fn read<'a, H: Host>(
     builder
 }
 
-/// The entries of the group `key`, if the file has it; not too many.
+/// The entries of the group `key`, if the file has it; a group with too many is refused.
 pub(super) fn group<'a>(
     errors: &mut Errors,
     file: &str,
@@ -93,6 +95,7 @@ pub(super) fn group<'a>(
         errors.push(file, value.place, message);
         return &[];
     };
+    // Refused as a whole: each entry becomes a key of the board or is searched by name.
     if group.len() > MAX_ENTRIES {
         let message = format!("{} entries, at most {MAX_ENTRIES} are allowed", group.len());
         errors.push(file, value.place, message);
@@ -140,6 +143,8 @@ fn constants<'a, H: Host>(
             file,
             place: entry.place,
         });
+        // A value of the instance replaces that of the file, with the type that the file
+        // declares.
         let taken = match instance.get(&entry.key) {
             None => Ok(value),
             Some(given) => literal::coerced(*given, value.value_type()).ok_or(given),
@@ -208,6 +213,7 @@ fn key<'a, H: Host>(builder: &mut Builder<'a, H>, file: &'a str, scope: Scope, e
     let declared = declaration(&mut builder.errors, file, &entry.value);
     let Some(name) = name else { return };
     let Some((value_type, default)) = declared else {
+        // Its uses are not reported in addition: they would all be unknown keys.
         builder.broken_keys.insert(name);
         return;
     };
@@ -228,6 +234,8 @@ fn key<'a, H: Host>(builder: &mut Builder<'a, H>, file: &'a str, scope: Scope, e
                 board.observe(index);
             }
             let first = board.keys().nth(index).and_then(|k| k.default);
+            // The board keeps the first default, so a second one would be ignored without a
+            // word.
             if first != default {
                 let message = format!(
                     "blackboard key '{}' is declared with another default elsewhere; declare it once",

@@ -1,8 +1,8 @@
-//! JSON with the place of every value, for messages that point at it.
+//! JSON with the place of every value, for messages that refer to it.
 //!
-//! Plain JSON only, so that any other tool reads the same files. A key given
-//! twice, a number beyond the range of 64-bit floating point, and texts that
-//! are too large or nested too deep are refused.
+//! Plain JSON only, so that any other tool reads the same files. Refused are a duplicate key,
+//! a number beyond the range of 64-bit floating point, and texts that
+//! are too large or nested too deep.
 
 use std::collections::BTreeMap;
 
@@ -13,9 +13,11 @@ use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 use super::error::Errors;
 use crate::lines::Lines;
 
-/// Bytes a file may have.
+/// Largest size of a file (bytes).
+// A file that is not meant, such as a mesh, is not read into memory as a tree.
 pub const MAX_BYTES: usize = 4 << 20;
-/// How deep objects and lists may be nested.
+/// Largest nesting of objects and lists.
+// Bounds the recursion of the reader; two levels for each node within a node.
 pub const MAX_DEPTH: usize = 128;
 
 /// A place in a text.
@@ -28,20 +30,20 @@ pub struct Location {
 }
 
 impl Location {
-    /// The beginning of a text.
+    /// The start of a text.
     pub const START: Self = Self { line: 1, column: 1 };
 }
 
-/// A value and where it begins.
+/// A value and its place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Value {
-    /// Where it begins.
+    /// The place of its first character.
     pub place: Location,
-    /// What it is.
+    /// Its content.
     pub data: Data,
 }
 
-/// What a [`Value`] is.
+/// The content of a [`Value`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Data {
     /// `null`.
@@ -56,7 +58,7 @@ pub enum Data {
     Text(String),
     /// Values in order.
     List(Vec<Value>),
-    /// Named values in order; no name twice.
+    /// Named values in order, without duplicate names.
     Object(Vec<Entry>),
 }
 
@@ -65,14 +67,14 @@ pub enum Data {
 pub struct Entry {
     /// Its name.
     pub key: String,
-    /// Where the name begins.
+    /// The place of the name.
     pub place: Location,
     /// The value.
     pub value: Value,
 }
 
 impl Value {
-    /// What it is, for messages: `the text 'abc'`, `a list`.
+    /// A description for messages: `the text 'abc'`, `a list`.
     pub fn describe(&self) -> String {
         match &self.data {
             Data::Null => "null".to_owned(),
@@ -116,8 +118,8 @@ impl Value {
     }
 }
 
-/// A text from a file as a message quotes it: no longer than a line, without
-/// control characters.
+/// A text from a file in the form for messages: no longer than a line, without
+/// control characters, which could change the terminal.
 pub fn shortened(text: &str) -> String {
     const KEPT: usize = 60;
     let mut short: String = text
@@ -134,8 +136,7 @@ pub fn shortened(text: &str) -> String {
 /// Reads one JSON value; `file` is the name in messages.
 ///
 /// # Errors
-/// The first mistake against the syntax, or else all keys that are given
-/// twice and all numbers out of range.
+/// The first syntax error, or else all duplicate keys and all numbers out of range.
 ///
 /// ```
 /// use behavior::descriptor::json;
@@ -155,6 +156,7 @@ pub fn parse(file: &str, text: &str) -> Result<Value, Errors> {
         errors.push(file, Location::START, message);
         return Err(errors);
     }
+    // Editors on other systems add a byte order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let parsed = match parse_to_ast(text, &CollectOptions::default(), &STRICT) {
         Ok(parsed) => parsed,
@@ -185,6 +187,7 @@ pub fn parse(file: &str, text: &str) -> Result<Value, Errors> {
     reader.errors.or(value)
 }
 
+// Extensions of the parser are off: a file with comments would not load in other tools.
 const STRICT: ParseOptions = ParseOptions {
     allow_comments: false,
     allow_loose_object_property_names: false,
@@ -198,7 +201,7 @@ const STRICT: ParseOptions = ParseOptions {
     allow_extended_string_escapes: false,
 };
 
-/// The parser has a limit of its own, beyond ours.
+/// The message for the parser's own limit, which is beyond ours, and for ours.
 fn too_deep() -> String {
     format!(
         "objects and lists are nested deeper than {MAX_DEPTH} levels, two for each node within a \
@@ -219,7 +222,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Recursion ends at [`MAX_DEPTH`].
+    /// The recursion is limited by [`MAX_DEPTH`].
     fn value(&mut self, value: ast::Value<'_>, depth: usize) -> Value {
         use jsonc_parser::common::Ranged;
         let place = self.lines.place(value.start());
@@ -248,6 +251,7 @@ impl Reader<'_> {
             let place = self.lines.place(property.range.start);
             let key = property.name.into_string();
             let value = self.value(property.value, depth + 1);
+            // Many readers of JSON keep the last one without a message.
             if let Some(first) = seen.get(&key) {
                 let message = format!(
                     "key '{}' is given twice, first in line {}; keep one of them",
@@ -264,6 +268,7 @@ impl Reader<'_> {
     }
 
     fn number(&mut self, text: &str, place: Location) -> Data {
+        // Integers first: as a float, a large one would lose digits.
         if let Ok(integer) = text.parse::<i64>() {
             return Data::Integer(integer);
         }

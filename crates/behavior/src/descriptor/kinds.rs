@@ -1,4 +1,4 @@
-//! What nodes of the engine's types are.
+//! Kinds of the engine's node types.
 
 use super::build::{Builder, Site};
 use super::engine::{self, EngineType, PARALLEL, STATUSES};
@@ -16,7 +16,7 @@ use crate::tree::{
 };
 use crate::value::{Value, ValueType};
 
-/// A node while it is made.
+/// A node that is being made.
 #[derive(Clone, Copy)]
 pub(super) struct At<'n, 'a> {
     pub site: &'n Site<'a>,
@@ -24,7 +24,7 @@ pub(super) struct At<'n, 'a> {
     pub place: Location,
 }
 
-/// The answers a converter turns into one another.
+/// The results that a converter replaces.
 fn converter(name: &str) -> Option<(Status, Status)> {
     use Status::{Failure, Running, Success};
     Some(match name {
@@ -47,7 +47,7 @@ pub(super) fn status(index: usize) -> Status {
     }
 }
 
-/// Whether the policy at `index` of [`PARALLEL`] has the counts it needs.
+/// Whether the policy at `index` of [`PARALLEL`] has exactly the counts that it needs.
 fn has_its_counts(index: usize, successes: Option<u32>, failures: Option<u32>) -> bool {
     let (needs_successes, needs_failures) = match PARALLEL.get(index) {
         Some(&"count") => (true, true),
@@ -58,7 +58,7 @@ fn has_its_counts(index: usize, successes: Option<u32>, failures: Option<u32>) -
 }
 
 impl<'a, H: Host> Builder<'a, H> {
-    /// What a node of the engine is, but for guards and subtrees.
+    /// The kind of a node of the engine, except for guards and subtrees.
     pub(super) fn kind(
         &mut self,
         at: At<'_, 'a>,
@@ -66,6 +66,8 @@ impl<'a, H: Host> Builder<'a, H> {
         json: Option<&'a Json>,
         children: &[&'a Json],
     ) -> Option<Kind<H>> {
+        // Ports first: a node with wrong ports has no kind, and all mistakes of its ports are
+        // reported.
         let ports = self.engine_ports(at.site, at.place, json, spec)?;
         let memory = if ports.bool("memory") {
             Memory::Yes
@@ -143,6 +145,8 @@ impl<'a, H: Host> Builder<'a, H> {
                     synchronise,
                 })
             }
+            // A selection without its policy would have no effect, and the file would look as
+            // if it had.
             (_, ids) => {
                 let message = "the port 'selected' and the policy 'selected' belong together; \
                                give both or none";
@@ -171,6 +175,7 @@ impl<'a, H: Host> Builder<'a, H> {
         for item in list {
             let name = item.as_text().unwrap_or_default();
             match children.iter().position(|c| id_of(c) == Some(name)) {
+                // Named twice counts once.
                 Some(index) if !selected.contains(&index) => selected.push(index),
                 Some(_) => {}
                 None => {
@@ -196,7 +201,7 @@ impl<'a, H: Host> Builder<'a, H> {
         }
     }
 
-    /// The key and the one test of it.
+    /// The key and its only test.
     pub(super) fn test(&mut self, at: At<'_, 'a>, ports: &EnginePorts) -> Option<(Slot, Test)> {
         const TESTS: [&str; 5] = ["equals", "differs", "below", "above", "set"];
         let Some(Binding::Key(scope, key)) = ports.get("key") else {
@@ -209,6 +214,7 @@ impl<'a, H: Host> Builder<'a, H> {
             .filter(|t| ports.get(t).is_some())
             .collect();
         let name = match given.as_slice() {
+            // Without a test the check is whether the key has a value.
             [] => return Some((slot, Test::IsSet)),
             [one] => *one,
             [_, second, ..] => {
@@ -227,6 +233,7 @@ impl<'a, H: Host> Builder<'a, H> {
             Value::Number(number) => number,
             _ => 0.0,
         };
+        // Numbers are compared with numbers only: on a text the test would never hold.
         let is_number = matches!(value_type, ValueType::Integer | ValueType::Number);
         let test = match name {
             "equals" | "differs" => self.comparison(at, place, name, value, value_type)?,
@@ -272,6 +279,7 @@ impl<'a, H: Host> Builder<'a, H> {
         let (slot, wanted) = self.register(here, at.id, (*scope, key), Access::Write)?;
         let place = ports.place("value").unwrap_or(at.place);
         let (found, from) = match ports.get("value")? {
+            // A literal that does not fit keeps its own type for the message below.
             Binding::Literal(value) => match literal::coerced(*value, wanted) {
                 Some(value) => (wanted, From::Literal(value)),
                 None => (value.value_type(), From::Literal(*value)),
@@ -313,6 +321,8 @@ impl<'a, H: Host> Builder<'a, H> {
         match (node_type.build)(&mut binder) {
             Ok(leaf) => Some(leaf),
             Err(error) => {
+                // The error names the port, so that the message has the place of that port in
+                // the file.
                 let port = match &error {
                     BindError::Unknown { port, .. }
                     | BindError::Missing { port, .. }

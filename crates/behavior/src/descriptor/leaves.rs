@@ -24,7 +24,7 @@ impl<H: Host> Leaf<H> for CheckKey {
     }
 }
 
-/// Where a written value comes from.
+/// The source of a written value.
 pub(super) enum From {
     Literal(Value),
     Key(Slot),

@@ -1,9 +1,9 @@
-//! Values as they are written in files.
+//! Values as written in files.
 
 use super::json::{Data, Value as Json};
 use crate::value::{MAX_NUMBERS, Numbers, STR_BYTES, Set, Str, Value, ValueType};
 
-/// What a value of `value_type` looks like, with its article.
+/// The form of a value of `value_type`, with its article.
 pub(super) fn wanted(value_type: ValueType) -> String {
     match value_type {
         ValueType::Bool => "true or false".to_owned(),
@@ -32,7 +32,7 @@ pub(super) fn typed(json: &Json, value_type: ValueType) -> Result<Value, String>
     })
 }
 
-/// `json` as a value of the type it looks like.
+/// `json` as a value of the type that its form implies.
 pub(super) fn untyped(json: &Json) -> Result<Value, String> {
     let value_type = match &json.data {
         Data::Bool(_) => ValueType::Bool,
@@ -52,11 +52,12 @@ pub(super) fn untyped(json: &Json) -> Result<Value, String> {
     typed(json, value_type)
 }
 
-/// `value` as a value of that type, where nothing is lost.
+/// `value` as a value of that type, if no information is lost.
 pub(super) fn coerced(value: Value, value_type: ValueType) -> Option<Value> {
     match (value, value_type) {
         (value, wanted) if value.value_type() == wanted => Some(value),
         (Value::Integer(integer), ValueType::Number) => Some(Value::Number(integer as f64)),
+        // A list of small whole numbers looks the same as a set until its type is known.
         (Value::Numbers(numbers), ValueType::Set) => {
             let items = numbers.as_slice().iter();
             let mut bits = items.map(|item| whole(*item).and_then(bit));

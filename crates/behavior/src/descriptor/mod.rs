@@ -1,12 +1,13 @@
 //! Trees from files.
 //!
 //! A file is JSON, see [`FORMAT`]: nested nodes with stable ids and typed
-//! ports, and what they need: constants, keys of the two blackboards, subtrees
-//! and other files. [`load`] makes a [`Tree`] of it or names everything that is
-//! wrong, each with its line and column. [`check`] adds what is probably not
-//! meant, and [`schema()`] tells editors what may be written.
+//! ports, and their declarations: constants, keys of the two blackboards, subtrees
+//! and other files. [`load`] makes a [`Tree`] of it or reports all mistakes,
+//! each with its line and column. [`check`] adds probable mistakes,
+//! and [`schema()`] describes valid files for editors.
 //!
-//! Reading any text ends soon: sizes, depths and counts are limited.
+//! Reading any text ends soon: sizes, depths and counts are limited. A file may come from
+//! another person or be damaged, and is read by the program that also runs the cell.
 
 pub(crate) mod advice;
 mod build;
@@ -55,31 +56,31 @@ use json::Location;
 /// Reads a file by its name.
 pub type Include<'a> = dyn Fn(&str) -> Result<String, String> + 'a;
 
-/// A file and the way to those it includes.
+/// A file, and the function that reads included files.
 #[derive(Clone, Copy)]
 pub struct Source<'a> {
     /// Its name in messages.
     pub file: &'a str,
     /// Its text.
     pub text: &'a str,
-    /// Reads an included file by the name that is written in the file, or says why it
+    /// Reads an included file by its name in the file, or returns why it
     /// cannot be read.
     pub include: &'a Include<'a>,
 }
 
-/// A tree as it was read, before it is made ready to run.
+/// A tree after reading, before it is made ready to run.
 pub struct Read<H: Host> {
     /// Name of the tree, constants replaced.
     pub name: String,
     /// Its nodes.
     pub root: Node<H>,
-    /// Its own blackboard.
+    /// Its local blackboard.
     pub local: Board,
     /// The shared blackboard with the keys of this tree.
     pub shared: Board,
-    /// What is probably not meant, as far as the text of the file shows.
+    /// Probable mistakes, found in the text of the file.
     pub findings: Vec<Finding>,
-    /// The same, as the types of its leaves noted when these were made.
+    /// Probable mistakes that the types of its leaves added.
     pub noted: Vec<Finding>,
 }
 
@@ -87,19 +88,21 @@ pub struct Read<H: Host> {
 /// replace the file's. `shared` is not changed.
 ///
 /// # Errors
-/// Everything that is wrong with the file and those it includes.
+/// All mistakes in the file and those it includes.
 pub fn read<H: Host>(
     source: &Source<'_>,
     library: &Library<H>,
     constants: &BTreeMap<String, Value>,
     shared: &Board,
 ) -> Result<Read<H>, Errors> {
+    // Nothing of a file is read if one of its includes is missing or is not JSON.
     let files = files::collect(source)?;
     let mut builder = header::read(&files, library, constants, shared, Errors::default());
     let Some(top) = files.first() else {
         return Err(builder.errors);
     };
     let (name, root) = (top.root.get("name"), top.root.get("root"));
+    // Both are reported if both are missing; an included file needs neither.
     for (key, value) in [("name", name), ("root", root)] {
         if value.is_none() {
             let message = format!("\"{key}\" is missing; a tree needs it");
@@ -120,11 +123,11 @@ pub fn read<H: Host>(
 }
 
 /// Makes the tree of a file. `constants` are those of the instance; they
-/// replace the file's. The keys the tree uses are declared on `shared` and
-/// registered there, if all is well; otherwise `shared` is left as it was.
+/// replace the file's. The keys of the tree are declared and registered on `shared` if the
+/// file is valid; otherwise `shared` is unchanged.
 ///
 /// # Errors
-/// Everything that is wrong with the file and those it includes.
+/// All mistakes in the file and those it includes.
 pub fn load<H: Host>(
     source: &Source<'_>,
     library: &Library<H>,
@@ -135,7 +138,7 @@ pub fn load<H: Host>(
     grow(source.file, Location::START, read, shared)
 }
 
-/// Makes the tree of one node that is written in another kind of file.
+/// Makes the tree of one node that is part of another kind of file.
 pub(crate) fn load_node<H: Host>(
     file: &str,
     name: &str,
@@ -166,6 +169,8 @@ fn grow<H: Host>(
 ) -> Result<Tree<H>, Errors> {
     match Tree::new(&read.name, read.root, read.local) {
         Ok(mut tree) => {
+            // The builder worked on a copy; it replaces the caller's board only when all is
+            // valid.
             *shared = read.shared;
             tree.noted = read.noted;
             Ok(tree)
@@ -180,7 +185,7 @@ fn grow<H: Host>(
     }
 }
 
-/// What is probably not meant in a file that is read without errors.
+/// Probable mistakes in a file that is read without errors.
 ///
 /// # Errors
 /// As [`load`].
@@ -207,6 +212,7 @@ fn finish<H: Host>(
     name: String,
     root: Node<H>,
 ) -> Result<Read<H>, Errors> {
+    // With errors many declarations look unused, since their users were not read.
     if builder.errors.is_empty() {
         unused(&mut builder);
     }
@@ -220,7 +226,7 @@ fn finish<H: Host>(
     })
 }
 
-/// Finds what was declared for nothing.
+/// Finds declarations without a use.
 fn unused<H: Host>(builder: &mut build::Builder<'_, H>) {
     let mut found = |rule, what: &str, name: &str, file: &str, place: Location| {
         builder.findings.push(Finding {

@@ -1,4 +1,4 @@
-//! What is attached to a node of a file.
+//! The modifiers of a node in a file.
 
 use super::advice;
 use super::build::Builder;
@@ -16,7 +16,7 @@ pub(super) const MODIFIER_KEYS: &[&str] = &["type", "abort", "ports", "doc"];
 pub(super) const CHECK: &str = "CheckBlackboard";
 
 impl<'a, H: Host> Builder<'a, H> {
-    /// What is attached to a node, the outermost first.
+    /// The modifiers of a node, the outermost first.
     pub(super) fn modifiers(
         &mut self,
         at: At<'_, 'a>,
@@ -33,6 +33,7 @@ impl<'a, H: Host> Builder<'a, H> {
             self.errors.push(at.site.file, json.place, message);
             return None;
         };
+        // All are read before the result is tested, so that each wrong one is reported.
         let made: Vec<_> = list.iter().map(|item| self.modifier(at, item)).collect();
         made.into_iter().collect()
     }
@@ -52,6 +53,7 @@ impl<'a, H: Host> Builder<'a, H> {
         let name = value.as_text().unwrap_or_default();
         let Some(spec) = engine::find_modifier(name) else {
             let known: Vec<&str> = engine::MODIFIERS.iter().map(|m| m.name).collect();
+            // The name may be a decorator of another library, which is a modifier here.
             let message = match counterparts::of(name) {
                 Some(ours) => format!("there is no modifier '{name}'; {ours}"),
                 None => advice::unknown("modifier", name, &known),

@@ -1,4 +1,4 @@
-//! Nodes of a file, with those below them.
+//! Nodes of a file, including those below them.
 
 use super::build::{Builder, Site};
 use super::detail::detail;
@@ -31,9 +31,9 @@ pub(super) const GUARD_KEYS: &[&str] = &["type", "doc", "ports"];
 /// A node's place in the tree.
 #[derive(Clone, Copy)]
 pub(super) struct Seat<'n> {
-    /// Id of the node it is part of; empty for the root.
+    /// Id of its parent; empty for the root.
     pub parent: &'n str,
-    /// Which child it is.
+    /// Its index among the children.
     pub index: usize,
     pub depth: usize,
 }
@@ -47,8 +47,8 @@ impl Seat<'_> {
 }
 
 impl<'a, H: Host> Builder<'a, H> {
-    /// The node `json` with all below it. `None` where something is wrong,
-    /// which is reported. Recursion ends at [`MAX_DEPTH`], work at
+    /// The node `json` with all nodes below it. `None` for a mistake,
+    /// which is reported. The recursion is limited by [`MAX_DEPTH`], the work by
     /// [`MAX_NODES`].
     pub(super) fn node(
         &mut self,
@@ -62,10 +62,13 @@ impl<'a, H: Host> Builder<'a, H> {
         let attached = json.get("modifiers").and_then(Json::as_list);
         let attached = attached.map_or(0, <[Json]>::len);
         let inner = seat.depth + attached;
+        // Counted before anything is read: uses of subtrees multiply a short file.
         if self.is_too_large(site, json.place, inner, attached + 1) {
             return None;
         }
         let entries = object(&mut self.errors, site.file, json, "a node", NODE_KEYS)?;
+        // From here on every part is read even if an earlier one is wrong, so that a file
+        // reports all its mistakes at once; the results are joined at the end.
         let type_name = self.type_name(site, json, entries);
         let found = type_name.and_then(|name| self.find(site, entries, name));
         let id = self.id(site, json, entries, type_name, seat);
@@ -74,6 +77,8 @@ impl<'a, H: Host> Builder<'a, H> {
         } else {
             let id = get(entries, "id").and_then(Json::as_text);
             let plain = id.or(type_name).unwrap_or_default();
+            // The name is the id without the prefix of subtrees, which a reader of the picture
+            // sees anyway.
             format!("{plain}{}", self.suffix)
         };
         let at = At {
@@ -104,7 +109,7 @@ impl<'a, H: Host> Builder<'a, H> {
         })
     }
 
-    /// Counts a node with its modifiers.
+    /// Counts a node with its modifiers, and reports a tree that is too large.
     fn is_too_large(
         &mut self,
         site: &Site<'a>,
@@ -120,6 +125,7 @@ impl<'a, H: Host> Builder<'a, H> {
         }
         let before = self.nodes;
         self.nodes = before.saturating_add(count);
+        // Reported once, at the first node beyond the limit.
         if before <= MAX_NODES && self.nodes > MAX_NODES {
             let message = format!(
                 "the tree has more than {MAX_NODES} nodes, all modifiers, uses of subtrees and \
@@ -152,8 +158,7 @@ impl<'a, H: Host> Builder<'a, H> {
         name
     }
 
-    /// The id in the file with the prefix of its site, or one made from where
-    /// the node stands.
+    /// The id in the file with the prefix of its site, or one made from the place of the node.
     fn id(
         &mut self,
         site: &Site<'a>,
@@ -169,6 +174,8 @@ impl<'a, H: Host> Builder<'a, H> {
                 parent => format!("{parent}/{}:{}", seat.index, shortened(type_name)),
             };
             let id = format!("{id}{}", self.suffix);
+            // A made-up id changes when nodes are added before this one, and its state is then
+            // lost.
             self.missing_id(site, json.place, type_name);
             return self.unique(site, json.place, id);
         };
@@ -201,6 +208,7 @@ impl<'a, H: Host> Builder<'a, H> {
     }
 
     fn unique(&mut self, site: &Site<'a>, place: Location, id: String) -> String {
+        // Ids find the state of a node in a checkpoint: two equal ones would exchange it.
         if let Some((file, first)) = self.ids.get(&id) {
             let message = format!(
                 "id '{}' is used in {file}:{}:{}, too; ids are unique in a tree",
@@ -228,7 +236,7 @@ impl<'a, H: Host> Builder<'a, H> {
         Vec::new()
     }
 
-    /// Reports a wrong number of children, and keys of other types.
+    /// Reports a wrong number of children, and keys that belong to other types.
     fn misplaced(
         &mut self,
         site: &Site<'a>,
@@ -283,6 +291,7 @@ impl<'a, H: Host> Builder<'a, H> {
         match found? {
             Found::Registered(node_type) => self.leaf(at, node_type, ports).map(Kind::Leaf),
             Found::Declared(name, _) => self.declared_leaf(at, name, ports).map(Kind::Leaf),
+            // A use of a subtree passes the result of its root on.
             Found::Engine(spec) if spec.name == engine::SUBTREE => Some(Kind::PassThrough),
             Found::Engine(spec) if spec.name == engine::GUARD => {
                 self.engine_ports(at.site, at.place, ports, spec)?;
@@ -309,6 +318,7 @@ impl<'a, H: Host> Builder<'a, H> {
         if let Some(Found::Engine(spec)) = found
             && spec.name == engine::FOR_EACH
         {
+            // The wrong number was reported by `misplaced`.
             let [child] = raw else { return None };
             return self.for_each(at, entries, child, depth);
         }

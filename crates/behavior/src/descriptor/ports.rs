@@ -17,12 +17,12 @@ pub(super) struct EnginePorts {
 }
 
 impl EnginePorts {
-    /// What the port is bound to, or its default.
+    /// The binding of the port, or its default.
     pub(super) fn get(&self, name: &str) -> Option<&Binding> {
         self.bound.get(name).map(|(binding, _)| binding)
     }
 
-    /// Where it is bound.
+    /// The place of the binding.
     pub(super) fn place(&self, name: &str) -> Option<Location> {
         self.bound.get(name).map(|(_, place)| *place)
     }
@@ -56,7 +56,7 @@ impl EnginePorts {
 }
 
 impl<'a, H: Host> Builder<'a, H> {
-    /// The entries of `ports`, unknown and too many ones reported.
+    /// The entries of `ports`; unknown ports, and too many, are reported.
     pub(super) fn port_entries(
         &mut self,
         site: &Site<'a>,
@@ -86,8 +86,8 @@ impl<'a, H: Host> Builder<'a, H> {
         entries
     }
 
-    /// What the ports of a registered type are bound to; `None` where one is
-    /// wrong, which is reported.
+    /// The bindings of the ports of a registered type; `None` for a mistake,
+    /// which is reported.
     pub(super) fn bindings(
         &mut self,
         site: &Site<'a>,
@@ -103,6 +103,7 @@ impl<'a, H: Host> Builder<'a, H> {
         for port in &node_type.ports {
             let mut given = entries.iter().filter(|e| port.is_called(&e.key));
             let entry = given.next();
+            // A port may be given by its name and by an alias.
             if let Some(twice) = given.next() {
                 let message = format!("port '{}' is given twice; keep one", port.name);
                 self.errors.push(site.file, twice.place, message);
@@ -130,6 +131,7 @@ impl<'a, H: Host> Builder<'a, H> {
             return Some(binding);
         };
         let wrong = match port.direction {
+            // The engine writes results to keys only; a literal has no place for them.
             Direction::Out => Some(format!(
                 "port '{}' is written; bind it to a key: {{\"bb\": \"local.KEY\"}}",
                 port.name
@@ -145,7 +147,7 @@ impl<'a, H: Host> Builder<'a, H> {
         }
     }
 
-    /// The ports of a type of the engine; `None` where one is wrong.
+    /// The ports of a type of the engine; `None` for a mistake.
     pub(super) fn engine_ports(
         &mut self,
         site: &Site<'a>,
@@ -157,6 +159,7 @@ impl<'a, H: Host> Builder<'a, H> {
         let entries = self.port_entries(site, ports, &known);
         let mut bound = BTreeMap::new();
         let mut whole = true;
+        // Ids of children are resolved by the parallel, which knows the children.
         for port in spec.ports.iter().filter(|p| p.shape != Shape::Ids) {
             let entry = entries.iter().find(|e| e.key == port.name);
             let binding = match (entry, port.default) {
@@ -229,7 +232,7 @@ fn missing(type_name: &str, port: &PortSpec) -> String {
     )
 }
 
-/// What is wrong with a literal of the right type.
+/// The mistake in a literal of the right type.
 fn out_of_bounds(value: Value, port: &PortSpec) -> Option<String> {
     let name = port.name;
     if let Some((low, high)) = port.range {
@@ -255,7 +258,7 @@ fn out_of_bounds(value: Value, port: &PortSpec) -> Option<String> {
     }
 }
 
-/// What is wrong with the binding of a port of the engine.
+/// The mistake in the binding of a port of the engine.
 fn shape_mistake(port: &EnginePort, binding: &Binding) -> Option<String> {
     let name = port.name;
     match (port.shape, binding) {
@@ -266,6 +269,7 @@ fn shape_mistake(port: &EnginePort, binding: &Binding) -> Option<String> {
             Some(format!("port '{name}' is {seconds} s, 0 or more is needed"))
         }
         (Shape::Seconds | Shape::Key | Shape::Bound, _) => None,
+        // Counts, tests and words are part of the node, which does not change after loading.
         (_, Binding::Key(..)) => Some(format!(
             "port '{name}' has to be a value that is known when the file is loaded"
         )),

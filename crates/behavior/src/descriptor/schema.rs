@@ -1,4 +1,4 @@
-//! The JSON Schema of tree files, made from the registered node types, so that
+//! The JSON Schema of tree files, made from the registered node types, with which
 //! an editor completes and checks them.
 
 mod values;
@@ -127,7 +127,7 @@ fn keys(doc: &str) -> Json {
     })
 }
 
-/// A type as it is offered: its name and what it does.
+/// A type as an editor offers it: its name and its description.
 fn offer(name: &str, doc: &str, keywords: &[&str]) -> Json {
     let description = match keywords {
         [] => doc.to_owned(),
@@ -144,6 +144,8 @@ fn registered_offers<H: Host>(library: &Library<H>) -> Vec<Json> {
     let mut offers = Vec::new();
     for t in library.types() {
         offers.push(offer(t.name, t.doc, t.keywords));
+        // Accepted, so that older files are valid, and marked, so that new ones do not use
+        // them.
         for alias in t.aliases {
             let description = format!("Older name of {}", t.name);
             offers.push(json!({"const": alias, "description": description, "deprecated": true}));
@@ -152,7 +154,7 @@ fn registered_offers<H: Host>(library: &Library<H>) -> Vec<Json> {
     offers
 }
 
-/// `then` for the nodes of the type called `name`.
+/// `then` for the nodes of the type `name`.
 fn case(name: &str, then: &Json) -> Json {
     json!({
         "if": {"properties": {"type": {"const": name}}, "required": ["type"]},
@@ -226,6 +228,7 @@ fn modifier() -> Json {
         let mut then = with_ports(engine_ports(t));
         if t.name != super::modifiers::CHECK {
             let properties = then.entry("properties").or_insert_with(|| json!({}));
+            // `false` refuses the key: only a check of a key has an abort mode.
             if let Some(properties) = properties.as_object_mut() {
                 properties.insert("abort".to_owned(), json!(false));
             }
@@ -270,6 +273,7 @@ fn registered_cases<H: Host>(library: &Library<H>, of_nodes: bool) -> Vec<Json> 
 }
 
 fn engine_node(t: &EngineType) -> Json {
+    // Its ports are those of the subtree, which the schema does not know.
     if t.name == engine::SUBTREE {
         let mut then = Map::new();
         then.insert("properties".to_owned(), json!({
@@ -283,7 +287,7 @@ fn engine_node(t: &EngineType) -> Json {
     Json::Object(then)
 }
 
-/// Adds what a type takes besides its ports.
+/// Adds the keys of a type besides its ports.
 fn restrict(then: &mut Map<String, Json>, children: Children, name: &str) {
     let mut required: Vec<&str> = Vec::new();
     let mut add = Map::new();
@@ -298,6 +302,7 @@ fn restrict(then: &mut Map<String, Json>, children: Children, name: &str) {
     for (key, owner) in engine::OWNED_KEYS {
         if name == owner {
             required.push(key);
+        // Keys of other types are refused, as the loader does.
         } else {
             add.insert(key.to_owned(), json!(false));
         }
@@ -312,7 +317,7 @@ fn restrict(then: &mut Map<String, Json>, children: Children, name: &str) {
     }
 }
 
-/// Ports by name, and those that have to be bound.
+/// Ports by name, and the names of those that have to be bound.
 struct Ports {
     properties: Map<String, Json>,
     required: Vec<&'static str>,

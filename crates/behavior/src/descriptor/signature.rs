@@ -1,4 +1,4 @@
-//! What a use of a subtree has to fit, for programs that write tree files.
+//! The interface of subtrees, for programs that write tree files.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ use crate::value::ValueType;
 pub struct Signature {
     /// The file.
     pub file: String,
-    /// Where in the file.
+    /// Its place in the file.
     pub place: Location,
     /// Its ports, in the order in which they are declared.
     pub ports: Vec<PortSignature>,
@@ -31,27 +31,28 @@ pub struct PortSignature {
     pub name: String,
     /// Type of its value.
     pub value_type: ValueType,
-    /// It has no default: each use binds it.
+    /// Whether it has no default, so that each use has to bind it.
     pub needed: bool,
 }
 
-/// Headers have no leaves, so any host does.
+/// Headers have no leaves, so any host is sufficient.
 struct NoHost;
 
 impl Host for NoHost {
     type World<'w> = ();
 }
 
-/// The subtrees that a file for others to include, and those that it includes, declare, by
+/// The subtrees that an includable file and those that it includes declare, by
 /// name. Their nodes are not read.
 ///
 /// # Errors
-/// Everything that is wrong in what the files declare, a root, and a file without subtrees.
+/// All mistakes in the declarations, a root, and a file without subtrees.
 pub fn signatures(source: &Source<'_>) -> Result<BTreeMap<String, Signature>, Errors> {
     let files = files::collect(source)?;
     let (library, constants, shared) = (Library::default(), BTreeMap::new(), Board::new());
     let mut builder: Builder<'_, NoHost> =
         header::read(&files, &library, &constants, &shared, Errors::default());
+    // Such a file is included by others, where a root is refused.
     if let Some(root) = files.first().and_then(|file| file.root.get("root")) {
         let message = "a file that provides leaves has no root of its own; make it a subtree";
         builder.errors.push(source.file, root.place, message);

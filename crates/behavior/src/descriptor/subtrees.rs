@@ -29,6 +29,7 @@ impl<'a, H: Host> Builder<'a, H> {
             self.errors.push(file, value.place, message);
             return None;
         };
+        // The number of nodes is limited as well, but the circle is the mistake to report.
         if self.open.contains(&name) {
             let circle = [self.open.join(" -> "), name.to_owned()].join(" -> ");
             let message = format!("a subtree is part of itself: {circle}; break the circle");
@@ -40,6 +41,7 @@ impl<'a, H: Host> Builder<'a, H> {
         let subtree = self.subtrees.get(name)?;
         let inner = Site {
             file: subtree.file,
+            // Ids of the subtree get the id of the use as prefix: it may be used several times.
             prefix: format!("{}/", at.id),
             ports: Some(ports?),
         };
@@ -49,6 +51,7 @@ impl<'a, H: Host> Builder<'a, H> {
             depth: depth + 1,
             ..Seat::ROOT
         };
+        // `open` has the subtree while its nodes are read, to find circles.
         let node = self.node(&inner, root, seat);
         self.open.pop();
         node
@@ -72,6 +75,8 @@ impl<'a, H: Host> Builder<'a, H> {
         for (port, value_type, default) in declared {
             let binding = match (get(entries, port), default) {
                 (Some(json), _) => self.binding(at.site, json, Some(value_type)),
+                // A default is read with the constants of the file that declares it, whose
+                // place a mistake has.
                 (None, Some(json)) => self
                     .literal(declaring, json, value_type)
                     .map(Binding::Literal),

@@ -9,11 +9,11 @@ use super::json::{Entry, shortened};
 use crate::tree::check::CONDITION;
 use crate::tree::{Host, NodeType};
 
-/// What the name of a type stands for.
+/// The meaning of a type name.
 pub(super) enum Found<'a, H: Host> {
     Engine(&'static EngineType),
     Registered(&'a NodeType<H>),
-    /// Of a leaf that the file declares; whether it is a condition.
+    /// A leaf that the file declares; whether it is a condition.
     Declared(&'a str, bool),
 }
 
@@ -42,6 +42,7 @@ impl<'a, H: Host> Builder<'a, H> {
         entries: &'a [Entry],
         name: &str,
     ) -> Option<Found<'a, H>> {
+        // Engine, registered, declared: a library cannot change the meaning of an engine type.
         if let Some(spec) = engine::find(name) {
             return Some(Found::Engine(spec));
         }
@@ -58,7 +59,7 @@ impl<'a, H: Host> Builder<'a, H> {
         None
     }
 
-    /// Looks among names of another library first, then among names, then among keywords.
+    /// Searches names of another library first, then known names, then keywords.
     fn unknown_type(&self, name: &str) -> String {
         if let Some(ours) = counterparts::of(name) {
             return format!("there is no node type '{name}'; {ours}");

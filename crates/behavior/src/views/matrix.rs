@@ -1,20 +1,21 @@
-//! A matrix for terminals, as the table it was written as.
+//! A matrix for terminals, as a table.
 
 use super::{one_line, status_of};
 use crate::graph::{Graph, GraphNode};
 use crate::status::NodeStatus;
 
-/// Between two columns.
+/// The gap between two columns.
 const GAP: &str = "  ";
-/// How the detail of a state names the behaviour that runs in it.
+/// The prefix of the sub-behaviour in the detail of a state.
 const RUNS: &str = "runs ";
 /// Marks an active state.
 const ACTIVE: &str = " *";
 
 /// The graph of a matrix as a table of at most `width` characters, if its cells allow it: a
-/// row for each event and a column for each state, or the other way round where only that
-/// fits. Where neither does, the columns are continued in tables below. A cell names its
-/// handler and, below it, the states it may go to. With `statuses` the active state has `*`.
+/// row for each event and a column for each state, or the transposed table if only that
+/// fits. If neither does, the columns are continued in tables below. A cell names its
+/// handler and, below it, the states to which it may change. With `statuses` the active
+/// state has `*`.
 pub fn matrix(graph: &Graph, statuses: Option<&[NodeStatus]>, width: usize) -> String {
     let by_event = Table::of(graph, statuses);
     if by_event.width() <= width {
@@ -70,7 +71,7 @@ impl Table {
         }
     }
 
-    /// Rows as columns, and columns as rows.
+    /// The transposed table.
     fn turned(&self) -> Self {
         let column = |at: usize| {
             let cells = self.rows.iter().map(move |(_, cells)| cells.get(at));
@@ -85,13 +86,14 @@ impl Table {
         }
     }
 
-    /// The same rows, the columns in several tables.
+    /// The same rows, with the columns in several tables.
     fn parts(&self, width: usize) -> Vec<Self> {
         let (mut parts, mut from) = (Vec::new(), 0);
         while from < self.columns.len() {
+            // The largest number of columns that fits, so that there are few tables.
             let fits = |to: &usize| self.part(from, *to).width() <= width;
             let to = (from + 1..=self.columns.len()).rev().find(fits);
-            // A column that is too wide alone is shown all the same.
+            // A column that is too wide by itself is shown anyway.
             let to = to.unwrap_or(from + 1);
             parts.push(self.part(from, to));
             from = to;
@@ -110,7 +112,7 @@ impl Table {
         }
     }
 
-    /// Characters of the names of the rows, then of each column.
+    /// Width of the names of the rows, then of each column (characters).
     fn widths(&self) -> Vec<usize> {
         let length = |text: &String| text.chars().count();
         let names = self.rows.iter().map(|(name, _)| length(name)).max();
@@ -154,8 +156,8 @@ impl Table {
     }
 }
 
-/// Handlers by event, as the detail of a state has them: `EVENT: handler, ...`, after what
-/// runs in it.
+/// Handlers by event, from the detail of a state: `EVENT: handler, ...`, after its
+/// sub-behaviour.
 fn handlers(node: &GraphNode) -> Vec<(String, String)> {
     let pair = |part: &str| {
         let (event, handler) = match part.strip_prefix(RUNS) {
@@ -167,13 +169,15 @@ fn handlers(node: &GraphNode) -> Vec<(String, String)> {
     node.detail.split(", ").filter_map(pair).collect()
 }
 
-/// All events, in an order that keeps that of each state: that of precedence.
+/// All events, in an order that agrees with that of each state: the precedence.
 fn order(known: &[Vec<(String, String)>]) -> Vec<String> {
     let events = |one: &Vec<(String, String)>| one.iter().map(|(event, _)| event.clone()).collect();
     let mut left: Vec<Vec<String>> = known.iter().map(events).collect();
     let mut all = Vec::new();
     loop {
         let heads: Vec<&String> = left.iter().filter_map(|list| list.first()).collect();
+        // The next event is one before which no state has another. If the lists contradict each
+        // other, the first head is used, so that the loop ends.
         let is_first = |event: &&&String| {
             let place = |list: &Vec<String>| list.iter().position(|one| one == **event);
             left.iter().all(|list| place(list).unwrap_or(0) == 0)

@@ -1,4 +1,4 @@
-//! For Mermaid.
+//! Pictures for Mermaid.
 
 use std::fmt::Write;
 
@@ -57,13 +57,14 @@ fn draw(graph: &Graph, statuses: Option<&[NodeStatus]>, page: &mut String) -> st
     colours(graph, statuses, page)
 }
 
-/// States within their parents, by a stack of their own.
+/// States within their parents, with an explicit stack.
 fn states(
     graph: &Graph,
     tops: &[usize],
     children: &[Vec<usize>],
     page: &mut String,
 ) -> std::fmt::Result {
+    // `None` ends the box of a parent.
     let mut open: Vec<Option<usize>> = tops.iter().rev().map(|top| Some(*top)).collect();
     while let Some(next) = open.pop() {
         let Some(index) = next else {
@@ -112,8 +113,8 @@ fn class_of(status: Option<NodeStatus>) -> Option<&'static str> {
     }
 }
 
-/// Everything Mermaid or the page around it could take for its own becomes a
-/// numeric entity.
+/// Replaces all characters that have a meaning in Mermaid or in the page around it
+/// by numeric entities.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

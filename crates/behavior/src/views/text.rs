@@ -1,4 +1,4 @@
-//! For terminals.
+//! Pictures for terminals.
 
 use std::fmt::Write;
 
@@ -8,8 +8,8 @@ use crate::status::NodeStatus;
 
 /// The graph as indented lines; a tree with the kinds of its nodes and, with
 /// `statuses`, their marks: `✓` success, `✗` failure, `*` running, `-` not
-/// running, `~` stopping. States have `*` where they are active, and their
-/// ways out below them.
+/// running, `~` stopping. States have `*` if they are active, and their
+/// transitions below them.
 pub fn text(graph: &Graph, statuses: Option<&[NodeStatus]>) -> String {
     let (tops, children) = family(graph);
     let mut page = Page {
@@ -20,13 +20,14 @@ pub fn text(graph: &Graph, statuses: Option<&[NodeStatus]>) -> String {
     };
     let tops = tops.iter().rev();
     let mut open: Vec<(usize, String)> = tops.map(|top| (*top, String::new())).collect();
-    // A stack of its own, as nodes may be nested deeply.
+    // An explicit stack, since nodes may be nested deeply.
     while let Some((index, lead)) = open.pop() {
         page.node(index, &lead);
         let below = below(&lead);
         page.edges(index, &below);
         let own = page.children.get(index).cloned().unwrap_or_default();
         let count = own.len();
+        // Reversed, so that the first child is on top of the stack.
         for (nth, child) in own.into_iter().enumerate().rev() {
             let branch = if nth + 1 < count {
                 "├── "
@@ -39,7 +40,7 @@ pub fn text(graph: &Graph, statuses: Option<&[NodeStatus]>) -> String {
     page.text
 }
 
-/// What stands below a line that was led in by `indent`.
+/// The indent of the lines below a line with the indent `indent`.
 fn below(indent: &str) -> String {
     indent.replace("├── ", "│   ").replace("└── ", "    ")
 }
@@ -84,7 +85,7 @@ impl Page<'_> {
         let _written = writeln!(self.text, "{}", line.trim_end()).is_ok();
     }
 
-    /// Signs as the field draws them: `→` all in order, `?` one after the other.
+    /// The usual signs of behaviour trees: `→` for a sequence, `?` for a selector.
     fn sign(&self, kind: &str) -> &'static str {
         if self.graph.kind != GraphKind::Tree {
             return "";

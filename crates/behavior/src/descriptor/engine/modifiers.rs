@@ -1,8 +1,8 @@
-//! What may be attached to any node.
+//! The modifiers that any node may have.
 
 use super::{Children, EngineType, FINAL_STATUSES, SECONDS, Shape, TEST, node, port};
 
-/// What may be attached to any node.
+/// The modifiers that any node may have.
 pub(in crate::descriptor) const MODIFIERS: &[EngineType] = &[
     node(
         "CheckBlackboard",

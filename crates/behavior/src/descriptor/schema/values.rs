@@ -1,4 +1,4 @@
-//! Schemas of values and of what ports may be bound to.
+//! Schemas of values and of bindings of ports.
 
 use serde_json::{Value as Json, json};
 
@@ -43,7 +43,7 @@ pub(super) fn within(value_type: ValueType, range: Option<(f64, f64)>, choices: 
     schema
 }
 
-/// The literal, or what stands for one when the file is loaded.
+/// The literal, or a form that is replaced by one when the file is loaded.
 pub(super) fn literal(value_type: ValueType, literal: Json) -> Json {
     let mut ways = ways(value_type, literal);
     ways.push(json!({"$ref": "#/$defs/port"}));
@@ -52,6 +52,7 @@ pub(super) fn literal(value_type: ValueType, literal: Json) -> Json {
 
 fn ways(value_type: ValueType, literal: Json) -> Vec<Json> {
     let constant = match value_type {
+        // A text may contain constants, other values are replaced as a whole.
         ValueType::Text => json!({"type": "string", "pattern": "\\$\\{[^{}$]*\\}"}),
         _ => json!({"$ref": "#/$defs/constant"}),
     };
@@ -67,7 +68,7 @@ pub(super) fn any_literal() -> Json {
     ]})
 }
 
-/// A literal of a type, or of any, a port of the subtree around, or a key.
+/// A literal of a type, or of any; a port of the subtree around; or a key.
 pub(super) fn bound(typed: Option<(ValueType, Json)>) -> Json {
     let mut schema = match typed {
         Some((value_type, plain)) => literal(value_type, plain),
@@ -79,12 +80,12 @@ pub(super) fn bound(typed: Option<(ValueType, Json)>) -> Json {
     schema
 }
 
-/// A key, also by way of a port.
+/// A key, directly or by a port of the subtree.
 pub(super) fn key_only() -> Json {
     json!({"anyOf": [{"$ref": "#/$defs/key"}, {"$ref": "#/$defs/port"}]})
 }
 
-/// Adds what an editor shows.
+/// Adds the description and the default that an editor shows.
 pub(super) fn describe(schema: &mut Json, doc: &str, default: Option<Json>) {
     if let Some(schema) = schema.as_object_mut() {
         schema.insert("description".to_owned(), json!(doc));
@@ -94,7 +95,7 @@ pub(super) fn describe(schema: &mut Json, doc: &str, default: Option<Json>) {
     }
 }
 
-/// A default as it would be written.
+/// A default in the form of the file.
 pub(super) fn example(value: Value) -> Json {
     match value {
         Value::Bool(value) => json!(value),
@@ -129,7 +130,7 @@ pub(super) fn declaration() -> Json {
     })
 }
 
-/// What the item of a `ForEach` is called.
+/// The name of the item of a `ForEach`.
 pub(super) fn item_name() -> Json {
     json!({
         "description": "Name of the item: ${NAME} in the child is the item; no name of a constant",
