@@ -288,7 +288,7 @@ impl History for Slots {
         head.label = tick;
         self.buffer
             .splice(..HEAD_BYTES, checkpoint::to_bytes(&head));
-        // The entry for the state that physics would resume from now stays, whatever its age:
+        // The entry for the state that physics would resume from now stays, however old it is:
         // a kill before the new state is complete needs it.
         let needed = self.find(saved_tick).map(|(slot, _)| slot);
         let slots = (0..HISTORY).filter(|slot| Some(*slot) != needed);

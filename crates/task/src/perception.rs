@@ -126,7 +126,7 @@ mod tests {
         let (mut one, mut other) = (Perception::new(&noise), Perception::new(&noise));
         let drawn: Vec<_> = (0..100).map(|n| positions(&mut one, 10 * n)).collect();
         assert_ne!(drawn[0], drawn[1]);
-        // Whatever was seen before: a restarted task sees the same.
+        // Independent of earlier observations: a restarted task perceives the same.
         assert_eq!(drawn[99], positions(&mut other, 990));
         let all = || drawn.iter().chain([&kept]).flatten().flatten();
         assert!(all().all(|value| value.abs() <= 0.01));

@@ -1,6 +1,6 @@
 //! Values of attributes.
 
-/// What an attribute refers to.
+/// The value of an attribute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Value<'a> {
     /// `{key}`.
@@ -9,7 +9,7 @@ pub(crate) enum Value<'a> {
     Text(&'a str),
 }
 
-/// The value of the attribute `name`: `{=}` is the key of that name.
+/// The value of the attribute `name`: `{=}` is the key with that name.
 pub(crate) fn value<'a>(name: &'a str, text: &'a str) -> Value<'a> {
     let inner = text
         .trim()
@@ -17,6 +17,7 @@ pub(crate) fn value<'a>(name: &'a str, text: &'a str) -> Value<'a> {
         .and_then(|t| t.strip_suffix('}'));
     match inner.map(str::trim) {
         Some("=") => Value::Key(name),
+        // BehaviorTree.CPP accepts `=` without braces as well.
         None if text == "=" => Value::Key(name),
         Some(key) if !key.is_empty() => Value::Key(key),
         _ => Value::Text(text),

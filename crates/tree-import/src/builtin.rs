@@ -38,7 +38,9 @@ const KNOWN: &[&str] = &[
     "Sleep",
 ];
 
-/// Nodes of BehaviorTree.CPP without a counterpart, and what to do.
+/// Nodes of BehaviorTree.CPP without a counterpart, and the advice.
+// Refused by name: without this list they would count as leaves of the author, and the tree
+// would load and wait for a program to provide them (ADR 0027).
 const REFUSED: &[(&str, &str)] = &[
     ("AsyncSequence", "use Sequence: here nothing waits for it"),
     ("AsyncFallback", "use Fallback: here nothing waits for it"),
@@ -122,7 +124,7 @@ const REFUSED: &[(&str, &str)] = &[
 ];
 
 impl Translator<'_> {
-    /// The node without the scripts around it.
+    /// The node without its scripts.
     pub(crate) fn body(&mut self, element: &Element, skip: Skip, depth: usize) -> Option<Part> {
         let name = element.node_type().to_owned();
         if name.is_empty() {
@@ -130,17 +132,21 @@ impl Translator<'_> {
             self.refuse(element, why);
             return None;
         }
+        // The children of a refused node are translated all the same, so that one run reports
+        // all refusals.
         if let Some((_, why)) = REFUSED.iter().find(|(refused, _)| *refused == name) {
             self.refuse(element, format!("{name} has no counterpart: {why}"));
             self.look_inside(element, depth);
             return None;
         }
+        // An unknown attribute may change the meaning of the node in a newer version.
         if !self.has_its_attributes(element, &name) {
             self.look_inside(element, depth);
             return None;
         }
         match name.as_str() {
             "Sequence" => self.line(element, "Sequence", true, skip, depth),
+            // BehaviorTree.CPP: Sequence and Fallback have memory, the reactive ones do not.
             "ReactiveSequence" => self.line(element, "Sequence", false, skip, depth),
             "Fallback" => self.line(element, "Selector", true, skip, depth),
             "ReactiveFallback" => self.line(element, "Selector", false, skip, depth),
@@ -176,7 +182,7 @@ impl Translator<'_> {
         }
     }
 
-    /// Reports attributes that the node does not have.
+    /// Refuses attributes that the node does not have.
     fn has_its_attributes(&mut self, element: &Element, name: &str) -> bool {
         let known: &[&str] = match name {
             "Parallel" => &["success_count", "failure_count"],
@@ -192,6 +198,7 @@ impl Translator<'_> {
             name if name != "SubTree" && KNOWN.contains(&name) => &[],
             _ => return true,
         };
+        // Attributes with `_` are scripts and marks of editors, which `around` reads.
         let own = |name: &str| name.starts_with('_') || name == "name" || name == "ID";
         let names = element.attributes.iter().map(|(name, _)| name.as_str());
         let unknown: Vec<&str> = names.filter(|n| !own(n) && !known.contains(n)).collect();
@@ -202,19 +209,19 @@ impl Translator<'_> {
         unknown.is_empty()
     }
 
-    /// Looks for more to refuse below a node that is refused.
+    /// Translates the children of a refused node to report more refusals.
     pub(crate) fn look_inside(&mut self, element: &Element, depth: usize) {
         for child in &element.children {
             let _refused_anyway = self.node(child, Skip::Success, depth + 1);
         }
     }
 
-    /// Whether a name is that of a node with a counterpart.
+    /// The known node with the most similar name.
     pub(crate) fn known_node(name: &str) -> Option<&'static str> {
         suggest::nearest(name, KNOWN)
     }
 
-    /// Children that cannot be skipped.
+    /// Children where none may be skipped.
     pub(crate) fn outs(&mut self, element: &Element, depth: usize) -> Option<Vec<Out>> {
         let parts = self.children(element, Skip::Never, depth)?;
         Some(parts.into_iter().map(|part| part.out).collect())
@@ -228,12 +235,14 @@ impl Translator<'_> {
         skip: Skip,
         depth: usize,
     ) -> Option<Part> {
+        // A Sequence continues after a skipped child as after a success, a Fallback as after a
+        // failure.
         let own = match kind {
             "Sequence" => Skip::Success,
             _ => Skip::Failure,
         };
         let parts = self.children(element, own, depth)?;
-        // With all children skipped it is skipped, too.
+        // If all children are skipped, it is skipped, too.
         let skips = parts.iter().all(|part| part.skips);
         if skips && skip != own {
             let why = "all its children may be skipped, and it with them: the node around it has \
@@ -246,7 +255,7 @@ impl Translator<'_> {
         Some(Part { out, skips })
     }
 
-    /// A whole number that is known when the file is read.
+    /// A whole number that is known at import.
     pub(crate) fn number(
         &mut self,
         element: &Element,
@@ -262,6 +271,8 @@ impl Translator<'_> {
             }
         };
         let why = match bind::value(port, text) {
+            // In BehaviorTree.CPP a key may change the number at run time; ours are part of the
+            // node.
             Value::Key(key) => format!(
                 "the port '{port}' is the key '{key}'; here it has to be a number: write it"
             ),
@@ -274,7 +285,7 @@ impl Translator<'_> {
         None
     }
 
-    /// Milliseconds in seconds.
+    /// Milliseconds, converted to seconds.
     pub(crate) fn seconds(&mut self, element: &Element, port: &str) -> Option<f64> {
         let milliseconds = self.number(element, port, None)?;
         if milliseconds < 0 {
@@ -301,6 +312,7 @@ impl Translator<'_> {
         let mut out = self.out(element, "Sequence", Vec::new());
         let base = out.id.clone();
         let mut children: Vec<Out> = sets.iter().map(|set| self.set(set, &base, &at)).collect();
+        // A single assignment needs no sequence around it.
         if children.len() == 1
             && let Some(only) = children.pop()
         {
@@ -320,6 +332,8 @@ impl Translator<'_> {
             Ok(expr) => {
                 let named = self.out(element, "", Vec::new());
                 let mut out = self.condition(&expr, true, &named.id, &At::of(element));
+                // The node keeps its own id and name; those of the condition are for parts of
+                // it.
                 (out.id, out.name) = (named.id, named.name);
                 Some(Part::of(out))
             }
@@ -336,6 +350,7 @@ impl Translator<'_> {
             return None;
         };
         let at = At::of(element);
+        // The port is the name of a key, with or without braces.
         let key = match bind::value("output_key", key) {
             Value::Key(key) | Value::Text(key) => self.key(key, true),
         };

@@ -1,4 +1,4 @@
-//! Scripts around a node (`_skipIf`, `_onSuccess`, ..), and what becomes of scripts.
+//! Scripts of a node (`_skipIf`, `_onSuccess`, ..), and their translation.
 
 use crate::document::Element;
 use crate::out::{At, Bind, Out};
@@ -28,7 +28,7 @@ pub(crate) struct Around {
 }
 
 impl Around {
-    /// Whether something is set when the node ends.
+    /// Whether a key is set when the node ends.
     pub(crate) fn has_scripts(&self) -> bool {
         !(self.on_success.is_empty() && self.on_failure.is_empty() && self.post.is_empty())
     }
@@ -82,12 +82,16 @@ impl Translator<'_> {
         skip: Skip,
     ) -> Option<Part> {
         let at = At::of(element);
+        // SKIPPED has no equivalent: it is a success or a failure of the node, as the parent
+        // treats it, so a parent that treats it as neither makes the tree refused (ADR 0027).
         if around.may_skip() && skip == Skip::Never {
             let why = "_skipIf and _while need a Sequence or Fallback around the node: no answer \
                        stands for 'skipped' here";
             self.refuse(element, why);
             return None;
         }
+        // Scripts do not run when a node is skipped, but run for the result of _successIf; no
+        // order of the wrappers gives both.
         if around.may_skip() && around.answers() && around.has_scripts() {
             let why = "_skipIf or _while together with _successIf or _failureIf and a script after \
                        the node: put a Sequence around the node and one of them on it";
@@ -95,6 +99,8 @@ impl Translator<'_> {
             return None;
         }
         let skips = part.skips || around.may_skip();
+        // From the inside out, so that the conditions are evaluated in the order of
+        // BehaviorTree.CPP: _failureIf, _successIf, _skipIf, _while.
         let mut out = part.out;
         let answers = around.answers();
         if !answers {
@@ -113,24 +119,28 @@ impl Translator<'_> {
         if let Some(expr) = &around.failure_if {
             out = self.on_entry(out, expr, ("failure_if", "Sequence"), &at);
         }
+        // Scripts run for a result of _successIf and _failureIf, too, so they are outside of
+        // them.
         if answers {
             out = self.with_scripts(out, around, &at);
         }
         Some(Part { out, skips })
     }
 
-    /// Asked when the node is entered: a Selector succeeds where it holds, a Sequence fails.
+    /// Evaluated when the node is entered: a Selector succeeds if it holds, a Sequence fails.
     fn on_entry(&mut self, node: Out, expr: &Expr, (what, kind): (&str, &str), at: &At) -> Out {
         let id = self.id(&format!("{}.{what}", node.id));
         let condition = self.condition(expr, kind == "Selector", &id, at);
+        // With memory the condition is not evaluated again while the node runs.
         Out::new(id, kind, vec![condition, node]).port("memory", true)
     }
 
-    /// Asked in every tick, and the node is stopped when it does not hold.
+    /// Evaluated in every tick; the node is stopped when it does not hold.
     fn while_true(&mut self, node: Out, expr: &Expr, skip: Skip, at: &At) -> Out {
         let id = self.id(&format!("{}.while", node.id));
         let kind = skipped(skip);
         let condition = self.condition(expr, kind == "Sequence", &id, at);
+        // Without memory the condition is ticked first in every tick.
         Out::new(id, kind, vec![condition, node]).port("memory", false)
     }
 
@@ -141,6 +151,7 @@ impl Translator<'_> {
         let after_failure: Vec<&Assignment> =
             around.on_failure.iter().chain(&around.post).collect();
         let mut out = node;
+        // Each assignment succeeds, so a Sequence passes the success of the node on.
         if !after_success.is_empty() {
             let id = self.id(&format!("{own}.on_success"));
             let mut children = vec![out];
@@ -152,6 +163,8 @@ impl Translator<'_> {
             let mut children = vec![out];
             for set in after_failure {
                 let set = self.set(set, &id, at);
+                // An inverted assignment fails, so the Selector runs all of them and then
+                // fails.
                 let inverter = self.id(&format!("{}.not", set.id));
                 children.push(Out::new(inverter, "Inverter", vec![set]));
             }
@@ -160,11 +173,13 @@ impl Translator<'_> {
         out
     }
 
-    /// A node that succeeds where `expr` has the truth value `wanted`, else fails.
+    /// A node that succeeds if `expr` has the truth value `wanted`, else fails.
     pub(crate) fn condition(&mut self, expr: &Expr, wanted: bool, base: &str, at: &At) -> Out {
         let id = self.id(&format!("{base}.if"));
         match expr {
             Expr::Constant(value) => self.always(id, *value == wanted),
+            // A key without a value differs from every constant, as with an inverter of
+            // `equals`, which would be one node more.
             Expr::Not(inner) => match inner.as_ref() {
                 Expr::Equals(key, constant) if wanted => {
                     let test = self.constant(key, constant, at);
@@ -173,11 +188,14 @@ impl Translator<'_> {
                 inner => self.condition(inner, !wanted, base, at),
             },
             Expr::And(parts) | Expr::Or(parts) => {
+                // De Morgan: a negated conjunction is a disjunction of negated parts.
                 let all = matches!(expr, Expr::And(_)) == wanted;
                 let kind = if all { "Sequence" } else { "Selector" };
                 let parts = parts.iter();
                 let children = parts.map(|part| self.condition(part, wanted, &id, at));
                 let children = children.collect();
+                // Without memory all parts are evaluated again in every tick, as one
+                // expression.
                 Out::new(id, kind, children).port("memory", false)
             }
             Expr::Key(_) | Expr::Equals(..) | Expr::Below(..) | Expr::Above(..) if !wanted => {
@@ -214,11 +232,12 @@ impl Translator<'_> {
         out.bound("key", Bind::Key(key)).bound(test, value)
     }
 
-    /// A constant that belongs to a key.
+    /// A constant that is compared with a key or assigned to it.
     fn constant(&mut self, key: &str, constant: &Constant, at: &At) -> Bind {
         let key = self.key(key, false);
         let holder = self.holder(&key);
         let found = Type::of_constant(constant);
+        // A key has one type in our files; BehaviorTree.CPP converts between texts and numbers.
         if let Err(before) = self.types.is(&holder, found) {
             self.mixed(at, &key, before, found);
         }
@@ -257,9 +276,10 @@ impl Translator<'_> {
         Bind::Key(other)
     }
 
-    /// A node that always gives the same answer.
+    /// A node that always gives the same result.
     pub(crate) fn always(&mut self, id: String, success: bool) -> Out {
         if success {
+            // A Wait of 0 s succeeds in its first tick.
             return Out::new(id, "Wait", Vec::new()).port("seconds", 0);
         }
         let inner = self.id(&format!("{id}.not"));
@@ -268,7 +288,7 @@ impl Translator<'_> {
     }
 }
 
-/// The composite in which a node that is skipped gives the answer that stands for it.
+/// The composite in which a skipped node gives the result that replaces SKIPPED.
 fn skipped(skip: Skip) -> &'static str {
     match skip {
         Skip::Failure => "Sequence",

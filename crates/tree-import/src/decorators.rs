@@ -1,4 +1,4 @@
-//! Decorators, and nodes with several children that are not lines of them.
+//! Decorators, and nodes with several children other than sequences and fallbacks.
 
 use crate::document::Element;
 use crate::out::{At, Bind, Out};
@@ -7,6 +7,7 @@ use crate::translate::{Part, Skip, Translator};
 
 impl Translator<'_> {
     pub(crate) fn parallel(&mut self, element: &Element, depth: usize) -> Option<Part> {
+        // Children and ports are read before any is tested, so that all mistakes are reported.
         let children = self.outs(element, depth);
         let successes = self.threshold(element, "success_count", -1);
         let failures = self.threshold(element, "failure_count", 1);
@@ -26,7 +27,7 @@ impl Translator<'_> {
         ))
     }
 
-    /// A number of children; -1 is all of them.
+    /// A number of children; negative numbers count from all of them, -1.
     fn threshold(&mut self, element: &Element, port: &str, default: i64) -> Option<i64> {
         let given = self.number(element, port, Some(default))?;
         let count = i64::try_from(element.children.len()).unwrap_or(i64::MAX);
@@ -35,6 +36,7 @@ impl Translator<'_> {
         } else {
             given
         };
+        // 0 decides before any child has finished; more than all can never be reached.
         if (1..=count).contains(&meant) {
             return Some(meant);
         }
@@ -46,7 +48,7 @@ impl Translator<'_> {
         None
     }
 
-    /// Which of the two runs is kept in a key: the condition is not asked again.
+    /// The choice between both branches is kept in a key, so the condition is not ticked again.
     pub(crate) fn if_then_else(&mut self, element: &Element, depth: usize) -> Option<Part> {
         let mut children = self.outs(element, depth)?.into_iter();
         let (condition, yes, no) = (children.next(), children.next(), children.next());
@@ -58,17 +60,20 @@ impl Translator<'_> {
             return None;
         };
         let mut out = self.out(element, "Sequence", Vec::new());
+        // Without an else branch it fails when the condition fails, which a Sequence does.
         let Some(no) = no else {
             out.children = vec![condition, yes];
             return Some(Part::of(out.port("memory", true)));
         };
         let (base, at) = (out.id.clone(), At::of(element));
         let key = self.key(&format!("{base}.holds"), true);
+        // A key of this node alone: uses of a subtree must not share it by `_autoremap`.
         if let Some(own) = self.scope.keys.get_mut(&key) {
             own.inner = true;
         }
         let held = self.flag(&base, &key, true, &at);
         let not_held = self.flag(&base, &key, false, &at);
+        // The condition may run for several ticks; its result is stored when it has finished.
         let asked = self.both(&format!("{base}.asked"), vec![condition, held]);
         let asked = self.either(&format!("{base}.ask"), vec![asked, not_held]);
         let then_if = self.check(&base, &key, true, &at);
@@ -88,12 +93,12 @@ impl Translator<'_> {
         Out::new(self.id(id), "Selector", children).port("memory", true)
     }
 
-    /// Sets a key of a node's own.
+    /// Sets a key of this node.
     fn flag(&mut self, base: &str, key: &str, value: bool, at: &At) -> Out {
         let id = self.id(&format!("{base}.note_{value}"));
         let holder = self.holder(key);
         let value = Bind::Constant(Constant::Bool(value), holder.clone(), at.clone());
-        // The key is this node's own: nothing else gives it a type.
+        // The key belongs to this node, so no other type conflicts with it.
         let _own = self.types.is(&holder, crate::types::Type::Bool).is_ok();
         let out = Out::new(id, "SetBlackboard", Vec::new());
         out.bound("key", Bind::Key(key.to_owned()))
@@ -115,6 +120,8 @@ impl Translator<'_> {
         skip: Skip,
         depth: usize,
     ) -> Option<Part> {
+        // The result of a skipped child as its parent sees it: an inverter turns it round, a
+        // node that forces a result hides it.
         let (kind, inner) = match (name, skip) {
             ("Inverter", Skip::Success) => ("Inverter", Skip::Failure),
             ("Inverter", Skip::Failure) => ("Inverter", Skip::Success),
@@ -131,6 +138,7 @@ impl Translator<'_> {
             _ => None,
         };
         let part = self.child(element, inner, depth)?;
+        // KeepRunningUntilFailure is the last case: a success becomes running.
         let mut out = self.out(element, kind, vec![part.out]);
         if let Some(seconds) = seconds {
             Self::delay(&mut out, seconds?);
@@ -141,7 +149,7 @@ impl Translator<'_> {
         })
     }
 
-    /// Repeat and Retry; -1 is for ever.
+    /// Repeat and Retry; -1 means for ever.
     pub(crate) fn again(
         &mut self,
         element: &Element,
@@ -160,17 +168,20 @@ impl Translator<'_> {
                 return None;
             }
         };
+        // In BehaviorTree.CPP the next run starts in the tick in which a run ends.
         Some(Part::of(out.port("at_once", true)))
     }
 
-    /// A clock that fails in front of the child: after the deadline the child is not ticked.
+    /// A clock before the child that fails at the deadline; after it the child is not ticked.
     pub(crate) fn timeout(&mut self, element: &Element, depth: usize) -> Option<Part> {
         let seconds = self.seconds(element, "msec");
         let part = self.child(element, Skip::Never, depth)?;
         let seconds = seconds?;
+        // BehaviorTree.CPP has no deadline for 0 ms.
         if seconds <= 0.0 {
             return Some(Part::of(self.out(element, "PassThrough", vec![part.out])));
         }
+        // Our Timeout lets a child win that finishes in the late tick; theirs does not.
         let mut out = self.out(element, "Parallel", Vec::new());
         let clock = self.id(&format!("{}.clock", out.id));
         let clock = Out::new(clock, "Wait", Vec::new()).port("seconds", seconds);
@@ -184,6 +195,7 @@ impl Translator<'_> {
     pub(crate) fn run_once(&mut self, element: &Element, skip: Skip, depth: usize) -> Option<Part> {
         let then_skip = !matches!(element.get("then_skip"), Some("false" | "0"));
         let part = self.child(element, Skip::Never, depth)?;
+        // Without `then_skip` it returns the first result again and again, as OneShot does.
         if !then_skip {
             let out = self.out(element, "OneShot", vec![part.out]);
             return Some(Part::of(out.port("policy", "on_completion")));
@@ -197,6 +209,8 @@ impl Translator<'_> {
         let at = At::of(element);
         let mut out = self.out(element, "Selector", Vec::new());
         let base = out.id.clone();
+        // Whether it ran is a key and not a OneShot: after the first run it is skipped, with
+        // the result that the parent expects of a skipped child.
         let key = self.key(&format!("{base}.ran"), true);
         if let Some(own) = self.scope.keys.get_mut(&key) {
             own.inner = true;
@@ -207,6 +221,7 @@ impl Translator<'_> {
         let not = self.id(&format!("{base}.failed"));
         let failed = Out::new(not, "Inverter", vec![failed]);
         let run = self.both(&format!("{base}.run"), vec![part.out, succeeded]);
+        // Skipped counts as success: a Selector ends with the first success, `ran`.
         if skip == Skip::Success {
             out.children = vec![ran, run, failed];
             let out = out.port("memory", true);
@@ -221,13 +236,14 @@ impl Translator<'_> {
         Some(Part { out, skips: true })
     }
 
-    /// Asked when the child is not running.
+    /// Evaluated while the child is not running.
     pub(crate) fn precondition(
         &mut self,
         element: &Element,
         skip: Skip,
         depth: usize,
     ) -> Option<Part> {
+        // SKIPPED is accepted where the parent treats it as this result.
         let otherwise = match (element.get("else").unwrap_or("FAILURE"), skip) {
             ("FAILURE", _) | ("SKIPPED", Skip::Failure) => Some("Sequence"),
             ("SUCCESS", _) | ("SKIPPED", Skip::Success) => Some("Selector"),
@@ -239,6 +255,7 @@ impl Translator<'_> {
             }
         };
         let expr = element.get("if").map(script::condition);
+        // The child is translated before the condition is tested, to report its refusals, too.
         let part = self.child(element, Skip::Never, depth)?;
         let expr = match expr {
             Some(Ok(expr)) => expr,

@@ -1,4 +1,4 @@
-//! The XML: elements with their places, of a file and of those it includes.
+//! The XML: elements with their places, of a file and the files it includes.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -9,7 +9,7 @@ use behavior::suggest;
 
 use crate::limits::{MAX_BYTES, MAX_ELEMENTS, MAX_FILES, MAX_NESTING};
 
-/// Columns beyond so many bytes count bytes.
+/// Columns beyond so many bytes count bytes instead of characters.
 const MAX_COUNTED: usize = 4096;
 
 /// An element with its place.
@@ -28,7 +28,7 @@ impl Element {
         found.map(|(_, value)| value.as_str())
     }
 
-    /// Registered name of the node: `<Action ID="Say">` is `<Say>`.
+    /// The registered name of the node: `<Action ID="Say">` is `<Say>`.
     pub(crate) fn node_type(&self) -> &str {
         match self.tag.as_str() {
             "Action" | "Condition" | "Control" | "Decorator" => self.get("ID").unwrap_or(""),
@@ -37,7 +37,7 @@ impl Element {
     }
 }
 
-/// What `<TreeNodesModel>` says about one port.
+/// A port in `<TreeNodesModel>`.
 #[derive(Clone, Debug)]
 pub(crate) struct PortModel {
     pub name: String,
@@ -47,14 +47,14 @@ pub(crate) struct PortModel {
     pub default: Option<String>,
 }
 
-/// What `<TreeNodesModel>` says about one type of node.
+/// A type of node in `<TreeNodesModel>`.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     pub kind: String,
     pub ports: Vec<PortModel>,
 }
 
-/// All that was read.
+/// The content of all files.
 #[derive(Debug, Default)]
 pub(crate) struct Project {
     pub trees: Vec<(String, Element)>,
@@ -63,7 +63,7 @@ pub(crate) struct Project {
     pub notes: Vec<String>,
 }
 
-/// Reads a file and those it includes.
+/// Reads a file and the files it includes.
 pub(crate) fn read(
     file: &str,
     text: &str,
@@ -91,7 +91,7 @@ struct Reader<'a> {
     errors: Errors,
 }
 
-/// The tree that a file says is to be executed.
+/// The tree that a file names for execution.
 struct Main {
     place: Location,
     asked: Option<String>,
@@ -102,7 +102,10 @@ struct Main {
 impl Reader<'_> {
     /// `path` is empty for the first file.
     fn file(&mut self, name: &str, path: &str, text: &str) -> Option<Main> {
+        // Noted before it is read, so that included files that include each other are read
+        // once.
         self.read.push(PathBuf::from(path));
+        // The sum of all files is limited, not each one.
         self.bytes += text.len();
         if self.bytes > MAX_BYTES {
             let message = format!("all files together have more than {MAX_BYTES} bytes");
@@ -118,6 +121,8 @@ impl Reader<'_> {
             self.errors.push(name, root.place, message);
             return None;
         }
+        // The meaning of some nodes differs between versions 3 and 4: read as the other version
+        // a tree would run almost as before, which is worse than not at all (ADR 0027).
         match root.get("BTCPP_format") {
             Some("4") => {}
             Some(other) => {
@@ -156,6 +161,7 @@ impl Reader<'_> {
 
     fn parse(&mut self, name: &str, text: &str) -> Option<Element> {
         let text = &without_comments(text);
+        // The parser's own limit of elements is reached before its memory grows.
         let options = roxmltree::ParsingOptions {
             nodes_limit: MAX_ELEMENTS,
             ..roxmltree::ParsingOptions::default()
@@ -195,6 +201,7 @@ impl Reader<'_> {
             let message = "<include> needs path=\"FILE.xml\"";
             return self.errors.push(file, place, message);
         };
+        // No ROS installation is needed to import, so its packages cannot be found.
         if let Some(package) = element.get("ros_pkg") {
             let message = format!(
                 "<include> from the ROS package '{package}': copy the file beside this one and \
@@ -202,8 +209,10 @@ impl Reader<'_> {
             );
             return self.errors.push(file, place, message);
         }
+        // Paths are relative to the file that includes, as in BehaviorTree.CPP.
         let folder = Path::new(from).parent().unwrap_or(Path::new(""));
         let path = plain(&folder.join(written));
+        // A file that several others include is read once.
         if self.read.contains(&path) {
             return;
         }
@@ -249,6 +258,7 @@ impl Reader<'_> {
             return;
         };
         let port = |port: &Element| {
+            // Other elements, such as a description, are not ports.
             let (reads, writes) = match port.tag.as_str() {
                 "input_port" => (true, false),
                 "output_port" => (false, true),
@@ -272,6 +282,7 @@ impl Reader<'_> {
 
     fn choose_main(&mut self, file: &str, main: Option<Main>, tree: Option<&str>) {
         let Some(main) = main else { return };
+        // Trees of included files can be chosen, too.
         let known: Vec<&str> = main.trees.iter().map(String::as_str).collect();
         let asked = tree.or(main.asked.as_deref());
         let chosen = match (asked, known.as_slice()) {
@@ -295,8 +306,8 @@ impl Reader<'_> {
     }
 }
 
-/// The text with spaces in place of comments. BehaviorTree.CPP reads comments that XML
-/// forbids: a line of dashes.
+/// The text with spaces in place of comments. BehaviorTree.CPP accepts comments that XML
+/// forbids, such as a line of dashes.
 fn without_comments(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     let mut rest = text;
@@ -304,6 +315,8 @@ fn without_comments(text: &str) -> String {
         let Some(end) = after.find("-->") else { break };
         plain.push_str(before);
         let comment = after.get(..end).unwrap_or_default();
+        // Line breaks and the number of characters are kept, and with them all places in
+        // messages.
         let blank = comment.chars().map(|c| if c == '\n' { c } else { ' ' });
         plain.push_str("    ");
         plain.extend(blank);
@@ -318,7 +331,7 @@ fn without_comments(text: &str) -> String {
 struct Converter<'a> {
     file: &'a str,
     text: &'a str,
-    /// Where each line begins: a search for every element would take quadratic time.
+    /// Start of each line: a search for every element would take quadratic time.
     lines: Vec<usize>,
     too_deep: Option<Location>,
 }
@@ -352,10 +365,11 @@ impl<'a> Converter<'a> {
         }
     }
 
-    /// Recursion ends at [`MAX_NESTING`].
+    /// The recursion is limited by [`MAX_NESTING`].
     fn element(&mut self, node: roxmltree::Node<'_, '_>, depth: usize) -> Element {
         let place = self.place(node.range().start);
         let mut children = Vec::new();
+        // The first place is reported, and nothing below it is read.
         if depth >= MAX_NESTING {
             self.too_deep.get_or_insert(place);
         } else {
@@ -375,7 +389,7 @@ impl<'a> Converter<'a> {
     }
 }
 
-/// `a/../b` as `b`.
+/// The path without `.` and `..`: `a/../b` is `b`.
 fn plain(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for part in path.components() {

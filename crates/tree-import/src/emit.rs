@@ -1,4 +1,4 @@
-//! The tree file, when the types of all keys are known.
+//! Writes the tree file, when the types of all keys are known.
 
 use behavior::descriptor::limits::{MAX_ENTRIES, MAX_NAME, MAX_PORTS};
 use behavior::descriptor::{Errors, FORMAT};
@@ -37,6 +37,7 @@ pub(crate) fn file(
     let Some(main) = translated.trees.get(&project.main) else {
         return Err(emitter.errors);
     };
+    // Unused trees are left out: their keys and leaves would be needed without being run.
     let used = used(translated, &project.main);
     let keys = emitter.keys(&project.main, main);
     if !keys.is_empty() {
@@ -48,6 +49,7 @@ pub(crate) fn file(
         entries.push(("leaves".to_owned(), Json::Object(leaves)));
     }
     let mut subtrees = Vec::new();
+    // In the order in which the trees were completed: a tree after those that it uses.
     for name in used.iter().filter(|name| **name != project.main) {
         if let Some(tree) = translated.trees.get(name) {
             emitter.unlike_provided(name, project, provided);
@@ -59,6 +61,7 @@ pub(crate) fn file(
     }
     entries.push(("root".to_owned(), emitter.node(&project.main, &main.root)));
     let mut notes = project.notes.clone();
+    // The author learns what was left out: a misspelt name of a tree would be invisible.
     let unused = translated.order.iter().filter(|name| !used.contains(name));
     notes.extend(
         unused.map(|name| format!("the tree '{name}' is not used by the main tree; left out")),
@@ -71,7 +74,7 @@ pub(crate) fn file(
     emitter.errors.or(imported)
 }
 
-/// The trees that the main tree uses, those that are used first.
+/// The trees that the main tree uses, in the order of their completion.
 fn used(translated: &Translated, main: &str) -> Vec<String> {
     fn visit(out: &Out, translated: &Translated, open: &mut Vec<String>) {
         if let Some(name) = &out.subtree
@@ -106,7 +109,7 @@ impl Emitter<'_> {
         self.errors.push(&at.file, at.place, message);
     }
 
-    /// Names of subtrees are those of the printed file and of the included one.
+    /// Refuses a subtree with the name of a provided one: the names of both files are one set.
     fn unlike_provided(&mut self, name: &str, project: &Project, provided: &Provided) {
         let trees = project.trees.iter();
         if let Some(signature) = provided.subtrees.get(name)
@@ -123,6 +126,7 @@ impl Emitter<'_> {
         let keys: Vec<_> = keys
             .map(|(name, key)| self.declared(tree, name, key))
             .collect();
+        // Keys of the main tree are on its board; those of a subtree are ports of its uses.
         let most = if tree == self.main {
             MAX_ENTRIES
         } else {
@@ -148,6 +152,8 @@ impl Emitter<'_> {
         };
         let value_type = self.translated.types.of(&of);
         let mut entries = vec![("type".to_owned(), value_type.name().into())];
+        // Ports of subtrees get the first value of each use, so only keys of the main tree have
+        // one.
         if tree == self.main
             && let Some((text, at)) = &key.default
             && let Some(value) = self.typed(text, value_type, at)
@@ -177,6 +183,8 @@ impl Emitter<'_> {
                 ("type".to_owned(), type_name.into()),
                 ("access".to_owned(), known.access().into()),
             ];
+            // The literals of a port for any type have different types; the default has that of
+            // its text.
             let value_type = match type_name {
                 "any" => known
                     .default
@@ -185,6 +193,7 @@ impl Emitter<'_> {
                 _ => value_type,
             };
             if let Some((text, at)) = &known.default
+                // A port that is only written has no use for a default.
                 && known.access() != "write"
                 && let Some(value) = self.typed(text, value_type, at)
             {
@@ -198,7 +207,7 @@ impl Emitter<'_> {
         Json::Object(entries)
     }
 
-    /// Type of a port, and its name.
+    /// The type of a port, and its name.
     fn port_type(&self, leaf: &str, port: &str) -> (Type, &'static str) {
         let (types, port) = (&self.translated.types, holder(leaf, port));
         let value_type = types.of(&port);
@@ -208,7 +217,7 @@ impl Emitter<'_> {
         (value_type, value_type.name())
     }
 
-    /// The leaves for the listing.
+    /// The leaves that a program has to provide.
     fn needed(&self) -> Vec<Leaf> {
         let leaves = self.translated.leaves.iter();
         leaves
@@ -270,6 +279,8 @@ impl Emitter<'_> {
         let value = match bind {
             Bind::Fixed(value) => value.clone(),
             Bind::Key(key) => {
+                // Keys of a subtree are its ports, so each use binds them to keys of the tree
+                // around it.
                 let (word, key) = if tree == self.main {
                     ("bb", format!("local.{key}"))
                 } else {
@@ -288,6 +299,7 @@ impl Emitter<'_> {
                 let value_type = self.translated.types.of(of);
                 self.constant(constant, value_type, at)?
             }
+            // A number is true if it is not 0, as in scripts.
             Bind::True(of, at) => match self.translated.types.of(of) {
                 Type::Bool => true.into(),
                 Type::Number => return Some(("differs".to_owned(), 0.into())),
@@ -302,7 +314,7 @@ impl Emitter<'_> {
         Some((name.to_owned(), Json::Value(value)))
     }
 
-    /// The text of an attribute in its type.
+    /// The text of an attribute as a value of its type.
     fn typed(&mut self, text: &str, value_type: Type, at: &At) -> Option<Value> {
         let word = text.trim();
         let value = match (value_type, word) {
@@ -337,7 +349,7 @@ impl Emitter<'_> {
     }
 }
 
-/// Why a text cannot be a value.
+/// Why a text cannot be a value; none if it can.
 pub(crate) fn no_text(text: &str) -> Option<String> {
     match text {
         _ if text.len() > STR_BYTES => {
@@ -356,6 +368,7 @@ pub(crate) fn no_text(text: &str) -> Option<String> {
 /// The text of an attribute as a truth value.
 pub(crate) fn truth(word: &str) -> Option<Value> {
     match word {
+        // The words that BehaviorTree.CPP converts to bool.
         "true" | "True" | "TRUE" | "1" => Some(true.into()),
         "false" | "False" | "FALSE" | "0" => Some(false.into()),
         _ => None,
@@ -368,7 +381,7 @@ pub(crate) fn number(word: &str) -> Option<Value> {
     value.is_finite().then(|| shortest(value))
 }
 
-/// A whole number without a fraction.
+/// A number without a fraction where it is whole: `1`, not `1.0`.
 fn shortest(value: f64) -> Value {
     // Whole numbers up to 2^53 are exact.
     const EXACT: f64 = 9_007_199_254_740_992.0;

@@ -1,4 +1,4 @@
-//! Nodes of the author: leaves that a program provides.
+//! Node types of the author: leaves that a program provides.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::out::{At, Bind};
 use crate::translate::{Part, Translator};
 use crate::types::{Holder, Type};
 
-/// A type of leaf, as far as its uses and the model tell.
+/// A type of leaf, as far as its uses and the model define it.
 #[derive(Debug)]
 pub(crate) struct LeafUse {
     pub condition: bool,
@@ -18,7 +18,7 @@ pub(crate) struct LeafUse {
     pub place: String,
 }
 
-/// What is known of a port.
+/// A port of a leaf.
 #[derive(Debug, Default)]
 pub(crate) struct PortUse {
     /// From the model: whether it is read, and written.
@@ -30,7 +30,7 @@ pub(crate) struct PortUse {
 }
 
 impl PortUse {
-    /// What is done with its key. What is not known may write.
+    /// The access to its key. An unknown port may write.
     pub(crate) fn access(&self) -> &'static str {
         match self.model {
             Some((true, false)) => "read",
@@ -46,6 +46,7 @@ impl Translator<'_> {
     pub(crate) fn leaf(&mut self, element: &Element, depth: usize) -> Option<Part> {
         let name = element.node_type();
         let model = self.project.models.get(name);
+        // Control nodes and decorators of the author have code that only the author knows.
         let is_own = matches!(element.tag.as_str(), "Control" | "Decorator");
         let is_modelled = model.is_some_and(|m| m.kind == "Control" || m.kind == "Decorator");
         if is_own || is_modelled || !element.children.is_empty() {
@@ -60,6 +61,7 @@ impl Translator<'_> {
             self.look_inside(element, depth);
             return None;
         }
+        // A tree used like a node: version 4 needs SubTree, which creates its own board.
         if self.project.trees.iter().any(|(tree, _)| tree == name) {
             self.refuse(
                 element,
@@ -69,6 +71,7 @@ impl Translator<'_> {
         }
         let own = name_of(name);
         let provided = self.provided;
+        // A provided subtree replaces the leaf, so no program has to provide it.
         if let Some(signature) = provided.subtrees.get(&own) {
             return self.provided_leaf(element, (&own, signature), model);
         }
@@ -81,7 +84,7 @@ impl Translator<'_> {
             let bind = self.leaf_port(element, &own, port, text);
             out = out.bound(port, bind);
         }
-        // A default that is a key is bound where nothing else is.
+        // A default that is a key is bound where no attribute binds the port.
         for port in model.map(|m| m.ports.as_slice()).unwrap_or_default() {
             let default = port
                 .default
@@ -98,6 +101,7 @@ impl Translator<'_> {
     }
 
     fn known_leaf(&mut self, name: &str, element: &Element, model: Option<&Model>) {
+        // The first use declares the leaf, together with its model.
         if self.leaves.contains_key(name) {
             return;
         }
@@ -127,6 +131,7 @@ impl Translator<'_> {
         let default = port.default.as_deref();
         let default =
             default.filter(|text| matches!(bind::value(&port.name, text), Value::Text(_)));
+        // A literal fits a port or shows its type; a port with several types takes any.
         if let Some(text) = default {
             self.types.has_literal(&holder, text);
         }
@@ -148,6 +153,8 @@ impl Translator<'_> {
                 Bind::Text(text.to_owned(), holder, at)
             }
             Value::Key(key) => {
+                // Without a model a port may write its key: the subtree then cannot get a
+                // literal for it.
                 let mut writes = true;
                 if let Some(known) = known {
                     known.keyed = true;
@@ -169,7 +176,7 @@ pub(crate) fn holder(leaf: &str, port: &str) -> Holder {
     }
 }
 
-/// The leaf's name here: those of the engine's nodes are taken.
+/// The name of the leaf here, which must not be that of a node of the engine.
 fn name_of(name: &str) -> String {
     if engine_types().any(|taken| taken == name) {
         return format!("{name}Leaf");

@@ -1,14 +1,14 @@
 //! Behaviour trees written for BehaviorTree.CPP 4, as trees of `behavior`.
 //!
-//! [`import`] turns the XML of one tree with its subtrees into a file of the format
-//! [`behavior::descriptor::FORMAT`]. A tree that is accepted answers the same in every tick
-//! as `tickExactlyOnce` does there; a node that has no counterpart is refused with its line,
-//! and all of them at once. Nodes of the author's own library become declared leaves, or uses
+//! [`import`] converts the XML of one tree with its subtrees into a file of the format
+//! [`behavior::descriptor::FORMAT`]. An accepted tree gives the same result in every tick
+//! as `tickExactlyOnce` does there; nodes without a counterpart are refused with their lines,
+//! all at once (ADR 0027). Nodes of the author's own library become declared leaves, or uses
 //! of the subtrees that provide them.
 //!
 //! Two differences remain. Where BehaviorTree.CPP throws an exception, because a script reads
 //! a key without a value, here `==`, `<`, `>` and a key alone do not hold, and `!=`, `<=`,
-//! `>=` and what `!` negates hold. And scripts there compare numbers with a tolerance of
+//! `>=` and negated ones hold. And scripts there compare numbers with a tolerance of
 //! 1.2e-7, here exactly.
 #![forbid(unsafe_code)]
 
@@ -30,14 +30,14 @@ mod write;
 
 pub use behavior::descriptor::{Errors, Source};
 
-/// A tree that was read, in the form in which it is used.
+/// An imported tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Imported {
     /// The text of the tree file.
     pub json: String,
     /// The leaves that a program has to provide, in the order of their names.
     pub leaves: Vec<Leaf>,
-    /// What the author should know.
+    /// Hints for the author.
     pub notes: Vec<String>,
 }
 
@@ -46,21 +46,21 @@ pub struct Imported {
 pub struct Leaf {
     /// Its type.
     pub name: String,
-    /// It is never running.
+    /// Whether it is never running.
     pub condition: bool,
-    /// Its ports: name, type of the value, and what is done with it.
+    /// Its ports: name, type of the value, and access (`read`, `write` or `both`).
     pub ports: Vec<(String, &'static str, &'static str)>,
-    /// Where it is used first.
+    /// The place of its first use.
     pub place: String,
 }
 
-/// Reads the XML of a tree. `include` reads a file by the path that is written in an
-/// `<include>`, which counts from the folder of the file that it is written in. `tree` names
-/// the tree to execute, where the file does not. `leaves` is a tree file whose subtrees provide
-/// the leaves of their names: the tree includes it by its file name.
+/// Reads the XML of a tree. `include` reads a file by the path in an `<include>`, which is
+/// relative to the folder of the including file. `tree` names the tree to execute, if the
+/// file does not. `leaves` is a tree file whose subtrees provide the leaves with their names:
+/// the tree includes it by its file name.
 ///
 /// # Errors
-/// Everything that has no counterpart or is wrong, each with file, line and column.
+/// All nodes without a counterpart and all mistakes, each with file, line and column.
 pub fn import(
     file: &str,
     text: &str,
@@ -68,6 +68,7 @@ pub fn import(
     tree: Option<&str>,
     leaves: Option<&Source<'_>>,
 ) -> Result<Imported, Errors> {
+    // Their names decide whether a node becomes a leaf or a use of a subtree.
     let provided = leaves.map(provided::Provided::read).transpose()?;
     let provided = provided.unwrap_or_default();
     let project = document::read(file, text, include, tree)?;

@@ -6,12 +6,12 @@ use serde_json::Value as Json;
 use crate::document::Element;
 use crate::types::Holder;
 
-/// Where something was in the XML.
+/// A place in the XML.
 #[derive(Clone, Debug)]
 pub(crate) struct At {
     pub file: String,
     pub place: Location,
-    /// What is named in messages.
+    /// The name of the node in messages.
     pub node: String,
 }
 
@@ -30,22 +30,22 @@ impl At {
     }
 }
 
-/// What a port is bound to.
+/// The binding of a port.
 #[derive(Clone, Debug)]
 pub(crate) enum Bind {
-    /// As it is.
+    /// A fixed value.
     Fixed(Json),
     /// The text of an attribute, in the type of the holder.
     Text(String, Holder, At),
     /// A constant of a script, in the type of the holder.
     Constant(crate::script::Constant, Holder, At),
-    /// A key of the tree it is in.
+    /// A key of the tree with the port.
     Key(String),
     /// The test of a key for being true, in the type of the holder.
     True(Holder, At),
 }
 
-/// A node that is written.
+/// A node of the written tree.
 #[derive(Clone, Debug)]
 pub(crate) struct Out {
     pub id: String,

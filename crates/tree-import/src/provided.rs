@@ -1,4 +1,4 @@
-//! Leaves that a tree file provides: its subtrees of their names.
+//! Leaves that a tree file provides: its subtrees with their names.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -35,7 +35,7 @@ impl Provided {
     }
 }
 
-/// A subtree with its place, as messages name it.
+/// A subtree with its place, for messages.
 pub(crate) fn named(name: &str, signature: &Signature) -> String {
     let (file, line) = (&signature.file, signature.place.line);
     format!("the subtree '{name}' ({file}:{line})")
@@ -44,12 +44,12 @@ pub(crate) fn named(name: &str, signature: &Signature) -> String {
 /// A port of a provided leaf.
 struct Target {
     value_type: ValueType,
-    /// As messages name it.
+    /// Its name in messages.
     port: String,
 }
 
 impl Target {
-    /// Why something has no room in the port.
+    /// Why a value does not fit the port.
     fn misfit(&self, found: &str) -> String {
         format!(
             "{} is of type {}, here it is {found}",
@@ -58,7 +58,7 @@ impl Target {
         )
     }
 
-    /// The text of an attribute in the type of the port.
+    /// The text of an attribute as a value of the type of the port.
     fn literal(&self, text: &str) -> Result<Json, String> {
         let word = text.trim();
         let value = match self.value_type {
@@ -69,7 +69,7 @@ impl Target {
             ValueType::Bool => truth(word),
             ValueType::Number => number(word),
             ValueType::Integer => word.parse::<i64>().ok().map(Json::from),
-            // As BehaviorTree.CPP writes vectors.
+            // The notation of vectors in BehaviorTree.CPP.
             ValueType::Numbers => {
                 let items = word.split(';').map(|item| number(item.trim()));
                 items.collect::<Option<Vec<_>>>().map(Json::Array)
@@ -80,7 +80,7 @@ impl Target {
     }
 }
 
-/// A key that a port of a provided leaf is bound to.
+/// A key bound to a port of a provided leaf.
 pub(crate) struct BoundKey {
     at: At,
     key: Holder,
@@ -89,7 +89,7 @@ pub(crate) struct BoundKey {
 }
 
 impl BoundKey {
-    /// Compares the types, when all are known.
+    /// Compares the types, once all are known.
     pub(crate) fn check(&self, types: &Types, errors: &mut Errors) {
         let found = types.of(&self.key);
         if type_of(self.target.value_type) != Some(found) {
@@ -100,7 +100,7 @@ impl BoundKey {
     }
 }
 
-/// The type of a key with such values; keys of an import have no other ones.
+/// The type of a key with such values; keys of an import have no other types.
 fn type_of(value_type: ValueType) -> Option<Type> {
     match value_type {
         ValueType::Bool => Some(Type::Bool),
@@ -123,6 +123,7 @@ impl Translator<'_> {
         out.subtree = Some(name.to_owned());
         let values = values(element, model);
         let ports: Vec<&str> = signature.ports.iter().map(|p| p.name.as_str()).collect();
+        // Every port is tested before the use is refused, so that all mistakes are reported.
         let mut fits = true;
         for (port, text, access) in &values {
             let Some(declared) = signature.ports.iter().find(|p| p.name == *port) else {
@@ -158,6 +159,7 @@ impl Translator<'_> {
             port: format!("port '{port}' of {own}"),
         };
         let key = match bind::value(port, text) {
+            // A literal has no place for the output of the leaf.
             Value::Text(_) if access.is_some_and(Access::is_output) => {
                 let why = format!("{} is an output; bind it to a key, {{KEY}}", target.port);
                 self.refuse(element, why);
@@ -170,11 +172,11 @@ impl Translator<'_> {
                     return None;
                 }
             },
-            // What is not known may write.
+            // An unknown access may write.
             Value::Key(key) => self.key(key, access.is_none_or(|access| access.writes)),
         };
         let (of_port, of_key) = (holder(name, port), self.holder(&key));
-        // What does not agree is reported when all types are known.
+        // A difference is reported when all types are known.
         if let Some(value_type) = type_of(target.value_type)
             && self.types.is(&of_port, value_type).is_ok()
         {
@@ -190,7 +192,7 @@ impl Translator<'_> {
     }
 }
 
-/// What the model says about a port.
+/// The access of a port in the model.
 #[derive(Clone, Copy)]
 struct Access {
     reads: bool,
@@ -227,6 +229,7 @@ fn values<'e>(
         attributes.filter(|(name, _)| name != "name" && name != "ID" && !name.starts_with('_'));
     let given = attributes.map(|(name, text)| (name.as_str(), text.as_str(), access(name)));
     let defaults = modelled.iter().filter_map(|port| {
+        // An empty default means that there is none.
         let text = port.default.as_deref().filter(|text| !text.is_empty())?;
         let is_given = element.get(&port.name).is_some();
         (!is_given).then_some((port.name.as_str(), text, Some(Access::of(port))))

@@ -1,6 +1,6 @@
-//! The scripts of BehaviorTree.CPP: those that set constants, and conditions.
+//! The scripts of BehaviorTree.CPP: assignments of constants, and conditions.
 
-/// A value as a script writes it.
+/// A value in a script.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Constant {
     Bool(bool),
@@ -8,7 +8,7 @@ pub(crate) enum Constant {
     Text(String),
 }
 
-/// What is assigned.
+/// The source of an assignment.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Source {
     Constant(Constant),
@@ -35,7 +35,8 @@ pub(crate) enum Expr {
     Or(Vec<Expr>),
 }
 
-/// Levels of parentheses and of `!`.
+/// Largest nesting of parentheses and of `!`.
+// Bounds the recursion of the parser, which has the stack of the program.
 const MAX_DEPTH: usize = 32;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +46,8 @@ enum Token {
     Operator(&'static str),
 }
 
+// Longer operators come first: `<` would match the start of `<=`. Operators without a
+// counterpart are listed as well, so that the message explains the possible ones.
 const OPERATORS: &[&str] = &[
     ":=", "+=", "-=", "*=", "/=", "==", "!=", "<=", ">=", "&&", "||", "=", "<", ">", "!", "(", ")",
     ";", "+", "-", "*", "/", "&", "|", "^", "~", "?", ":", "..",
@@ -88,7 +91,7 @@ fn tokens(text: &str) -> Result<Vec<Token>, String> {
     Ok(tokens)
 }
 
-/// A minus that belongs to a number: nothing to subtract from is before it.
+/// Whether a minus belongs to a number: no operand is before it.
 fn is_sign(rest: &str, before: &[Token]) -> bool {
     let digit = rest.chars().nth(1).is_some_and(|c| c.is_ascii_digit());
     let operand = matches!(
@@ -102,6 +105,7 @@ fn number_length(text: &str) -> usize {
     let bytes = text.as_bytes();
     let mut at = 1;
     while let Some(byte) = bytes.get(at) {
+        // The sign of an exponent belongs to the number: `1e-3`.
         let exponent = matches!(bytes.get(at - 1), Some(b'e' | b'E')) && !text.starts_with("0x");
         let inside = byte.is_ascii_alphanumeric()
             || *byte == b'.'
@@ -130,7 +134,7 @@ fn number(word: &str) -> Result<f64, String> {
 /// The assignments of a script.
 ///
 /// # Errors
-/// What has no counterpart in it.
+/// The part without a counterpart.
 pub(crate) fn assignments(text: &str) -> Result<Vec<Assignment>, String> {
     let tokens = tokens(text)?;
     let statements = tokens.split(|token| *token == Token::Operator(";"));
@@ -138,6 +142,8 @@ pub(crate) fn assignments(text: &str) -> Result<Vec<Assignment>, String> {
         .filter(|statement| !statement.is_empty())
         .map(|statement| match statement {
             [Token::Name(key), Token::Operator(":=" | "="), from] => {
+                // `KEY := OTHER_KEY` copies a value, which a node can do; anything else
+                // computes.
                 let from = match from {
                     Token::Constant(constant) => Source::Constant(constant.clone()),
                     Token::Name(other) => Source::Key(other.clone()),
@@ -167,7 +173,7 @@ fn only_constants(text: &str) -> String {
 /// A condition.
 ///
 /// # Errors
-/// What has no counterpart in it.
+/// The part without a counterpart.
 pub(crate) fn condition(text: &str) -> Result<Expr, String> {
     let tokens = tokens(text)?;
     let mut parser = Parser {
@@ -176,6 +182,7 @@ pub(crate) fn condition(text: &str) -> Result<Expr, String> {
         at: 0,
     };
     let expr = parser.any_of(0)?;
+    // A rest means that only a part of the condition was understood.
     if parser.at < tokens.len() {
         return Err(parser.wrong());
     }
@@ -208,6 +215,7 @@ impl Parser<'_> {
     }
 
     fn any_of(&mut self, depth: usize) -> Result<Expr, String> {
+        // Counted at each level of parentheses; `!` is counted below.
         if depth > MAX_DEPTH {
             return Err(format!(
                 "a condition is nested deeper than {MAX_DEPTH} levels"
@@ -266,6 +274,8 @@ impl Parser<'_> {
         self.at += 1;
         let right = self.peek().cloned();
         self.at += 1;
+        // Two keys or two constants have no counterpart: our test compares a key with a
+        // constant.
         let compared = match (left, right) {
             (Some(Token::Name(key)), Some(Token::Constant(constant))) => {
                 compare(key, operator, constant)
@@ -303,6 +313,8 @@ fn compare(key: String, operator: &str, constant: Constant) -> Option<Expr> {
         "!=" => not(Expr::Equals(key, constant)),
         "<" => Expr::Below(key, number?),
         ">" => Expr::Above(key, number?),
+        // `<=` is "not above": for a key without a value it holds, as the documentation of the
+        // crate says.
         "<=" => not(Expr::Above(key, number?)),
         _ => not(Expr::Below(key, number?)),
     })

@@ -1,4 +1,4 @@
-//! Uses of trees by other trees, with what their blackboards share.
+//! Uses of trees by other trees, and the keys that they share.
 
 use behavior::suggest;
 
@@ -34,11 +34,13 @@ impl Translator<'_> {
             );
             return None;
         };
+        // Translated trees are found in `trees`; only those that are not complete are `open`.
         if self.open.iter().any(|open| open == name) {
             let circle = [self.open.join(" -> "), name.to_owned()].join(" -> ");
             self.refuse(element, format!("a tree is part of itself: {circle}"));
             return None;
         }
+        // The subtree first: its keys are the ports of this use.
         self.tree(name, root);
         let inner = self.trees.get(name).and_then(Option::as_ref)?;
         let keys: Vec<(String, Key)> = inner
@@ -55,7 +57,7 @@ impl Translator<'_> {
         Some(Part::of(out))
     }
 
-    /// What a key of a subtree is where it is used.
+    /// The binding of a key of a subtree where it is used.
     fn shared_key(
         &mut self,
         element: &Element,
@@ -68,6 +70,7 @@ impl Translator<'_> {
             tree: tree.to_owned(),
             key: key.to_owned(),
         };
+        // Values with which BehaviorTree.CPP switches it on.
         let remaps = matches!(element.get("_autoremap"), Some("1" | "true" | "True"));
         let given = element.get(key).filter(|_| key != "ID" && key != "name");
         let model = self
@@ -79,20 +82,25 @@ impl Translator<'_> {
             .unwrap_or_default()
             .iter()
             .find(|port| port.name == key);
+        // The model of a subtree may give the default of its port.
         let given = given.or_else(|| model.and_then(|port| port.default.as_deref()));
         let outer = match given.map(|text| bind::value(key, text)) {
+            // `@key` belongs to the outermost tree, and is passed through every use on the way.
             _ if key.starts_with('@') => self.key(key, known.written),
             Some(Value::Key(outer)) => self.key(outer, known.written),
+            // A literal is enough for a key that is only read by leaves.
             Some(Value::Text(text)) if !known.written && !known.tested => {
                 self.types.looks_like(&inner, text);
                 return Bind::Text(text.to_owned(), inner, at);
             }
-            // It is the first value of a key of its own.
+            // Otherwise it is the first value of a key for this use.
             Some(Value::Text(text)) => {
                 self.types.looks_like(&inner, text);
                 let default = Some((text.to_owned(), at.clone()));
                 self.own_key(id, key, known.written, default)
             }
+            // `_autoremap` shares keys of the same name, except private ones with a leading
+            // `_`.
             None if remaps && !known.inner && !key.starts_with('_') => self.key(key, known.written),
             None => self.own_key(id, key, known.written, known.default.clone()),
         };
@@ -100,6 +108,7 @@ impl Translator<'_> {
             own.tested |= known.tested;
         }
         let of_outer = self.holder(&outer);
+        // Both names are one key at run time, so their types have to agree.
         if let Err((before, found)) = self.types.same(&of_outer, &inner) {
             self.mixed(&at, &outer, before, found);
         }
@@ -114,6 +123,7 @@ impl Translator<'_> {
         written: bool,
         default: Option<(String, At)>,
     ) -> String {
+        // With the id of the use in its name: two uses of one tree must not share it.
         let name = self.key(&format!("{id}.{key}"), written);
         if let Some(own) = self.scope.keys.get_mut(&name) {
             own.inner = true;

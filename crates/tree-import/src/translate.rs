@@ -1,4 +1,4 @@
-//! From elements to nodes, tree by tree.
+//! Translates elements to nodes, tree by tree.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,14 +11,14 @@ use crate::out::{At, Out};
 use crate::provided::{BoundKey, Provided};
 use crate::types::{Holder, Types};
 
-/// What the node around one makes of it when it is skipped: there is no such answer here.
+/// The effect of a skipped node on its parent: our nodes cannot return SKIPPED.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Skip {
     /// It continues as after a success.
     Success,
     /// It continues as after a failure.
     Failure,
-    /// Something that no answer stands for.
+    /// An effect that no result of ours has.
     Never,
 }
 
@@ -38,11 +38,11 @@ impl Part {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Key {
     pub written: bool,
-    /// A node of the engine tests it: a literal does not do.
+    /// A node of the engine tests it, so a literal is not sufficient.
     pub tested: bool,
-    /// The value it has at first, as text.
+    /// Its initial value, as text.
     pub default: Option<(String, At)>,
-    /// It belongs to a subtree, which does not share it.
+    /// It belongs to a subtree, and is not shared.
     pub inner: bool,
 }
 
@@ -62,24 +62,24 @@ pub(crate) struct Scope {
     nodes: usize,
 }
 
-/// See the module.
+/// The state of the translation.
 pub(crate) struct Translator<'p> {
     pub project: &'p Project,
     pub provided: &'p Provided,
-    /// Keys of ports of provided leaves: their types have to be the same in the end.
+    /// Keys bound to ports of provided leaves, whose types are compared at the end.
     pub bound: Vec<BoundKey>,
     pub types: Types,
     pub errors: Errors,
-    /// Translated trees; `None` for those that are refused.
+    /// Translated trees; `None` for refused ones.
     pub trees: BTreeMap<String, Option<Tree>>,
-    /// In the order in which they were completed.
+    /// Trees in the order of their completion.
     pub order: Vec<String>,
     pub open: Vec<String>,
     pub leaves: BTreeMap<String, LeafUse>,
     pub scope: Scope,
 }
 
-/// What [`all`] found.
+/// The result of [`all`].
 pub(crate) struct Translated {
     pub types: Types,
     pub trees: BTreeMap<String, Tree>,
@@ -87,7 +87,7 @@ pub(crate) struct Translated {
     pub leaves: BTreeMap<String, LeafUse>,
 }
 
-/// Translates all trees of a file: those that the main tree does not use are checked, too.
+/// Translates all trees of a file, including trees that the main tree does not use.
 pub(crate) fn all(project: &Project, provided: &Provided) -> Result<Translated, Errors> {
     let mut translator = Translator {
         project,
@@ -113,6 +113,7 @@ pub(crate) fn all(project: &Project, provided: &Provided) -> Result<Translated, 
         leaves,
         ..
     } = translator;
+    // Types of literals and keys are compared at the end: a later use may determine the type.
     types.finish();
     for key in &bound {
         key.check(&types, &mut errors);
@@ -131,6 +132,7 @@ pub(crate) fn all(project: &Project, provided: &Provided) -> Result<Translated, 
 impl Translator<'_> {
     /// Translates one tree, once.
     pub(crate) fn tree(&mut self, name: &str, root: &Element) {
+        // A tree that several others use has one translation.
         if self.trees.contains_key(name) {
             return;
         }
@@ -138,6 +140,7 @@ impl Translator<'_> {
             name: name.to_owned(),
             ..Scope::default()
         };
+        // The scope of the outer tree is put aside: each tree has its own keys and ids.
         let outer = std::mem::replace(&mut self.scope, scope);
         self.open.push(name.to_owned());
         let part = self.node(root, Skip::Never, 0);
@@ -156,7 +159,7 @@ impl Translator<'_> {
         self.errors.push(&element.file, element.place, message);
     }
 
-    /// A node with everything below it. Recursion ends at [`MAX_DEPTH`].
+    /// A node with everything below it. The recursion is limited by [`MAX_DEPTH`].
     pub(crate) fn node(&mut self, element: &Element, skip: Skip, depth: usize) -> Option<Part> {
         if depth >= MAX_DEPTH {
             let why = format!("nodes are nested deeper than {MAX_DEPTH} levels");
@@ -164,6 +167,7 @@ impl Translator<'_> {
             return None;
         }
         self.scope.nodes += 1;
+        // Reported once, at the first node beyond the limit.
         if self.scope.nodes > MAX_NODES {
             if self.scope.nodes == MAX_NODES + 1 {
                 let why = format!("the tree has more than {MAX_NODES} nodes; this is one too many");
@@ -173,19 +177,21 @@ impl Translator<'_> {
         }
         let around = self.around(element);
         let skip_inside = match &around {
-            // A script after the node does not run when it is skipped.
+            // A script after the node does not run when the node is skipped.
             Some(around) if around.has_scripts() => Skip::Never,
             _ => skip,
         };
         let part = self.body(element, skip_inside, depth);
+        // Both are evaluated before one is tested, so that all refusals are reported.
         self.surrounded(element, part?, &around?, skip)
     }
 
-    /// An id for a node, which no other of this tree has.
+    /// A unique id for a node of this tree.
     pub(crate) fn id(&mut self, wanted: &str) -> String {
         let wrong = |c: char| c.is_whitespace() || c.is_control() || c == '/';
+        // Characters that our ids do not allow are replaced.
         let clean = wanted.trim().replace(wrong, "_");
-        // Room for the number, and for what wrappers add.
+        // Room for the number, and for the suffixes of wrappers.
         let mut end = clean.len().min(MAX_NAME - 48);
         while !clean.is_char_boundary(end) {
             end -= 1;
@@ -196,6 +202,7 @@ impl Translator<'_> {
         };
         let mut id = clean.to_owned();
         let mut number = 2;
+        // Nodes of one name are numbered: state in a checkpoint is found by the id.
         while !self.scope.ids.insert(id.clone()) {
             id = format!("{clean}_{number}");
             number += 1;
@@ -206,7 +213,7 @@ impl Translator<'_> {
     /// A node for an element, with an id made from its name.
     pub(crate) fn out(&mut self, element: &Element, kind: &str, children: Vec<Out>) -> Out {
         let name = element.get("name").filter(|name| !name.trim().is_empty());
-        // The tree says more than the word SubTree.
+        // The name of the tree is more specific than the word SubTree.
         let tree = element.get("ID").filter(|_| element.tag == "SubTree");
         let id = self.id(name.or(tree).unwrap_or(element.node_type()));
         let mut out = Out::new(id, kind, children);
@@ -216,7 +223,7 @@ impl Translator<'_> {
         out
     }
 
-    /// The key of that name of the tree that is being translated.
+    /// The key with that name of the tree that is being translated.
     pub(crate) fn key(&mut self, name: &str, written: bool) -> String {
         // `@key` is a key of the outermost tree.
         let name = match name.strip_prefix('@') {
@@ -250,7 +257,7 @@ impl Translator<'_> {
         }
     }
 
-    /// All children; `None` where one is refused, after all were looked at.
+    /// All children; `None` if one is refused, after all were translated.
     pub(crate) fn children(
         &mut self,
         element: &Element,

@@ -1,10 +1,10 @@
-//! Types of keys and ports: all that a value passes through has one type.
+//! Types of keys and ports: all holders of a value have one type.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::script::Constant;
 
-/// A type of values, as files name them.
+/// A type of values, with the names in files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Type {
     Bool,
@@ -21,7 +21,7 @@ impl Type {
         }
     }
 
-    /// Of a script, in which `true` is the number 1.
+    /// The common type of two in a script, in which `true` is the number 1.
     fn joined(self, other: Self) -> Option<Self> {
         match (self, other) {
             (a, b) if a == b => Some(a),
@@ -30,7 +30,7 @@ impl Type {
         }
     }
 
-    /// What the text of an attribute looks like.
+    /// The type that the text of an attribute implies.
     pub(crate) fn of_text(text: &str) -> Self {
         match text.trim() {
             "true" | "false" => Self::Bool,
@@ -39,7 +39,7 @@ impl Type {
         }
     }
 
-    /// Of C++; classes are texts.
+    /// The type of a C++ type; classes are texts.
     pub(crate) fn of_cpp(name: &str) -> Option<Self> {
         let name = name.trim();
         Some(match name {
@@ -50,6 +50,7 @@ impl Type {
             name if name.starts_with("int") || name.starts_with("uint") || name == "size_t" => {
                 Self::Number
             }
+            // No type: the uses of the port determine it.
             "" | "auto" | "AnyTypeAllowed" | "BT::AnyTypeAllowed" | "Any" => return None,
             _ => Self::Text,
         })
@@ -64,7 +65,7 @@ impl Type {
     }
 }
 
-/// Something with a type.
+/// A key or a port with a type.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Holder {
     /// Key of a tree.
@@ -78,18 +79,18 @@ struct Known {
     parent: usize,
     /// Holders below it: the smaller set joins the larger one, so chains stay short.
     size: usize,
-    /// Of scripts and models.
+    /// The type in scripts and models.
     hard: Option<Type>,
-    /// Of attributes, which are texts in any case.
+    /// The type that attributes imply, which are texts in any case.
     soft: Option<Type>,
 }
 
 /// The types found so far.
 #[derive(Debug, Default)]
 pub(crate) struct Types {
-    /// Ports that values of several types pass through.
+    /// Ports with values of several types.
     any: BTreeSet<Holder>,
-    /// Literals of ports, which have to fit in the end.
+    /// Literals of ports, which have to fit the final type.
     literals: Vec<(Holder, String)>,
     indices: BTreeMap<Holder, usize>,
     known: Vec<Known>,
@@ -124,7 +125,7 @@ impl Types {
         self.known.get_mut(root)
     }
 
-    /// A script or a model says so. `Err` with the type that was known before.
+    /// Adds the type in a script or a model. `Err` with the type that was known before.
     pub(crate) fn is(&mut self, holder: &Holder, found: Type) -> Result<(), Type> {
         let Some(known) = self.at(holder) else {
             return Ok(());
@@ -134,37 +135,39 @@ impl Types {
         Ok(())
     }
 
-    /// An attribute has this text.
+    /// Adds the text of an attribute.
     pub(crate) fn looks_like(&mut self, holder: &Holder, text: &str) {
         let found = Type::of_text(text);
         if let Some(known) = self.at(holder) {
             known.soft = match known.soft {
+                // Two different forms are texts: nothing is lost, as an attribute is a text.
                 Some(before) if before != found => Some(Type::Text),
                 _ => Some(found),
             };
         }
     }
 
-    /// A port has this literal.
+    /// Adds a literal of a port.
     pub(crate) fn has_literal(&mut self, port: &Holder, text: &str) {
         self.looks_like(port, text);
         self.literals.push((port.clone(), text.to_owned()));
     }
 
-    /// A port takes the value of a key: where its type is another one, it takes any.
+    /// Binds a port to a key; if their types differ, the port takes values of any type.
     pub(crate) fn takes(&mut self, port: &Holder, key: &Holder) {
         if self.same(key, port).is_err() {
             self.any.insert(port.clone());
         }
     }
 
-    /// Whether a port takes values of several types, when all are known.
+    /// Whether a port takes values of several types; final after [`Types::finish`].
     pub(crate) fn is_any(&self, port: &Holder) -> bool {
         self.any.contains(port)
     }
 
     /// Compares literals with the types that were found.
     pub(crate) fn finish(&mut self) {
+        // Only now: a model or script after the literal may have given the port its type.
         for (port, text) in std::mem::take(&mut self.literals) {
             let fits = match (self.of(&port), Type::of_text(&text)) {
                 (Type::Text, _) | (Type::Number, Type::Bool) => true,
@@ -177,7 +180,7 @@ impl Types {
         }
     }
 
-    /// The same value is in both. `Err` with their types where these differ.
+    /// Makes two holders of one value have one type. `Err` with their types if these differ.
     pub(crate) fn same(&mut self, one: &Holder, other: &Holder) -> Result<(), (Type, Type)> {
         let (one, other) = (self.index(one), self.index(other));
         let (one, other) = (self.root(one), self.root(other));
@@ -188,6 +191,7 @@ impl Types {
         let (Some(a), Some(b)) = both else {
             return Ok(());
         };
+        // Checked before anything changes, so that a difference leaves both sets as they were.
         let hard = match (a.hard, b.hard) {
             (Some(a), Some(b)) => Some(a.joined(b).ok_or((a, b))?),
             (a, b) => a.or(b),
@@ -210,11 +214,12 @@ impl Types {
         Ok(())
     }
 
-    /// The type, text where nothing is known.
+    /// The type; text if nothing is known.
     pub(crate) fn of(&self, holder: &Holder) -> Type {
         let index = self.indices.get(holder).map(|index| self.root(*index));
         let known = index.and_then(|index| self.known.get(index));
         known
+            // What a script or a model says is certain; the form of an attribute is a guess.
             .and_then(|known| known.hard.or(known.soft))
             .unwrap_or(Type::Text)
     }

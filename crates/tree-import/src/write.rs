@@ -1,8 +1,8 @@
-//! JSON in the order and with the line breaks in which people read it.
+//! JSON with the order and the line breaks that people expect.
 
 use serde_json::Value;
 
-/// A column beyond which an object or list is broken into lines.
+/// Column beyond which an object or list is broken into lines.
 const WIDTH: usize = 96;
 
 /// JSON whose objects keep their order.
@@ -19,7 +19,7 @@ impl<T: Into<Value>> From<T> for Json {
     }
 }
 
-/// As text.
+/// The text of a value.
 pub(crate) fn text(json: &Json) -> String {
     let mut text = String::new();
     write(json, 0, &mut text);
@@ -49,7 +49,7 @@ fn write(json: &Json, indent: usize, text: &mut String) {
         }
         Json::Object(entries) => {
             text.push('{');
-            // The first entries on the first line, as they are short: id and type.
+            // The first entries, id and type, are on the first line, as they are short.
             let mut rest = entries.as_slice();
             while let [(key, value @ Json::Value(_)), after @ ..] = rest {
                 if rest.len() < entries.len() {

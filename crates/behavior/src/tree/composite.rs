@@ -20,7 +20,7 @@ impl<H: Host> Run<H> {
         let op = self.flat.ops[i];
         let (first, end) = (i + 1, op.end as usize);
         let mut child = first;
-        // Not running means that this is a new run, whatever the cursor says.
+        // Not running means that this is a new run, for any cursor.
         if op.status != NodeStatus::Running {
             self.restart(i, op, cx);
         // With memory, children before the current one are not ticked again; a check of one of

@@ -67,7 +67,7 @@ impl<H: Host> Run<H> {
             }
             child = self.flat.ops[child].end as usize;
         }
-        // `ParallelAll` ends when all have finished, whatever the result of the first ones.
+        // `ParallelAll` ends when all have finished, also after enough failures.
         let answer = match tally.successes + tally.failures == tally.children {
             false => Status::Running,
             true if tally.children > 0 && tally.failures >= failures => Status::Failure,

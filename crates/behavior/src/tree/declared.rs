@@ -50,8 +50,8 @@ impl DeclaredPort {
     /// [`Fault::Access`] for a literal, or a port that only reads;
     /// [`Fault::NotFinite`] for a value of another type, or one that is not finite.
     pub fn set<H: Host>(&self, cx: &mut Cx<'_, '_, H>, value: Value) -> Result<(), Fault> {
-        // The registration for reading must hold for declared leaves as well: the board itself
-        // does not know who writes.
+        // The registered access must hold for declared leaves as well: the board itself does
+        // not know the writer.
         let (In::Key(slot), true) = (self.from, self.writable) else {
             return Err(Fault::Access);
         };

@@ -1,4 +1,4 @@
-//! No tick, reset or save uses the heap, whatever node it meets.
+//! No tick, reset or save uses the heap, for any kind of node.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! What is found in files and trees that load.
+//! Findings in files and trees that load.
 
 #![allow(
     clippy::unwrap_used,

@@ -23,7 +23,7 @@ fn file(rest: &str) -> String {
     format!(r#"{{"format": "behavior-tree/1", "name": "t", {rest}}}"#)
 }
 
-/// The file is refused, and every message begins with its place.
+/// The file is refused, and every message starts with its place.
 fn refusal(text: &str) -> String {
     let errors = read(text).err().unwrap_or_else(|| panic!("accepted"));
     for located in &errors.list {
@@ -234,7 +234,7 @@ fn a_refused_file_leaves_the_shared_board_alone() {
     assert_eq!(shared.keys().count(), 2);
 }
 
-/// Loading never panics; what it accepts can be looked over.
+/// Loading never panics; an accepted file can be checked.
 fn survives(text: &str) {
     match read(text) {
         Ok(_) => {

@@ -19,7 +19,7 @@ fn allocations(work: impl FnOnce()) -> u64 {
     count() - before
 }
 
-/// Holds nothing itself, so that what is counted is the engine's.
+/// Allocates nothing itself, so that only allocations of the engine are counted.
 struct Quiet(u64);
 
 impl Actions for Quiet {

@@ -1,5 +1,5 @@
-//! Files of machines: what is wrong is named with its place, all at once; what
-//! is odd is found by the checks.
+//! Files of machines: all mistakes are reported at once, with their places; checks find
+//! probable mistakes.
 
 #![allow(clippy::unwrap_used, clippy::match_bool, reason = "helpers of tests")]
 
@@ -260,7 +260,7 @@ fn events_that_lead_to_the_same_state_or_in_a_circle_are_found() {
     );
     let message = &check_events(&table, &["ok", "dropped"])[0].message;
     assert!(message.contains("'ok' leads from 'A'"), "{message}");
-    // Code may fire a trigger that leads to the same state: it is no condition.
+    // Code may fire a trigger that leads to the same state: it is not a condition.
     let rules = check(&table);
     assert!(
         rules.iter().all(|it| !it.rule.starts_with("event")),

@@ -1,4 +1,4 @@
-//! What is attached to nodes: loops, times, checks, and what checks interrupt.
+//! Modifiers of nodes: loops, times, checks, and the nodes that checks interrupt.
 
 use crate::tree_support;
 

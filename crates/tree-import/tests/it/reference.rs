@@ -174,7 +174,7 @@ impl Node {
         }
     }
 
-    /// Goes on while children answer `goes_on`.
+    /// Continues while children answer `goes_on`.
     fn line(&mut self, world: &mut World, goes_on: Answer) -> Answer {
         if self.status != Some(Running) {
             self.count = 0;

@@ -72,7 +72,7 @@ const REMAPPED: &str = r#"<root BTCPP_format="4" main_tree_to_execute="Main">
 fn subtrees_share_what_is_remapped() {
     let lines = ticks(REMAPPED, &[("Drive", "RF")], 3);
     assert_eq!(lines[0], "R Drive goal='shelf'");
-    // `result` of the first use is `reached`; the second use has a key of its own.
+    // `result` of the first use is `reached`; the second use has a separate key.
     let expected = "R Drive goal='shelf', Report, Say text='Report', Drive goal='table'";
     assert_eq!(lines[1], expected);
     let expected = "S Drive goal='table', Report, Say text='Report', Say_2 text=nothing";

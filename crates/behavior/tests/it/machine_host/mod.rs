@@ -1,4 +1,4 @@
-//! A host that answers guards from a list and notes what it is asked.
+//! A host that answers guards from a list and records the calls.
 
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
