@@ -97,8 +97,7 @@ impl Numbers {
     pub fn finish(mut self) -> Result<(), Problems> {
         let known: Vec<&str> = self.asked.iter().map(String::as_str).collect();
         for (key, value) in &self.all {
-            // A misspelt optional key would otherwise leave its default in force without a
-            // word.
+            // A misspelt key would have no effect.
             if !known.contains(&key.as_str()) {
                 let advice = suggest::advice(key, &known);
                 let message = format!("nothing uses the number '{key}'; {advice}");

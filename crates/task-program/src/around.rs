@@ -6,7 +6,7 @@ use cell_sim::verify::{Around, Report};
 use charts::{Line, Panel};
 
 /// Characters of a line, and rows of each of the two charts.
-// 90 characters leave room for the labels of the axes in a terminal of 100.
+// Fits into a terminal of 100 characters.
 const SIZE: (usize, usize) = (90, 8);
 
 /// The first field that differs, half a second before and after: both values, and their

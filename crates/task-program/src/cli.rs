@@ -31,7 +31,7 @@ use crate::recordings::RecordingError;
 use crate::rows::RowsError;
 
 /// A task that failed or timed out; a recording that differs.
-// Apart from 1, with which a panicking program or a missing library may end.
+// Apart from 2, with which the parser of the command line ends.
 const TASK_FAILED: u8 = 5;
 /// A file or a name that cannot be used.
 const CONFIGURATION: u8 = 3;
@@ -175,7 +175,6 @@ pub(crate) fn main(program: &Program, words: &[String]) -> ExitCode {
         writeln!(std::io::stderr(), "{text}").ok();
         ExitCode::from(CONFIGURATION)
     };
-    // The output is flushed before the exit code is chosen, not when the process ends.
     let code = run(program, words).unwrap_or_else(|error| fail(&error));
     // A script would take a truncated result for the whole one.
     let written = stdout::finish();
@@ -204,8 +203,9 @@ fn run(program: &Program, words: &[String]) -> Result<ExitCode, CliError> {
         Command::Eval(args) => evaluate::run(program, *args),
         Command::Behaviour { verb } => Ok(inspect(program, verb)?),
         Command::Schema { what } => {
+            // The schemas of output first: their names are fixed, the others are kinds of
+            // files.
             let schema = match output_schema(&what) {
-                // The schemas of output first: their names are fixed, the others are kinds of
                 // files.
                 Some(schema) => schema,
                 None => inspect::schema(program, &what)?,

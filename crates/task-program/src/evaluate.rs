@@ -26,7 +26,7 @@ use crate::rows::{self, Order, RowsError};
 use crate::warned::Warned;
 
 /// Exit code of a stopped evaluation, as shells report one that SIGINT ended.
-// Apart from 0 and 5: a script on a cluster repeats the command for this code alone.
+// Apart from 0 and 5: the same command, repeated, resumes.
 const STOPPED: u8 = 130;
 
 /// What to run.

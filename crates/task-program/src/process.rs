@@ -13,7 +13,7 @@
 //! - a task that hangs while its process lives: the supervisor sees that `health` reports no
 //!   cycle.
 //!
-//! A change must keep the order in [`TaskProcess::decide`] (statuses, `begin`, `decide`,
+//! A change must keep the order in `TaskProcess::decide` (statuses, `begin`, `decide`,
 //! slots, `publish`) and must not block between them: physics in lockstep waits.
 
 use std::time::Duration;
@@ -89,7 +89,7 @@ pub fn run(start: &Start, policies: &Policies) -> Result<(), ProcessError> {
     let slots = Slots::open(&start.spec.run_dir, start.spec.run)?;
     let bus = start.join(Process::Task)?;
     let mut process = TaskProcess::new(&bus, task, slots, start)?;
-    // Pages are mapped before the loop: a page fault within a decision costs milliseconds.
+    // Pages are mapped before the loop: a page fault would delay a decision.
     start.populate();
     while !stop_requested() {
         process.turn();
@@ -179,7 +179,7 @@ impl TaskProcess {
     }
 
     fn work(&mut self) {
-        // Without a valid state there is nothing to decide on; `Gate` keeps the newest valid
+        // Without a valid state there is nothing to decide on; the subscriber keeps the newest
         // one.
         let Some(state) = self.state.current() else {
             return;
@@ -241,7 +241,7 @@ impl TaskProcess {
                 return;
             }
         }
-        // The message is restored as well: its sequence of goals continues from there.
+        // The saved decision is the message that is repeated.
         self.message = saved.decision;
         // The decision was made, but perhaps not received by all. It is absolute, and its tick
         // gives its age. Another decision follows.
@@ -392,8 +392,6 @@ impl TaskProcess {
     /// Publishes the decision and rings the doorbells. `false` if it was not sent: another
     /// one follows on the next tenth tick.
     fn publish(&mut self) -> bool {
-        // Rung also after a failure: readers wake up, find no message, and do not wait for
-        // long.
         let message = &self.message;
         let sent = self.decision.publish(|slot| *slot = *message).is_ok();
         self.bells.iter_mut().for_each(Doorbell::ring);

@@ -156,8 +156,8 @@ impl State {
         let mut row = match &ended.result {
             Ok(summary) => Row::of(identity, &ended.case, summary),
             Err(reason) => Row::error(identity, names, &ended.case, reason.clone()),
-        // Rows must not depend on the folder of a user: they are compared between machines.
         };
+        // Rows must not depend on the folder of a user: they are compared between machines.
         row.message = row.message.map(|message| folders.left_out_of(&message));
         self.failed += u64::from(row.outcome != RowOutcome::Done);
         #[allow(

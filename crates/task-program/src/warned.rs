@@ -21,8 +21,8 @@ impl Warned {
         let mut shown = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let mut news = Vec::new();
         for warning in warnings {
-            // One more than the limit is taken up: it becomes the line that says that there are
-            // more.
+            // One more than the limit is accepted: it becomes the line that reports further
+            // ones.
             if shown.len() > MOST || !shown.insert(warning.clone()) {
                 continue;
             }

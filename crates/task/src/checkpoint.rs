@@ -8,7 +8,7 @@
 //! What can go wrong, and the rule that prevents it:
 //! - a field that is remembered but not saved: the restored task decides differently from
 //!   the one that was killed, and the cube in the gripper is dropped. All memory of a task
-//!   is in [`TaskCheckpoint`]; leaves of trees cannot keep any (ADR 0008);
+//!   is in `TaskCheckpoint`; leaves of trees cannot keep any (ADR 0008);
 //! - another layout, or bytes that happen to decode: `VERSION` comes first and is compared
 //!   before anything else is decoded;
 //! - bytes that decode into counters near their maximum, on which the next addition would
@@ -91,13 +91,12 @@ pub enum CheckpointError {
 /// them has the limit. Empty, which no reader takes for a checkpoint, where `value`
 /// cannot be serialised.
 pub fn to_bytes<T: Serialize>(value: &T) -> Vec<u8> {
+    // No limit here: the program that stores a checkpoint reports its size and `MAX_BYTES`.
     options(usize::MAX).serialize(value).unwrap_or_default()
 }
 
 /// Reads what [`to_bytes`] wrote.
 ///
-// `MAX_BYTES` is not a limit here: a checkpoint that is too long is still compared,
-// recorded in part and reported with its size by the program that stores it.
 /// # Errors
 /// For damaged, foreign and over-long bytes.
 pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, bincode::Error> {

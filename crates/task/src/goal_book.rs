@@ -61,9 +61,9 @@ impl Default for GoalBook {
 impl GoalBook {
     /// The goal `arm` was given with the previous decision; `None` before the
     /// first one and after `forget`.
-    // `None` after a restart of the scene: feedback about a goal of the scene before must
-    // not grade a goal of this one.
     pub fn previous(&self, arm: usize) -> Option<PreviousGoal> {
+        // `None` after a restart of the scene: feedback about a goal of the scene before must
+        // not grade a goal of this one.
         let entry = self.entries.get(arm)?;
         let (kind, key) = entry.identity?;
         Some(PreviousGoal {
@@ -103,9 +103,9 @@ impl GoalBook {
     }
 
     /// Makes the next goal of every arm a new one; numbers continue counting.
-    // Only the identity is cleared. With numbers from 1 again, a controller could take a
-    // new goal for the one that it has latched.
     pub(crate) fn forget(&mut self) {
+        // Only the identity is cleared. With numbers from 1 again, a controller could take a
+        // new goal for the one that it has latched.
         for entry in &mut self.entries {
             entry.identity = None;
         }

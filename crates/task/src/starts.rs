@@ -167,8 +167,8 @@ impl Decider {
         let is_exact = kept.as_ref().is_some_and(|kept| kept.tick == tick);
         // The task is not younger than the state: there is no decision to undo.
         let is_current = tick > 0 && self.decided.is_some_and(|(_, last)| last <= tick);
-        // A checkpoint of an earlier state is used only where the task itself is ahead: its own
-        // memory is newer and, being not ahead of the state, consistent with it.
+        // A task that is not ahead of the state keeps its own memory, which is newer than the
+        // checkpoint of an earlier state.
         if let Some(kept) = kept.filter(|_| is_exact || !is_current) {
             if let Err(error) = self.task.restore(&kept.checkpoint) {
                 self.task.begin_new_scene();

@@ -254,7 +254,8 @@ impl Task {
                 expected: self.demo.clone(),
             });
         }
-        // Everything is checked before the first assignment: on an error the task is unchanged.
+        // Checked before the first assignment. A policy whose own bytes do not decode is reset,
+        // all else is unchanged.
         if !saved.is_sound() {
             let wrong = "it counts further than a run can get";
             return Err(bincode::Error::custom(wrong).into());

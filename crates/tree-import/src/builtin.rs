@@ -139,7 +139,8 @@ impl Translator<'_> {
             self.look_inside(element, depth);
             return None;
         }
-        // An unknown attribute may change the meaning of the node in a newer version.
+        // An unknown attribute is a mistake or of another version; ignoring it could change the
+        // tree.
         if !self.has_its_attributes(element, &name) {
             self.look_inside(element, depth);
             return None;

@@ -131,6 +131,7 @@ impl Translator<'_> {
             ("ForceFailure", Skip::Failure) => ("SuccessIsFailure", Skip::Failure),
             ("ForceFailure", _) => ("SuccessIsFailure", Skip::Never),
             ("Delay", skip) => ("PassThrough", skip),
+            // KeepRunningUntilFailure: a success becomes running.
             (_, _) => ("SuccessIsRunning", Skip::Never),
         };
         let seconds = match name {
@@ -138,7 +139,6 @@ impl Translator<'_> {
             _ => None,
         };
         let part = self.child(element, inner, depth)?;
-        // KeepRunningUntilFailure is the last case: a success becomes running.
         let mut out = self.out(element, kind, vec![part.out]);
         if let Some(seconds) = seconds {
             Self::delay(&mut out, seconds?);

@@ -93,8 +93,8 @@ impl Errors {
     }
 
     /// The mistakes in the order of the text.
-    // Constants, keys and nodes are read in several passes over a file.
     pub fn sorted(mut self) -> Self {
+        // Constants, keys and nodes are read in several passes over a file.
         self.list.sort();
         self
     }

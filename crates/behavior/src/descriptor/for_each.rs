@@ -78,8 +78,9 @@ impl<'a, H: Host> Builder<'a, H> {
                  braces, this is {}",
                 value.describe()
             )
-        // Hiding an outer name would change the meaning of texts that are moved into the loop.
         } else if self.constants.contains_key(name) {
+            // Hiding an outer name would change the meaning of texts that are moved into the
+            // loop.
             format!(
                 "'{}' is the name of a constant, or of an item of another ForEach around this one; \
                  give the item another name",

@@ -302,8 +302,8 @@ fn restrict(then: &mut Map<String, Json>, children: Children, name: &str) {
     for (key, owner) in engine::OWNED_KEYS {
         if name == owner {
             required.push(key);
-        // Keys of other types are refused, as the loader does.
         } else {
+            // Keys of other types are refused, as the loader does.
             add.insert(key.to_owned(), json!(false));
         }
     }

@@ -43,8 +43,9 @@ pub enum RestoreError {
 }
 
 /// FNV-1a of a name, 64 bits (G. Fowler, L. C. Noll, K.-P. Vo).
-// The constants are those of FNV-1a; another hash would not find the states of older records.
 pub(crate) fn name_hash(name: &str) -> u64 {
+    // The constants are those of FNV-1a; another hash would not find the states of older
+    // records.
     name.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     })

@@ -209,7 +209,7 @@ impl Machine {
         // Nothing of an earlier call may wait here.
         self.queue.clear();
         let mut fired = self.handle(trigger, actions)?;
-        // In the order in which they were posted, each as a trigger of its own.
+        // In the order in which they were posted, each as a separate trigger.
         while let Some(next) = self.queue.pop() {
             if fired.handled >= MAX_EVENTS {
                 self.queue.clear();
@@ -271,7 +271,7 @@ impl Machine {
     fn process(&mut self, step: &mut Step, actions: &mut impl Actions) -> Result<bool, Fault> {
         let mut valid = false;
         let mut done = SmallSet::default();
-        // A reference of its own: callbacks borrow the machine while rows are read.
+        // A separate reference: callbacks borrow the machine while rows are read.
         let table = Arc::clone(&self.table);
         for rank in self.active.iter() {
             // States that another region's row has left or entered are not tried any more.

@@ -23,9 +23,9 @@ impl<H: Host> Run<H> {
         // Not running means that this is a new run, for any cursor.
         if op.status != NodeStatus::Running {
             self.restart(i, op, cx);
-        // With memory, children before the current one are not ticked again; a check of one of
-        // them may still interrupt.
         } else if memory && op.cursor != NONE {
+            // With memory, children before the current one are not ticked again; a check of one
+            // of them may still interrupt.
             child = op.cursor as usize;
             if op.watches
                 && let Some(left) = self.interrupting(first, child, cx)

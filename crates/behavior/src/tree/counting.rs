@@ -61,7 +61,8 @@ impl<H: Host> Run<H> {
                 tally.add(self.visit(child, cx));
             }
             last = u32::try_from(child).unwrap_or(NONE);
-            // After each child, so that those behind the deciding one are not ticked, as there.
+            // After each child, so that those behind the deciding one are not ticked, as in
+            // BehaviorTree.CPP.
             if let Some(answer) = successes.and_then(|least| tally.decides(least, failures)) {
                 return Some((answer, last));
             }

@@ -180,10 +180,10 @@ impl<H: Host> Tree<H> {
         for op in &self.run.flat.ops {
             if op.outermost {
                 out.push(op.status);
-            // A halting leaf inside its modifiers is more important than their status.
             } else if op.status == NodeStatus::Halting
                 && let Some(last) = out.last_mut()
             {
+                // A halting leaf inside its modifiers is more important than their status.
                 *last = NodeStatus::Halting;
             }
         }

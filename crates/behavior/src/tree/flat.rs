@@ -67,8 +67,8 @@ pub(super) enum Code {
 
 impl Code {
     /// The kind of operation in records; an operation of another kind takes no state.
-    // Part of the format of checkpoints: a number must not get another meaning.
     pub(super) fn tag(self) -> u8 {
+        // Part of the format of checkpoints: a number must not get another meaning.
         match self {
             Self::Leaf => 1,
             Self::Sequence { .. } => 2,

@@ -209,9 +209,9 @@ impl<H: Host> Tree<H> {
                 // for ever.
                 if op.code == Code::Leaf {
                     self.run.halting += 1;
-                // Only leaves are asked to halt: another operation would never leave this
-                // status.
                 } else {
+                    // Only leaves are asked to halt: another operation would never leave this
+                    // status.
                     self.run.flat.ops[i].status = NodeStatus::Invalid;
                 }
             }

@@ -33,7 +33,7 @@ impl Definition {
 
 /// The number of states on all levels, and the place of the first beyond the limit.
 fn states(states: &[StateDef]) -> (usize, Option<Location>) {
-    // A stack of its own and not recursion: this runs before the depth is checked.
+    // An explicit stack and not recursion: this runs before the depth is checked.
     let mut open: Vec<&StateDef> = states.iter().rev().collect();
     let (mut count, mut beyond) = (0, None);
     while let Some(state) = open.pop() {

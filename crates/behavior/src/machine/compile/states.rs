@@ -72,8 +72,8 @@ impl<'a> Compiler<'a> {
             if depth >= MAX_DEPTH && !def.children.is_empty() {
                 let message = format!("states more than {MAX_DEPTH} deep in one another");
                 self.problems.add(def.name.place, message);
-            // Parents come before their children, as `sets` and a restore rely on.
             } else {
+                // Parents come before their children, as `sets` and a restore rely on.
                 self.flatten(&def.children, Some(out.len() - 1), depth + 1, out);
             }
         }

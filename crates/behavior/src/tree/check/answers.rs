@@ -70,8 +70,8 @@ pub(super) fn inner<H: Host>(kind: &Kind<H>, children: &[Answers]) -> Answers {
     let child = children.first().copied().unwrap_or(Answers::ALL);
     match kind {
         Kind::Sequence(_) => line(children, Status::Success),
-        Kind::SequenceWithMemory => line(children, Status::Success).running(),
         // It starts at most one child per tick, so it runs between two children that succeed.
+        Kind::SequenceWithMemory => line(children, Status::Success).running(),
         Kind::Selector(_) => line(children, Status::Failure),
         Kind::Parallel(policy) => parallel(policy, children),
         Kind::Inverter => child.inverted(),
