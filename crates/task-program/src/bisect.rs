@@ -27,7 +27,7 @@ pub(crate) struct Search {
     pub(crate) steps: u32,
 }
 
-/// Result of the episodes with one value.
+/// What became of the episodes with one value.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Tried {
     /// The value.

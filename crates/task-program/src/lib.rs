@@ -30,7 +30,7 @@ use cell_model::Data;
 use cell_sim::{Program, SimError, eval, run};
 use robocell_task::Policies;
 
-/// What a controller is: for programs that bring their own.
+/// The interface of controllers, for programs that bring their own.
 pub use cell_sim::controller_proc as control;
 
 use control::Controllers;

@@ -77,7 +77,7 @@ impl RunError for ProcessError {
     }
 }
 
-/// Runs the task until it is asked to stop.
+/// Runs the task until a stop is requested.
 ///
 /// # Errors
 ///

@@ -12,7 +12,7 @@
 //! - physics resumed earlier in the run: entries of the abandoned timeline have the same
 //!   ticks and must not be found (`on_this_timeline`);
 //! - files of another run in the same directory: every entry carries the number of its run;
-//! - a checkpoint that is too long, or a full disk: the cell continues, but the user is told
+//! - a checkpoint that is too long, or a full disk: the cell continues, but the user is warned
 //!   before the kill that would lose it (`lost`).
 //!
 //! A change must write an entry before its decision is published, and must not wait for a

@@ -1,5 +1,5 @@
-//! Breakpoints: names of nodes, states and guards at which the task asks physics to
-//! pause.
+//! Breakpoints: names of nodes, states and guards at which the task requests a pause from
+//! physics.
 
 use behavior::{Graph, NodeStatus};
 use cell_model::runs::phase_name;
@@ -25,8 +25,8 @@ pub(crate) struct Happened<'a> {
 }
 
 impl Breakpoints {
-    /// Whether one of the panel's breakpoints is reached at `tick`; the decision says
-    /// so.
+    /// Finds out whether one of the panel's breakpoints is reached at `tick`, and writes the
+    /// newest one into the decision.
     pub(crate) fn update(
         &mut self,
         panel: &OperatorPanel,

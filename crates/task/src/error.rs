@@ -20,7 +20,7 @@ pub enum TaskError {
     /// No such policy for this kind.
     #[error("{refusal}")]
     UnknownPolicy {
-        /// What was asked for, and the nearest name or all of them.
+        /// The requested name, and the nearest known name or all of them.
         refusal: String,
     },
     /// The `[task]` table.

@@ -4,7 +4,7 @@
 use ipc_types::{ArmGoal, GripperGoal, MAX_ARMS, Pose, decision::GoalKind};
 use serde::{Deserialize, Serialize};
 
-/// What makes a goal the same goal: its kind, and a key its author chose.
+/// The identity of a goal: its kind, and a key that its author chose.
 type Identity = (u32, u64);
 
 /// Upper limit of a goal number in a checkpoint that is accepted.

@@ -61,7 +61,7 @@ pub struct Io {
 pub struct Job {
     /// Object in the gripper, by index in the cell file.
     pub held: Option<usize>,
-    /// Where the held object goes.
+    /// Destination of the held object.
     pub destination: Option<Placement>,
     /// The held object goes back instead of onto the stack.
     pub aborted: bool,
@@ -124,7 +124,7 @@ impl Job {
         self.failure = Some(Reason::new(reason));
     }
 
-    /// Forgets a failure and what led to it; the operator asked to try again.
+    /// Clears a failure and its causes, when the operator requests another attempt.
     pub(crate) fn retry(&mut self) {
         self.failure = None;
         self.unreachable_since = None;

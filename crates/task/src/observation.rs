@@ -128,7 +128,7 @@ impl<'a> Observation<'a> {
         &self.state.equipment
     }
 
-    /// What the operator asked for.
+    /// The requests of the operator.
     pub fn panel(&self) -> &'a OperatorPanel {
         &self.state.panel
     }

@@ -86,7 +86,7 @@ pub trait Policy: Send {
         }
     }
 
-    /// Controls the cell's equipment while the operator leads the arm and after
+    /// Controls the cell's equipment while the operator moves the arm and after
     /// the job failed: a belt has to stop where a bin waits.
     fn tend(&self, _observation: &Observation<'_>, _job: &mut Job) {}
 

@@ -27,7 +27,7 @@ pub fn statuses(phases: &[&str], active: &str, out: &mut Vec<NodeStatus>) {
     out.extend(phases.iter().map(|phase| running_if(*phase == active)));
 }
 
-/// A phase as a node; `detail` says more about it.
+/// A phase as a node; `detail` is an additional description.
 pub fn node(phase: &str, detail: &str) -> GraphNode {
     GraphNode {
         id: phase.to_owned(),

@@ -238,8 +238,9 @@ impl Task {
     /// same demo is accepted, too: its job is resumed, with the object in the gripper.
     ///
     /// # Errors
-    /// [`CheckpointError`], with the task unchanged, for a checkpoint that is damaged,
-    /// of another version or of another cell.
+    /// [`CheckpointError`] for a checkpoint that is damaged, of another version or of another
+    /// cell. The task is unchanged then, except that a policy whose own bytes do not decode
+    /// is reset.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), CheckpointError> {
         // The version is read before the rest, whose layout it determines.
         let found = checkpoint::version(bytes)?;

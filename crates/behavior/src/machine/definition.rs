@@ -295,7 +295,7 @@ impl Definition {
     }
 
     /// With one more state; the first is the initial one unless
-    /// [`Definition::initial`] says otherwise.
+    /// [`Definition::initial`] names another one.
     pub fn state(mut self, state: StateDef) -> Self {
         self.initial.get_or_insert_with(|| state.name.clone());
         self.states.push(state);

@@ -72,7 +72,7 @@ impl Machine {
     /// again.
     pub fn halt_all(&mut self, reason: ResetReason, actions: &mut impl Actions) -> bool {
         let table = Arc::clone(&self.table);
-        // Those that are stopping already are asked again with the others.
+        // Those that are stopping already are stopped again with the others.
         let stopping = std::mem::take(&mut self.halting);
         self.running = self.running.union(&stopping);
         for rank in self.running.iter() {

@@ -8,7 +8,7 @@ use crate::finding::Finding;
 use crate::suggest;
 use crate::value::{Plain, Value};
 
-/// What a port of a node was bound to in the file.
+/// The binding of a port of a node in the file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Binding {
     /// A value.

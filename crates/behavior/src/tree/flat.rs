@@ -19,7 +19,7 @@ use crate::status::{NodeStatus, ResetReason, Status};
 // Not an index: a tree has at most 1024 operations.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// What an operation does.
+/// The kind of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Code {
     Leaf,

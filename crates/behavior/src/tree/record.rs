@@ -106,7 +106,7 @@ impl<H: Host> Tree<H> {
         // Nodes that are new in the file must not keep the state of before.
         self.forget();
         self.run.events.clear();
-        // The flag tells "no tick yet" from a tick at time zero.
+        // The flag distinguishes "no tick yet" from a tick at time zero.
         self.last = (last.0 != 0).then(|| Duration::from_nanos(last.1));
         let mut carried = keys;
         for _ in 0..count {
