@@ -64,7 +64,7 @@ enum Command {
     },
     /// Print the JSON Schema of a kind of file.
     Schema {
-        /// tree, machine or cell; eval, verify or check for the JSON output of these.
+        /// tree, machine or cell; eval, verify or check for their JSON output.
         what: String,
     },
     /// Compute a recorded run again and compare it bit for bit.
