@@ -41,6 +41,7 @@ use crate::slots::{Slots, SlotsError};
 const NUDGE: Duration = Duration::from_millis(5);
 /// Longest wait in lockstep for the statuses of the tick before, which were sent, but may
 /// not have reached this reader yet (ns).
+// Bounded: a controller that was killed before it published would stop the cell for ever.
 const DELIVERY_NS: u64 = 2_000_000_000;
 
 /// Interval of the statuses of all nodes (ticks).

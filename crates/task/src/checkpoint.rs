@@ -31,6 +31,7 @@ use crate::time::PolicyClock;
 
 /// Version of the layout; a checkpoint with another version is refused, and the task
 /// starts from its observation.
+// Read before all else; a build with another layout must not decode by chance.
 pub const VERSION: u32 = 7;
 
 /// Longest checkpoint that is kept for a successor of the process and recorded (bytes).

@@ -177,10 +177,13 @@ pub fn requested_gripper(panel: &OperatorPanel) -> GripperGoal {
 }
 
 /// Bit that keeps keys of the operator's goals apart from those of a policy.
+// A policy and the operator number their goals independently. With equal keys the goal of the
+// one would count as a moved goal of the other, under the same number.
 const OPERATOR_KEYS: u64 = 1 << 63;
 /// After so many ticks the fingers are open, and an object between them stays behind.
 const OPENING_TICKS: u64 = 500;
 /// Bit that keeps a return to the default pose apart from the operator's targets.
+// Both are counters from 1, so they would meet without it.
 const RETURN_KEYS: u64 = 1 << 62;
 
 /// Writes the change to the log.

@@ -43,6 +43,7 @@ impl PolicyTime {
 }
 
 /// Upper limit of a clock in a checkpoint that is accepted: 146 million years.
+// A larger one is damage, and the next interval could overflow.
 const MOST_TICKS: u64 = 1 << 62;
 
 /// Counts policy time from the ticks of the decisions.

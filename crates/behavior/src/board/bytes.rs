@@ -141,6 +141,8 @@ impl<'r> Reader<'r> {
     }
 }
 
+// The published constants of FNV-1a with 64 bits. Records of older builds are found by them, so
+// they are part of the format.
 const HASH_START: u64 = 0xcbf2_9ce4_8422_2325;
 const HASH_PRIME: u64 = 0x0000_0100_0000_01b3;
 

@@ -13,6 +13,7 @@ use super::set::{MAX_MEMBERS, SmallSet};
 const VERSION: u16 = 1;
 const HEADER: usize = 4;
 const ENTRY: usize = 9;
+// Bits of the flags. They are part of the format: a bit must not get another meaning.
 const ACTIVE: u8 = 1;
 const RUNNING: u8 = 2;
 const FINISHED: u8 = 4;

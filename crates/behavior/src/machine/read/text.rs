@@ -7,6 +7,7 @@ use crate::lines::Lines;
 use crate::machine::problem::{Collector, Location, Problem, Problems};
 
 /// Nesting of TOML that the parser reads, for its message.
+// The limit of the parser itself, which its message does not name.
 const LEVELS: usize = 80;
 
 /// Reads `text` as JSON if the name of the file ends with `.json`, otherwise as TOML.
