@@ -11,7 +11,7 @@ pub enum WorldError {
     Overlap {
         /// The object.
         object: String,
-        /// What it overlaps.
+        /// The other shape.
         other: String,
         /// How deep (m).
         depth: f64,
@@ -27,7 +27,7 @@ pub enum WorldError {
         arm: String,
         /// Its link.
         link: String,
-        /// What it overlaps.
+        /// The fixture.
         fixture: String,
         /// How deep (m).
         depth: f64,

@@ -1,7 +1,18 @@
 //! The world with its clock switch: pause, step, script and the end of a run.
 //!
-//! [`Plant`] is what the physics process and the one-process cell have in
-//! common: both ask [`Plant::before_step`] what to do at a tick, and step.
+//! [`Plant`] is the common part of the physics process and of the cell in one process: both
+//! call [`Plant::before_step`] at each tick boundary, and step if it says so. These rules make
+//! their runs equal to the bit:
+//!
+//! - Pause, end and script lines take effect at a tick boundary, as a function of the tick and
+//!   of the newest decision, never of a clock.
+//! - The end of a run is decided here, not by the launcher, which would be some ticks late or
+//!   early (ADR 0005).
+//! - Requests change levels and counters of the panel, so a reader that missed a state misses
+//!   no request (ADR 0001).
+//! - A field that decides the next tick has to be in [`Plant::save`]. A successor that lacks
+//!   it continues differently: the breakpoint that was reached last paused a cell a second
+//!   time when it was missing.
 
 mod saved;
 
@@ -19,7 +30,7 @@ use ipc_types::{
 use crate::resume::Switches;
 use crate::world::{StepInput, World, WorldError};
 
-/// The policy that goes where the operator points, paused or not.
+/// The policy that moves to the operator's target, paused or not.
 const FOLLOWS: &str = "follow";
 
 /// What to do at a tick boundary.
@@ -43,19 +54,19 @@ pub struct Plant {
     pause: Option<PauseCause>,
     steps_left: Option<u64>,
     ending: bool,
-    /// A script line the launcher has to act on.
+    /// A script line that the launcher has to execute.
     waiting: Option<(u32, ScriptAction)>,
-    /// What became of the lines so far.
+    /// Replies to the lines so far.
     replies: Vec<ScriptReply>,
-    /// Policy the run began with.
+    /// Policy at the start of the run.
     policy: String,
-    /// Requests obeyed, but for those that come with every frame of a page.
+    /// Accepted requests, except drags, which a page sends with every frame.
     requests: u64,
-    /// Requests obeyed that another start of physics has to obey, too: their number.
+    /// Number of the last accepted request that a successor of this process has to repeat.
     accepted: u64,
     /// Tick this start of physics began with.
     resumed_tick: u64,
-    /// When the task reached the breakpoint that paused last.
+    /// Tick at which the task reached the breakpoint that paused last.
     break_tick: u64,
 }
 
@@ -89,7 +100,7 @@ impl Plant {
         })
     }
 
-    /// What people switched.
+    /// State of the operator's switches.
     pub(crate) fn switches(&self) -> Switches {
         Switches {
             paused: self.pause.is_some(),
@@ -102,7 +113,7 @@ impl Plant {
         self.world.set_decision_limit(ticks);
     }
 
-    /// How simulated time goes.
+    /// Speed of simulated time.
     pub(crate) fn speed(&self) -> Speed {
         self.speed
     }
@@ -112,17 +123,23 @@ impl Plant {
         &self.world
     }
 
-    /// Acts on the script and says whether to step. `decision` is the newest
-    /// one caused by the present tick or earlier.
+    /// Runs the script and returns whether to step. `decision` is the newest one caused by the
+    /// present tick or an earlier one.
     pub fn before_step(&mut self, decision: Option<&Decision>) -> Next {
+        // Script first: a line of this tick may pause, and takes effect before the step. The
+        // breakpoint is last, so it replaces the cause of a pause.
         self.run_script(decision);
         self.check_end(decision);
         self.check_break(decision);
+        // A kill at a tick of the script has to happen at that tick in every run: in lockstep
+        // time waits for the launcher. In real time nothing waits.
         let held = self.waiting.is_some() && self.speed.is_lockstep();
         if self.pause.is_some() || self.ending || held {
             return Next::Wait;
         }
         if let Some(left) = self.steps_left {
+            // The step that uses up the count also pauses, so that exactly this many ticks
+            // pass.
             self.steps_left = left.checked_sub(1).filter(|left| *left > 0);
             self.pause = self.steps_left.is_none().then_some(PauseCause::Step);
         }
@@ -151,12 +168,12 @@ impl Plant {
         state.resumed_tick = self.resumed_tick;
     }
 
-    /// The script line the launcher has to act on.
+    /// The script line that the launcher has to execute.
     pub fn waiting(&self) -> Option<&(u32, ScriptAction)> {
         self.waiting.as_ref()
     }
 
-    /// What became of the lines of the script that were due.
+    /// Replies to the script lines that were due.
     pub fn script_replies(&self) -> &[ScriptReply] {
         &self.replies
     }
@@ -170,6 +187,8 @@ impl Plant {
     pub fn operate(&mut self, request: &OperatorRequest) -> OperatorReply {
         let reply = self.answer(request);
         let is_accepted = reply.code == ReplyCode::Accepted.code();
+        // Numbered here, not in `answer`: a line of the script is run again by the successor's
+        // own script and must not be repeated as a request as well.
         self.accepted += u64::from(is_accepted && has_effect(request));
         reply
     }
@@ -184,11 +203,12 @@ impl Plant {
             Some(action) => self.act(action, request),
         };
         let message = self.with_pause(action_of(request), code, message);
-        // One comes with every frame of a page.
+        // A page sends one with every frame: counting them would save a state every 100 ticks.
         let is_frequent = request.action == OperatorAction::Drag.code();
         let is_counted = code == ReplyCode::Accepted && has_effect(request) && !is_frequent;
         self.requests += u64::from(is_counted);
         let is_step = request.action == OperatorAction::Step.code();
+        // Only a request for steps reports the tick at which they end.
         let left = self.steps_left.filter(|_| is_step);
         let until_tick = left.map_or(0, |left| self.world.tick() + left);
         OperatorReply {
@@ -200,8 +220,8 @@ impl Plant {
         }
     }
 
-    /// A `message` that also says that simulated time is paused, where an accepted request has
-    /// no effect until it is resumed.
+    /// Adds to `message` that simulated time is paused if an accepted request has no effect
+    /// until it is resumed.
     fn with_pause(
         &self,
         action: Option<OperatorAction>,
@@ -244,6 +264,8 @@ impl Plant {
                 self.steps_left = Some(left + u64::from(request.count.max(1)));
             }
             OperatorAction::ScriptDone => {
+                // The number is compared: an answer to another line must not end the wait for
+                // this one.
                 let done = self.waiting.take_if(|(line, _)| *line == request.count);
                 if let Some((line, action)) = done {
                     self.note_script(line, &action, Ok(()));
@@ -270,6 +292,8 @@ impl Plant {
 
     fn run_script(&mut self, decision: Option<&Decision>) {
         let tick = self.world.tick();
+        // Phases are noted before lines are taken: a line `at_phase` is due in the tick of the
+        // change.
         if let Some(decision) = decision {
             self.script.observe(
                 tick,
@@ -278,6 +302,7 @@ impl Plant {
                 &self.arms,
             );
         }
+        // A line for the launcher stops the script: the order of lines is kept.
         while self.waiting.is_none() {
             let Some((line, action)) = self.script.next_due(tick) else {
                 return;
@@ -297,11 +322,13 @@ impl Plant {
         decision: Option<&Decision>,
     ) -> Result<(), String> {
         let policy = decision.map_or("", |decision| decision.policy.as_str());
+        // Before the first decision the policy is the one of the command line.
         let policy = if policy.is_empty() {
             &self.policy
         } else {
             policy
         };
+        // A target for an arm that the task moves would be overwritten by the next decision.
         let led = action.leads() && policy != FOLLOWS && !self.world.operator_leads();
         if led {
             return Err("the task leads the arm; `task_pause` gives it to the operator".to_owned());
@@ -331,9 +358,10 @@ impl Plant {
         self.ending |= (self.until_done && done) || self.world.tick() >= self.limit_tick;
     }
 
-    /// The task reached a breakpoint that it had not reached before.
+    /// Pauses at a breakpoint that the task had not reported before.
     fn check_break(&mut self, decision: Option<&Decision>) {
         let reached = decision.map_or(0, |decision| decision.break_tick);
+        // The task repeats the tick in every decision; only a change is a new breakpoint.
         if reached != 0 && std::mem::replace(&mut self.break_tick, reached) != reached {
             self.pause = Some(PauseCause::Breakpoint);
             self.steps_left = None;
@@ -385,6 +413,7 @@ impl Plant {
             ScriptAction::Pause {} => OperatorAction::Pause,
             ScriptAction::Resume {} => OperatorAction::Resume,
             ScriptAction::Reset {} => OperatorAction::Reset,
+            // Lines for the launcher never arrive here; see `run_script`.
             ScriptAction::Kill { .. } | ScriptAction::Stop { .. } => return None,
         };
         request.action = code.code();
@@ -404,7 +433,7 @@ fn action_of(request: &OperatorRequest) -> Option<OperatorAction> {
     OperatorAction::from_code(request.action)
 }
 
-/// With an orientation of length 1: people round.
+/// Normalises the orientation: people type rounded numbers.
 fn unit(pose: &Pose) -> Pose {
     let [w, x, y, z] = pose.orientation_wxyz;
     let length = [w, x, y, z].iter().map(|q| q * q).sum::<f64>().sqrt();

@@ -1,4 +1,18 @@
 //! Physics on the bus: take the newest inputs, step, publish the state.
+//!
+//! All other processes follow the ticks of this one, so these rules hold:
+//!
+//! - In real time physics waits for no process. A controller that is late or dead is handled
+//!   by the watchdog of its arm; a wait here would stop the whole cell.
+//! - In lockstep it waits for the answer to exactly the tick that it published (ADR 0004). It
+//!   answers requests during the wait, and repeats its doorbells: a lost one would stop the
+//!   run.
+//! - Inputs that answer another generation of physics are ignored: they belong to a scene that
+//!   a kill has discarded.
+//! - A state is announced before it is published and written after it, by another thread. The
+//!   task keeps its checkpoint for an announced state; the other order would lose it.
+//! - Files are written by threads of their own, without real-time scheduling: a write takes
+//!   longer than a tick.
 
 use std::time::Duration;
 
@@ -23,14 +37,19 @@ use crate::state::lost::LostNews;
 use crate::state::tap::StateTap;
 use crate::world::StepInput;
 
-/// How long lockstep polls before it sleeps (ns): longer than a cycle of a
-/// controller takes.
+/// How long lockstep polls before it sleeps (ns): longer than a cycle of a controller.
+// Sleeping costs two switches of context per tick; an answer normally arrives within this
+// time.
 const SPIN_NS: u64 = 200_000;
-/// How often a waiting physics says again what it waits with.
+/// Interval at which a waiting physics repeats its doorbells and its status.
+// Many ticks, so a waiting physics costs no core, and far below the 100 ms of a process
+// without a sign of life.
 const NUDGE: Duration = Duration::from_millis(5);
 /// Publication times kept for the age of applied commands.
+// Older commands than this are not measured: they are past the age at which the arm brakes.
 const PUBLISHED: usize = 64;
 /// Requests answered in one tick.
+// Bounds a tick: the requests beyond it are answered in the next one.
 const REQUESTS_PER_TICK: usize = 8;
 
 /// Why physics cannot run.
@@ -66,19 +85,21 @@ pub fn run(start: &Start) -> Result<(), ProcessError> {
     }
     let was_one = start.generation > 1;
     let (run_dir, run) = (&start.spec.run_dir, start.spec.run);
-    // Before this thread has real-time scheduling and a core of its own: the threads
-    // that write shall have neither.
+    // Opened before this thread gets real-time scheduling and a core for itself: the threads
+    // that write files inherit both from the thread that starts them.
     let resume = Resume::open(run_dir, run, was_one, &mut plant);
     let report = ScriptReport::new(run_dir);
     let fifo = start.real_time(PHYSICS_PRIORITY, 0);
+    // Without real-time scheduling the task is late more often; the belt must not stop for it.
     if !fifo {
         plant.set_decision_limit(DECISION_AGE_OTHER_TICKS);
     }
     let bus = start.join(Process::Physics)?;
     let mut process = PhysicsProcess::new(start, &bus, (plant, resume, report), fifo)?;
+    // Pages are touched before the loop starts, so that no tick waits for a page fault.
     start.populate();
     let mut class = LoopClass::new(PHYSICS_PRIORITY, fifo);
-    // A change of speed ends the loop.
+    // A change of speed ends either loop, and the next one starts with the class of its speed.
     while !stop_requested() {
         let speed = process.plant.speed();
         class.follow(speed.is_lockstep());
@@ -113,11 +134,11 @@ struct PhysicsProcess {
     contacts_tick: Option<u64>,
     published_ns: [u64; PUBLISHED],
     overruns: u64,
-    /// Arms at fault.
+    /// Number of faulty arms.
     faults: usize,
     /// Objects that fell out of the cell.
     lost: LostNews,
-    /// What an incident shows of a tick.
+    /// Values of a tick that the black box keeps for an incident.
     boxed: [f64; 4],
 }
 
@@ -162,13 +183,17 @@ impl PhysicsProcess {
     fn real_time(&mut self, fifo: bool) {
         let mut grid = Grid::new(TICK_NS, monotonic_ns(), fifo);
         let before = self.overruns;
+        // A successor publishes the state it resumed from at once: all others wait for it.
         self.publish();
         while !stop_requested() && self.plant.speed() == Speed::RealTime {
             let wake = grid.wait();
             self.overruns = before + grid.overruns();
+            // Inputs are taken after the wait: the newest command is at most as old as the
+            // answer to the last state.
             self.take_inputs();
             self.step();
             self.publish();
+            // After the state is published: files and logs must not delay the controllers.
             self.keep();
             self.health
                 .cycle(self.tick, wake.woke_ns, wake.lateness_ns(), self.boxed);
@@ -186,12 +211,14 @@ impl PhysicsProcess {
             if !self.wait_for_answers() {
                 break;
             }
+            // Before the step: after it the newest saved state would be too old already.
             self.resume.wait(self.tick);
             if period_ns > 0 {
                 grid.wait();
             }
             let next = self.step();
             if next == Next::Wait {
+                // Paused: the same tick is published again, at an interval that costs nothing.
                 self.sleeper.wait(NUDGE);
                 self.health.idle();
             }
@@ -204,7 +231,8 @@ impl PhysicsProcess {
         }
     }
 
-    /// Takes what arrived; what another physics caused is not for this one.
+    /// Takes new messages; [`Self::step`] ignores those that another generation of physics
+    /// caused.
     fn take_inputs(&mut self) {
         for command in &mut self.commands {
             command.refresh();
@@ -221,6 +249,7 @@ impl PhysicsProcess {
 
     fn step(&mut self) -> Next {
         let generation = self.generation;
+        // A message that answers a killed physics is about a scene that may not exist here.
         let mine = |header: &Header| header.answers(generation);
         let decision = self.decision.get().filter(|d| mine(&d.header));
         let next = self.plant.before_step(decision);
@@ -232,6 +261,8 @@ impl PhysicsProcess {
             for command in commands.iter().flatten() {
                 let age = self.tick.saturating_sub(command.header.tick);
                 let published_ns = self.published_ns[index(command.header.tick)];
+                // The ring holds the last ticks only: an older slot has the time of another
+                // tick.
                 if age < PUBLISHED as u64 {
                     self.health
                         .applied(monotonic_ns().saturating_sub(published_ns));
@@ -242,9 +273,10 @@ impl PhysicsProcess {
         next
     }
 
-    /// For a successor of this process, for the summary, and for the log.
+    /// Saves the state, and reports faults and lost objects once each.
     fn keep(&mut self) {
         let faults = self.plant.world().faults();
+        // Reported when the number grows: a fault lasts until a reset and would fill the log.
         if std::mem::replace(&mut self.faults, faults) < faults {
             cell_worker::warn(format_args!("{}", self.plant.world().fault_words()));
         }
@@ -263,7 +295,7 @@ impl PhysicsProcess {
         let (plant, overruns, tap) = (&self.plant, self.overruns, &mut self.tap);
         let (saving_tick, saved_tick) = self.resume.announce(plant);
         let boxed = &mut self.boxed;
-        // A state that was not sent is followed by another; the port counts it.
+        // A state that was not sent is followed by the next one; the port counts it.
         let _sent = self.state.publish(|state| {
             plant.write_state(state);
             state.overruns = overruns;
@@ -271,6 +303,8 @@ impl PhysicsProcess {
             state.saved_tick = saved_tick;
             *boxed = boxed_values(state);
             tap.keep(state);
+            // Copied while the message is written: the loan of shared memory ends with this
+            // closure.
         });
         self.tick = self.plant.world().tick();
         self.published_ns[index(self.tick)] = monotonic_ns();
@@ -286,23 +320,28 @@ impl PhysicsProcess {
         }
         let invalid = self.decision.take_invalid();
         self.health.refused("decision", invalid, now_ns);
+        // Doorbells first, then copies for recorder and people: their cost must not delay
+        // control.
         self.ring();
         self.tap.publish(self.state.header());
         self.publish_contacts();
     }
 
-    /// For people, after everyone who controls has the state.
+    /// For people, after all controlling processes have the state.
     fn publish_contacts(&mut self) {
+        // Once per tick also while paused, when the same tick is published again.
         if self.tick.is_multiple_of(CONTACT_TICKS) && self.contacts_tick != Some(self.tick) {
             self.contacts_tick = Some(self.tick);
             let world = self.plant.world();
-            // Those of the next time replace what was not sent.
+            // The next message replaces one that was not sent.
             let _sent = self.contacts.publish(|out| world.write_contacts(out));
         }
     }
 
     fn ring(&mut self) {
         self.controller_bells.iter_mut().for_each(Doorbell::ring);
+        // The task decides on these ticks only; a doorbell in each tick would wake it for
+        // nothing.
         if self.tick.is_multiple_of(DECISION_TICKS) {
             self.task_bell.ring();
             self.monitor_bell.ring();
@@ -321,23 +360,30 @@ impl PhysicsProcess {
                     self.health.note("");
                     return true;
                 }
-                // A cell that stands still has time to ask people again.
+                // A run that has ended waits for no answer, but continues to serve requests until the
+                // launcher stops it.
                 Some(_) if self.plant.is_ending() => return true,
                 Some(_) if monotonic_ns() < patient_until_ns => std::thread::yield_now(),
                 Some(process) => {
                     if stop_requested() {
                         return false;
                     }
+                    // Woken by a doorbell: look at the inputs at once, without the report
+                    // below.
                     if self.sleeper.wait(NUDGE) {
                         continue;
                     }
                     self.health.idle();
+                    // Only the recorder has a limit of patience: a run without its controller
+                    // or task cannot continue, one without its recording can.
                     if process == Process::Monitor {
                         self.recorder.waited(monotonic_ns());
                     }
                     self.health
                         .note(&format!("tick {} waits for {}", self.tick, process.name()));
                     self.health.publish_if_due(self.tick, monotonic_ns());
+                    // A process that was started again subscribes during this wait and needs
+                    // this state to answer.
                     self.state.update_connections();
                     self.tap.update_connections();
                     self.ring_all();
@@ -352,7 +398,7 @@ impl PhysicsProcess {
         self.task_bell.ring();
     }
 
-    /// Who has not answered this tick yet.
+    /// The first process whose answer to this tick is missing.
     fn missing(&self) -> Option<Process> {
         let answered =
             |header: &Header| header.tick >= self.tick && header.answers(self.generation);

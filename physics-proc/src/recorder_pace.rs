@@ -19,8 +19,8 @@ pub(crate) struct RecorderPace {
 }
 
 impl RecorderPace {
-    /// Of a recorder that is waited for from the first tick, if it `is_expected` to
-    /// keep the whole run; else from its first word.
+    /// Expects the recorder from the first tick if it `is_expected` to keep the whole run;
+    /// otherwise from its first message.
     pub(crate) fn new(bus: &Bus, is_expected: bool) -> Result<Self, BusError> {
         Ok(Self {
             progress: bus.latest(TopicId::Recorder)?,
@@ -29,8 +29,9 @@ impl RecorderPace {
         })
     }
 
-    /// Takes in what the recorder said.
+    /// Takes the newest progress of the recorder.
     pub(crate) fn refresh(&mut self) {
+        // Any message ends the present wait; a recorder that was given up is expected again.
         if self.progress.refresh() {
             self.is_expected = true;
             self.waits_since_ns = None;
@@ -38,6 +39,8 @@ impl RecorderPace {
     }
 
     /// Whether physics of `generation` has to wait with `tick`.
+    // Progress under another generation is about ticks that were run again: it says nothing
+    // here.
     pub(crate) fn is_behind(&self, generation: u32, tick: u64) -> bool {
         let progress = self.progress.get();
         let progress = progress.filter(|progress| progress.header.answers(generation));
@@ -47,11 +50,14 @@ impl RecorderPace {
             })
     }
 
-    /// Physics waits for it now.
+    /// Accounts for a wait that is still running at `now_ns`; gives the recorder up after the
+    /// patience.
     pub(crate) fn waited(&mut self, now_ns: u64) {
         let since_ns = *self.waits_since_ns.get_or_insert(now_ns);
         if now_ns.saturating_sub(since_ns) > RECORDER_PATIENCE_NS {
             self.is_expected = false;
+            // Without this a recorder killed again and again would stop the run; a gap is
+            // reported.
             self.waits_since_ns = None;
             cell_worker::warn(format_args!(
                 "the recorder has sent nothing for {} s: physics continues without it, and \

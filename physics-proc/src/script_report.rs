@@ -1,5 +1,4 @@
-//! What became of the lines of the script, in a file of the run directory for the
-//! summary.
+//! Replies to the lines of the script, in a file of the run directory for the summary.
 
 use std::path::Path;
 use std::sync::mpsc::{SyncSender, sync_channel};
@@ -10,6 +9,7 @@ use cell_model::runs::script_report::{ScriptReply, save};
 use crate::plant::Plant;
 
 /// Replies on their way to the file.
+// A full channel loses nothing: the whole list is sent again with the next tick.
 const WAITING: usize = 4;
 
 /// Writes the replies when there are new ones. Writing is left to a thread: it takes
@@ -43,7 +43,7 @@ impl ScriptReport {
         }
     }
 
-    /// Hands new replies to the thread; what it cannot take now comes later.
+    /// Hands new replies to the thread. A full channel is tried again at the next call.
     pub(crate) fn turn(&mut self, plant: &Plant) {
         let replies = plant.script_replies();
         // Fewer: physics resumed from a state before the last ones.
@@ -62,9 +62,10 @@ impl ScriptReport {
 
 impl Drop for ScriptReport {
     fn drop(&mut self) {
+        // Closes the channel, which ends the thread; joining before that would wait for ever.
         self.replies = None;
         if let Some(writer) = self.writer.take() {
-            // It has nothing to say.
+            // The thread has no result.
             let _ended = writer.join().is_ok();
         }
     }

@@ -1,4 +1,22 @@
 //! The world: one pure step per tick.
+//!
+//! [`World::step`] is a function of the state, the commands and the decision: it reads no
+//! clock, file or port. Runs are compared by the hash of the state to the bit, after kills and
+//! in a replay as well, so a change must keep these rules:
+//!
+//! - All that decides the next tick is in the engine or in [`Memory`], which are the snapshot.
+//!   A value kept elsewhere is lost at a kill, and the run then differs from one without a
+//!   kill.
+//! - The order of insertion of bodies is the order in which the solver handles joints and
+//!   contacts. Another order gives other last bits.
+//! - The order within a step: drives and cups, equipment, drags, engine, tick, faults, cups,
+//!   measurement, counts. Forces and joints are set before the engine runs; loads and contacts
+//!   are read after it.
+//! - The engine may disable a body, or panic when a driven joint is not finite. Both make the
+//!   arm faulty, which removes power from its drives, and neither ends the process: a reset of
+//!   the scene has to remain possible.
+//! - A body is borrowed for change only where it changes: the engine examines each such body
+//!   again, and a sleeping pile would cost as much as an awake one.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -82,13 +100,16 @@ impl World {
         }
         let mut engine = settings::empty_world();
         let fixtures = objects::insert_fixtures(&mut engine, cell);
-        // Arms first: objects that fall asleep and wake change the order of the bodies after
-        // them, and the order in which the rows of joints are solved is that of the bodies.
+        // Arms are inserted first: objects that fall asleep and wake change the order of the
+        // bodies after them, and the solver handles the rows of joints in the order of the
+        // bodies.
         let specs = cell.arms.iter().enumerate();
         let arms: Vec<Arm> = specs
             .map(|(index, spec)| Arm::insert(&mut engine, index, spec))
             .collect();
         let objects = Objects::insert(&mut engine, cell);
+        // The engine cannot part a link from a fixture that it starts inside of: without this
+        // the arm is faulty from the first ticks, or is held by the contact.
         entered::let_through(&mut engine, cell, &fixtures, &arms);
         let equipment = Equipment::new(cell, &fixtures);
         if let Some(belt) = &equipment.belt {
@@ -112,6 +133,8 @@ impl World {
             arms,
             objects,
         };
+        // The snapshot of the start is taken last: a reset decodes it, so anything inserted
+        // after it would be missing in the scene after a reset.
         world.read_back();
         world.initial = world.snapshot();
         Ok(world)
@@ -120,7 +143,11 @@ impl World {
     /// Simulates one tick.
     pub fn step(&mut self, input: &StepInput<'_>) {
         self.inputs.clear();
+        // Drives and cups work even if the engine is broken: the watchdog has to account for
+        // each command, and a cup has to release.
         self.drive_arms(&input.commands);
+        // A broken engine has numbers that are not finite; equipment would place objects by
+        // them.
         if !self.memory.broken {
             let memory = &mut self.memory.equipment;
             let mut site = Site {
@@ -135,12 +162,18 @@ impl World {
         }
         drag::pull(&mut self.engine, &self.objects, &mut self.memory.drags);
         let mut arms = self.memory.arms.iter();
+        // Velocities before the step are needed only for the load on a cup; without one the
+        // copy of all objects is not worth its time.
         if arms.any(|arm| arm.suction.attached().is_some()) {
             self.before.note(&self.engine, &self.objects.bodies);
         }
         self.step_engine();
+        // The tick counts also without an engine step, so that time passes for readers of a
+        // broken scene and their ages grow.
         self.memory.tick += 1;
         self.read_quarantine();
+        // Cups are read before the contacts: a grip that breaks in this tick must not count as
+        // a touched object.
         self.cups().read();
         self.read_back();
         self.count_outside();
@@ -167,7 +200,7 @@ impl World {
         }
     }
 
-    /// All that the state message tells.
+    /// All that the state message contains.
     fn view(&self) -> View<'_> {
         View {
             engine: &self.engine,
@@ -192,9 +225,8 @@ impl World {
         }
     }
 
-    /// The engine panics when a driven joint is no longer finite. Then every arm
-    /// is at fault and the scene is at rest until it is reset, which replaces the
-    /// engine.
+    /// The engine panics when a driven joint is no longer finite. Every arm is then faulty and
+    /// the scene stays at rest until a reset, which replaces the engine.
     fn step_engine(&mut self) {
         if self.memory.broken {
             return;
@@ -203,6 +235,8 @@ impl World {
         let engine = &mut self.engine;
         let step = AssertUnwindSafe(|| engine.step_with_events(&hooks, &()));
         if catch_unwind(step).is_err() {
+            // The engine may be in any state after a panic: it is not stepped again, only
+            // replaced.
             self.memory.broken = true;
             self.memory.quarantined += 1;
             for arm in &mut self.memory.arms {
@@ -230,6 +264,7 @@ impl World {
         let arms = self.arms.iter().zip(&mut self.measured);
         for ((arm, measured), memory) in arms.zip(&mut self.memory.arms) {
             let fault = &mut memory.watchdog.fault;
+            // A fault is never cleared here: only a reset, which replaces the engine, ends it.
             *fault = *fault || !measured.read(arm, &self.engine);
         }
         let memory = &self.memory;
@@ -240,6 +275,7 @@ impl World {
         for arm in &memory.arms {
             self.contacts.attach(arm.suction.attached());
         }
+        // Contacts decide who may sleep, so this comes after they were read: see the function.
         awake::wake_touched(&mut self.engine, &self.objects, &self.contacts);
     }
 
@@ -254,13 +290,13 @@ impl World {
         }
     }
 
-    /// Number of arms at fault.
+    /// Number of faulty arms.
     pub fn faults(&self) -> usize {
         let arms = self.memory.arms.iter();
         arms.filter(|arm| arm.watchdog.fault).count()
     }
 
-    /// Why arms are at fault, one a line.
+    /// The reason of each faulty arm, one line each; empty if no arm is faulty.
     pub fn fault_words(&self) -> String {
         let arms = self.arms.iter().zip(&self.measured).zip(&self.memory.arms);
         let at_fault = arms.enumerate().filter(|(_, (_, m))| m.watchdog.fault);
@@ -288,13 +324,14 @@ impl World {
         at_fault.map(words).collect::<Vec<_>>().join("\n")
     }
 
-    /// Acts on a request of the operator. Pause, resume, step, script and end
-    /// belong to the process around the world and are refused here.
+    /// Executes a request of the operator. Pause, resume, step, script and end are refused
+    /// here: they belong to the process around the world.
     pub fn operate(
         &mut self,
         action: OperatorAction,
         request: &OperatorRequest,
     ) -> (ReplyCode, String) {
+        // A reset replaces the engine, which the borrows of the other requests would forbid.
         if action == OperatorAction::Reset {
             let reset = self.reset();
             return requests::answer_to(reset, self.memory.panel.task_paused);
@@ -316,8 +353,8 @@ impl World {
         self.memory.panel.task_paused
     }
 
-    /// The orientation the operator gave last, or the one the tool of `arm` has (w, x,
-    /// y, z); `None` where there is no such arm.
+    /// Last orientation requested by the operator for `arm`, or else the present one of its
+    /// tool (w, x, y, z); `None` if the cell has no arm of that index.
     pub(crate) fn present_orientation(&self, arm: u32) -> Option<[f64; 4]> {
         let panel = &self.memory.panel;
         if panel.target_seq > 0 && panel.target_arm == arm {
@@ -340,7 +377,7 @@ impl World {
         self.view().write(out);
     }
 
-    /// Writes who touches whom in the present state.
+    /// Writes the contacts of the present state.
     pub fn write_contacts(&self, out: &mut ipc_types::Contacts) {
         touching::write(&self.engine, self.memory.tick, out);
     }
@@ -368,16 +405,19 @@ impl World {
     /// [`WorldError::Snapshot`] for bytes of another cell, engine or program;
     /// the world is unchanged then.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), WorldError> {
+        // Decoded as a whole before anything is assigned: damaged bytes leave the world
+        // unchanged.
         let (memory, engine) = snapshot::decode(self.fingerprint, bytes)?;
         self.memory = memory;
         self.engine = engine;
         self.inputs.clear();
+        // Joints and contacts are not part of the bytes; they are measured again.
         self.read_back();
         Ok(())
     }
 
-    /// Puts the scene back to its start. The tick continues, so that time never
-    /// runs backwards for anyone; requests and counts are kept.
+    /// Puts the scene back to its start. The tick continues, so that time never runs backwards
+    /// for any reader; requests and counts are kept.
     ///
     /// # Errors
     /// As [`World::restore`].
@@ -390,7 +430,7 @@ impl World {
         Ok(())
     }
 
-    /// The tick the present state ends; 0 at the start.
+    /// Tick of the present state; 0 at the start.
     pub fn tick(&self) -> u64 {
         self.memory.tick
     }
@@ -412,14 +452,15 @@ impl World {
         contacts::deepest(&self.engine)
     }
 
-    /// Wakes all objects that are at rest, for those who measure what they cost.
+    /// Wakes all objects at rest, to measure their cost when awake.
     pub fn wake_objects(&mut self) {
         for body in &self.objects.bodies {
             self.engine.wake_up(*body, true);
         }
     }
 
-    /// What the links of an arm touch now; its base does not count.
+    /// Contacts of the links of an arm in the present state, except those of its base; empty
+    /// if the cell has no arm of that index.
     pub fn arm_contacts(&self, arm: usize) -> Vec<ArmContact> {
         let spec = self.arms.get(arm);
         spec.map_or_else(Vec::new, |spec| touches::of(&self.engine, arm, spec))

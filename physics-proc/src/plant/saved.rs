@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::Plant;
 use crate::world::WorldError;
 
-/// All that decides the next ticks, besides the world and the run.
+/// State that decides the next ticks, besides the world and the run.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     script: ScriptRunner,
@@ -42,7 +42,7 @@ impl Plant {
             accepted: self.accepted,
             break_tick: self.break_tick,
         };
-        // Without its first line it is refused by `restore`.
+        // If writing fails the first line is missing, and `restore` refuses the bytes.
         serde_json::to_writer(&mut *out, &saved).ok();
         out.push(b'\n');
         self.world.write_snapshot(out);
@@ -59,6 +59,8 @@ impl Plant {
         let line = bytes.iter().position(|byte| *byte == b'\n');
         let (saved, world) = bytes.split_at(line.unwrap_or(0));
         let saved: Saved = serde_json::from_slice(saved).map_err(damaged)?;
+        // The world is restored first: it can refuse, and then nothing of the plant has
+        // changed.
         self.world.restore(world.get(1..).unwrap_or_default())?;
         self.script = saved.script;
         let cause = PauseCause::from_code(saved.pause_cause);

@@ -5,12 +5,15 @@ use ipc_types::DECISION_TICKS;
 /// Ticks between two saved states. A kill must not take physics back by more than
 /// [`MAX_LOST_TICKS`]: the other half is the time for writing.
 const PERIOD_TICKS: u64 = 500;
+// A fifth of the period: a request that was obeyed is rarely repeated, and a page in use costs
+// at most ten states a second.
 /// Ticks between two saved states while people operate the cell.
 const OPERATED_TICKS: u64 = 100;
-/// Physics resumes from a state that is not older than this (ticks).
+/// Largest age of the state that physics resumes from (ticks).
+// The promise of one second of simulated time; a longer loss is reported.
 pub(crate) const MAX_LOST_TICKS: u64 = 1000;
 
-/// What a person changed, as far as it is not a matter of time.
+/// State of the operator's switches, as far as it does not change with time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Switches {
     pub(crate) paused: bool,
@@ -30,15 +33,19 @@ impl Due {
     /// Whether the state of `tick` has to be saved. The task keeps its checkpoint for a
     /// state when it decides on it, so ticks without decisions are left out; a cell that
     /// is paused has no other.
+    // The first state is saved at once: before it a kill would start the scene again.
     pub(crate) fn is_due(&self, tick: u64, switches: Switches) -> bool {
         let Some(saved) = self.tick else {
             return true;
         };
+        // `tick < saved`: time was set back, and the saved state is of a future that will not
+        // happen. While paused the tick is constant, so its age would never make a state due.
         let changed = switches != self.switches;
         if switches.paused || tick < saved {
             return changed || tick != saved;
         }
         let age = tick - saved;
+        // Only a tick with a decision has a checkpoint of the task that belongs to it.
         let is_old = age >= PERIOD_TICKS || (changed && age >= OPERATED_TICKS);
         is_old && tick.is_multiple_of(DECISION_TICKS)
     }

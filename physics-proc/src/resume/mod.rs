@@ -1,12 +1,19 @@
-//! What physics resumes from after its process was killed: its state of a moment ago.
+//! The state that physics resumes from after its process was killed.
 //!
-//! A kill at any instant costs at most one second of simulated time. So a state is
-//! saved every half second, and the write of a state has the other half: it is done by a
-//! thread of its own, since it takes longer than a tick. The file is replaced as a
-//! whole ([`RecordFile`]), so states may have any size and a kill during the write
-//! leaves the state before. A state is announced in the message of its tick, before it
-//! is written: the task keeps its checkpoint as of an announced state. What cannot be
-//! saved is reported at once, not at the kill.
+//! A kill at any instant costs at most one second of simulated time. What could break this,
+//! and the rules against it:
+//!
+//! - Age: a state is saved every half second, and its write has the other half.
+//! - Time: a write takes longer than a tick, so a separate thread does it.
+//! - A kill during the write: the file is replaced as a whole ([`RecordFile`]), so states may
+//!   have any size, and the previous state remains readable.
+//! - The task: a state is announced in the message of its tick before it is written. The task
+//!   keeps its checkpoint of an announced state, so the two always belong together.
+//! - Requests: those accepted after the saved state are kept apart and obeyed again.
+//! - Silence: a state that cannot be saved is reported at once, not at the kill.
+//!
+//! A change must not announce a state that is not handed over, nor hand over one of another
+//! tick than the announced one.
 
 mod due;
 mod requests;
@@ -27,9 +34,11 @@ use writer::Writer;
 
 /// Name of the file in the run directory.
 const FILE: &str = "physics.state";
+// A run directory may hold the state of an earlier run; its ticks mean nothing here.
 /// Bytes before a state: identity of the run.
 const HEAD_BYTES: usize = 8;
 /// In lockstep physics waits for a write that is running while its newest saved state
+// Below [`MAX_LOST_TICKS`]: the wait ends before a loss has to be reported.
 /// is older than this (ticks): no tick has to be in time there.
 const LOCKSTEP_TICKS: u64 = 900;
 
@@ -45,7 +54,7 @@ pub(crate) struct Resume {
     saved_tick: u64,
     /// Why the last state could not be saved; empty if it could.
     problem: String,
-    /// What was lost when this process started.
+    /// What was lost when this process started; empty for nothing.
     lost: String,
 }
 
@@ -55,12 +64,16 @@ impl Resume {
     pub(crate) fn open(run_dir: &Path, run: u64, was_one: bool, plant: &mut Plant) -> Self {
         let file = RecordFile::new(&run_dir.join(FILE));
         let requests = Requests::open(run_dir, run);
+        // Without the file of requests physics still runs: a kill then loses what people asked
+        // for.
         let mut lost = String::new();
         if let Err(error) = &requests {
             lost = format!("requests of a killed physics would be lost: {error}");
         }
         let requests = requests.ok();
         if was_one {
+            // The reason of a failed restore replaces that of the requests: it is the larger
+            // loss.
             lost = resume(&file, run, plant).err().unwrap_or(lost);
         }
         let tick = plant.world().tick();
@@ -68,6 +81,7 @@ impl Resume {
             tick: (tick > 0).then_some(tick),
             switches: plant.switches(),
         };
+        // After the restore: requests are repeated on the state they were accepted in.
         let repeated = requests.as_ref().filter(|_| was_one);
         let missing = repeated.map_or(0, |requests| requests.repeat(plant));
         if lost.is_empty() && missing > 0 {
@@ -88,7 +102,7 @@ impl Resume {
         }
     }
 
-    /// Takes note of a request that was answered.
+    /// Records a request that was answered, if a successor has to obey it again.
     pub(crate) fn note(&mut self, plant: &Plant, request: &OperatorRequest, reply: &OperatorReply) {
         let is_accepted = reply.code == ipc_types::operator::ReplyCode::Accepted.code();
         if let Some(requests) = &mut self.requests
@@ -105,7 +119,10 @@ impl Resume {
     pub(crate) fn announce(&mut self, plant: &Plant) -> (u64, u64) {
         self.take_results();
         let tick = plant.world().tick();
+        // A run that has ended is not saved any more: no successor continues it.
         let is_due = !plant.is_ending() && self.due.is_due(tick, plant.switches());
+        // A state is only announced if the thread can take it now: an announced state that is
+        // never written would leave the task with a checkpoint for nothing.
         if is_due && self.writer.is_idle() {
             self.announced = Some(tick);
             self.due = Due {
@@ -119,6 +136,7 @@ impl Resume {
     /// To be called after it was published: hands the state over, if it was announced.
     pub(crate) fn save(&mut self, plant: &Plant) {
         let Some(tick) = self.announced.take() else {
+            // The tick is taken from the announcement; the plant has not stepped since.
             return;
         };
         let run = self.run;
@@ -131,6 +149,7 @@ impl Resume {
     /// In lockstep: waits for the write that is running if the newest saved state is
     /// about to be too old.
     pub(crate) fn wait(&mut self, tick: u64) {
+        // Waiting costs nothing in lockstep, where simulated time stops with it.
         let is_old = |this: &Self| tick.saturating_sub(this.saved_tick) > LOCKSTEP_TICKS;
         if is_old(self) && !self.writer.is_idle() {
             self.writer.wait();
@@ -138,8 +157,7 @@ impl Resume {
         }
     }
 
-    /// What is lost, or would be lost if this process were killed now; empty for
-    /// nothing.
+    /// The loss a kill would cause now, or the one that happened at the start; empty for none.
     pub(crate) fn lost(&self, tick: u64) -> String {
         if tick.saturating_sub(self.saved_tick) <= MAX_LOST_TICKS {
             return self.lost.clone();
@@ -160,6 +178,7 @@ impl Resume {
                     self.saved_tick = tick;
                     self.problem.clear();
                 }
+                // Logged once per problem: a full disk fails at every write.
                 Err(error) => {
                     if self.problem.is_empty() {
                         cell_worker::warn(format_args!(
@@ -173,15 +192,18 @@ impl Resume {
     }
 }
 
-/// Restores `plant` to the newest state, or to the one before if that is damaged; what is
-/// lost if there is none.
+/// Restores `plant` to the newest state, or to the previous one if that is damaged.
+///
+/// # Errors
+/// The loss, as a sentence for the log.
 fn resume(file: &RecordFile, run: u64, plant: &mut Plant) -> Result<(), String> {
     let Err(newest) = restore(file.read(), run, plant) else {
         return Ok(());
     };
     let path = file.path().display();
     match restore(file.read_older(), run, plant) {
-        // A writer killed between two renames leaves no newest one.
+        // A writer killed between its two renames leaves the older state only; nothing is
+        // lost.
         Ok(()) if newest == MISSING => Ok(()),
         Ok(()) => {
             let s = plant.world().tick() as f64 / 1000.0;
@@ -193,7 +215,7 @@ fn resume(file: &RecordFile, run: u64, plant: &mut Plant) -> Result<(), String> 
     }
 }
 
-/// There is no state.
+/// Reason for a state that does not exist.
 const MISSING: &str = "it is missing";
 
 fn restore(
@@ -203,6 +225,7 @@ fn restore(
 ) -> Result<(), String> {
     let bytes = read.map_err(|error| error.to_string())?;
     let bytes = bytes.ok_or(MISSING)?;
+    // Too short is an empty head, which is refused as a foreign run.
     let (head, state) = bytes.split_at_checked(HEAD_BYTES).unwrap_or_default();
     if head != run.to_le_bytes() {
         return Err("it is of another run".to_owned());

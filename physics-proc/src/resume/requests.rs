@@ -11,8 +11,8 @@ use crate::plant::Plant;
 
 /// Name of the file in the run directory.
 const FILE: &str = "physics.requests";
-/// Requests it has room for: more than a page sends in the time between two saved
-/// states (60 Hz for 1 s at most); what is beyond is reported as lost.
+/// Capacity in requests: more than a page sends between two saved states (60 Hz for 1 s at
+/// most). Requests beyond it are reported as lost.
 const REQUESTS: usize = 64;
 /// Bytes before a request: identity of the run.
 const HEAD_BYTES: usize = 8;
@@ -30,13 +30,13 @@ impl Requests {
         Ok(Self { file, run })
     }
 
-    /// Notes that `request` was accepted with this number. No system call, no
-    /// allocation: physics does it within a tick.
+    /// Records that `request` was accepted with this number. It makes no system call and no
+    /// allocation: physics calls it within a tick.
     pub(super) fn note(&mut self, number: u64, request: &OperatorRequest) {
         let mut bytes = [0; HEAD_BYTES + size_of::<OperatorRequest>()];
         bytes[..HEAD_BYTES].copy_from_slice(&self.run.to_le_bytes());
         bytes[HEAD_BYTES..].copy_from_slice(request.as_bytes());
-        // It fits: all have this size.
+        // The size fits: all records have it.
         self.file.write(number, &bytes).ok();
     }
 
@@ -44,19 +44,23 @@ impl Requests {
     /// the number of requests that are lost.
     pub(super) fn repeat(&self, plant: &mut Plant) -> u64 {
         let mut lost = 0;
+        // `all` gives the newest first; they have to be obeyed in the order of acceptance.
         let mut noted = self.file.all();
         noted.reverse();
         for (number, bytes) in noted {
             let (run, request) = bytes.split_at(HEAD_BYTES.min(bytes.len()));
             let request = OperatorRequest::from_bytes(request);
             let is_ours = run == self.run.to_le_bytes();
+            // Requests with smaller numbers are already part of the restored state.
             let Some(request) = request.filter(|_| is_ours && number > plant.accepted()) else {
                 continue;
             };
+            // Numbers without a record were overwritten by newer ones.
             lost += number - plant.accepted() - 1;
+            // Obeying counts up by one, so that the request gets its old number again.
             plant.set_accepted(number - 1);
             plant.operate(&request);
-            // One that is refused now keeps its number: the next one has its own.
+            // A request that is refused now keeps its number: the next one has its own.
             lost += u64::from(plant.accepted() < number);
             plant.set_accepted(number);
         }

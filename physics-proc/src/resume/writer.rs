@@ -5,7 +5,7 @@ use std::thread::JoinHandle;
 
 use cell_rt::RecordFile;
 
-/// A state and its tick; the buffer comes back with the result.
+/// A state and its tick; the buffer is returned with the result.
 type State = (u64, Vec<u8>);
 type Written = (u64, Vec<u8>, Result<(), String>);
 
@@ -14,23 +14,25 @@ pub(super) struct Writer {
     states: Option<SyncSender<State>>,
     written: Receiver<Written>,
     thread: Option<JoinHandle<()>>,
-    /// Of the state before: memory that is mapped already is filled faster.
+    /// Buffer of the previous state: memory that is already mapped is filled faster.
     buffer: Vec<u8>,
     is_idle: bool,
     /// A result that [`Writer::wait`] took.
     waited: Option<Written>,
-    /// Why there is no thread.
+    /// Reason if the thread could not be started.
     problem: Option<String>,
 }
 
 impl Writer {
     pub(super) fn start(file: RecordFile) -> Self {
+        // One place each: with one state at a time neither side ever waits for room.
         let (states, to_write) = sync_channel::<State>(1);
         let (results, written) = sync_channel::<Written>(1);
         let work = move || {
             for (tick, bytes) in to_write {
                 let result = file.write(&bytes);
                 let result = result.map_err(|error| format!("{}: {error}", file.path().display()));
+                // The receiver is dropped with the process; the state is already on the disk.
                 if results.send((tick, bytes, result)).is_err() {
                     return;
                 }
@@ -63,15 +65,18 @@ impl Writer {
         let Some(states) = &self.states else {
             return;
         };
+        // A thread that could not be started is a failed write, so that it is reported as one.
         if let Err(error) = states.try_send((tick, bytes)) {
             let problem = self.problem.clone().unwrap_or_else(|| error.to_string());
             self.waited = Some((tick, Vec::new(), Err(problem)));
         }
+        // Also after an error: the result that was put in place sets it back.
         self.is_idle = false;
     }
 
     /// The result of a write since the last call.
     pub(super) fn result(&mut self) -> Option<(u64, Result<(), String>)> {
+        // Never waits: this is called between two ticks.
         let written = self.waited.take().or_else(|| self.written.try_recv().ok());
         let (tick, bytes, result) = written?;
         self.buffer = bytes;
@@ -89,9 +94,10 @@ impl Writer {
 
 impl Drop for Writer {
     fn drop(&mut self) {
+        // Closes the channel; the thread ends after the write that is running.
         self.states = None;
         if let Some(thread) = self.thread.take() {
-            // It returns nothing.
+            // The thread has no result.
             thread.join().ok();
         }
     }
