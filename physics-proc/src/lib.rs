@@ -1,8 +1,8 @@
 //! The robot and the world: joints and drives, gripper, objects.
 //!
 //! [`world::World`] is the pure core: one tick in, one tick out, no clock, no
-//! port, no file. It simulates with rapier in double precision; a grasp is
-//! friction and nothing else. [`plant::Plant`] adds the clock switch.
+//! port, no file. It simulates with rapier in double precision; a grasp holds by friction
+//! alone. [`plant::Plant`] adds the clock switch.
 #![forbid(unsafe_code)]
 
 pub mod arm;
@@ -24,7 +24,7 @@ pub mod world;
 
 use cell_model::Cell;
 
-/// What the engine does not simulate as one would expect of this cell, in words.
+/// Sentences about properties of this cell that the engine does not simulate as expected.
 pub fn warnings(cell: &Cell) -> Vec<String> {
     let mut said = engine::entered::warnings(cell);
     said.extend(engine::masses::warning(cell));

@@ -23,11 +23,15 @@ impl Brakes {
     /// measured, by joint of the chain.
     pub(crate) fn hold(&mut self, robot: &Robot, positions: &[f64]) -> Vec<DriveTarget> {
         let measured = || robot.arm_joints.iter().map(|joint| positions[*joint]);
+        // Held where the arm is when the power ends, not at the setpoint: a brake does not
+        // move a joint.
         if self.held_at.is_empty() {
             self.held_at = measured().collect();
         }
         let joints = self.held_at.iter_mut().zip(measured());
         let held = |((held_at, measured), spec): ((&mut f64, f64), &cell_model::JointSpec)| {
+            // A push beyond the effort limit moves the held position along with the joint; it
+            // stays there.
             let slips_at = spec.effort / spec.stiffness;
             *held_at = held_at.clamp(measured - slips_at, measured + slips_at);
             DriveTarget {

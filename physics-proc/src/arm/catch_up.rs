@@ -1,18 +1,20 @@
-//! A setpoint that left the path of the commands, because some came late or were
-//! overtaken, returns to it within the acceleration limit.
+//! Returns a setpoint to the commanded path within the acceleration limit, after commands were
+//! late or overtaken.
 
 use cell_model::JointSpec;
 use cell_model::ramp::RampState;
 
 use crate::engine::settings::TICK_S;
 
-/// Share of the distance to the path that is taken back in one tick.
+/// Share of the distance to the path that is removed in one tick.
+// The distance then shrinks by a factor in each tick; 1 would ask one tick for all of it.
 const GAIN: f64 = 0.3;
-/// Nearer to the path than this, the setpoint is on it (rad or m).
+/// Distance from the path below which the setpoint is on it (rad or m).
+// Far below what a tracking error or a limit's tolerance can resolve.
 const ON_PATH: f64 = 1.0e-8;
 
-/// One tick from the setpoint `before` towards `told`, the newest point of the path.
-/// On the path the result is `told` itself.
+/// One tick from the setpoint `before` towards `told`, the newest point of the path. On the
+/// path the result is `told`, to the bit.
 pub(crate) fn catch_up(before: &RampState, told: &RampState, spec: &JointSpec) -> RampState {
     let change = spec.acceleration * TICK_S;
     let ahead = told.position - before.position - 0.5 * (before.velocity + told.velocity) * TICK_S;
@@ -20,7 +22,7 @@ pub(crate) fn catch_up(before: &RampState, told: &RampState, spec: &JointSpec) -
     if is_near {
         return *told;
     }
-    // No faster than half of the acceleration limit can take back.
+    // Not faster than half of the acceleration limit can take back, or it would overshoot.
     let most = (spec.acceleration * ahead.abs()).sqrt();
     let correction = (GAIN * ahead / TICK_S).clamp(-most, most);
     let wanted = (told.velocity + correction).clamp(-spec.velocity, spec.velocity);
@@ -41,6 +43,8 @@ pub(crate) fn coast(before: &RampState, in_a_row: u64, spec: &JointSpec) -> Ramp
     let next = before.coast(jerk, TICK_S);
     let velocity = next.velocity.clamp(-spec.velocity, spec.velocity);
     let is_limited = velocity.to_bits() != next.velocity.to_bits();
+    // At the velocity limit the position follows the clamped velocity, or the two would
+    // disagree by a step that counts as a violation.
     let next = if is_limited {
         RampState {
             position: before.position + 0.5 * (before.velocity + velocity) * TICK_S,

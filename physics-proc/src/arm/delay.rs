@@ -29,14 +29,15 @@ impl Delay {
         }
     }
 
-    /// Takes the targets of this tick, and leaves those to follow now. The first ones are
-    /// followed until later ones are due. What carries the arm is never late: drives know
-    /// their own posture.
+    /// Takes the targets of this tick and replaces them by those that are due. The first ones
+    /// are followed until later ones are due. The effort that carries the arm is not delayed:
+    /// drives know their own posture.
     pub(crate) fn pass(self, delayed: &mut Delayed, targets: &mut [DriveTarget]) {
         if self.ticks == 0 {
             return;
         }
         delayed.push_back(targets.to_vec());
+        // The queue keeps a constant length from here on.
         let due = if delayed.len() > self.ticks {
             delayed.pop_front()
         } else {

@@ -16,9 +16,9 @@ use crate::arm::multibody::{Arm, DriveTarget};
 use crate::arm::watchdog::Watchdog;
 use crate::engine::settings::GRAVITY;
 
-/// What drives one arm.
+/// The drives of one arm.
 pub(crate) struct ArmDrive {
-    /// What the drives were told in the last tick, by joint of the chain.
+    /// Targets of the drives in the last tick, by joint of the chain.
     pub(crate) targets: Vec<DriveTarget>,
     limits: JointLimits,
     dynamics: Dynamics,
@@ -44,7 +44,7 @@ impl ArmDrive {
         }
     }
 
-    /// The joints follow `command`, or what the watchdog does without one.
+    /// Moves the joints by `command`, or as the watchdog decides without one.
     pub(crate) fn joints(
         &mut self,
         engine: &mut PhysicsWorld,
@@ -55,16 +55,20 @@ impl ArmDrive {
         let robot = &arm.robot;
         let output = memory.watchdog.update(tick, command, robot, &self.limits);
         memory.stop_action = output.stop.action.code();
+        // The hand follows accepted commands only; on silence it keeps its last command, so
+        // that a held object is not dropped.
         if let (true, Some(command)) = (output.accepted, command) {
             memory.suction.command(&command.gripper);
             if let Some(gripper) = &robot.gripper {
                 memory.gripper.command(&command.gripper, gripper);
             }
         }
+        // After the watchdog: a stop of this tick has its effect in this tick.
         if has_no_power(output.stop.action, &memory.watchdog) {
             self.brake(engine, (arm, measured), memory);
             return;
         }
+        // The next loss of power holds where the arm is then, not where it was held before.
         memory.brakes.release();
         let setpoints = memory.watchdog.setpoint().zip(memory.watchdog.efforts());
         let joints = robot.arm_joints.iter().zip(setpoints);
@@ -77,9 +81,12 @@ impl ArmDrive {
             max_effort: robot.joints[joint].effort,
         });
         self.wanted.extend(wanted);
+        // Without feed-forward the arm sags when the controller dies (ADR 0006).
         if output.own {
             self.feed_forward(&memory.watchdog);
         }
+        // Carried at the measured positions, as a load is: the setpoint may be elsewhere when
+        // the arm is blocked.
         self.carry(robot, measured);
         self.delay.pass(&mut memory.delayed, &mut self.wanted);
         for (&joint, target) in robot.arm_joints.iter().zip(&self.wanted) {
@@ -88,7 +95,7 @@ impl ArmDrive {
         }
     }
 
-    /// Efforts for a setpoint that no controller gave.
+    /// Efforts for a setpoint that was computed here, not commanded.
     fn feed_forward(&mut self, watchdog: &Watchdog) {
         let numbers = &mut self.numbers;
         let of = |value: fn(&RampState) -> f64, numbers: &mut Vec<f64>| {
@@ -108,7 +115,7 @@ impl ArmDrive {
         }
     }
 
-    /// Efforts that carry the arm as it is measured.
+    /// Efforts that carry the arm at its measured positions.
     fn carry(&mut self, robot: &Robot, measured: &Measured) {
         let positions = robot.arm_joints.iter();
         let positions = positions.map(|&joint| measured.positions[joint]);
@@ -128,11 +135,13 @@ impl ArmDrive {
         memory: &mut ArmMemory,
     ) {
         let robot = &arm.robot;
+        // Delayed targets are from before the stop; they must not move the arm when power
+        // returns.
         memory.delayed.clear();
         let held = memory.brakes.hold(robot, &measured.positions);
         for (&joint, target) in robot.arm_joints.iter().zip(held) {
             arm.drive(engine, joint, &target);
-            // The drive itself gives nothing, which is what the state tells.
+            // The drive gives no effort, which is what the state reports.
             self.targets[joint] = DriveTarget {
                 max_effort: 0.0,
                 ..target
@@ -140,6 +149,7 @@ impl ArmDrive {
         }
         let at = robot.arm_joints.iter();
         let at = at.map(|&joint| measured.positions[joint]);
+        // The next controller starts where the brakes hold the arm (ADR 0007).
         memory.watchdog.rest_at(at);
     }
 
@@ -154,6 +164,8 @@ impl ArmDrive {
             return;
         };
         let [left, right] = gripper.finger_joints;
+        // The mean of both fingers: they are coupled, and a target for one alone would pull at
+        // the coupling.
         let finger = 0.5 * (measured.positions[left] + measured.positions[right]);
         let stiffness = arm.robot.joints[left].stiffness;
         let target = memory.gripper.step(gripper, stiffness, finger);
@@ -164,7 +176,7 @@ impl ArmDrive {
     }
 }
 
-/// Category 0: at once. Category 1: when the ramp has ended.
+/// Stop category 0 removes power at once, category 1 when the ramp has ended.
 fn has_no_power(action: StopAction, watchdog: &Watchdog) -> bool {
     match action {
         StopAction::Stop0 => true,

@@ -31,12 +31,13 @@ impl Measured {
         }
     }
 
-    /// Reads the joints from the engine; `false` where it lost them.
+    /// Reads the joints from the engine; `false` if they are not plausible, which keeps the
+    /// last values.
     pub(crate) fn read(&mut self, arm: &Arm, world: &PhysicsWorld) -> bool {
         let (positions, velocities) = &mut self.scratch;
         arm.measure(world, positions, velocities);
-        // Readers of the state refuse more: an engine that diverges is lost before it
-        // has numbers that are not finite.
+        // The limits of the message: an engine that diverges reaches them before its numbers
+        // are not finite, and readers would refuse such a state.
         let is_good = positions.iter().all(|x| x.abs() <= MAX_JOINT_POSITION)
             && velocities.iter().all(|x| x.abs() <= MAX_JOINT_VELOCITY);
         if is_good {
@@ -47,7 +48,8 @@ impl Measured {
     }
 }
 
-/// The TCP in the world frame: from the engine, or from the last good joints where that is lost.
+/// The TCP in the world frame: from the engine, or from the last good joints if the engine has
+/// no finite pose.
 pub(crate) fn finite_tcp(engine: &PhysicsWorld, arm: &Arm, measured: &Measured) -> Isometry3<f64> {
     let tcp = arm.tcp(engine);
     if tcp

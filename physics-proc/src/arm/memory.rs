@@ -1,4 +1,4 @@
-//! What an arm remembers besides the engine: part of every snapshot.
+//! State of an arm outside of the engine: part of every snapshot.
 
 use cell_model::{ArmSpec, ParallelGripper};
 use serde::{Deserialize, Serialize};
@@ -46,14 +46,14 @@ impl ArmMemory {
         }
     }
 
-    /// What the run is judged by continues over a reset of the scene.
+    /// Counts by which a run is judged continue over a reset of the scene.
     pub(crate) fn carry_over(&mut self, before: &Self, tick: u64) {
         self.watchdog.carry_over(&before.watchdog, tick);
         self.touches.carry_over(&before.touches);
     }
 }
 
-/// Whether a cup of one of these arms has an object.
+/// Whether a cup of one of these arms holds `object`.
 pub(crate) fn is_attached(arms: &[ArmMemory], object: usize) -> bool {
     let mut arms = arms.iter();
     arms.any(|arm| arm.suction.attached() == Some(object))

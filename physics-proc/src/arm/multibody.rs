@@ -17,15 +17,21 @@ use crate::engine::shapes;
 use crate::engine::tag::Tag;
 
 /// Friction of links that are not pads.
+// Only pads are meant to hold by friction; they have the friction of the gripper.
 const LINK_FRICTION: f64 = 0.5;
 
-/// Share of its effort limit a drive keeps in any case.
+/// Share of its effort limit that a drive keeps in any case.
+// Where gravity takes the whole limit the drive would otherwise have no effort at all, not
+// even its damping.
 const LEAST_EFFORT: f64 = 0.05;
-/// Up to this share of its limit a drive needs no limit in the engine: it does not ask for
-/// the rest within a tick.
+/// Share of its limit up to which a drive needs no limit in the engine.
+// A spring exceeds half of its limit within a tick only if the joint moves by `limit / (2 *
+// stiffness)`: 9.7 mrad for the Panda, 4 times its largest velocity (ADR 0032).
 const FREE_EFFORT: f64 = 0.5;
 
-/// Ticks ahead in which a limit that a joint may reach takes part in the solution.
+/// Ticks ahead within which a limit that a joint may reach is part of the solution.
+// The engine solves a row for each limit in force: with all of them the joints of the Panda
+// take 44 thousand instructions in a tick, with the near ones 26.
 const LIMIT_TICKS: f64 = 2.0;
 
 /// Where an arm is in the engine.
@@ -40,7 +46,7 @@ pub(crate) struct Arm {
     places: Vec<(usize, usize)>,
 }
 
-/// What a drive is told.
+/// Target of a drive.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct DriveTarget {
     /// rad or m.
@@ -97,9 +103,13 @@ impl Arm {
             .iter()
             .zip(&self.robot.joints)
             .enumerate();
+        // Parents come before children in the chain, so the body of the parent is already a
+        // link.
         for (index, (joint, spec)) in joints {
             let parent = self.bodies[joint.parent.map_or(0, |parent| parent + 1)];
             let mut engine = engine_joint(joint);
+            // A coupled joint has no motor: two laws for one motion would work against each
+            // other.
             if !followers.contains(&index) {
                 add_drive(&mut engine, joint, spec);
             }
@@ -123,8 +133,11 @@ impl Arm {
         else {
             return;
         };
+        // Shapes of links are rounder than the robot and may overlap; contacts between them
+        // would fight the joints. The spheres of the robot count real contacts instead
+        // (`touch_count`).
         multibody.set_self_contacts_enabled(false);
-        // Only this fixes the type of the root and with it the coordinates.
+        // Fixes the type of the root, and with it the number of coordinates.
         multibody.forward_kinematics(&world.bodies, true);
         let mut displacements = vec![0.0; multibody.ndofs()];
         let places: Vec<usize> = self
@@ -135,11 +148,15 @@ impl Arm {
             .collect();
         for ((&place, position), spec) in places.iter().zip(positions).zip(&self.robot.joints) {
             displacements[place] = *position;
+            // Armature keeps free motion stable: without it a swinging Panda loses 24 of 102 J
+            // in 10 s, with 0.1 kg m² it loses 7 (with four substeps).
             multibody.armature_mut()[place] = spec.armature;
             multibody.damping_mut()[place] = spec.joint_damping;
         }
         multibody.apply_displacements(&displacements);
         multibody.forward_kinematics(&world.bodies, false);
+        // Without the coupling two saturated fingers have no stiffness along the closing axis:
+        // a held cube moved by 14 mm along it.
         if let Some(gripper) = &self.robot.gripper {
             let [left, right] = gripper.finger_joints;
             multibody.add_dof_coupling(self.coupling(left, right, (1.0, 0.0)));
@@ -199,9 +216,13 @@ impl Arm {
             return;
         };
         let reach = LIMIT_TICKS * TICK_S * (rate.abs() + spec.velocity);
+        // Set in every tick, from position and velocity alone: the choice needs no state, so a
+        // restored run makes the same.
         limit_if_near(link, axis, reach);
         let effort = target.effort.clamp(-target.max_effort, target.max_effort);
         let rest = target.position + (effort - target.gravity) / spec.stiffness;
+        // The share of gravity is taken from the limit of the drive, as on a real arm (ADR
+        // 0006).
         let most = (target.max_effort - target.gravity.abs()).max(LEAST_EFFORT * target.max_effort);
         let asked = spec.stiffness * (rest - link.joint.coords()[axis])
             + spec.damping * (target.velocity - rate);
@@ -213,10 +234,13 @@ impl Arm {
             .set(JointAxesMask::from_bits_truncate(1 << axis), is_limited);
         let motor = &mut joint.data.motors[axis];
         (motor.target_pos, motor.target_vel, motor.max_force) = (rest, target.velocity, most);
+        // Exactly one of spring and motor is active: both together would apply the law twice.
         let damping = if is_limited {
             joint.set_spring(axis, 0.0, 0.0);
             0.0
         } else {
+            // The spring has no target velocity: its rest position leads by what damping
+            // needs.
             let ahead = spec.damping * target.velocity / spec.stiffness;
             joint.set_spring(axis, spec.stiffness, rest + ahead);
             spec.damping
@@ -288,8 +312,8 @@ impl Arm {
     }
 }
 
-/// Has the engine keep the limits of a joint only where they are within `reach` of it (rad
-/// or m): it solves a row for each limit in force, whether it is reached or not.
+/// Has the engine keep the limits of a joint only if they are within `reach` of it (rad or m):
+/// it solves a row for each limit in force, reached or not.
 fn limit_if_near(link: &mut MultibodyLink, axis: usize, reach: f64) {
     let position = link.joint.coords()[axis];
     let joint = &mut link.joint.data;
@@ -324,6 +348,7 @@ fn insert_link(
     };
     let mut builder = builder
         .pose(convert::to_pose(pose))
+        // Links never sleep, and have no gravity: it acts as joint efforts (ADR 0006).
         .can_sleep(false)
         .gravity_scale(0.0);
     if !base {
@@ -335,6 +360,7 @@ fn insert_link(
         ));
     }
     let body = world.bodies.insert(builder.build());
+    // No density: the mass of a link is that of its URDF, not of its collision shapes.
     for part in &link.shapes {
         let (shape, own) = shapes::shared(&part.shape);
         let collider = ColliderBuilder::new(shape)
@@ -362,6 +388,8 @@ fn engine_joint(joint: &rmp::Joint) -> GenericJoint {
         JointKind::Prismatic => JointAxesMask::LOCKED_PRISMATIC_AXES,
         JointKind::Revolute => JointAxesMask::LOCKED_REVOLUTE_AXES,
     };
+    // Opposite axes have no unique rotation between them: half a turn about y is as good as
+    // any.
     let turn = UnitQuaternion::rotation_between(&Vector3::x(), &joint.axis).unwrap_or_else(|| {
         UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::PI)
     });
@@ -369,18 +397,21 @@ fn engine_joint(joint: &rmp::Joint) -> GenericJoint {
     let mut engine = GenericJoint::new(locked);
     engine.local_frame1 = convert::to_pose(&(joint.origin * turn));
     engine.local_frame2 = convert::to_pose(&turn);
+    // Shapes of neighbouring links overlap at the joint.
     engine.contacts_enabled = false;
     engine
 }
 
-/// The drive and the limits of a joint that moves by itself; one that follows another joint
-/// has those of that joint.
+/// The drive and the limits of a joint that moves independently. A joint that follows another
+/// one has those of that joint.
 fn add_drive(engine: &mut GenericJoint, joint: &rmp::Joint, spec: &JointSpec) {
     let axis = match joint.kind {
         JointKind::Prismatic => JointAxis::LinX,
         JointKind::Revolute => JointAxis::AngX,
     };
     engine.set_limits(axis, [joint.lower, joint.upper]);
+    // The engine's default is relative to the mass; stiffness and limits of a drive are
+    // absolute.
     engine.set_motor_model(axis, MotorModel::ForceBased);
     engine.set_motor(axis, spec.home, 0.0, spec.stiffness, spec.damping);
     engine.set_motor_max_force(axis, spec.effort);

@@ -1,4 +1,4 @@
-//! How often an arm touched what it should keep away from, and itself.
+//! Counts how often an arm touched obstacles, and itself.
 //!
 //! The engine computes no contacts between the links of one arm: those are counted by the
 //! self-collision spheres of the robot, at its measured joint positions.
@@ -13,7 +13,8 @@ use crate::engine::contacts::Grip;
 use crate::engine::tag::Tag;
 use crate::state::memory::Memory;
 
-/// How often the spheres are looked at (ticks).
+/// Interval at which the self-collision spheres are compared (ticks).
+// Pairs of spheres are compared, so not in each tick; a shorter contact may be missed.
 const SELF_TICKS: u64 = 10;
 
 /// Counts of one arm: part of every snapshot.
@@ -83,6 +84,9 @@ impl TouchCounter {
         for ((arm, measured), grip) in arms {
             let Some(memory) = memory.arms.get_mut(arm.0) else {
                 continue;
+                // A faulty arm does not follow its controller, which its contacts are meant to
+                // judge.
+                // controller.
             };
             if !memory.watchdog.fault {
                 let held = memory.suction.attached().or(grip.held);
@@ -107,6 +111,7 @@ impl TouchCounter {
                 .bodies
                 .get(*body)
                 .map_or(&[][..], RigidBody::colliders);
+            // Fingers touch objects to grip them; other links have no reason to.
             let may_grip = is_hand(arm, link);
             colliders
                 .iter()
@@ -128,7 +133,8 @@ impl TouchCounter {
         (may_grip, held): (bool, Option<usize>),
     ) -> bool {
         let pairs = world.narrow_phase.contact_pairs_with(own);
-        // The engine reckons with contacts a little before there are any.
+        // The engine prepares contacts 2 mm before the shapes meet; only an impulse is a
+        // contact.
         let mut pressed = pairs.filter(|pair| pair.total_impulse_magnitude() > 0.0);
         pressed.any(|pair| {
             let other = if pair.collider1 == own {

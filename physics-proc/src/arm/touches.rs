@@ -1,4 +1,4 @@
-//! What an arm touches, for those who look after its way.
+//! Contacts of an arm, for the checks of its path.
 
 use nalgebra::Vector3;
 use rapier3d_f64::prelude::*;
@@ -7,9 +7,9 @@ use crate::arm::multibody::Arm;
 use crate::engine::convert;
 use crate::engine::tag::Tag;
 
-/// Contacts no further behind the plane of the cup are its rim's (m): at the
-/// 15 degrees a cup follows, its rim is this much above its lowest point, and a
-/// little.
+/// Largest distance behind the plane of the cup at which a contact is one of its rim (m): at
+/// the 15 degrees that a cup follows, its rim is this much above its lowest point, with a
+/// margin.
 const RIM_M: f64 = 0.012;
 
 /// What a link touches.
@@ -28,20 +28,19 @@ pub enum Touched {
 pub struct ArmContact {
     /// The link: 1 is the child of the first joint, the last one has the tool.
     pub link: usize,
-    /// What it touches.
+    /// The other body.
     pub with: Touched,
     /// Only the suction cup's face touches it, not the tube it sits on nor the
     /// wrist.
     pub at_cup: bool,
     /// Deepest point (m, world frame).
     pub point: [f64; 3],
-    /// How deep it is there (m); negative while the shapes are merely so near that
-    /// the engine reckons with a contact, 2 mm at most.
+    /// Depth there (m); negative while the shapes are only near, 2 mm at most.
     pub depth: f64,
 }
 
-/// Contacts of all links of `arm` but its base, which stands on something. What
-/// the cup holds does not touch the link of the tool in the engine.
+/// Contacts of all links of `arm` except its base, which is mounted on something. The object
+/// on the cup does not touch the link of the tool in the engine.
 pub(crate) fn of(world: &PhysicsWorld, index: usize, arm: &Arm) -> Vec<ArmContact> {
     let mut contacts = Vec::new();
     for (link, body) in arm.bodies.iter().enumerate().skip(1) {

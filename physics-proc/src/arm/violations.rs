@@ -1,4 +1,4 @@
-//! `limit_violations`: what an accepted command may not do.
+//! `limit_violations`: limits that an accepted command breaks.
 //!
 //! Velocity as commanded and as the quotient of positions, acceleration and jerk
 //! as difference quotients, over 1 ms per command (commands that were
@@ -11,15 +11,17 @@ use cell_model::ramp::RampState;
 use crate::engine::settings::TICK_S;
 
 /// Tolerance of rounding.
+// Commands at a limit break it by the last bits of a division; a real violation is far larger.
 const FACTOR: f64 = 1.0 + 1.0e-6;
 /// A measured joint further outside its limits counts (rad or m).
+// Limits of joints in the engine are constraints that give way a little under load.
 const MEASURED_OUTSIDE: f64 = 1.0e-3;
 
-/// The motion a joint makes by the command `told`, when it was commanded `before`
-/// `steps` commands of 1 ms ago, and whether it breaks a limit.
+/// The motion of a joint by the command `told`, if it was commanded `before` `steps` commands
+/// of 1 ms ago, and whether it breaks a limit.
 ///
 /// Of overtaken commands only the mean acceleration `m` is known. With the first
-/// acceleration `a`, the last `b` (which the command says) and `c` the jerk limit
+/// acceleration `a`, the last `b` (as the command states it) and `c` the jerk limit
 /// times 1 ms, limits that held at every one of `n` steps leave
 /// `|m - a| <= c (n + 1) / 2` and `|b - m| <= c (n - 1) / 2`. The next command is
 /// measured against `b`: against `m` a sound one would seem to jump.
@@ -35,6 +37,7 @@ pub(crate) fn advance(
     let moved = (told.position - before.position).abs();
     let speed = told.velocity.abs().max(moved / time);
     let change = spec.jerk * FACTOR * TICK_S;
+    // Speed as commanded and as travelled: each hides what the other one shows.
     let within = speed <= spec.velocity * FACTOR
         && mean.abs().max(last.abs()) <= spec.acceleration * FACTOR
         && (mean - before.acceleration).abs() <= 0.5 * (steps + 1.0) * change

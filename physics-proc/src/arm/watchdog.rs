@@ -1,19 +1,26 @@
-//! The arm's command watchdog: follow fresh commands, coast over short gaps,
-//! brake on silence, hold.
+//! The arm's command watchdog: it follows fresh commands, coasts over short gaps, brakes on
+//! silence, and holds.
+//!
+//! The accident to prevent is a step of the setpoint: two commands that each are near the
+//! setpoint, and do not continue from each other, broke the limits of the joints in up to four
+//! ticks of a run on a busy machine (ADR 0014). The rules:
 //!
 //! - Before the first command the arm holds its home.
-//! - A tick without a new command continues at the commanded velocity. With the next
-//!   command the setpoint returns to the commanded path within the acceleration limit.
-//! - When the newest accepted command is older than the stop policy allows, the
-//!   arm brakes on a ramp within its limits, from the last setpoint, and holds.
-//! - A command further than [`MAX_STEP`] (plus what the velocity limit allows
+//! - A tick without a new command continues at the commanded velocity. With the next command
+//!   the setpoint returns to the commanded path within the acceleration limit.
+//! - If the newest accepted command is older than the stop policy allows, the arm brakes on a
+//!   ramp within its limits, from the last setpoint, and holds.
+//! - A command farther than [`MAX_STEP`] (plus the distance that the velocity limit allows
 //!   since the last setpoint) from the setpoint in force is refused and counted.
-//! - After a brake, and from another controller, commands have to continue from the
-//!   setpoint in force within the joint's limits, until it is certain that they
-//!   continue from each other: a controller restarts at every state that says
-//!   the arm is stopped, and several such beginnings may be on their way.
-//! - A beginning elsewhere is refused, and the arm brakes until one is accepted:
-//!   that is how the controller learns of it.
+//! - After a brake, and from another controller, each command has to continue from the
+//!   setpoint in force within the joint's limits, until it is certain that the commands
+//!   continue from each other. A controller restarts at every state that reports the arm as
+//!   stopped, and several such first commands may be in flight.
+//! - A first command that does not continue from the setpoint is refused, and the arm brakes
+//!   until one is accepted: the state reports the stop, and the controller restarts from it.
+//!
+//! All ages are ticks, so a replay decides as the run did (ADR 0002). All fields are part of
+//! the snapshot: a successor that lacks one would accept a command that this one refuses.
 
 use cell_model::ramp::{self, RampState};
 use cell_model::stop::{PhysicsFlags, Stop, physics_stop};
@@ -27,11 +34,14 @@ use crate::arm::catch_up::{catch_up, coast};
 use crate::arm::violations;
 use crate::engine::settings::TICK_S;
 
-/// Share of the acceleration limit by which the acceleration a command speaks of
-/// and the one it makes may differ: what follows is within the jerk limit then.
+/// Largest difference between the acceleration that a command states and the one that it
+/// makes, as a share of the acceleration limit: the next commands are then within the jerk
+/// limit.
 const SAME_ACCELERATION: f64 = 1.0e-7;
 
-/// Furthest a command may be from the setpoint in force (rad or m).
+/// Largest distance of a command from the setpoint in force (rad or m).
+// A coarse bound against wrong numbers: the motion itself is limited by `catch_up` and
+// `limited`, and what breaks a limit of the joint is counted.
 pub const MAX_STEP: f64 = 0.05;
 
 /// Which command was accepted last.
@@ -42,7 +52,7 @@ pub(crate) struct Accepted {
     pub(crate) tick: u64,
 }
 
-/// Where setpoints come from.
+/// Origin of the setpoints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Source {
     /// Home or a finished ramp: gravity is compensated here.
@@ -51,7 +61,9 @@ enum Source {
     Commands,
 }
 
-/// An arm whose joint stays outside its limits for this long is at fault (ticks).
+/// An arm with a joint outside its limits for this long is faulty (ticks).
+// A shorter excess is only counted. Half a second means that something stronger than the drive
+// pushes, which a reset of the scene ends.
 const MAX_OUTSIDE_TICKS: u32 = 500;
 
 /// One joint, as plain numbers for the snapshot.
@@ -73,15 +85,15 @@ pub(crate) struct Watchdog {
     /// Feed-forward of the last accepted command (N·m or N).
     efforts: Vec<f64>,
     accepted: Option<Accepted>,
-    /// Tick at which the scene was reset: commands that answer it or an earlier
-    /// one are about the scene before.
+    /// Tick at which the scene was reset: commands that answer this tick or an earlier one
+    /// belong to the previous scene.
     reset_at: Option<u64>,
-    /// Last tick whose state said that the arm is stopped.
+    /// Tick of the last state that reported the arm as stopped.
     stopped_at: Option<u64>,
-    /// The setpoint in force moves as the sender of the accepted command takes
-    /// it to.
+    /// Whether the setpoint in force moves as the sender of the accepted command computes.
     settled: bool,
-    /// The controller began elsewhere: stopped until it begins here.
+    /// The controller started from another setpoint: the arm is stopped until a command starts
+    /// from this one.
     astray: bool,
     /// Commands refused since the start.
     pub(crate) refused: u64,
@@ -89,19 +101,18 @@ pub(crate) struct Watchdog {
     pub(crate) violations: u64,
     /// Ticks in a row with a measured joint outside its limits.
     outside_ticks: u32,
-    /// A body of the arm was disabled by the engine, or a joint stayed outside its
-    /// limits.
+    /// The engine disabled a body of the arm, or a joint stayed outside its limits.
     pub(crate) fault: bool,
 }
 
 /// What a tick does with the arm.
 pub(crate) struct WatchdogOutput {
-    /// The stop policy's word.
+    /// Action and cause by the stop policy.
     pub(crate) stop: Stop,
     /// The command is new and was accepted.
     pub(crate) accepted: bool,
-    /// Setpoints come from here, not from commands: feed-forward has to be
-    /// computed for them.
+    /// Setpoints are computed here, not commanded: their feed-forward has to be computed as
+    /// well.
     pub(crate) own: bool,
 }
 
@@ -132,8 +143,8 @@ impl Watchdog {
         }
     }
 
-    /// `outside` joints were measured outside their limits in this tick. Drives do not
-    /// bring them there: something pushes that is stronger.
+    /// Counts a tick in which `outside` joints were measured outside their limits. Drives do
+    /// not move them there: something stronger pushes.
     pub(crate) fn count_outside(&mut self, outside: u64) {
         self.violations += outside;
         self.outside_ticks = match outside {
@@ -158,16 +169,16 @@ impl Watchdog {
         &self.efforts
     }
 
-    /// After a reset of the scene at `tick`: counts continue, and commands that
-    /// answer the scene before are not taken.
+    /// After a reset of the scene at `tick`: counts continue, and commands that answer the
+    /// previous scene are refused.
     pub(crate) fn carry_over(&mut self, before: &Self, tick: u64) {
         self.refused = before.refused;
         self.violations = before.violations;
         self.reset_at = Some(tick);
     }
 
-    /// Decides for the tick that follows `tick`. `command` is the newest one
-    /// there is, of any age.
+    /// Decides for the tick that follows `tick`. `command` is the newest one received, of any
+    /// age.
     pub(crate) fn update(
         &mut self,
         tick: u64,
@@ -175,6 +186,8 @@ impl Watchdog {
         robot: &Robot,
         limits: &JointLimits,
     ) -> WatchdogOutput {
+        // The age is that of the accepted command, not of the received one: a stream of
+        // refused commands has to stop the arm as silence does.
         let accepted = command.is_some_and(|command| self.take(tick, command, robot));
         let age = self
             .accepted
@@ -183,12 +196,17 @@ impl Watchdog {
             command_age_ticks: age,
             quarantined: self.fault,
         });
+        // Reported as a hold, so that the controller learns of it from the state and restarts
+        // here. Without this its refused commands would stop nothing while the last accepted
+        // one is fresh.
         if self.astray && !stop.stops_motion() {
             stop = Stop {
                 action: StopAction::Hold,
                 cause: StopCause::CommandLost,
             };
         }
+        // `tick + 1` is the state in which the stop is published: a command that answers an
+        // earlier one cannot know of it.
         if stop.stops_motion() {
             self.stopped_at = Some(tick + 1);
             self.brake(limits);
@@ -202,7 +220,7 @@ impl Watchdog {
         }
     }
 
-    /// Accepts a new and sound command.
+    /// Accepts a command that is new and sound; `true` if it did.
     fn take(&mut self, tick: u64, command: &ArmCommand, robot: &Robot) -> bool {
         let header = &command.header;
         let id = Accepted {
@@ -210,7 +228,8 @@ impl Watchdog {
             seq: header.seq,
             tick: header.tick,
         };
-        // A command of the future answers a run that was set back.
+        // A command that answers a later tick belongs to a run that was set back.
+        // Not counted as refused: the command was judged before, or is about another scene.
         if self.fault
             || self.accepted == Some(id)
             || self.reset_at.is_some_and(|reset| id.tick <= reset)
@@ -218,6 +237,7 @@ impl Watchdog {
         {
             return false;
         }
+        // An old command is dropped without a count: it is late, not wrong.
         let fresh = tick - id.tick <= cell_model::stop::COMMAND_AGE_TICKS;
         let sound =
             command.joint_count as usize == self.setpoint.len() && command.validate().is_ok();
@@ -229,6 +249,8 @@ impl Watchdog {
             } else {
                 self.is_near(command, robot, tick)
             };
+        // Only a sound, fresh one stops the arm: damaged or late commands are left to the age
+        // limit.
         if !goes_on {
             self.refused += u64::from(fresh);
             self.astray |= fresh && sound && begins;
@@ -241,6 +263,8 @@ impl Watchdog {
         true
     }
 
+    // The gap is bounded: after a long silence the allowed step would otherwise grow without
+    // limit, and 20 ticks cover the age at which the arm brakes.
     fn is_near(&self, command: &ArmCommand, robot: &Robot, tick: u64) -> bool {
         let gap = self.accepted.map_or(1, |accepted| {
             tick.saturating_sub(accepted.tick).clamp(1, 20)
@@ -256,10 +280,10 @@ impl Watchdog {
         steps.all(|step| step <= MAX_STEP)
     }
 
-    /// Whether the command continues from the accepted one: from the same sender,
-    /// which has not restarted between the two and is moving as the arm is. Who
-    /// answers each state once cannot have sent more commands than there were
-    /// states, unless physics was set back.
+    /// Whether the command continues from the accepted one: it has the same sender, which has
+    /// not restarted between the two and computes the motion of this arm. A sender that
+    /// answers each state once cannot send more commands than there were states, unless
+    /// physics was set back.
     fn follows_on(&self, id: Accepted) -> bool {
         let on = |last: Accepted| {
             last.generation == id.generation
@@ -269,7 +293,7 @@ impl Watchdog {
         self.source == Source::Commands && self.settled && self.accepted.is_some_and(on)
     }
 
-    /// Whether the command is one tick after the setpoint in force.
+    /// Whether the command is within the limits as the next tick after the setpoint in force.
     fn begins_here(&self, command: &ArmCommand, robot: &Robot) -> bool {
         let joints = robot.arm_specs().enumerate();
         joints
@@ -277,9 +301,12 @@ impl Watchdog {
             .all(|((joint, spec), before)| !advance_one(before, command, joint, spec).1)
     }
 
-    /// Takes the command, which begins here, as one tick after the setpoint.
+    /// Makes the setpoint the predecessor of the command, which continues from it.
     fn begin(&mut self, command: &ArmCommand, robot: &Robot) {
         let joints = robot.arm_specs().enumerate();
+        // If the stated acceleration is the one made here, the sender computes the same motion
+        // and its next command continues from this one; else each command is checked against
+        // the setpoint.
         self.settled = joints.zip(&self.setpoint).all(|((joint, spec), before)| {
             let made = advance_one(before, command, joint, spec).0.acceleration;
             let differs = (made - command.joint_accelerations[joint]).abs();
@@ -290,14 +317,19 @@ impl Watchdog {
     }
 
     fn follow(&mut self, command: &ArmCommand, id: Accepted, robot: &Robot) {
-        // Commands between this and the last one were overtaken, not skipped.
+        // Commands between this one and the last were overtaken, not lost.
         let last = self.accepted.map_or(id.seq, |last| last.seq);
         let steps = id.seq.saturating_sub(last).max(1) as f64;
         for (index, spec) in robot.arm_specs().enumerate() {
             let before = ramp_state(self.anchor[index]);
             let told = told(command, index);
             let (after, broken) = violations::advance(&before, &told, steps, spec);
+            // Judged against the commanded path, not against the setpoint, which may be behind
+            // it after a gap: the controller is not to blame for late messages.
             self.violations += u64::from(broken);
+            // On the path the setpoint is the command itself, to the bit. After a gap it
+            // approaches the path, since a jump back onto it would break the acceleration
+            // limit.
             let is_next = !broken && steps <= 1.0;
             let is_on_path = is_next && same_motion(&self.setpoint[index], &self.anchor[index]);
             self.anchor[index] = point(after);
@@ -313,8 +345,8 @@ impl Watchdog {
         self.source = Source::Commands;
     }
 
-    /// The drives have no power: the setpoint is where the arm is, so that a controller
-    /// that comes back starts there.
+    /// Moves the setpoint to the measured positions while the drives have no power, so that
+    /// the next controller starts there.
     pub(crate) fn rest_at(&mut self, positions: impl Iterator<Item = f64>) {
         self.source = Source::Own;
         for (setpoint, position) in self.setpoint.iter_mut().zip(positions) {
@@ -328,6 +360,8 @@ impl Watchdog {
 
     /// One tick without a command.
     fn coast(&mut self, tick: u64, robot: &Robot) {
+        // Counted from the answered tick: the first missing command keeps the acceleration,
+        // later ones take it back.
         let answered = self.accepted.map_or(tick, |accepted| accepted.tick);
         let in_a_row = tick.saturating_sub(answered);
         for (setpoint, spec) in self.setpoint.iter_mut().zip(robot.arm_specs()) {
@@ -338,15 +372,18 @@ impl Watchdog {
     /// One tick of the brake ramp.
     fn brake(&mut self, limits: &JointLimits) {
         self.source = Source::Own;
+        // From the setpoint, not from the measured state, whose tracking error would be a step
+        // of the acceleration.
         let mut joints: Vec<RampState> = self.setpoint().collect();
         ramp::brake_all(&mut joints, limits, TICK_S);
         self.setpoint = joints.into_iter().map(point).collect();
+        // The next command is judged from where the ramp is now.
         self.anchor.clone_from(&self.setpoint);
     }
 }
 
-/// Whether two points differ by no more than what the drive's limits cut off a command
-/// that is at a limit but for rounding.
+/// Whether two points differ by less than a drive's limits cut off a command that is at a
+/// limit except for rounding.
 fn same_motion(a: &Point, b: &Point) -> bool {
     const ROUNDING: f64 = 1.0e-5;
     (a.velocity - b.velocity).abs() <= ROUNDING
@@ -370,7 +407,7 @@ fn limited(before: Point, command: RampState, spec: &JointSpec) -> Point {
     }
 }
 
-/// The motion a command tells a joint to make.
+/// The commanded motion of a joint.
 fn told(command: &ArmCommand, joint: usize) -> RampState {
     RampState {
         position: command.joint_positions[joint],
@@ -379,7 +416,7 @@ fn told(command: &ArmCommand, joint: usize) -> RampState {
     }
 }
 
-/// What a command makes of a joint in one tick, and whether it breaks a limit.
+/// The motion of a joint by a command in one tick, and whether it breaks a limit.
 fn advance_one(
     before: &Point,
     command: &ArmCommand,

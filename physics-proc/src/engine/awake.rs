@@ -1,4 +1,4 @@
-//! Which bodies may not sleep.
+//! Objects that must not sleep.
 
 use rapier3d_f64::prelude::*;
 

@@ -1,4 +1,4 @@
-//! Who touches whom, read from the engine after a tick.
+//! Contacts of arms and objects, read from the engine after a tick.
 
 use rapier3d_f64::prelude::*;
 
@@ -7,6 +7,7 @@ use crate::engine::settings::TICK_S;
 use crate::engine::tag::Tag;
 
 /// An object is held when both fingers press it with more than this (N).
+// Small, so that a weak grip counts; zero would count an object that merely touches both pads.
 const HELD_N: f64 = 0.05;
 
 /// Contacts of one tick.
@@ -20,7 +21,7 @@ pub(crate) struct Contacts {
     pressed: Vec<Vec<[f64; 2]>>,
 }
 
-/// What a gripper feels.
+/// Measurement of a gripper.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Grip {
     /// Smaller contact force of the two fingers (N).
@@ -111,6 +112,7 @@ fn finger_of(arm: &Arm, link: usize) -> Option<usize> {
 fn grip(pressed: &[[f64; 2]]) -> Grip {
     let mut best = Grip::default();
     for (object, [left, right]) in pressed.iter().enumerate() {
+        // The smaller of the two: an object that leans on one finger is not held.
         let force = left.min(*right);
         if force > HELD_N && force > best.force {
             best = Grip {

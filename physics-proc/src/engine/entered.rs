@@ -1,6 +1,6 @@
-//! Links of arms that start inside a fixture that is no obstacle, as the legs of a robot in
-//! the floor below its base: the engine cannot part them, and the arm would be at fault from
-//! the first ticks, or be held by the contact. They pass through each other instead.
+//! Links of arms that start inside a fixture that is not an obstacle, such as the legs of a
+//! robot in the floor below its base. The engine cannot part them: the arm would be faulty
+//! from the first ticks, or be held by the contact. They pass through each other instead.
 
 use std::collections::BTreeMap;
 
@@ -29,7 +29,7 @@ fn entered(cell: &Cell, arm: &ArmSpec) -> Vec<Entered> {
     let home = arm.robot.with_arm_positions(&arm.home);
     let poses = arm.robot.link_poses(&home);
     let mut found: Vec<Entered> = Vec::new();
-    // The base does not move: what it touches is no matter.
+    // The base does not move, so its contacts have no effect.
     for (link, (body, pose)) in arm.robot.links.iter().zip(&poses).enumerate().skip(1) {
         let fixtures = cell.fixtures.iter().enumerate();
         for (fixture, spec) in fixtures.filter(|(_, spec)| spec.solid && !spec.obstacle) {
@@ -37,6 +37,8 @@ fn entered(cell: &Cell, arm: &ArmSpec) -> Vec<Entered> {
                 let at = arm.base * pose * part.pose;
                 overlap(&part.shape, &at, &spec.shape, &spec.pose)
             });
+            // A link behind one inside may be beyond the fixture: it would meet its other
+            // side.
             let depth = depths.fold(0.0, f64::max);
             let carrier = arm.robot.chain.joints()[link - 1].parent;
             let is_carried = carrier.is_some_and(|joint| {
@@ -55,7 +57,7 @@ fn entered(cell: &Cell, arm: &ArmSpec) -> Vec<Entered> {
     found
 }
 
-/// Lets the links pass through the fixtures that they start inside of.
+/// Makes the links pass through the fixtures that they start inside of.
 pub(crate) fn let_through(
     world: &mut PhysicsWorld,
     cell: &Cell,
@@ -63,6 +65,8 @@ pub(crate) fn let_through(
     arms: &[Arm],
 ) {
     for (spec, arm) in cell.arms.iter().zip(arms) {
+        // Only this pair passes: the fixture is in a group that these links leave out, while
+        // it still meets all else.
         for Entered { link, fixture, .. } in entered(cell, spec) {
             let fixed = fixtures.colliders.get(fixture).copied().flatten();
             if let Some(collider) = fixed.and_then(|handle| world.colliders.get_mut(handle)) {

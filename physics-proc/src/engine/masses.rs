@@ -2,14 +2,15 @@
 
 use cell_model::Cell;
 
-/// Largest ratio of masses that contacts carry as they should. Contacts are springs whose
-/// stiffness goes with the lighter body: the depth is 5 um for each unit of the ratio, 1 mm at
-/// 200. From 500 on a load on a small box falls over, at 2000 it sinks through (measured).
+/// Largest ratio of masses that contacts carry properly. Contacts are springs whose stiffness
+/// follows the lighter body: the depth is 5 um per unit of the ratio, 1 mm at 200. From 500 on
+/// a load on a small box falls over, at 2000 it sinks through.
 const CARRIED: f64 = 200.0;
 
 /// The two objects whose masses are furthest apart, where one cannot carry the other.
 pub(crate) fn warning(cell: &Cell) -> Option<String> {
     let by_mass =
+        // A warning, not an error: the two may never touch.
         |a: &&cell_model::ObjectSpec, b: &&cell_model::ObjectSpec| a.mass.total_cmp(&b.mass);
     let light = cell.objects.iter().min_by(by_mass)?;
     let heavy = cell.objects.iter().max_by(by_mass)?;

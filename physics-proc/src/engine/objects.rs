@@ -9,13 +9,13 @@ use crate::engine::settings::LENGTH_UNIT_M;
 use crate::engine::shapes;
 use crate::engine::tag::Tag;
 
-/// What stands still, in the engine.
+/// Fixtures in the engine.
 pub(crate) struct Fixtures {
     /// By fixture of the cell: its collider, where it is solid.
     pub(crate) colliders: Vec<Option<ColliderHandle>>,
 }
 
-/// One fixed body with everything that stands still.
+/// Inserts one fixed body with all fixtures as its colliders.
 pub(crate) fn insert_fixtures(world: &mut PhysicsWorld, cell: &Cell) -> Fixtures {
     let ground = world.bodies.insert(RigidBodyBuilder::fixed().build());
     let fixtures = cell.fixtures.iter().enumerate();
@@ -41,7 +41,7 @@ pub(crate) fn insert_fixtures(world: &mut PhysicsWorld, cell: &Cell) -> Fixtures
 pub(crate) struct Objects {
     /// Their bodies.
     pub(crate) bodies: Vec<RigidBodyHandle>,
-    /// What the cell file says of them.
+    /// Their specifications in the cell file.
     pub(crate) specs: Vec<ObjectSpec>,
 }
 
@@ -63,8 +63,8 @@ impl Objects {
         engine.bodies.get(*self.bodies.get(object)?)
     }
 
-    /// The body of an object, to change. The engine looks at every body that was
-    /// borrowed so.
+    /// The body of an object, to change. The engine examines each body that was borrowed for
+    /// change.
     pub(crate) fn body_mut<'e>(
         &self,
         engine: &'e mut PhysicsWorld,
@@ -84,21 +84,24 @@ impl Objects {
     }
 }
 
-/// Speed of its fastest point below which an object is at rest (m/s), and where its cell lets
-/// it sleep while it trembles.
+/// Speed of its fastest point below which an object is at rest (m/s), and the speed for
+/// objects that their cell allows to sleep while they tremble.
 const REST_M_S: f64 = 1.0e-4;
 const TREMBLE_M_S: f64 = 0.05;
 
-/// Every object, in the order of the cell. Those that have not come yet are disabled. What
-/// has been at rest for half a second falls asleep with all it touches, and wakes with it.
+/// Inserts every object, in the order of the cell. Parked ones are disabled. An object at rest
+/// for half a second falls asleep with all that it touches, and wakes with it.
 fn insert(world: &mut PhysicsWorld, cell: &Cell) -> Vec<RigidBodyHandle> {
     let objects = cell.objects.iter().enumerate().map(|(index, object)| {
         let builder = RigidBodyBuilder::dynamic()
             .pose(convert::to_pose(&object.pose))
             .angular_damping(object.angular_damping)
+            // A disabled body costs nothing and is met by nothing until a device brings it.
             .enabled(!object.parked)
             .gyroscopic_forces_enabled(false);
         let mut body = builder.build();
+        // Piles of round parts never come fully to rest: they tremble, and would stay awake
+        // for ever.
         let speed = if object.sleeps { TREMBLE_M_S } else { REST_M_S };
         body.activation_mut().normalized_linear_threshold = speed / LENGTH_UNIT_M;
         let body = world.bodies.insert(body);

@@ -45,8 +45,8 @@ fn upright() -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::identity(), turn)
 }
 
-/// Depth by which two shapes at poses in the world overlap (m); 0 where they do
-/// not. Shapes parry cannot compare count as apart.
+/// Depth by which two shapes at poses in the world overlap (m); 0 if they do not. Shapes that
+/// parry cannot compare count as apart.
 pub(crate) fn overlap(a: &Shape, at_a: &Isometry3<f64>, b: &Shape, at_b: &Isometry3<f64>) -> f64 {
     let ((shape_a, own_a), (shape_b, own_b)) = (shared(a), shared(b));
     let (pose_a, pose_b) = (

@@ -1,23 +1,24 @@
-//! Nothing may start inside something else.
+//! Refuses cells in which shapes start inside each other.
 
 use cell_model::{ArmSpec, Cell};
 
 use crate::engine::shapes::overlap;
 use crate::error::WorldError;
 
-/// Objects resting on a table touch it; this much is still resting (m).
+/// Depth up to which an object rests on another shape (m).
 pub(crate) const RESTING_M: f64 = 1.0e-3;
 
-/// Shapes of links are rounder than the robot; this much is no overlap (m).
+/// Depth up to which a link does not overlap: shapes of links are rounder than the robot (m).
 const ROUGH_M: f64 = 20.0e-3;
 
-/// Checks that the links of arms that move are not deep inside of a solid obstacle: the engine
-/// cannot take them apart. A fixture that is no obstacle may be reached into, such as the
-/// floor by the legs of a robot.
+/// Checks that the moving links of an arm are not deep inside a solid obstacle, from which the
+/// engine cannot part them. A fixture that is not an obstacle may contain links, such as the
+/// floor the legs of a robot.
 fn check_arm(cell: &Cell, arm: &ArmSpec) -> Result<(), WorldError> {
     let poses = arm
         .robot
         .link_poses(&arm.robot.with_arm_positions(&arm.home));
+    // The base is skipped: it is mounted on something and cannot be pushed out of it.
     let moving = arm.robot.links.iter().zip(&poses).skip(1);
     let solid = cell.fixtures.iter().filter(|f| f.solid && f.obstacle);
     for ((link, pose), fixture) in
@@ -39,8 +40,8 @@ fn check_arm(cell: &Cell, arm: &ArmSpec) -> Result<(), WorldError> {
     Ok(())
 }
 
-/// Checks that no object of the cell overlaps another or a fixture; what is not
-/// in the cell yet, or not solid, blocks nothing. Nor may an arm be within an obstacle.
+/// Checks that no object of the cell overlaps another one or a fixture, and no arm an
+/// obstacle. Parked objects and fixtures that are not solid block nothing.
 pub(crate) fn check(cell: &Cell) -> Result<(), WorldError> {
     cell.arms.iter().try_for_each(|arm| check_arm(cell, arm))?;
     let objects = cell.objects.iter().enumerate();

@@ -1,4 +1,4 @@
-//! Who a collider belongs to, kept in its user data.
+//! The owner of a collider, kept in its user data.
 
 /// Owner of a collider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -43,7 +43,7 @@ impl Belt {
         })
     }
 
-    /// Has the engine ask [`Hooks`] about its contacts.
+    /// Makes the engine call [`Hooks`] for contacts of the belt.
     pub(crate) fn drive_contacts(&self, engine: &mut PhysicsWorld) {
         if let Some(collider) = engine.colliders.get_mut(self.collider) {
             collider.set_active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
@@ -57,7 +57,7 @@ impl Belt {
         local.x.abs() <= x && local.y.abs() <= y && local.z > 0.0
     }
 
-    /// Nothing sleeps on it while it runs.
+    /// Wakes objects on the belt: a sleeping one would not be moved.
     pub(crate) fn wake(&self, site: &mut Site<'_>) {
         for object in 0..site.objects.bodies.len() {
             let sleeps = site.objects.body(site.engine, object).is_some_and(|body| {
@@ -71,8 +71,8 @@ impl Belt {
     }
 }
 
-/// What the engine asks in each step about contacts of the belt: while it runs, what
-/// touches it is driven along.
+/// Called by the engine in each step for contacts of the belt: while it runs, their surface
+/// velocity moves the objects.
 pub(crate) struct Hooks {
     belt: Option<(ColliderHandle, Vector)>,
 }
@@ -82,7 +82,7 @@ impl PhysicsHooks for Hooks {
         let Some((belt, velocity)) = self.belt else {
             return;
         };
-        // The engine counts the velocity of the first collider's surface.
+        // The engine applies the velocity to the surface of the first collider.
         let velocity = if context.collider1 == belt {
             velocity
         } else if context.collider2 == belt {

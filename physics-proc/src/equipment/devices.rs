@@ -1,4 +1,4 @@
-//! The cell's equipment: what there is of it, and the task's word to it.
+//! The equipment of the cell: its devices, and the requests of the task to them.
 
 use cell_model::stop::DECISION_AGE_FIFO_TICKS;
 use cell_model::{Cell, Shape};
@@ -16,23 +16,23 @@ use crate::equipment::sensors::{self, Sensor};
 use crate::equipment::site::{Site, Stream};
 use crate::equipment::supply::{Supply, SupplyMemory, Way};
 
-/// A counter that went up by more than this was set, not counted: no cell has so many
-/// objects.
+/// Largest increase of a counter that is a request. No cell has more objects, so a larger
+/// increase means that the counter was set.
 const MOST_REQUESTS: u32 = 1_000;
 
-/// What a cell has, and what its objects are.
+/// The devices of a cell.
 pub(crate) struct Equipment {
     pub(crate) belt: Option<Belt>,
     pub(crate) supply: Option<Supply>,
     pub(crate) dispenser: Option<Dispenser>,
     pub(crate) sensors: Vec<Sensor>,
-    /// An object below this height is put away (m).
+    /// An object below this height is taken out of the cell (m).
     pub(crate) clear_below: f64,
     /// Random numbers of the equipment.
     stream: Stream,
 }
 
-/// What it remembers: part of every snapshot.
+/// State of the devices: part of every snapshot.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct EquipmentMemory {
     io: Io,
@@ -45,7 +45,7 @@ pub(crate) struct EquipmentMemory {
     pub(crate) parking: ParkingMemory,
 }
 
-/// The counters of [`ipc_types::decision::CellIo`] as they were last seen.
+/// The counters of [`ipc_types::decision::CellIo`] in the last decision.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Io {
     heard: bool,
@@ -54,10 +54,10 @@ struct Io {
 }
 
 impl Io {
-    /// New requests for bins and for drops. What is heard first is adopted: the
-    /// task may have counted before this physics was. So is a counter that went
-    /// down or far: a task that lost its record. One that continues from its record
-    /// asks as if it had never died.
+    /// New requests for bins and for drops. The first counters received are adopted, since the
+    /// task may have counted before this physics started. So are counters that decreased or
+    /// jumped: the task lost its record. A task that continues from its record requests as if
+    /// it had never been killed.
     fn take(&mut self, decision: &Decision) -> (u32, u32) {
         let known = std::mem::replace(&mut self.heard, true);
         let more = |last: &mut u32, now: u32| {
@@ -76,8 +76,8 @@ impl Io {
     }
 }
 
-/// Where a cell file does not say it: an object has left the cell this far below all that
-/// is in it at the start (m).
+/// Default height at which an object has left the cell: this far below the lowest shape at the
+/// start (m).
 const OUT_BELOW_M: f64 = 1.0;
 
 impl Equipment {
@@ -118,8 +118,8 @@ impl EquipmentMemory {
         }
     }
 
-    /// What the task asked for in all continues over a reset of the scene, as the task counts
-    /// on; requests not yet met are gone.
+    /// The counters of the task continue over a reset of the scene, as the task continues to
+    /// count; requests that are still open are dropped.
     pub(crate) fn carry_over(&mut self, before: &Self) {
         self.io = before.io;
         self.decision_limit_ticks = before.decision_limit_ticks;
@@ -127,13 +127,15 @@ impl EquipmentMemory {
 }
 
 impl Equipment {
-    /// What the equipment does before a step; the decision it obeyed.
+    /// Runs the equipment before a step; returns the decision it obeyed.
     pub(crate) fn run(
         &self,
         memory: &mut EquipmentMemory,
         site: &mut Site<'_>,
         decision: Option<&Decision>,
     ) -> Option<Input> {
+        // Before the requests: an object that left the cell can be brought again in the same
+        // tick.
         memory.parking.clear_fallen(site, self.clear_below);
         let obeyed = self.hear(memory, site.tick, decision);
         if let Some(belt) = self.running_belt(memory) {
@@ -148,7 +150,7 @@ impl Equipment {
         obeyed
     }
 
-    /// Where a bin comes to.
+    /// The access of a supply to the cell.
     pub(crate) fn way<'s, 'w>(&'s self, site: &'s mut Site<'w>) -> Way<'s, 'w> {
         Way {
             site,
@@ -172,8 +174,12 @@ impl Equipment {
         tick: u64,
         decision: Option<&Decision>,
     ) -> Option<Input> {
+        // The belt runs only while each tick confirms it: a task that died must not leave it
+        // running.
         memory.running = false;
         let decision = decision.filter(|_| self.listens())?;
+        // Counted also from an old decision: the requests are levels, and are not repeated
+        // later.
         let (bins, drops) = memory.io.take(decision);
         if self.supply.is_some() {
             memory.supply.ask(bins);
@@ -195,7 +201,7 @@ impl Equipment {
         })
     }
 
-    /// What the equipment reports.
+    /// The report of the equipment.
     pub(crate) fn report(
         &self,
         memory: &EquipmentMemory,

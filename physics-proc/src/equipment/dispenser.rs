@@ -12,32 +12,33 @@ use crate::equipment::site::{Site, Stream};
 /// Its stream of random numbers.
 const DEVICE: u64 = 2;
 /// Largest spin of a part about each axis (rad/s).
+// Enough to turn a part visibly in its fall, so that parts come to rest in different ways.
 const SPIN_RAD_S: f64 = 3.0;
 /// Parts waiting at most.
 const MOST_WAITING: u32 = 1_000;
 
-/// What drops parts.
+/// A dispenser of parts.
 pub(crate) struct Dispenser {
     pub(crate) table: DispenserTable,
-    /// What it may drop.
+    /// Objects that it may drop.
     objects: Vec<usize>,
 }
 
-/// What it remembers.
+/// State of a dispenser.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct DispenserMemory {
-    /// Parts asked for that are still to fall.
+    /// Parts requested and not yet dropped.
     pub(crate) waiting: u32,
-    /// None falls before this tick.
+    /// No part is dropped before this tick.
     free_at: u64,
-    /// Parts dropped since the beginning of the scene: the place in the stream
-    /// of random numbers.
+    /// Parts dropped since the start of the scene: the position in the stream of random
+    /// numbers.
     drawn: u64,
     pub(crate) dropped: u32,
 }
 
 impl DispenserMemory {
-    /// Asks for parts.
+    /// Requests parts; those beyond the limit are dropped.
     pub(crate) fn ask(&mut self, parts: u32) {
         self.waiting = self.waiting.saturating_add(parts).min(MOST_WAITING);
     }
@@ -65,7 +66,7 @@ impl Dispenser {
         parts.filter(|part| !site.is_here(*part)).collect()
     }
 
-    /// Drops the next parts when it is time.
+    /// Drops the next parts when they are due.
     pub(crate) fn run(&self, memory: &mut DispenserMemory, site: &mut Site<'_>, stream: Stream) {
         if memory.waiting == 0 || site.tick < memory.free_at {
             return;
@@ -74,10 +75,12 @@ impl Dispenser {
         for layer in 0..memory.waiting.min(self.table.per_drop) {
             let parked = self.parked_parts(site);
             if parked.is_empty() {
-                // What was asked for and is not there will not come.
+                // All parts are in the cell: open requests can never be met.
                 memory.waiting = 0;
                 return;
             }
+            // Each part has a generator by its number: parts do not depend on the ticks of the
+            // requests.
             let mut random = stream.random(DEVICE, memory.drawn);
             memory.drawn += 1;
             memory.waiting -= 1;
@@ -104,8 +107,8 @@ fn fall(table: &DispenserTable, layer: u32, random: &mut Random) -> (Isometry3<f
     )
 }
 
-/// Every orientation as likely: a point of the ball in four dimensions, away
-/// from its centre, seen from there.
+/// Uniform over all orientations: a random point of the unit ball in four dimensions, not near
+/// its centre, projected to the sphere.
 fn any_orientation(random: &mut Random) -> UnitQuaternion<f64> {
     loop {
         let [w, x, y, z] = std::array::from_fn(|_| random.around_zero(1.0));

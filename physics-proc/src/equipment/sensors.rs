@@ -74,6 +74,7 @@ impl Sensor {
             .filter_map(|(index, spec)| {
                 let body = objects.body(engine, index)?;
                 let centre = convert::from_vector(body.translation());
+                // The bounding sphere first: a ray is cast only against objects near it.
                 let may =
                     body.is_enabled() && self.comes_near(&centre, spec.shape.bounding_radius());
                 let distance = may.then(|| self.distance(engine, body))??;

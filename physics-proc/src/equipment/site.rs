@@ -1,4 +1,4 @@
-//! What the equipment acts upon.
+//! The part of the world that equipment acts upon.
 
 use cell_model::random::Random;
 use nalgebra::{Isometry3, Vector3};
@@ -26,8 +26,8 @@ pub(crate) struct Stream {
 }
 
 impl Stream {
-    /// A generator for the `index`th thing of a device, so that what comes out
-    /// depends on nothing but the seed and that number.
+    /// A generator for item `index` of a device. The result depends only on the seed, the
+    /// device and that number.
     pub(crate) fn random(self, device: u64, index: u64) -> Random {
         let mut devices = Random::new(self.seed.wrapping_add(device << 32));
         Random::new(devices.bits().wrapping_add(index))
@@ -63,7 +63,7 @@ impl Site<'_> {
         body.wake_up(true);
     }
 
-    /// Takes an object out of the cell; its pose stays the one it had.
+    /// Takes an object out of the cell; it keeps its pose.
     pub(crate) fn take_out(&mut self, object: usize) {
         if let Some(body) = self.objects.body_mut(self.engine, object) {
             body.set_linvel(Vector::ZERO, true);
@@ -74,7 +74,7 @@ impl Site<'_> {
         }
     }
 
-    /// Puts an object to its parking place, at rest.
+    /// Moves an object to its parking place, at rest.
     pub(crate) fn rest_at_its_place(&mut self, object: usize) {
         let Some(spec) = self.objects.specs.get(object) else {
             return;

@@ -1,4 +1,4 @@
-//! Bins that come onto the belt on request.
+//! Brings bins onto the belt on request.
 
 use cell_model::cells::cell::SupplyTable;
 use cell_model::random::Random;
@@ -20,17 +20,17 @@ use crate::equipment::site::{Site, Stream};
 
 /// Its stream of random numbers.
 const DEVICE: u64 = 1;
-/// Requests kept.
+/// Largest number of open requests; the others are refused.
 const MOST_PENDING: u32 = 64;
 
-/// What brings bins.
+/// A supply of bins.
 pub(crate) struct Supply {
     table: SupplyTable,
-    /// What it may bring, in this order.
+    /// Objects that it may bring, in this order.
     objects: Vec<usize>,
 }
 
-/// Where a bin comes to.
+/// The access of a supply to the cell.
 pub(crate) struct Way<'s, 'w> {
     /// The cell.
     pub(crate) site: &'s mut Site<'w>,
@@ -40,12 +40,12 @@ pub(crate) struct Way<'s, 'w> {
     pub(crate) stream: Stream,
 }
 
-/// What it remembers.
+/// State of a supply.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct SupplyMemory {
-    /// Bins the task asked for that have not come yet.
+    /// Bins that the task requested and that were not brought yet.
     pending: u32,
-    /// No bin comes before this tick.
+    /// No bin is brought before this tick.
     free_at: u64,
     pub(crate) supplied: u32,
     pub(crate) refusals: u32,
@@ -53,7 +53,7 @@ pub(crate) struct SupplyMemory {
 }
 
 impl SupplyMemory {
-    /// The task asks for bins; requests beyond [`MOST_PENDING`] are refused.
+    /// Adds requests of the task; requests beyond [`MOST_PENDING`] are refused.
     pub(crate) fn ask(&mut self, count: u32) {
         let all = self.pending.saturating_add(count);
         self.pending = all.min(MOST_PENDING);
@@ -69,7 +69,7 @@ impl SupplyMemory {
 }
 
 impl Supply {
-    /// Of a cell: as many bins as the job is about.
+    /// The supply of a cell, with as many bins as the job needs.
     pub(crate) fn new(table: &SupplyTable, cell: &Cell) -> Self {
         let bins = cell.objects.iter().enumerate();
         let spare: Vec<usize> = bins
@@ -87,25 +87,27 @@ impl Supply {
         }
     }
 
-    /// Brings what was asked for as soon as it can come.
+    /// Brings a requested bin as soon as possible.
     pub(crate) fn run(&self, memory: &mut SupplyMemory, way: &mut Way<'_, '_>) {
         if memory.pending == 0 {
             return;
         }
         match self.bring(memory, way, false) {
             Ok(()) => memory.pending -= 1,
+            // A request that can never be met is dropped, or it would block the ones after it.
             Err(why @ SupplyRefusal::NoneLeft) => {
                 memory.pending -= 1;
                 memory.refuse(why);
             }
+            // All other reasons pass: the request is kept and tried in the next tick.
             Err(_) => {}
         }
     }
 
-    /// The operator asks for a bin, now.
+    /// Brings a bin for the operator in this tick.
     ///
     /// # Errors
-    /// Why none comes.
+    /// The reason if no bin can be brought.
     pub(crate) fn add(
         &self,
         memory: &mut SupplyMemory,
@@ -119,7 +121,7 @@ impl Supply {
         brought
     }
 
-    /// Why the operator's request was refused for `why`, and when to ask again.
+    /// The sentence for a refused request of the operator, with the time of the next try.
     pub(crate) fn refusal(&self, why: SupplyRefusal, memory: &SupplyMemory, tick: u64) -> String {
         match why {
             SupplyRefusal::NoneLeft => "every bin is in the cell".to_owned(),
@@ -156,6 +158,7 @@ impl Supply {
         let object = *left.next().ok_or(SupplyRefusal::NoneLeft)?;
         let spec = site.objects.specs.get(object);
         let spec = spec.ok_or(SupplyRefusal::NoneLeft)?;
+        // Checked in order of cost; the last one compares shapes with all colliders.
         if site.tick < memory.free_at {
             return Err(SupplyRefusal::CoolDown);
         }
@@ -174,7 +177,7 @@ impl Supply {
         Ok(())
     }
 
-    /// Bins that are on the belt.
+    /// Number of bins on the belt.
     fn waiting_bins(&self, site: &Site<'_>, belt: Option<&Belt>) -> usize {
         let Some(belt) = belt else {
             return 0;
@@ -188,7 +191,7 @@ impl Supply {
         self.objects.iter().filter(waits).count()
     }
 
-    /// Where and how an object comes: the same for the same seed, whenever.
+    /// Pose of a bin on arrival: equal for equal seeds, at any time.
     fn arrival(&self, random: &mut Random, spec: &ObjectSpec, flipped: bool) -> Isometry3<f64> {
         let table = &self.table;
         let x = random.around_zero(table.spawn.x_m);
@@ -206,8 +209,9 @@ impl Supply {
     }
 }
 
-/// Whether an arm or another object stands there.
+/// Whether the place of arrival is occupied by an arm or another object.
 fn is_taken(engine: &PhysicsWorld, spec: &ObjectSpec, pose: &Isometry3<f64>) -> bool {
+    // A bin is checked as a full box: another one could otherwise arrive inside of it.
     let outside = match spec.shape {
         Shape::Bin { size_m, .. } => Shape::Box { size_m },
         ref other => other.clone(),
@@ -221,7 +225,8 @@ fn is_taken(engine: &PhysicsWorld, spec: &ObjectSpec, pose: &Isometry3<f64>) -> 
         let Some(body) = body.filter(|body| body.is_enabled()) else {
             return false;
         };
-        // What came since the last step has left its collider behind.
+        // A body that was brought since the last step has not moved its colliders yet, so
+        // poses are computed from bodies.
         let own = collider.position_wrt_parent().copied().unwrap_or_default();
         let there = *body.position() * own;
         let other = collider.shape();

@@ -1,5 +1,5 @@
-//! The light barrier of a parallel gripper: a ray from pad to pad through the
-//! tool centre point, as such hands have it to tell whether a part is there.
+//! The light barrier of a parallel gripper: a ray from pad to pad through the tool centre
+//! point, as such hands have it to detect a part.
 
 use nalgebra::Vector3;
 use parry3d_f64::query::Ray;
@@ -22,8 +22,8 @@ pub(crate) fn interrupted_by(
         Some(convert::from_pose(body.position()).translation.vector)
     };
     let [first, second] = gripper.finger_joints;
-    // The fingers stand side by side, so their origins tell the closing axis,
-    // unless they meet; then there is no room for a part.
+    // The fingers are side by side, so their origins give the closing axis, unless they meet;
+    // then there is no room for a part.
     let axis = (finger(second)? - finger(first)?).try_normalize(1.0e-4)?;
     let start = arm.tcp(engine).translation.vector - axis * (0.5 * width);
     let finite = |v: &Vector3<f64>| v.iter().all(|x: &f64| x.is_finite());

@@ -1,4 +1,4 @@
-//! What is in front of a suction cup: rays from its centre and its rim.
+//! Finds the object at a suction cup: rays from its centre and its rim.
 
 use cell_model::SuctionGripper;
 use ipc_types::equipment::SuctionRefusal;
@@ -9,22 +9,23 @@ use rapier3d_f64::prelude::*;
 use crate::engine::convert;
 use crate::engine::tag::Tag;
 
-/// Rays begin this far inside the cup, as contacts let a surface in a little (m).
+/// Rays start this far inside the cup: a contact gives way a little, and a ray that starts
+/// beyond the surface would miss it (m).
 const INSIDE_M: f64 = 0.005;
 /// Cosine of the largest angle between the cup's axis and the surface: 15
 /// degrees is what a soft cup follows.
 const LEAST_COSINE: f64 = 0.965_925_826_289_068_3;
 /// Tangent of that angle: how much further the rim may be from the surface.
 const OBLIQUE_TANGENT: f64 = 0.267_949_192_431_122_7;
-/// The rim's hits lie in one plane with the centre's up to this (m).
+/// Largest distance of a hit of the rim from the plane of the surface at the centre (m).
 const PLANE_M: f64 = 1.0e-3;
 /// Directions of the rim's rays in the plane of the cup.
 const RIM: [[f64; 2]; 4] = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
 
-/// The object a cup at `tcp` (world frame) of arm `arm` would hold.
+/// The object that a cup at `tcp` (world frame) of arm `arm` would hold.
 ///
 /// # Errors
-/// Why it would hold nothing.
+/// The reason if it would hold nothing.
 pub(crate) fn find(
     engine: &PhysicsWorld,
     arm: usize,
@@ -39,6 +40,7 @@ pub(crate) fn find(
         return Err(SuctionRefusal::NotMovable);
     };
     let normal = convert::from_vector(hit.normal);
+    // Written so that a normal that is not a number is refused.
     if !(-normal.dot(&axis) >= LEAST_COSINE) {
         return Err(SuctionRefusal::TooOblique);
     }
@@ -46,6 +48,8 @@ pub(crate) fn find(
     let surface = centre + axis * distance;
     let reach = suction.grip_distance + suction.cup_radius * OBLIQUE_TANGENT;
     let (side, up) = across(&axis);
+    // The rim has to meet the same object in one plane: a cup on an edge or a step does not
+    // seal.
     let seals = RIM.iter().all(|[a, b]| {
         let start = centre + (side * *a + up * *b) * suction.cup_radius;
         nearest(engine, arm, &start, &axis, reach).is_some_and(|(rim_tag, rim)| {
@@ -72,8 +76,7 @@ fn across(axis: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
     (side, axis.cross(&side))
 }
 
-/// What a ray meets first within `reach` of `start`; the arm itself is
-/// transparent.
+/// The first hit of a ray within `reach` of `start`; the arm itself is transparent.
 fn nearest(
     engine: &PhysicsWorld,
     arm: usize,
@@ -89,6 +92,8 @@ fn nearest(
         let tag = Tag::decode(collider.user_data);
         let own = matches!(tag, Tag::Link { arm: other, .. } if other == arm);
         let body = engine.bodies.get(collider.parent()?)?;
+        // The tube of the cup surrounds the start of the ray; disabled bodies keep their
+        // colliders.
         if own || !body.is_enabled() {
             return None;
         }

@@ -1,4 +1,4 @@
-//! The suction cups of all arms after a step: what loads them, and what breaks.
+//! The suction cups of all arms after a step: their loads, and grips that break.
 
 use ipc_types::equipment::{BreakCause, BreakLimit};
 use nalgebra::Vector3;
@@ -15,7 +15,7 @@ use crate::gripper::suction::{Wrench, release};
 /// Sign of the joint's impulse along the axis when the object pulls.
 const PULLS: f64 = 1.0;
 
-/// The cups of all arms after a step: what loads them, and what breaks.
+/// The suction cups of all arms after a step.
 pub(crate) struct Cups<'w> {
     pub(crate) engine: &'w mut PhysicsWorld,
     pub(crate) arms: &'w [Arm],
@@ -39,6 +39,8 @@ impl Cups<'_> {
             let suction = &mut self.memory[index].suction;
             let Some(exceeded) = suction.feel(wrench, limits) else {
                 continue;
+                // The cause is reported because the remedies differ: a weight needs a lighter
+                // load, a blow a slower motion.
             };
             let heavy = exceeded.slow || self.is_too_heavy(index, exceeded.limit);
             let cause = if heavy {
@@ -60,6 +62,7 @@ impl Cups<'_> {
         let (object, joint) = suction.joint()?;
         let body = self.objects.body(self.engine, object)?;
         let joint = self.engine.impulse_joints.get(joint);
+        // A disabled object has left the cell; its joint would pull at a body without motion.
         let Some(joint) = joint.filter(|_| body.is_enabled()) else {
             release(suction, self.engine);
             return None;
@@ -68,6 +71,7 @@ impl Cups<'_> {
         let bodies = &self.objects.bodies;
         let hanging = hanging::with(self.engine, bodies, object);
         let cup = self.arms[index].tcp(self.engine);
+        // Two cups on one load: momentum gives their sum, not the share of this one.
         let hanging = hanging.filter(|hanging| !self.others_hold(index, hanging));
         let of_momentum =
             hanging.and_then(|hanging| self.before.load(self.engine, bodies, &hanging, &cup));
@@ -81,7 +85,7 @@ impl Cups<'_> {
         others.any(|(_, arm)| arm.suction.attached().is_some_and(|o| objects.contains(&o)))
     }
 
-    /// Whether what hangs on the cup would break it at rest.
+    /// Whether the objects on the cup would break its grip at rest.
     fn is_too_heavy(&self, index: usize, limit: BreakLimit) -> bool {
         let arm = &self.arms[index];
         let attached = self.memory[index].suction.attached();
@@ -109,8 +113,7 @@ fn of_joint(joint: &ImpulseJoint) -> Wrench {
     })
 }
 
-/// A cup that is pressed on does not let go: along its axis (out of the cup)
-/// only what pulls counts.
+/// A cup that is pressed does not let go: along its axis (out of the cup) only a pull counts.
 fn without_pressure(wrench: Wrench, axis: &Vector3<f64>) -> Wrench {
     let [fx, fy, fz, tx, ty, tz] = wrench;
     let force = Vector3::new(fx, fy, fz);

@@ -1,4 +1,4 @@
-//! What a held object carries: its weight and that of everything upon it.
+//! The load that a held object carries: its weight and that of all objects upon it.
 
 use nalgebra::Vector3;
 use rapier3d_f64::prelude::*;

@@ -1,5 +1,5 @@
-//! The load on a suction cup from what its objects do: whatever changes their
-//! momentum and is neither gravity nor a hand is the cup.
+//! The load on a suction cup from the motion of its objects: each change of their momentum
+//! that is caused neither by gravity nor by a drag is the force of the cup.
 //!
 //! The engine keeps a joint's impulses of its last substep only. While the arm
 //! moves its drives see a target that steps once in a tick, so they push in the
@@ -47,7 +47,7 @@ impl Velocities {
             force += push;
             torque += turn + arm.cross(&push);
         }
-        // What the cup gives is what loads it, the other way around.
+        // The force of the cup on the objects is the load on the cup with the opposite sign.
         let (force, torque) = (
             cup.rotation.inverse() * -force,
             cup.rotation.inverse() * -torque,
@@ -64,7 +64,7 @@ fn given(body: &RigidBody, before: &[Vector3<f64>; 2]) -> [Vector3<f64>; 2] {
     let gravity = Vector3::from(GRAVITY) * body.gravity_scale();
     let outside = convert::from_vector(body.user_force());
     let force = (acceleration - gravity) * body.mass() - outside;
-    // As the engine, which turns objects without gyroscopic torques.
+    // The engine turns objects without gyroscopic torques, so none are subtracted here.
     let to_world = *body.rotation();
     let change = convert::to_vector(&((turned - before[1]) / TICK_S));
     let local = body

@@ -7,16 +7,16 @@ use serde::{Deserialize, Serialize};
 use crate::arm::multibody::DriveTarget;
 use crate::engine::settings::TICK_S;
 
-/// The target leads the finger by what the force needs, and by this (m), so
-/// that reopening does not wait for it to come back out of the object.
+/// Lead of the target over the finger, besides the one that the force needs (m): reopening
+/// does not wait for the target to return from inside the object.
 const LEAD_M: f64 = 0.002;
 
 /// State of one gripper.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct GripperDrive {
-    /// Where the fingers are led to (m, half a width).
+    /// Present target of the fingers (m, half a width).
     target: f64,
-    /// Where they shall go (m, half a width).
+    /// Final target of the fingers (m, half a width).
     wanted: f64,
     /// Force limit per finger (N).
     force: f64,
@@ -30,7 +30,7 @@ impl GripperDrive {
         force: 0.0,
     };
 
-    /// Standing open at `finger` (m, half a width).
+    /// Open, with each finger at `finger` (m, half a width).
     pub(crate) fn new(gripper: &ParallelGripper, finger: f64) -> Self {
         Self {
             target: finger,
@@ -61,7 +61,9 @@ impl GripperDrive {
         let reach = gripper.speed * TICK_S;
         let step = (self.wanted - self.target).clamp(-reach, reach);
         let lead = self.force / stiffness + LEAD_M;
+        // Bounded lead: a blocked finger would otherwise collect target, and open late by it.
         let target = (self.target + step).clamp(measured - lead, measured + lead);
+        // No target velocity at the goal: the damping would drive the fingers past it.
         let velocity = if step.abs() < reach {
             0.0
         } else {

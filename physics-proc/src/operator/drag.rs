@@ -13,11 +13,13 @@ use crate::engine::objects::Objects;
 use crate::engine::settings::{GRAVITY, TICK_S};
 
 /// Largest force of the spring (N).
+// Moves a load of some kilograms, and does not pull an object out of a firm grip.
 pub const MAX_FORCE_N: f64 = 80.0;
 /// Nearer than this the object has arrived (m).
 pub const ARRIVED_M: f64 = 0.005;
 /// Where a request names no time (s).
 pub const DEFAULT_SECONDS: f64 = 2.0;
+// The hand is faster than a person watches and slow enough for the spring to follow.
 /// Largest speed of the hand (m/s).
 const SPEED_M_S: f64 = 0.5;
 /// The hand approaches the place with this rate (1/s).
@@ -80,6 +82,7 @@ impl Drag {
 
     /// Sets the forces of one tick; false when the drag is over.
     pub(crate) fn apply(&mut self, body: &mut RigidBody) -> bool {
+        // Forces of the last tick would add up: the engine keeps them until they are reset.
         body.reset_forces(true);
         body.reset_torques(true);
         let position = convert::from_vector(body.translation());
@@ -121,6 +124,7 @@ impl Drag {
         let wanted = Rotation::from_xyzw(x, y, z, w);
         let mut turn = wanted * body.rotation().inverse();
         if turn.w < 0.0 {
+            // The shorter of the two turns; the other one would spin the object around.
             turn = -turn;
         }
         // For the soft spring the sine of the half angle is close enough.

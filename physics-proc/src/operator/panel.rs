@@ -1,4 +1,4 @@
-//! The operator's panel: levels and counters of what people asked for.
+//! The operator's panel: levels and counters of people's requests (ADR 0001).
 
 use ipc_types::{MAX_BREAKS, MAX_JOINTS, OperatorPanel, Text};
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,7 @@ pub(crate) struct Panel {
     pub(crate) drop_parts: u32,
     pub(crate) add_bin: u32,
     pub(crate) scene_reset: u32,
-    /// In the place of the pose.
+    /// Replaces the pose if it is set.
     pub(crate) target_joints: Option<[f64; MAX_JOINTS]>,
     /// Breakpoints of the task.
     pub(crate) breaks: Vec<String>,
@@ -54,7 +54,7 @@ impl Panel {
         OperatorPanel {
             task_start: self.task_start,
             task_started: u32::from(self.task_started),
-            // The plant knows these two.
+            // The plant writes these two.
             pause_cause: 0,
             speed: 0.0,
             task_reset: self.task_reset,

@@ -15,11 +15,11 @@ use crate::error::WorldError;
 use crate::operator::drag::Drag;
 use crate::state::memory::Memory;
 
-/// An answer: a code, and what to tell the person: why it is refused, or what an accepted
-/// request does not do yet.
+/// An answer: a code, and a sentence for the person: the reason of a refusal, or the condition
+/// under which an accepted request takes effect.
 pub(crate) type Reply = (ReplyCode, String);
 
-/// All that a request acts upon.
+/// The parts of the world that a request acts upon.
 pub(crate) struct Desk<'w> {
     pub(crate) engine: &'w mut PhysicsWorld,
     pub(crate) objects: &'w Objects,
@@ -32,8 +32,8 @@ pub(crate) struct Desk<'w> {
 }
 
 impl Desk<'_> {
-    /// Acts on a request. Pause, resume, step, script and end belong to the process
-    /// around the world and are refused here.
+    /// Executes a request. Pause, resume, step, script and end are refused here: they belong
+    /// to the process around the world.
     pub(crate) fn act(&mut self, action: OperatorAction, request: &OperatorRequest) -> Reply {
         if let Err(invalid) = request.validate() {
             return (ReplyCode::OutOfRange, invalid.to_string());
@@ -84,10 +84,14 @@ impl Desk<'_> {
                 "the place must be within 20 m and the time not negative".to_owned(),
             );
         }
+        // A new drag replaces the one of the same object; two springs on it would fight each
+        // other.
         self.memory.drags.retain(|drag| drag.object != object);
         self.memory
             .drags
             .push(Drag::new(object, &pose, target, request.seconds));
+        // In the order of objects, not of requests: forces are added in this order, and equal
+        // runs need equal sums.
         self.memory.drags.sort_by_key(|drag| drag.object);
         accepted()
     }
@@ -110,8 +114,8 @@ impl Desk<'_> {
             Err(reply) => return reply,
         };
         let panel = &mut self.memory.panel;
-        // The panel speaks for one arm at a time: the hand of the one before
-        // keeps what it was told, and that word is not for this one.
+        // The panel addresses one arm at a time: the hand of the previous arm keeps its last
+        // command, which must not become the command of this one.
         if panel.target_arm != arm {
             panel.gripper = GripperGoal::Keep.code();
         }
@@ -141,6 +145,8 @@ impl Desk<'_> {
                 return (ReplyCode::OutOfRange, message);
             }
         }
+        // The pose is kept beside the joints, so that a reader of the pose alone does not move
+        // the arm.
         let here = convert::to_wire(&self.tcp(arm as usize));
         let panel = &mut self.memory.panel;
         // As for a pose.
@@ -196,7 +202,7 @@ impl Desk<'_> {
                 "this arm has no gripper".to_owned(),
             );
         }
-        // Nor is the target of the arm before: this one stays where it is.
+        // Nor is the target of the previous arm a target of this one: it stays where it is.
         if self.memory.panel.target_arm != arm {
             let here = convert::to_wire(&self.tcp(arm as usize));
             let panel = &mut self.memory.panel;
@@ -216,6 +222,7 @@ impl Desk<'_> {
         };
         let per_drop = dispenser.table.per_drop;
         let parts = if parts == 0 { per_drop } else { parts };
+        // Counted before the request is accepted, so that the answer is true.
         let memory = self.memory.equipment.dispenser.clone();
         let left = dispenser.parts_left(&memory, &self.site());
         if left == 0 {
@@ -299,8 +306,8 @@ impl Desk<'_> {
     }
 }
 
-/// The answer to a reset of the scene. A person who paused the task holds the arm: a reset
-/// does not take it out of their hands, and says so.
+/// The answer to a reset of the scene. If a person paused the task, a reset does not resume
+/// it, and the answer reports that.
 pub(crate) fn answer_to(reset: Result<(), WorldError>, task_paused: bool) -> Reply {
     match reset {
         Ok(()) if task_paused => {
@@ -315,12 +322,12 @@ fn accepted() -> Reply {
     told("")
 }
 
-/// Accepted, with what a person has to know to get the effect.
+/// Accepted, with the condition under which the request takes effect.
 fn told(message: &str) -> Reply {
     (ReplyCode::Accepted, message.to_owned())
 }
 
-/// Counts a request; 0 stays "never".
+/// Counts a request; 0 remains "never".
 fn count(counter: &mut u32) -> Reply {
     *counter = counter.checked_add(1).unwrap_or(1);
     accepted()

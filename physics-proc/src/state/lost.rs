@@ -3,7 +3,7 @@
 use crate::world::World;
 
 impl World {
-    /// How many there are.
+    /// Number of these objects.
     pub fn lost(&self) -> usize {
         self.memory.equipment.parking.lost.len()
     }
@@ -24,10 +24,10 @@ impl World {
     }
 }
 
-/// What a process has said of them.
+/// Reports lost objects once each.
 pub(crate) struct LostNews {
     known: usize,
-    /// For the health; empty where none is lost.
+    /// For the health report; empty if no object is lost.
     pub(crate) words: String,
 }
 
@@ -40,7 +40,7 @@ impl LostNews {
         }
     }
 
-    /// Says each object once in the log.
+    /// Reports each new lost object once in the log.
     pub(crate) fn look(&mut self, world: &World) {
         let known = std::mem::replace(&mut self.known, world.lost());
         if known == self.known {

@@ -1,4 +1,4 @@
-//! What the world remembers besides the engine: part of every snapshot.
+//! State of the world outside of the engine: part of every snapshot.
 
 use cell_model::Cell;
 use serde::{Deserialize, Serialize};
@@ -18,7 +18,7 @@ pub(crate) struct Memory {
     pub(crate) panel: Panel,
     /// Bodies the engine disabled since the start.
     pub(crate) quarantined: u32,
-    /// The engine cannot continue.
+    /// The engine panicked and is not stepped any more.
     pub(crate) broken: bool,
 }
 
@@ -36,10 +36,11 @@ impl Memory {
         }
     }
 
-    /// Back to `initial` after a reset of the scene. Time and requests continue, and what a
-    /// run is judged by: violations, contacts, refused commands. What counts the events of a
-    /// scene (bins, parts, grips) starts from 0.
+    /// Back to `initial` after a reset of the scene. Time, requests and the counts by which a
+    /// run is judged (violations, contacts, refused commands) continue. Counts of events of a
+    /// scene (bins, parts, grips) start from 0.
     pub(crate) fn reset_to(&mut self, initial: Self) {
+        // A field that is not copied back below starts again with the scene.
         let before = std::mem::replace(self, initial);
         self.tick = before.tick;
         self.panel = before.panel;

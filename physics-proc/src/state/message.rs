@@ -18,7 +18,7 @@ use crate::gripper::beam;
 use crate::state::hash::StateHash;
 use crate::state::memory::Memory;
 
-/// All that a state message tells.
+/// Borrows all that a state message contains.
 pub(crate) struct View<'w> {
     pub(crate) engine: &'w PhysicsWorld,
     pub(crate) objects: &'w Objects,
@@ -37,9 +37,11 @@ impl View<'_> {
     pub(crate) fn write(&self, out: &mut WorldState) {
         let counts = [self.arms.len(), self.objects.bodies.len()]
             .map(|count| u32::try_from(count).unwrap_or(u32::MAX));
-        // Entries beyond these stay as they are: zero. Only a first message has other counts.
+        // Entries beyond the counts stay as they are: zero. Only a first message has other
+        // counts.
         if [out.arm_count, out.object_count] != counts {
             let script = (out.flags, out.script_line, out.script_left, out.overruns);
+            // Written by the process before this call; zeroing the message must not lose them.
             *out = WorldState::zeroed();
             (out.flags, out.script_line, out.script_left, out.overruns) = script;
             [out.arm_count, out.object_count] = counts;
@@ -69,6 +71,8 @@ impl View<'_> {
     }
 
     /// Hash over bodies, joints and tick: equal for equal runs.
+    // Bodies in the order of the engine: it is the same for equal runs, and no list has to be
+    // kept.
     pub(crate) fn state_hash(&self) -> u64 {
         let mut hash = StateHash::new(self.memory.tick);
         for (_, body) in self.engine.bodies.iter() {
@@ -98,6 +102,8 @@ impl View<'_> {
             let (position, velocity) = (measured.positions[joint], measured.velocities[joint]);
             out.joint_positions[slot] = position;
             out.joint_velocities[slot] = velocity;
+            // Computed by the law of the drive: the engine solves it within the tick and does
+            // not report it.
             out.joint_efforts[slot] = arm.effort(
                 joint,
                 &self.drives[index].targets[joint],
@@ -160,6 +166,8 @@ impl View<'_> {
         };
         let flag = |set: bool, bit: u32| if set { bit } else { 0 };
         let pose = convert::finite_pose(body.position());
+        // A body without a finite pose is shown as absent: readers refuse numbers that are not
+        // finite.
         out.flags = flag(body.is_enabled() && pose.is_some(), OBJECT_ENABLED)
             | flag(self.contacts.touched[index], OBJECT_TOUCHED)
             | flag(

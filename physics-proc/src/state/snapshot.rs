@@ -1,5 +1,5 @@
-//! Snapshots: the whole world as bytes, for reset, restart and replay. A world
-//! that was restored continues bit for bit as the one that was saved.
+//! Snapshots: the whole world as bytes, for reset, restart and replay. A restored world
+//! continues to the bit as the saved one would have.
 
 use bincode::Options;
 use cell_model::Cell;
@@ -10,7 +10,7 @@ use crate::error::WorldError;
 use crate::state::hash::StateHash;
 use crate::state::memory::Memory;
 
-/// What a snapshot begins with: another engine or another cell is refused.
+/// Stamp of a snapshot: one of another engine or another cell is refused.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 struct Stamp {
     magic: [u8; 8],
@@ -21,19 +21,21 @@ struct Stamp {
 fn stamp(fingerprint: u64) -> Stamp {
     Stamp {
         magic: *b"robocell",
+        // The format of the engine changes between its versions, without a number of its own.
         engine: rapier3d_f64::VERSION.to_owned(),
         cell: fingerprint,
     }
 }
 
-/// `most` keeps a broken length from asking for more memory than the bytes can fill.
+/// `most` keeps a broken length from allocating more memory than the bytes can fill.
 fn codec(most: usize) -> impl Options {
     bincode::DefaultOptions::new()
+        // A fixed width keeps encoding fast; it is done within a tick.
         .with_fixint_encoding()
         .with_limit(most as u64)
 }
 
-/// Number of a cell as it was set up: names, bases, masses, frictions, poses.
+/// Number that identifies a cell as it was set up: names, bases, masses, frictions, poses.
 pub(crate) fn fingerprint(cell: &Cell) -> u64 {
     let mut hash = StateHash::new(1);
     let mut name = |text: &str| hash.numbers(&text.bytes().map(f64::from).collect::<Vec<_>>());
@@ -77,6 +79,8 @@ pub(crate) fn decode(fingerprint: u64, bytes: &[u8]) -> Result<(Memory, PhysicsW
     let refuse = |reason: String| WorldError::Snapshot { reason };
     let mut reader = bytes;
     let found: Stamp = codec(bytes.len())
+        // The stamp is read alone first: the rest of another engine's snapshot may not parse
+        // at all, and the message has to name the reason.
         .allow_trailing_bytes()
         .deserialize_from(&mut reader)
         .map_err(|e| refuse(format!("it is damaged ({e})")))?;
@@ -88,6 +92,8 @@ pub(crate) fn decode(fingerprint: u64, bytes: &[u8]) -> Result<(Memory, PhysicsW
     let (memory, mut engine) = codec(bytes.len())
         .deserialize_from(reader)
         .map_err(|e| refuse(format!("it is damaged ({e})")))?;
+    // Not part of the bytes: without it a restored world would keep contact points of round
+    // shapes, and differ from the one that was saved.
     manifolds::renew_round(&mut engine);
     Ok((memory, engine))
 }

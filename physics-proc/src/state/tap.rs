@@ -1,4 +1,4 @@
-//! What the recorder hears of the state, after all others has it.
+//! Sends the state to the recorder in pieces, after all others have it (ADR 0012).
 
 use cell_bus::{Bus, BusError, Publisher};
 use ipc_types::tap::Pieces;
@@ -22,12 +22,13 @@ impl StateTap {
         })
     }
 
-    /// Gives a recorder that joined since the last state that state.
+    /// Connects a recorder that joined since the last state, and gives it that state.
     pub(crate) fn update_connections(&mut self) {
         self.pieces.update_connections();
     }
 
-    /// Keeps a copy of what is being published.
+    /// Keeps a copy of the state that is being published.
+    // The loaned message is gone once it is published; the pieces are written after that.
     pub(crate) fn keep(&mut self, state: &WorldState) {
         *self.state = *state;
     }
@@ -38,11 +39,12 @@ impl StateTap {
         let (state, mut pieces) = (&self.state, Pieces::of(&self.state, &self.before));
         let mut more = true;
         while more {
-            // A piece that was not sent is a gap in the recording; the port
-            // counts it.
+            // A piece that was not sent is a gap in the recording; the port counts it.
             let sent = self
                 .pieces
                 .publish(|piece| more = pieces.write_next(state, piece) && pieces.has_more());
+            // After a piece that was refused the others would be as well: the tick is given
+            // up.
             more &= sent.is_ok();
         }
         self.before.clear();

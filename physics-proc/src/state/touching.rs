@@ -1,4 +1,4 @@
-//! Who touches whom, as it is published for people.
+//! Contacts of the bodies, as they are published for people.
 
 use ipc_types::contact::{BodyKind, Contact, MAX_CONTACTS};
 use ipc_types::{Contacts, Header};
@@ -9,7 +9,7 @@ use crate::engine::convert;
 use crate::engine::settings::TICK_S;
 use crate::engine::tag::Tag;
 
-/// Weaker contacts are not told (N).
+/// Weaker contacts are left out (N).
 const LEAST_N: f64 = 0.01;
 /// Beyond this a force is an error of the engine, and readers drop the message (N).
 const MOST_N: f64 = 1.0e4;
@@ -23,6 +23,7 @@ pub(crate) fn write(engine: &PhysicsWorld, tick: u64, out: &mut Contacts) {
     found.sort_by(|one, other| size(other).total_cmp(&size(one)));
     out.header = Header::caused_by::<Contacts>(tick);
     out.total = u32::try_from(found.len()).unwrap_or(u32::MAX);
+    // Sorted before the cut: the contacts with the largest forces are kept.
     found.truncate(MAX_CONTACTS);
     out.count = u32::try_from(found.len()).unwrap_or(0);
     for (slot, contact) in out.contacts.iter_mut().zip(found) {
