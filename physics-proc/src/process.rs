@@ -368,8 +368,7 @@ impl PhysicsProcess {
                     if stop_requested() {
                         return false;
                     }
-                    // Woken by a doorbell: look at the inputs at once, without the report
-                    // below.
+                    // Woken by a doorbell: take the inputs at once, without the report below.
                     if self.sleeper.wait(NUDGE) {
                         continue;
                     }

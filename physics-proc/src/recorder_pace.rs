@@ -39,8 +39,7 @@ impl RecorderPace {
     }
 
     /// Whether physics of `generation` has to wait with `tick`.
-    // Progress under another generation is about ticks that were run again: it says nothing
-    // here.
+    // Progress under another generation is about ticks that are run again; it does not count.
     pub(crate) fn is_behind(&self, generation: u32, tick: u64) -> bool {
         let progress = self.progress.get();
         let progress = progress.filter(|progress| progress.header.answers(generation));

@@ -225,7 +225,7 @@ impl World {
         }
     }
 
-    /// The engine panics when a driven joint is no longer finite. Every arm is then faulty and
+    /// The engine panics when a driven joint stops being finite. Every arm is then faulty and
     /// the scene stays at rest until a reset, which replaces the engine.
     fn step_engine(&mut self) {
         if self.memory.broken {
@@ -275,7 +275,7 @@ impl World {
         for arm in &memory.arms {
             self.contacts.attach(arm.suction.attached());
         }
-        // Contacts decide who may sleep, so this comes after they were read: see the function.
+        // Contacts decide which objects may sleep, so they are read before.
         awake::wake_touched(&mut self.engine, &self.objects, &self.contacts);
     }
 

@@ -1,4 +1,4 @@
-//! An arm: its joints and drives, what it measures, and its command watchdog.
+//! An arm: its joints and drives, its measured state, and its command watchdog.
 
 pub(crate) mod brake;
 pub(crate) mod catch_up;

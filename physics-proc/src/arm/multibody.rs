@@ -3,7 +3,7 @@
 //! Gravity acts on the links as joint efforts, computed in every tick from the
 //! measured joints. That is the same physics as a force on each body, but the
 //! engine would take in such forces in each substep before its drives answer,
-//! and that lets a held object creep (measured: 0.03 mm in 10 s against 0.0007).
+//! and that makes a held object creep (measured: 0.03 mm in 10 s against 0.0007).
 
 use cell_model::{ArmSpec, JointSpec, Link, Robot};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};

@@ -134,7 +134,7 @@ impl Equipment {
         site: &mut Site<'_>,
         decision: Option<&Decision>,
     ) -> Option<Input> {
-        // Before the requests: an object that left the cell can be brought again in the same
+        // Before the requests, so that a device can bring an object that was disabled in this
         // tick.
         memory.parking.clear_fallen(site, self.clear_below);
         let obeyed = self.hear(memory, site.tick, decision);

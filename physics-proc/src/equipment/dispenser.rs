@@ -12,7 +12,7 @@ use crate::equipment::site::{Site, Stream};
 /// Its stream of random numbers.
 const DEVICE: u64 = 2;
 /// Largest spin of a part about each axis (rad/s).
-// Enough to turn a part visibly in its fall, so that parts come to rest in different ways.
+// In a fall of half a metre this turns a part by about one radian.
 const SPIN_RAD_S: f64 = 3.0;
 /// Parts waiting at most.
 const MOST_WAITING: u32 = 1_000;

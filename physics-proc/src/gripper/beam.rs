@@ -22,8 +22,8 @@ pub(crate) fn interrupted_by(
         Some(convert::from_pose(body.position()).translation.vector)
     };
     let [first, second] = gripper.finger_joints;
-    // The fingers are side by side, so their origins give the closing axis, unless they meet;
-    // then there is no room for a part.
+    // The fingers are side by side, so their origins give the closing axis. If they meet no
+    // part fits between them.
     let axis = (finger(second)? - finger(first)?).try_normalize(1.0e-4)?;
     let start = arm.tcp(engine).translation.vector - axis * (0.5 * width);
     let finite = |v: &Vector3<f64>| v.iter().all(|x: &f64| x.is_finite());

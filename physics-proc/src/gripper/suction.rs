@@ -31,7 +31,7 @@ pub(crate) type Wrench = [f64; 6];
 /// State of one suction gripper.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Suction {
-    /// Whether the last accepted command asks for suction.
+    /// Whether the last accepted command requests suction.
     wanted: bool,
     on: bool,
     grip: Option<Grip>,

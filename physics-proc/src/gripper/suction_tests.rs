@@ -1,4 +1,4 @@
-//! The suction gripper feels what hangs on it, and lets go of too much.
+//! The suction gripper measures its load, and releases one that is too large.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
@@ -245,7 +245,7 @@ fn parts_that_fall_into_a_held_bin_are_felt_until_it_falls_and_spills() {
     let reply = hold.world.operate(OperatorAction::DropParts, &request);
     assert_eq!(reply.1, "");
     hold.run(6_000);
-    // Twelve parts lie in it.
+    // It contains twelve parts.
     let gripper = hold.gripper();
     let share = gripper.suction_force / ((0.6 + 12.0 * 0.1) * 9.81);
     assert!((share - 1.0).abs() < 0.02, "{share}");

@@ -90,8 +90,7 @@ impl Desk<'_> {
         self.memory
             .drags
             .push(Drag::new(object, &pose, target, request.seconds));
-        // In the order of objects, not of requests: forces are added in this order, and equal
-        // runs need equal sums.
+        // In the order of objects, not of requests: equal runs have equal snapshots.
         self.memory.drags.sort_by_key(|drag| drag.object);
         accepted()
     }
@@ -145,8 +144,7 @@ impl Desk<'_> {
                 return (ReplyCode::OutOfRange, message);
             }
         }
-        // The pose is kept beside the joints, so that a reader of the pose alone does not move
-        // the arm.
+        // The pose is that of the tool: a reader of the pose alone does not move the arm.
         let here = convert::to_wire(&self.tcp(arm as usize));
         let panel = &mut self.memory.panel;
         // As for a pose.

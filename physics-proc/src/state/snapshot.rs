@@ -21,7 +21,7 @@ struct Stamp {
 fn stamp(fingerprint: u64) -> Stamp {
     Stamp {
         magic: *b"robocell",
-        // The format of the engine changes between its versions, without a number of its own.
+        // The bytes of the engine change between its versions and carry no version number.
         engine: rapier3d_f64::VERSION.to_owned(),
         cell: fingerprint,
     }

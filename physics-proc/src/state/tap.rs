@@ -8,7 +8,7 @@ use ipc_types::{Header, MAX_OBJECTS, ObjectState, Wire, WorldPiece, WorldState};
 /// A copy of the newest state, and the way out for its pieces.
 pub(crate) struct StateTap {
     state: Box<WorldState>,
-    /// Of the state that was sent last.
+    /// Objects of the state that was sent last.
     before: Vec<ObjectState>,
     pieces: Publisher<WorldPiece>,
 }
@@ -28,7 +28,7 @@ impl StateTap {
     }
 
     /// Keeps a copy of the state that is being published.
-    // The loaned message is gone once it is published; the pieces are written after that.
+    // A copy: the pieces are written after the loaned message was published.
     pub(crate) fn keep(&mut self, state: &WorldState) {
         *self.state = *state;
     }

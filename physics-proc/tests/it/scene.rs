@@ -1,4 +1,4 @@
-//! Scenes that stand still, scenes that cannot be, and a user's own arm.
+//! Scenes at rest, scenes that are refused, and a user's own arm.
 
 #![allow(
     clippy::print_stdout,

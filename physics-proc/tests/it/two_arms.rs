@@ -120,7 +120,7 @@ fn the_panel_speaks_for_one_arm_at_a_time() {
         (1, GripperGoal::Close.code())
     );
     assert_eq!(panel.target.position, state.arms[1].tcp.position);
-    // Back to the first: its hand is not the one that was closed.
+    // Back to the first arm: its hand was not closed.
     request.arm = 0;
     world.operate(OperatorAction::Target, &request);
     world.write_state(&mut state);

@@ -25,7 +25,7 @@ fn the_face_of_the_cup_and_the_side_of_its_tube_are_told_apart() {
     let contacts = hold.world.arm_contacts(0);
     assert_eq!(contacts.len(), 1, "{contacts:?}");
     assert!(!contacts[0].at_cup, "{contacts:?}");
-    // What is held does not count, and after it is let go it does.
+    // The held object does not count; after its release it does.
     let mut hold = Hold::new(0.6, [0.0, 0.0], 0.0005, 0.0);
     hold.run(20);
     assert_eq!(hold.gripper().attached, 1);

@@ -125,7 +125,7 @@ range_m = 0.6
 pub struct Plc {
     world: World,
     pub io: CellIo,
-    /// The task says nothing.
+    /// The task sends no decision.
     pub silent: bool,
     decision: Decision,
 }
@@ -135,7 +135,7 @@ impl Plc {
         Self::with(seed, |_| {})
     }
 
-    /// The task has said its first word: that its counters stand at zero.
+    /// The task has sent its first decision: its counters are zero.
     pub fn with(seed: u64, edit: impl FnOnce(&mut Cell)) -> Self {
         let data = Data::checkout();
         let mut cell = Cell::from_text(&data, "plc", "plc.toml", CELL, seed, None).unwrap();

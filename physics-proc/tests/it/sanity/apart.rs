@@ -1,4 +1,4 @@
-//! What is elsewhere in the cell changes nothing, as long as nothing touches.
+//! Other objects of the cell change nothing, as long as nothing touches.
 
 use nalgebra::{Isometry3, Vector3};
 

@@ -1,4 +1,4 @@
-//! A belt moves what lies on it as fast as it runs.
+//! A belt moves objects at the speed of its surface.
 
 use nalgebra::{Isometry3, Translation3};
 

@@ -1,6 +1,6 @@
-//! Plain scenes that are those of no demo: what every user expects of them holds, with and
-//! without an arm in the cell, whatever else is in it. A sample runs with the other tests; the
-//! long forms run in .ci/long.
+//! Plain scenes that belong to no demo: the expectations of every user hold in them, with and
+//! without an arm and other objects in the cell. A sample runs with the other tests; the long
+//! forms run in .ci/long.
 
 #![allow(
     clippy::cast_possible_truncation,

@@ -1,4 +1,4 @@
-//! What lies on a plane stays where it is.
+//! Objects at rest on a plane stay where they are.
 
 use nalgebra::{Translation3, Vector3};
 
@@ -7,9 +7,9 @@ use super::scene::{FRICTION, Scene, about, box_of, every_shape};
 /// Largest way of an object at rest (m).
 const AT_REST_M: f64 = 0.1e-3;
 
-/// Each shape is `seconds` at rest on a plane of its own, which is tilted by `slope`, and is
-/// turned by `yaw` about its normal (degrees). What lies on its side there has its axis along
-/// the slope: the other way it rolls down, as it must.
+/// Each shape is `seconds` at rest on a separate plane, which is tilted by `slope` and turned
+/// by `yaw` about its normal (degrees). The axis of a lying shape is along the slope: across
+/// it the shape rolls down, as it must.
 fn check(arm: bool, slope: f64, yaw: f64, seconds: f64) {
     let mut scene = Scene::new(arm);
     let mut placed = Vec::new();

@@ -1,14 +1,14 @@
-//! What is round rolls as mechanics says, and gains no energy.
+//! Round shapes roll with the acceleration of mechanics, and gain no energy.
 
 use cell_model::Shape;
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 use super::scene::{FRICTION, Running, Scene, about, ball, box_of, capsule, cylinder, lying};
 
-/// Contacts are springs: what they give back at once is no gain (J).
+/// Contacts are springs: energy that they return at once is not a gain (J).
 const GIVEN_BACK_J: f64 = 1.0e-5;
 
-/// Runs for `seconds`; the largest rise of energy from one look to the next (J).
+/// Runs for `seconds`; the largest rise of energy between two samples (J).
 fn largest_rise(running: &mut Running, seconds: f64) -> f64 {
     let (mut energy, mut rise) = (running.energy(), 0.0_f64);
     for _ in 0..(seconds * 100.0) as usize {

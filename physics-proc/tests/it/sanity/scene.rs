@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 use physics_proc::engine::shapes;
 use physics_proc::world::{StepInput, World};
 
-/// Of everything in a scene, where nothing else is said.
+/// Friction of every shape in a scene, unless a test gives another one.
 pub(super) const FRICTION: f64 = 0.6;
 const GRAVITY: f64 = 9.81;
 
@@ -68,7 +68,7 @@ impl Scene {
         self.rough_object(shape, mass, FRICTION, pose)
     }
 
-    /// As [`Scene::object`], with a friction of its own.
+    /// As [`Scene::object`], with another friction.
     pub(super) fn rough_object(
         &mut self,
         shape: Shape,

@@ -1,4 +1,4 @@
-//! Towers stand, whatever else is in the cell.
+//! Towers stay at rest, with any other objects in the cell.
 
 use nalgebra::Isometry3;
 

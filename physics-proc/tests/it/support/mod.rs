@@ -18,7 +18,7 @@ pub const HOME: [f64; 7] = [0.012, -0.5686, 0.0, -2.8102, 0.0, 3.0366, 0.741];
 
 /// One arm, one world, one commanded posture.
 pub struct Rig {
-    /// Which arm is commanded; every other one hears nothing.
+    /// The arm that is commanded; every other one receives no command.
     pub arm: usize,
     pub cell: Cell,
     pub world: World,
@@ -98,7 +98,7 @@ impl Rig {
     }
 
     /// Moves the joints to `goal` in `seconds`: a polynomial of seventh degree,
-    /// so that velocity, acceleration and jerk begin and end at zero.
+    /// so that velocity, acceleration and jerk are zero at the start and at the end.
     pub fn travel(&mut self, goal: [f64; 7], seconds: f64) {
         let start = self.joints;
         let ticks = (seconds * 1e3) as u64;
