@@ -1,4 +1,4 @@
-//! What moves the arm: RMPflow, or the controller that the goal selects.
+//! The motion of an arm: by RMPflow, or by the controller that the goal selects.
 
 use cell_model::Cell;
 use ipc_types::WorldState;
@@ -20,9 +20,9 @@ struct Choice {
     controller: SequentialController<Box<dyn Controller>, Follower>,
 }
 
-/// All controllers of one arm. A switch takes effect at the next forward; the
-/// newcomer starts from the last command, so the arm does not jump. A hold is
-/// RMPflow's, whatever is selected.
+/// All controllers of one arm. A switch takes effect at the next forward; the new controller
+/// starts from the last command, so the arm does not jump. RMPflow executes every hold, with
+/// any selector.
 pub struct ArmMotion {
     rmpflow: RmpFlowController,
     choices: Vec<Choice>,
@@ -30,7 +30,7 @@ pub struct ArmMotion {
     active: Option<usize>,
     selector: u32,
     last: RobotState,
-    /// Of the last command of another controller.
+    /// Tool pose of the last command of another controller.
     tool_pose: Isometry3<f64>,
 }
 
@@ -61,8 +61,8 @@ impl ArmMotion {
         })
     }
 
-    /// Selects a controller for the next forward; whether there is one of that
-    /// number. Without one the arm holds.
+    /// Selects a controller for the next forward; `false` if no controller has that number.
+    /// The arm then holds.
     pub fn select(&mut self, selector: u32) -> bool {
         self.selector = selector;
         self.rmpflow.follow_paths(selector == PLANNED);
@@ -129,7 +129,7 @@ impl ArmMotion {
         )
     }
 
-    /// Writes or reads all that is remembered from cycle to cycle.
+    /// Writes or reads the state from cycle to cycle.
     pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
         self.rmpflow.checkpoint(codec)?;
         let mut active = self.active.map_or(0, |active| active + 1);
@@ -140,6 +140,7 @@ impl ArmMotion {
         codec.pose(&mut self.tool_pose)?;
         for choice in &mut self.choices {
             let (first, second) = choice.controller.parts_mut();
+            // All of them, not only the active one: the number of values stays the same.
             codec.f64s(first.memory())?;
             second.checkpoint(codec)?;
         }
@@ -152,12 +153,14 @@ impl Controller for ArmMotion {
         self.last = *estimated;
         let active = self.active.and_then(|active| self.choices.get_mut(active));
         let others = active.is_none_or(|choice| choice.controller.reset(estimated));
+        // RMPflow also while another one is active: it takes over at a hold, in any cycle.
         self.rmpflow.reset(estimated) && others
     }
 
     fn forward(&mut self, estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
         let known = self.is_known();
         let wanted = self.found().filter(|_| !setpoint.hold);
+        // From the last command, not from the drives: those are one message behind.
         if wanted != self.active {
             let from = self.last;
             match wanted.and_then(|wanted| self.choices.get_mut(wanted)) {
@@ -167,6 +170,7 @@ impl Controller for ArmMotion {
             self.active = wanted;
         }
         let setpoint = Setpoint {
+            // An unknown number holds the arm: any controller that exists would be a guess.
             hold: setpoint.hold || !known,
             ..*setpoint
         };
@@ -176,6 +180,7 @@ impl Controller for ArmMotion {
             None => self.rmpflow.forward(estimated, &setpoint),
         }?;
         self.last = command;
+        // Clearance and path are reported for the pose of the command in force.
         if self.active.is_some() {
             self.tool_pose = self.rmpflow.tool_pose_at(&command);
         }

@@ -1,14 +1,22 @@
-//! The checkpoint of a cycle: all it remembers, as plain little-endian bytes.
+//! The checkpoint of a cycle: its whole state, as plain little-endian bytes.
 //!
-//! One walk over the fields serves both ways, so what is written is what is
-//! read. Nothing allocates.
+//! One function per type lists its fields, for writing and for reading, so the two can never
+//! disagree. The rules for a change:
+//!
+//! - A field that is added, removed or moved needs a new [`VERSION`]: the bytes have no names,
+//!   and an old checkpoint would be read as other fields.
+//! - Numbers are kept to the bit. A value that is rounded makes a replay differ within a
+//!   cycle.
+//! - Each value that is used as an index or a code is checked here: the bytes come from a file
+//!   that may be damaged, and a wrong index would end the process.
+//! - Nothing allocates while writing: a checkpoint is written within a cycle.
 
 use nalgebra::{Isometry3, UnitQuaternion};
 
 /// Version of the layout; another one is refused.
 pub const VERSION: u32 = 5;
 
-/// Why a checkpoint was not taken.
+/// Reason why a checkpoint was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CheckpointError {
     /// Written by another version.
@@ -24,14 +32,14 @@ pub enum CheckpointError {
         "the controller's checkpoint has {what} {found}, this arm has {expected}; it is of another cell"
     )]
     OtherArm {
-        /// What differs.
+        /// The property that differs.
         what: &'static str,
         /// In the checkpoint.
         found: u64,
         /// Of this arm.
         expected: u64,
     },
-    /// A value that means nothing.
+    /// A value outside of its range.
     #[error("the controller's checkpoint is damaged: {what} is {found}")]
     Damaged {
         /// The field.
@@ -42,9 +50,9 @@ pub enum CheckpointError {
     /// Too few bytes, or too many; or no room to write.
     #[error("the controller's checkpoint has {bytes} bytes, it needs {needed}")]
     Length {
-        /// There are.
+        /// Bytes present.
         bytes: usize,
-        /// There have to be (so far as it was read).
+        /// Bytes needed, as far as it was read.
         needed: usize,
     },
 }
@@ -87,8 +95,9 @@ impl<'a> Codec<'a> {
         matches!(self.direction, Direction::Read(_))
     }
 
-    /// Everything was read.
+    /// Checks that everything was read.
     pub(crate) fn end(&self) -> Result<(), CheckpointError> {
+        // More bytes than fields is another layout, even if each field was plausible.
         match &self.direction {
             Direction::Read(bytes) if bytes.len() != self.at => Err(CheckpointError::Length {
                 bytes: bytes.len(),
@@ -146,7 +155,7 @@ impl<'a> Codec<'a> {
         values.into_iter().try_for_each(|value| self.f64(value))
     }
 
-    /// Bit by bit: a unit quaternion was one when it was written.
+    /// Bit by bit: normalising again would change the last bits.
     pub(crate) fn rotation(
         &mut self,
         rotation: &mut UnitQuaternion<f64>,
@@ -203,6 +212,7 @@ impl<'a> Codec<'a> {
         mut inner: impl FnMut(&mut Self, &mut T) -> Result<(), CheckpointError>,
     ) -> Result<(), CheckpointError> {
         let mut count = list.len();
+        // The count is checked before the list grows: a damaged one must not allocate.
         self.index(what, &mut count, most + 1)?;
         list.resize(count, T::default());
         list.iter_mut().try_for_each(|value| inner(self, value))
@@ -224,7 +234,7 @@ impl<'a> Codec<'a> {
         inner(self, value.get_or_insert_default())
     }
 
-    /// Something that has to be the same where the checkpoint is read.
+    /// A value that has to be equal where the checkpoint is read.
     pub(crate) fn same(
         &mut self,
         what: &'static str,

@@ -1,4 +1,4 @@
-//! What a controller is, and the ones that are made of others.
+//! The trait of a controller, and controllers that are composed of others.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, TryLockError};
@@ -9,26 +9,26 @@ use crate::checkpoint::{CheckpointError, Codec};
 use crate::planning::PlanGoal;
 use crate::robot_state::RobotState;
 
-/// What a controller shall bring about; a missing part keeps its last value.
+/// The goal of a controller for one cycle; a missing part keeps its last value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setpoint {
     /// TCP position in the arm's base frame (m).
     pub position: Option<Vector3<f64>>,
     /// TCP orientation in the arm's base frame; only with `position`.
     pub orientation: Option<UnitQuaternion<f64>>,
-    /// The goal that position and orientation lead to, for a planner; none where there is
-    /// none, or it is not one of the tool.
+    /// The goal behind position and orientation, for a planner; `None` for a setpoint without
+    /// a goal of the tool.
     pub goal: Option<PlanGoal>,
-    /// Joint values: a posture to lean to, or another controller's output.
+    /// Joint values: a preferred posture, or the output of another controller.
     pub joints: RobotState,
-    /// Obstacles that count, bit per obstacle.
+    /// Obstacles in force, bit per obstacle.
     pub obstacle_mask: u64,
-    /// End every motion and stay.
+    /// End every motion and stay at rest.
     pub hold: bool,
 }
 
 impl Setpoint {
-    /// Nothing is asked.
+    /// No goal.
     pub const EMPTY: Self = Self {
         position: None,
         orientation: None,
@@ -39,18 +39,17 @@ impl Setpoint {
     };
 }
 
-/// A piece of control: one call per cycle. It may be moved to another thread between
-/// two cycles.
+/// A part of the control of an arm: one call per cycle. It may be moved to another thread
+/// between two cycles.
 pub trait Controller: Send {
-    /// Starts from `estimated`, the state the drives follow; `false` where that
-    /// is impossible.
+    /// Starts from `estimated`, the setpoint of the drives; `false` if that is impossible.
     fn reset(&mut self, estimated: &RobotState) -> bool;
 
-    /// The command of this cycle (1 ms), `None` where there is none.
+    /// The command of this cycle (1 ms); `None` if there is none.
     fn forward(&mut self, estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState>;
 
-    /// All that it remembers from cycle to cycle, always as many numbers: they are
-    /// in the checkpoint, from which a recorded run is computed again.
+    /// State from cycle to cycle, with a constant number of values: it is in the checkpoint,
+    /// from which a recorded run is computed again.
     fn memory(&mut self) -> &mut [f64] {
         &mut []
     }
@@ -98,16 +97,19 @@ impl<C: Controller> Shared<C> {
         }
     }
 
-    /// Looks at the controller, or changes it; `None` from within its own call.
+    /// Calls `f` with the controller; `None` from within the controller's own call.
     pub fn with<R>(&self, f: impl FnOnce(&mut C) -> R) -> Option<R> {
         match self.inner.try_lock() {
             Ok(mut inner) => Some(f(&mut inner)),
+            // The state is still used after a panic: without it no command would be sent any
+            // more.
+            // any.
             Err(TryLockError::Poisoned(inner)) => Some(f(&mut inner.into_inner())),
             Err(TryLockError::WouldBlock) => None,
         }
     }
 
-    /// Writes or reads whether it was reset, and by `inner` what it remembers.
+    /// Writes or reads whether it was reset, and its state by `inner`.
     pub(crate) fn checkpoint(
         &self,
         codec: &mut Codec<'_>,
@@ -116,12 +118,12 @@ impl<C: Controller> Shared<C> {
         let mut started = self.started.load(Ordering::Relaxed);
         codec.bool("started", &mut started)?;
         self.started.store(started, Ordering::Relaxed);
-        // No abort can be requested from within the controller's own call.
+        // A checkpoint is never written from within the controller's own call.
         self.with(|controller| inner(controller, codec))
             .unwrap_or(Ok(()))
     }
 
-    /// Lets the next reset take effect again.
+    /// Makes the next reset take effect again.
     pub fn restart(&self) {
         self.started.store(false, Ordering::Relaxed);
     }
@@ -129,6 +131,7 @@ impl<C: Controller> Shared<C> {
 
 impl<C: Controller> Controller for Shared<C> {
     fn reset(&mut self, estimated: &RobotState) -> bool {
+        // Only the first reset counts: a switch of the hand must not stop the arm.
         if self.started.swap(true, Ordering::Relaxed) {
             return true;
         }
@@ -141,7 +144,7 @@ impl<C: Controller> Controller for Shared<C> {
     }
 }
 
-/// Two controllers at once, on different joints. Both must answer.
+/// Two controllers on different joints. Both must give a command.
 pub struct CombinedController<A, B> {
     first: A,
     second: B,
@@ -167,7 +170,7 @@ impl<A: Controller, B: Controller> Controller for CombinedController<A, B> {
     }
 }
 
-/// One after the other: what the first commands is the second's setpoint.
+/// Two controllers in sequence: the command of the first is the setpoint of the second.
 pub struct SequentialController<A, B> {
     first: A,
     second: B,
@@ -179,7 +182,7 @@ impl<A: Controller, B: Controller> SequentialController<A, B> {
         Self { first, second }
     }
 
-    /// The one behind.
+    /// The second controller.
     pub fn second(&self) -> &B {
         &self.second
     }
@@ -207,8 +210,8 @@ impl<A: Controller, B: Controller> Controller for SequentialController<A, B> {
     }
 }
 
-/// One of several controllers, chosen by key. A switch takes effect at the next
-/// forward and resets the newcomer the first time it becomes active.
+/// One of several controllers, chosen by key. A switch takes effect at the next forward; a
+/// controller is reset when it becomes active for the first time.
 pub struct SelectableController<K> {
     choices: Vec<Choice<K>>,
     active: usize,
@@ -222,7 +225,7 @@ struct Choice<K> {
     started: bool,
 }
 
-/// A key no controller stands under.
+/// Unknown controller key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("no controller stands under the selected key")]
 pub struct UnknownKey;
@@ -262,8 +265,8 @@ impl<K: PartialEq> SelectableController<K> {
         Ok(())
     }
 
-    /// Writes or reads which is active and which were started. What the choices
-    /// themselves remember is recorded where they are kept.
+    /// Writes or reads which controller is active and which were started. The state of the
+    /// controllers is recorded by their owners.
     pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
         let count = self.choices.len();
         codec.index("active controller", &mut self.active, count)?;
@@ -281,16 +284,19 @@ impl<K: PartialEq> SelectableController<K> {
 
 impl<K: PartialEq + Send> Controller for SelectableController<K> {
     fn reset(&mut self, _estimated: &RobotState) -> bool {
+        // Each is reset when it becomes active next, with the setpoint of that cycle.
         self.choices.iter_mut().for_each(|c| c.started = false);
         true
     }
 
     fn forward(&mut self, estimated: &RobotState, setpoint: &Setpoint) -> Option<RobotState> {
+        // Here, not in `select`: a switch within a cycle would mix two controllers.
         self.active = self.next;
         let choice = self.choices.get_mut(self.active)?;
         if !choice.started {
             choice.started = choice.controller.reset(estimated);
         }
+        // A controller that cannot start gives no command; the cycle repeats its last one.
         if !choice.started {
             return None;
         }

@@ -1,9 +1,8 @@
-//! The controllers an arm can be moved by, chosen by [`ipc_types::ArmGoal::selector`].
+//! The controllers that can move an arm, chosen by [`ipc_types::ArmGoal::selector`].
 //!
-//! RMPflow has number 0 and is always there. Another controller says which joint
-//! positions it wants, cycle by cycle; a [`Follower`](crate::follower::Follower)
-//! behind it keeps the limits, so it cannot command what the robot cannot do. It
-//! does not see obstacles.
+//! RMPflow has number 0 and always exists. Each other controller gives joint positions, cycle
+//! by cycle; a [`Follower`](crate::follower::Follower) behind it keeps the limits, so it
+//! cannot command a motion that the robot cannot make. It does not consider obstacles.
 
 use std::sync::Arc;
 
@@ -24,7 +23,7 @@ pub const JOINT_PD: u32 = 1;
 /// Number of the Cartesian line.
 pub const LINE: u32 = 2;
 
-/// What a controller is made for.
+/// The arm that a controller is created for.
 #[derive(Clone, Debug)]
 pub struct ArmContext<'a> {
     /// The cell.
@@ -68,6 +67,7 @@ impl Controllers {
         + Sync
         + 'static,
     ) -> Self {
+        // A user's controller replaces a built-in one, but never RMPflow: a hold needs it.
         self.list.retain(|(known, ..)| *known != selector);
         if selector != RMPFLOW && selector != PLANNED {
             self.list.push((selector, name, Arc::new(make)));
@@ -91,8 +91,8 @@ impl Controllers {
     }
 }
 
-/// Joint-space PD to the posture of the goal; the joints it names, the others
-/// brake. The law itself is the follower's.
+/// Joint-space PD to the posture of the goal for the joints that it names; the others brake.
+/// The law itself is in the follower.
 struct Posture;
 
 impl Controller for Posture {
@@ -116,8 +116,8 @@ const LINE_GAIN: f64 = 20.0;
 /// Length of a cycle (s).
 const CYCLE_S: f64 = 1.0e-3;
 
-/// Leads the TCP along a straight line from where it is to the target, turning it
-/// evenly, by damped least squares (Nakamura and Hanafusa, 1986).
+/// Moves the TCP along a straight line from its present pose to the target, turning it evenly,
+/// by damped least squares (Nakamura and Hanafusa, 1986).
 struct Line {
     flow: RmpFlow,
     tool: TargetId,
@@ -125,8 +125,8 @@ struct Line {
     joints: usize,
     /// Joint velocities of an arm at rest.
     rest: Vec<f64>,
-    /// Joint positions wanted, then position (m) and rotation (w x y z) of the
-    /// point on the line.
+    /// Commanded joint positions, then position (m) and rotation (w x y z) of the point on the
+    /// line.
     memory: Vec<f64>,
 }
 
@@ -185,6 +185,7 @@ impl Line {
     /// Moves the point on the line towards the target by one cycle.
     fn advance(&mut self, setpoint: &Setpoint) -> Option<Isometry3<f64>> {
         let point = self.point()?;
+        // Without a target the point stays, and the arm with it.
         let Some(position) = setpoint.position else {
             return Some(point);
         };
@@ -201,8 +202,8 @@ impl Line {
         Some(next)
     }
 
-    /// Velocity of the tool that brings it to `goal`, as weights of the rows of the
-    /// Jacobian: the joint velocities are its transpose times these.
+    /// Velocity of the tool towards `goal`, as weights of the rows of the Jacobian: the joint
+    /// velocities are its transpose times these.
     fn towards(&mut self, goal: &Isometry3<f64>) -> Option<Vector6<f64>> {
         let here = self.pose()?;
         let positions = self.memory.get(..self.joints)?;
@@ -213,6 +214,7 @@ impl Line {
         let off = goal.translation.vector - here.translation.vector;
         let turn = here.rotation.rotation_to(&goal.rotation).scaled_axis();
         let error = Vector6::new(off.x, off.y, off.z, turn.x, turn.y, turn.z);
+        // The damping keeps the matrix regular where the Jacobian is singular.
         let mut square = Matrix6::identity() * (LINE_DAMPING * LINE_DAMPING);
         for column in self.jacobian.column_iter() {
             let column = column.fixed_rows::<6>(0);

@@ -1,9 +1,9 @@
-//! Between poses as they travel and poses to calculate with.
+//! Conversion between poses of messages and poses for calculation.
 
 use ipc_types::Pose;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
-/// A pose to calculate with. The orientation was validated to be of norm 1.
+/// A pose for calculation. The orientation was validated to be of norm 1.
 pub(crate) fn isometry(pose: &Pose) -> Isometry3<f64> {
     let [x, y, z] = pose.position;
     let [w, i, j, k] = pose.orientation_wxyz;
@@ -13,7 +13,7 @@ pub(crate) fn isometry(pose: &Pose) -> Isometry3<f64> {
     )
 }
 
-/// A pose to send.
+/// A pose for a message.
 pub(crate) fn pose(isometry: &Isometry3<f64>) -> Pose {
     let r = isometry.rotation;
     Pose {
@@ -23,6 +23,7 @@ pub(crate) fn pose(isometry: &Isometry3<f64>) -> Pose {
 }
 
 /// Angle between two orientations (rad).
+// By atan2: the arc cosine of the scalar part loses half of the digits at small angles.
 pub(crate) fn angle(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>) -> f64 {
     let difference = a.inverse() * b;
     2.0 * libm::atan2(difference.imag().norm(), difference.scalar().abs())

@@ -1,20 +1,20 @@
-//! Approach corridors: come to a target from one side.
+//! Approach corridors: the tool reaches a target from one side.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// A wish to come along a direction.
+/// A preferred direction of approach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corridor {
-    /// Direction of the last part of the way, scaled by its length (m).
+    /// Direction of the last part of the motion, scaled by its length (m).
     pub direction: Vector3<f64>,
     /// Distance from the axis at which the target is shifted back (m).
     pub std_dev: f64,
 }
 
 impl Corridor {
-    /// Where to attract the tool to now: the target itself on the corridor's
-    /// axis, up to a corridor's length before it away from the axis. `tool` is
-    /// the pose of the controller's own integrated state, not the measured one.
+    /// The point that attracts the tool: the target itself on the corridor's axis, up to a
+    /// corridor's length before it away from the axis. `tool` is the pose of the controller's
+    /// integrated state: the measured one would feed the tracking error back into the motion.
     ///
     /// The formula is that of Cortex (approach parameters): a Gaussian in the
     /// distance from the axis plus half a third of the orientation error.
@@ -24,6 +24,7 @@ impl Corridor {
         tool: (Vector3<f64>, UnitQuaternion<f64>),
     ) -> Vector3<f64> {
         let length = self.direction.norm();
+        // Written so that a length or deviation that is not a number gives the plain target.
         if !(length > 0.0 && self.std_dev > 0.0) {
             return target.0;
         }

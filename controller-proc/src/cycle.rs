@@ -1,4 +1,19 @@
-//! The 1 kHz cycle of one arm, as a pure function of what arrived.
+//! The 1 kHz cycle of one arm, as a pure function of its inputs.
+//!
+//! The command of a cycle continues the command of the last one by exactly one millisecond
+//! (ADR 0003). The accidents to prevent are a step of the command, and a run that a replay or
+//! a successor cannot repeat:
+//!
+//! - A controller starts from the setpoint of the drives, which physics publishes, never from
+//!   the measured state (ADR 0007). It does so again at each state in which physics holds the
+//!   arm.
+//! - Nothing here reads a clock: ages are differences of ticks (ADR 0002).
+//! - Each value that the next cycle depends on is in the checkpoint. A new field without its
+//!   line in `Cycle::checkpoint` makes a verified replay differ, and needs a new [`VERSION`].
+//! - A cycle does not allocate or wait. Planning takes up to some 100 ms, so it is only
+//!   requested here (ADR 0021).
+//! - A stop brakes within the limits and keeps the gripper. At rest the arm continues to evade
+//!   obstacles.
 
 use cell_model::stop::{ControllerFlags, Stop, controller_stop};
 use cell_model::{Cell, Dynamics};
@@ -27,7 +42,9 @@ mod plans;
 
 pub use plans::PlanAsked;
 
-/// Above this the hand counts as holding something when a controller starts (N).
+/// Grip force from which a hand holds something when a controller starts (N).
+// A wrong "holding" closes an empty hand; a wrong "not holding" drops an object, so the limit
+// is far below any grip force.
 const HOLDING_FORCE_N: f64 = 1.0;
 
 /// The controller of one arm.
@@ -42,11 +59,11 @@ pub struct Cycle {
     suction: SuctionController,
     dynamics: Dynamics,
     latch: GoalLatch,
-    /// The last command; also what is measured against.
+    /// The last command; the tracking error is measured against it.
     last: RobotState,
-    /// Generation of physics and count of scene resets this motion began with.
+    /// Generation of physics and count of scene resets of the present motion.
     began_with: Option<(u32, u32)>,
-    /// Something blocks the arm: the command goes back to where it is.
+    /// Something blocks the arm: the command returns to its measured position.
     is_giving_way: bool,
     cycles: u64,
     clipped_cycles: u64,
@@ -58,8 +75,8 @@ impl Cycle {
     /// The controller of arm `arm` of `cell`, with the built-in controllers.
     ///
     /// # Errors
-    ///
-    /// Where the robot's tuning does not fit the robot.
+    /// [`RmpFlowError`] if the cell has no arm of this number, or the robot's tuning does not
+    /// fit the robot.
     pub fn new(cell: &Cell, arm: usize) -> Result<Self, RmpFlowError> {
         Self::with(cell, arm, &Controllers::default())
     }
@@ -68,7 +85,7 @@ impl Cycle {
     ///
     /// # Errors
     ///
-    /// Where the robot's tuning does not fit the robot.
+    /// As [`Cycle::new`].
     pub fn with(cell: &Cell, arm: usize, controllers: &Controllers) -> Result<Self, RmpFlowError> {
         let spec = cell.arms.get(arm).ok_or(RmpFlowError::NoSuchArm(arm))?;
         let motion = Shared::new(ArmMotion::new(cell, arm, controllers)?);
@@ -127,24 +144,29 @@ impl Cycle {
             return;
         };
         let drives = drives(arm, self.joint_count);
+        // First: a new start resets the motion, which the rest of the cycle then uses.
         self.begin(state, arm, &drives);
         if let Some(decision) = decision {
             self.latch.take(decision, self.arm);
         }
+        // The stop is decided on the last command, before the motion of this cycle.
         let stop = self.stop(state.header.tick, arm, decision_limit_ticks);
         let (object_mask, selector) = (self.latch.goal().object_mask, self.latch.goal().selector);
         self.motion.with(|motion| {
+            // Also while the arm holds: it still evades, and must see the other arm move.
             motion.see(state, self.arm, object_mask);
             motion.select(selector)
         });
         self.is_giving_way = stop.cause == StopCause::TrackingError;
         let setpoint = self.setpoint(stop, arm);
         self.suction.follow(self.latch.gripper());
-        // A key that is not there cannot be selected: the latch knows three.
+        // The latch has three values, and each has an entry, so the key is always known.
         let _unknown = self.pairs.select(&self.latch.gripper()).is_err();
         if let Some(joints) = self.pairs.forward(&drives, &setpoint) {
             self.last = joints;
         }
+        // After `forward`: the integrated state is put back as well, so that the next cycle
+        // continues from the same place.
         if arm.stop_action >= StopAction::Hold.code() {
             self.stand(&drives);
         }
@@ -153,10 +175,9 @@ impl Cycle {
         self.write_status(state, arm, stop, status);
     }
 
-    /// Writes all this cycle remembers into `out`, and how old a decision may
-    /// get here; the bytes written, or an error where they do not fit. Allocates
-    /// nothing. For the next states and decisions a restored cycle computes what
-    /// this one does, bit for bit.
+    /// Writes the state of this cycle and the age limit of decisions into `out`; returns the
+    /// bytes written. Allocates nothing. A restored cycle computes the same commands for the
+    /// same states and decisions, to the bit.
     ///
     /// # Errors
     /// [`CheckpointError::Length`].
@@ -171,7 +192,7 @@ impl Cycle {
         Ok(codec.len())
     }
 
-    /// Takes back what [`Cycle::save`] wrote; how old a decision may get.
+    /// Restores what [`Cycle::save`] wrote; returns the age limit of decisions.
     ///
     /// # Errors
     /// [`CheckpointError`] for a checkpoint of another version, arm or robot, and for a
@@ -190,6 +211,8 @@ impl Cycle {
         limit: &mut u64,
     ) -> Result<(), CheckpointError> {
         let mut version = VERSION;
+        // The version is checked before anything is read, so that a layout of another build is
+        // named as such and not as damage.
         codec.u32(&mut version)?;
         if version != VERSION {
             return Err(CheckpointError::Version { found: version });
@@ -230,17 +253,17 @@ impl Cycle {
         self.last.positions.first(self.joint_count)
     }
 
-    /// Starts from what the drives follow, so without a bump: at the first
-    /// state, when physics was restarted, when the scene was reset, and when
-    /// physics stopped the arm by itself because no command came.
+    /// Starts from the setpoint of the drives, so without a step: at the first state, when
+    /// physics was restarted, when the scene was reset, and when physics stopped the arm
+    /// because commands were missing.
     fn begin(&mut self, state: &WorldState, arm: &ArmState, drives: &RobotState) {
         let now = (state.header.generation, state.panel.scene_reset);
         let stopped = arm.stop_action >= StopAction::Hold.code();
         if self.began_with == Some(now) && !stopped {
             return;
         }
-        // Another physics is another world: what was asked for in the old one
-        // means nothing there.
+        // Another generation of physics is another scene: goals of the previous one do not
+        // apply.
         if self
             .began_with
             .is_some_and(|(generation, _)| generation != now.0)
@@ -249,23 +272,27 @@ impl Cycle {
         }
         self.began_with = Some(now);
         self.last = *drives;
+        // The ticks up to this state were not missed by this motion.
         self.last_tick = None;
+        // Without the restart the shared motion would ignore this reset.
         self.motion.restart();
         self.motion.reset(drives);
         self.pairs.reset(drives);
-        // A hand that holds something keeps holding it.
+        // A hand that holds something keeps its grip: an open width would drop the object.
         let holding = arm.gripper.grip_force > HOLDING_FORCE_N;
         let width = if holding { 0.0 } else { arm.gripper.width };
         self.kept_width.with(|hand| hand.set_width(width));
         self.suction.begin(&arm.gripper);
     }
 
-    /// While physics holds an arm that stands, the command is to stand. Physics
-    /// may take it up when more states were answered: every answer has to be
-    /// where the next continues from.
+    /// While physics holds an arm at rest, the command is that rest. Physics accepts any of
+    /// these commands, however late it arrives, because each of them continues from the same
+    /// setpoint (ADR 0014).
     fn stand(&mut self, drives: &RobotState) {
         let n = self.joint_count;
         let (rates, changes) = (drives.velocities.first(n), drives.accelerations.first(n));
+        // During the brake ramp the setpoint still moves; the command follows the motion
+        // instead.
         if rates.iter().chain(changes).any(|value| *value != 0.0) {
             return;
         }
@@ -278,6 +305,7 @@ impl Cycle {
     }
 
     fn stop(&self, tick: u64, arm: &ArmState, decision_limit_ticks: u64) -> Stop {
+        // The largest joint, not a norm: one blocked joint must not be hidden by the others.
         let commanded = self.last.positions.first(self.joint_count);
         let tracking_error = commanded
             .iter()
@@ -295,8 +323,7 @@ impl Cycle {
     fn setpoint(&self, stop: Stop, arm: &ArmState) -> Setpoint {
         let goal = self.latch.goal();
         let kind = match stop.stops_motion() {
-            // Holding the command would press against what blocks the arm for as long
-            // as that is there.
+            // Holding the command would press against the obstacle for as long as it is there.
             true if self.is_giving_way => GoalKind::Joints,
             true => GoalKind::Hold,
             false => self.latch.kind(),
@@ -305,6 +332,7 @@ impl Cycle {
             obstacle_mask: goal.obstacle_mask,
             ..Setpoint::EMPTY
         };
+        // At the measured joints the drives press against nothing.
         let posture = if self.is_giving_way {
             Some(&arm.joint_positions)
         } else {
@@ -319,6 +347,7 @@ impl Cycle {
             GoalKind::Joints => {}
             GoalKind::Pose => {
                 let target = self.base.inverse() * isometry(&goal.target);
+                // Goals are in the world frame, policies in the frame of the base.
                 setpoint.goal = Some(PlanGoal {
                     pose: target,
                     approach: self.base.rotation.inverse() * Vector3::from(goal.approach),
@@ -351,6 +380,7 @@ impl Cycle {
 
     fn count(&mut self, tick: u64) {
         self.cycles += 1;
+        // The tick of this cycle itself is not missed.
         if let Some(last) = self.last_tick {
             self.missed_cycles += tick.saturating_sub(last).saturating_sub(1);
         }
@@ -363,7 +393,7 @@ impl Cycle {
     }
 }
 
-/// What the drives follow.
+/// The setpoint of the drives.
 fn drives(arm: &ArmState, joint_count: usize) -> RobotState {
     let n = joint_count.min(MAX_JOINTS);
     let mut state = RobotState::EMPTY;

@@ -11,7 +11,7 @@ pub enum RmpFlowError {
     Setup {
         /// The robot.
         robot: String,
-        /// What does not fit.
+        /// The contradiction.
         source: rmp::SetupError,
     },
     /// An obstacle of the cell cannot be one.
@@ -19,7 +19,7 @@ pub enum RmpFlowError {
     Obstacle {
         /// The fixture.
         fixture: String,
-        /// What is wrong.
+        /// The reason.
         source: rmp::ObstacleError,
     },
     /// An object of the cell cannot be an obstacle.
@@ -27,7 +27,7 @@ pub enum RmpFlowError {
     Object {
         /// The object.
         object: String,
-        /// What is wrong.
+        /// The reason.
         source: rmp::ObstacleError,
     },
     /// Another arm of the cell cannot be kept away from.
@@ -35,7 +35,7 @@ pub enum RmpFlowError {
     OtherArm {
         /// The other arm.
         arm: String,
-        /// What is wrong.
+        /// The reason.
         source: rmp::ObstacleError,
     },
     /// The planner does not know the robot.
@@ -43,7 +43,7 @@ pub enum RmpFlowError {
     Planner {
         /// The robot.
         robot: String,
-        /// What is wrong.
+        /// The reason.
         source: plan::BodyError,
     },
     /// The robot's limits cannot be kept.
@@ -51,7 +51,7 @@ pub enum RmpFlowError {
     Limits {
         /// The robot.
         robot: String,
-        /// What is wrong.
+        /// The reason.
         source: rmp::LimitsError,
     },
 }

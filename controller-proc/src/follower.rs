@@ -12,10 +12,9 @@ const CYCLE_S: f64 = 1.0e-3;
 /// Gain of the follower (1/s): critically damped, 90 % of a step after 0.2 s.
 const GAIN: f64 = 20.0;
 
-/// Follows `setpoint.joints` by a joint-space PD law, `acceleration = k² (wanted -
-/// position) - 2 k velocity`, within the robot's velocity, acceleration and jerk
-/// limits: its command is one that physics accepts, whatever is wanted. Joints
-/// without a wanted position brake.
+/// Follows `setpoint.joints` by a joint-space PD law, `acceleration = k² (wanted - position) -
+/// 2 k velocity`, within the robot's velocity, acceleration and jerk limits, so that physics
+/// accepts its command for any input. Joints without a wanted position brake.
 pub struct Follower {
     state: MotionState,
     limits: JointLimits,
@@ -39,7 +38,7 @@ impl Follower {
         self.clipped
     }
 
-    /// Writes or reads all that is remembered.
+    /// Writes or reads the whole state.
     pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
         codec.f64s(&mut self.state.positions)?;
         codec.f64s(&mut self.state.velocities)?;
@@ -70,6 +69,8 @@ impl Controller for Follower {
         for (joint, (slot, (position, velocity))) in self.wanted.iter_mut().zip(joints).enumerate()
         {
             let goal = setpoint.joints.positions.get(joint);
+            // A number that is not finite brakes its joint: controllers of users are not
+            // validated.
             let off = goal
                 .filter(|goal| goal.is_finite())
                 .map_or(0.0, |goal| goal - position);

@@ -1,11 +1,11 @@
-//! The latched goal: the newest the task asked for, kept when it falls silent.
+//! The latched goal: the newest goal of the task, kept when the task is silent.
 
 use ipc_types::decision::{GoalKind, GripperGoal};
 use ipc_types::{ArmGoal, Decision, Pose, Wire};
 
 use crate::checkpoint::{CheckpointError, Codec, damaged};
 
-/// What an arm has been asked to do.
+/// The goal of an arm.
 #[derive(Clone, Copy, Debug)]
 pub struct GoalLatch {
     goal: ArmGoal,
@@ -30,9 +30,8 @@ impl Default for GoalLatch {
 }
 
 impl GoalLatch {
-    /// Takes the goal of `arm` from a decision. A goal is absolute, so one that
-    /// was seen before, also from another generation of the task, changes
-    /// nothing.
+    /// Takes the goal of `arm` from a decision. A goal is absolute, so a repeated one, also
+    /// from another generation of the task, changes nothing.
     pub fn take(&mut self, decision: &Decision, arm: usize) {
         let count = decision.arm_count as usize;
         let Some(goal) = decision.goals.get(arm).filter(|_| arm < count) else {
@@ -43,6 +42,7 @@ impl GoalLatch {
         self.seq = decision.header.seq;
         self.decision_tick = Some(decision.header.tick);
         match GripperGoal::from_code(goal.gripper) {
+            // Keep is not a command: the hand continues with its last one.
             None | Some(GripperGoal::Keep) => {}
             Some(gripper) => self.gripper = gripper,
         }
@@ -53,7 +53,7 @@ impl GoalLatch {
         let mut bytes = [0; size_of::<ArmGoal>()];
         bytes.copy_from_slice(self.goal.as_bytes());
         codec.bytes(&mut bytes)?;
-        // The length is that of the type.
+        // The array has the length of the type.
         self.goal = ArmGoal::from_bytes(&bytes).unwrap_or(self.goal);
         codec.u32(&mut self.generation)?;
         codec.u64(&mut self.seq)?;
@@ -75,7 +75,7 @@ impl GoalLatch {
         GoalKind::from_code(self.goal.kind).unwrap_or_default()
     }
 
-    /// What the gripper was asked to do last; Keep if it never was.
+    /// The last command of the gripper; Keep before the first.
     pub fn gripper(&self) -> GripperGoal {
         self.gripper
     }
@@ -118,7 +118,7 @@ mod tests {
             (latch.goal().goal_id, latch.gripper()),
             (2, GripperGoal::Close)
         );
-        // A decision for fewer arms says nothing about this one.
+        // A decision for fewer arms has no goal for this one.
         latch.take(&decision(3, GripperGoal::Open), 1);
         assert_eq!(
             (latch.goal().goal_id, latch.gripper()),

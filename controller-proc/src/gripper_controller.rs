@@ -1,4 +1,4 @@
-//! A gripper that goes to one width.
+//! A gripper that moves to one width.
 
 use crate::checkpoint::{CheckpointError, Codec};
 use crate::controller::{Controller, Setpoint};
@@ -22,7 +22,7 @@ impl GripperController {
         }
     }
 
-    /// Writes or reads what changes.
+    /// Writes or reads its state.
     pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
         codec.f64(&mut self.width)
     }

@@ -1,5 +1,5 @@
-//! What the suction gripper holds, as spheres that move with the tool: it keeps
-//! away from obstacles as the arm does.
+//! The object on the suction gripper, as spheres that move with the tool: it keeps away from
+//! obstacles as the arm does.
 
 use cell_model::{Cell, Shape};
 use ipc_types::{ArmState, WorldState};
@@ -9,25 +9,25 @@ use rmp::{MAX_CARRIED, RmpFlow, TargetId};
 use crate::checkpoint::{CheckpointError, Codec};
 use crate::convert::isometry;
 
-/// Radius of the spheres of what has room for them (m).
+/// Radius of the spheres of an object that is large enough (m).
 const RADIUS_M: f64 = 0.03;
-/// How far within its surface the spheres of an object end (m): it may stand on
-/// an obstacle when it is gripped, and shall not jump.
+/// Distance of the spheres from the surface of their object, inwards (m): a gripped object may
+/// rest on an obstacle, and must not jump away from it.
 const INSET_M: f64 = 0.01;
 /// An edge longer than this has a sphere in its middle (m).
 const LONG_EDGE_M: f64 = 0.18;
 
-/// Spheres nearer to the middle than this are one in the middle (m).
+/// Spheres nearer to the middle than this are replaced by one in the middle (m).
 const MIN_REACH_M: f64 = 1.0e-3;
 
 /// A sphere in the frame of its object: centre and radius (m).
 type Ball = (Vector3<f64>, f64);
 
-/// What is held, and since when.
+/// The held object and its pose in the tool frame.
 pub struct HeldObject {
-    /// By object of the cell; nothing for an arm without suction.
+    /// By object of the cell; empty for an arm without suction.
     spheres: Vec<Vec<Ball>>,
-    /// Index of the object that is held.
+    /// Index of the held object.
     object: Option<usize>,
     /// Its pose in the tool frame, measured when it was attached.
     pose: Isometry3<f64>,
@@ -36,7 +36,7 @@ pub struct HeldObject {
 }
 
 impl HeldObject {
-    /// Nothing is held yet by arm `arm` of `cell`.
+    /// No object is held yet by arm `arm` of `cell`.
     pub fn new(cell: &Cell, arm: usize) -> Self {
         let suction = cell
             .arms
@@ -51,20 +51,22 @@ impl HeldObject {
         }
     }
 
-    /// Index of the object that is held.
+    /// Index of the held object.
     pub fn object(&self) -> Option<usize> {
         self.object
     }
 
-    /// Spheres of what is held: centre in the tool frame and radius (m).
+    /// Spheres of the held object: centre in the tool frame and radius (m).
     pub fn balls(&self) -> &[(Vector3<f64>, f64)] {
         &self.in_tool
     }
 
-    /// Takes note of what `arm` holds in `state`; the `tool` of `flow` carries
-    /// it. Allocates nothing.
+    /// Takes the object that `arm` holds in `state`; the `tool` of `flow` carries its spheres.
+    /// Allocates nothing.
     pub fn see(&mut self, state: &WorldState, arm: &ArmState, flow: &mut RmpFlow, tool: TargetId) {
         let held = attached(arm);
+        // The pose is taken once, at the change: afterwards the object moves with the tool,
+        // and its measured pose would carry the tracking error into the motion.
         if held == self.object {
             return;
         }
@@ -76,7 +78,7 @@ impl HeldObject {
         self.carry(flow, tool);
     }
 
-    /// Writes or reads what is held and where; `flow` follows.
+    /// Writes or reads the held object and its pose; the spheres of `flow` are set by them.
     pub(crate) fn checkpoint(
         &mut self,
         codec: &mut Codec<'_>,
@@ -101,20 +103,20 @@ impl HeldObject {
         };
         let place = |(center, radius): &Ball| ((self.pose * Point3::from(*center)).coords, *radius);
         self.in_tool.extend(spheres.iter().map(place));
-        // A pose that is no number is refused, and nothing is carried.
+        // A pose that is not finite is refused; the tool then carries no spheres.
         let _carried = flow.carry(tool, &self.in_tool).is_ok();
     }
 }
 
-/// The object suction holds.
+/// The object held by suction.
 fn attached(arm: &ArmState) -> Option<usize> {
     let gripper = &arm.gripper;
     let index = (gripper.held_object as usize).checked_sub(1)?;
     (gripper.attached == 1).then_some(index)
 }
 
-/// Spheres that stand for a shape: at its corners, in the middle of long edges,
-/// and on the floor of a bin. Never more than [`MAX_CARRIED`].
+/// Spheres that cover a shape: at its corners, in the middle of long edges, and on the floor
+/// of a bin. At most [`MAX_CARRIED`].
 fn spheres(shape: &Shape) -> Vec<Ball> {
     let (half, floor) = match *shape {
         Shape::Box { size_m } => (Vector3::from(size_m) * 0.5, false),
@@ -128,6 +130,7 @@ fn spheres(shape: &Shape) -> Vec<Ball> {
             false,
         ),
     };
+    // Both are bounded by the shape: a small part has small spheres, not ones outside of it.
     let inset = INSET_M.min(0.25 * half.min());
     let radius = RADIUS_M.min(half.min() - inset);
     let reach = half.add_scalar(-(radius + inset));
@@ -135,7 +138,7 @@ fn spheres(shape: &Shape) -> Vec<Ball> {
     for x in places(reach.x) {
         for y in places(reach.y) {
             for z in places(reach.z) {
-                // Nothing inside: only corners and edges.
+                // Only corners and edges: a sphere inside would never be nearest.
                 let middles = [(x, reach.x), (y, reach.y), (z, reach.z)]
                     .iter()
                     .filter(|(at, reach)| *at == 0.0 && *reach > MIN_REACH_M)
@@ -152,8 +155,8 @@ fn spheres(shape: &Shape) -> Vec<Ball> {
     balls
 }
 
-/// Where spheres stand along an axis: in the middle of a short one, at both ends
-/// of a longer one, and in its middle besides where the gap would be wide.
+/// Positions of spheres along an axis: the middle of a short one, both ends of a longer one,
+/// and also the middle where the gap would be wide.
 fn places(reach: f64) -> impl Iterator<Item = f64> {
     let ends = reach > MIN_REACH_M;
     let middle = !ends || 2.0 * reach > LONG_EDGE_M;

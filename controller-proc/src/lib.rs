@@ -1,5 +1,5 @@
-//! The controller of one arm: joint commands at 1 kHz from what is measured and
-//! what the task wants.
+//! The controller of one arm: joint commands at 1 kHz from the measured state and the goal of
+//! the task.
 //!
 //! The cycle itself is [`cycle::Cycle::update`]; [`process`] joins it to the
 //! bus.

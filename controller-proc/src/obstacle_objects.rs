@@ -1,5 +1,5 @@
-//! Objects of the cell as obstacles: where they are in the newest state, and only
-//! while they are there and count.
+//! Objects of the cell as obstacles: at their poses in the newest state, and only while they
+//! are present and in force.
 
 use cell_model::Cell;
 use ipc_types::ObjectState;
@@ -22,13 +22,13 @@ struct Entry {
     /// Index in the cell.
     index: usize,
     name: String,
-    /// Its shape, in its own frame: of a bin floor and walls, which count as one.
+    /// Its shape, in its own frame: floor and walls of a bin, which are one obstacle.
     parts: Vec<Obstacle>,
     id: Option<ObstacleId>,
 }
 
 impl ObstacleObjects {
-    /// Those of `cell`, seen from a base.
+    /// The obstacle objects of `cell`, in the frame of a base.
     pub fn new(cell: &Cell, base: &Isometry3<f64>) -> Self {
         let entry = |(index, object): (usize, &cell_model::ObjectSpec)| Entry {
             index,
@@ -42,17 +42,17 @@ impl ObstacleObjects {
         }
     }
 
-    /// How many obstacles it makes.
+    /// Number of obstacles.
     pub fn len(&self) -> usize {
         self.objects.len()
     }
 
-    /// How many places in a set of obstacles they take.
+    /// Number of places in a set of obstacles.
     pub fn part_count(&self) -> usize {
         self.objects.iter().map(|entry| entry.parts.len()).sum()
     }
 
-    /// Whether there is none.
+    /// Whether the cell has no obstacle object.
     pub fn is_empty(&self) -> bool {
         self.objects.is_empty()
     }
@@ -60,22 +60,23 @@ impl ObstacleObjects {
     /// Adds them to `set`, switched off.
     ///
     /// # Errors
-    /// The name of the object that cannot be an obstacle, and why.
+    /// The name of the object that cannot be an obstacle, and the reason.
     pub fn add_to(&mut self, set: &mut ObstacleSet) -> Result<(), (String, ObstacleError)> {
         for entry in &mut self.objects {
             let refused = |error| (entry.name.clone(), error);
             let id = set
                 .add_parts(Isometry3::identity(), &entry.parts)
                 .map_err(refused)?;
+            // Their poses are not known yet: at the origin they would block the base.
             set.set_enabled(id, false).map_err(refused)?;
             entry.id = Some(id);
         }
         Ok(())
     }
 
-    /// Moves them to where `objects`, all objects of the cell, are. One counts
-    /// where its bit of `mask` is set, it is in the simulation, and it is not
-    /// `held`. Allocates nothing.
+    /// Moves them to the poses of `objects`, all objects of the cell. An object is in force if
+    /// its bit of `mask` is set, it is in the simulation, and it is not `held`. Allocates
+    /// nothing.
     pub fn place(
         &self,
         objects: &[ObjectState],
@@ -86,11 +87,13 @@ impl ObstacleObjects {
         for (bit, entry) in self.objects.iter().enumerate() {
             let Some(id) = entry.id else { continue };
             let object = objects.get(entry.index);
+            // A held object moves with the tool: as an obstacle it would push its own arm
+            // away.
             let there = object.filter(|object| {
                 let wanted = mask >> bit.min(63) & 1 == 1;
                 wanted && object.flags & OBJECT_ENABLED != 0 && held != Some(entry.index)
             });
-            // A pose beyond all measure is no place to keep away from.
+            // A pose beyond all limits is refused by the set; the object is then switched off.
             let placed = there.is_some_and(|object| {
                 let pose = self.to_base * isometry(&object.pose);
                 set.set_pose(id, pose).is_ok()

@@ -1,8 +1,9 @@
-//! The other arms of a cell as obstacles: where they are measured to be.
+//! The other arms of a cell as obstacles, at their measured joints.
 //!
-//! The collision spheres of a frame are covered by one rounded box each, capsule
-//! or box, whichever is smaller: ten obstacles instead of fifty-six for a Panda.
-//! That is cheaper, and the published tuning is for obstacles as things are, one
+//! The collision spheres of a frame are covered by one rounded box each, capsule or box, the
+//! smaller one: ten obstacles instead of fifty-six for a Panda (ADR 0010). That is cheaper,
+//! and the published tuning is for obstacles with one weight each, not one for every sphere of
+//! their model.
 //! weight each, not one for every ball they are modelled with.
 
 use cell_model::{Cell, Robot};
@@ -12,13 +13,13 @@ use rmp::{Obstacle, ObstacleError, ObstacleId, ObstacleSet};
 
 use crate::checkpoint::{CheckpointError, Codec};
 
-/// Another arm, seen from the base of one's own.
+/// Another arm in the frame of the own base.
 #[derive(Debug)]
 pub struct OtherArm {
     index: usize,
     name: String,
     robot: Robot,
-    /// Its base in the frame of one's own.
+    /// Its base in the frame of the own base.
     base: Isometry3<f64>,
     /// All joints of its chain (rad or m).
     positions: Vec<f64>,
@@ -41,7 +42,7 @@ struct Part {
 type Ball = (Vector3<f64>, f64);
 
 impl OtherArm {
-    /// Every arm of `cell` but `own`, as seen from the base of `own`.
+    /// Every arm of `cell` except `own`, in the frame of the base of `own`.
     pub fn all_but(cell: &Cell, own: usize) -> Vec<Self> {
         let Some(view) = cell.arms.get(own) else {
             return Vec::new();
@@ -67,7 +68,7 @@ impl OtherArm {
         &self.name
     }
 
-    /// How many obstacles it makes.
+    /// Number of its obstacles.
     pub fn part_count(&self) -> usize {
         self.parts.len()
     }
@@ -75,7 +76,7 @@ impl OtherArm {
     /// Adds its parts to `set`, at home.
     ///
     /// # Errors
-    /// [`ObstacleError`] where a sphere of the robot is none.
+    /// [`ObstacleError`] if a sphere of the robot is not valid.
     pub fn add_to(&mut self, set: &mut ObstacleSet) -> Result<(), ObstacleError> {
         self.robot.link_poses_into(&self.positions, &mut self.links);
         for part in &self.parts {
@@ -88,8 +89,8 @@ impl OtherArm {
         Ok(())
     }
 
-    /// Moves its parts to where `arms`, all arms of the cell, are measured. A
-    /// part that is not measured anywhere stays where it was. Allocates nothing.
+    /// Moves its parts to the joints of `arms`, all arms of the cell. A part keeps its pose if
+    /// the arm is not among them. Allocates nothing.
     pub fn place(&mut self, arms: &[ArmState], set: &mut ObstacleSet) {
         let Some(arm) = arms.get(self.index) else {
             return;
@@ -99,7 +100,7 @@ impl OtherArm {
         self.move_parts(set);
     }
 
-    /// Writes or reads where it was seen last; `set` follows.
+    /// Writes or reads its last joints; the parts in `set` are moved to them.
     pub(crate) fn checkpoint(
         &mut self,
         codec: &mut Codec<'_>,
@@ -116,13 +117,14 @@ impl OtherArm {
     fn move_parts(&mut self, set: &mut ObstacleSet) {
         self.robot.link_poses_into(&self.positions, &mut self.links);
         for (part, id) in self.parts.iter().zip(&self.ids) {
+            // A pose is refused only if it is not finite: the part then stays where it was.
             let pose = self.base * self.links[part.link] * part.cover.pose;
             let _moved = set.set_pose(*id, pose).is_ok();
         }
     }
 }
 
-/// Fingers stand as motion policies take them to stand.
+/// Fingers are at the positions that motion policies assume.
 fn with_home(robot: &Robot, home: &[f64]) -> Vec<f64> {
     let mut positions = robot.fixed_joint_positions.clone();
     robot.place_arm(home, &mut positions);
@@ -145,6 +147,7 @@ fn parts(robot: &Robot) -> Vec<Part> {
 
 /// The smaller of box and capsule around all `balls`; `None` around nothing.
 fn cover(balls: &[Ball]) -> Option<Obstacle> {
+    // The smaller one keeps more room free for the own arm.
     let (boxed, capsule) = (boxed(balls)?, capsule(balls)?);
     Some(if volume(&capsule) < volume(&boxed) {
         capsule
@@ -170,7 +173,7 @@ fn boxed(balls: &[Ball]) -> Option<Obstacle> {
     ))
 }
 
-/// The capsule between the two centres furthest apart, as wide as all need it.
+/// The capsule between the two farthest centres, wide enough for all spheres.
 fn capsule(balls: &[Ball]) -> Option<Obstacle> {
     let (first, _) = balls.first()?;
     let (mut ends, mut furthest) = ((*first, *first), 0.0);

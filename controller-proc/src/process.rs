@@ -1,4 +1,16 @@
-//! The controller on the bus: for each new state, one cycle.
+//! The controller on the bus: one cycle for each new state.
+//!
+//! A command that is late or doubled makes physics brake the arm, so these rules hold:
+//!
+//! - In real time a cycle never waits for the task or the planner. It uses the newest
+//!   decision, whose age decides on a stop.
+//! - In lockstep it uses exactly the decision of the last tenth tick, and the answer of the
+//!   planner at its tick, whatever the scheduler does (ADR 0004). It waits for both.
+//! - Decisions that answer another generation of physics are ignored.
+//! - The status is published before the command: physics continues when it has the command,
+//!   and then the task must find the status of that tick.
+//! - The thread of the planner starts before this thread gets real-time scheduling, which it
+//!   would inherit.
 
 use std::time::Duration;
 
@@ -21,17 +33,18 @@ use crate::planning::Planner;
 use crate::planning::worker::PlanWorker;
 use crate::rmpflow_controller::RmpFlowError;
 
-/// How long lockstep polls before it sleeps (ns): longer than a step of physics
-/// takes.
+/// How long lockstep polls before it sleeps (ns): longer than a step of physics.
 const SPIN_LOCKSTEP_NS: u64 = 300_000;
-/// How often a waiting controller says again what it said.
+/// Longest sleep of a waiting controller; then it serves subscribers that joined late.
 const NUDGE: Duration = Duration::from_millis(5);
-/// A state that does not come within this is given up for this cycle (ns).
+/// Longest wait for a state in real time (ns); after it the turn ends without a cycle.
+// Five ticks: health is reported and late subscribers are served while physics is away.
 const PATIENCE_NS: u64 = 5_000_000;
-/// How often the checkpoint of the cycle is sent (ticks).
+/// Interval of the checkpoints for replay (ticks).
+// A replay starts at a checkpoint, at most a second before the tick of interest.
 const KEYFRAME_TICKS: u64 = 1000;
-/// Longest wait of lockstep for a decision that was sent, but not yet to this
-/// reader: its writer may have been killed in between and has to come back (ns).
+/// Longest wait of lockstep for a decision that was sent, but not yet to this reader (ns): its
+/// writer may have been killed in between and has to start again.
 const DELIVERY_NS: u64 = 2_000_000_000;
 
 /// Why a controller cannot run.
@@ -62,10 +75,11 @@ impl RunError for ProcessError {
 ///
 /// # Errors
 ///
-/// When the tuning does not fit the robot or the bus cannot be joined.
+/// When the cell has no such arm, the tuning does not fit the robot, the thread of the planner
+/// cannot be started, or the bus cannot be joined.
 pub fn run(start: &Start, controllers: &Controllers) -> Result<(), ProcessError> {
     let cycle = Cycle::with(&start.cell, usize::from(start.arm), controllers)?;
-    // Before this thread gets its priority, which a new thread would have, too.
+    // Before this thread gets its priority, which a new thread would inherit.
     let planner = Planner::new(&start.cell, usize::from(start.arm))?;
     let planner = PlanWorker::start(planner, &cycle).map_err(ProcessError::Planner)?;
     let fifo = start.real_time(CONTROLLER_PRIORITY, 1 + usize::from(start.arm));
@@ -95,12 +109,12 @@ struct ControllerProcess {
     health: HealthReporter,
     spin_ns: u64,
     decision_limit_ticks: u64,
-    /// Generation of physics and tick answered last.
+    /// Generation of physics and tick that were answered last.
     answered: Option<(u32, u64)>,
     lockstep: bool,
     class: LoopClass,
     expected_ns: u64,
-    /// Second of simulated time the checkpoint was sent in last.
+    /// Second of simulated time of the last checkpoint that was sent.
     kept_in: Option<u64>,
 }
 
@@ -112,6 +126,8 @@ impl ControllerProcess {
         fifo: bool,
     ) -> Result<Self, BusError> {
         let arm = start.arm;
+        // Without real-time scheduling the task is late more often; a hold at each delay would
+        // stop the work.
         let limit = if fifo {
             DECISION_AGE_FIFO_TICKS
         } else {
@@ -140,7 +156,7 @@ impl ControllerProcess {
             expected_ns: 0,
             kept_in: None,
         };
-        // As it is before its first command.
+        // The state before the first command, so that a replay can start there.
         process.publish_keyframe(&Header::zeroed());
         Ok(process)
     }
@@ -150,6 +166,8 @@ impl ControllerProcess {
         let waited = self.wait_for_state();
         let woke_ns = monotonic_ns();
         if let Some((generation, tick)) = waited.then(|| self.newest()).flatten()
+            // The same state may be delivered twice; a second answer would move the setpoint
+            // twice.
             && self.answered != Some((generation, tick))
         {
             self.answer(generation, tick);
@@ -160,6 +178,7 @@ impl ControllerProcess {
         } else {
             self.expected_ns
         };
+        // In lockstep the time of a state depends on all processes, so lateness means nothing.
         let late_ns = if self.lockstep {
             0
         } else {
@@ -170,6 +189,7 @@ impl ControllerProcess {
             let tick = self.answered.map_or(0, |(_, tick)| tick);
             self.health
                 .cycle(tick, woke_ns, late_ns, self.boxed_values());
+            // A subscriber that joined late gets the newest message only by this call.
         } else {
             self.health.idle();
             self.command.update_connections();
@@ -192,7 +212,7 @@ impl ControllerProcess {
             .publish_if_due(self.answered.map_or(0, |(_, tick)| tick), now_ns);
     }
 
-    /// What an incident shows of a cycle.
+    /// Values of a cycle that the black box keeps for an incident.
     fn boxed_values(&self) -> [f64; 4] {
         let speeds = self.sent.joint_velocities;
         [
@@ -205,9 +225,9 @@ impl ControllerProcess {
         ]
     }
 
-    /// The cycle: take the newest, decide on stopping, update, limit (all in
-    /// [`Cycle::update`]), publish.
+    /// The cycle: take the newest inputs, update ([`Cycle::update`]), publish.
     fn answer(&mut self, generation: u32, tick: u64) {
+        // Time went back: decisions about later ticks belong to a run that was set back.
         if self
             .answered
             .is_none_or(|(g, t)| g != generation || t > tick)
@@ -220,6 +240,8 @@ impl ControllerProcess {
         };
         let decision = decided.then(|| self.gate.current()).flatten();
         let lockstep = self.lockstep;
+        // In real time the closure ends the wait at once, and the answer is taken when it
+        // arrives.
         self.planner.deliver(&mut self.cycle, tick, || {
             std::thread::yield_now();
             lockstep && !stop_requested()
@@ -227,8 +249,10 @@ impl ControllerProcess {
         let (command, report) = (&mut self.sent, &mut self.report);
         self.cycle
             .update(state, decision, self.decision_limit_ticks, command, report);
+        // After the update, which made the request: the planner has all of the interval for
+        // it.
         self.planner.hand_over(&self.cycle);
-        // Status before command: who has seen the command may rely on it.
+        // Status before command: a process that has the command may rely on the status.
         let _sent = self.status.publish(|message| *message = *report).is_ok();
         let sent = self.command.publish(|message| *message = *command).is_ok();
         self.answered = Some((generation, tick));
@@ -236,7 +260,7 @@ impl ControllerProcess {
             self.physics_bell.ring();
             self.task_bell.ring();
         }
-        // A command that was not sent has no number to stand after.
+        // A command that was not sent has no sequence number for the checkpoint to follow.
         if sent && self.kept_in != Some(tick / KEYFRAME_TICKS) {
             self.kept_in = Some(tick / KEYFRAME_TICKS);
             let of_command = self.sent.header;
@@ -244,8 +268,8 @@ impl ControllerProcess {
         }
     }
 
-    /// Sends what the cycle remembers, for who computes it again, as of the
-    /// newest command, whose header is `of_command`.
+    /// Publishes a checkpoint for replay, as of the newest command, whose header is
+    /// `of_command`.
     fn publish_keyframe(&mut self, of_command: &Header) {
         let (cycle, limit) = (&mut self.cycle, self.decision_limit_ticks);
         let after_seq = self.command.seq();
@@ -260,7 +284,7 @@ impl ControllerProcess {
             message.reserved = 0;
             let length = cycle.save(limit, &mut message.bytes).ok();
             fits = length.is_some();
-            // Fits: the room is that of the array.
+            // The length fits: the array has that many bytes.
             message.len = length.map_or(0, |length| u32::try_from(length).unwrap_or(0));
             (message.offset, message.total) = (0, u64::from(message.len));
         });
@@ -270,9 +294,11 @@ impl ControllerProcess {
         }
     }
 
-    /// The newest decision caused by an earlier tick of this physics. In
-    /// lockstep that is the one of the last tenth tick, and it is waited for.
+    /// Takes the newest decision caused by an earlier tick of this physics; `true` if one was
+    /// found. In lockstep that is the decision of the last tenth tick, and it is waited for.
     fn take_decision(&mut self, generation: u32, tick: u64) -> bool {
+        // The decision of this tick itself is kept back: whether it has arrived depends on the
+        // scheduler.
         let wanted = tick.checked_sub(1).map(|t| t - t % DECISION_TICKS);
         let patient_until_ns = monotonic_ns() + DELIVERY_NS;
         loop {
@@ -295,7 +321,7 @@ impl ControllerProcess {
             .map(|s| (s.header.generation, s.header.tick))
     }
 
-    /// `false` when none came in time.
+    /// Waits for a new state; `false` if none came in time.
     fn wait_for_state(&mut self) -> bool {
         if self.lockstep {
             self.wait_in_lockstep()
@@ -306,6 +332,8 @@ impl ControllerProcess {
 
     /// Sleeps until shortly before the next state is due, then polls.
     fn wait_in_real_time(&mut self) -> bool {
+        // Sleeping is not exact enough for the start of a cycle; polling all the time takes a
+        // core.
         sleep_until(self.expected_ns.saturating_sub(self.spin_ns));
         let patient_until_ns = monotonic_ns() + PATIENCE_NS;
         loop {
@@ -317,7 +345,8 @@ impl ControllerProcess {
                 return false;
             }
             if now_ns > self.expected_ns + self.spin_ns {
-                // Overdue: physics is late, starting or gone.
+                // Overdue: physics is late, starting, or not running. Polling would take its
+                // core.
                 sleep_until(now_ns + self.spin_ns);
             } else {
                 std::hint::spin_loop();
@@ -341,6 +370,7 @@ impl ControllerProcess {
         let Some(state) = self.state.take() else {
             return false;
         };
+        // The mode is part of the state: it changes with the speed, at a known tick.
         self.lockstep = state.has(FLAG_LOCKSTEP);
         self.class.follow(self.lockstep);
         self.health.set_lockstep(self.lockstep);

@@ -1,5 +1,5 @@
-//! RMPflow as a controller: it integrates its own state, so its command never
-//! jumps, and resolves within the limits of the robot.
+//! RMPflow as a controller: it integrates its own state, so its command never jumps, and
+//! resolves within the limits of the robot.
 
 use cell_model::Cell;
 use ipc_types::WorldState;
@@ -20,12 +20,12 @@ use crate::surroundings::{Among, Surroundings};
 
 /// Length of a cycle (s).
 const CYCLE_S: f64 = 1.0e-3;
-/// A joint slower than this stands (rad/s or m/s).
+/// Speed below which a joint is at rest (rad/s or m/s).
 const STANDSTILL: f64 = 1.0e-6;
-/// Clearance that is reported when there is no obstacle (m).
+/// Clearance that is reported without an obstacle (m).
 const NO_OBSTACLE_M: f64 = 1.0e3;
 
-/// What the controller is about.
+/// Mode of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
     /// Following the setpoint.
@@ -47,7 +47,7 @@ struct Target {
 #[derive(Clone, Copy, Debug)]
 struct Gains {
     own: (CspaceTargetParameters, CollisionParameters),
-    /// While a path leads the arm.
+    /// Gains while a path leads the arm.
     led: (CspaceTargetParameters, CollisionParameters),
     is_led: bool,
 }
@@ -60,12 +60,12 @@ pub struct RmpFlowController {
     limits: JointLimits,
     default_posture: Vec<f64>,
     posture: Vec<f64>,
-    /// What the policies were told last: position and orientation of the tool.
+    /// Position and orientation of the tool that the policies have.
     target: Target,
     surroundings: Surroundings,
     held: HeldObject,
     planning: Planning,
-    /// Paths lead the arm whatever the goal says.
+    /// Whether paths lead the arm with any goal.
     always_plans: bool,
     gains: Gains,
     tick: u64,
@@ -81,10 +81,12 @@ impl RmpFlowController {
     ///
     /// # Errors
     ///
-    /// Where there is no such arm, or the robot's files contradict each other.
+    /// [`RmpFlowError`] if the cell has no arm of this number, or the robot's files contradict
+    /// each other.
     pub fn new(cell: &Cell, arm: usize) -> Result<Self, RmpFlowError> {
         let spec = cell.arms.get(arm).ok_or(RmpFlowError::NoSuchArm(arm))?;
         let robot = &spec.robot;
+        // Limits are checked once, here: the resolve relies on them in each cycle.
         let limits = robot.limits();
         limits
             .validate(robot.arm_joints.len())
@@ -123,10 +125,11 @@ impl RmpFlowController {
         })
     }
 
-    /// Takes note of where everything is that may move, seen by arm `arm`: the
-    /// other arms, the objects of `object_mask`, and what the tool holds.
+    /// Takes the poses of all that may move, for arm `arm`: the other arms, the objects of
+    /// `object_mask`, and the object on the tool.
     pub fn see(&mut self, state: &WorldState, arm: usize, object_mask: u64) {
         self.tick = state.header.tick;
+        // The held object first: it must not be an obstacle of its own arm.
         if let Some(arm) = state.arms().get(arm) {
             self.held.see(state, arm, &mut self.flow, self.tool);
         }
@@ -136,8 +139,8 @@ impl RmpFlowController {
             .see_objects(state.objects(), object_mask, held, set);
     }
 
-    /// Whether paths lead the arm around obstacles from now on; where the cell says so they
-    /// do in any case.
+    /// Sets whether paths lead the arm around obstacles; if the cell has a planner for the arm
+    /// they always do.
     pub fn follow_paths(&mut self, follow: bool) {
         self.planning.set_on(follow || self.always_plans);
     }
@@ -166,17 +169,21 @@ impl RmpFlowController {
 
     fn apply(&mut self, setpoint: &Setpoint) -> Result<(), rmp::SetupError> {
         let mut fixtures = setpoint.obstacle_mask;
+        // Fixtures that are not solid guide motion policies around something; paths need no
+        // such guide (ADR 0021).
         if self.planning.is_led() {
             fixtures &= self.surroundings.solid_mask();
         }
         self.surroundings
             .mask_fixtures(fixtures, self.flow.obstacles_mut());
+        // A hold gives the path up: after it the arm may be at any place.
         if setpoint.hold {
             self.planning.clear();
             self.set_gains()?;
             return self.hold();
         }
         self.mode = Mode::Follow;
+        // A joint without a wanted position tends to the default posture, not to its last one.
         for (joint, slot) in self.posture.iter_mut().enumerate() {
             let wanted = setpoint.joints.positions.get(joint);
             *slot = wanted
@@ -202,6 +209,7 @@ impl RmpFlowController {
             position: pose.map(|pose| pose.translation.vector),
             orientation: pose.map(|pose| pose.rotation),
         };
+        // At the end of the path the goal itself attracts the tool, with its corridor.
         self.lead(if is_end { goal } else { on_path })
     }
 
@@ -215,7 +223,7 @@ impl RmpFlowController {
         }))
     }
 
-    /// Asks for a path or a reason where one is needed, and takes what came.
+    /// Requests a path or a reason if one is needed, and takes an answer.
     fn plan(&mut self, goal: Option<&PlanGoal>) -> Result<(), rmp::SetupError> {
         self.planning.update(&Moment {
             tick: self.tick,
@@ -230,6 +238,7 @@ impl RmpFlowController {
         self.set_gains()
     }
 
+    // Gains change only at a switch: setting them again rebuilds the leaves.
     fn set_gains(&mut self) -> Result<(), rmp::SetupError> {
         let is_led = self.planning.is_led();
         if is_led != self.gains.is_led {
@@ -260,7 +269,7 @@ impl RmpFlowController {
         Ok(())
     }
 
-    /// Ends the motion, then stays at the pose it ended in.
+    /// Ends the motion, then stays at the pose where it ended.
     fn hold(&mut self) -> Result<(), rmp::SetupError> {
         if self.mode == Mode::Follow {
             self.mode = Mode::Brake;
@@ -273,6 +282,7 @@ impl RmpFlowController {
         Ok(())
     }
 
+    // The posture is the present one too, or the arm would drift towards its default at rest.
     fn stay(&mut self) -> Result<(), rmp::SetupError> {
         let pose = self
             .flow
@@ -285,6 +295,7 @@ impl RmpFlowController {
     }
 
     fn step(&mut self) -> Result<(), rmp::FlowError> {
+        // The brake is computed without policies: obstacles must not delay a stop.
         if self.mode == Mode::Brake {
             let clips = rmp::brake(&mut self.state, &self.limits, CYCLE_S)?;
             self.clipped_joints = clips.acceleration | clips.jerk;
@@ -294,6 +305,7 @@ impl RmpFlowController {
                 .step_cell(&mut self.state, &self.limits, CYCLE_S)?;
             self.min_clearance = report.clearance.map_or(NO_OBSTACLE_M, |c| c.distance);
             let clips = report.clips;
+            // Reported, since a clipped joint means that the limits shaped the motion.
             self.clipped_joints =
                 clips.position | clips.velocity | clips.acceleration | clips.jerk | clips.conflict;
         }
@@ -330,14 +342,15 @@ impl RmpFlowController {
             .checkpoint(codec, self.flow.obstacles_mut())?;
         self.held.checkpoint(codec, &mut self.flow, self.tool)?;
         self.planning.checkpoint(codec)?;
+        // After the path was read: its gains follow from it.
         if codec.reads() {
             self.set_gains().map_err(|_refused| damaged("gains", 0))?;
         }
         self.record_flow(codec)
     }
 
-    /// What the policies themselves remember: posture, target, and the bounds
-    /// that were active, from which the next resolve starts.
+    /// State of the policies themselves: posture, target, and the bounds that were active,
+    /// from which the next resolve starts.
     fn record_flow(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
         let mut posture = [0.0; MAX_STATE_JOINTS];
         let joints = self.flow.joint_count().min(MAX_STATE_JOINTS);
@@ -373,6 +386,7 @@ impl Controller for RmpFlowController {
         self.state
             .accelerations
             .copy_from_slice(estimated.accelerations.first(n));
+        // A motion in progress is ended within the limits, until a goal arrives.
         self.mode = Mode::Brake;
         self.planning.clear();
         let pose = self

@@ -1,4 +1,4 @@
-//! Joint values with a note of which joints they speak of.
+//! Joint values, with a mark for each joint that has one.
 
 use thiserror::Error;
 
@@ -54,6 +54,7 @@ impl JointField {
     }
 
     fn combine(&self, other: &Self, kind: &'static str) -> Result<Self, CombineError> {
+        // Two controllers of one joint are refused: the later one would win without notice.
         let both = self.set & other.set;
         if both != 0 {
             return Err(CombineError {
@@ -107,11 +108,11 @@ impl RobotState {
         self.accelerations.checkpoint(codec)
     }
 
-    /// What both say together.
+    /// The union of both.
     ///
     /// # Errors
     ///
-    /// Where both say something about the same joint.
+    /// If both have a value for the same joint.
     pub fn combine(&self, other: &Self) -> Result<Self, CombineError> {
         Ok(Self {
             positions: self.positions.combine(&other.positions, "positions")?,

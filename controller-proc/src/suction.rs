@@ -1,10 +1,10 @@
-//! Suction: on, off, or as it was.
+//! Suction: on, off, or unchanged.
 
 use ipc_types::{GripperGoal, GripperState};
 
 use crate::checkpoint::{CheckpointError, Codec};
 
-/// What a suction gripper is told; an arm without one is always told off.
+/// The command of a suction gripper; an arm without one has it off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SuctionController {
     fitted: bool,
@@ -17,7 +17,7 @@ impl SuctionController {
         Self { fitted, on: false }
     }
 
-    /// Starts from what is measured: who holds something, or tries to, continues.
+    /// Starts from the measured state: a gripper that holds, or tries to, continues.
     pub fn begin(&mut self, measured: &GripperState) {
         self.on = measured.attached == 1 || measured.suction == 1;
     }

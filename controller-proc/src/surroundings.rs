@@ -1,4 +1,4 @@
-//! All that motion of an arm keeps away from: fixtures, other arms, objects.
+//! All obstacles of an arm: fixtures, other arms, objects.
 
 use cell_model::{ArmSpec, Cell, FixtureSpec};
 use ipc_types::{ArmState, ObjectState};
@@ -10,12 +10,12 @@ use crate::error::RmpFlowError;
 use crate::obstacle_objects::ObstacleObjects;
 use crate::other_arm::OtherArm;
 
-/// What stands, moves and lies around an arm.
+/// The surroundings of an arm.
 pub struct Surroundings {
     fixtures: Vec<ObstacleId>,
-    /// Fixtures that count, bit per fixture that is an obstacle.
+    /// Fixtures in force, bit per fixture that is an obstacle.
     fixture_mask: u64,
-    /// Those that are solid.
+    /// The solid ones among them.
     solid_mask: u64,
     others: Vec<OtherArm>,
     objects: ObstacleObjects,
@@ -27,7 +27,7 @@ pub(crate) struct Among {
     /// The frame of the tool.
     pub(crate) tool: TargetId,
     pub(crate) surroundings: Surroundings,
-    /// Places for obstacles.
+    /// Number of places for obstacles.
     pub(crate) capacity: usize,
 }
 
@@ -35,8 +35,8 @@ impl Among {
     /// Of arm `arm` of `cell`, which is `spec`.
     ///
     /// # Errors
-    /// [`RmpFlowError`] where the robot's files contradict each other, or something cannot be
-    /// an obstacle.
+    /// [`RmpFlowError`] if the robot's files contradict each other, or an obstacle is not
+    /// valid.
     pub(crate) fn new(cell: &Cell, arm: usize, spec: &ArmSpec) -> Result<Self, RmpFlowError> {
         let robot = &spec.robot;
         let setup = |source| RmpFlowError::Setup {
@@ -60,7 +60,7 @@ impl Among {
 }
 
 impl Surroundings {
-    /// What is around arm `arm` of `cell`, whose base is at `base`.
+    /// The surroundings of arm `arm` of `cell`, whose base is at `base`.
     pub fn new(cell: &Cell, arm: usize, base: &Isometry3<f64>) -> Self {
         Self {
             fixtures: Vec::new(),
@@ -71,7 +71,7 @@ impl Surroundings {
         }
     }
 
-    /// How many places in a set of obstacles it takes.
+    /// Number of places in a set of obstacles.
     pub fn obstacle_count(&self, cell: &Cell) -> usize {
         let arms: usize = self.others.iter().map(OtherArm::part_count).sum();
         let parts = |fixture: &FixtureSpec| fixture.shape.obstacles(fixture.pose).len();
@@ -82,7 +82,7 @@ impl Surroundings {
     /// Adds everything to `set`; fixtures first, in the order of their mask.
     ///
     /// # Errors
-    /// [`RmpFlowError`] naming what cannot be an obstacle.
+    /// [`RmpFlowError`] with the name of the obstacle that is not valid.
     pub fn add_to(
         &mut self,
         cell: &Cell,
@@ -110,16 +110,15 @@ impl Surroundings {
         added.map_err(|(object, source)| RmpFlowError::Object { object, source })
     }
 
-    /// Takes note of where the other arms are. Their speed is not taken into
-    /// account: a policy sees how fast it comes nearer itself, not how fast the
-    /// other arm does.
+    /// Takes the measured joints of the other arms. Their velocity is not used: a policy knows
+    /// its own approach, not that of the other arm.
     pub fn see_arms(&mut self, arms: &[ArmState], set: &mut ObstacleSet) {
         for other in &mut self.others {
             other.place(arms, set);
         }
     }
 
-    /// Takes note of where the objects are; see [`ObstacleObjects::place`].
+    /// Takes the poses of the objects; see [`ObstacleObjects::place`].
     pub fn see_objects(
         &mut self,
         objects: &[ObjectState],
@@ -130,13 +129,13 @@ impl Surroundings {
         self.objects.place(objects, mask, held, set);
     }
 
-    /// Fixtures that are solid, bit per fixture that is an obstacle: the others lead motion
-    /// policies around something, and paths need no such lead.
+    /// Fixtures that are solid, bit per fixture that is an obstacle: the others guide motion
+    /// policies around something, and paths need no such guide.
     pub fn solid_mask(&self) -> u64 {
         self.solid_mask
     }
 
-    /// Lets the fixtures of `mask` count, and no others.
+    /// Puts the fixtures of `mask` in force, and no others.
     pub fn mask_fixtures(&mut self, mask: u64, set: &mut ObstacleSet) {
         if mask != self.fixture_mask {
             self.fixture_mask = mask;
@@ -146,14 +145,14 @@ impl Surroundings {
 
     fn apply_mask(&self, set: &mut ObstacleSet) {
         for (bit, id) in self.fixtures.iter().enumerate() {
+            // Fixtures beyond the 64th share the last bit.
             let enabled = self.fixture_mask >> bit.min(63) & 1 == 1;
-            // The id came from this set, so it is there.
+            // The id is from this set, so it is known.
             let _known = set.set_enabled(*id, enabled).is_ok();
         }
     }
 
-    /// Writes or reads what is remembered from cycle to cycle; objects are seen
-    /// again in every cycle.
+    /// Writes or reads the state from cycle to cycle; objects are placed again in every cycle.
     pub(crate) fn checkpoint(
         &mut self,
         codec: &mut Codec<'_>,
@@ -172,7 +171,7 @@ impl Surroundings {
     }
 }
 
-/// Bit 63 stands for all from the 64th on.
+/// Bit 63 is the one of all fixtures from the 64th on.
 fn solid_mask(cell: &Cell) -> u64 {
     let fixtures = cell.obstacles().enumerate();
     let unsolid = fixtures.filter(|(_, fixture)| !fixture.solid);

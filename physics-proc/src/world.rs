@@ -4,7 +4,7 @@
 //! clock, file or port. Runs are compared by the hash of the state to the bit, after kills and
 //! in a replay as well, so a change must keep these rules:
 //!
-//! - All that decides the next tick is in the engine or in [`Memory`], which are the snapshot.
+//! - All that decides the next tick is in the engine or in `Memory`, which are the snapshot.
 //!   A value kept elsewhere is lost at a kill, and the run then differs from one without a
 //!   kill.
 //! - The order of insertion of bodies is the order in which the solver handles joints and

@@ -1,4 +1,4 @@
-//! What a cycle says: the command to the drives, and how it stands.
+//! The output of a cycle: the command to the drives, and the status.
 
 use cell_model::stop::Stop;
 use ipc_types::arm::PATH_POINTS;
@@ -47,6 +47,8 @@ impl Cycle {
         command.joint_positions[..n].copy_from_slice(q);
         command.joint_velocities[..n].copy_from_slice(qd);
         command.joint_accelerations[..n].copy_from_slice(qdd);
+        // Feed-forward of the commanded motion, gravity included: without it the arm sags, as
+        // on a real robot (ADR 0006).
         let gravity = self.base.rotation.inverse() * GRAVITY;
         let efforts = self.dynamics.inverse_dynamics(q, qd, qdd, &gravity);
         for (slot, effort) in command.joint_efforts.iter_mut().zip(efforts) {
@@ -61,6 +63,7 @@ impl Cycle {
             .iter()
             .filter_map(|j| self.last.positions.get(*j))
             .fold(0.0, |sum, position| sum + position);
+        // A force of zero in the goal is the gripper's default.
         let asked = self.latch.goal().grip_force;
         let force = self.gripper.as_ref().map_or(0.0, |g| {
             let wanted = if asked > 0.0 { asked } else { g.default_force };
@@ -84,6 +87,7 @@ impl Cycle {
         let goal = self.latch.goal();
         let tcp = isometry(&arm.tcp);
         let target = isometry(&goal.target);
+        // The command in force, not the goal: the task grades the width against it.
         let gripper = self.gripper_command();
         status.header = Header::caused_by::<ArmStatus>(state.header.tick);
         self.inputs(state, &mut status.header);
@@ -96,6 +100,8 @@ impl Cycle {
         status.goal_id = goal.goal_id;
         status.decision_tick = self.latch.decision_tick().unwrap_or(0);
         status.decision_age_ticks = state.header.tick.saturating_sub(status.decision_tick);
+        // From the measured pose: the task has to know where the tool is, not where it should
+        // be.
         status.position_error = (tcp.translation.vector - target.translation.vector).norm();
         status.orientation_error = angle(&tcp.rotation, &target.rotation);
         status.gripper_error = match self.gripper {
@@ -103,6 +109,7 @@ impl Cycle {
             None => 0.0,
         };
         status.setpoint = pose(&(self.base * self.tool()));
+        // The identity before the first goal keeps the message valid.
         status.target = if goal.goal_id == 0 {
             Pose::IDENTITY
         } else {
@@ -126,7 +133,7 @@ impl Cycle {
         status.controller = Text::new(self.controller_name());
     }
 
-    /// The selected controller, or what RMPflow and the gripper do together.
+    /// Name of the selected controller, or of the combination of RMPflow and gripper.
     fn controller_name(&self) -> &'static str {
         let selected = self.motion.with(|motion| motion.active_name()).flatten();
         selected.unwrap_or(self.pairs.active_name())

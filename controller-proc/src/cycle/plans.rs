@@ -1,4 +1,4 @@
-//! What a cycle asks a planner, and how it takes the answer.
+//! Requests of a cycle to the planner, and their answers.
 
 use super::Cycle;
 use crate::planning::{ANSWER_TICKS, PlanAnswer, PlanRequest, Planner};
@@ -13,7 +13,7 @@ pub struct PlanAsked {
 }
 
 impl Cycle {
-    /// The request for a plan that waits for its answer.
+    /// The request that waits for its answer.
     pub fn plan_request(&self) -> Option<PlanRequest> {
         let request = self.motion.with(|motion| motion.plan_request().cloned());
         request.flatten()
@@ -45,13 +45,13 @@ impl Cycle {
         empty.unwrap_or_else(|| PlanRequest::with_capacity(0, 0))
     }
 
-    /// Takes the answer to a request out of `slot`; the next update uses it. The
-    /// slot then holds an answer to be dropped.
+    /// Takes the answer to a request out of `slot`; the next update uses it. An answer to be
+    /// dropped is left in the slot: memory is not freed in a cycle.
     pub fn answer_plan(&mut self, slot: &mut Option<PlanAnswer>) {
         self.motion.with(|motion| motion.answer_plan(slot));
     }
 
-    /// Lets `planner` answer the request that is due at `tick`, as a process in lockstep
+    /// Answers the request that is due at `tick` with `planner`, as a process in lockstep
     /// does.
     pub fn plan_with(&mut self, planner: &mut Planner, tick: u64) {
         let due = |asked: PlanAsked| tick >= asked.tick + ANSWER_TICKS;

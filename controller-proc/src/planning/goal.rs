@@ -1,4 +1,4 @@
-//! Where the tool is to be, as planning sees it.
+//! The goal of the tool, as planning uses it.
 
 use nalgebra::{Isometry3, Vector3};
 
@@ -10,10 +10,9 @@ use crate::convert::angle;
 pub struct PlanGoal {
     /// The pose (m).
     pub pose: Isometry3<f64>,
-    /// Direction and length of the last part of the way there (m); zero where any way is
-    /// fine.
+    /// Direction and length of the last part of the motion (m); zero if it is free.
     pub approach: Vector3<f64>,
-    /// Not the pose is asked for, but the joint positions of the posture, which have it.
+    /// The goal is the posture; `pose` is the pose of the tool there.
     pub by_joints: bool,
 }
 
@@ -29,8 +28,10 @@ impl PlanGoal {
         (way.norm(), angle(&self.pose.rotation, &pose.rotation))
     }
 
-    /// Whether motion policies go the last part of the way alone.
+    /// Whether motion policies make the last part of the motion alone.
     pub(crate) fn ends_alone(&self) -> bool {
+        // With joints as the goal the posture itself attracts the arm; an approach is the
+        // corridor's.
         self.by_joints || self.approach != Vector3::zeros()
     }
 

@@ -11,22 +11,24 @@ use super::planner::{MAX_WAYPOINTS, PlannedArm};
 use super::request::held;
 use crate::checkpoint::{CheckpointError, Codec};
 
-/// How near to obstacles corners are cut (m).
+/// Distance from obstacles to which corners are cut (m).
+// Less than the 8 mm of a path, so that shorter ways across its corners are free (ADR 0021).
 const CORNER_M: f64 = 0.006;
-/// How far an arm that holds something is led ahead of where it is, at most (rad and m alike):
-/// farther, and so faster, it would lose what it holds.
+/// Largest lead of an arm that holds something (rad and m alike): a larger lead is a faster
+/// motion, in which it would lose the object.
 const HELD_AHEAD: f64 = 0.4;
-/// Where motion policies go the last part alone, the path ends this near to its last point
-/// (rad and m alike).
+/// If motion policies make the last part alone, the path ends this near to its last point (rad
+/// and m alike).
 const AT_APPROACH: f64 = 0.15;
 
-/// A path, and where on it the arm is.
+/// A path, and the position of the arm on it.
 #[derive(Debug)]
 pub(crate) struct Led {
     pub(crate) guide: Guide,
     /// The tool at evenly spaced points of the path, world frame (m).
     pub(crate) points: [[f64; 3]; PATH_POINTS],
-    /// What was held when it was planned: centre in the tool frame, radius (m).
+    /// Spheres of the held object at the time of planning: centre in the tool frame, radius
+    /// (m).
     held: Vec<(Vector3<f64>, f64)>,
 }
 
@@ -55,14 +57,16 @@ impl Led {
         }
     }
 
-    /// Where to lead an arm at `positions`, and whether that is the end of the path.
+    /// Positions to lead an arm at `positions` to, and whether they are the end of the path.
     pub(crate) fn lead(&mut self, positions: &[f64]) -> (&[f64], bool) {
         // The guide's answer borrows it whole.
         let sees_the_end = self.guide.sees_the_end();
         (self.guide.lead(positions), sees_the_end)
     }
 
-    /// Whether the path is behind the arm: the approach to `goal` is that of motion policies.
+    /// Whether the arm is at the end of the path, from which motion policies reach `goal`
+    /// alone.
+    // Without waypoints nothing is left to follow.
     pub(crate) fn is_done(&self, goal: &PlanGoal, positions: &[f64]) -> bool {
         let Some(end) = self.guide.waypoints().last() else {
             return true;
@@ -71,7 +75,7 @@ impl Led {
         goal.ends_alone() && off.sum::<f64>() < AT_APPROACH * AT_APPROACH
     }
 
-    /// Writes it, or reads it into `led`.
+    /// Writes `led`, or reads it.
     pub(crate) fn checkpoint(
         led: &mut Option<Self>,
         codec: &mut Codec<'_>,
@@ -81,6 +85,8 @@ impl Led {
         let (mut waypoints, mut memory) = (Vec::new(), (0.0, 0.0));
         let (mut spheres, mut points) = (Vec::new(), [[0.0; 3]; PATH_POINTS]);
         if codec.reads() {
+            // Read and written in one order of fields. The guide is rebuilt from the
+            // waypoints.
             read(codec, arm.joint_count(), &mut waypoints)?;
         } else if let Some(led) = led {
             write(codec, led.guide.waypoints())?;

@@ -1,9 +1,16 @@
-//! When a path is planned for an arm, and what leads the arm along it.
+//! Conditions under which a path is planned for an arm, and how the arm is led along it.
 //!
-//! Planning takes longer than a cycle. A cycle only asks: its request is answered by
-//! [`planner`] outside of the cycle, in a thread of the controller process ([`worker`]) or
-//! where the caller likes, [`ANSWER_TICKS`] later. In between, and where no path is needed,
-//! motion policies move the arm alone.
+//! Planning takes from a fraction of a millisecond to some 100 ms, a cycle has one (ADR 0021).
+//! So a cycle only makes a request, a plain value. It is answered by [`planner`] outside of
+//! the cycle, in a thread of the controller process ([`worker`]) or by the caller, and taken
+//! [`ANSWER_TICKS`] later. Until then, and where no path is needed, motion policies move the
+//! arm alone.
+//!
+//! The rules that keep runs equal to the bit: the answer depends on nothing but the request;
+//! it is taken at a tick that follows from the request, not from the scheduler; request, path
+//! and progress are in the checkpoint. An answer to another request than the one in flight is
+//! dropped, since its goal or its obstacles are old. Nothing is allocated or freed in a cycle:
+//! answers are swapped, and the old ones are dropped by the planner's side.
 
 mod goal;
 mod led;
@@ -22,37 +29,41 @@ pub use request::{Ask, PlanRequest};
 use crate::checkpoint::{CheckpointError, Codec, damaged};
 use led::Led;
 
-/// Ticks from a request to its answer. In real time an answer that is not there yet is taken
-/// when it comes; in lockstep it is waited for.
+/// Ticks from a request to its answer. In real time a late answer is taken when it arrives; in
+/// lockstep it is waited for.
+// Far above the p95 of a search, 4.5 to 5.8 ms (ADR 0019). One without a result takes some 100
+// ms, and its answer would change nothing.
 pub const ANSWER_TICKS: u64 = 50;
-/// A goal that moves farther than this has a path of its own (m, rad).
+/// Displacement of a goal from which a new path is planned (m, rad).
 const MOVED_M: f64 = 0.02;
 const MOVED_RAD: f64 = 0.1;
-/// The path to a goal that jumps farther than this is of no use until then (m).
+/// Displacement of a goal from which the present path is dropped at once (m).
 const JUMPED_M: f64 = 0.2;
 /// Nearer goals are left to motion policies, until the arm is stuck (m, rad).
+// Targets that glide cause no request (ADR 0021).
 const FAR_M: f64 = 0.1;
 const FAR_RAD: f64 = 0.5;
-/// The tool is at its goal within this (m, rad).
+/// Distance at which the tool is at its goal (m, rad).
 const NEAR_M: f64 = 0.005;
 const NEAR_RAD: f64 = 0.05;
-/// An arm whose tool comes no nearer to its goal than by this (m, rad), and whose joints are
-/// slower than this (rad/s or m/s), for so many ticks, is stuck.
+/// An arm is stuck if for so many ticks its tool comes no nearer to its goal than by this (m,
+/// rad), and its joints are slower than this (rad/s or m/s).
 const STUCK_M: f64 = 0.002;
 const STUCK_RAD: f64 = 0.02;
 const STUCK_SPEED: f64 = 0.1;
 const STUCK_TICKS: u64 = 500;
 /// Ticks from a negative answer to the next request.
+// Obstacles and other arms move; without a new request an arm would stay blocked for ever.
 const RETRY_TICKS: u64 = 500;
-/// How often the path ahead is checked (ticks), and how far (rad and m alike).
+/// Interval of the checks of the path ahead (ticks), and their length (rad and m alike).
 const LOOK_TICKS: u64 = 10;
 const LOOK_AHEAD: f64 = 1.0;
 
 /// The reason to show for a goal that had the reason `before`, after another search gave
 /// `now`.
 ///
-/// Each search starts from other joint positions. One that found positions with the pose has
-/// proved that there are some; a later one that finds none missed them, and people would see
+/// Each search starts from other joint positions. A search that found positions with the pose
+/// has proved that they exist; a later one that finds none missed them, and people would see
 /// the reason change with each search.
 fn confirmed(before: NotReached, now: NotReached) -> NotReached {
     use NotReached::{Blocked, JointLimit, LocalMinimum, Singular, Unreachable};
@@ -63,7 +74,7 @@ fn confirmed(before: NotReached, now: NotReached) -> NotReached {
     }
 }
 
-/// What planning has to know in one cycle.
+/// The inputs of planning in one cycle.
 pub(crate) struct Moment<'a> {
     pub(crate) tick: u64,
     pub(crate) goal: Option<&'a PlanGoal>,
@@ -71,7 +82,7 @@ pub(crate) struct Moment<'a> {
     pub(crate) tool: &'a Isometry3<f64>,
     pub(crate) state: &'a MotionState,
     pub(crate) posture: &'a [f64],
-    /// Spheres of what is held, in the tool frame.
+    /// Spheres of the held object, in the tool frame.
     pub(crate) held: &'a [(Vector3<f64>, f64)],
     pub(crate) obstacles: &'a ObstacleSet,
     /// The solid ones of the first 64 obstacles.
@@ -87,7 +98,7 @@ impl Moment<'_> {
     }
 }
 
-/// What is said of planning to others.
+/// The report on planning for the status.
 pub(crate) struct PlanReport {
     pub(crate) state: PlanState,
     pub(crate) not_reached: NotReached,
@@ -99,22 +110,22 @@ pub(crate) struct PlanReport {
 /// The requests of one arm and the path that leads it.
 #[derive(Debug)]
 pub(crate) struct Planning {
-    /// Whether paths lead the arm; else only reasons are asked for.
+    /// Whether paths lead the arm; else only reasons are requested.
     is_on: bool,
     arm: planner::PlannedArm,
-    /// What the last request was for.
+    /// Goal of the last request.
     goal: Option<PlanGoal>,
     request: PlanRequest,
     is_in_flight: bool,
     answered: u64,
     not_reached: NotReached,
-    /// An answer that was not looked at yet, or what it made superfluous: memory is not
-    /// freed in a cycle.
+    /// An answer that was not used yet, or the one it replaced: memory is not freed in a
+    /// cycle.
     inbox: Option<PlanAnswer>,
     led: Option<Led>,
-    /// Whether `led` counts.
+    /// Whether `led` is in use.
     is_led: bool,
-    /// How far the tool was from its goal when the arm made headway last (m, rad), and the
+    /// Distance of the tool from its goal at the last progress of the arm (m, rad), and the
     /// ticks since then.
     last_off: (f64, f64),
     stuck_ticks: u64,
@@ -148,19 +159,20 @@ impl Planning {
     }
 
     /// The request that waits for its answer.
+    // An answer in the inbox is taken in the next cycle: the request does not wait any more.
     pub(crate) fn request(&self) -> Option<&PlanRequest> {
         let is_answered = |answer: &PlanAnswer| answer.id == self.request.id;
         let waits = self.is_in_flight && !self.inbox.as_ref().is_some_and(is_answered);
         waits.then_some(&self.request)
     }
 
-    /// Takes the answer in `slot`, for the next cycle, and leaves there what is not needed
-    /// any more.
+    /// Takes the answer in `slot` for the next cycle, and leaves the previous one there to be
+    /// dropped.
     pub(crate) fn answer(&mut self, slot: &mut Option<PlanAnswer>) {
         std::mem::swap(&mut self.inbox, slot);
     }
 
-    /// Forgets goal and path; an answer that is under way is dropped.
+    /// Removes goal and path; an answer in flight is dropped when it arrives.
     pub(crate) fn clear(&mut self) {
         self.goal = None;
         self.is_in_flight = false;
@@ -174,8 +186,8 @@ impl Planning {
         self.is_on
     }
 
-    /// Whether paths lead the arm from now on. A goal that was planned before is planned
-    /// again: the arm may be anywhere by now.
+    /// Sets whether paths lead the arm. A goal that was planned before is planned again: the
+    /// arm may be at any place by now.
     pub(crate) fn set_on(&mut self, is_on: bool) {
         if is_on != self.is_on {
             self.is_on = is_on;
@@ -187,21 +199,27 @@ impl Planning {
         self.is_led
     }
 
-    /// Takes an answer that came, and asks for what is needed. Allocates nothing.
+    /// Takes an answer, and makes a request if one is needed. Allocates nothing.
     pub(crate) fn update(&mut self, now: &Moment<'_>) {
+        // No goal of the tool: the arm holds, or another controller moves it.
         let Some(goal) = now.goal else {
             self.clear();
             return;
         };
+        // Before the new request: an answer of this tick may make it superfluous.
         self.take_answer(now.tick);
         let off = self.goal.as_ref().map(|planned| planned.off(goal));
         let has_moved = off.is_none_or(|(m, rad)| m > MOVED_M || rad > MOVED_RAD);
+        // A path to a goal that jumped leads away from it; motion policies are better until
+        // the new path is there.
         if off.is_none_or(|(m, _)| m > JUMPED_M) {
             self.is_led = false;
         }
         let (m, rad) = goal.off_pose(now.tool);
         self.watch(now, (m, rad));
         let is_far = m > FAR_M || rad > FAR_RAD;
+        // The scene of the guide is the present one: a path is only valid among the obstacles
+        // that it was checked with.
         if let Some(led) = self.led.as_mut().filter(|_| self.is_led) {
             let parts = now.solids().flat_map(|id| now.obstacles.parts(id));
             led.guide.scene.set(parts);
@@ -211,6 +229,7 @@ impl Planning {
             && now.tick >= self.quiet_until
             && let Some(ask) = self.wanted(now.tick, has_moved && is_far)
         {
+            // The reason of the old goal does not apply to the new one.
             if has_moved {
                 self.not_reached = NotReached::None;
             }
@@ -224,12 +243,14 @@ impl Planning {
         let Some(answer) = &mut self.inbox else {
             return;
         };
+        // The answer is to a request that was given up.
         if !self.is_in_flight || answer.id != self.request.id {
             return;
         }
         self.is_in_flight = false;
         self.answered = answer.id;
         self.not_reached = confirmed(self.not_reached, answer.not_reached);
+        // A reason leads no arm: the path in use, if any, stays.
         if self.request.ask == Ask::Reason {
             self.quiet_until = tick + RETRY_TICKS;
             return;
@@ -241,7 +262,7 @@ impl Planning {
         }
     }
 
-    /// Notes how long the arm has been stuck away from its goal.
+    /// Counts the ticks for which the arm has been stuck away from its goal.
     fn watch(&mut self, now: &Moment<'_>, (m, rad): (f64, f64)) {
         let is_there = m < NEAR_M && rad < NEAR_RAD;
         let is_slow = now.state.velocities.iter().all(|v| v.abs() < STUCK_SPEED);
@@ -249,7 +270,8 @@ impl Planning {
         let comes_nearer = m < last_m - STUCK_M || rad < last_rad - STUCK_RAD;
         if is_there || !is_slow || comes_nearer {
             (self.last_off, self.stuck_ticks) = ((m, rad), 0);
-            // With a planner it stays until another answer comes.
+            // With a planner it stays until another answer arrives, or it would flicker with
+            // each move.
             if is_there || !self.is_on {
                 self.not_reached = NotReached::None;
             }
@@ -275,8 +297,8 @@ impl Planning {
         (is_stuck || failed).then_some(Ask::Detour)
     }
 
-    /// Joint positions (rad or m) to lead an arm at `positions` to, and whether the tool is
-    /// to go to its goal by now; none where no path leads it. Allocates nothing.
+    /// Joint positions (rad or m) to lead an arm at `positions` to, and whether the tool may
+    /// move to its goal; `None` if no path leads it. Allocates nothing.
     pub(crate) fn lead(&mut self, positions: &[f64]) -> Option<(&[f64], bool)> {
         let led = self.led.as_mut().filter(|_| self.is_led)?;
         Some(led.lead(positions))
@@ -300,7 +322,7 @@ impl Planning {
         }
     }
 
-    /// Writes or reads what is remembered from cycle to cycle.
+    /// Writes or reads the state from cycle to cycle.
     pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
         codec.bool("planner", &mut self.is_on)?;
         codec.option("planned goal", &mut self.goal, |codec, goal| {
@@ -318,6 +340,7 @@ impl Planning {
         codec.u64(&mut self.stuck_ticks)?;
         codec.u64(&mut self.quiet_until)?;
         codec.bool("led", &mut self.is_led)?;
+        // A path that is not in use is not recorded: it would never be used again.
         if !self.is_led {
             return Ok(());
         }

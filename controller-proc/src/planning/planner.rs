@@ -17,27 +17,33 @@ use super::request::{Ask, PlanRequest};
 use crate::error::RmpFlowError;
 use crate::surroundings::Among;
 
-/// Most waypoints of a path; one with more counts as none.
+/// Largest number of waypoints of a path; a longer one counts as no path.
+// A path is part of the checkpoint, which has room for 16 KiB.
 pub(crate) const MAX_WAYPOINTS: usize = 32;
-/// Random configurations of a search at most: some 100 ms where there is no path.
+/// Largest number of random configurations of a search: some 100 ms if there is no path.
+// Bounded by iterations, not by time, so that the answer does not depend on the machine (ADR
+// 0019).
 const MAX_ITERATIONS: u64 = 10_000;
-/// Solids that are looked at at most.
+/// Largest number of comparisons with solids.
+// Bounds a scene with many solids, where an iteration takes longer.
 const MAX_LOOKS: u64 = 20_000_000;
 
-/// A tool on a straight line in joint space is off its straight line by less, where motion
-/// policies are about as near to that (m).
+/// Largest distance of the tool from its straight line, on a straight line in joint space, for
+/// which motion policies stay about as near to it (m).
 const BOW_M: f64 = 0.15;
-/// How far paths stay off obstacles (m): the spheres leave out what sticks out by 4 mm.
+/// Distance of paths from obstacles (m): the spheres leave out parts that stick out by 4 mm.
+// With the spheres of the files alone, paths with 15 mm of clearance touched the edge of a
+// board with the corner of the hand (ADR 0021).
 const PADDING_M: f64 = 0.008;
 
-/// An arm as the planner sees it: covered by spheres as a whole. Motion policies keep far
-/// enough away with those of the robot's files, which leave parts of it out.
+/// An arm for the planner: covered by spheres as a whole. Motion policies keep more distance,
+/// and use the spheres of the robot's files, which leave out parts of it.
 #[derive(Debug)]
 pub(crate) struct PlannedArm {
     robot: Robot,
     /// The arm with the spheres of its files.
     plain: Arc<Body>,
-    /// With all spheres. They take some 20 ms to find, so not before they are needed.
+    /// With all spheres. They take some 20 ms to compute, so only when they are needed.
     covered: OnceLock<Arc<Body>>,
 }
 
@@ -45,7 +51,7 @@ impl PlannedArm {
     /// Of a robot.
     ///
     /// # Errors
-    /// Where the robot's files contradict each other.
+    /// If the robot's files contradict each other.
     pub(crate) fn new(robot: &Robot) -> Result<Self, RmpFlowError> {
         let plain = Self::with(robot, &robot.spheres).map_err(|source| RmpFlowError::Planner {
             robot: robot.name.clone(),
@@ -63,7 +69,7 @@ impl PlannedArm {
         let mut defaults: BTreeMap<String, f64> = names
             .zip(robot.fixed_joint_positions.iter().copied())
             .collect();
-        // Fingers take the most room where they are open.
+        // Open fingers take the most room.
         if let Some(gripper) = &robot.gripper {
             for joint in gripper.finger_joints {
                 if let Some(joint) = robot.chain.joints().get(joint) {
@@ -86,7 +92,8 @@ impl PlannedArm {
         self.covered.get_or_init(|| {
             let mut spheres = self.robot.spheres.clone();
             spheres.extend(self.robot.uncovered_spheres());
-            // What the plain one has is known, and the others are on links.
+            // The plain body was accepted, and the added spheres are on links, so this does
+            // not fail.
             Self::with(&self.robot, &spheres).map_or_else(|_| self.plain.clone(), Arc::new)
         })
     }
@@ -95,7 +102,7 @@ impl PlannedArm {
         self.plain.joint_count()
     }
 
-    /// The arm with what it holds.
+    /// The arm with the spheres `held` on its tool.
     pub(crate) fn body(&self, held: &[(Vector3<f64>, f64)]) -> Arc<Body> {
         if held.is_empty() {
             return Arc::clone(self.covered());
@@ -103,7 +110,7 @@ impl PlannedArm {
         Arc::new(self.covered().carrying(held))
     }
 
-    /// How paths are searched; another seed tries other configurations.
+    /// Settings of a search; another seed tries other configurations.
     pub(crate) fn settings(seed: u64) -> Settings {
         Settings {
             seed,
@@ -120,13 +127,13 @@ impl PlannedArm {
 pub struct PlanAnswer {
     /// Number of its request.
     pub id: u64,
-    /// Why there is no path; none where there is one or none is needed.
+    /// Reason why no path was found; none if there is one or none is needed.
     pub not_reached: NotReached,
     pub(crate) led: Option<Led>,
 }
 
-/// Answers the requests of one arm: the same request with the same answer, bit for bit, and
-/// in bounded time.
+/// Answers the requests of one arm: equal requests have equal answers, to the bit, in bounded
+/// time.
 pub struct Planner {
     arm: PlannedArm,
     /// For its kinematics and its obstacles.
@@ -134,15 +141,16 @@ pub struct Planner {
     tool: TargetId,
     limits: JointLimits,
     base: Isometry3<f64>,
-    /// Solids there can be.
+    /// Capacity of solids.
     capacity: usize,
 }
 
 impl Planner {
-    /// Of arm `arm` of `cell`.
+    /// The planner of arm `arm` of `cell`.
     ///
     /// # Errors
-    /// Where there is no such arm, or the robot's files contradict each other.
+    /// [`RmpFlowError`] if the cell has no arm of this number, or the robot's files contradict
+    /// each other.
     pub fn new(cell: &Cell, arm: usize) -> Result<Self, RmpFlowError> {
         let spec = cell.arms.get(arm).ok_or(RmpFlowError::NoSuchArm(arm))?;
         let robot = &spec.robot;
@@ -157,7 +165,7 @@ impl Planner {
         })
     }
 
-    /// The answer to `request`.
+    /// The answer to `request`; depends on nothing else.
     pub fn answer(&mut self, request: &PlanRequest) -> PlanAnswer {
         let (not_reached, led) = match self.solve(request) {
             Ok(led) => (NotReached::None, led),
@@ -170,10 +178,12 @@ impl Planner {
         }
     }
 
-    /// A path, or none where motion policies can go straight to the goal; or why there is no path.
+    /// A path, or `None` if motion policies can move straight to the goal.
     fn solve(&mut self, request: &PlanRequest) -> Result<Option<Led>, NotReached> {
         let scene = self.scene(request);
         let body = self.arm.body(&request.held);
+        // The number is the seed: a later request for the same goal tries other
+        // configurations.
         let settings = PlannedArm::settings(request.id);
         let wanted = Request {
             body: &body,
@@ -183,6 +193,7 @@ impl Planner {
             goal: &request.goal,
         };
         let mut tool = Tool::new(&mut self.flow, self.tool, &self.limits);
+        // The reason alone: for an arm whose cell has no planner.
         if request.ask == Ask::Reason {
             return Err(named(reason(&wanted, &mut tool, &settings)));
         }
@@ -202,7 +213,8 @@ impl Planner {
             return Err(NotReached::Blocked);
         }
         let points = self.points(&path);
-        // Joints alone would not keep to the straight line.
+        // Motion policies move the tool straight; with joints as the goal the arm would leave
+        // the line.
         let is_straight = path.iterations == 0 && !request.by_joints && bow(&points) < BOW_M;
         if is_straight && request.ask == Ask::Path {
             return Ok(None);
@@ -216,8 +228,10 @@ impl Planner {
         let set = self.flow.obstacles_mut();
         let mut scene = Scene::with_capacity(set.len());
         for id in (0..set.len()).map(ObstacleId) {
+            // Obstacles that are not in the request are switched off: they were not in force
+            // in its tick.
             let asked = request.obstacles.iter().find(|(asked, _)| *asked == id.0);
-            // The number is known, and a pose that cannot be was refused before.
+            // The number is known, and a pose that is not finite was refused before.
             let placed = asked.is_some_and(|(_, pose)| set.set_pose(id, *pose).is_ok());
             let _known = set.set_enabled(id, placed).is_ok();
         }
@@ -225,7 +239,7 @@ impl Planner {
         scene
     }
 
-    /// The tool at evenly spaced points of `path`, world frame (m).
+    /// The tool at evenly spaced points of `path`, in the world frame (m).
     fn points(&mut self, path: &Path) -> [[f64; 3]; PATH_POINTS] {
         let mut points = [[0.0; 3]; PATH_POINTS];
         for (index, point) in points.iter_mut().enumerate() {
@@ -238,7 +252,7 @@ impl Planner {
     }
 }
 
-/// How far `points` are off the line from the first to the last (m).
+/// Largest distance of `points` from the line from the first to the last (m).
 fn bow(points: &[[f64; 3]]) -> f64 {
     let (Some(first), Some(last)) = (points.first(), points.last()) else {
         return 0.0;

@@ -1,4 +1,4 @@
-//! What a planner is asked.
+//! Requests to a planner.
 
 use nalgebra::{Isometry3, Vector3};
 use rmp::MAX_CARRIED;
@@ -6,15 +6,15 @@ use rmp::MAX_CARRIED;
 use crate::checkpoint::{CheckpointError, Codec, damaged};
 use crate::planning::{Moment, PlanGoal};
 
-/// What is wanted.
+/// The kind of a request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Ask {
-    /// Why the arm is not at its goal.
+    /// The reason why the arm is not at its goal.
     #[default]
     Reason,
-    /// A path, where motion policies cannot go straight to the goal.
+    /// A path, if motion policies cannot move straight to the goal.
     Path,
-    /// A path, even where the straight way is free: motion policies did not take it.
+    /// A path, even if the straight motion is free: motion policies did not make it.
     Detour,
 }
 
@@ -25,19 +25,19 @@ pub struct PlanRequest {
     pub id: u64,
     /// Tick at which it was made.
     pub tick: u64,
-    /// What is wanted.
+    /// The kind.
     pub ask: Ask,
-    /// Where the arm is (rad or m).
+    /// Positions of the arm (rad or m).
     pub start: Vec<f64>,
-    /// Joint positions it likes (rad or m).
+    /// Preferred joint positions (rad or m).
     pub posture: Vec<f64>,
     /// Pose of the tool, base frame (m).
     pub goal: Isometry3<f64>,
     /// The posture is the goal.
     pub by_joints: bool,
-    /// The obstacles that count, by their number in the arm's surroundings, base frame.
+    /// The obstacles in force, by their number in the arm's surroundings, base frame.
     pub obstacles: Vec<(usize, Isometry3<f64>)>,
-    /// Spheres of what is held: centre in the tool frame, radius (m).
+    /// Spheres of the held object: centre in the tool frame, radius (m).
     pub held: Vec<(Vector3<f64>, f64)>,
 }
 
@@ -57,12 +57,12 @@ impl PlanRequest {
         }
     }
 
-    /// How many obstacles there is room for.
+    /// Capacity of obstacles.
     pub(crate) fn obstacle_capacity(&self) -> usize {
         self.obstacles.capacity()
     }
 
-    /// Takes what `other` has. Allocates nothing where there is room.
+    /// Becomes a copy of `other`. Allocates nothing within its capacity.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         (self.id, self.tick, self.ask, self.goal) = (other.id, other.tick, other.ask, other.goal);
         self.by_joints = other.by_joints;
@@ -79,7 +79,7 @@ impl PlanRequest {
         self.ask = ask;
         self.start.copy_from_slice(&now.state.positions);
         self.posture.copy_from_slice(now.posture);
-        // Of a goal with an approach the path ends where the approach begins.
+        // For a goal with an approach the path ends where the approach starts.
         self.by_joints = goal.by_joints;
         self.goal = goal.pose;
         self.goal.translation.vector -= goal.approach;
@@ -92,12 +92,13 @@ impl PlanRequest {
         self.held.extend_from_slice(now.held);
     }
 
-    /// Writes or reads it; of one that `is_in_flight` all, of another its number.
+    /// Writes or reads all of a request that `is_in_flight`, or only its number.
     pub(crate) fn checkpoint(
         &mut self,
         codec: &mut Codec<'_>,
         is_in_flight: bool,
     ) -> Result<(), CheckpointError> {
+        // The number is kept: requests of a restored cycle continue to count.
         codec.u64(&mut self.id)?;
         if !is_in_flight {
             return Ok(());
@@ -129,7 +130,7 @@ impl PlanRequest {
     }
 }
 
-/// Writes or reads spheres of what is held.
+/// Writes or reads the spheres of a held object.
 pub(crate) fn held(
     codec: &mut Codec<'_>,
     held: &mut Vec<(Vector3<f64>, f64)>,

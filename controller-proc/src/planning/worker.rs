@@ -1,7 +1,9 @@
-//! The planner in a thread of its own: a cycle hands over and takes, and never waits for it.
+//! The thread of the planner. A cycle hands a request over and takes an answer, and never
+//! waits for it in real time.
 //!
-//! The two sides exchange one box that is always with one of them. A side that has nothing to
-//! do parks and is woken; the channels are only tried, which takes no lock.
+//! The two sides exchange one box, which is always with one of them. An idle side parks and is
+//! woken; the channels are only tried, which takes no lock. So a cycle frees no memory: the
+//! box returns with the next request.
 
 use std::io;
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
@@ -10,12 +12,12 @@ use std::thread::{Builder, JoinHandle};
 use crate::cycle::Cycle;
 use crate::planning::{ANSWER_TICKS, PlanAnswer, PlanRequest, Planner};
 
-/// What is exchanged.
+/// A request and its answer.
 struct Job {
     request: PlanRequest,
-    /// On the way back the answer; on the way there one that is not needed any more.
+    /// From the planner the answer; to the planner one that can be dropped.
     answer: Option<PlanAnswer>,
-    /// Whether the answer is that to the request, and was not delivered.
+    /// Whether the answer belongs to the request and was not delivered.
     is_answered: bool,
 }
 
@@ -24,7 +26,7 @@ pub struct PlanWorker {
     to_planner: Option<SyncSender<Box<Job>>>,
     from_planner: Receiver<Box<Job>>,
     thread: Option<JoinHandle<()>>,
-    /// Not with the planner.
+    /// `None` while the planner has it.
     job: Option<Box<Job>>,
 }
 
@@ -32,7 +34,7 @@ impl PlanWorker {
     /// Starts the thread, with the priority of the caller, for a `cycle` of the planner's arm.
     ///
     /// # Errors
-    /// Where no thread can be started.
+    /// The error of the operating system if the thread cannot be started.
     pub fn start(planner: Planner, cycle: &Cycle) -> io::Result<Self> {
         let (to_planner, requests) = sync_channel(1);
         let (answers, from_planner) = sync_channel(1);
@@ -51,16 +53,19 @@ impl PlanWorker {
         })
     }
 
-    /// Gives the answer that is due at `tick` to `cycle`. One that is not there yet is waited
-    /// for while `waits` says so, and comes in a later cycle. Allocates nothing.
+    /// Delivers the answer that is due at `tick` to `cycle`. A missing answer is waited for
+    /// while `waits` returns true; otherwise it is delivered in a later cycle. Allocates
+    /// nothing.
     pub fn deliver(&mut self, cycle: &mut Cycle, tick: u64, mut waits: impl FnMut() -> bool) {
         let Some(asked) = cycle.plan_asked() else {
             return;
         };
+        // Also an early answer is taken at this tick only: a fast machine gives the same run.
         if tick < asked.tick + ANSWER_TICKS {
             return;
         }
         loop {
+            // A request that was made while the planner was busy is handed over here.
             self.hand_over(cycle);
             let done = |job: &&mut Box<Job>| job.is_answered && job.request.id == asked.id;
             if let Some(job) = self.job.as_mut().filter(done) {
@@ -74,8 +79,8 @@ impl PlanWorker {
         }
     }
 
-    /// Hands a request of `cycle` to the planner that it does not have yet. One that it works
-    /// at is finished first. Allocates nothing.
+    /// Hands a new request of `cycle` to the planner. A request in work is finished first.
+    /// Allocates nothing.
     pub fn hand_over(&mut self, cycle: &Cycle) {
         if let Ok(job) = self.from_planner.try_recv() {
             self.job = Some(job);
@@ -87,7 +92,7 @@ impl PlanWorker {
         };
         cycle.copy_plan_request(&mut job.request);
         job.is_answered = false;
-        // There is room: there is one job.
+        // The channel has room: there is one job.
         let sent = self
             .to_planner
             .as_ref()
@@ -105,7 +110,7 @@ fn work(mut planner: Planner, requests: &Receiver<Box<Job>>, answers: &SyncSende
             Ok(mut job) => {
                 job.answer = Some(planner.answer(&job.request));
                 job.is_answered = true;
-                // There is room: there is one job.
+                // The channel has room: there is one job.
                 let _sent = answers.try_send(job).is_ok();
             }
             Err(TryRecvError::Empty) => std::thread::park(),
@@ -117,6 +122,7 @@ fn work(mut planner: Planner, requests: &Receiver<Box<Job>>, answers: &SyncSende
 impl Drop for PlanWorker {
     /// Ends the thread.
     fn drop(&mut self) {
+        // Closes the channel; the parked thread is woken to notice it.
         self.to_planner = None;
         if let Some(thread) = self.thread.take() {
             thread.thread().unpark();

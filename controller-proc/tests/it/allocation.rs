@@ -51,7 +51,7 @@ fn run_ur10() {
     assert_eq!(bench.status.stop_action, 0, "it was at work");
 }
 
-/// A Panda that asks for a path and follows it.
+/// A Panda that requests a path and follows it.
 #[test]
 fn no_cycle_with_a_planner_allocates() {
     let cell = Cell::load(&Data::checkout(), "reach-shelf", 1, None).expect("a cell");

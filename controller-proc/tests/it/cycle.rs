@@ -1,4 +1,4 @@
-//! The cycle against a plain world: what is commanded is what the drives do.
+//! The cycle against a plain world in which the drives make the commanded motion exactly.
 
 use cell_model::{Cell, Data};
 use controller_proc::cycle::Cycle;

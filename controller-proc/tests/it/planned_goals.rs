@@ -1,4 +1,4 @@
-//! When a controller asks for a path.
+//! Conditions under which a controller requests a path.
 
 use ipc_types::decision::PLANNED;
 

@@ -172,7 +172,7 @@ fn a_corridor_is_entered_from_its_far_end() {
     bench.corridor([0.0, 0.0, -0.3], 0.005);
     arrive(&mut bench, 0.005);
     assert_eq!(bench.violations, 0);
-    // On the last 0.15 m the tool came straight down: go back and look.
+    // Over the last 0.15 m the tool moves straight down: repeat the approach and check it.
     bench.goal([0.3, 0.7, 0.2], down(0.0));
     bench.corridor([0.0; 3], 0.0);
     arrive(&mut bench, 0.01);

@@ -1,4 +1,4 @@
-//! Objects as obstacles, and what is held among them.
+//! Objects as obstacles, with and without an object on the tool.
 
 #![allow(
     clippy::unwrap_used,
@@ -71,8 +71,7 @@ fn what_is_held_is_no_obstacle_to_its_own_arm() {
     assert!(error < 0.005, "{error}");
 }
 
-/// Clearance and error over a bin that stands below the target, with a bin in
-/// the tool or without.
+/// Clearance and error over a bin below the target, with or without a bin on the tool.
 fn over_another(held: bool) -> (f64, f64) {
     let mut bench = Bench::new();
     bench.decision.goals[0].object_mask = 1 << 1;

@@ -1,4 +1,4 @@
-//! A UR10 in a plain world: what is commanded is what the drives do.
+//! A UR10 in a plain world in which the drives make the commanded motion exactly.
 
 #![allow(
     dead_code,
