@@ -5,7 +5,7 @@
 //! - In real time a cycle never waits for the task or the planner. It uses the newest
 //!   decision, whose age decides on a stop.
 //! - In lockstep it uses exactly the decision of the last tenth tick, and the answer of the
-//!   planner at its tick, whatever the scheduler does (ADR 0004). It waits for both.
+//!   planner at its tick, with any scheduling (ADR 0004). It waits for both.
 //! - Decisions that answer another generation of physics are ignored.
 //! - The status is published before the command: physics continues when it has the command,
 //!   and then the task must find the status of that tick.

@@ -238,7 +238,7 @@ impl RmpFlowController {
         self.set_gains()
     }
 
-    // Gains change only at a switch: setting them again rebuilds the leaves.
+    // Only at a switch: setting them validates and computes the constants of the leaf again.
     fn set_gains(&mut self) -> Result<(), rmp::SetupError> {
         let is_led = self.planning.is_led();
         if is_led != self.gains.is_led {
