@@ -1,5 +1,5 @@
-//! An arm as the planner sees it: joints in the order of evaluation, each with the spheres
-//! it carries.
+//! An arm for the planner: joints in the order of evaluation, each with the spheres that it
+//! carries.
 
 use std::collections::BTreeMap;
 
@@ -9,18 +9,19 @@ use thiserror::Error;
 
 use crate::scene::single;
 
-/// Most joints that are planned.
+/// Largest number of planned joints.
+// The frames of all joints of a pass are kept in an array of this size, on the stack.
 pub(crate) const MAX_JOINTS: usize = 16;
 
-/// What a [`Body`] is built from.
+/// Data to build a [`Body`] from.
 #[derive(Debug, Clone, Copy)]
 pub struct BodySetup<'a> {
     /// The robot.
     pub chain: &'a Chain,
     /// The joints that are planned, in the order of every configuration.
     pub joint_names: &'a [String],
-    /// Positions of all other joints (rad or m); where none is given, zero moved into the
-    /// limits of the joint.
+    /// Positions of all other joints (rad or m); the default is zero, moved into the limits of
+    /// the joint.
     pub default_positions: &'a BTreeMap<String, f64>,
     /// Spheres that keep away from the scene.
     pub spheres: &'a [CollisionSphere],
@@ -28,7 +29,7 @@ pub struct BodySetup<'a> {
     pub self_spheres: &'a [CollisionSphere],
     /// Pairs of frames that may touch.
     pub self_ignore: &'a [(String, String)],
-    /// Frame that carries what is held, see [`Body::carrying`].
+    /// Frame that carries a held object, see [`Body::carrying`].
     pub tool: &'a str,
 }
 
@@ -53,7 +54,7 @@ pub enum BodyError {
 #[derive(Debug, Clone)]
 pub struct Body {
     pub(crate) joints: Vec<BodyJoint>,
-    /// Spheres against the scene, by what carries them.
+    /// Spheres against the scene, by the joint that carries them.
     pub(crate) parts: Vec<Part>,
     /// Spheres against each other, by frame.
     pub(crate) self_parts: Vec<Part>,
@@ -61,7 +62,7 @@ pub struct Body {
     /// Limits in the order of configurations.
     pub(crate) lower: Vec<f64>,
     pub(crate) upper: Vec<f64>,
-    /// What carries the tool, and its pose there.
+    /// The joint of the tool, and the pose of the tool there.
     tool: Carrier,
 }
 
@@ -72,7 +73,7 @@ pub(crate) struct BodyJoint {
     pub(crate) slot: usize,
     pub(crate) ratio: f32,
     pub(crate) slides: bool,
-    /// Of its rotation in the parent's frame.
+    /// Columns of its rotation in the parent's frame.
     pub(crate) columns: [[f32; 3]; 3],
     pub(crate) offset: [f32; 3],
 }
@@ -91,12 +92,12 @@ impl From<&TreeJoint> for BodyJoint {
     }
 }
 
-/// Spheres that move together.
+/// Spheres that move with one joint.
 #[derive(Debug, Clone)]
 pub(crate) struct Part {
-    /// What carries them; `None` is the base.
+    /// The joint; `None` is the base.
     pub(crate) joint: Option<usize>,
-    /// Around all of them.
+    /// Sphere around all of them.
     pub(crate) bound: Ball,
     pub(crate) balls: Vec<Ball>,
 }
@@ -111,8 +112,8 @@ impl Body {
     /// The arm of `setup`.
     ///
     /// # Errors
-    /// [`BodyError`] where a joint or frame is named that the chain does not have, or none or
-    /// more than 16 joints are planned.
+    /// [`BodyError`] if a named joint or frame is not in the chain, or if not 1 to 16 joints
+    /// are planned.
     pub fn new(setup: &BodySetup<'_>) -> Result<Self, BodyError> {
         let (chain, names) = (setup.chain, setup.joint_names);
         if !(1..=MAX_JOINTS).contains(&names.len()) {
@@ -120,6 +121,7 @@ impl Body {
         }
         let tree = Tree::new(chain, names, setup.default_positions)?;
         let joints: Vec<BodyJoint> = tree.joints().iter().map(BodyJoint::from).collect();
+        // Joints that follow others take a frame each, so they count, too.
         if joints.len() > MAX_JOINTS {
             return Err(BodyError::Count(joints.len()));
         }
@@ -142,7 +144,7 @@ impl Body {
             let of_joint = world.iter().filter(|ball| ball.0 == joint);
             parts.extend(Part::new(joint, of_joint));
         }
-        // The base is where it is: what touches it is no matter of planning.
+        // The base does not move, so its contacts do not depend on the path.
         parts.retain(|part| part.joint.is_some());
         let (self_parts, self_pairs) = self_parts(setup, &placed(setup.self_spheres)?);
         let limits = |of: fn(&Joint) -> f64| -> Vec<f64> {
@@ -161,8 +163,8 @@ impl Body {
     }
 
     /// The arm with spheres that its tool carries: centre in the tool frame and radius (m).
-    /// They keep away from the scene, and from the parts of the arm that some part on the
-    /// joint of the tool keeps away from.
+    /// They keep away from the scene, and from those parts of the arm from which a part on the
+    /// joint of the tool keeps away.
     #[must_use]
     pub fn carrying(&self, spheres: &[(Vector3<f64>, f64)]) -> Self {
         let mut body = self.clone();
@@ -210,6 +212,7 @@ impl Part {
                 (low.inf(&(at - r)), high.sup(&(at + r)))
             });
         let center = 0.5 * (low + high);
+        // Around the middle of the box: not the smallest sphere, but one without a search.
         let reach = |ball: &&Placed| (ball.1 - center).norm() + ball.2;
         let radius = all.iter().map(reach).fold(0.0, f64::max);
         let ball = |center: &Vector3<f64>, radius: f64| Ball {
@@ -227,8 +230,7 @@ impl Part {
     }
 }
 
-/// The spheres of each frame, and the pairs of them that two joints carry and nothing lets
-/// touch.
+/// The spheres of each frame, and the pairs of frames on different joints that may not touch.
 fn self_parts(setup: &BodySetup<'_>, placed: &[Placed]) -> (Vec<Part>, Vec<(usize, usize)>) {
     let mut frames: Vec<&str> = Vec::new();
     for sphere in setup.self_spheres {
@@ -249,6 +251,8 @@ fn self_parts(setup: &BodySetup<'_>, placed: &[Placed]) -> (Vec<Part>, Vec<(usiz
             let (a, b) = (frames[a], frames[b]);
             (one == a && other == b) || (one == b && other == a)
         };
+        // On one joint the distance never changes: a pair that overlaps there would block
+        // every path.
         parts[a].joint == parts[b].joint || setup.self_ignore.iter().any(is_pair)
     };
     let mut pairs = Vec::new();

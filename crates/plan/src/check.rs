@@ -1,4 +1,4 @@
-//! Whether configurations are free: sixteen at a time.
+//! Checks whether configurations are free, sixteen at a time.
 #![allow(
     clippy::inline_always,
     reason = "lanes are compiled for the instruction set of the function they are inlined into"
@@ -16,13 +16,13 @@ use crate::scene::{Form, Prepared, Scene, single};
 pub(crate) struct Checker<'a> {
     body: &'a Body,
     scene: &'a Scene,
-    /// Configurations of an edge for each rad (m) of its length.
+    /// Number of configurations checked for each rad (m) of an edge.
     resolution: f64,
-    /// How far spheres stay off the scene (m).
+    /// Distance of spheres from the scene (m).
     pub(crate) padding: f32,
     /// By joint.
     positions: Vec<Row>,
-    /// Solids that were looked at in all passes.
+    /// Comparisons with solids in all passes.
     pub(crate) looked_at: u64,
     arch: Arch,
 }
@@ -32,7 +32,7 @@ impl<'a> Checker<'a> {
         Self::with_rows(body, scene, resolution, rows(body))
     }
 
-    /// With the room that [`rows`] made, to allocate nothing.
+    /// With the buffer that [`rows`] made, to allocate nothing.
     pub(crate) fn with_rows(
         body: &'a Body,
         scene: &'a Scene,
@@ -50,7 +50,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// The room, for the next one.
+    /// The buffer, for the next checker.
     pub(crate) fn into_rows(self) -> Vec<Row> {
         self.positions
     }
@@ -63,15 +63,15 @@ impl<'a> Checker<'a> {
         self.pass_is_free()
     }
 
-    /// Whether the straight line between two configurations is free. The first one is taken
-    /// to be.
+    /// Whether the straight line between two configurations is free. The first one was checked
+    /// before.
     pub(crate) fn is_edge_free(&mut self, from: &[f64], to: &[f64]) -> bool {
         let passes = (distance(from, to) * self.resolution / LANES as f64).ceil();
         let passes = passes.max(1.0);
         let mut pass = 1.0;
         while pass <= passes {
-            // Lane by lane a sixteenth of the edge further: a wall anywhere ends the first
-            // pass.
+            // The lanes of each pass are spread over the whole edge: a wall at any place is
+            // found by the first pass, not after half of the edge.
             for (slot, row) in self.positions.iter_mut().enumerate() {
                 for (lane, position) in row.0.iter_mut().enumerate() {
                     let along = (lane as f64 + pass / passes) / LANES as f64;
@@ -88,12 +88,14 @@ impl<'a> Checker<'a> {
 
     /// Whether all configurations of the pass are free.
     fn pass_is_free(&mut self) -> bool {
+        // An empty scene counts as well: the limit has to end a search in which the arm blocks
+        // itself.
         self.looked_at += self.scene.solids.len().max(1) as u64;
         self.arch.dispatch(Pass(self))
     }
 }
 
-/// Room for the configurations of a pass.
+/// Buffer for the configurations of a pass.
 pub(crate) fn rows(body: &Body) -> Vec<Row> {
     vec![Row([0.0; LANES]); body.joint_count()]
 }
@@ -107,7 +109,7 @@ impl WithSimd for Pass<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         let checker = self.0;
-        // No closure: an intrinsic inside one is not inlined.
+        // No closure: an intrinsic inside one is called, not inlined (ADR 0019).
         for register in 0..LANES / S::F32_LANES {
             let pose = Posed::new(simd, checker, register);
             if !pose.is_free_of_scene(checker.scene, checker.padding) || !pose.is_free_of_itself() {
@@ -168,6 +170,7 @@ impl<'a, S: Simd> Posed<'a, S> {
         for part in &self.body.parts {
             let bound = self.point(part.joint, &part.bound);
             for solid in &scene.solids {
+                // The bound first: most parts are far from most solids.
                 if touches(self.simd, solid, &bound, part.bound.radius + padding)
                     && self.touches_any(part, solid, padding)
                 {
@@ -205,6 +208,7 @@ impl<'a, S: Simd> Posed<'a, S> {
         let center = self.point(other.joint, &other.bound);
         let bound = self.point(one.joint, &one.bound);
         let reach = other.bound.radius;
+        // As above, part against part before sphere against sphere.
         if !self.are_within(&bound, &center, one.bound.radius + reach) {
             return false;
         }
@@ -259,6 +263,7 @@ fn frame<S: Simd>(
         return Frame {
             columns: [x, y, z],
             origin: add(&origin, &scale(position, &z)),
+            // No sine for a joint that slides.
         };
     }
     let (sine, cosine) = position.sin_cos();
@@ -270,7 +275,7 @@ fn frame<S: Simd>(
     Frame { columns, origin }
 }
 
-/// Euclidean, in joint space (rad and m alike).
+/// Euclidean distance in joint space (rad and m alike).
 pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
     let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));
     squares.sum::<f64>().sqrt()
@@ -302,6 +307,8 @@ fn touches<S: Simd>(simd: S, solid: &Prepared, center: &Wide3<S>, radius: f32) -
         Form::Box(half) => {
             let half = Wide::splat3(simd, half);
             let out = [
+                // Squares are compared: no square root is needed to know whether a ball
+                // touches.
                 (local[0].abs() - half[0]).max(zero),
                 (local[1].abs() - half[1]).max(zero),
                 (local[2].abs() - half[2]).max(zero),
@@ -315,6 +322,8 @@ fn touches<S: Simd>(simd: S, solid: &Prepared, center: &Wide3<S>, radius: f32) -
             aside * aside + along * along
         }
         Form::Frustum(size) => frustum(simd, size, &local),
+        // Beyond edges this is less than the exact distance: a hull is checked as slightly
+        // larger.
         Form::Hull(hull) => return is_within_planes(simd, hull, &local, reach),
     };
     square.any_less(Wide::splat(simd, reach * reach))
@@ -335,7 +344,7 @@ fn frustum<S: Simd>(simd: S, size: &[f32; 3], local: &Wide3<S>) -> Wide<S> {
     let aside = off_axis - c(top) + c(across) * part;
     let below = z - c(half) + c(along) * part;
     let beyond = z.abs() - c(half);
-    // The nearer end is that on its side of the middle.
+    // The nearer end is the one on the same side of the middle.
     let end = z.choose_less(zero, c(bottom), c(top));
     let out = (off_axis - end).max(zero);
     let to_end = out * out + beyond * beyond;

@@ -1,5 +1,5 @@
-//! Leads an arm along a path: in each cycle to the farthest point ahead of it that it sees,
-//! that is, that is joined with it by a free straight line in joint space.
+//! Leads an arm along a path: in each cycle to the farthest point ahead that a free straight
+//! line in joint space joins with the arm.
 
 use std::sync::Arc;
 
@@ -8,18 +8,18 @@ use crate::lanes::Row;
 use crate::scene::single;
 use crate::{Body, Path, Scene, Settings};
 
-/// How far ahead of the arm the led point is (rad and m alike): at most, and where nothing
-/// is seen.
+/// Distance of the led point ahead of the arm (rad and m alike).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ahead {
-    /// Policies pull harder, so the arm is faster, towards a farther point.
+    /// Largest distance. Policies pull harder, so the arm is faster, towards a farther point.
     pub most: f64,
-    /// Not zero, or an arm beside its path would stay there.
+    /// Least distance, also without a free line. Not zero, or an arm beside its path would
+    /// stay there.
     pub least: f64,
-    /// How much farther each cycle may look than the one before.
+    /// Largest increase from one cycle to the next.
     pub growth: f64,
-    /// How far the line to it stays off the scene (m), where the arm does: corners are not cut
-    /// any nearer.
+    /// Distance of the line from the scene (m), if the arm keeps it itself: corners are not
+    /// cut any nearer.
     pub padding: f64,
 }
 
@@ -38,11 +38,11 @@ impl Default for Ahead {
 #[derive(Debug)]
 pub struct Guide {
     body: Arc<Body>,
-    /// What is there now; to be kept up to date.
+    /// The present solids; the owner keeps them up to date.
     pub scene: Scene,
     follower: Follower,
     ahead: Ahead,
-    /// How far the last point was ahead.
+    /// Distance of the last point ahead of the arm.
     seen: f64,
     resolution: f64,
     rows: Vec<Row>,
@@ -68,7 +68,7 @@ impl Guide {
         }
     }
 
-    /// Where on the path the arm is, and the length of the path (rad and m alike).
+    /// Position of the arm on the path, and length of the path (rad and m alike).
     pub fn progress(&self) -> (f64, f64) {
         (self.follower.at(), self.follower.length())
     }
@@ -78,14 +78,14 @@ impl Guide {
         &self.follower.waypoints
     }
 
-    /// What changes from cycle to cycle: where on the path the arm is, and how far ahead the
-    /// last point was. With the same path, scene and positions a guide that is set to them
-    /// continues as this one, bit for bit.
+    /// State from cycle to cycle: position of the arm on the path, and distance of the last
+    /// point ahead. A guide with the same path, scene and positions that is set to this state
+    /// continues as this one does, to the bit.
     pub fn memory(&self) -> (f64, f64) {
         (self.follower.at, self.seen)
     }
 
-    /// Takes what [`Guide::memory`] gave; a place beyond the path is its end.
+    /// Sets the state that [`Guide::memory`] gave; a position beyond the path is its end.
     pub fn set_memory(&mut self, (at, seen): (f64, f64)) {
         self.follower.at = at.max(0.0).min(self.follower.length());
         self.seen = seen.max(self.ahead.least).min(self.ahead.most);
@@ -96,16 +96,17 @@ impl Guide {
         self.follower.at + self.seen >= self.follower.length()
     }
 
-    /// Where the arm at `positions` is to go next. Allocates nothing.
+    /// The configuration to which an arm at `positions` is led next. Allocates nothing.
     pub fn lead(&mut self, positions: &[f64]) -> &[f64] {
         self.follower.advance(positions, self.seen);
+        // The lead grows slowly: a jump of the led point would be a jump of the acceleration.
         let farthest = (self.seen + self.ahead.growth).min(self.ahead.most);
         let rows = std::mem::take(&mut self.rows);
         let mut checker = Checker::with_rows(&self.body, &self.scene, self.resolution, rows);
         checker.padding = single(self.ahead.padding);
         let at = self.follower.at();
         let mut seen = farthest;
-        // A few halvings: the next cycle looks farther again.
+        // Halvings, few in each cycle: the lead grows again in the next ones.
         while seen > self.ahead.least
             && !checker.is_edge_free(positions, self.follower.point(at + seen))
         {
@@ -127,19 +128,20 @@ impl Guide {
     }
 }
 
-/// How far along a path an arm is.
+/// Position of an arm on a path.
 #[derive(Debug, Clone, Default)]
 struct Follower {
     waypoints: Vec<Vec<f64>>,
     /// Length of the path up to each waypoint (rad and m alike).
     lengths: Vec<f64>,
-    /// Where on the path the arm is.
+    /// Length of the path behind the arm.
     at: f64,
-    /// Room for a point of the path.
+    /// Buffer for a point of the path.
     point: Vec<f64>,
 }
 
-/// Points at which the nearest one is searched.
+/// Number of points among which the nearest one is searched.
+// One in 30 mrad of the farthest lead.
 const STEPS: usize = 20;
 
 impl Follower {
@@ -164,13 +166,14 @@ impl Follower {
         self.lengths.last().copied().unwrap_or(0.0)
     }
 
-    /// How much of it is behind the arm.
+    /// Length of the path behind the arm.
     fn at(&self) -> f64 {
         self.at
     }
 
-    /// Moves on to the point nearest to `positions` within the next `window` of the path. An
-    /// arm that cuts a corner is near the path again no earlier than where it was led to.
+    /// Moves to the point nearest to `positions` within the next `window` of the path, never
+    /// back. An arm that cuts a corner is near the path again no earlier than at the led
+    /// point.
     fn advance(&mut self, positions: &[f64], window: f64) {
         let mut nearest = (f64::INFINITY, self.at);
         for step in 0..=STEPS {
@@ -183,7 +186,7 @@ impl Follower {
         self.at = nearest.1.min(self.length());
     }
 
-    /// Whether the path is free from where the arm is.
+    /// Whether the next `length` of the path is free.
     fn is_free_ahead(&mut self, checker: &mut Checker<'_>, length: f64) -> bool {
         let end = (self.at + length).min(self.length());
         let at = self.at;
@@ -191,7 +194,7 @@ impl Follower {
         let mut after = self.lengths.partition_point(|length| *length <= at);
         while let Some(to) = self.waypoints.get(after) {
             let reaches = self.lengths[after] >= end;
-            // The last piece is checked whole: its end is not far.
+            // The last edge is checked as a whole: its end is near.
             if !checker.is_edge_free(&self.point, to) {
                 return false;
             }
@@ -204,7 +207,7 @@ impl Follower {
         true
     }
 
-    /// The point after `along` of the path; beyond its end, the end.
+    /// The point at length `along` of the path; beyond its end, the end.
     fn point(&mut self, along: f64) -> &[f64] {
         let after = self.lengths.partition_point(|length| *length <= along);
         let (Some(from), to) = (

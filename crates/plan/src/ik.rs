@@ -6,17 +6,19 @@ use rmp::{JointLimits, RmpFlow, TargetId};
 
 use crate::halton;
 
-/// Steps from one start.
+/// Largest number of steps from one start.
 const STEPS: usize = 120;
-/// Damping, in the units of the Jacobian: what makes a step near a singularity finite.
+/// Damping, in the units of the Jacobian: keeps a step near a singularity finite.
 const DAMPING: f64 = 0.02;
 /// Longest step of a joint (rad or m).
+// Longer steps leave the range in which the Jacobian describes the motion.
 const LONGEST_STEP: f64 = 0.3;
-/// Starts of a search besides those it is given.
+/// Starts of a search besides the given ones.
 const SPREAD: u64 = 16;
-/// A joint without a limit, or with one beyond this, is started within it (rad or m).
+/// Starts of a joint without a limit, or with one beyond this, are within it (rad or m).
+// A full turn to each side has every orientation of the joint.
 const WIDEST: f64 = std::f64::consts::TAU;
-/// A pose is met within this (m, rad).
+/// Distance at which a pose is met (m, rad).
 const MET_M: f64 = 1.0e-4;
 const MET_RAD: f64 = 1.0e-3;
 
@@ -29,7 +31,7 @@ pub struct Tool<'a> {
     jacobian: DMatrix<f64>,
 }
 
-/// How near joint positions came to a pose.
+/// Joint positions, and their distance from a pose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     /// rad or m.
@@ -46,7 +48,7 @@ impl Found {
         self.off_m < MET_M && self.off_rad < MET_RAD
     }
 
-    /// The nearer of two, a rad being as far as a metre; of equals the first.
+    /// The nearer of two, where 1 rad counts as 1 m; of equals the first.
     pub(crate) fn nearer(best: Option<Self>, other: Self) -> Self {
         match best {
             Some(best) if best.off_m + best.off_rad <= other.off_m + other.off_rad => best,
@@ -56,8 +58,8 @@ impl Found {
 }
 
 impl<'a> Tool<'a> {
-    /// Of a target frame of `flow`, whose joints have `limits`. The kinematics of `flow` are
-    /// anywhere afterwards.
+    /// The inverse kinematics of a target frame of `flow`, whose joints have `limits`. The
+    /// kinematics of `flow` are left at an arbitrary state.
     pub fn new(flow: &'a mut RmpFlow, tool: TargetId, limits: &'a JointLimits) -> Self {
         let jacobian = DMatrix::zeros(6, flow.joint_count());
         Self {
@@ -68,7 +70,7 @@ impl<'a> Tool<'a> {
         }
     }
 
-    /// The same tool, its joints within other limits.
+    /// The same tool with other joint limits.
     pub(crate) fn within<'b>(&'b mut self, limits: &'b JointLimits) -> Tool<'b> {
         Tool::new(self.flow, self.frame, limits)
     }
@@ -78,8 +80,9 @@ impl<'a> Tool<'a> {
         self.limits
     }
 
-    /// How far the tool moves at `at` in its worst direction with the best motion of length
-    /// one: the least singular value of its Jacobian. Infinite where `at` is no configuration.
+    /// Least singular value of the Jacobian at `at`: the motion of the tool in its worst
+    /// direction for a joint motion of length one. Infinite if `at` is not a configuration of
+    /// the robot.
     pub(crate) fn least_motion(&mut self, at: &[f64]) -> f64 {
         let posed = self.flow.target_frame_pose_at(self.frame, at).is_ok();
         let jacobian = &mut self.jacobian;
@@ -94,8 +97,8 @@ impl<'a> Tool<'a> {
         jacobian.singular_values().min()
     }
 
-    /// Joint positions within the limits, found from `start` (rad or m), at which the tool
-    /// is at `goal` (base frame), or those that came nearest to it; none where `start` is no
+    /// Joint positions within the limits, found from `start` (rad or m), at which the tool is
+    /// at `goal` (base frame), or else the nearest ones found; `None` if `start` is not a
     /// configuration of the robot.
     pub fn solve(&mut self, start: &[f64], goal: &Isometry3<f64>) -> Option<Found> {
         let mut at = start.to_vec();
@@ -106,14 +109,16 @@ impl<'a> Tool<'a> {
             if found.is_met() {
                 return Some(found);
             }
+            // The steps do not always approach: near a limit the last one may be farther than
+            // an earlier one.
             best = Some(Found::nearer(best, found));
             self.step(&mut at, &error)?;
         }
         best
     }
 
-    /// As [`Tool::solve`], from each of `near` and then from configurations all over the
-    /// limits, until the pose is met; else what came nearest to it.
+    /// As [`Tool::solve`], from each of `near` and then from configurations spread over the
+    /// limits, until the pose is met; else the nearest result.
     pub fn search(&mut self, near: &[&[f64]], goal: &Isometry3<f64>) -> Option<Found> {
         let limits = self.limits;
         let spread = |index: u64| -> Vec<f64> {
@@ -163,6 +168,7 @@ impl<'a> Tool<'a> {
         let longest = steps
             .iter()
             .fold(LONGEST_STEP, |most, step| most.max(step.abs()));
+        // All joints are shortened by one factor: the direction of the step remains.
         for (position, step) in at.iter_mut().zip(steps) {
             *position += step * LONGEST_STEP / longest;
         }

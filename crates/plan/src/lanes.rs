@@ -1,6 +1,7 @@
-//! As many single-precision numbers as the processor computes at once, chosen at run time
-//! by `pulp`. Every operation is one IEEE operation per lane, and nothing is fused, so that
-//! each choice gives the same bits.
+//! As many single-precision numbers as the processor computes at once, chosen at run time by
+//! `pulp`. Each operation is one IEEE operation per lane, and nothing is fused, so that each
+//! choice gives the same bits. A plan is computed again by a replay, perhaps on another
+//! processor, and has to be the same (ADR 0019).
 #![allow(
     clippy::inline_always,
     reason = "lanes are compiled for the instruction set of the function they are inlined into"
@@ -10,10 +11,10 @@ use std::ops::{Add, Mul, Sub};
 
 use pulp::{Simd, bytemuck};
 
-/// Configurations in one pass: as many as the widest processor has lanes.
+/// Configurations in one pass: the number of lanes of the widest registers.
 pub const LANES: usize = 16;
 
-/// A number of each configuration.
+/// One number for each configuration.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(crate) struct Row(pub(crate) [f32; LANES]);
@@ -25,7 +26,7 @@ pub(crate) struct Wide<S: Simd> {
     value: S::f32s,
 }
 
-/// Three of them.
+/// A vector of three.
 pub(crate) type Wide3<S> = [Wide<S>; 3];
 
 impl<S: Simd> Wide<S> {
@@ -86,6 +87,7 @@ impl<S: Simd> Wide<S> {
     /// Whether any number is less than that of `other`.
     #[inline(always)]
     pub(crate) fn any_less(self, other: Self) -> bool {
+        // Any lane, not a count: lanes are never added, so their number changes no result.
         let mask = self.simd.less_than_f32s(self.value, other.value);
         let bytes = bytemuck::bytes_of(&mask).iter();
         bytes.fold(0, |all, byte| all | byte) != 0

@@ -2,13 +2,23 @@
 //! a robot, with shortcuts.
 //!
 //! [`plan`] finds a path between two configurations, [`plan_to_pose`] one to a pose of the
-//! tool, [`Guide`] leads motion policies along it, and [`reason()`] says why an arm is not at
-//! its target.
+//! tool, [`Guide`] leads motion policies along it, and [`reason()`] gives the reason why an
+//! arm is not at its target.
 //!
 //! Sixteen configurations of an edge are checked in one pass, spread over the whole edge, as
 //! Thomason, Kingston and Kavraki describe ("Motions in Microseconds via Vectorized
-//! Sampling-Based Planning", 2024). A plan depends on its inputs and the seed only, and its
-//! effort is bounded by iterations and by the solids that are looked at: the same request has the same answer, bit for bit.
+//! Sampling-Based Planning", 2024).
+//!
+//! A controller computes a plan while it runs and a replay computes it again, so a change must
+//! keep two properties (ADR 0019, ADR 0021):
+//!
+//! - A plan depends only on its inputs and the seed, to the bit and on every processor:
+//!   nothing is fused, lanes are never added across, and no clock is read.
+//! - Its effort is bounded, by iterations and by the number of comparisons with solids, so
+//!   that an impossible request has an answer, too.
+//!
+//! A path that is reported has to be free, to the micrometre of single precision: an
+//! approximation may only make a free path count as blocked, never the other way around.
 //!
 //! Units are m and rad; poses are in the base frame of the arm. Configurations are checked
 //! in single precision, which is off by about a micrometre for an arm of a metre.

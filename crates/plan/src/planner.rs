@@ -1,4 +1,4 @@
-//! Two trees that grow towards each other.
+//! RRT-Connect: two trees that grow towards each other.
 
 use thiserror::Error;
 
@@ -9,24 +9,24 @@ use crate::scene::{Scene, single};
 use crate::shortcut::{length, shorten};
 use crate::tree::Tree;
 
-/// How a plan is searched.
+/// Settings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Which random configurations are tried.
+    /// Selects the random configurations.
     pub seed: u64,
-    /// Random configurations at most.
+    /// Largest number of random configurations.
     pub max_iterations: u64,
-    /// Solids that are looked at, each with sixteen configurations of an edge, at most: what
-    /// a search costs, however many there are.
+    /// Largest number of comparisons of a solid with sixteen configurations of an edge: bounds
+    /// the cost of a search for any number of solids.
     pub max_looks: u64,
-    /// Length of an edge at most (rad, m).
+    /// Largest length of an edge (rad, m).
     pub range: f64,
     /// Configurations that are checked for each rad (m) of an edge.
     pub resolution: f64,
-    /// How far the spheres stay off the scene (m), where start and goal do: what moves between
-    /// two configurations that are checked is within it.
+    /// Distance of the spheres from the scene (m), as far as start and goal keep it: the
+    /// motion between two checked configurations is within it.
     pub padding: f64,
-    /// Attempts to cut a corner.
+    /// Number of attempts to cut a corner.
     pub shortcuts: u64,
 }
 
@@ -37,6 +37,8 @@ impl Default for Settings {
             max_iterations: 100_000,
             max_looks: 100_000_000,
             range: 1.5,
+            // With 96 a joint turns by 10 mrad between two checked configurations; the padding
+            // covers the motion in between (ADR 0019).
             resolution: 96.0,
             padding: 0.002,
             shortcuts: 60,
@@ -44,7 +46,7 @@ impl Default for Settings {
     }
 }
 
-/// A way that touches nothing.
+/// A free path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Path {
     /// From start to goal, joined by straight lines in joint space.
@@ -56,8 +58,8 @@ pub struct Path {
 }
 
 impl Path {
-    /// The configuration (rad or m) at a part of the length, 0 to 1; what is beyond is the
-    /// start or the end. Empty where there is no waypoint.
+    /// The configuration (rad or m) at a part of the length, 0 to 1; a part outside of this
+    /// range gives the start or the end. Empty for a path without waypoints.
     pub fn at(&self, part: f64) -> Vec<f64> {
         let mut left = part * length(&self.waypoints);
         for pair in self.waypoints.windows(2) {
@@ -73,7 +75,7 @@ impl Path {
     }
 }
 
-/// Why there is no path.
+/// Reason why no path was found.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PlanError {
     /// Start or goal has another number of joints, or a position that is not finite or
@@ -86,10 +88,10 @@ pub enum PlanError {
         what: &'static str,
         /// Index of the joint.
         joint: usize,
-        /// Its position (rad or m); NaN where there is none.
+        /// Its position (rad or m); NaN if it is missing.
         position: f64,
     },
-    /// The arm touches something, or itself, already.
+    /// The arm already touches the scene, or itself.
     #[error(
         "the {what} is in collision with the scene or with the arm itself; move the arm or the obstacle"
     )]
@@ -97,7 +99,7 @@ pub enum PlanError {
         /// `start` or `goal`.
         what: &'static str,
     },
-    /// The pose is no position with an orientation.
+    /// The pose is not a finite position with a unit orientation.
     #[error("the pose is not finite; give a position in m and a unit quaternion")]
     Pose,
     /// No configuration within the limits has the pose.
@@ -110,7 +112,7 @@ pub enum PlanError {
         /// rad.
         off_rad: f64,
     },
-    /// None was found: perhaps there is none.
+    /// No path was found within the limits of the search; there may be none.
     #[error("no path was found in {iterations} iterations; allow more, or choose another goal")]
     NotFound {
         /// Random configurations that were tried.
@@ -121,7 +123,7 @@ pub enum PlanError {
 /// A path of `body` in `scene` from `start` to `goal` (rad or m).
 ///
 /// # Errors
-/// [`PlanError`] where an end is invalid or in collision, or no path was found.
+/// [`PlanError`] if an end is invalid or in collision, or no path was found.
 pub fn plan(
     body: &Body,
     scene: &Scene,
@@ -132,11 +134,13 @@ pub fn plan(
     let mut checker = Checker::new(body, scene, settings.resolution);
     for (what, end) in [("start", start), ("goal", goal)] {
         check_end(body, what, end)?;
+        // Ends are checked without padding: an arm may start at rest beside an obstacle.
         if !checker.is_free(end) {
             return Err(PlanError::InCollision { what });
         }
     }
     checker.padding = padding(&mut checker, &[start, goal], settings.padding);
+    // The straight line first: 0 iterations also tell the caller that no path was needed.
     let (mut waypoints, iterations) = if checker.is_edge_free(start, goal) {
         (vec![start.to_vec(), goal.to_vec()], 0)
     } else {
@@ -155,8 +159,9 @@ pub fn plan(
     })
 }
 
-/// The padding, or the part of it that both ends keep.
+/// The padding, or the largest part of it that both ends keep.
 fn padding(checker: &mut Checker<'_>, ends: &[&[f64]; 2], wanted: f64) -> f32 {
+    // Without this an arm that starts near an obstacle would never get away from it.
     for part in [1.0, 0.5, 0.25] {
         checker.padding = single(part * wanted);
         if ends.iter().all(|end| checker.is_free(end)) {
@@ -170,7 +175,7 @@ fn check_end(body: &Body, what: &'static str, end: &[f64]) -> Result<(), PlanErr
     for joint in 0..body.joint_count().max(end.len()) {
         let position = end.get(joint).copied().unwrap_or(f64::NAN);
         let limits = body.lower.get(joint).zip(body.upper.get(joint));
-        // Rounded limits of a file count as reached.
+        // Limits of a file are rounded; a position at one of them is within it.
         let is_within = |(low, high): (&f64, &f64)| (low - 1e-6..=high + 1e-6).contains(&position);
         if !limits.is_some_and(is_within) {
             return Err(PlanError::Configuration {
@@ -191,7 +196,7 @@ fn search(
     settings: &Settings,
 ) -> Result<(Vec<Vec<f64>>, u64), PlanError> {
     let mut trees = [Tree::new(start), Tree::new(goal)];
-    // Which of the two grows towards the random configuration.
+    // Index of the tree that grows towards the random configuration.
     let mut grows = 0;
     let mut sample = vec![0.0; body.joint_count()];
     let mut iterations = 0;
@@ -201,7 +206,8 @@ fn search(
             let part = halton::value(settings.seed.wrapping_add(iterations), joint);
             *position = body.lower[joint] + part * (body.upper[joint] - body.lower[joint]);
         }
-        // The smaller tree grows: it has seen less.
+        // The smaller tree grows, so that both explore: in a narrow place one would stay
+        // small.
         if trees[grows].len() > trees[1 - grows].len() {
             grows = 1 - grows;
         }
@@ -210,6 +216,7 @@ fn search(
         };
         let reached = trees[grows].at(new).to_vec();
         let mut met = None;
+        // The other tree is extended until it is blocked: this is the "connect" of the method.
         while let Some(node) = step(&mut trees[1 - grows], checker, &reached, settings.range) {
             if distance(trees[1 - grows].at(node), &reached) <= f64::EPSILON {
                 met = Some(node);
@@ -227,8 +234,8 @@ fn search(
     Err(PlanError::NotFound { iterations })
 }
 
-/// Grows the tree from its nearest configuration towards `to`, by `range` at most; the new
-/// one, if the way there is free.
+/// Grows the tree from its nearest configuration towards `to`, by at most `range`; returns the
+/// new configuration if the edge is free.
 fn step(tree: &mut Tree, checker: &mut Checker<'_>, to: &[f64], range: f64) -> Option<usize> {
     let (nearest, off) = tree.nearest(to);
     let from = tree.at(nearest);

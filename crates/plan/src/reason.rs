@@ -1,4 +1,4 @@
-//! Why an arm at rest is not at its target.
+//! The reason why an arm at rest is not at its target.
 
 use rmp::JointLimits;
 
@@ -7,23 +7,24 @@ use crate::ik::{Found, Tool};
 use crate::planner::Settings;
 use crate::to_pose::Request;
 
-/// Below this the tool cannot move in some direction (m/rad, rad/rad).
+/// Least motion of the tool below which it cannot move in some direction (m/rad, rad/rad).
 const SINGULAR: f64 = 0.03;
-/// A joint nearer to its limit is at it (rad or m).
+/// Distance of a joint from its limit at which it is at the limit (rad or m).
 const AT_LIMIT: f64 = 0.05;
 
-/// What keeps an arm from its target.
+/// The reason why an arm does not reach its target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reason {
-    /// No joint positions bring the tool there.
+    /// No joint positions have the pose.
     Unreachable,
-    /// Those that do are beyond a limit, or a joint is at its limit on the way.
+    /// All joint positions with the pose are beyond a limit, or a joint is at its limit on the
+    /// way.
     JointLimit,
-    /// Something is at the target or on the way, an obstacle or the arm itself.
+    /// An obstacle or the arm itself is at the target or on the way.
     Blocked,
     /// The arm is stretched or folded so that the tool cannot move on.
     Singular,
-    /// None of these: the motion policies hold each other off.
+    /// No other reason applies: the motion policies balance each other.
     LocalMinimum,
 }
 
@@ -40,7 +41,8 @@ impl Reason {
     }
 }
 
-/// Why the arm of `request`, at rest at its start, does not move `tool` to the goal.
+/// The reason why the arm of `request`, at rest at its start, does not move `tool` to the
+/// goal.
 pub fn reason(request: &Request<'_>, tool: &mut Tool<'_>, settings: &Settings) -> Reason {
     let mut goals = Vec::new();
     for start in request.starts(settings) {
@@ -57,6 +59,7 @@ pub fn reason(request: &Request<'_>, tool: &mut Tool<'_>, settings: &Settings) -
     let off = |goal: &Found| distance(&goal.positions, request.start);
     let nearest = goals.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
     let mut checker = Checker::new(request.body, request.scene, settings.resolution);
+    // The order matters: each reason is tested only where the ones before it do not apply.
     let is_free = nearest.is_some_and(|goal| checker.is_edge_free(request.start, &goal.positions));
     if !is_free {
         Reason::Blocked
@@ -69,7 +72,7 @@ pub fn reason(request: &Request<'_>, tool: &mut Tool<'_>, settings: &Settings) -
     }
 }
 
-/// Whether joints with a turn (m) more to each side have the pose.
+/// Whether the pose is met with limits that are a turn (m) wider on each side.
 fn is_beyond_a_limit(request: &Request<'_>, tool: &mut Tool<'_>, settings: &Settings) -> bool {
     let turn = std::f64::consts::TAU;
     let wide = |limits: &[f64], by: f64| limits.iter().map(|limit| limit + by).collect();

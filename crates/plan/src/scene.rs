@@ -1,10 +1,10 @@
-//! What an arm must not touch.
+//! The solids that an arm must not touch.
 
 use std::sync::Arc;
 
 use rmp::{Core, Hull, Obstacle, ObstacleError};
 
-/// Solids at rest, base frame, as they are checked.
+/// Solids at rest, base frame, prepared for the checks.
 #[derive(Debug, Clone, Default)]
 pub struct Scene {
     pub(crate) solids: Vec<Prepared>,
@@ -16,7 +16,7 @@ pub(crate) struct Prepared {
     pub(crate) center: [f32; 3],
     /// World to local, row by row.
     pub(crate) rows: [[f32; 3]; 3],
-    /// Beyond the core (m).
+    /// Distance of the surface from the core (m).
     pub(crate) radius: f32,
     pub(crate) form: Form,
 }
@@ -42,10 +42,10 @@ impl Scene {
         }
     }
 
-    /// Of obstacles.
+    /// The scene of some obstacles.
     ///
     /// # Errors
-    /// [`ObstacleError`] where one has a size or a pose that is none.
+    /// [`ObstacleError`] if an obstacle has an invalid size or pose.
     pub fn new<'a>(
         obstacles: impl IntoIterator<Item = &'a Obstacle>,
     ) -> Result<Self, ObstacleError> {
@@ -57,8 +57,8 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Takes these in place of the solids it has. They have to be valid, as those of an
-    /// [`rmp::ObstacleSet`] are. Allocates only beyond the capacity.
+    /// Replaces the solids. They have to be valid, as those of an [`rmp::ObstacleSet`] are.
+    /// Allocates only beyond the capacity.
     pub fn set<'a>(&mut self, obstacles: impl IntoIterator<Item = &'a Obstacle>) {
         self.solids.clear();
         self.solids.extend(obstacles.into_iter().map(prepared));
@@ -83,6 +83,7 @@ fn prepared(obstacle: &Obstacle) -> Prepared {
     let at = obstacle.pose.translation.vector;
     let form = match &obstacle.core {
         Core::Box(half) => Form::Box([single(half.x), single(half.y), single(half.z)]),
+        // The distance from a cylinder takes fewer operations than that from a frustum.
         Core::Frustum {
             bottom,
             top,

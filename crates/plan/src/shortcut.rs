@@ -1,4 +1,4 @@
-//! Shorter paths: corners that can be cut are.
+//! Shorter paths: corners are cut where the straight line is free.
 
 use crate::check::{Checker, distance};
 use crate::halton;
@@ -6,8 +6,10 @@ use crate::halton;
 /// Cuts corners of `path`: first whole waypoints, then `rounds` times between two points
 /// anywhere on it.
 pub(crate) fn shorten(path: &mut Vec<Vec<f64>>, checker: &mut Checker<'_>, rounds: u64, seed: u64) {
+    // Whole waypoints first: it costs few checks, and a path of two waypoints needs no more.
     leave_out(path, checker);
     for round in 0..rounds {
+        // A straight path cannot get shorter.
         if path.len() < 3 {
             return;
         }

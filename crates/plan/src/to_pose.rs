@@ -7,29 +7,30 @@ use crate::ik::{Found, Tool};
 use crate::planner::{Path, PlanError, Settings, plan};
 use crate::{Body, Scene, halton};
 
-/// Configurations from which the pose is tried: where the arm is, its posture, and others
-/// anywhere.
+/// Configurations from which the pose is tried: the start, the posture, and others spread over
+/// the limits.
 const STARTS: u64 = 24;
-/// Free configurations with the pose, after which no more are searched.
+/// Number of free configurations with the pose, after which the search for them ends.
+// Each is a goal that costs a search; those nearest to the start are planned first.
 const ENOUGH: usize = 4;
 
-/// Where an arm is, and where its tool is to be.
+/// The position of an arm, and the goal of its tool.
 #[derive(Debug, Clone, Copy)]
 pub struct Request<'a> {
     /// The arm.
     pub body: &'a Body,
-    /// What is around it.
+    /// The solids around it.
     pub scene: &'a Scene,
-    /// Where it is, within its limits (rad or m).
+    /// Its position, within its limits (rad or m).
     pub start: &'a [f64],
-    /// Joint positions it likes (rad or m).
+    /// Preferred joint positions (rad or m).
     pub posture: &'a [f64],
     /// Pose of the tool, base frame (m).
     pub goal: &'a Isometry3<f64>,
 }
 
 impl Request<'_> {
-    /// Where the search for joint positions begins.
+    /// Starts of the search for joint positions.
     pub(crate) fn starts(&self, settings: &Settings) -> impl Iterator<Item = Vec<f64>> {
         let (body, seed) = (self.body, settings.seed);
         let anywhere = move |index: u64| -> Vec<f64> {
@@ -44,8 +45,8 @@ impl Request<'_> {
     }
 }
 
-/// A path to a configuration in which the tool is at the goal: of some the one next to the
-/// start that a path leads to.
+/// A path to a configuration in which the tool is at the goal: of those found, the nearest one
+/// to the start to which a path leads.
 ///
 /// # Errors
 /// [`PlanError`]: the pose is not finite or out of reach, every configuration found with it is
@@ -64,7 +65,7 @@ pub fn plan_to_pose(
     for goal in &goals {
         match plan(body, scene, start, goal, settings) {
             Ok(path) => return Ok(path),
-            // Another goal would not help.
+            // An invalid start fails for every goal.
             Err(error @ (PlanError::Configuration { .. } | PlanError::InCollision { .. })) => {
                 return Err(error);
             }
@@ -74,7 +75,7 @@ pub fn plan_to_pose(
     Err(failed)
 }
 
-/// Free ones with the pose; none where those that have it are in collision.
+/// Free configurations with the pose; empty if all that were found are in collision.
 fn configurations(
     request: &Request<'_>,
     tool: &mut Tool<'_>,

@@ -18,7 +18,7 @@ const NEAR_RAD: f64 = 0.1;
 /// How often the clearance is computed (ticks).
 const LOOK_TICKS: usize = 10;
 
-/// What became of a motion.
+/// The result of a motion.
 pub(crate) struct Motion {
     pub(crate) reached: bool,
     pub(crate) seconds: f64,

@@ -35,7 +35,7 @@ const FINGER_M: f64 = 0.065;
 const USAGE: &str =
     "usage: motion_bench PROBLEMS.json [--robot NAME|CONFIG] [--reactive|--plan|--execute]";
 
-/// What is measured.
+/// The measured motion.
 #[derive(Clone, Copy, PartialEq)]
 enum Mode {
     Reactive,

@@ -1,4 +1,4 @@
-//! Many obstacles, every shape, and what is no scene and no arm.
+//! Many obstacles, every shape, and invalid scenes and arms.
 
 use std::collections::BTreeMap;
 
