@@ -1,4 +1,4 @@
-//! The spheres a robot and what it holds are made of.
+//! The spheres of a robot and of a carried object.
 
 use crate::tree::Attachment;
 
@@ -9,5 +9,6 @@ pub(crate) struct Ball {
     pub(crate) radius: f64,
 }
 
-/// Most spheres of what a tool holds.
+/// Largest number of spheres on a tool.
+// Buffers are allocated for this many, so that picking an object up allocates nothing.
 pub const MAX_CARRIED: usize = 32;

@@ -1,5 +1,5 @@
-//! Spheres of what the tool holds: they come and go, and keep away from obstacles and
-//! from the robot as its own spheres do.
+//! Spheres of the object on the tool: they are added and removed, and keep away from obstacles
+//! and from the robot as its own spheres do.
 
 use nalgebra::Vector3;
 
@@ -9,17 +9,18 @@ use crate::tree::Attachment;
 use crate::{RmpFlow, SetupError, TargetId};
 
 impl RmpFlow {
-    /// From now on the tool carries these spheres, and no others: centre in the
-    /// target frame `id` (m) and radius (m, >= 0). Does not allocate.
+    /// Replaces the spheres on the tool: centre in the target frame `id` (m) and radius (m, >=
+    /// 0). Does not allocate.
     ///
     /// # Errors
     /// [`SetupError`] for more than [`MAX_CARRIED`] spheres, a number that is not
-    /// finite, or a frame that does not exist; then nothing is carried.
+    /// finite, or an unknown frame; the tool then carries nothing.
     pub fn carry(
         &mut self,
         id: TargetId,
         spheres: &[(Vector3<f64>, f64)],
     ) -> Result<(), SetupError> {
+        // First: a refused call must not leave the spheres of another object.
         self.drop_carried();
         if spheres.len() > MAX_CARRIED {
             return Err(SetupError::Length {
@@ -53,7 +54,7 @@ impl RmpFlow {
         Ok(())
     }
 
-    /// The tool carries nothing any more.
+    /// Removes all spheres from the tool.
     pub fn drop_carried(&mut self) {
         self.carrier = None;
         self.carried.clear();
@@ -61,7 +62,7 @@ impl RmpFlow {
         self.self_collision.carry(&[]);
     }
 
-    /// How many spheres are carried.
+    /// Number of spheres on the tool.
     pub fn carried_count(&self) -> usize {
         self.carried.len()
     }

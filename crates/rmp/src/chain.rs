@@ -4,7 +4,8 @@
 use nalgebra::{Isometry3, Vector3};
 use thiserror::Error;
 
-/// Most actuated joints a [`Chain`] may have.
+/// Largest number of actuated joints of a [`Chain`].
+// One bit of a 64-bit mask for each joint, as in the flags of limits.
 pub const MAX_JOINTS: usize = 64;
 
 /// How an actuated joint moves its child frame along or about its axis.
@@ -34,11 +35,11 @@ pub struct Mimic {
 pub struct Joint {
     /// Unique name.
     pub name: String,
-    /// Index of the joint this one is mounted on, `None` for the base. A parent
-    /// comes before its children.
+    /// Index of the joint this one is mounted on, `None` for the base. A parent comes before
+    /// its children.
     pub parent: Option<usize>,
-    /// Pose of the joint at position zero in the parent joint's child frame
-    /// (in the base frame when there is no parent), m.
+    /// Pose of the joint at position zero in the parent joint's child frame (in the base frame
+    /// for a joint without a parent), m.
     pub origin: Isometry3<f64>,
     /// Axis in the joint frame. [`Chain::new`] normalises it.
     pub axis: Vector3<f64>,
@@ -48,11 +49,11 @@ pub struct Joint {
     pub lower: f64,
     /// Upper position limit, rad or m; `+inf` for a joint without limit.
     pub upper: f64,
-    /// The joint it follows; `None` where it moves by itself.
+    /// The joint it follows; `None` if it moves independently.
     pub mimic: Option<Mimic>,
 }
 
-/// A named frame that moves rigidly with one joint, or stands still in the base.
+/// A named frame that moves rigidly with one joint, or is fixed in the base.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
     /// Unique name, usually that of the link.
@@ -108,7 +109,7 @@ pub enum ChainError {
         /// Its name.
         name: String,
     },
-    /// It follows no joint that moves by itself.
+    /// The joint follows a joint that does not exist, or that follows another one itself.
     #[error(
         "joint '{joint}' follows joint {of}; it has to follow one of the other joints, which \
          follows none itself, with a multiplier that is not zero"
@@ -174,8 +175,7 @@ impl Chain {
     /// Checks the tree and normalises the joint axes.
     ///
     /// # Errors
-    /// [`ChainError`] for anything that is not a tree of finite numbers with
-    /// unique names.
+    /// [`ChainError`] for anything other than a tree of finite numbers with unique names.
     pub fn new(mut joints: Vec<Joint>, frames: Vec<Frame>) -> Result<Self, ChainError> {
         if joints.len() > MAX_JOINTS {
             return Err(ChainError::TooManyJoints {
@@ -233,17 +233,18 @@ fn check_joint(index: usize, joint: &mut Joint) -> Result<(), ChainError> {
     }
     check_pose("joint", &joint.name, &joint.origin)?;
     let length = joint.axis.norm();
+    // An axis without a length has no direction; after a division it would be NaN everywhere.
     if !(length.is_finite() && length > 1e-9) {
         return Err(ChainError::Axis {
             joint: joint.name.clone(),
             axis: joint.axis.into(),
         });
     }
-    // A unit axis stays untouched, so that no rounding enters exact data.
+    // A unit axis is not divided, so that no rounding enters exact data.
     if (length - 1.0).abs() > 1e-15 {
         joint.axis /= length;
     }
-    // Written so that NaN fails, too.
+    // Written so that NaN fails as well.
     if joint.lower < joint.upper {
         Ok(())
     } else {
@@ -260,6 +261,7 @@ fn check_mimic(joint: &Joint, joints: &[Joint]) -> Result<(), ChainError> {
         return Ok(());
     };
     let followed = joints.get(mimic.joint);
+    // One level only: a chain of followers would have no slot of a controlled joint.
     let is_free = followed.is_some_and(|other| other.mimic.is_none());
     let moves = mimic.multiplier.is_finite() && mimic.multiplier != 0.0;
     if is_free && moves && mimic.offset.is_finite() {

@@ -1,8 +1,8 @@
-//! What can be wrong with the data a controller is built from.
+//! Errors in the data that a controller is built from.
 
 use thiserror::Error;
 
-/// Why an [`crate::RmpFlow`] cannot be built or told something.
+/// Reason why an [`crate::RmpFlow`] cannot be built or refuses a value.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SetupError {
     /// No joint is controlled.
@@ -25,7 +25,7 @@ pub enum SetupError {
     UnknownFrame {
         /// The name.
         name: String,
-        /// What asks for it.
+        /// The user of the frame.
         wanted_by: String,
     },
     /// A list has the wrong length.
@@ -78,7 +78,7 @@ pub struct ParameterError {
     pub allowed: &'static str,
 }
 
-/// Why a controller refuses a step.
+/// Reason why a controller refuses a step.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum FlowError {
     /// A length or number of the state cannot be used.

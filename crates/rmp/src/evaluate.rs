@@ -16,20 +16,26 @@ impl RmpFlow {
     pub(crate) fn sum_leaves(&mut self, q: &[f64], qd: &[f64], floor: Floor) {
         self.constants.set_floor(floor);
         let p = &self.parameters;
+        // Kinematics first: each leaf reads the links at this state.
         self.kinematics.update(q, qd);
         self.root.clear();
         self.pullback.clear();
+        // Leaves on joints go to the root at once; leaves on points are gathered by link and
+        // carried to the joints in one pass at the end.
         cspace_target::add(&mut self.root, &p.cspace_target, &self.posture, q, qd);
         joint_limit::add(&mut self.root, &p.joint_limit, &self.ranges, q, qd, floor);
         joint_velocity_cap::add(&mut self.root, &p.joint_velocity_cap, qd);
         for frame in self.targets.iter().flatten() {
             add_target(p, &self.kinematics, &mut self.pullback, frame);
         }
-        // A tuning keeps few frames away from capsules around the base, which are wider than
-        // the robot: its own spheres against each other say the same without the margin.
+        // A tuning keeps a few frames away from capsules around the base, which are wider than
+        // the robot. The robot's own spheres against each other replace them without that
+        // margin.
         if floor == Floor::None || !self.self_collision.is_on() {
             self.push_away(Of::Body);
         }
+        // Obstacles last: they are most of the cost, and write to the same sums as the
+        // targets.
         let own = self.push_away(Of::Robot);
         let carried = self.push_away(Of::Tool);
         self.clearance = nearer(own, carried, self.balls.len());
@@ -39,6 +45,7 @@ impl RmpFlow {
     /// Adds the collision leaves of some spheres; returns their nearest approach.
     fn push_away(&mut self, of: Of) -> Option<Clearance> {
         let (groups, obstacles) = match of {
+            // No sweep without spheres or obstacles: the nearest approach would be infinite.
             Of::Body => (&self.body_groups, &self.body),
             Of::Robot => (&self.groups, &self.obstacles),
             Of::Tool => (&self.carried_groups, &self.obstacles),
@@ -60,7 +67,7 @@ impl RmpFlow {
     }
 }
 
-/// Spheres that keep away from something.
+/// Spheres that keep away from obstacles.
 #[derive(Clone, Copy)]
 enum Of {
     /// Frames that the tuning names, from the body of the robot.
@@ -98,6 +105,7 @@ fn add_target(
         let (pull, towards) = target::leaf(&frame.target, position, &point);
         metric += pull;
         force += towards;
+        // The squared distance also scales the weight of the orientation, below.
         squared = Some((position - point.position).norm_squared());
     }
     pullback.add_point(&frame.attachment, &point.position, &metric, &force);

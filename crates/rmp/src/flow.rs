@@ -1,4 +1,4 @@
-//! The controller: leaves, their sum, and the two ways to step.
+//! The controller: leaves, their sum, and the two kinds of steps.
 
 use std::collections::BTreeMap;
 
@@ -38,16 +38,16 @@ pub struct CollisionSphere {
     pub radius: f64,
 }
 
-/// What an [`RmpFlow`] is built from.
+/// Data to build an [`RmpFlow`] from.
 #[derive(Debug, Clone, Copy)]
 pub struct RmpFlowSetup<'a> {
     /// The robot.
     pub chain: &'a Chain,
     /// The controlled joints in the order of every joint vector.
     pub joint_names: &'a [String],
-    /// Default positions by joint name (rad or m): the posture of the controlled
-    /// joints, and where all others stand for good. A joint not named stands at
-    /// zero moved into its limits.
+    /// Default positions by joint name (rad or m): the posture of the controlled joints, and
+    /// the constant positions of all others. A joint that is not named is at zero, moved into
+    /// its limits.
     pub default_positions: &'a BTreeMap<String, f64>,
     /// Spheres that keep away from obstacles.
     pub spheres: &'a [CollisionSphere],
@@ -55,7 +55,7 @@ pub struct RmpFlowSetup<'a> {
     pub self_collision: SelfCollisionSetup<'a>,
     /// The tuning.
     pub parameters: &'a RmpFlowParameters,
-    /// Most obstacles there will ever be.
+    /// Capacity of obstacles.
     pub obstacle_capacity: usize,
 }
 
@@ -79,18 +79,18 @@ pub struct Clearance {
     pub sphere: usize,
 }
 
-/// What happened in one step.
+/// Report on one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepReport {
     /// Nearest approach before the step; `None` without obstacles or spheres.
     pub clearance: Option<Clearance>,
-    /// Least distance of two parts of the robot that keep away from each other, before
-    /// the step (m); infinite where none are within 0.15 m, and for `step_exact`.
+    /// Least distance of two parts of the robot that keep away from each other, before the
+    /// step (m); infinite if none are within 0.25 m, and for `step_exact`.
     pub self_clearance: f64,
     /// Which limits were active; always clear for `step_exact`.
     pub clips: ClipFlags,
-    /// How the resolve ended. In `step_cell`, `Shortened` says that a limit was
-    /// active, `Singular` that the joints braked instead.
+    /// Result of the resolve. In `step_cell`, `Shortened` means that a limit was active,
+    /// `Singular` that the joints braked instead.
     pub outcome: Outcome,
 }
 
@@ -108,10 +108,10 @@ pub struct RmpFlow {
     pub(crate) targets: Vec<Option<TargetFrame>>,
     pub(crate) balls: Vec<Ball>,
     pub(crate) groups: Vec<Group>,
-    /// What the tool holds; its capacity is never exceeded.
+    /// Spheres on the tool; the capacity is never exceeded.
     pub(crate) carried: Vec<Ball>,
     pub(crate) carried_groups: Vec<Group>,
-    /// Frame that holds it.
+    /// Frame that carries them.
     pub(crate) carrier: Option<TargetId>,
     pub(crate) body_groups: Vec<Group>,
     /// Capsules of the tuning around the base.
@@ -160,8 +160,7 @@ impl RmpFlow {
         Ok(())
     }
 
-    /// Takes other gains of posture and obstacles, from the next evaluation on. Allocates
-    /// nothing.
+    /// Sets the gains of posture and obstacles from the next evaluation on. Allocates nothing.
     ///
     /// # Errors
     /// [`SetupError`] for a value that is not allowed; nothing is changed.
@@ -170,6 +169,7 @@ impl RmpFlow {
         cspace_target: CspaceTargetParameters,
         collision: CollisionParameters,
     ) -> Result<(), SetupError> {
+        // Validated as a whole tuning; a refused one leaves the old gains in force.
         let before = (self.parameters.cspace_target, self.parameters.collision);
         (self.parameters.cspace_target, self.parameters.collision) = (cspace_target, collision);
         if let Err(error) = self.parameters.validate() {
@@ -267,10 +267,13 @@ impl RmpFlow {
         state.check(self.joint_count())?;
         limits.validate(self.joint_count())?;
         self.sum_leaves(&state.positions, &state.velocities, Floor::Contact);
+        // After the sum, and here only: the published step has no self-collision leaf.
         let self_clearance = self.self_collision.add(&self.kinematics, &mut self.root);
         let (clips, solved) =
             self.cell
                 .resolve(&self.root, state, limits, dt, &mut self.acceleration);
+        // The state integrates what was resolved, so it stays within the limits to the last
+        // bit.
         state.integrate(&self.acceleration, dt);
         let outcome = match (solved, clips.is_clear()) {
             (false, _) => Outcome::Singular,
@@ -285,14 +288,14 @@ impl RmpFlow {
         })
     }
 
-    /// The joints that stood at their lower and at their upper bound after the
-    /// last [`RmpFlow::step_cell`], bit per joint: where the next resolve starts.
+    /// The joints at their lower and at their upper bound after the last
+    /// [`RmpFlow::step_cell`], bit per joint: the start of the next resolve.
     pub fn active_bounds(&self) -> (u64, u64) {
         self.cell.active_bounds()
     }
 
-    /// Lets the next resolve start from these bounds: from the same ones it
-    /// takes the same way, to the last bit.
+    /// Sets the start of the next resolve: with the same one it takes the same steps, to the
+    /// last bit.
     pub fn set_active_bounds(&mut self, lower: u64, upper: u64) {
         self.cell.set_active_bounds(lower, upper);
     }

@@ -6,7 +6,8 @@ use nalgebra::Vector3;
 use crate::ball::Ball;
 use crate::lanes::LANES;
 
-/// Radius of an unused lane (m): so far from everything that it weighs exactly nothing.
+/// Radius of an unused lane (m): so small that its weight is exactly zero.
+// A lane that is switched off costs a mask in each operation; a parked one costs nothing.
 const PARKED: f64 = -1e7;
 
 /// Up to four spheres that one joint carries, as a structure of arrays.
@@ -17,7 +18,7 @@ pub(crate) struct Group {
     pub(crate) offset: [[f64; LANES]; 3],
     /// m.
     pub(crate) radius: [f64; LANES],
-    /// Place of each sphere among those the groups were made of.
+    /// Index of each sphere among those the groups were made of.
     pub(crate) sphere: [usize; LANES],
     /// Joint of the tree; `None` is fixed in the base.
     pub(crate) joint: Option<usize>,
@@ -64,8 +65,8 @@ impl Group {
     }
 }
 
-/// Writes the groups of `balls` to `groups`, those of one joint behind each other, and
-/// neighbours in one group. Allocates only where `groups` has no room for a group a ball.
+/// Writes the groups of `balls` to `groups`, sorted by joint, with neighbours in one group.
+/// Allocates only if `groups` has no capacity for one group per ball.
 pub(crate) fn group(balls: &[Ball], groups: &mut Vec<Group>) {
     groups.clear();
     let joints = balls.iter().map(|ball| ball.attachment.joint);
@@ -74,6 +75,7 @@ pub(crate) fn group(balls: &[Ball], groups: &mut Vec<Group>) {
     };
     let first = first.map_or(0, |joint| joint + 1);
     let last = last.map_or(0, |joint| joint + 1);
+    // By joint, so that the sums of one link are lifted and added over lanes once (ADR 0020).
     for joint in (first..=last).map(|place| place.checked_sub(1)) {
         let mut lane = LANES;
         let carried = balls.iter().enumerate();

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::ObstacleError;
 
-/// Points of a hull at most: all triples of them are looked at, once.
+/// Largest number of points of a hull: all triples of them are compared, once.
 pub const MAX_HULL_POINTS: usize = 64;
 
 /// The convex hull of some points.
@@ -38,6 +38,7 @@ impl Hull {
         if !size.is_finite() || !points.iter().all(|p| p.iter().all(|x| x.is_finite())) {
             return Err(refused("every coordinate must be finite"));
         }
+        // The slack is relative to the size, so that small and large hulls are treated alike.
         let planes = faces(points, 1e-9 * size);
         if planes.len() < 4 {
             return Err(refused("the points are all in one plane"));
@@ -50,7 +51,7 @@ impl Hull {
         &self.planes
     }
 
-    /// That to the farthest plane (m).
+    /// Distance to the farthest plane (m).
     pub(crate) fn distance(&self, local: &Vector3<f64>) -> f64 {
         let planes = self.planes.iter();
         planes
@@ -79,6 +80,7 @@ fn faces(points: &[Vector3<f64>], slack: f64) -> Vec<(Vector3<f64>, f64)> {
                     continue;
                 }
                 let normal = normal.normalize();
+                // Both directions: the order of the points does not tell the outward one.
                 for normal in [normal, -normal] {
                     let offset = normal.dot(a);
                     let is_face = points.iter().all(|p| normal.dot(p) <= offset + slack);

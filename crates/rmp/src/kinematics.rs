@@ -58,6 +58,7 @@ impl Kinematics {
     /// Recomputes every link for joint positions `q` and velocities `qd`, both in
     /// the order of the controlled joints.
     pub(crate) fn update(&mut self, q: &[f64], qd: &[f64]) {
+        // Parents come before children, so one pass suffices.
         for (index, joint) in self.tree.joints.iter().enumerate() {
             let parent = joint.parent.map_or(&REST, |p| &self.links[p]);
             let (position, velocity) = (joint.ratio * q[joint.slot], joint.ratio * qd[joint.slot]);
@@ -69,7 +70,7 @@ impl Kinematics {
         self.link_of(attachment.joint)
     }
 
-    /// What `joint` moves; `None` is the base.
+    /// The link that `joint` moves; `None` is the base.
     #[inline]
     pub(crate) fn link_of(&self, joint: Option<usize>) -> &Link {
         joint.map_or(&REST, |j| &self.links[j])
@@ -108,6 +109,8 @@ impl Kinematics {
     /// Writes the 6 x N Jacobian of the attachment's origin, rows linear (m) then
     /// angular (rad), columns in the order of the controlled joints.
     pub(crate) fn jacobian(&self, attachment: &Attachment, out: &mut DMatrix<f64>) {
+        // Joints that are not between the base and the attachment do not move it: zero
+        // columns.
         out.fill(0.0);
         let position = self.point(attachment).position;
         let mut next = attachment.joint;
@@ -117,7 +120,7 @@ impl Kinematics {
                 JointKind::Revolute => (link.axis.cross(&(position - link.origin)), link.axis),
                 JointKind::Prismatic => (link.axis, Vector3::zeros()),
             };
-            // Joints that follow each other share a column.
+            // Joints that follow another one share its column.
             let mut add = |row: usize, part: Vector3<f64>| {
                 let mut column = out.fixed_view_mut::<3, 1>(row, joint.slot);
                 column += part * joint.ratio;

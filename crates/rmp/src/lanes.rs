@@ -13,6 +13,7 @@ use std::ops::{Add, Div, Mul, Sub};
 use wide::{Select, f64x4};
 
 /// Lanes of one block.
+// Fixed at four on every processor: sums over lanes have one order, and results the same bits.
 pub(crate) const LANES: usize = 4;
 
 /// Four `f64`. A mask is a value of the same type whose lanes are all ones or
@@ -50,6 +51,7 @@ pub(crate) trait Lanes:
 
     /// Sum of the lanes.
     #[inline(always)]
+    // In pairs, in all implementations: another order would give other last bits.
     fn total(self) -> f64 {
         let [a, b, c, d]: [f64; LANES] = self.to_array();
         (a + b) + (c + d)
@@ -68,7 +70,7 @@ pub(crate) trait Lanes:
     }
 }
 
-/// `1.5 * 2^52`: adding it rounds to an integer kept in the low mantissa bits.
+/// `1.5 * 2^52`: adding it rounds to an integer in the low bits of the mantissa.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 /// `ln 2` in two parts (fdlibm's split), so that `k ln 2` is exact in the first.
 const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
@@ -79,6 +81,7 @@ const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 #[inline(always)]
 pub(crate) fn exp<L: Lanes>(x: L) -> L {
     let s = L::splat;
+    // Within this the power of two has a normal exponent; the weights of leaves need less.
     let x = x.max(s(-500.0)).min(s(500.0));
     let rounded = x * s(std::f64::consts::LOG2_E) + s(ROUNDER);
     let k = rounded - s(ROUNDER);

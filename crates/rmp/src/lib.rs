@@ -1,10 +1,10 @@
 //! `RMPflow`: reactive motion from weighted accelerations.
 //!
-//! Every wish (reach a point, keep away from an obstacle, stay within joint
-//! limits) is a *leaf*: an acceleration and a weight matrix in its own task
-//! space. Leaves are pulled back to the joints, summed, and resolved to one joint
-//! acceleration. The mathematics is that of Cheng et al., "`RMPflow`" (2018, arXiv
-//! 1811.07049); the leaves are those of NVIDIA's published tunings.
+//! Each aim (reach a point, keep away from an obstacle, stay within joint limits) is a *leaf*:
+//! an acceleration and a weight matrix in its task space. Leaves are pulled back to the
+//! joints, summed, and resolved to one joint acceleration. The mathematics is that of Cheng et
+//! al., "`RMPflow`" (2018, arXiv 1811.07049); the leaves are those of NVIDIA's published
+//! tunings.
 //!
 //! The crate reads no files and keeps no time: positions, velocities and the step
 //! are arguments.

@@ -53,12 +53,12 @@ pub enum LimitsError {
 }
 
 impl JointLimits {
-    /// Number of joints, when the vectors agree.
+    /// Number of joints; the vectors agree after [`JointLimits::validate`].
     pub fn len(&self) -> usize {
         self.lower.len()
     }
 
-    /// Whether no joint is listed.
+    /// Whether the limits are of no joint.
     pub fn is_empty(&self) -> bool {
         self.lower.is_empty()
     }
@@ -92,6 +92,7 @@ impl JointLimits {
             }
         }
         for (joint, (&lower, &upper)) in self.lower.iter().zip(&self.upper).enumerate() {
+            // Infinite limits are valid; NaN would pass a comparison for "less".
             if lower.is_nan() || upper.is_nan() || lower >= upper {
                 return Err(LimitsError::EmptyRange {
                     joint,

@@ -1,5 +1,5 @@
-//! The obstacles of a robot. The kernel reads the box around each of them, four by four,
-//! to find those that are near.
+//! The obstacles of a robot. The kernel reads the boxes around them, four at a time, to find
+//! the near ones.
 
 use nalgebra::Isometry3;
 use thiserror::Error;
@@ -23,9 +23,9 @@ pub enum ObstacleError {
     /// Points have no convex hull with a volume.
     #[error("the convex hull of {points} points cannot be an obstacle: {why}")]
     Hull {
-        /// How many there are.
+        /// Number of points.
         points: usize,
-        /// What is wrong with them.
+        /// The reason.
         why: &'static str,
     },
     /// A compound has no part.
@@ -65,7 +65,7 @@ pub(crate) const ROWS: usize = 16;
 #[repr(C, align(32))]
 pub(crate) struct Block(pub(crate) [[f64; LANES]; ROWS]);
 
-/// Centre coordinate of an unused lane, m: so far that it weighs exactly nothing.
+/// Centre coordinate of an unused lane, m: so far away that its weight is exactly zero.
 const PARKED: f64 = 1e7;
 
 const EMPTY_BLOCK: Block = {
@@ -78,11 +78,11 @@ const EMPTY_BLOCK: Block = {
     Block(rows)
 };
 
-/// A fixed-capacity set of obstacles. Poses and the enable mask may change every
-/// tick without allocating; disabled obstacles cost nothing.
+/// A set of obstacles with a fixed capacity. Poses and the enable mask may change every tick
+/// without allocating; disabled obstacles cost nothing.
 #[derive(Debug, Clone)]
 pub struct ObstacleSet {
-    /// All parts of all obstacles; those of one behind each other.
+    /// All parts of all obstacles, those of one obstacle in sequence.
     parts: Vec<Part>,
     /// By id: its first part, and whether it is enabled.
     entries: Vec<(usize, bool)>,
@@ -95,18 +95,18 @@ struct Part {
     obstacle: Obstacle,
     /// Pose in the frame of the compound; `None` for the only part.
     local: Option<Isometry3<f64>>,
-    /// Its place among the enabled ones.
+    /// Its place among the enabled parts.
     place: usize,
 }
 
 /// The enabled parts, as the kernel reads them.
 #[derive(Debug, Clone)]
 pub(crate) struct Packed {
-    /// Boxes around all of them, with unused lanes parked.
+    /// Boxes around the parts, with unused lanes parked.
     blocks: Vec<Block>,
-    /// What they are, by place.
+    /// Their shapes, by place.
     cores: Vec<Core>,
-    /// Id of the obstacle each belongs to, by place.
+    /// Id of the obstacle of each, by place.
     owners: Vec<usize>,
 }
 
@@ -147,6 +147,7 @@ impl Packed {
 
     fn push(&mut self, obstacle: &Obstacle, owner: usize) -> usize {
         let place = self.cores.len();
+        // A new block has its lanes parked, so a partly filled one needs no count.
         if place.is_multiple_of(LANES) {
             self.blocks.push(EMPTY_BLOCK);
         }
@@ -170,7 +171,7 @@ impl Packed {
 }
 
 impl ObstacleSet {
-    /// An empty set that will hold at most `capacity` obstacles.
+    /// An empty set for at most `capacity` obstacles.
     pub fn with_capacity(capacity: usize) -> Self {
         Self {
             parts: Vec::with_capacity(capacity),
@@ -213,9 +214,10 @@ impl ObstacleSet {
         }
     }
 
-    /// Adds an enabled obstacle at `pose` that is made of parts, whose poses are in its own
-    /// frame: a can of four walls and a floor, for instance. It counts as one: of each point
-    /// of the robot the nearest part matters. Each part takes one place of the capacity.
+    /// Adds an enabled obstacle at `pose` that is made of parts, whose poses are in the frame
+    /// of the obstacle: a can of four walls and a floor, for instance. It counts as one
+    /// obstacle: for each point of the robot only the nearest part has an effect. Each part
+    /// takes one place of the capacity.
     ///
     /// # Errors
     /// [`ObstacleError`] for an invalid part, none, or a full set.
@@ -228,6 +230,7 @@ impl ObstacleSet {
         if parts.is_empty() {
             return Err(ObstacleError::Empty);
         }
+        // All parts are checked before the first is added: a refused obstacle changes nothing.
         parts.iter().try_for_each(Obstacle::validate)?;
         self.check_room(parts.len())?;
         let placed = parts.iter().map(|part| Part {
@@ -265,7 +268,7 @@ impl ObstacleSet {
         self.entries.len()
     }
 
-    /// Whether there is no obstacle at all.
+    /// Whether the set has no obstacle.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
@@ -283,14 +286,14 @@ impl ObstacleSet {
         self.parts.get(*first).map(|part| &part.obstacle)
     }
 
-    /// Where the obstacle of that id is, as it was added or moved.
+    /// Pose of the obstacle of that id, as it was added or moved.
     pub fn pose(&self, id: ObstacleId) -> Option<Isometry3<f64>> {
         let part = self.parts.get(self.entries.get(id.0)?.0)?;
         let pose = part.obstacle.pose;
         Some(part.local.map_or(pose, |local| pose * local.inverse()))
     }
 
-    /// The obstacle of that id; of a compound all of its parts. Nothing for an unknown id.
+    /// The obstacle of that id, or all parts of a compound; empty for an unknown id.
     pub fn parts(&self, id: ObstacleId) -> impl Iterator<Item = &Obstacle> {
         let range = (id.0 < self.entries.len()).then(|| self.range(id.0));
         self.parts[range.unwrap_or(0..0)]
@@ -319,6 +322,7 @@ impl ObstacleSet {
         let (range, enabled) = (self.range(id.0), self.entries[id.0].1);
         for part in &mut self.parts[range] {
             part.obstacle.pose = part.local.map_or(pose, |local| pose * local);
+            // Only the lane of this part: the places of the others stay.
             if enabled {
                 self.packed.move_to(part.place, &part.obstacle);
             }
@@ -333,6 +337,7 @@ impl ObstacleSet {
     pub fn set_enabled(&mut self, id: ObstacleId, enabled: bool) -> Result<(), ObstacleError> {
         self.check_id(id)?;
         let flag = &mut self.entries[id.0].1;
+        // Packing all again costs a pass over the set, so only at a change.
         if *flag != enabled {
             *flag = enabled;
             self.pack();
@@ -359,6 +364,7 @@ impl ObstacleSet {
     }
 
     fn pack(&mut self) {
+        // In the order of ids: sums have one order, however obstacles were switched.
         self.packed.clear();
         for id in 0..self.entries.len() {
             if self.entries[id].1 {

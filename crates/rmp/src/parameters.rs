@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
-/// Everything a `format: rmpflow` file says about the leaves and the resolve.
+/// All numbers of a `format: rmpflow` file about the leaves and the resolve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RmpFlowParameters {
-    /// How far inside its position limits each controlled joint is kept, rad or m.
+    /// Distance of each controlled joint from its position limits, rad or m.
     pub joint_limit_buffers: Vec<f64>,
     /// Pull towards the default posture.
     pub cspace_target: CspaceTargetParameters,
@@ -23,7 +23,7 @@ pub struct RmpFlowParameters {
     pub damping: DampingParameters,
     /// How the summed leaves become an acceleration.
     pub canonical_resolve: CanonicalResolveParameters,
-    /// Capsules fixed in the base frame that stand for the robot's own body.
+    /// Capsules fixed in the base frame, in place of the robot's own body.
     pub body_capsules: Vec<BodyCapsule>,
     /// Frames that keep away from those capsules.
     pub body_collision_controllers: Vec<BodyCollisionController>,
@@ -40,7 +40,7 @@ pub struct CspaceTargetParameters {
     pub damping_gain: f64,
     /// Norm at which the position error is capped, rad.
     pub robust_position_term_thresh: f64,
-    /// Weight of a leaf that asks for zero acceleration.
+    /// Weight of a leaf that requests zero acceleration.
     pub inertia: f64,
 }
 
@@ -148,7 +148,7 @@ pub struct DampingParameters {
     pub accel_d_gain: f64,
     /// Weight per speed, s/m.
     pub metric_scalar: f64,
-    /// Weight of a leaf that asks for zero acceleration.
+    /// Weight of a leaf that requests zero acceleration.
     pub inertia: f64,
 }
 

@@ -84,7 +84,7 @@ impl Pullback {
         self.links.fill(EMPTY);
     }
 
-    /// Adds what leaves on points of one link were lifted to.
+    /// Adds the lifted leaves on points of one link.
     #[inline]
     pub(crate) fn add(&mut self, joint: usize, sum: &Spatial) {
         self.links[joint].merge(sum);
@@ -100,6 +100,7 @@ impl Pullback {
         metric: &Matrix3<f64>,
         force: &Vector3<f64>,
     ) {
+        // A point that is fixed in the base moves with no joint.
         let Some(joint) = attachment.joint else {
             return;
         };
@@ -138,6 +139,8 @@ impl Pullback {
             let (turn, shift) = screw_of(joint.kind, link);
             *screw = (turn * joint.ratio, shift * joint.ratio);
         }
+        // From the tips: each link has the sums of all links beyond it when its joint is
+        // reached, so no leaf needs a row of the Jacobian.
         for index in (0..joints.len()).rev() {
             let sum = self.links[index];
             let (slot, parent) = (joints[index].slot, joints[index].parent);
@@ -146,6 +149,7 @@ impl Pullback {
             let force = sum.cross.tr_mul(&angular) + sum.linear * linear;
             root.force[slot] += sum.torque.dot(&angular) + sum.force.dot(&linear);
             root.metric[(slot, slot)] += torque.dot(&angular) + force.dot(&linear);
+            // The metric couples a joint with all joints between it and the base.
             let mut ancestor = parent;
             while let Some(above) = ancestor {
                 let (turn, shift) = &self.screws[above];
@@ -155,6 +159,7 @@ impl Pullback {
                 root.metric[(other, slot)] += value;
                 ancestor = joints[above].parent;
             }
+            // The parent now carries all links beyond it; its own turn comes later.
             if let Some(above) = parent {
                 self.links[above].merge(&sum);
             }

@@ -1,4 +1,4 @@
-//! The parts of a robot that keep away from each other.
+//! Parts of a robot that keep away from each other.
 
 use nalgebra::Vector3;
 
@@ -34,7 +34,7 @@ impl Part {
         part
     }
 
-    /// Room for what the tool carries.
+    /// Buffer for the spheres on the tool.
     fn carried() -> Self {
         Self {
             joint: None,
@@ -67,11 +67,11 @@ impl Part {
 /// The parts of a robot and the pairs of them that must not meet.
 #[derive(Debug, Clone)]
 pub(crate) struct SelfCollision {
-    /// The last one is what the tool carries.
+    /// The last one has the spheres on the tool.
     parts: Vec<Part>,
-    /// Those of the robot, then those with what the tool carries.
+    /// Pairs of the robot, then pairs with the tool's spheres.
     pairs: Vec<(usize, usize)>,
-    /// How many of the pairs are of the robot alone.
+    /// Number of the pairs of the robot alone.
     own_pairs: usize,
     /// Centres of the bounds at the last evaluation, base frame (m).
     centers: Vec<Vector3<f64>>,
@@ -100,8 +100,8 @@ impl SelfCollision {
         self.own_pairs > 0
     }
 
-    /// From now on the tool carries `balls`, at most [`MAX_CARRIED`]. They keep away from
-    /// the parts that some part on the joint of the tool keeps away from.
+    /// Replaces the spheres on the tool by `balls`, at most [`MAX_CARRIED`]. They keep away
+    /// from the parts from which a part on the joint of the tool keeps away.
     pub(crate) fn carry(&mut self, balls: &[Ball]) {
         self.pairs.truncate(self.own_pairs);
         let Some((carried, own)) = self.parts.split_last_mut() else {
@@ -127,11 +127,13 @@ impl SelfCollision {
     /// Adds the leaves of all pairs of spheres within reach to `root`. Returns the least
     /// distance of two surfaces (m), infinite where none are within reach.
     pub(crate) fn add(&mut self, kinematics: &Kinematics, root: &mut Root) -> f64 {
+        // All centres once per cycle: each part is in several pairs.
         for (center, part) in self.centers.iter_mut().zip(&mut self.parts) {
             *center = kinematics.place(part.joint, &part.center);
             part.place(kinematics);
         }
         let mut nearest = f64::INFINITY;
+        // Bounds before spheres: most pairs of parts are beyond the reach.
         for index in 0..self.pairs.len() {
             let (a, b) = self.pairs[index];
             let reach = self.parts[a].radius + self.parts[b].radius + REACH_M;
@@ -151,7 +153,7 @@ impl SelfCollision {
             slots: &mut self.slots,
         };
         for (ball, center) in one.balls.iter().zip(&one.places) {
-            // Most spheres of a part are far from the other part as a whole.
+            // Most spheres of a part are far from the other part.
             let reach = ball.radius + other.radius + REACH_M;
             if (center - self.centers[b]).norm_squared() >= reach * reach {
                 continue;
@@ -177,7 +179,7 @@ impl SelfCollision {
     }
 }
 
-/// The Jacobian of one distance: what the joints between two parts do to it.
+/// The Jacobian of one distance: the effect of the joints between two parts on it.
 struct Row<'a> {
     kinematics: &'a Kinematics,
     values: &'a mut [f64],
@@ -185,8 +187,8 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
-    /// Walks from both joints to the one they have in common: beyond it the robot moves
-    /// both points as one body, and their distance stays.
+    /// Walks from both joints to their common one: beyond it the robot moves both points as
+    /// one body, and their distance is constant.
     fn fill(
         &mut self,
         (mut a, at): (Option<usize>, &PointMotion),
@@ -195,7 +197,7 @@ impl Row<'_> {
     ) {
         self.slots.clear();
         while a != b {
-            // Parents have smaller indices; the base is less than all.
+            // Parents have smaller indices; the base is smaller than all.
             if a > b {
                 a = self.step(a, &at.position, &leaf.normal);
             } else {
@@ -220,7 +222,7 @@ impl Row<'_> {
             JointKind::Prismatic => link.axis,
         };
         let value = joint.ratio * normal.dot(&moves);
-        // Joints that follow each other share a slot.
+        // Joints that follow another one share its slot.
         if self.slots.contains(&joint.slot) {
             self.values[joint.slot] += value;
         } else {

@@ -27,6 +27,7 @@ pub(crate) fn build(setup: &RmpFlowSetup) -> Result<RmpFlow, SetupError> {
     let moving = tree.joints().len();
     let balls = balls(setup.chain, setup.spheres, &tree)?;
     let body = body_capsules(&parameters)?;
+    // The buffer of near obstacles serves the capsules of the body as well.
     let most_obstacles = setup.obstacle_capacity.max(body.len());
     let mut flow = RmpFlow {
         chain: setup.chain.clone(),
@@ -55,6 +56,7 @@ pub(crate) fn build(setup: &RmpFlowSetup) -> Result<RmpFlow, SetupError> {
         cell: CellResolve::new(joints, parameters.joint_velocity_cap.max_velocity),
         parameters,
     };
+    // One evaluation, so that poses and clearance are valid before the first step.
     let (q, qd) = (flow.posture.clone(), vec![0.0; joints]);
     flow.sum_leaves(&q, &qd, Floor::Contact);
     Ok(flow)
@@ -66,7 +68,7 @@ fn grouped(balls: &[Ball]) -> Vec<Group> {
     groups
 }
 
-/// Attaches the named frame, or says who wanted it.
+/// Attaches the named frame; `wanted_by` is the reason in the error.
 pub(crate) fn attach(
     chain: &Chain,
     tree: &Tree,
@@ -112,6 +114,7 @@ fn ranges(setup: &RmpFlowSetup) -> Result<Vec<Range>, SetupError> {
             lower: joint.lower + buffer,
             upper: joint.upper - buffer,
         };
+        // An empty range has no width to divide the distances by.
         if range.lower >= range.upper {
             return Err(SetupError::Buffer {
                 joint: name.clone(),
@@ -134,7 +137,7 @@ fn posture(setup: &RmpFlowSetup) -> Vec<f64> {
     setup.joint_names.iter().map(default).collect()
 }
 
-/// The spheres that move; one that is fixed in the base has no leaf.
+/// The moving spheres; one that is fixed in the base has no leaf.
 fn balls(chain: &Chain, spheres: &[CollisionSphere], tree: &Tree) -> Result<Vec<Ball>, SetupError> {
     let mut balls = Vec::with_capacity(spheres.len());
     for sphere in spheres {
@@ -157,8 +160,8 @@ fn balls(chain: &Chain, spheres: &[CollisionSphere], tree: &Tree) -> Result<Vec<
     Ok(balls)
 }
 
-/// The parts of the robot: the spheres of each frame; and the pairs of them that two
-/// joints carry and nothing lets touch.
+/// The parts of the robot, which are the spheres of each frame, and the pairs of parts on
+/// different joints that may not touch.
 fn self_collision(setup: &RmpFlowSetup, tree: &Tree) -> Result<SelfCollision, SetupError> {
     let SelfCollisionSetup { spheres, ignore } = setup.self_collision;
     let mut frames: Vec<&str> = Vec::new();
@@ -178,9 +181,11 @@ fn self_collision(setup: &RmpFlowSetup, tree: &Tree) -> Result<SelfCollision, Se
             |(one, other): &(String, String)| (one == a && other == b) || (one == b && other == a);
         ignore.iter().any(both)
     };
+    // Pairs are found once: a cycle only walks the list.
     let mut pairs = Vec::new();
     for a in 0..parts.len() {
         for b in a + 1..parts.len() {
+            // On one joint the distance never changes, and no motion could increase it.
             if parts[a].joint != parts[b].joint && !may_touch(frames[a], frames[b]) {
                 pairs.push((a, b));
             }

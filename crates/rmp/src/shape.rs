@@ -30,9 +30,9 @@ pub enum Core {
 pub struct Obstacle {
     /// Pose of the core in the base frame, m.
     pub pose: Isometry3<f64>,
-    /// What it is without the radius.
+    /// The shape without the radius.
     pub core: Core,
-    /// How far the surface is outside of the core, m, >= 0.
+    /// Distance of the surface from the core, m, >= 0.
     pub radius: f64,
 }
 
@@ -179,8 +179,8 @@ impl Core {
     }
 }
 
-/// In the plane through the axis and the point: the distance from the nearer of the end and
-/// the side.
+/// In the plane through the axis and the point: the distance from the end or the side,
+/// whichever is nearer.
 fn frustum([bottom, top, half_height]: [f64; 3], local: &Vector3<f64>) -> f64 {
     let at = Vector2::new(local.xy().norm(), local.z);
     let end = if at.y < 0.0 { bottom } else { top };
@@ -200,6 +200,7 @@ fn frustum([bottom, top, half_height]: [f64; 3], local: &Vector3<f64>) -> f64 {
 }
 
 pub(crate) fn check_pose(pose: &Isometry3<f64>) -> Result<(), ObstacleError> {
+    // Far beyond any cell: such a pose is an error.
     let far = 1e6;
     let unit = (pose.rotation.coords.norm() - 1.0).abs() < 1e-6;
     let near = pose.translation.vector.iter().all(|x| x.abs() < far);

@@ -1,7 +1,7 @@
 //! AVX2 lanes and the choice of lanes at run time: the crate's only `unsafe`.
 //!
-//! A binary for any x86-64 contains the AVX2 kernel and asks the processor once.
-//! No fused multiply-add is used, so that every choice gives the same bits.
+//! A binary for any x86-64 contains the AVX2 kernel and detects the processor once. No fused
+//! multiply-add is used, so that every choice gives the same bits (ADR 0020).
 #![allow(
     clippy::inline_always,
     reason = "lanes are compiled for the instruction set of the function they are inlined into"
@@ -21,7 +21,7 @@ pub(crate) enum Path {
     /// Plain arrays: what the tests compare with.
     #[cfg(test)]
     Scalar,
-    /// The `wide` crate for whatever the build targets.
+    /// The `wide` crate for the target of the build.
     Portable,
     /// 256-bit registers; only ever made by [`Path::best`].
     #[cfg(target_arch = "x86_64")]
@@ -32,6 +32,7 @@ impl Path {
     /// The fastest the processor has.
     pub(crate) fn best() -> Self {
         #[cfg(target_arch = "x86_64")]
+        // Detected, not assumed by a build flag: one binary runs on every machine of a fleet.
         if std::arch::is_x86_feature_detected!("avx2") {
             return Self::Avx2;
         }
@@ -174,7 +175,7 @@ mod x86 {
                 _mm256_castsi256_pd(_mm256_slli_epi64::<52>(biased))
             })
         }
-        // The instruction returns its second operand where equal, as the default does.
+        // The instruction returns its second operand for equal ones, as the default does.
         #[inline(always)]
         fn max(self, other: Self) -> Self {
             // SAFETY: only reached through `run`, see `Avx`.

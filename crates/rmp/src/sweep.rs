@@ -1,5 +1,5 @@
-//! All spheres against all obstacles: which pairs are near enough to count, their
-//! leaves, and the sums lifted to the links.
+//! All spheres against all obstacles: finds the pairs within reach, computes their leaves, and
+//! lifts the sums to the links (ADR 0020).
 #![allow(
     clippy::inline_always,
     reason = "lanes are compiled for the instruction set of the function they are inlined into"
@@ -42,13 +42,13 @@ impl Nearest {
     }
 }
 
-/// What a sweep reads, and what it writes.
+/// Inputs and outputs of a sweep.
 pub(crate) struct Sweep<'a> {
     pub(crate) constants: &'a Constants,
     pub(crate) kinematics: &'a Kinematics,
     pub(crate) groups: &'a [Group],
     pub(crate) obstacles: &'a Packed,
-    /// Scratch: places of the obstacles near one group; room for all.
+    /// Scratch: places of the obstacles near one group; capacity for all.
     pub(crate) near: &'a mut Vec<usize>,
     pub(crate) pullback: &'a mut Pullback,
 }
@@ -59,18 +59,23 @@ impl Sweep<'_> {
     #[inline(always)]
     pub(crate) fn run<L: Lanes>(&mut self) -> Nearest {
         let mut nearest = Nearest::NONE;
+        // All groups of one link are summed lane by lane and added over lanes once.
         for groups in self.groups.chunk_by(|a, b| a.joint == b.joint) {
             let joint = groups.first().and_then(|group| group.joint);
             let link = self.kinematics.link_of(joint);
             let mut lifted = Lifted::new();
             for group in groups {
                 self.find_near::<L>(link, group);
+                // Nothing within reach: all weights are exactly zero, so leaving the group out
+                // changes no bit.
                 if self.near.is_empty() {
                     continue;
                 }
                 let spheres = motion(link, group);
                 let mut sum = Sum::<L>::new();
                 let mut next = 0;
+                // In the order of the obstacles, in every implementation: sums keep their
+                // bits.
                 while next < self.near.len() {
                     let first = next;
                     next = self.end_of_obstacle(first);
@@ -84,13 +89,14 @@ impl Sweep<'_> {
                 self.pullback.add(joint, &lifted.total());
             }
         }
+        // The nearest of the pairs in reach is the nearest of all, if there is one in reach.
         if nearest.distance > self.constants.reach() {
             nearest = self.nearest_of_all::<L>();
         }
         nearest
     }
 
-    /// Obstacles that a sphere of `group` may be within reach of.
+    /// Finds the obstacles that a sphere of `group` may be within reach of.
     #[inline(always)]
     fn find_near<L: Lanes>(&mut self, link: &Link, group: &Group) {
         let center = link.origin + link.rotation * group.center;
@@ -106,7 +112,7 @@ impl Sweep<'_> {
         }
     }
 
-    /// Where the parts of the obstacle end that begin at `first` of the near ones.
+    /// End of the near parts of the obstacle whose first one is at `first`.
     #[inline(always)]
     fn end_of_obstacle(&self, first: usize) -> usize {
         let owner = self.obstacles.owner(self.near[first]);
@@ -117,7 +123,7 @@ impl Sweep<'_> {
         end
     }
 
-    /// Of each lane the nearest of some near parts: its distance (m) and normal.
+    /// The nearest of some near parts in each lane: its distance (m) and normal.
     #[inline(always)]
     fn nearest_part<L: Lanes>(&self, near: Range<usize>, position: &Wide3<L>) -> (L, Wide3<L>) {
         let (mut distance, mut normal) = self.surface(self.near[near.start], position);
@@ -140,7 +146,7 @@ impl Sweep<'_> {
         surface(self.obstacles.core(place), block, place % LANES, position)
     }
 
-    /// Without leaves: where no obstacle is within reach.
+    /// The nearest approach without leaves, if no obstacle is within reach.
     #[inline(always)]
     fn nearest_of_all<L: Lanes>(&self) -> Nearest {
         let mut nearest = Nearest::NONE;
@@ -183,7 +189,7 @@ fn motion<L: Lanes>(link: &Link, group: &Group) -> Spheres<L> {
     }
 }
 
-/// The spatial forms of one link, a lane a sphere: see [`Spatial`].
+/// The spatial forms of one link, one lane per sphere: see [`Spatial`].
 struct Lifted<L> {
     angular: [L; 6],
     /// By column.

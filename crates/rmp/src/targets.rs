@@ -1,4 +1,4 @@
-//! Frames with targets: the tool, and whatever else of the robot is to be somewhere.
+//! Frames with targets: the tool, and other frames of the robot.
 
 use nalgebra::{DMatrix, Isometry3, Matrix3, UnitQuaternion, Vector3};
 
@@ -39,8 +39,8 @@ impl RmpFlow {
         Ok(TargetId(self.targets.len() - 1))
     }
 
-    /// Removes a target frame: its targets, drag and inertia. What it carries is dropped.
-    /// Whether it was there; its id is not given to another one.
+    /// Removes a target frame: its targets, drag and inertia. Spheres that it carries are
+    /// dropped. Returns whether it existed; its id is not given to another frame.
     pub fn remove_target_frame(&mut self, id: TargetId) -> bool {
         let removed = self.targets.get_mut(id.0).and_then(Option::take).is_some();
         if removed && self.carrier == Some(id) {
@@ -87,7 +87,7 @@ impl RmpFlow {
         Ok(())
     }
 
-    /// Gives a frame gains of its own: of its position target and of its orientation target.
+    /// Sets separate gains of a frame, for its position target and its orientation target.
     /// Allocates nothing.
     ///
     /// # Errors
@@ -98,6 +98,7 @@ impl RmpFlow {
         target: TargetParameters,
         axis_target: AxisTargetParameters,
     ) -> Result<(), SetupError> {
+        // The range checks are those of a whole tuning; the tuning itself is put back.
         let of_tuning = (self.parameters.target, self.parameters.axis_target);
         (self.parameters.target, self.parameters.axis_target) = (target, axis_target);
         let valid = self.parameters.validate();
@@ -115,8 +116,8 @@ impl RmpFlow {
         Some(self.kinematics.pose(&frame.attachment))
     }
 
-    /// Pose of a target frame at joint positions `q`, base frame. The kinematics
-    /// stay at `q` until the next evaluation.
+    /// Pose of a target frame at joint positions `q`, base frame. The kinematics stay at `q`
+    /// until the next evaluation.
     ///
     /// # Errors
     /// [`SetupError::Length`] or [`SetupError::NotFinite`].
@@ -126,6 +127,7 @@ impl RmpFlow {
         q: &[f64],
     ) -> Result<Option<Isometry3<f64>>, SetupError> {
         check_values("joint positions", q, self.joint_count())?;
+        // Velocities are zero: poses do not need them.
         self.scratch.fill(0.0);
         self.kinematics.update(q, &self.scratch);
         Ok(self.target_frame_pose(id))

@@ -1,6 +1,5 @@
-//! The controlled part of a [`Chain`]: joints that do not move are folded into
-//! constants, and every axis is turned onto the local z axis, so that a joint
-//! costs one mixing of two columns.
+//! The controlled part of a [`Chain`]: fixed joints are folded into constants, and every axis
+//! is turned onto the local z axis, so that a joint costs one mixing of two columns.
 
 use std::collections::BTreeMap;
 
@@ -8,16 +7,16 @@ use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use crate::{Chain, Frame, Joint, JointKind, SetupError};
 
-/// One joint that moves, z being its axis: a controlled one, or one that follows it.
+/// One moving joint with the axis z: a controlled one, or one that follows it.
 #[derive(Debug, Clone)]
 pub struct TreeJoint {
     /// Index of the joint it moves with in evaluation order; `None` is the base.
     pub parent: Option<usize>,
-    /// Index in the caller's order of controlled joints; of a joint that follows another
-    /// one, that of the other one.
+    /// Index in the caller's order of controlled joints; for a joint that follows another one,
+    /// the index of that one.
     pub slot: usize,
-    /// How far it moves (rad or m) for one of the controlled joint: 1, or the multiplier of a
-    /// joint that follows.
+    /// Motion (rad or m) per motion of the controlled joint: 1, or the multiplier of a joint
+    /// that follows.
     pub ratio: f64,
     /// Whether it turns about z or slides along z.
     pub kind: JointKind,
@@ -30,7 +29,7 @@ pub struct TreeJoint {
 /// A pose that moves rigidly with one controlled joint, or with none.
 #[derive(Debug, Clone)]
 pub(crate) struct Attachment {
-    /// Index in evaluation order; `None` stands still in the base.
+    /// Index in evaluation order; `None` is fixed in the base.
     pub(crate) joint: Option<usize>,
     pub(crate) rotation: Matrix3<f64>,
     pub(crate) offset: Vector3<f64>,
@@ -44,17 +43,18 @@ pub type Carrier = (Option<usize>, Isometry3<f64>);
 #[derive(Debug, Clone)]
 pub struct Tree {
     pub(crate) joints: Vec<TreeJoint>,
-    /// For each joint of the chain: what carries its child frame.
+    /// For each joint of the chain: the joint that carries its child frame.
     carriers: Vec<Carrier>,
 }
 
 impl Tree {
     /// Folds `chain` down to the joints named in `controlled` and those that follow them; all
-    /// others stand at their default position (zero moved into their limits where none given).
+    /// others are constant at their default position (by default zero, moved into their
+    /// limits).
     ///
     /// # Errors
-    /// [`SetupError`] where no joint is named, a joint is named twice or is not in the chain,
-    /// or a default position is not finite.
+    /// [`SetupError`] if no joint is named, a joint is named twice or is not in the chain, or
+    /// a default position is not finite.
     pub fn new(
         chain: &Chain,
         controlled: &[String],
@@ -86,18 +86,19 @@ impl Tree {
         Ok(tree)
     }
 
-    /// The joints that move in evaluation order: a parent comes before its children.
+    /// The moving joints in evaluation order: a parent comes before its children.
     pub fn joints(&self) -> &[TreeJoint] {
         &self.joints
     }
 
-    /// What carries a frame of the chain that this tree was made of.
+    /// The joint that carries a frame of the chain of this tree, and the pose of the frame
+    /// there.
     pub fn carrier_of(&self, frame: &Frame) -> Carrier {
         let (joint, pose) = self.carrier(frame.joint);
         (joint, pose * frame.pose)
     }
 
-    /// Where a frame of the chain, moved by `local` (m, in the frame), is attached.
+    /// The attachment of a frame of the chain, moved by `local` (m, in the frame).
     pub(crate) fn attach(&self, frame: &Frame, local: Vector3<f64>) -> Attachment {
         let (joint, pose) = self.carrier_of(frame);
         let pose = pose * Translation3::from(local);
@@ -121,7 +122,7 @@ impl Tree {
         carrier: Option<usize>,
         origin: &Isometry3<f64>,
     ) -> Carrier {
-        // No rotation is unique when the axis is -z: half a turn about x serves.
+        // The rotation is not unique for the axis -z: half a turn about x is taken.
         let align =
             UnitQuaternion::rotation_between(&Vector3::z(), &joint.axis).unwrap_or_else(|| {
                 UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0.0, 1.0, 0.0, 0.0))

@@ -1,5 +1,4 @@
-//! Ranges of the tuning: what divides must be greater than zero, what weighs must
-//! not be negative.
+//! Ranges of the tuning: divisors must be greater than zero, weights must not be negative.
 
 use crate::{ParameterError, RmpFlowParameters};
 
@@ -31,7 +30,7 @@ impl Allowed {
     }
 }
 
-/// Keys that targets and axes have alike.
+/// Keys that are common to targets and axes.
 const BOOST: &str = "proximity_metric_boost_scalar";
 const BOOST_LENGTH: &str = "proximity_metric_boost_length_scale";
 
@@ -54,7 +53,7 @@ impl RmpFlowParameters {
         self.validate_body()
     }
 
-    /// What is listed joint by joint, capsule by capsule and sphere by sphere.
+    /// Checks the lists: by joint, by capsule and by sphere.
     fn validate_body(&self) -> Result<(), ParameterError> {
         for (i, &buffer) in self.joint_limit_buffers.iter().enumerate() {
             check(|| format!("joint_limit_buffers[{i}]"), buffer, NotNegative)?;

@@ -30,8 +30,8 @@ struct Answer {
     frame_positions: BTreeMap<String, [f64; 3]>,
     /// Least distance of a sphere from an obstacle on the way (m); none without obstacles.
     clearance: Option<f64>,
-    /// Least distance of two parts of the robot on the way (m); none where they were never
-    /// within 0.15 m, and for `exact`, which does not look.
+    /// Least distance of two parts of the robot on the way (m); none if they were never within
+    /// 0.25 m, and for `exact`, which does not compute it.
     self_clearance: Option<f64>,
 }
 

@@ -71,20 +71,21 @@ impl Constants {
 #[inline(always)]
 fn response<L: Lanes>(c: &Constants, x: L, xd: L) -> (L, L) {
     let (zero, one) = (L::splat(0.0), L::splat(1.0));
+    // In penetration the weight has a pole and turns negative; the floor keeps it positive.
     let x = x.max(L::splat(c.floor));
     let gate = one + exp(xd * L::splat(c.inverse_gate));
     let repulsion = exp(zero - x * L::splat(c.inverse_repulsion));
     let near = (one - x * L::splat(c.inverse_radius)).max(zero);
     let weight_divisor = x * L::splat(c.inverse_exploder) + L::splat(c.exploder_eps);
     let drag_divisor = x * L::splat(c.inverse_damping) + L::splat(c.damping_eps);
-    // One division serves weight and drag.
+    // One division serves weight and drag: it is the slowest operation of the kernel.
     let common = one / (gate * weight_divisor * drag_divisor);
     let weight = near * near * L::splat(c.metric_scalar) * common * drag_divisor;
     let drag = xd * L::splat(c.damping_gain) * common * weight_divisor;
     (weight, repulsion * L::splat(c.repulsion_gain) - drag)
 }
 
-/// What four spheres need to know of themselves.
+/// Motion of four spheres.
 #[derive(Clone, Copy)]
 pub(crate) struct Spheres<L> {
     pub(crate) position: Wide3<L>,
@@ -118,6 +119,7 @@ impl<L: Lanes> Sum<L> {
     pub(crate) fn add(&mut self, c: &Constants, spheres: &Spheres<L>, distance: L, n: &Wide3<L>) {
         let x = distance - spheres.radius;
         self.nearest = x.min(self.nearest);
+        // Exactly zero beyond the reach, so leaving the leaf out changes no bit.
         if x.gt(L::splat(c.radius)).all() {
             return;
         }

@@ -1,6 +1,6 @@
 //! Pull towards the default posture:
 //! `a = kp r(q0 - q) - kd qd`, `M = mu I`, `r` capping the norm of the error at
-//! `theta`; and a second leaf of weight `inertia` that asks for zero acceleration.
+//! `theta`; and a second leaf of weight `inertia` that requests zero acceleration.
 
 use crate::{CspaceTargetParameters, Root};
 

@@ -1,6 +1,6 @@
 //! Drag and inertia of a target frame's origin, on its velocity as a vector:
 //! `a = -kd |xd| xd`, `M = mu |xd| I`, and a second leaf of weight `inertia I`
-//! that asks for zero acceleration. Present for every target frame, target or not.
+//! that requests zero acceleration. Present for every target frame, target or not.
 
 use nalgebra::Vector3;
 

@@ -7,16 +7,16 @@
 //! leaves may become indefinite: with [`Floor::Contact`] `x` counts as zero in
 //! the weight there. A joint without limits has no leaf.
 //!
-//! The weight on the joint is `M` over the square of the range: in a range of millimetres
-//! the leaf would hold the joint against any target. With [`Floor::Contact`] it is no more
-//! than in a range of [`NARROW`]; the limit itself is kept by the resolve.
+//! The weight on the joint is `M` over the square of the range: in a range of millimetres the
+//! leaf would hold the joint against any target. With [`Floor::Contact`] it is limited to the
+//! weight in a range of [`NARROW`]; the limit itself is kept by the resolve.
 
 use super::{Floor, approach_gate};
 use crate::{JointLimitParameters, Root};
 
 /// Range (rad or m) below which the weight grows no more. With the published weight a joint
-/// with a stroke of 1 mm does a quarter of the way to a target in 8 s, with this one all of it
-/// in 0.1 s. No joint of a usual arm has so narrow a range.
+/// with a stroke of 1 mm makes a quarter of the motion to a target in 8 s, with this one all
+/// of it in 0.1 s. No joint of a usual arm has such a narrow range.
 const NARROW: f64 = 0.1;
 
 /// Buffered range of one controlled joint, rad or m; infinite for none.

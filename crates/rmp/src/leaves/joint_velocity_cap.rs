@@ -5,6 +5,7 @@
 use crate::{JointVelocityCapParameters, Root};
 
 /// Least denominator of the weight; ours, see above.
+// At the cap the weight is then a thousand times that of the tuning, and stays finite.
 const LEAST_DENOMINATOR: f64 = 1e-3;
 
 pub(crate) fn add(root: &mut Root, p: &JointVelocityCapParameters, qd: &[f64]) {

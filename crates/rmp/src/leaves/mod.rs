@@ -1,5 +1,5 @@
-//! The leaves, one concept a file. `d` stands for a time derivative; every leaf
-//! gives an acceleration `a` and a weight `M`, and adds `M` and `M (a - Jdot qd)`.
+//! The leaves, one concept a file. `d` denotes a time derivative; every leaf gives an
+//! acceleration `a` and a weight `M`, and adds `M` and `M (a - Jdot qd)`.
 
 pub(crate) mod axis_target;
 pub(crate) mod collision;
@@ -11,13 +11,12 @@ pub(crate) mod self_collision;
 pub(crate) mod surface;
 pub(crate) mod target;
 
-/// Least distance that counts in the weights of leaves that push away.
+/// Least distance in the weights of repulsive leaves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Floor {
-    /// None: the published formulas to the letter, poles and all.
+    /// No floor: the published formulas to the letter, with their poles.
     None,
-    /// Contact: whatever is nearer counts as touching, so that no weight turns
-    /// negative.
+    /// Contact: a smaller distance counts as zero, so that no weight turns negative.
     Contact,
 }
 

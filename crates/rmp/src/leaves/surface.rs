@@ -1,5 +1,5 @@
 //! Distance and outward normal of four points from one obstacle. All lanes have the same
-//! shape, so that choosing by shape costs nothing.
+//! shape, so a branch on the shape costs no mask (ADR 0020).
 #![allow(
     clippy::inline_always,
     reason = "lanes are compiled for the instruction set of the function they are inlined into"
@@ -68,10 +68,12 @@ fn cuboid<L: Lanes>(half: &Wide3<L>, local: &Wide3<L>) -> (L, Wide3<L>) {
     let inside = squared.le(zero);
     let outer = squared.sqrt();
     let deepest = beyond[0].max(beyond[1]).max(beyond[2]);
+    // Inside the distance is not zero but the divisor would be: one keeps the unused result
+    // finite.
     let inverse = one / inside.select(one, outer);
     let mut normal = wide3::scale(inverse, &out);
     if inside.any() {
-        // The face least deep inside; the first of equals.
+        // The face of least depth; the first of equals.
         let x = beyond[0].same(deepest).select(one, zero);
         let y = beyond[1].same(deepest).select(one, zero) * (one - x);
         let z = one - x - y;
@@ -97,7 +99,7 @@ fn frustum<L: Lanes>([bottom, top, half]: [f64; 3], local: &Wide3<L>) -> (L, Wid
     let off_axis = (local[0] * local[0] + local[1] * local[1]).sqrt();
     let on_axis = off_axis.le(zero);
     let inverse = one / on_axis.select(one, off_axis);
-    // On the axis every direction is as near: x.
+    // On the axis all directions are equally near: x is taken.
     let outward = [on_axis.select(one, local[0] * inverse), local[1] * inverse];
     let z = local[2];
     let end = zero.gt(z).select(L::splat(bottom), L::splat(top));
@@ -123,14 +125,14 @@ fn frustum<L: Lanes>([bottom, top, half]: [f64; 3], local: &Wide3<L>) -> (L, Wid
     let slope = square.sqrt();
     let radial = by_side.select(to_side[0], to_end[0]) * scale;
     let axial = by_side.select(to_side[1], to_end[1] * one.with_sign_of(z)) * scale;
-    // On the surface itself the side decides.
+    // On the surface itself the normal of the side is taken.
     let radial = touches.select(L::splat(along * slope), radial);
     let axial = touches.select(L::splat(-across * slope), axial);
     let normal = [radial * outward[0], radial * outward[1], axial];
     (sign * distance, normal)
 }
 
-/// The farthest plane.
+/// The farthest of the planes.
 #[inline(always)]
 fn faces<L: Lanes>(hull: &Hull, local: &Wide3<L>) -> (L, Wide3<L>) {
     let zero = L::splat(0.0);

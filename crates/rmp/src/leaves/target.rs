@@ -24,7 +24,7 @@ pub(crate) fn leaf(
     let beta = bell(squared, p.proximity_metric_boost_length_scale);
     let boost = beta * p.proximity_metric_boost_scalar + 1.0 - beta;
     let mut metric = Matrix3::identity() * (boost * alpha * p.max_metric_scalar);
-    // At the target the direction is undefined and its share of the weight is 0.
+    // At the target the direction is undefined, and its share of the weight is zero.
     if squared > 0.0 {
         let along = boost * (1.0 - alpha) * p.min_metric_scalar / squared;
         metric += d * d.transpose() * along;

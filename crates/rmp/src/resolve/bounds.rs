@@ -1,12 +1,15 @@
-//! Which accelerations of one joint are allowed in the next step, so that a braking
-//! motion within all limits exists ever after.
+//! The accelerations of one joint that are allowed in the next step, so that a braking motion
+//! within all limits exists afterwards.
 //!
-//! Time is discrete: the next velocity is `v + a dt`, the next position `q + v dt`.
-//! An acceleration is allowed when the sequence that from then on lowers it by
-//! `jerk * dt` each step, down to `-acceleration`, keeps velocity and position
-//! below their upper limits (mirrored for the lower ones). As the next step may
-//! always continue that very sequence, the allowed interval never becomes empty
-//! once it was not.
+//! The accident to prevent: a joint at full speed near a limit, for which each acceleration of
+//! the next step breaks position, acceleration or jerk. Time is discrete: the next velocity is
+//! `v + a dt`, the next position `q + v dt`. An acceleration is allowed if the sequence that
+//! lowers it from then on by `jerk * dt` each step, down to `-acceleration`, keeps velocity
+//! and position below their upper limits (mirrored for the lower ones). The next step may
+//! always continue this sequence, so the allowed interval never becomes empty once it was not.
+//!
+//! A change must keep the discrete sums: with the formulas of continuous time the sequence may
+//! end beyond the limit by the motion of a step.
 
 /// Limits of one joint, as in [`crate::JointLimits`].
 #[derive(Debug, Clone, Copy)]
@@ -26,7 +29,7 @@ pub(crate) struct Last {
     pub(crate) acceleration: f64,
 }
 
-/// Which limit makes a bound.
+/// The limit that makes a bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Reason {
     Jerk,
@@ -42,7 +45,7 @@ pub(crate) struct Bound {
     pub(crate) reason: Reason,
 }
 
-/// Allowed accelerations; `conflict` where no acceleration keeps every limit.
+/// Allowed accelerations; `conflict` if no acceleration keeps every limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Interval {
     pub(crate) low: Bound,
@@ -50,17 +53,19 @@ pub(crate) struct Interval {
     pub(crate) conflict: bool,
 }
 
-/// Halvings when a position limit binds: 2^-30 of the jerk interval is left.
+/// Halvings if a position limit binds: 2^-30 of the jerk interval is left.
+// A count, not a tolerance: each call takes the same time and gives the same bits.
 const HALVINGS: usize = 30;
-/// How far rounding may carry a braking motion over a position limit before that
-/// counts as a conflict, rad or m.
+/// Largest excess of a braking motion over a position limit by rounding that is not a
+/// conflict, rad or m.
 const SLACK: f64 = 1e-11;
 
 /// The interval of accelerations allowed in the next step of `dt` seconds. Jerk and
-/// acceleration limits always hold; where velocity or position cannot be kept
-/// within them (a bad start), the hardest braking is the only choice.
+/// acceleration limits always hold; if velocity or position cannot be kept within them (a bad
+/// start), the hardest braking is the only choice.
 pub(crate) fn allowed(limit: &Limit, last: &Last, dt: f64) -> Interval {
     let (floor, ceiling, mut conflict) = reachable(limit, last, dt);
+    // One side is solved; the lower limits are the upper ones of the mirrored joint.
     let high = upper_side(limit, last, dt, floor, ceiling);
     let mirrored = upper_side(
         &limit.mirrored(),
@@ -77,6 +82,7 @@ pub(crate) fn allowed(limit: &Limit, last: &Last, dt: f64) -> Interval {
     conflict |= high.1 || mirrored.1;
     if interval.low.value > interval.high.value {
         conflict = true;
+        // Against the motion: the harder braking of the two ends.
         if last.velocity >= 0.0 {
             interval.low = interval.high;
         } else {
@@ -116,13 +122,13 @@ impl Bound {
     }
 }
 
-/// What jerk and acceleration limits leave.
+/// The interval that jerk and acceleration limits leave.
 fn reachable(limit: &Limit, last: &Last, dt: f64) -> (Bound, Bound, bool) {
     let step = limit.jerk * dt;
     let bound = |value: f64, reason: Reason| Bound { value, reason };
     let (down, up) = (last.acceleration - step, last.acceleration + step);
     if down > limit.acceleration || up < -limit.acceleration {
-        // Beyond the limit already: come back as fast as the jerk limit allows.
+        // Already beyond the limit: return as fast as the jerk limit allows.
         let back = bound(if down > 0.0 { down } else { up }, Reason::Jerk);
         return (back, back, true);
     }
@@ -146,13 +152,14 @@ fn upper_side(limit: &Limit, last: &Last, dt: f64, floor: Bound, ceiling: Bound)
     let mut failed = false;
     let by_velocity = greatest_gain(limit.velocity - last.velocity, limit.jerk * dt, dt);
     if by_velocity < high.value {
-        // A rounding error below the floor is no conflict.
+        // An excess of rounding below the floor is not a conflict.
         failed = by_velocity < floor.value - 1e-9 * limit.acceleration;
         high = Bound {
             value: by_velocity.max(floor.value),
             reason: Reason::Velocity,
         };
     }
+    // Most joints are far from their limits: one test in place of the halvings.
     if !limit.upper.is_finite() || keeps_position(limit, last, dt, high.value, 0.0) {
         return (high, failed);
     }
@@ -191,9 +198,8 @@ pub(crate) fn greatest_gain(room: f64, step: f64, dt: f64) -> f64 {
     (rate + 0.5 * step * n * (n + 1.0)) / (n + 1.0)
 }
 
-/// Whether the braking sequence that begins with `a` stays below the upper limit
-/// plus `slack`,
-/// or at least comes no further out than the next position, already decided, is.
+/// Whether the braking sequence that starts with `a` stays below the upper limit plus `slack`,
+/// or at least does not exceed the next position, which is already decided.
 fn keeps_position(limit: &Limit, last: &Last, dt: f64, a: f64, slack: f64) -> bool {
     let next = last.position + last.velocity * dt;
     let farthest = next + dt * climb(limit, last.velocity, dt, a);

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::cholesky::Cholesky;
 
-/// Where a coordinate stands.
+/// Position of a coordinate with respect to its bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Side {
     Free,
@@ -15,7 +15,9 @@ enum Side {
     Upper,
 }
 
-/// Preallocated solver; remembers the active bounds as the next start.
+/// Preallocated solver; the active bounds are the start of the next call.
+// From one cycle to the next they rarely change, so one solve is usually enough. They are part
+// of the checkpoint: another start may end with other last bits.
 #[derive(Debug, Clone)]
 pub(crate) struct BoxQp {
     sides: Vec<Side>,
@@ -24,7 +26,8 @@ pub(crate) struct BoxQp {
     factor: Cholesky,
 }
 
-/// Block exchanges allowed without progress before single pivots start.
+/// Block exchanges without progress before single pivots start.
+// Block exchanges are fast but may cycle; single pivots always end.
 const PATIENCE: usize = 3;
 
 impl BoxQp {
@@ -46,7 +49,7 @@ impl BoxQp {
         (at(Side::Lower), at(Side::Upper))
     }
 
-    /// Starts from these.
+    /// Sets the start of the next call.
     pub(crate) fn set_active_bounds(&mut self, lower: u64, upper: u64) {
         for (i, place) in self.sides.iter_mut().enumerate() {
             *place = match (lower >> i & 1, upper >> i & 1) {
@@ -57,9 +60,9 @@ impl BoxQp {
         }
     }
 
-    /// Writes the minimiser to `out`. `false`: the metric is not positive
-    /// definite, or no answer was found in a bounded number of steps; `out` then is
-    /// the point of the box nearest to zero.
+    /// Writes the minimiser to `out`. Returns `false` if the metric is not positive definite,
+    /// or no solution was found in a bounded number of steps; `out` is then the point of the
+    /// box nearest to zero.
     pub(crate) fn solve(
         &mut self,
         metric: &DMatrix<f64>,
@@ -71,18 +74,21 @@ impl BoxQp {
         let n = out.len();
         let mut fewest = n + 1;
         let mut patience = PATIENCE;
-        // Single pivots could take long in theory; in practice 2 to 5 steps do.
+        // In theory single pivots could take long; in practice 2 to 5 steps are enough.
         for _ in 0..(8 * n + 20) {
             if !self.solve_free(metric, force, lower, upper, out) {
                 break;
             }
             let (wrong, last) = self.count_wrong(metric, force, lower, upper, out);
             if wrong == 0 {
+                // Rounding may leave a free coordinate beyond its bound by the margin.
                 for ((a, &low), &high) in out.iter_mut().zip(lower).zip(upper) {
                     *a = a.max(low).min(high);
                 }
                 return true;
             }
+            // Progress: exchange all wrong coordinates at once, and allow some exchanges
+            // without any.
             if wrong < fewest {
                 fewest = wrong;
                 patience = PATIENCE;
@@ -94,6 +100,7 @@ impl BoxQp {
                 self.exchange(metric, force, lower, upper, out, last);
             }
         }
+        // The next call starts free of the bounds that gave no solution.
         self.sides.fill(Side::Free);
         for ((a, &low), &high) in out.iter_mut().zip(lower).zip(upper) {
             *a = 0.0_f64.max(low).min(high);
@@ -123,6 +130,7 @@ impl BoxQp {
         }
         let x = &mut self.solution[..self.free.len()];
         for (value, &i) in x.iter_mut().zip(&self.free) {
+            // The coordinates at their bounds are known; they move to the right-hand side.
             let mut rest = force[i];
             for (j, place) in self.sides.iter().enumerate() {
                 if *place != Side::Free {
@@ -138,7 +146,7 @@ impl BoxQp {
         true
     }
 
-    /// Number of coordinates on the wrong side, and the last of them.
+    /// Number of coordinates on the wrong side of a bound, and the last of them.
     fn count_wrong(
         &self,
         metric: &DMatrix<f64>,
@@ -170,7 +178,7 @@ impl BoxQp {
         }
     }
 
-    /// Where coordinate `i` should stand, judged by bounds and multiplier.
+    /// The side of coordinate `i`, by its bounds and its multiplier.
     fn better(
         &self,
         metric: &DMatrix<f64>,
@@ -192,7 +200,7 @@ impl BoxQp {
                     pull -= m * x;
                     scale += (m * x).abs();
                 }
-                // Rounding must not free a coordinate that belongs on its bound.
+                // Rounding must not free a coordinate that belongs to its bound.
                 let inward = if bound == Side::Upper { -pull } else { pull };
                 if inward > 1e-13 * scale {
                     Side::Free

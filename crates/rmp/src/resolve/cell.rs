@@ -5,7 +5,7 @@ use super::bounds::{Bound, Interval, Last, Limit, Reason, allowed, greatest_gain
 use super::box_qp::BoxQp;
 use crate::{JointLimits, MotionState, Root};
 
-/// Which limits held a step back; bit `i` is controlled joint `i`.
+/// Limits that were active in a step; bit `i` is controlled joint `i`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ClipFlags {
     /// Braking ahead of a position limit.
@@ -36,13 +36,13 @@ impl ClipFlags {
     }
 }
 
-/// Least ratio of jerk to acceleration limit (1/s). Motion policies ask for accelerations
-/// that change as fast as their damping gains, about 100 1/s; where the jerk limit lets them
-/// follow too late, the arm swings around its target (measured below 20 1/s). A lower
-/// acceleration is reached sooner, so that is what a joint with a low jerk limit gets.
+/// Least ratio of jerk to acceleration limit (1/s). Motion policies request accelerations that
+/// change as fast as their damping gains, about 100 1/s. If the jerk limit delays them too
+/// much, the arm swings around its target (measured below 20 1/s). A lower acceleration is
+/// reached sooner, so a joint with a low jerk limit gets a lower acceleration limit.
 const LEAST_JERK_RATIO: f64 = 60.0;
 /// Longest time to brake from full speed at full acceleration (s): a joint that cannot brake
-/// in less is slower, for policies do not look farther ahead.
+/// in less is slower, since policies do not look farther ahead.
 const LONGEST_BRAKING_S: f64 = 1.0;
 
 /// Preallocated box and solver.
@@ -86,8 +86,8 @@ impl CellResolve {
         self.qp.set_active_bounds(lower, upper);
     }
 
-    /// Writes the acceleration to `out`; `false` where the metric was singular and
-    /// the joints brake instead.
+    /// Writes the acceleration to `out`; `false` if the metric was singular and the joints
+    /// brake instead.
     pub(crate) fn resolve(
         &mut self,
         root: &Root,
@@ -96,6 +96,9 @@ impl CellResolve {
         dt: f64,
         out: &mut [f64],
     ) -> (ClipFlags, bool) {
+        // Bounds first, per joint; the metric then decides how joints share what is left. A
+        // clamp per joint after the resolve cost clearance: 13.7 in place of 22.3 mm among ten
+        // obstacles.
         for i in 0..out.len() {
             let limit = self.followed(limit_of(limits, i));
             let interval = allowed(&limit, &last_of(state, i), dt);
@@ -106,7 +109,9 @@ impl CellResolve {
         let solved = self
             .qp
             .solve(&root.metric, &root.force, &self.lower, &self.upper, out);
+        // A singular metric has no direction to follow: the arm brakes within its limits.
         if !solved {
+            // harder then.
             for (i, (a, interval)) in out.iter_mut().zip(&self.intervals).enumerate() {
                 *a = braking(&limit_of(limits, i), &last_of(state, i), interval, dt);
             }
@@ -114,7 +119,7 @@ impl CellResolve {
         (flags(&self.intervals, out), solved)
     }
 
-    /// The part of `limit` within which motion policies are stable.
+    /// The part of `limit` in which motion policies are stable.
     fn followed(&self, limit: Limit) -> Limit {
         let acceleration = limit.acceleration.min(limit.jerk / LEAST_JERK_RATIO);
         let stoppable = acceleration * LONGEST_BRAKING_S;
@@ -127,7 +132,7 @@ impl CellResolve {
 }
 
 /// Brakes every joint to rest as fast as `limits` allow, without reversing, and
-/// integrates `state` by `dt` seconds. Returns what held it back.
+/// integrates `state` by `dt` seconds. Returns the limits that were active.
 ///
 /// # Errors
 /// [`crate::SetupError`] or [`crate::LimitsError`] through
@@ -139,6 +144,7 @@ pub fn brake(
     dt: f64,
 ) -> Result<ClipFlags, crate::FlowError> {
     let joints = state.positions.len();
+    // All checks before the first change: a refused step leaves the state as it was.
     state.check(joints)?;
     limits.validate(joints)?;
     crate::state::check_dt(dt)?;
@@ -156,7 +162,7 @@ pub fn brake(
 }
 
 /// Accelerates every joint as `wanted` (rad/s² or m/s²) as far as `limits` allow, and
-/// integrates `state` by `dt` seconds. Returns what held it back.
+/// integrates `state` by `dt` seconds. Returns the limits that were active.
 ///
 /// # Errors
 /// As [`brake`].

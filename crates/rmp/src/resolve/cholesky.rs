@@ -44,6 +44,7 @@ impl Cholesky {
                 row[j] = (entry(i, j) - product) * self.inverse_diagonal[j];
             }
             let pivot = entry(i, i) - dot(&row[..i], &row[..i]);
+            // Written for NaN as well: a metric with one must not give accelerations.
             if pivot.is_nan() || pivot <= 0.0 {
                 return false;
             }

@@ -7,16 +7,17 @@ use super::cholesky::Cholesky;
 
 /// Relative accuracy of the norm on the trust region; rounding is near 1e-15.
 const TOLERANCE: f64 = 1e-12;
+// Newton needs a few; the bound ends the loop where rounding stops the progress.
 const MOST_ITERATIONS: usize = 100;
 
-/// How a resolve ended.
+/// Result of a resolve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
-    /// The answer lies within the trust region.
+    /// The solution is within the trust region.
     Free,
-    /// The answer was shortened onto the trust region.
+    /// The solution was shortened onto the trust region.
     Shortened,
-    /// The metric is not positive definite: the answer is zero acceleration.
+    /// The metric is not positive definite: the solution is zero acceleration.
     Singular,
 }
 
@@ -34,6 +35,7 @@ pub(crate) fn resolve(
         out.fill(0.0);
         return Outcome::Singular;
     }
+    // The published resolve shortens only what exceeds the trust region.
     factor.solve(out);
     let mut length = norm(out);
     if length <= radius {

@@ -163,7 +163,7 @@ fn two_frames(weight: f64, removed: bool) -> (MotionState, [Vector3<f64>; 2]) {
     flow.set_target_gains(elbow, target, axis).unwrap();
     flow.set_position_target(hand, Some(Vector3::new(0.5, 0.2, 0.5)))
         .unwrap();
-    // Out of reach while the hand is at its target.
+    // Not reachable while the hand is at its target.
     flow.set_position_target(elbow, Some(Vector3::new(-0.3, 0.4, 0.6)))
         .unwrap();
     let limits = files.limits();
