@@ -263,7 +263,6 @@ fn frame<S: Simd>(
         return Frame {
             columns: [x, y, z],
             origin: add(&origin, &scale(position, &z)),
-            // No sine for a joint that slides.
         };
     }
     let (sine, cosine) = position.sin_cos();

@@ -1,4 +1,4 @@
-//! RRT-Connect: two trees that grow towards each other.
+//! `RRT`-Connect: two trees that grow towards each other.
 
 use thiserror::Error;
 

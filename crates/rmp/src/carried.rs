@@ -9,8 +9,8 @@ use crate::tree::Attachment;
 use crate::{RmpFlow, SetupError, TargetId};
 
 impl RmpFlow {
-    /// Replaces the spheres on the tool: centre in the target frame `id` (m) and radius (m, >=
-    /// 0). Does not allocate.
+    /// Replaces the spheres on the tool: centre in the target frame `id` (m), and radius (m),
+    /// at least zero. Does not allocate.
     ///
     /// # Errors
     /// [`SetupError`] for more than [`MAX_CARRIED`] spheres, a number that is not

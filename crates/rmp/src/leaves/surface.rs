@@ -68,8 +68,7 @@ fn cuboid<L: Lanes>(half: &Wide3<L>, local: &Wide3<L>) -> (L, Wide3<L>) {
     let inside = squared.le(zero);
     let outer = squared.sqrt();
     let deepest = beyond[0].max(beyond[1]).max(beyond[2]);
-    // Inside the distance is not zero but the divisor would be: one keeps the unused result
-    // finite.
+    // Inside the box `outer` is zero: dividing by one keeps the unused normal finite.
     let inverse = one / inside.select(one, outer);
     let mut normal = wide3::scale(inverse, &out);
     if inside.any() {

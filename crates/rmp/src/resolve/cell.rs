@@ -111,7 +111,6 @@ impl CellResolve {
             .solve(&root.metric, &root.force, &self.lower, &self.upper, out);
         // A singular metric has no direction to follow: the arm brakes within its limits.
         if !solved {
-            // harder then.
             for (i, (a, interval)) in out.iter_mut().zip(&self.intervals).enumerate() {
                 *a = braking(&limit_of(limits, i), &last_of(state, i), interval, dt);
             }
