@@ -103,7 +103,6 @@ impl<C: Controller> Shared<C> {
             Ok(mut inner) => Some(f(&mut inner)),
             // The state is still used after a panic: without it no command would be sent any
             // more.
-            // any.
             Err(TryLockError::Poisoned(inner)) => Some(f(&mut inner.into_inner())),
             Err(TryLockError::WouldBlock) => None,
         }

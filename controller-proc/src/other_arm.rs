@@ -4,7 +4,6 @@
 //! smaller one: ten obstacles instead of fifty-six for a Panda (ADR 0010). That is cheaper,
 //! and the published tuning is for obstacles with one weight each, not one for every sphere of
 //! their model.
-//! weight each, not one for every ball they are modelled with.
 
 use cell_model::{Cell, Robot};
 use ipc_types::ArmState;
@@ -117,8 +116,8 @@ impl OtherArm {
     fn move_parts(&mut self, set: &mut ObstacleSet) {
         self.robot.link_poses_into(&self.positions, &mut self.links);
         for (part, id) in self.parts.iter().zip(&self.ids) {
-            // A pose is refused only if it is not finite: the part then stays where it was.
             let pose = self.base * self.links[part.link] * part.cover.pose;
+            // A pose is refused only if it is not finite: the part then stays where it was.
             let _moved = set.set_pose(*id, pose).is_ok();
         }
     }

@@ -189,9 +189,9 @@ impl ControllerProcess {
             let tick = self.answered.map_or(0, |(_, tick)| tick);
             self.health
                 .cycle(tick, woke_ns, late_ns, self.boxed_values());
-            // A subscriber that joined late gets the newest message only by this call.
         } else {
             self.health.idle();
+            // A subscriber that joined late gets the newest message only by this call.
             self.command.update_connections();
             self.status.update_connections();
         }

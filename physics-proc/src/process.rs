@@ -302,9 +302,9 @@ impl PhysicsProcess {
             state.saving_tick = saving_tick;
             state.saved_tick = saved_tick;
             *boxed = boxed_values(state);
-            tap.keep(state);
             // Copied while the message is written: the loan of shared memory ends with this
             // closure.
+            tap.keep(state);
         });
         self.tick = self.plant.world().tick();
         self.published_ns[index(self.tick)] = monotonic_ns();
@@ -360,8 +360,8 @@ impl PhysicsProcess {
                     self.health.note("");
                     return true;
                 }
-                // A run that has ended waits for no answer, but continues to serve requests until the
-                // launcher stops it.
+                // A run that has ended waits for no answer, but continues to serve requests until
+                // the launcher stops it.
                 Some(_) if self.plant.is_ending() => return true,
                 Some(_) if monotonic_ns() < patient_until_ns => std::thread::yield_now(),
                 Some(process) => {

@@ -66,8 +66,8 @@ impl Led {
 
     /// Whether the arm is at the end of the path, from which motion policies reach `goal`
     /// alone.
-    // Without waypoints nothing is left to follow.
     pub(crate) fn is_done(&self, goal: &PlanGoal, positions: &[f64]) -> bool {
+        // Without waypoints nothing is left to follow.
         let Some(end) = self.guide.waypoints().last() else {
             return true;
         };

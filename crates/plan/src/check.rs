@@ -302,12 +302,11 @@ fn touches<S: Simd>(simd: S, solid: &Prepared, center: &Wide3<S>, radius: f32) -
         dot(&Wide::splat3(simd, &solid.rows[2]), &d),
     ];
     let reach = solid.radius + radius;
+    // Squares are compared: no square root is needed to know whether a ball touches.
     let square = match &solid.form {
         Form::Box(half) => {
             let half = Wide::splat3(simd, half);
             let out = [
-                // Squares are compared: no square root is needed to know whether a ball
-                // touches.
                 (local[0].abs() - half[0]).max(zero),
                 (local[1].abs() - half[1]).max(zero),
                 (local[2].abs() - half[2]).max(zero),

@@ -45,12 +45,12 @@ impl RmpFlow {
     /// Adds the collision leaves of some spheres; returns their nearest approach.
     fn push_away(&mut self, of: Of) -> Option<Clearance> {
         let (groups, obstacles) = match of {
-            // No sweep without spheres or obstacles: the nearest approach would be infinite.
             Of::Body => (&self.body_groups, &self.body),
             Of::Robot => (&self.groups, &self.obstacles),
             Of::Tool => (&self.carried_groups, &self.obstacles),
         };
         let obstacles = obstacles.packed();
+        // No sweep without spheres or obstacles: the nearest approach would be infinite.
         if groups.is_empty() || obstacles.is_empty() {
             return None;
         }

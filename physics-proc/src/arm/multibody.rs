@@ -195,7 +195,8 @@ impl Arm {
     ///
     /// Where the drive is far from its limit it is a spring with damping in the mass matrix
     /// of the engine, which costs nothing more; near the limit, and beyond, it is a row of the
-    /// solver, which knows the limit. Both are implicit; which one follows from the state (ADR 0032).
+    /// solver, which knows the limit. Both are implicit; the state decides which one is used
+    /// (ADR 0032).
     pub(crate) fn drive(&self, world: &mut PhysicsWorld, joint: usize, target: &DriveTarget) {
         let Some((multibody, _)) = self
             .handle

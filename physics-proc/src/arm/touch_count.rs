@@ -84,10 +84,8 @@ impl TouchCounter {
         for ((arm, measured), grip) in arms {
             let Some(memory) = memory.arms.get_mut(arm.0) else {
                 continue;
-                // A faulty arm does not follow its controller, which its contacts are meant to
-                // judge.
-                // controller.
             };
+            // A faulty arm does not follow its controller, which its contacts are meant to judge.
             if !memory.watchdog.fault {
                 let held = memory.suction.attached().or(grip.held);
                 let count = &mut memory.touches;

@@ -1,9 +1,9 @@
 //! The arm's command watchdog: it follows fresh commands, coasts over short gaps, brakes on
 //! silence, and holds.
 //!
-//! The accident to prevent is a step of the setpoint: two commands that each are near the
-//! setpoint, and do not continue from each other, broke the limits of the joints in up to four
-//! ticks of a run on a busy machine (ADR 0014). The rules:
+//! The accident to prevent is a step of the setpoint: commands that each were near the
+//! setpoint, and did not continue from each other, broke limits of joints up to four times in
+//! a run on a busy machine (ADR 0014). The rules:
 //!
 //! - Before the first command the arm holds its home.
 //! - A tick without a new command continues at the commanded velocity. With the next command
@@ -186,9 +186,9 @@ impl Watchdog {
         robot: &Robot,
         limits: &JointLimits,
     ) -> WatchdogOutput {
+        let accepted = command.is_some_and(|command| self.take(tick, command, robot));
         // The age is that of the accepted command, not of the received one: a stream of
         // refused commands has to stop the arm as silence does.
-        let accepted = command.is_some_and(|command| self.take(tick, command, robot));
         let age = self
             .accepted
             .map(|accepted| tick.saturating_sub(accepted.tick));

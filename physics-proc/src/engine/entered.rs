@@ -37,9 +37,9 @@ fn entered(cell: &Cell, arm: &ArmSpec) -> Vec<Entered> {
                 let at = arm.base * pose * part.pose;
                 overlap(&part.shape, &at, &spec.shape, &spec.pose)
             });
+            let depth = depths.fold(0.0, f64::max);
             // A link behind one inside may be beyond the fixture: it would meet its other
             // side.
-            let depth = depths.fold(0.0, f64::max);
             let carrier = arm.robot.chain.joints()[link - 1].parent;
             let is_carried = carrier.is_some_and(|joint| {
                 let mut known = found.iter();

@@ -62,7 +62,7 @@ impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for RenewRound 
         // Boxes keep their points: faces do not roll, and computing all of them takes a pile
         // of boxes 1.2 to 1.6 times as long (ADR 0028).
         if is_round(shape1) || is_round(shape2) {
-            // The library computes the points of such a manifold again and keeps their impulses.
+            // The library then computes the points of a manifold again and keeps the impulses.
             manifolds
                 .iter_mut()
                 .for_each(Manifold::mark_shapes_deformed);

@@ -10,11 +10,11 @@ const CARRIED: f64 = 200.0;
 /// The two objects whose masses are furthest apart, where one cannot carry the other.
 pub(crate) fn warning(cell: &Cell) -> Option<String> {
     let by_mass =
-        // A warning, not an error: the two may never touch.
         |a: &&cell_model::ObjectSpec, b: &&cell_model::ObjectSpec| a.mass.total_cmp(&b.mass);
     let light = cell.objects.iter().min_by(by_mass)?;
     let heavy = cell.objects.iter().max_by(by_mass)?;
     let ratio = heavy.mass / light.mass;
+    // A warning, not an error: the two may never touch.
     (ratio > CARRIED).then(|| {
         format!(
             "object '{}' ({} kg) is {ratio:.0} times as heavy as object '{}' ({} kg): one that \

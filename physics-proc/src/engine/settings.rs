@@ -16,13 +16,12 @@ pub(crate) const SUBSTEPS: usize = 2;
 /// Stiffness of contacts (Hz).
 // At 150 a grasp of 20 N sinks in by 0.18 mm, at 250 by 0.10 (with four substeps); from 1000
 // on towers and bins buzz.
-// buzz.
 const CONTACT_HZ: f64 = 250.0;
 /// Stiffness of contacts with fixed bodies (Hz).
 const STATIC_CONTACT_HZ: f64 = 500.0;
+/// Contacts are made from this distance on (m).
 // The length of a fast approach in one tick (2 m/s); the default of the engine is 20 mm, for
 // game piles.
-/// Contacts are made from this distance on (m).
 const PREDICTION_M: f64 = 0.002;
 
 /// Unit of lengths of the engine (m), a power of two. Its broad phase keeps a pair of shapes
@@ -57,7 +56,6 @@ pub(crate) fn empty_world() -> PhysicsWorld {
     p.normalized_max_linear_velocity /= LENGTH_UNIT_M;
     // Sweeps for fast bodies changed nothing: no part went through a wall of 4 mm without
     // them.
-    // nothing.
     p.max_ccd_substeps = 0;
     p.contact_clustering = true;
     // The simplified model forgets the velocity of a belt after the first substep: a belt of

@@ -12,7 +12,7 @@ pub(crate) const RESTING_M: f64 = 1.0e-3;
 const ROUGH_M: f64 = 20.0e-3;
 
 /// Checks that the moving links of an arm are not deep inside a solid obstacle, from which the
-/// engine cannot part them. A fixture that is not an obstacle may contain links, such as the
+/// engine cannot part them. A fixture that is not an obstacle may contain links, such as a
 /// floor the legs of a robot.
 fn check_arm(cell: &Cell, arm: &ArmSpec) -> Result<(), WorldError> {
     let poses = arm

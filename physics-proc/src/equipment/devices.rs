@@ -178,8 +178,7 @@ impl Equipment {
         // running.
         memory.running = false;
         let decision = decision.filter(|_| self.listens())?;
-        // Counted also from an old decision: the requests are levels, and are not repeated
-        // later.
+        // Requests count also from an old decision: only the belt has to stop with its task.
         let (bins, drops) = memory.io.take(decision);
         if self.supply.is_some() {
             memory.supply.ask(bins);

@@ -39,9 +39,9 @@ impl Cups<'_> {
             let suction = &mut self.memory[index].suction;
             let Some(exceeded) = suction.feel(wrench, limits) else {
                 continue;
-                // The cause is reported because the remedies differ: a weight needs a lighter
-                // load, a blow a slower motion.
             };
+            // The cause is reported because the remedies differ: a weight needs a lighter load,
+            // a blow a slower motion.
             let heavy = exceeded.slow || self.is_too_heavy(index, exceeded.limit);
             let cause = if heavy {
                 BreakCause::Weight

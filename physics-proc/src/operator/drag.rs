@@ -19,8 +19,8 @@ pub const MAX_FORCE_N: f64 = 80.0;
 pub const ARRIVED_M: f64 = 0.005;
 /// Where a request names no time (s).
 pub const DEFAULT_SECONDS: f64 = 2.0;
-// The object then follows 17 mm behind the hand: 2 v / omega of the spring.
 /// Largest speed of the hand (m/s).
+// The object then follows 17 mm behind the hand: 2 v / omega of the spring.
 const SPEED_M_S: f64 = 0.5;
 /// The hand approaches the place with this rate (1/s).
 const APPROACH_PER_S: f64 = 8.0;

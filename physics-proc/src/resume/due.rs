@@ -5,9 +5,9 @@ use ipc_types::DECISION_TICKS;
 /// Ticks between two saved states. A kill must not take physics back by more than
 /// [`MAX_LOST_TICKS`]: the other half is the time for writing.
 const PERIOD_TICKS: u64 = 500;
+/// Ticks between two saved states while people operate the cell.
 // A fifth of the period: a request that was obeyed is rarely repeated, and a page in use costs
 // at most ten states a second.
-/// Ticks between two saved states while people operate the cell.
 const OPERATED_TICKS: u64 = 100;
 /// Largest age of the state that physics resumes from (ticks).
 // The promise of one second of simulated time; a longer loss is reported.

@@ -34,12 +34,12 @@ use writer::Writer;
 
 /// Name of the file in the run directory.
 const FILE: &str = "physics.state";
-// A run directory may hold the state of an earlier run; its ticks mean nothing here.
 /// Bytes before a state: identity of the run.
+// A run directory may hold the state of an earlier run; its ticks mean nothing here.
 const HEAD_BYTES: usize = 8;
 /// In lockstep physics waits for a write that is running while its newest saved state
-// Below [`MAX_LOST_TICKS`]: the wait ends before a loss has to be reported.
 /// is older than this (ticks): no tick has to be in time there.
+// Below [`MAX_LOST_TICKS`]: the wait ends before a loss has to be reported.
 const LOCKSTEP_TICKS: u64 = 900;
 
 /// Saves the state of physics.
@@ -64,9 +64,9 @@ impl Resume {
     pub(crate) fn open(run_dir: &Path, run: u64, was_one: bool, plant: &mut Plant) -> Self {
         let file = RecordFile::new(&run_dir.join(FILE));
         let requests = Requests::open(run_dir, run);
+        let mut lost = String::new();
         // Without the file of requests physics still runs: a kill then loses what people asked
         // for.
-        let mut lost = String::new();
         if let Err(error) = &requests {
             lost = format!("requests of a killed physics would be lost: {error}");
         }
@@ -136,9 +136,9 @@ impl Resume {
     /// To be called after it was published: hands the state over, if it was announced.
     pub(crate) fn save(&mut self, plant: &Plant) {
         let Some(tick) = self.announced.take() else {
-            // The tick is taken from the announcement; the plant has not stepped since.
             return;
         };
+        // The tick is taken from the announcement; the plant has not stepped since.
         let run = self.run;
         self.writer.write(tick, |bytes| {
             bytes.extend(run.to_le_bytes());

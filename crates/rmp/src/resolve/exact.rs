@@ -35,9 +35,9 @@ pub(crate) fn resolve(
         out.fill(0.0);
         return Outcome::Singular;
     }
-    // The published resolve shortens only what exceeds the trust region.
     factor.solve(out);
     let mut length = norm(out);
+    // The published resolve shortens only what exceeds the trust region.
     if length <= radius {
         return Outcome::Free;
     }
