@@ -321,7 +321,7 @@ impl ControllerProcess {
             .map(|s| (s.header.generation, s.header.tick))
     }
 
-    /// Waits for a new state; `false` if none came in time.
+    /// Waits for a new state; `false` on a timeout.
     fn wait_for_state(&mut self) -> bool {
         if self.lockstep {
             self.wait_in_lockstep()

@@ -129,7 +129,7 @@ impl RmpFlowController {
     /// `object_mask`, and the object on the tool.
     pub fn see(&mut self, state: &WorldState, arm: usize, object_mask: u64) {
         self.tick = state.header.tick;
-        // The held object first: it must not be an obstacle of its own arm.
+        // The held object first: as an obstacle it would repel the arm that holds it.
         if let Some(arm) = state.arms().get(arm) {
             self.held.see(state, arm, &mut self.flow, self.tool);
         }

@@ -20,7 +20,7 @@ use crate::surroundings::Among;
 /// Largest number of waypoints of a path; a longer one counts as no path.
 // A path is part of the checkpoint, which has room for 16 KiB.
 pub(crate) const MAX_WAYPOINTS: usize = 32;
-/// Largest number of random configurations of a search: some 100 ms if there is no path.
+/// Largest number of random configurations of a search: some 100 ms if no path exists.
 // Bounded by iterations, not by time, so that the answer does not depend on the machine (ADR
 // 0019).
 const MAX_ITERATIONS: u64 = 10_000;
