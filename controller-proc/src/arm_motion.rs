@@ -38,7 +38,8 @@ impl ArmMotion {
     /// Those of arm `arm` of `cell`.
     ///
     /// # Errors
-    /// Where the robot's files contradict each other.
+    /// [`RmpFlowError`] if the cell has no arm of this number, or the robot's files contradict
+    /// each other.
     pub fn new(cell: &Cell, arm: usize, controllers: &Controllers) -> Result<Self, RmpFlowError> {
         let rmpflow = RmpFlowController::new(cell, arm)?;
         let spec = cell.arms.get(arm).ok_or(RmpFlowError::NoSuchArm(arm))?;

@@ -36,7 +36,7 @@ pub enum CheckpointError {
         what: &'static str,
         /// In the checkpoint.
         found: u64,
-        /// Of this arm.
+        /// The value of this arm.
         expected: u64,
     },
     /// A value outside of its range.

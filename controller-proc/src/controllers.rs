@@ -114,6 +114,7 @@ const LINE_DAMPING: f64 = 0.05;
 /// Gain of the inverse kinematics (1/s).
 const LINE_GAIN: f64 = 20.0;
 /// Length of a cycle (s).
+// Also after a missed cycle: a longer step would break limits of the joints (ADR 0003).
 const CYCLE_S: f64 = 1.0e-3;
 
 /// Moves the TCP along a straight line from its present pose to the target, turning it evenly,

@@ -8,6 +8,7 @@ use crate::controller::{Controller, Setpoint};
 use crate::robot_state::{MAX_STATE_JOINTS, RobotState};
 
 /// Length of a cycle (s).
+// Also after a missed cycle: a longer step would break limits of the joints (ADR 0003).
 const CYCLE_S: f64 = 1.0e-3;
 /// Gain of the follower (1/s): critically damped, 90 % of a step after 0.2 s.
 const GAIN: f64 = 20.0;

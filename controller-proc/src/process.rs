@@ -34,6 +34,7 @@ use crate::planning::worker::PlanWorker;
 use crate::rmpflow_controller::RmpFlowError;
 
 /// How long lockstep polls before it sleeps (ns): longer than a step of physics.
+// Sleeping costs two switches of context in each tick.
 const SPIN_LOCKSTEP_NS: u64 = 300_000;
 /// Longest sleep of a waiting controller; then it serves subscribers that joined late.
 const NUDGE: Duration = Duration::from_millis(5);

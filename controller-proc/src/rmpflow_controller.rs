@@ -19,10 +19,12 @@ use crate::robot_state::{MAX_STATE_JOINTS, RobotState};
 use crate::surroundings::{Among, Surroundings};
 
 /// Length of a cycle (s).
+// Also after a missed cycle: a longer step would break limits of the joints (ADR 0003).
 const CYCLE_S: f64 = 1.0e-3;
 /// Speed below which a joint is at rest (rad/s or m/s).
 const STANDSTILL: f64 = 1.0e-6;
 /// Clearance that is reported without an obstacle (m).
+// Finite, as all numbers of a message have to be.
 const NO_OBSTACLE_M: f64 = 1.0e3;
 
 /// Mode of the motion.

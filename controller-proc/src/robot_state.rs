@@ -5,6 +5,7 @@ use thiserror::Error;
 use crate::checkpoint::{CheckpointError, Codec};
 
 /// Joints a state can hold: those of an arm and its gripper.
+// The 16 controlled joints of a message and the fingers; a bit of 32 for each.
 pub const MAX_STATE_JOINTS: usize = 24;
 
 /// Values of one kind for some joints of a [`JointSpace`].

@@ -12,7 +12,7 @@ pub struct SuctionController {
 }
 
 impl SuctionController {
-    /// Off; `fitted` where the arm has suction at all.
+    /// Off; `fitted` if the arm has suction at all.
     pub fn new(fitted: bool) -> Self {
         Self { fitted, on: false }
     }
@@ -36,7 +36,7 @@ impl SuctionController {
         u32::from(self.fitted && self.on)
     }
 
-    /// Writes or reads what changes.
+    /// Writes or reads its state.
     pub(crate) fn checkpoint(&mut self, codec: &mut Codec<'_>) -> Result<(), CheckpointError> {
         codec.bool("suction", &mut self.on)
     }

@@ -32,7 +32,7 @@ pub(crate) struct Among {
 }
 
 impl Among {
-    /// Of arm `arm` of `cell`, which is `spec`.
+    /// The motion policies of arm `arm` of `cell`, which is `spec`.
     ///
     /// # Errors
     /// [`RmpFlowError`] if the robot's files contradict each other, or an obstacle is not

@@ -35,11 +35,11 @@ pub enum WorldError {
     /// The cell does not fit the messages.
     #[error("the cell has {count} {what}; at most {limit} are possible")]
     TooMany {
-        /// What there is too much of.
+        /// The excessive elements.
         what: &'static str,
-        /// How many.
+        /// Their number.
         count: usize,
-        /// How many are possible.
+        /// The largest possible number.
         limit: usize,
     },
     /// The model is wrong.
@@ -48,7 +48,7 @@ pub enum WorldError {
     /// A snapshot is not of this cell and this program.
     #[error("the snapshot cannot be restored: {reason}; start from the beginning instead")]
     Snapshot {
-        /// What does not fit.
+        /// The mismatch.
         reason: String,
     },
 }

@@ -75,8 +75,8 @@ fn a_lost_link_latches_a_fault_until_the_scene_is_reset() {
     );
 }
 
-/// Pushes the tool sideways, harder than the brakes hold, for 0.2 s; how far the first
-/// joint is from where it was, at the end of the push and 1 s later (rad).
+/// Pushes the tool sideways, harder than the brakes hold, for 0.2 s; returns the distance of
+/// the first joint from its start, at the end of the push and 1 s later (rad).
 fn pushed(world: &mut World) -> [f64; 2] {
     let before = state_after(world, 1).arms[0].joint_positions[0];
     let tool = world.arms[0].bodies[7];

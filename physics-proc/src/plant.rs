@@ -33,7 +33,7 @@ use crate::world::{StepInput, World, WorldError};
 /// The policy that moves to the operator's target, paused or not.
 const FOLLOWS: &str = "follow";
 
-/// What to do at a tick boundary.
+/// The action at a tick boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
     /// Simulate the next tick.
@@ -151,7 +151,7 @@ impl Plant {
         self.world.step(input);
     }
 
-    /// Writes the present state, all but what the publisher stamps.
+    /// Writes the present state, except for the fields that the publisher stamps.
     pub fn write_state(&self, state: &mut WorldState) {
         self.world.write_state(state);
         state.panel.pause_cause = self.pause_cause();

@@ -10,10 +10,10 @@ use ipc_types::{Health, RECORDER_LAG_TICKS};
 /// the same tick the launcher gives the run up.
 const RECORDER_PATIENCE_NS: u64 = 10_000_000_000;
 
-/// How far the recorder has got.
+/// Progress of the recorder.
 pub(crate) struct RecorderPace {
     progress: Latest<Health>,
-    /// Whether it is waited for.
+    /// Whether physics waits for it.
     is_expected: bool,
     waits_since_ns: Option<u64>,
 }

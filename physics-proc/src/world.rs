@@ -62,15 +62,15 @@ pub struct World {
     pub(crate) objects: Objects,
     pub(crate) equipment: Equipment,
     pub(crate) arms: Vec<Arm>,
-    /// By arm: what drives it.
+    /// By arm: its drives.
     pub(crate) drives: Vec<ArmDrive>,
-    /// By arm: its joints as measured.
+    /// By arm: its measured joints.
     pub(crate) measured: Vec<Measured>,
     pub(crate) contacts: Contacts,
     touch_counter: TouchCounter,
-    /// Of the objects before the last step, while a cup holds one.
+    /// Velocities of the objects before the last step, while a cup holds one.
     before: Velocities,
-    /// What decides the next tick besides the engine.
+    /// State outside of the engine that decides the next tick.
     pub(crate) memory: Memory,
     /// Messages the present state was computed from.
     inputs: Vec<ipc_types::Input>,

@@ -35,6 +35,8 @@ use led::Led;
 // ms, and its answer would change nothing.
 pub const ANSWER_TICKS: u64 = 50;
 /// Displacement of a goal from which a new path is planned (m, rad).
+// Within this the end of the path still leads to the goal, which motion policies then reach
+// (ADR 0021).
 const MOVED_M: f64 = 0.02;
 const MOVED_RAD: f64 = 0.1;
 /// Displacement of a goal from which the present path is dropped at once (m).
@@ -56,6 +58,8 @@ const STUCK_TICKS: u64 = 500;
 // Obstacles and other arms move; without a new request an arm would stay blocked for ever.
 const RETRY_TICKS: u64 = 500;
 /// Interval of the checks of the path ahead (ticks), and their length (rad and m alike).
+// Farther than the 0.6 rad that the arm is led ahead, so a new path is requested before the
+// old one is blocked at the arm (ADR 0021).
 const LOOK_TICKS: u64 = 10;
 const LOOK_AHEAD: f64 = 1.0;
 

@@ -48,7 +48,7 @@ pub(crate) struct PlannedArm {
 }
 
 impl PlannedArm {
-    /// Of a robot.
+    /// The arm of `robot`.
     ///
     /// # Errors
     /// If the robot's files contradict each other.

@@ -7,6 +7,7 @@ use rmp::{CollisionParameters, CspaceTargetParameters, RmpFlowParameters};
 /// Panda follows 473 of 664 paths (ADR 0019).
 const REACH_M: f64 = 0.03;
 /// Factor on the weight of obstacles.
+// With their full weight obstacles would compete with the path, which is free (ADR 0019).
 const REFLEX: f64 = 0.2;
 /// Factor on the weight of the posture. The path is one in joint space, and where it passes a
 /// straight elbow the pose of the tool alone would hold the arm back: with a factor of 10 the

@@ -1,6 +1,7 @@
 //! Points that fill the unit cube evenly: the Halton sequence (1960).
 
 /// The first primes, a base for each dimension.
+// As many as a body has joints at most.
 const PRIMES: [u64; 16] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
 
 /// Number `index` of the sequence in dimension `dimension`, in [0, 1).

@@ -12,6 +12,8 @@ use std::ops::{Add, Mul, Sub};
 use pulp::{Simd, bytemuck};
 
 /// Configurations in one pass: the number of lanes of the widest registers.
+// A processor with narrower registers takes several for one pass, with the same bits (ADR
+// 0019).
 pub const LANES: usize = 16;
 
 /// One number for each configuration.
@@ -76,7 +78,7 @@ impl<S: Simd> Wide<S> {
         Self { value, ..self }
     }
 
-    /// `yes` where it is less than `than`, else `no`.
+    /// Lane by lane `yes` if it is less than `than`, else `no`.
     #[inline(always)]
     pub(crate) fn choose_less(self, than: Self, yes: Self, no: Self) -> Self {
         let mask = self.simd.less_than_f32s(self.value, than.value);

@@ -2,7 +2,7 @@
 
 use crate::check::distance;
 
-/// Configurations with the one each was reached from.
+/// Configurations, each with the one that it was reached from.
 #[derive(Debug)]
 pub(crate) struct Tree {
     joints: usize,
@@ -33,7 +33,7 @@ impl Tree {
         self.parents.len() - 1
     }
 
-    /// The nearest configuration, and how far it is.
+    /// The nearest configuration, and its distance.
     pub(crate) fn nearest(&self, to: &[f64]) -> (usize, f64) {
         let mut best = (0, f64::INFINITY);
         for node in 0..self.len() {
@@ -45,7 +45,7 @@ impl Tree {
         best
     }
 
-    /// From `node` to the root.
+    /// The configurations from `node` to the root.
     pub(crate) fn way(&self, mut node: usize) -> Vec<Vec<f64>> {
         let mut way = vec![self.at(node).to_vec()];
         while node != 0 {

@@ -23,7 +23,7 @@ pub enum JointKind {
 pub struct Mimic {
     /// Index of the joint that is followed, which follows none itself.
     pub joint: usize,
-    /// Not zero; negative where the two move against each other.
+    /// Not zero; negative if the two joints move against each other.
     pub multiplier: f64,
     /// rad or m.
     pub offset: f64,
@@ -70,7 +70,7 @@ pub enum ChainError {
     /// More joints than the library is built for.
     #[error("{count} actuated joints; at most {MAX_JOINTS} are supported")]
     TooManyJoints {
-        /// How many joints were given.
+        /// Number of joints given.
         count: usize,
     },
     /// A parent index that does not come before the joint.
@@ -90,7 +90,7 @@ pub enum ChainError {
         frame: String,
         /// The index it names.
         joint: usize,
-        /// How many joints there are.
+        /// Number of joints of the chain.
         count: usize,
     },
     /// Two joints, or two frames, share a name.

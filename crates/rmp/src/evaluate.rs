@@ -72,9 +72,9 @@ impl RmpFlow {
 enum Of {
     /// Frames that the tuning names, from the body of the robot.
     Body,
-    /// Those of the robot, from obstacles.
+    /// The spheres of the robot, from obstacles.
     Robot,
-    /// Those of what the tool carries, from obstacles.
+    /// The spheres on the tool, from obstacles.
     Tool,
 }
 

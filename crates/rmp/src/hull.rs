@@ -17,7 +17,7 @@ pub struct Hull {
 }
 
 impl Hull {
-    /// Of points (m) that are not in one plane.
+    /// The hull of points (m) that are not in one plane.
     ///
     /// # Errors
     /// [`ObstacleError::Hull`] for fewer than four points, more than [`MAX_HULL_POINTS`], one

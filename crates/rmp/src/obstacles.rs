@@ -47,7 +47,7 @@ pub enum ObstacleError {
     NoSuchId {
         /// The id.
         id: usize,
-        /// How many there are.
+        /// Number of obstacles of the set.
         count: usize,
     },
 }

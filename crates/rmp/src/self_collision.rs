@@ -21,7 +21,7 @@ pub(crate) struct Part {
 }
 
 impl Part {
-    /// Of spheres that one joint carries; at least one.
+    /// A part of spheres that one joint carries; at least one.
     pub(crate) fn new(balls: Vec<Ball>) -> Self {
         let mut part = Self {
             joint: balls.first().and_then(|ball| ball.attachment.joint),

@@ -18,7 +18,7 @@ use crate::sweep::{Nearest, Sweep};
 /// Which implementation of the lanes runs the collision kernel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Path {
-    /// Plain arrays: what the tests compare with.
+    /// Plain arrays: the reference of the tests.
     #[cfg(test)]
     Scalar,
     /// The `wide` crate for the target of the build.

@@ -10,7 +10,7 @@ use crate::arm::multibody::DriveTarget;
 /// until it slips, and stays where it slipped to.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Brakes {
-    /// Where each joint is held (rad or m); empty while the brakes are released.
+    /// Held position of each joint (rad or m); empty while the brakes are released.
     held_at: Vec<f64>,
 }
 

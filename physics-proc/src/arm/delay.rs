@@ -9,7 +9,7 @@ use crate::arm::multibody::DriveTarget;
 /// Targets of the joints of an arm that its drives do not follow yet, the oldest first.
 pub(crate) type Delayed = VecDeque<Vec<DriveTarget>>;
 
-/// How much later drives follow.
+/// Delay of the drives of an arm.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Delay {
     ticks: usize,

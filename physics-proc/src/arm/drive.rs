@@ -31,7 +31,7 @@ pub(crate) struct ArmDrive {
 }
 
 impl ArmDrive {
-    /// Of an arm that is in the engine.
+    /// The drives of an arm that is in the engine.
     pub(crate) fn new(spec: &ArmSpec, disturbance: &Disturbance) -> Self {
         Self {
             delay: Delay::new(disturbance.drive_delay_s),

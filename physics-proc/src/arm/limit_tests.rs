@@ -22,7 +22,7 @@ fn link<'w>(engine: &'w mut PhysicsWorld, arm: &Arm) -> &'w mut MultibodyLink {
     multibody.link_mut(place.id).unwrap()
 }
 
-/// Drives the joint for a tick and returns where it is then; `keeps` has the engine keep its
+/// Drives the joint for a tick and returns its position; `keeps` has the engine keep its
 /// limit in any case.
 fn driven(world: &mut World, target: &DriveTarget, keeps: bool) -> f64 {
     let arm = &world.arms[0];

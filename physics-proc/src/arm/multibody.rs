@@ -34,7 +34,7 @@ const FREE_EFFORT: f64 = 0.5;
 // take 44 thousand instructions in a tick, with the near ones 26.
 const LIMIT_TICKS: f64 = 2.0;
 
-/// Where an arm is in the engine.
+/// An arm in the engine.
 pub(crate) struct Arm {
     /// The robot.
     pub(crate) robot: Robot,
@@ -124,8 +124,8 @@ impl Arm {
         }
     }
 
-    /// Puts the joints somewhere (all joints of the chain) and sets up what the
-    /// engine only knows once they are joined.
+    /// Sets the positions of all joints of the chain, and the properties that the engine only
+    /// accepts once they are joined.
     fn set_positions(&self, world: &mut PhysicsWorld, positions: &[f64]) {
         let Some((multibody, _)) = self
             .handle

@@ -45,7 +45,7 @@ impl TouchCount {
     }
 }
 
-/// What counts as an obstacle, and the spheres of each arm.
+/// Obstacles of the cell, and the spheres of each arm.
 pub(crate) struct TouchCounter {
     /// By fixture and by object of the cell.
     fixtures: Vec<bool>,

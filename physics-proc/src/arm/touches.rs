@@ -12,7 +12,7 @@ use crate::engine::tag::Tag;
 /// margin.
 const RIM_M: f64 = 0.012;
 
-/// What a link touches.
+/// The body that a link touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Touched {
     /// A fixture, by its place among those of the cell that are solid.

@@ -105,7 +105,7 @@ pub(crate) struct Watchdog {
     pub(crate) fault: bool,
 }
 
-/// What a tick does with the arm.
+/// Result of a tick for the arm.
 pub(crate) struct WatchdogOutput {
     /// Action and cause by the stop policy.
     pub(crate) stop: Stop,

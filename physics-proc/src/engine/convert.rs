@@ -1,4 +1,4 @@
-//! The one place where the engine's vectors meet nalgebra's and the wire's.
+//! Conversion between the vectors of the engine, of nalgebra and of the messages.
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rapier3d_f64::math::{Matrix, Pose, Rotation, Vector};

@@ -15,13 +15,14 @@ use crate::engine::spawn::RESTING_M;
 /// Fixtures that some link starts inside of.
 const ENTERED: Group = Group::GROUP_2;
 /// Links that a warning names.
+// A robot with many links in the floor would fill the log.
 const NAMED: usize = 4;
 
 /// A link of an arm inside a fixture, or that such a link carries: it may be beyond the fixture.
 struct Entered {
     link: usize,
     fixture: usize,
-    /// m; 0 where it is beyond.
+    /// Depth (m); 0 if the link is beyond the fixture.
     depth: f64,
 }
 
@@ -87,7 +88,7 @@ pub(crate) fn let_through(
     }
 }
 
-/// What passes through what, a line for each arm and fixture.
+/// Links and fixtures that pass through each other, a line for each arm and fixture.
 pub(crate) fn warnings(cell: &Cell) -> Vec<String> {
     cell.arms.iter().flat_map(|arm| of_arm(cell, arm)).collect()
 }

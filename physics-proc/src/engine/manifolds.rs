@@ -1,9 +1,10 @@
 //! Contact points of round shapes are computed in every tick.
 //!
-//! The collision library keeps the points of a pair until the bodies have turned by a degree or
-//! slid by a millimetre against each other. A kept point of a rolling cylinder stays behind its
-//! centre: the normal force then has a lever arm and drives the cylinder. Balls have no kept
-//! points, and faces of boxes do not roll. Why a point is dropped, and what both cost: ADR 0028.
+//! The collision library keeps the points of a pair until the bodies have turned by a degree
+//! or slid by a millimetre against each other. A kept point of a rolling cylinder stays behind
+//! its centre: the normal force then has a lever arm and drives the cylinder, by one degree a
+//! tick on a level floor. Balls have no kept points, and faces of boxes do not roll. ADR 0028
+//! has the cost, and the reason why a point is dropped.
 
 use parry3d_f64::math::{Pose, Real, Vector};
 use parry3d_f64::query::details::{ContactManifoldsWorkspace, NormalConstraints, ShapeCastOptions};

@@ -11,7 +11,7 @@ use crate::engine::tag::Tag;
 
 /// Fixtures in the engine.
 pub(crate) struct Fixtures {
-    /// By fixture of the cell: its collider, where it is solid.
+    /// By fixture of the cell: its collider, if it is solid.
     pub(crate) colliders: Vec<Option<ColliderHandle>>,
 }
 
@@ -86,6 +86,7 @@ impl Objects {
 
 /// Speed of its fastest point below which an object is at rest (m/s), and the speed for
 /// objects that their cell allows to sleep while they tremble.
+// Four cubes that stay awake cost 40 of 600 thousand instructions of a tick.
 const REST_M_S: f64 = 1.0e-4;
 const TREMBLE_M_S: f64 = 0.05;
 

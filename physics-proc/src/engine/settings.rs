@@ -7,17 +7,20 @@ use rapier3d_f64::prelude::*;
 use crate::engine::manifolds;
 
 /// Length of one tick (s).
+// One tick is one state, and one cycle of each controller (ADR 0003).
 pub const TICK_S: f64 = 1.0e-3;
 /// Gravity in the world frame (m/s²).
 pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 /// Solver iterations; the engine runs each as a substep. With one a tower of four boxes does
 /// not stay at rest; four take 1.5 times as long.
+// With two a held cube slips by less than 0.00001 mm in 10 s (ADR 0032).
 pub(crate) const SUBSTEPS: usize = 2;
 /// Stiffness of contacts (Hz).
 // At 150 a grasp of 20 N sinks in by 0.18 mm, at 250 by 0.10 (with four substeps); from 1000
 // on towers and bins buzz.
 const CONTACT_HZ: f64 = 250.0;
 /// Stiffness of contacts with fixed bodies (Hz).
+// Twice that of two moving bodies, since a fixture does not give way.
 const STATIC_CONTACT_HZ: f64 = 500.0;
 /// Contacts are made from this distance on (m).
 // The length of a fast approach in one tick (2 m/s); the default of the engine is 20 mm, for

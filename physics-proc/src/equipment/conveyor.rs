@@ -1,4 +1,4 @@
-//! The conveyor: a fixture whose surface moves under what touches it.
+//! The conveyor: a fixture whose surface moves the objects on it.
 
 use cell_model::cells::cell::ConveyorTable;
 use cell_model::{Cell, Shape};
@@ -12,7 +12,7 @@ use crate::equipment::site::Site;
 /// The belt in the engine.
 pub(crate) struct Belt {
     collider: ColliderHandle,
-    /// Of its surface while it runs (m/s, world frame).
+    /// Velocity of its surface while it runs (m/s, world frame).
     velocity: Vector3<f64>,
     /// Its norm (m/s).
     pub(crate) speed: f64,
@@ -99,7 +99,7 @@ impl PhysicsHooks for Hooks {
 }
 
 impl Hooks {
-    /// Of the tick that comes; `belt` is the belt that runs.
+    /// The hooks of the next tick; `belt` is the running belt.
     pub(crate) fn new(belt: Option<&Belt>) -> Self {
         Self {
             belt: belt.map(|belt| (belt.collider, convert::to_vector(&belt.velocity))),

@@ -78,10 +78,11 @@ impl Io {
 
 /// Default height at which an object has left the cell: this far below the lowest shape at the
 /// start (m).
+// Without a bound in every cell an object fell to z = -100 m, and was then shown at its start.
 const OUT_BELOW_M: f64 = 1.0;
 
 impl Equipment {
-    /// Of a cell whose fixtures are in the engine.
+    /// The equipment of a cell whose fixtures are in the engine.
     pub(crate) fn new(cell: &Cell, fixtures: &Fixtures) -> Self {
         let supply = cell.conveyor.as_ref().and_then(|c| c.supply.as_ref());
         Self {
@@ -159,7 +160,7 @@ impl Equipment {
         }
     }
 
-    /// The hooks of the step that comes.
+    /// The hooks of the next step.
     pub(crate) fn hooks(&self, memory: &EquipmentMemory) -> Hooks {
         Hooks::new(self.running_belt(memory))
     }

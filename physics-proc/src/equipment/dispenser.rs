@@ -15,6 +15,7 @@ const DEVICE: u64 = 2;
 // In a fall of half a metre this turns a part by about one radian.
 const SPIN_RAD_S: f64 = 3.0;
 /// Parts waiting at most.
+// More parts than a cell has objects.
 const MOST_WAITING: u32 = 1_000;
 
 /// A dispenser of parts.
@@ -45,7 +46,7 @@ impl DispenserMemory {
 }
 
 impl Dispenser {
-    /// Of a cell.
+    /// The dispenser of a cell.
     pub(crate) fn new(table: &DispenserTable, cell: &Cell) -> Self {
         let objects = cell.objects.iter().enumerate();
         let parts = objects.filter(|(_, object)| object.kind == table.objects && object.parked);
@@ -95,7 +96,7 @@ impl Dispenser {
     }
 }
 
-/// How a part comes out: its pose and its spin (rad/s).
+/// Initial pose and spin (rad/s) of a part.
 fn fall(table: &DispenserTable, layer: u32, random: &mut Random) -> (Isometry3<f64>, Vector3<f64>) {
     let [x, y] = table.spread_m.map(|half| random.around_zero(half));
     let above = table.layer_m * f64::from(layer);

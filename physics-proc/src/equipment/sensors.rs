@@ -12,13 +12,13 @@ use crate::engine::objects::Objects;
 /// A light barrier.
 pub(crate) struct Sensor {
     start: Vector3<f64>,
-    /// Of length 1.
+    /// Unit vector.
     direction: Vector3<f64>,
     range: f64,
 }
 
 impl Sensor {
-    /// As the cell file has it, where the direction was checked not to be zero.
+    /// As in the cell file, which was checked to have a direction that is not zero.
     pub(crate) fn new(table: &SensorTable) -> Self {
         let direction = Vector3::from(table.direction);
         Self {
@@ -28,7 +28,7 @@ impl Sensor {
         }
     }
 
-    /// Whether the ray comes as near to `centre` as `radius`.
+    /// Whether the distance of the ray from `centre` is at most `radius`.
     fn comes_near(&self, centre: &Vector3<f64>, radius: f64) -> bool {
         let along = (centre - self.start)
             .dot(&self.direction)

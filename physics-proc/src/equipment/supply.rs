@@ -21,6 +21,7 @@ use crate::equipment::site::{Site, Stream};
 /// Its stream of random numbers.
 const DEVICE: u64 = 1;
 /// Largest number of open requests; the others are refused.
+// More than a belt takes: the others could not be met for long.
 const MOST_PENDING: u32 = 64;
 
 /// A supply of bins.

@@ -15,7 +15,7 @@ const INSIDE_M: f64 = 0.005;
 /// Cosine of the largest angle between the cup's axis and the surface: 15
 /// degrees is what a soft cup follows.
 const LEAST_COSINE: f64 = 0.965_925_826_289_068_3;
-/// Tangent of that angle: how much further the rim may be from the surface.
+/// Tangent of that angle: the additional distance of the rim from the surface, per radius.
 const OBLIQUE_TANGENT: f64 = 0.267_949_192_431_122_7;
 /// Largest distance of a hit of the rim from the plane of the surface at the centre (m).
 const PLANE_M: f64 = 1.0e-3;

@@ -54,9 +54,9 @@ impl Cups<'_> {
         }
     }
 
-    /// Mean load on the cup in this tick: from the momentum of what hangs on it.
-    /// Where that touches something else, from the joint, of which the engine keeps
-    /// the last substep only: right at rest, a few percent low while the arm lifts.
+    /// Mean load on the cup in this tick, from the momentum of the objects on it. If these
+    /// touch something else, from the joint, of which the engine keeps the last substep only:
+    /// right at rest, a few percent low while the arm lifts.
     fn wrench(&mut self, index: usize) -> Option<Wrench> {
         let suction = &mut self.memory[index].suction;
         let (object, joint) = suction.joint()?;

@@ -23,7 +23,7 @@ pub(crate) struct GripperDrive {
 }
 
 impl GripperDrive {
-    /// Of an arm without a gripper.
+    /// The drive of an arm without a gripper.
     pub(crate) const NONE: Self = Self {
         target: 0.0,
         wanted: 0.0,

@@ -201,7 +201,7 @@ fn a_snapshot_with_something_attached_goes_on_bit_for_bit() {
     assert_eq!(hold.gripper().breaks, 1);
 }
 
-/// What fills a held bin.
+/// The content of a held bin.
 const PARTS: &str = r#"
 [[object]]
 name = "part"

@@ -16,17 +16,20 @@ use crate::engine::settings::{GRAVITY, TICK_S};
 // Carries 8 kg; a cube in the hand slips by 0.2 mm under this force (ADR 0030).
 pub const MAX_FORCE_N: f64 = 80.0;
 /// Nearer than this the object has arrived (m).
+// The hand moves at 40 mm/s there, so the object is released slowly.
 pub const ARRIVED_M: f64 = 0.005;
-/// Where a request names no time (s).
+/// Duration of a request without one (s).
 pub const DEFAULT_SECONDS: f64 = 2.0;
 /// Largest speed of the hand (m/s).
 // The object then follows 17 mm behind the hand: 2 v / omega of the spring.
 const SPEED_M_S: f64 = 0.5;
 /// The hand approaches the place with this rate (1/s).
+// From its largest speed the hand slows down over the last 62 mm.
 const APPROACH_PER_S: f64 = 8.0;
 /// Frequency of the spring (rad/s): a 0.1 kg cube is pulled with 36 N over 10 cm.
 const SPRING_RAD_S: f64 = 60.0;
 /// Frequency of the spring about the axes (rad/s).
+// A third of the linear one: an object may be turned by the shapes that it touches.
 const TURN_RAD_S: f64 = 20.0;
 /// Largest torque (N·m).
 const MAX_TORQUE_NM: f64 = 1.0;
@@ -38,7 +41,7 @@ pub(crate) struct Drag {
     pub(crate) object: usize,
     /// The hand (m, world).
     hand: [f64; 3],
-    /// Where to (m, world).
+    /// Goal of the object (m, world).
     target: [f64; 3],
     /// Orientation to keep, x y z w.
     orientation: [f64; 4],

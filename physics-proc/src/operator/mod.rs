@@ -1,4 +1,4 @@
-//! What the operator does: requests, the panel, and the hand that drags.
+//! Requests of the operator, the panel, and the hand that drags.
 
 pub mod drag;
 pub(crate) mod panel;

@@ -48,7 +48,7 @@ impl Plant {
         self.world.write_snapshot(out);
     }
 
-    /// Continues from what [`Plant::save`] gave in a run of the same cell and script.
+    /// Continues from the bytes of [`Plant::save`] in a run of the same cell and script.
     ///
     /// # Errors
     /// [`WorldError::Snapshot`]; the plant is unchanged then.

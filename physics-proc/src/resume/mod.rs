@@ -54,7 +54,7 @@ pub(crate) struct Resume {
     saved_tick: u64,
     /// Why the last state could not be saved; empty if it could.
     problem: String,
-    /// What was lost when this process started; empty for nothing.
+    /// The loss when this process started; empty for none.
     lost: String,
 }
 
@@ -113,9 +113,9 @@ impl Resume {
         }
     }
 
-    /// To be called before the present state is published: whether it is saved is part
-    /// of the message. Returns the ticks to announce: of the newest state that is saved
-    /// or being written, and of the newest that is saved.
+    /// Called before the present state is published: the message contains whether it is saved.
+    /// Returns the ticks to announce: of the newest state that is saved or being written, and
+    /// of the newest that is saved.
     pub(crate) fn announce(&mut self, plant: &Plant) -> (u64, u64) {
         self.take_results();
         let tick = plant.world().tick();

@@ -40,8 +40,8 @@ impl Requests {
         self.file.write(number, &bytes).ok();
     }
 
-    /// Obeys again what was accepted after the state that `plant` was restored to;
-    /// the number of requests that are lost.
+    /// Obeys again the requests that were accepted after the state to which `plant` was
+    /// restored; returns the number of lost ones.
     pub(super) fn repeat(&self, plant: &mut Plant) -> u64 {
         let mut lost = 0;
         // `all` gives the newest first; they have to be obeyed in the order of acceptance.

@@ -67,7 +67,7 @@ impl Physics {
         self.plant.world().tick()
     }
 
-    /// What the process does in a tick of lockstep.
+    /// One tick of the process in lockstep.
     fn turn(&mut self) -> Next {
         let mut decision = Decision::zeroed();
         decision.break_tick = self.break_tick;

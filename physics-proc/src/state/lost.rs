@@ -32,7 +32,7 @@ pub(crate) struct LostNews {
 }
 
 impl LostNews {
-    /// Of a process that starts with `world`.
+    /// The reports of a process that starts with `world`.
     pub(crate) fn new(world: &World) -> Self {
         Self {
             known: world.lost(),

@@ -1,4 +1,4 @@
-//! What the world is made known by: the state message, snapshots, the hash.
+//! The state in messages and bytes: the state message, snapshots, the hash.
 
 pub(crate) mod hash;
 pub(crate) mod lost;

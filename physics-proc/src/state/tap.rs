@@ -33,7 +33,7 @@ impl StateTap {
         *self.state = *state;
     }
 
-    /// Sends what was kept, under the header it was published with.
+    /// Sends the kept state, under the header it was published with.
     pub(crate) fn publish(&mut self, header: &Header) {
         self.state.header = *header;
         let (state, mut pieces) = (&self.state, Pieces::of(&self.state, &self.before));

@@ -13,6 +13,7 @@ use super::approach_gate;
 use crate::PointMotion;
 
 /// Distance of the surfaces beyond which the weight is zero (m).
+// As far as arms with a low acceleration limit need to brake.
 pub(crate) const REACH_M: f64 = 0.25;
 /// Distance that is kept: a smaller one counts as contact (m).
 const MARGIN_M: f64 = 0.005;
@@ -35,6 +36,7 @@ const APPROACH: f64 = 3.0;
 const GATE_M_S: f64 = 0.01;
 /// If the approach is slower than allowed by so many times this speed, the leaf has a weight
 /// of 2e-9 of the whole and is left out: so are most leaves of parts that pass each other.
+// exp(-20) is 2e-9.
 const GATES: f64 = 20.0;
 /// Weight, the distance over which it falls (m), and the term that keeps it finite.
 const WEIGHT: f64 = 1.0e4;

@@ -212,7 +212,7 @@ mod tests {
                     let (above, below) = (point + by, point - by);
                     (obstacle.distance(&above) - obstacle.distance(&below)) / (2.0 * STEP)
                 });
-                // Where two faces are as near the gradient jumps.
+                // The gradient jumps where two faces are equally near.
                 smooth += u32::from((gradient - normal).norm() < 1e-4);
             }
             assert!(smooth > 3950, "{:?}: {smooth}", obstacle.core);

@@ -206,8 +206,8 @@ fn keeps_position(limit: &Limit, last: &Last, dt: f64, a: f64, slack: f64) -> bo
     farthest <= next.max(limit.upper + slack)
 }
 
-/// Sum of the velocities of the braking sequence up to its last positive one, m/s
-/// or rad/s: times dt, how far it still climbs.
+/// Sum of the velocities of the braking sequence up to its last positive one, m/s or rad/s:
+/// times dt, the remaining distance.
 fn climb(limit: &Limit, velocity: f64, dt: f64, a: f64) -> f64 {
     let step = limit.jerk * dt;
     // While the jerk acts, v_i = v + dt (i a - step i (i - 1) / 2): last i above zero.

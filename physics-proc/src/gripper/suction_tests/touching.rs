@@ -1,4 +1,4 @@
-//! What the arm touches.
+//! Contacts of the arm.
 
 use cell_model::Shape;
 use nalgebra::{Isometry3, Vector3};
