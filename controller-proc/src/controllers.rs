@@ -141,12 +141,14 @@ impl Line {
             robot: robot.name.clone(),
             source,
         };
+        // Kinematics alone are needed, so without obstacles.
         let mut flow = robot.motion_policies(0).map_err(setup)?;
         let tool = flow
             .add_target_frame(robot.tcp_frame_name())
             .map_err(setup)?;
         let joints = robot.arm_joints.len();
         let mut memory = spec.home.clone();
+        // The length is constant from here on: it is part of the layout of the checkpoint.
         memory.resize(joints, 0.0);
         memory.extend([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
         Ok(Self {

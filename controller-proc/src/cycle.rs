@@ -92,8 +92,10 @@ impl Cycle {
         let joint_count = spec.robot.arm_joints.len();
         let fingers = if spec.robot.gripper.is_some() { 2 } else { 0 };
         let open = spec.robot.gripper.as_ref().map_or(0.0, |g| g.max_width);
+        // A kept width is a value that changes; open and closed are constants of the gripper.
         let hand = |width| GripperController::new(joint_count, fingers, width);
         let kept_width = Shared::new(hand(open));
+        // The motion is shared by all three: a switch of the hand does not touch the arm.
         let pairs = SelectableController::new(
             GripperGoal::Keep,
             "move, keep",

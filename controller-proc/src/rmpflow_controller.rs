@@ -119,6 +119,7 @@ impl RmpFlowController {
                 is_led: false,
             },
             tick: 0,
+            // Until the first goal the arm stays where it is.
             mode: Mode::Stay,
             tool_pose: Isometry3::identity(),
             min_clearance: NO_OBSTACLE_M,

@@ -100,6 +100,7 @@ impl Surroundings {
                 })?;
             self.fixtures.push(id);
         }
+        // After the fixtures, whose ids are the bits of the mask in a goal.
         for other in &mut self.others {
             other.add_to(set).map_err(|source| RmpFlowError::OtherArm {
                 arm: other.name().to_owned(),

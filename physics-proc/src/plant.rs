@@ -370,6 +370,7 @@ impl Plant {
 
     fn request_of(&self, action: &ScriptAction) -> Option<OperatorRequest> {
         let mut request = OperatorRequest::zeroed_at_identity();
+        // A line of the script becomes an operator's request, so both have the same checks.
         let code = match action {
             ScriptAction::Drag { object, to, for_s } => {
                 request.object = index_of(&self.objects, object)?;

@@ -158,6 +158,8 @@ impl PhysicsProcess {
             plant,
             resume,
             report,
+            // All ports are opened here: a port that fails ends the process before the first
+            // tick.
             generation: bus.generation(),
             state: bus.publisher(TopicId::WorldState)?,
             tap: StateTap::new(bus)?,

@@ -301,6 +301,8 @@ impl World {
         let arms = self.arms.iter().zip(&self.measured).zip(&self.memory.arms);
         let at_fault = arms.enumerate().filter(|(_, (_, m))| m.watchdog.fault);
         let words = |(index, ((arm, measured), _)): (usize, ((&Arm, &Measured), _))| {
+            // The joint with its limits is the more useful reason; without one the engine
+            // acted.
             let outside = arm.robot.arm_joints.iter().find(|&&joint| {
                 violations::outside(measured.positions[joint], &arm.robot.joints[joint])
             });

@@ -1,4 +1,20 @@
 //! The answer to a request, as a pure function of it.
+//!
+//! A replay computes each plan again, in another process, and an arm moves
+//! along the result without supervision. The risks, and the rules against them:
+//!
+//! - The answer depends on something that is not in the request, such as the time, a cache or
+//!   an earlier request: the replay differs. So all state of [`Planner`] is either constant or
+//!   set from the request, and the number of the request is the seed.
+//! - A search without a result takes forever: it is bounded by iterations and by comparisons
+//!   with solids, never by a clock (ADR 0019).
+//! - The path touches an obstacle with a part of the arm that the spheres of its files leave
+//!   out: the planner adds spheres for these parts, opens the fingers, and keeps 8 mm
+//!   (ADR 0021).
+//! - A path is longer than the checkpoint of the controller can hold: it counts as no path.
+//!
+//! A change of a constant here changes the paths, and with them the state hashes of all demos
+//! that plan.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};

@@ -116,6 +116,8 @@ impl PlanRequest {
         codec.f64s(&mut self.posture)?;
         codec.pose(&mut self.goal)?;
         codec.bool("goal by joints", &mut self.by_joints)?;
+        // Lengths are checked against the buffers: a damaged checkpoint must not make a cycle
+        // allocate.
         let most = self.obstacle_capacity();
         codec.list(
             "obstacles",

@@ -248,6 +248,7 @@ fn frame<S: Simd>(
         Wide::splat3(simd, &joint.columns[2]),
     ];
     let offset = Wide::splat3(simd, &joint.offset);
+    // Written out for the three columns: a loop with a closure is not inlined (ADR 0019).
     let ([x, y, z], origin) = match parent {
         None => (own, offset),
         Some(parent) => (

@@ -1,4 +1,10 @@
 //! `RRT`-Connect: two trees that grow towards each other.
+//!
+//! Both ends are checked first, then the straight line between them, and only then the trees
+//! grow. The steps have an order that a change must keep: a caller relies on zero iterations
+//! as the sign that no detour was needed, and on the kind of the error as the reason that it
+//! shows. Random configurations are those of a Halton sequence that the seed shifts, so that a
+//! request has one answer, and another seed another one.
 
 use thiserror::Error;
 

@@ -89,6 +89,7 @@ fn configurations(
     let (mut free, mut met) = (Vec::new(), false);
     for start in request.starts(settings) {
         match tool.solve(&start, request.goal) {
+            // Met and in collision is a failure, but it proves that the pose can be reached.
             Some(found) if found.is_met() => {
                 met = true;
                 if checker.is_free(&found.positions) {
@@ -102,6 +103,7 @@ fn configurations(
             break;
         }
     }
+    // Unreachable only if no start met the pose, free or not.
     match nearest {
         Some(found) if !met => Err(PlanError::Unreachable {
             off_m: found.off_m,

@@ -29,6 +29,7 @@ impl RmpFlow {
                 expected: MAX_CARRIED,
             });
         }
+        // All numbers before any is used: a refused call leaves the tool empty, not half full.
         let numbers = spheres.iter().flat_map(|(c, r)| [c.x, c.y, c.z, *r]);
         for value in numbers {
             if !value.is_finite() {

@@ -185,6 +185,7 @@ impl Chain {
         for (index, joint) in joints.iter_mut().enumerate() {
             check_joint(index, joint)?;
         }
+        // After all joints: a joint may follow one that comes later.
         for joint in &joints {
             check_mimic(joint, &joints)?;
         }

@@ -139,6 +139,7 @@ fn advance(parent: &Link, joint: &TreeJoint, position: f64, velocity: f64) -> Li
     let axis: Vector3<f64> = turned.column(2).into_owned();
     let mut arm = parent.rotation * joint.offset;
     let slide = axis * velocity;
+    // Every axis is the local z axis, so a rotation only mixes two columns.
     let (rotation, spin, slip) = match joint.kind {
         JointKind::Revolute => {
             let (sine, cosine) = libm::sincos(position);
@@ -159,6 +160,8 @@ fn advance(parent: &Link, joint: &TreeJoint, position: f64, velocity: f64) -> Li
         angular: parent.angular + spin,
         linear: parent.linear + turning + slip,
         angular_bias: parent.angular_bias + parent.angular.cross(&spin),
+        // Centripetal and Coriolis parts; the factor two is that of a slide in a turning
+        // frame.
         linear_bias: parent.linear_bias
             + parent.angular_bias.cross(&arm)
             + parent.angular.cross(&turning)

@@ -165,6 +165,8 @@ impl SelfCollision {
                 }
                 let distance = apart.sqrt();
                 nearest = nearest.min(distance - radii);
+                // The motion of a point is computed only for pairs in reach: most pairs are
+                // not.
                 let points = (
                     kinematics.point(&ball.attachment),
                     kinematics.point(&against.attachment),

@@ -73,6 +73,8 @@ impl Tree {
                 let slot = slot_of(chain.joints().get(mimic.joint)?)?;
                 Some((slot, mimic))
             });
+            // A follower is a joint with the slot of the one it follows; all others are
+            // constants.
             let folded = match (slot_of(joint), followed) {
                 (Some(slot), _) => tree.add(joint, (slot, 1.0), carrier, &origin),
                 (None, Some((slot, mimic))) => {
@@ -174,6 +176,7 @@ fn check_names(
             return Err(SetupError::RepeatedJoint { name: name.clone() });
         }
     }
+    // A misspelt name would otherwise leave its joint at zero without notice.
     for (name, &value) in defaults {
         if chain.joint_index(name).is_none() {
             return Err(SetupError::UnknownJoint { name: name.clone() });

@@ -64,6 +64,7 @@ impl RmpFlowParameters {
                 capsule.radius,
                 Positive,
             )?;
+            // Far beyond a robot: such a capsule would silently have no effect.
             for (key, point) in [("pt1", &capsule.pt1), ("pt2", &capsule.pt2)] {
                 if let Some(&value) = point.iter().find(|x| x.is_nan() || x.abs() > 1e3) {
                     return Err(ParameterError {

@@ -65,6 +65,8 @@ impl Arm {
     /// Puts an arm into the world, at home.
     pub(crate) fn insert(world: &mut PhysicsWorld, index: usize, spec: &ArmSpec) -> Self {
         let robot = spec.robot.clone();
+        // Bodies are created at the poses of the home position, so nothing moves when they are
+        // joined.
         let home = robot.with_arm_positions(&spec.home);
         let poses = robot.link_poses(&home);
         let bodies = robot

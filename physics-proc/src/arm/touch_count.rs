@@ -115,6 +115,7 @@ impl TouchCounter {
                 .iter()
                 .any(|own| self.touches_obstacle(world, index, *own, (may_grip, held)))
         }));
+        // Computed from the spheres, since the engine has no contacts within an arm.
         if tick.is_multiple_of(SELF_TICKS)
             && let Some(distance) = self.distances.get_mut(index)
         {

@@ -89,9 +89,11 @@ fn contact(
     let (mut deepest, mut behind) = (None::<(f64, Vector3<f64>)>, 0.0_f64);
     let tcp = arm.tcp(world);
     let axis = arm.robot.suction.as_ref().map(|s| tcp.rotation * s.axis);
+    // A manifold without solver contacts is near, and not in contact.
     let active = |m: &&ContactManifold| !m.data.solver_contacts.is_empty();
     for manifold in pair.manifolds().iter().filter(active) {
         for point in &manifold.points {
+            // Points of a compound are in the frame of the part.
             let local = match manifold.subshape_pos1() {
                 Some(part) => *part * point.local_p1,
                 None => point.local_p1,

@@ -83,6 +83,7 @@ impl Contacts {
             } else {
                 pair.collider1
             };
+            // Contacts with fixtures and arms neither hold an object nor keep it awake.
             let Some(Tag::Object(object)) =
                 world.colliders.get(other).map(|c| Tag::decode(c.user_data))
             else {
@@ -94,6 +95,7 @@ impl Contacts {
             if let Some(force) =
                 side.and_then(|side| self.pressed[arm].get_mut(object)?.get_mut(side))
             {
+                // Several colliders of a finger may press one object: their forces add up.
                 *force += pair.total_impulse_magnitude() / TICK_S;
             }
         }

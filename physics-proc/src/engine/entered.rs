@@ -95,6 +95,7 @@ pub(crate) fn warnings(cell: &Cell) -> Vec<String> {
 
 fn of_arm(cell: &Cell, arm: &ArmSpec) -> Vec<String> {
     let mut by_fixture: BTreeMap<usize, Vec<Entered>> = BTreeMap::new();
+    // One sentence for each fixture, not for each link: a robot in the floor has many.
     for found in entered(cell, arm) {
         by_fixture.entry(found.fixture).or_default().push(found);
     }

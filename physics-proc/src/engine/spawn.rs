@@ -47,6 +47,7 @@ pub(crate) fn check(cell: &Cell) -> Result<(), WorldError> {
     cell.arms.iter().try_for_each(|arm| check_arm(cell, arm))?;
     let objects = cell.objects.iter().enumerate();
     for (index, object) in objects.filter(|(_, object)| !object.parked) {
+        // Each pair once: an object is compared with those before it, and with the fixtures.
         let earlier = cell
             .objects
             .iter()

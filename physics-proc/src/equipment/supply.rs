@@ -166,6 +166,8 @@ impl Supply {
         if self.waiting_bins(site, way.belt) >= self.table.max_waiting as usize {
             return Err(SupplyRefusal::TooManyWaiting);
         }
+        // By the number of the object, not by the tick: a bin arrives alike whenever it is
+        // requested.
         let mut random = way.stream.random(DEVICE, object as u64);
         let pose = self.arrival(&mut random, spec, flipped);
         if is_taken(site.engine, spec, &pose) {

@@ -35,6 +35,8 @@ impl Desk<'_> {
     /// Executes a request. Pause, resume, step, script and end are refused here: they belong
     /// to the process around the world.
     pub(crate) fn act(&mut self, action: OperatorAction, request: &OperatorRequest) -> Reply {
+        // Once, before any request reads a number: a pose that is not finite would reach the
+        // engine.
         if let Err(invalid) = request.validate() {
             return (ReplyCode::OutOfRange, invalid.to_string());
         }
@@ -166,6 +168,7 @@ impl Desk<'_> {
                 let message = "a breakpoint has the name of a node, state or guard".to_owned();
                 return (ReplyCode::OutOfRange, message);
             }
+            // Setting one again is not an error: the request states a level.
             (1, Some(_)) => {}
             (1, None) if breaks.len() == MAX_BREAKS => {
                 let message = format!("there are {MAX_BREAKS} breakpoints; remove one");

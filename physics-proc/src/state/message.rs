@@ -137,6 +137,7 @@ impl View<'_> {
         if let Some(suction) = &self.arms[index].robot.suction {
             self.memory.arms[index].suction.write(suction, &mut out);
         }
+        // A suction gripper has no width, and no fingers between which a beam could be.
         let Some(gripper) = &self.arms[index].robot.gripper else {
             return out;
         };
@@ -147,6 +148,7 @@ impl View<'_> {
         }
         let grip = self.contacts.grips[index];
         out.grip_force = grip.force;
+        // Zero means no object, so the number of an object is its index plus one.
         let number = |object: usize| u32::try_from(object + 1).unwrap_or(0);
         out.held_object = grip.held.map_or(0, number);
         let beam = beam::interrupted_by(

@@ -1,5 +1,12 @@
 //! Snapshots: the whole world as bytes, for reset, restart and replay. A restored world
 //! continues to the bit as the saved one would have.
+//!
+//! What can go wrong: bytes of another cell, seed or engine restore without an error and move
+//! differently, or a damaged file ends the process. So a stamp of cell and engine is compared
+//! first, a broken length allocates no more than the file has bytes, and nothing of the world
+//! changes before all of it was read. Parts of the engine that are not in its bytes (the
+//! dispatcher of contact points, ADR 0028) are set again here. A new field of the world that
+//! decides the next tick has to be in `Memory`, or a kill loses it.
 
 use bincode::Options;
 use cell_model::Cell;
@@ -42,6 +49,8 @@ pub(crate) fn fingerprint(cell: &Cell) -> u64 {
     name(&cell.name);
     cell.arms.iter().for_each(|arm| name(&arm.robot.name));
     cell.objects.iter().for_each(|object| name(&object.name));
+    // Properties that decide the motion: a snapshot of other masses would restore and then
+    // differ.
     for arm in &cell.arms {
         hash.numbers(&arm.home);
         hash.numbers(arm.base.translation.vector.as_slice());

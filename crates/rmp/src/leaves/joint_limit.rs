@@ -36,6 +36,7 @@ pub(crate) fn add(
 ) {
     for (slot, ((range, &position), &velocity)) in ranges.iter().zip(q).zip(qd).enumerate() {
         let width = range.upper - range.lower;
+        // A joint that turns without end has no limit to keep away from.
         if !width.is_finite() {
             continue;
         }
@@ -44,6 +45,7 @@ pub(crate) fn add(
             Floor::Contact if width < NARROW => (1.0 / NARROW, width / (NARROW * NARROW)),
             _ => (scale, scale),
         };
+        // Both limits are one formula with opposite signs.
         let sides = [
             (position - range.lower, 1.0),
             (range.upper - position, -1.0),

@@ -27,6 +27,7 @@ pub(crate) fn surface<L: Lanes>(
         [row(6), row(7), row(8)],
         [row(9), row(10), row(11)],
     ];
+    // Distances are computed in the frame of the box, the normal is turned back at the end.
     let local = [
         dot(&axes[0], &offset),
         dot(&axes[1], &offset),
