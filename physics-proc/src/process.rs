@@ -362,8 +362,8 @@ impl PhysicsProcess {
                     self.health.note("");
                     return true;
                 }
-                // A run that has ended waits for no answer, but continues to serve requests until
-                // the launcher stops it.
+                // A run that has ended waits for no answer, but continues to serve requests
+                // until the launcher stops it.
                 Some(_) if self.plant.is_ending() => return true,
                 Some(_) if monotonic_ns() < patient_until_ns => std::thread::yield_now(),
                 Some(process) => {

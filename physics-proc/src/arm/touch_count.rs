@@ -85,7 +85,8 @@ impl TouchCounter {
             let Some(memory) = memory.arms.get_mut(arm.0) else {
                 continue;
             };
-            // A faulty arm does not follow its controller, which its contacts are meant to judge.
+            // A faulty arm does not follow its controller, which its contacts are meant to
+            // judge.
             if !memory.watchdog.fault {
                 let held = memory.suction.attached().or(grip.held);
                 let count = &mut memory.touches;

@@ -66,8 +66,8 @@ pub(crate) fn let_through(
     arms: &[Arm],
 ) {
     for (spec, arm) in cell.arms.iter().zip(arms) {
-        // A link leaves out the whole group, so it also passes through fixtures that other links
-        // start inside of; all else meets these fixtures as before.
+        // A link leaves out the whole group, so it also passes through fixtures that other
+        // links start inside of; all else meets these fixtures as before.
         for Entered { link, fixture, .. } in entered(cell, spec) {
             let fixed = fixtures.colliders.get(fixture).copied().flatten();
             if let Some(collider) = fixed.and_then(|handle| world.colliders.get_mut(handle)) {
