@@ -1,4 +1,4 @@
-//! Between a controller and physics: commands down, status up.
+//! Between a controller and physics: commands in one direction, status in the other.
 
 use crate::header::Header;
 use crate::pose::Pose;
@@ -10,16 +10,16 @@ use crate::wire::wire;
 use crate::{MAX_JOINTS, Text};
 
 code! {
-    /// What a process does about a lost or broken peer, mildest first. Worst
+    /// Reaction of a process to a lost or broken peer, mildest first. The worst one in force
     /// wins.
     pub enum StopAction {
         /// Normal operation.
         None = 0,
         /// Category-2-style stop: motion ends on a ramp, drives stay on, the
-        /// gripper keeps what it has.
+        /// gripper keeps its command.
         Hold = 3,
-        /// Category-1-style stop: ramp, then the drives have no power and the brakes
-        /// hold, by friction up to the effort limit of each joint.
+        /// Category-1-style stop: ramp, then the drives have no power and the brakes hold, by
+        /// friction up to the effort limit of each joint.
         Stop1 = 4,
         /// Category-0-style stop: the drives have no power and the brakes hold, at once.
         Stop0 = 5,
@@ -27,7 +27,7 @@ code! {
 }
 
 code! {
-    /// Why a [`StopAction`] was chosen.
+    /// Cause of a [`StopAction`].
     pub enum StopCause {
         /// No cause.
         None = 0,
@@ -43,7 +43,7 @@ code! {
 }
 
 code! {
-    /// Whether a planned path leads the arm.
+    /// Whether the arm follows a planned path.
     pub enum PlanState {
         /// No: motion policies move the tool towards the goal.
         None = 0,
@@ -55,9 +55,9 @@ code! {
 }
 
 code! {
-    /// Why an arm does not reach its goal.
+    /// Reason why an arm does not reach its goal.
     pub enum NotReached {
-        /// It moves, or it is there.
+        /// It moves, or has reached the goal.
         None = 0,
         /// No joint positions bring the tool there.
         Unreachable = 1,
@@ -69,7 +69,7 @@ code! {
         Singular = 4,
         /// The motion policies hold each other off.
         LocalMinimum = 5,
-        /// The arm touches an obstacle, or itself, where it is.
+        /// The arm touches an obstacle, or itself, at its present position.
         InCollision = 6,
     }
 }
@@ -90,11 +90,12 @@ impl NotReached {
 }
 
 /// Points of a path in [`ArmStatus::path`].
+// Only people look at them; the path is sampled to fit.
 pub const PATH_POINTS: usize = 24;
 
 wire! {
-    /// What the gripper is told. Owned by the controller: it is part of every
-    /// command, so silence of the task never opens a gripper.
+    /// Command of the gripper. Owned by the controller: it is part of every command, so silence
+    /// of the task never opens a gripper.
     pub struct GripperCommand {
         /// Distance between the fingers, metres.
         pub width: f64,
@@ -130,7 +131,7 @@ wire! {
 }
 
 wire! {
-    /// Controller to all processes, once per cycle: what it is doing and how far.
+    /// Controller to all processes, once per cycle: state and progress of its goal.
     pub struct ArmStatus {
         /// Header; `tick` is the tick of the state this was computed from.
         pub header: Header,
@@ -179,9 +180,9 @@ wire! {
         pub not_reached: u32,
         /// Number of the last plan that was answered; 0: none yet.
         pub answered_plan: u64,
-        /// How much of the path is behind the arm, rad and m alike.
+        /// Part of the path already covered, rad and m alike.
         pub path_at: f64,
-        /// Length of the path, rad and m alike; 0 where none leads the arm.
+        /// Length of the path, rad and m alike; 0 where the arm follows none.
         pub path_length: f64,
         /// The tool at evenly spaced points of the path, world frame, metres; valid
         /// where `path_length` is not 0.
@@ -195,6 +196,7 @@ wire! {
 
 impl GripperCommand {
     pub(crate) fn check(&self) -> Result<(), Invalid> {
+        // No gripper opens by a metre; a wider command is damaged.
         Check::within("gripper.width", &[self.width], 1.0)?;
         Check::within("gripper.force", &[self.force], MAX_EFFORT)
     }
@@ -202,6 +204,7 @@ impl GripperCommand {
 
 impl Validate for ArmCommand {
     fn validate(&self) -> Result<(), Invalid> {
+        // The count first: the slices below use it.
         Check::count("joint_count", self.joint_count, MAX_JOINTS)?;
         let n = self.joint_count as usize;
         Check::within(
@@ -214,6 +217,8 @@ impl Validate for ArmCommand {
             &self.joint_velocities[..n],
             MAX_JOINT_VELOCITY,
         )?;
+        // Accelerations have no limit of their own; the watchdog of physics checks those of the
+        // robot.
         Check::within(
             "joint_accelerations",
             &self.joint_accelerations[..n],
@@ -246,6 +251,7 @@ impl Validate for ArmStatus {
             self.not_reached,
             NotReached::from_code(self.not_reached).is_some(),
         )?;
+        // Summed over joints, so larger than any single one.
         Check::within("path_at", &[self.path_at, self.path_length], 1.0e4)?;
         for point in &self.path {
             Check::within("path", point, MAX_POSITION_M)?;

@@ -1,13 +1,14 @@
-//! Who touches whom, and how hard: for people, not for control.
+//! Pairs of bodies in contact and their forces: for people, not for control.
 
 use crate::header::Header;
 use crate::validate::{Check, Invalid, MAX_EFFORT, Validate, code};
 use crate::wire::wire;
 
 /// Contacts of one message: those with the largest forces.
+// Only people look at them, and the page draws the largest.
 pub const MAX_CONTACTS: usize = 96;
 
-/// Coordinates of a contact (m).
+/// Largest plausible coordinate of a contact (m).
 const MAX_PLACE_M: f64 = 100.0;
 
 code! {
@@ -43,19 +44,21 @@ wire! {
         pub header: Header,
         /// Valid entries of `contacts`.
         pub count: u32,
-        /// Contacts there are, with those that found no room.
+        /// Number of all contacts, including those beyond the capacity.
         pub total: u32,
         /// Largest force first.
         pub contacts: [Contact; MAX_CONTACTS],
     }
 }
 
-/// How often contacts are published (ticks).
+/// Interval at which contacts are published (ticks).
+// 50 Hz: as fast as a page draws.
 pub const CONTACT_TICKS: u64 = 20;
 
 impl Contact {
     /// `kind` and `index` as one number.
     pub fn body(kind: BodyKind, index: usize) -> u32 {
+        // Two halves of one number, so that a contact needs no more than its 56 bytes.
         (kind.code() << 16) | u32::try_from(index).unwrap_or(0xffff).min(0xffff)
     }
 }
@@ -73,6 +76,7 @@ impl Validate for Contacts {
         for contact in self.list() {
             for body in [contact.a, contact.b] {
                 let kind = BodyKind::from_code(body >> 16);
+                // Unknown kinds are refused, as a reader chooses a list of bodies by them.
                 Check::code("contact.body", body >> 16, kind.is_some())?;
             }
             Check::within("contact.position", &contact.position, MAX_PLACE_M)?;

@@ -1,4 +1,4 @@
-//! What the task decides, for the controllers and for the cell's equipment.
+//! Decisions of the task, for the controllers and for the cell's equipment.
 
 use crate::header::Header;
 use crate::pose::Pose;
@@ -7,8 +7,10 @@ use crate::wire::wire;
 use crate::{BreakName, MAX_ARMS, MAX_JOINTS, MAX_OBJECTS, Text};
 
 /// Placed objects a decision can name: all of a cell.
+// All of a cell, so that a finished task can name every object.
 pub const MAX_PLACED: usize = MAX_OBJECTS;
 /// Bytes of the name of a phase.
+// Texts are cut with a mark beyond their size: a message has a fixed size and no pointer.
 pub const PHASE_BYTES: usize = 32;
 /// Bytes of the name of a policy.
 pub const POLICY_BYTES: usize = 16;
@@ -19,9 +21,9 @@ pub const REASON_BYTES: usize = 48;
 pub const PLANNED: u32 = 3;
 
 code! {
-    /// What the arm shall do.
+    /// Kind of a goal of an arm.
     pub enum GoalKind {
-        /// Stay: motion ends on a ramp. Also what silence means.
+        /// Stay: motion ends on a ramp. Also the effect of silence.
         Hold = 0,
         /// Bring the TCP to `target`.
         Pose = 1,
@@ -31,9 +33,9 @@ code! {
 }
 
 code! {
-    /// What the gripper shall do.
+    /// Goal of a gripper.
     pub enum GripperGoal {
-        /// Keep the command it has. Also what silence means.
+        /// Keep the command it has. Also the effect of silence.
         Keep = 0,
         /// Open fully, or let go.
         Open = 1,
@@ -43,7 +45,7 @@ code! {
 }
 
 code! {
-    /// How a task stands.
+    /// Outcome of a task so far.
     pub enum Outcome {
         /// Waiting for its start event.
         Idle = 0,
@@ -68,16 +70,15 @@ wire! {
         pub kind: u32,
         /// [`GripperGoal`].
         pub gripper: u32,
-        /// Which controller moves the arm: 0 for RMPflow, 1 for joint-space PD, 2 for
-        /// a Cartesian line, [`PLANNED`] for RMPflow on planned paths, others as the controller program numbers them. An
-        /// unknown one holds the arm.
+        /// Controller of the arm: 0 for RMPflow, 1 for joint-space PD, 2 for a Cartesian line,
+        /// [`PLANNED`] for RMPflow on planned paths, others as numbered by the controller
+        /// program. An unknown one holds the arm.
         pub selector: u32,
         /// 1 when `posture` is given.
         pub has_posture: u32,
         /// TCP in the world frame.
         pub target: Pose,
-        /// Joint configuration to lean to, or to reach for
-        /// [`GoalKind::Joints`]; rad or m.
+        /// Joint configuration to prefer, or the goal of [`GoalKind::Joints`]; rad or m.
         pub posture: [f64; MAX_JOINTS],
         /// Force per finger when closing, newtons.
         pub grip_force: f64,
@@ -95,8 +96,8 @@ wire! {
 }
 
 wire! {
-    /// What the task tells the cell's equipment, like a PLC's outputs. Counters
-    /// go up by one for every request; one that went down asks for nothing.
+    /// Outputs of the task to the cell's equipment, like those of a PLC. Counters increase by
+    /// one with every request; a counter that decreased requests nothing.
     pub struct CellIo {
         /// 1 while the belt shall run; silence stops it.
         pub conveyor_running: u32,
@@ -132,7 +133,7 @@ wire! {
         pub phase_entry: u32,
         /// Held objects that were lost.
         pub drops: u32,
-        /// Pick-ups begun again because the object moved.
+        /// Pick-ups started again because the object moved.
         pub resyncs: u32,
         /// Transfers turned back because the stack below was gone.
         pub aborts: u32,
@@ -140,7 +141,7 @@ wire! {
         pub recoveries: u32,
         /// Valid entries of `placed`.
         pub placed_count: u32,
-        /// Objects that stand where they belong, by index in the cell file.
+        /// Objects at their places, by index in the cell file.
         pub placed: [u32; MAX_PLACED],
         /// Tick at which the task reached a breakpoint last; 0: never. Physics pauses
         /// when it changes.
@@ -162,6 +163,7 @@ impl Validate for ArmGoal {
             self.gripper,
             GripperGoal::from_code(self.gripper).is_some(),
         )?;
+        // Of unused goals nothing is checked: they hold what an earlier message left there.
         self.target.check()?;
         Check::within("goal.posture", &self.posture, MAX_JOINT_POSITION)?;
         Check::within("goal.grip_force", &[self.grip_force], MAX_EFFORT)?;
@@ -172,6 +174,7 @@ impl Validate for ArmGoal {
 
 impl Validate for Decision {
     fn validate(&self) -> Result<(), Invalid> {
+        // Counts first: the loop below indexes with them.
         Check::count("arm_count", self.arm_count, MAX_ARMS)?;
         Check::count("placed_count", self.placed_count, MAX_PLACED)?;
         Check::code(

@@ -1,4 +1,4 @@
-//! What the cell's equipment reports: conveyor, dispenser, sensors, suction.
+//! State of the cell's equipment: conveyor, dispenser, sensors, suction.
 
 use crate::validate::{Check, Invalid, Validate, code};
 use crate::wire::wire;
@@ -6,17 +6,17 @@ use crate::wire::wire;
 /// Sensors a cell can have.
 pub const MAX_SENSORS: usize = 8;
 
-/// A belt is not faster (m/s).
+/// Largest plausible speed of a belt (m/s).
 const MAX_BELT_SPEED: f64 = 10.0;
 
 code! {
-    /// Why suction attached nothing when it was switched on.
+    /// Reason why suction attached nothing when it was switched on.
     pub enum SuctionRefusal {
         /// It did not refuse.
         None = 0,
-        /// Nothing within the grip distance in front of the cup.
+        /// No object within the grip distance in front of the cup.
         NothingThere = 1,
-        /// What is there cannot be held: it stands still.
+        /// The object cannot be held: it is a fixture.
         NotMovable = 2,
         /// The surface is too oblique for the cup.
         TooOblique = 3,
@@ -24,7 +24,7 @@ code! {
 }
 
 code! {
-    /// Which limit of a suction grip was exceeded.
+    /// Limit of a suction grip that was exceeded.
     pub enum BreakLimit {
         /// It did not break.
         None = 0,
@@ -36,7 +36,7 @@ code! {
 }
 
 code! {
-    /// What exceeded it.
+    /// Cause of a broken grip.
     pub enum BreakCause {
         /// It did not break.
         None = 0,
@@ -48,17 +48,17 @@ code! {
 }
 
 code! {
-    /// Why no bin came when one was asked for.
+    /// Reason why a requested bin was not supplied.
     pub enum SupplyRefusal {
-        /// It came.
+        /// It was supplied.
         None = 0,
         /// Every bin is in the cell.
         NoneLeft = 1,
         /// Enough of them wait on the belt.
         TooManyWaiting = 2,
-        /// The last one came a moment ago.
+        /// The last one was supplied a moment ago.
         CoolDown = 3,
-        /// Something stands where it would come.
+        /// The place of the supply is occupied.
         PlaceTaken = 4,
     }
 }
@@ -68,15 +68,15 @@ wire! {
     pub struct EquipmentState {
         /// Speed of the belt's surface, m/s.
         pub conveyor_speed: f64,
-        /// Counts bins that came.
+        /// Counts bins that were supplied.
         pub bins_supplied: u32,
-        /// Counts bins that were asked for and did not come.
+        /// Counts requested bins that were not supplied.
         pub supply_refusals: u32,
         /// [`SupplyRefusal`] of the last of them.
         pub supply_refusal: u32,
         /// Counts parts that were dropped.
         pub parts_dropped: u32,
-        /// Parts that were asked for and are still to fall.
+        /// Requested parts that have not fallen yet.
         pub parts_waiting: u32,
         /// Counts objects that fell out of the cell and were put away.
         pub cleared: u32,
@@ -88,6 +88,7 @@ wire! {
 
 impl Validate for EquipmentState {
     fn validate(&self) -> Result<(), Invalid> {
+        // Counters need no check: their readers use differences.
         Check::within(
             "equipment.conveyor_speed",
             &[self.conveyor_speed],

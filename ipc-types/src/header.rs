@@ -19,14 +19,14 @@ wire! {
 }
 
 wire! {
-    /// Who sent this message, when, and what it was computed from.
+    /// The sender of this message, its time, and its inputs.
     pub struct Header {
         /// [`Wire::SCHEMA`] of the message.
         pub schema: u64,
         /// Identity of the cell run, chosen by the launcher, never 0.
         pub run: u64,
-        /// Which start of the writing process this is, from 1 up. Readers drop
-        /// messages of an older generation than the newest they have seen.
+        /// Start number of the writing process, from 1 up. Readers drop messages of an older
+        /// generation than the newest they have seen.
         pub generation: u32,
         /// Number of valid entries in `inputs`.
         pub input_count: u32,
@@ -57,6 +57,7 @@ impl Header {
         }
     }
 
+    // A wrong lineage is worse than a short one, so nothing is overwritten.
     /// Names one more input; beyond [`MAX_INPUTS`] the input is left out.
     pub fn push_input(&mut self, input: Input) {
         if let Some(slot) = self.inputs.get_mut(self.input_count as usize) {
@@ -65,8 +66,8 @@ impl Header {
         }
     }
 
-    /// Whether the message was computed from a state of physics' `generation`:
-    /// what an earlier start of physics caused is about another world.
+    /// Whether the message was computed from a state of physics' `generation`: a message caused
+    /// by an earlier start of physics is about another world.
     pub fn answers(&self, generation: u32) -> bool {
         let state = crate::topic::TopicId::WorldState.code();
         let is_it = |input: &Input| input.topic == state && input.generation == generation;
@@ -75,19 +76,20 @@ impl Header {
 
     /// The inputs named.
     pub fn inputs(&self) -> &[Input] {
+        // Bounded: the count comes from shared memory.
         &self.inputs[..(self.input_count as usize).min(MAX_INPUTS)]
     }
 }
 
-/// What the bus asks of a message: with feature `iceoryx2` that iceoryx2 can
-/// send it, else nothing.
+/// Requirement of the bus for a message: with feature `iceoryx2` that iceoryx2 can send it,
+/// else none.
 #[cfg(feature = "iceoryx2")]
 pub trait OnBus: iceoryx2::prelude::ZeroCopySend {}
 #[cfg(feature = "iceoryx2")]
 impl<T: iceoryx2::prelude::ZeroCopySend> OnBus for T {}
 
-/// What the bus asks of a message: with feature `iceoryx2` that iceoryx2 can
-/// send it, else nothing.
+/// Requirement of the bus for a message: with feature `iceoryx2` that iceoryx2 can send it,
+/// else none.
 #[cfg(not(feature = "iceoryx2"))]
 pub trait OnBus {}
 #[cfg(not(feature = "iceoryx2"))]
@@ -107,6 +109,7 @@ macro_rules! message {
             fn header(&self) -> &Header { &self.header }
             fn header_mut(&mut self) -> &mut Header { &mut self.header }
         }
+        // At the start of every message, so that it is found without knowing the type.
         const _: () = assert!(core::mem::offset_of!($t, header) == 0);
     )*};
 }

@@ -1,10 +1,11 @@
-//! How a process is doing, at 100 Hz.
+//! The health of a process, at 100 Hz.
 
 use crate::Text;
 use crate::header::Header;
 use crate::validate::{Check, Invalid, Validate, code};
 use crate::wire::wire;
 
+// One sentence with its numbers; a longer note is cut with a mark.
 /// Bytes of a note.
 pub const NOTE_BYTES: usize = 192;
 
@@ -52,13 +53,13 @@ wire! {
         pub apply_age_p50_ns: f64,
         /// p99 of the same.
         pub apply_age_p99_ns: f64,
-        /// Newest trouble in words, empty if none. A fault begins with [`FAULT`].
+        /// Newest trouble in words, empty if none. A fault starts with [`FAULT`].
         pub note: Text<NOTE_BYTES>,
     }
 }
 
-/// Before a note that people must see at once, and after the run: the process works, but
-/// a promise is not kept.
+/// Start of a note that people must see at once and after the run: the process works, but a
+/// promise of the cell does not hold.
 pub const FAULT: &str = "fault: ";
 
 impl Health {
@@ -85,6 +86,7 @@ impl Validate for Health {
             self.apply_age_p50_ns,
             self.apply_age_p99_ns,
         ];
+        // Figures for people: no control depends on them, so the limit only rejects garbage.
         Check::within("figures", &values, 1.0e15)?;
         self.note.check("note")
     }

@@ -1,5 +1,4 @@
-//! What the structs of messages look like in memory, for readers in other
-//! languages.
+//! Memory layout of the messages' structs, for readers in other languages.
 
 use crate::wire::Wire;
 
@@ -11,14 +10,14 @@ pub struct FieldLayout {
     /// Type of one element: `u8`, `u32`, `u64`, `i64`, `f64`, `TextN` for N bytes of
     /// UTF-8 that end at the first zero, or the name of a struct.
     pub element: String,
-    /// Elements; 1 for a field that is no array.
+    /// Elements; 1 for a field that is not an array.
     pub count: usize,
-    /// Bytes from the beginning of the struct.
+    /// Bytes from the start of the struct.
     pub offset: usize,
 }
 
 impl FieldLayout {
-    /// Of a field of type `T`.
+    /// The layout of a field of type `T`.
     pub(crate) fn of<T: Wire>(name: &'static str, offset: usize) -> Self {
         let (element, count) = T::element();
         Self {

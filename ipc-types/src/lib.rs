@@ -1,10 +1,9 @@
 //! The contract between the processes of a cell.
 //!
-//! Plain `repr(C)` data of fixed capacity behind one [`Header`]; no behaviour,
-//! no ports. Who says what to whom stands in [`topic`]. Every message can be
-//! written in place in shared memory and read in place there: it has no
-//! padding, no pointer, and every bit pattern of it is a value, so a reader
-//! that [`Validate`]s it needs nothing else to be safe.
+//! Plain `repr(C)` data of fixed capacity behind one [`Header`]; no behaviour, no ports. The
+//! table of writers and readers is in [`topic`]. Every message can be written and read in place
+//! in shared memory: it has no padding, no pointer, and every bit pattern of it is a value, so
+//! a reader that [`Validate`]s it needs nothing else to be safe.
 
 pub mod arm;
 pub mod contact;
@@ -42,25 +41,31 @@ pub use wire::Wire;
 pub use world::{ArmState, GripperState, ObjectState, OperatorPanel, WorldState};
 
 /// Arms in one cell.
+// Each adds to the size of a state, which is copied in every tick.
 pub const MAX_ARMS: usize = 2;
 /// Controlled joints of one arm.
 pub const MAX_JOINTS: usize = 16;
 /// Movable objects of one cell: 36 bins and 100 parts fit.
+// 20 kB of a state are objects; more would slow down every reader.
 pub const MAX_OBJECTS: usize = 160;
 /// Breakpoints of one task.
 pub const MAX_BREAKS: usize = 8;
 /// Inputs a message can name as its cause.
+// A state and two arms, twice: no process has more inputs.
 pub const MAX_INPUTS: usize = 4;
 /// Bytes of the name of a breakpoint.
 pub const BREAK_BYTES: usize = 48;
 /// Name of a node, state or guard at which the task pauses the cell.
 pub type BreakName = Text<BREAK_BYTES>;
 /// Length of one simulated tick in nanoseconds (1 ms).
+// One cycle integrates exactly this (ADR 0003).
 pub const TICK_NS: u64 = 1_000_000;
 /// The task decides on every tick that is a multiple of this (100 Hz).
+// Goals are absolute, and the motion between two decisions is the controller's.
 pub const DECISION_TICKS: u64 = 10;
-/// Physics keeps its state for a successor at multiples of this many ticks, and the task
-/// what it remembered when that state arrived.
+/// Shortest interval at which physics saves its state for a successor (ticks); the task keeps a
+/// checkpoint as of that state.
 pub const RESUME_TICKS: u64 = 100;
 /// Ticks physics may run ahead of the recorder in lockstep: less than any tap holds.
+// The tap of states is the tightest: 160 objects are 20 of its 1,024 pieces per tenth tick.
 pub const RECORDER_LAG_TICKS: u64 = 150;

@@ -1,4 +1,4 @@
-//! A message written where its readers will find it.
+//! A message written directly into the memory that its readers map.
 
 use iceoryx2::port::LoanError;
 use iceoryx2::port::publisher::Publisher;
@@ -7,14 +7,13 @@ use iceoryx2::sample_mut::SampleMut;
 
 use crate::Wire;
 
-/// Memory of the publisher's data segment to write one message into.
-///
-/// It holds what some earlier message left there, or zeros: the writer sets
-/// every field a reader may look at. Errors: all loans are out, or the segment
-/// is corrupted.
+/// Memory of the publisher's data segment for one message.
+///  It holds the content of an earlier message, or zeros: the writer sets every field that a
+///  reader may use. Errors: all loans are in use, or the segment is damaged.
 pub fn loan<T: Wire + ZeroCopySend + core::fmt::Debug>(
     publisher: &Publisher<ipc::Service, T, ()>,
 ) -> Result<SampleMut<ipc::Service, T, ()>, LoanError> {
+    // Zeroing 20 kB in every cycle would cost as much as writing a state.
     let sample = publisher.loan_uninit()?;
     // SAFETY: the memory is a mapping the kernel initialised, aligned for `T`
     // by the port, and every bit pattern is a value of a `Wire` type.

@@ -1,4 +1,4 @@
-//! Requests of people and tools, each answered with the tick it took effect.
+//! Requests of people and tools, each answered with the tick at which it took effect.
 
 use crate::header::Header;
 use crate::pose::Pose;
@@ -10,9 +10,9 @@ use crate::{BreakName, GripperGoal, MAX_JOINTS, Text};
 pub const REPLY_BYTES: usize = 120;
 
 code! {
-    /// What is asked for.
+    /// Action of a request.
     pub enum OperatorAction {
-        /// Nothing: a question whether a process listens.
+        /// No action: tests whether physics answers.
         Ping = 0,
         /// Stop simulated time.
         Pause = 1,
@@ -20,7 +20,7 @@ code! {
         Resume = 2,
         /// Run `count` ticks, then pause.
         Step = 3,
-        /// Put the scene back to its beginning.
+        /// Resets the scene to its start.
         Reset = 4,
         /// Pull `object` to `pose` by a spring for `seconds` at most.
         Drag = 5,
@@ -34,7 +34,7 @@ code! {
         TaskPause = 9,
         /// Let the task continue.
         TaskResume = 10,
-        /// Put the task back to its beginning.
+        /// Resets the task to its start.
         TaskReset = 11,
         /// Drop `count` parts; 0: as many as the dispenser drops at a time.
         DropParts = 12,
@@ -42,7 +42,7 @@ code! {
         AddBin = 13,
         /// The launcher acted on script line `count`; physics may continue.
         ScriptDone = 14,
-        /// Pause at tick `count` at the latest; used before a kill at a tick.
+        /// End the run: states have [`crate::world::FLAG_ENDING`] from then on.
         End = 15,
         /// Lead the arm: joint target in `joints`.
         Joints = 16,
@@ -55,7 +55,7 @@ code! {
 }
 
 code! {
-    /// What became of a request.
+    /// Result of a request.
     pub enum ReplyCode {
         /// Done, or under way.
         Accepted = 0,
@@ -65,7 +65,7 @@ code! {
         UnknownArm = 2,
         /// A value was out of range.
         OutOfRange = 3,
-        /// This cell has nothing that could do it.
+        /// This cell has no equipment for it.
         NotInThisCell = 4,
     }
 }
@@ -105,16 +105,17 @@ wire! {
         pub reserved: u32,
         /// Tick at which a step is done; 0 of other requests.
         pub until_tick: u64,
-        /// What to tell the person: why it is refused; of an accepted request what has to
-        /// happen before it takes effect, mostly empty.
+        /// Text for the person: the reason of a refusal; of an accepted request the condition
+        /// that must hold before it takes effect, mostly empty.
         pub message: Text<REPLY_BYTES>,
     }
 }
 
 impl OperatorRequest {
-    /// A request to fill in: all zeros but for a pose that is one.
+    /// A request to fill in: all zeros except for a valid pose.
     pub fn zeroed_at_identity() -> Self {
         Self {
+            // All zeros is not a rotation and would be refused.
             pose: Pose::IDENTITY,
             ..Self::zeroed()
         }
@@ -132,6 +133,7 @@ impl Validate for OperatorRequest {
                 GripperGoal::from_code(self.count).is_some(),
             )?;
         }
+        // An hour: a drag or a speed beyond it is a mistake in the unit.
         Check::within("seconds", &[self.seconds], 3600.0)?;
         Check::within("joints", &self.joints, MAX_JOINT_POSITION)?;
         self.name.check("name")?;

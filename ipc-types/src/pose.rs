@@ -1,4 +1,4 @@
-//! Poses and twists as they travel.
+//! Poses and twists in messages.
 
 use crate::validate::{Check, Invalid};
 use crate::wire::wire;
@@ -33,6 +33,7 @@ impl Pose {
 
     pub(crate) fn check(&self) -> Result<(), Invalid> {
         Check::within("position", &self.position, crate::validate::MAX_POSITION_M)?;
+        // A quaternion of another length would scale every vector it turns.
         Check::unit_quaternion("orientation_wxyz", &self.orientation_wxyz)
     }
 }

@@ -12,7 +12,7 @@ pub trait Probe: Message {
     fn values(&self) -> &[f64];
     /// The numbers, for the writer.
     fn values_mut(&mut self) -> &mut [f64];
-    /// How many of the numbers count, as the counts of the cell's messages.
+    /// Sets the number of valid entries, as the counts of the cell's messages.
     fn set_used(&mut self, used: usize);
 }
 
@@ -32,6 +32,8 @@ macro_rules! probe {
 
         impl Validate for $name {
             fn validate(&self) -> Result<(), Invalid> {
+                // The same work as for a message of the cell, or the bench would measure less
+                // than it claims.
                 let used = usize::try_from(self.used).unwrap_or(usize::MAX);
                 let Some(values) = self.values.get(..used) else {
                     let allowed = "a count within capacity";
@@ -84,12 +86,13 @@ probe!(
 
 /// Every value finite and plausible, as for the efforts of a command.
 fn plausible(values: &[f64]) -> Result<(), Invalid> {
-    // Without an early exit the good case looks at several values at a time.
+    // Without an early exit the valid case compares several values at a time.
     let mut bad = 0;
     for value in values {
         bad |= u64::from(!(value.abs() <= MAX_EFFORT));
     }
     if bad == 0 {
+        // Only now the index, as a bad value is rare.
         return Ok(());
     }
     let index = values

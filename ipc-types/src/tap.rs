@@ -1,5 +1,5 @@
-//! Copies for the recorder: every message as it was sent, in deep buffers of
-//! their own, so that the control topics stay shallow.
+//! Copies for the recorder: every message as it was sent, in deep buffers of their own, so that
+//! the control topics stay shallow (ADR 0012).
 
 use crate::header::Header;
 use crate::validate::{Check, Invalid, Validate};
@@ -10,12 +10,15 @@ use crate::{
 };
 
 /// Objects one [`WorldPiece`] has room for.
+// A state of 20 kB at 1 kHz with a second of buffer is more shared memory than many machines
+// give; a piece of eight objects is a tenth of that (ADR 0012).
 pub const PIECE_OBJECTS: usize = 8;
-/// Ticks between two states whose objects are all recorded; those between name
-/// only what is touched or pulled, and obstacles that changed: controllers look
-/// at them in every tick.
+/// Ticks between two states whose objects are all recorded; those between name only touched or
+/// pulled objects, and obstacles that changed, as controllers use these in every tick.
+// A replay of the task needs all objects where it decides, and nowhere else.
 pub const OBJECT_TICKS: u64 = crate::DECISION_TICKS;
 /// Bytes of a checkpoint in one [`Keyframe`]; a longer one takes several.
+// A task's checkpoint is about 1 kB for 27 nodes (ADR 0008): nearly all fit one message.
 pub const KEYFRAME_BYTES: usize = 16 * 1024;
 
 wire! {
@@ -81,10 +84,9 @@ wire! {
 }
 
 wire! {
-    /// A checkpoint of a process, or a part of it, as of the message with number
-    /// `after_seq` on its main topic (a command, a decision): a process that restores
-    /// the bytes of all parts and gets the inputs that came later computes what the
-    /// process did.
+    /// A checkpoint of a process, or a part of it, as of the message with number `after_seq` on
+    /// its main topic (a command, a decision): a process that restores the bytes of all parts
+    /// and gets the later inputs computes the same as the original process.
     pub struct Keyframe {
         /// Header; `tick` is the tick of that message.
         pub header: Header,
@@ -104,8 +106,10 @@ wire! {
 }
 
 impl WorldPiece {
-    /// Takes over what is the same in all pieces of `state`.
+    /// Copies everything that is the same in all pieces of `state`.
     pub fn take(&mut self, state: &WorldState) {
+        // Field by field: a new field of a state that is forgotten here would be missing in
+        // replays.
         self.state = state.header;
         self.flags = state.flags;
         self.arm_count = state.arm_count;
@@ -123,7 +127,7 @@ impl WorldPiece {
         self.arms = state.arms;
     }
 
-    /// Writes what the piece says into `state`; objects it does not name stay.
+    /// Writes the content of the piece into `state`; objects it does not name stay.
     pub fn put(&self, state: &mut WorldState) {
         state.header = self.state;
         state.flags = self.flags;
@@ -140,6 +144,7 @@ impl WorldPiece {
         state.panel = self.panel;
         state.equipment = self.equipment;
         state.arms = self.arms;
+        // The index was validated; `get_mut` keeps a damaged recording from ending the reader.
         for object in self.objects() {
             if let Some(place) = state.objects.get_mut(object.index as usize) {
                 *place = object.state;
@@ -149,6 +154,7 @@ impl WorldPiece {
 
     /// The objects named.
     pub fn objects(&self) -> &[PieceObject] {
+        // Bounded here as well: a piece from a recording may be read before it is validated.
         &self.objects[..(self.count as usize).min(PIECE_OBJECTS)]
     }
 }
@@ -159,8 +165,9 @@ impl Keyframe {
         &self.bytes[..(self.len as usize).min(KEYFRAME_BYTES)]
     }
 
-    /// Takes in as much of `checkpoint` from `offset` on as there is room for.
+    /// Copies as much of `checkpoint` from `offset` on as fits.
     pub fn set(&mut self, checkpoint: &[u8], offset: usize) {
+        // An offset at the end gives an empty part: an empty checkpoint is sent as well.
         let part = checkpoint.get(offset..).unwrap_or_default();
         let part = part.get(..KEYFRAME_BYTES).unwrap_or(part);
         self.bytes[..part.len()].copy_from_slice(part);
@@ -181,6 +188,7 @@ impl Validate for WorldPiece {
         Check::count("object_count", self.object_count, MAX_OBJECTS)?;
         Check::count("count", self.count, PIECE_OBJECTS)?;
         for object in self.objects() {
+            // Against the array: `put` copies into it by this index.
             Check::count("index", object.index, MAX_OBJECTS - 1)?;
             object.state.pose.check()?;
             object.state.twist.check()?;
@@ -209,7 +217,7 @@ impl Validate for Keyframe {
     }
 }
 
-/// A state taken apart; for [`WorldPiece::take`] see there.
+/// A state divided into pieces; [`WorldPiece::take`] has the shared part.
 pub struct Pieces<'a> {
     next: u32,
     count: u32,
@@ -219,9 +227,10 @@ pub struct Pieces<'a> {
 }
 
 impl<'a> Pieces<'a> {
-    /// The pieces `state` has to be sent in. `before` are the objects of the
-    /// state that was sent before it, none where there was none.
+    /// The pieces that `state` has to be sent in. `before` are the objects of the state sent
+    /// before it, empty for the first.
     pub fn of(state: &WorldState, before: &'a [ObjectState]) -> Self {
+        // From the tick, so that it does not depend on when physics or the recorder started.
         let all = state.header.tick.is_multiple_of(OBJECT_TICKS);
         let mut pieces = Self {
             next: 0,
@@ -231,12 +240,14 @@ impl<'a> Pieces<'a> {
             before,
         };
         let named = (0..state.objects().len()).filter(|index| pieces.names(state, *index));
+        // At least one: the arms are recorded in every tick, also of a cell without objects.
         pieces.count = number(named.count().div_ceil(PIECE_OBJECTS)).max(1);
         pieces
     }
 
     fn names(&self, state: &WorldState, index: usize) -> bool {
         let object = &state.objects[index];
+        // Others are recorded in every tenth tick: all in every tick would be 20 kB at 1 kHz.
         let has = |flags: u32| object.flags & flags != 0;
         let changed = || self.before.get(index) != Some(object);
         self.all || has(OBJECT_TOUCHED | OBJECT_DRAGGED) || (has(OBJECT_OBSTACLE) && changed())
@@ -257,6 +268,7 @@ impl<'a> Pieces<'a> {
         (out.piece, out.pieces) = (self.next, self.count);
         out.all_objects = u32::from(self.all);
         out.count = 0;
+        // The search continues where the last piece ended, so all pieces cost one pass.
         while self.first_object < state.objects().len() && (out.count as usize) < PIECE_OBJECTS {
             let index = self.first_object;
             if self.names(state, index) {

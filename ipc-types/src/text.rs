@@ -4,6 +4,7 @@ use crate::validate::Invalid;
 use crate::wire::{Wire, hash_start, hash_u64};
 
 /// The end of a text that was cut.
+// Visible: a reader must see that a text is not complete.
 pub const CUT: char = '…';
 
 /// UTF-8 text of at most `N` bytes; the rest is zeros.
@@ -31,14 +32,14 @@ impl<const N: usize> Text<N> {
         Self::format(format_args!("{text}"))
     }
 
-    /// What `arguments` print. A text that is too long is cut at a character and ends
-    /// with [`CUT`], so that a reader sees that some is missing. Allocates nothing.
+    /// The output of `arguments`. A text that is too long is cut at a character and ends with
+    /// [`CUT`]. Allocates nothing.
     pub fn format(arguments: core::fmt::Arguments<'_>) -> Self {
         let mut cut = CutOff {
             bytes: [0; N],
             used: 0,
         };
-        // It refuses what does not fit, which is cut off.
+        // The writer refuses text that does not fit; the part that fits is kept and marked.
         if core::fmt::write(&mut cut, arguments).is_err() {
             cut.mark();
         }
@@ -47,6 +48,7 @@ impl<const N: usize> Text<N> {
 
     /// The text; empty where the bytes are not UTF-8.
     pub fn as_str(&self) -> &str {
+        // Ends at the first zero, so that remains of a longer text are not shown.
         let end = self.bytes.iter().position(|b| *b == 0).unwrap_or(N);
         core::str::from_utf8(&self.bytes[..end]).unwrap_or("")
     }
@@ -56,6 +58,7 @@ impl<const N: usize> Text<N> {
         self.bytes.first().is_none_or(|b| *b == 0)
     }
 
+    // The bytes come from shared memory: any of them can be damaged.
     pub(crate) fn check(&self, field: &'static str) -> Result<(), Invalid> {
         let end = self.bytes.iter().position(|b| *b == 0).unwrap_or(N);
         match core::str::from_utf8(&self.bytes[..end]) {
@@ -94,24 +97,25 @@ impl<const N: usize> From<&str> for Text<N> {
     }
 }
 
-/// The first characters of what is written.
+/// The first characters of the text written.
 struct CutOff<const N: usize> {
     bytes: [u8; N],
     used: usize,
 }
 
 impl<const N: usize> CutOff<N> {
-    /// Replaces the last characters by [`CUT`]; a text of less room stays as it is.
+    /// Replaces the last characters by [`CUT`]; a capacity below its three bytes has no mark.
     fn mark(&mut self) {
         let mut mark = [0; 4];
         let mark = CUT.encode_utf8(&mut mark).as_bytes();
         let Some(mut end) = N.checked_sub(mark.len()).map(|end| end.min(self.used)) else {
             return;
         };
-        // A byte that continues a character is no place to cut.
+        // A byte that continues a character is not a place to cut.
         while end > 0 && self.bytes[end] & 0xC0 == 0x80 {
             end -= 1;
         }
+        // The rest is zeroed, as the text ends at the first zero.
         self.bytes[end..].fill(0);
         self.bytes[end..][..mark.len()].copy_from_slice(mark);
     }

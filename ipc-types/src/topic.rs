@@ -1,11 +1,15 @@
-//! The one table of who says what to whom.
+//! The table of all topics: writer, readers, rate and depth.
+//!
+//! A topic has one writer process; what a reader misses is the oldest. A new topic needs a code
+//! that was never used (recordings keep codes), a service name and a depth; the keeper creates
+//! exactly the topics listed in `cell-bus/src/qos.rs`.
 
 /// A topic of the cell, by number in [`crate::Input::topic`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum TopicId {
     /// Physics to all, 1 kHz.
     WorldState,
-    /// Physics to monitor, 50 Hz: who touches whom.
+    /// Physics to monitor, 50 Hz: pairs of bodies in contact, with forces.
     Contacts,
     /// Controller of an arm to physics, 1 kHz.
     ArmCommand(u8),
@@ -25,11 +29,10 @@ pub enum TopicId {
     ArmStatusTap(u8),
     /// Every decision for the recorder.
     DecisionTap,
-    /// What a process remembers, once a second, for the recorder.
+    /// Checkpoints of a process, once a second, for the recorder.
     Keyframe(Process),
-    /// How far the recorder has got, for physics: in lockstep it does not run ahead of
-    /// what the taps can hold. A [`crate::Health`] whose header names the newest state
-    /// that was taken down.
+    /// Progress of the recorder, for physics: in lockstep it does not run ahead of what the
+    /// taps can hold. A [`crate::Health`] whose header names the newest recorded state.
     Recorder,
 }
 
@@ -42,7 +45,7 @@ pub enum Process {
     Controller(u8),
     /// The policy.
     Task,
-    /// Window and hands.
+    /// Page, recorder and operator requests.
     Monitor,
 }
 
@@ -69,6 +72,8 @@ impl Process {
 
     /// All processes of a cell of `arms` arms, in the order they are started.
     pub fn all(arms: u8) -> Vec<Self> {
+        // Physics first: all others wait for its first state. The monitor last: no process
+        // waits for it.
         let mut all = vec![Self::Physics];
         all.extend((0..arms).map(Self::Controller));
         all.extend([Self::Task, Self::Monitor]);
@@ -80,6 +85,7 @@ impl TopicId {
     /// Number on the wire, never 0.
     pub fn code(self) -> u32 {
         match self {
+            // Codes are in the headers of recordings: a code is never given to another topic.
             Self::WorldState => 1,
             Self::Decision => 2,
             Self::Trace => 3,
@@ -115,15 +121,17 @@ impl TopicId {
         }
     }
 
-    /// How many messages a reader can be behind before the oldest is dropped.
-    /// Control topics carry the newest value and nothing else. Of a
-    /// status and of a decision two are kept: who works on tick k uses the one
-    /// before it, and may look after that of tick k was sent.
+    /// Number of messages that a reader can be behind before the oldest is dropped. Control
+    /// topics carry the newest value only. Of a status and of a decision two are kept: a reader
+    /// working on tick k uses the one before it, and may look after that of tick k was sent
+    /// (ADR 0004).
     pub fn depth(self) -> usize {
         match self {
+            // A second of states, or a picture of the task of 1,000 lines.
             Self::Trace | Self::WorldTap => TRACE_DEPTH,
             Self::ArmStatus(_) | Self::Decision => 2,
             Self::ArmCommandTap(_) | Self::ArmStatusTap(_) => TAP_DEPTH,
+            // 2.5 s of decisions; in lockstep physics waits long before (`RECORDER_LAG_TICKS`).
             Self::DecisionTap => 256,
             // A task on a busy machine sends one with every decision.
             Self::Keyframe(_) => 16,
@@ -131,8 +139,9 @@ impl TopicId {
         }
     }
 
-    /// Where a copy of each message of this topic goes as it was sent.
+    /// The topic for copies of each message of this topic, as sent.
     pub fn tap(self) -> Option<Self> {
+        // The state has none: its copies are pieces, which physics sends itself (ADR 0012).
         match self {
             Self::ArmCommand(arm) => Some(Self::ArmCommandTap(arm)),
             Self::ArmStatus(arm) => Some(Self::ArmStatusTap(arm)),
@@ -155,9 +164,12 @@ impl TopicId {
 }
 
 /// Lines of the trace, and pieces of states for the recorder, that can wait.
+// A picture of 100 nodes has 100 lines a second (ADR 0009), so a reader may be away for
+// seconds.
 pub const TRACE_DEPTH: usize = 1024;
 /// Messages of an arm for the recorder that can wait: some 300 ms of lockstep at full
 /// speed.
+// Lockstep limits the run ahead as well, see `RECORDER_LAG_TICKS`.
 pub const TAP_DEPTH: usize = 2048;
 
 /// Service name of the operator's requests.

@@ -1,4 +1,4 @@
-//! What the task did and why, line by line.
+//! The trace of the task: its actions and their reasons, line by line.
 
 use crate::Text;
 use crate::header::Header;
@@ -16,34 +16,34 @@ code! {
         Lifecycle = 2,
         /// A node changed from status `from` to `to`; `text` is the reason.
         Status = 3,
-        /// A guard was asked: `text` is its name, `to` 1 where it holds.
+        /// A guard was evaluated: `text` is its name, `to` is 1 if it holds.
         Guard = 4,
         /// A blackboard key has a new value: `text` is `key=value`.
         Key = 5,
-        /// Part of the picture: node `node` of `to`, child of node `from` - 1
-        /// (0: of none); `text` is the name of the picture, then id, kind, name
-        /// and detail of the node, with [`FIELD_END`] between them.
+        /// Part of the picture: node `node` of `to`, child of node `from` - 1 (0: no parent);
+        /// `text` is the name of the picture, then id, kind, name and detail of the node,
+        /// separated by [`FIELD_END`].
         Node = 6,
         /// Part of the picture: an edge from node `from` to node `to`.
         Edge = 7,
-        /// How the nodes from `node` on stand, a letter each.
+        /// Statuses of the nodes from `node` on, a letter each.
         Statuses = 8,
     }
 }
 
 impl TraceKind {
-    /// Whether a line of this kind is read by people, and not only by what
-    /// draws pictures.
+    /// Whether a line of this kind is for people, not only for programs that draw pictures.
     pub fn is_for_people(self) -> bool {
         matches!(self, Self::Log | Self::Transition | Self::Lifecycle)
     }
 }
 
 code! {
-    /// What a line for people tells, for programs: the page marks these on its
-    /// timeline, whatever the words are.
+    /// Meaning of a line for people, for programs: the page marks these on its timeline,
+    /// regardless of the words.
+    // Codes and not words: the page must not break when a sentence is improved.
     pub enum TraceEvent {
-        /// Nothing that is marked.
+        /// Not marked.
         None = 0,
         /// A held object was lost.
         Drop = 1,
@@ -82,10 +82,12 @@ impl TraceEvent {
     }
 }
 
-/// Stands between two fields of a [`TraceKind::Node`] line.
+/// Separates the fields of a [`TraceKind::Node`] line.
+// The unit separator of ASCII: made for this, and not a character of names.
 pub const FIELD_END: char = '\u{1f}';
 
 /// Bytes of a line's text.
+// Fits a status line of 160 nodes; with 1,024 lines waiting, a reader's buffer is 0.35 MB.
 pub const LINE_BYTES: usize = 160;
 
 wire! {
@@ -111,6 +113,7 @@ wire! {
 }
 
 impl Validate for TraceLine {
+    // A reader draws from these numbers, so unknown ones are refused instead of guessed.
     fn validate(&self) -> Result<(), Invalid> {
         Check::code("kind", self.kind, TraceKind::from_code(self.kind).is_some())?;
         Check::code(

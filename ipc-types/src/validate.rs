@@ -1,22 +1,28 @@
-//! Every message is validated once, where it is received.
+//! Every message is validated once, by its receiver.
 //!
-//! Not only finiteness: the physics engine takes a velocity of 1e30 without
-//! complaint, so values must be plausible, too.
+//! Not only finiteness: the physics engine accepts a velocity of 1e30 without complaint, so
+//! values must be plausible as well.
+//!
+//! The limits are far outside of any cell, so that a valid message is never refused, and far
+//! inside of what disturbs the engine. A NaN or an infinite force on one body of a pile
+//! disabled
+//! six bodies in one step. A change must not break: every `f64` that reaches a computation is
+//! checked, by a comparison that is false for NaN.
 
-/// A coordinate further out than this is no place in a cell (m).
+/// Largest coordinate in a cell (m).
 pub const MAX_POSITION_M: f64 = 1.0e3;
-/// No body of a cell moves faster (m/s).
+/// Largest speed of a body (m/s).
 pub const MAX_SPEED_M_S: f64 = 1.0e3;
-/// No body of a cell turns faster (rad/s).
+/// Largest angular speed of a body (rad/s).
 pub const MAX_RATE_RAD_S: f64 = 1.0e4;
-/// No joint stands further out (rad or m).
+/// Largest joint position (rad or m).
 pub const MAX_JOINT_POSITION: f64 = 1.0e2;
-/// No joint moves faster (rad/s or m/s).
+/// Largest joint speed (rad/s or m/s).
 pub const MAX_JOINT_VELOCITY: f64 = 1.0e3;
-/// No drive pushes harder (N·m or N).
+/// Largest effort of a drive (N·m or N).
 pub const MAX_EFFORT: f64 = 1.0e5;
 
-/// Why a message was refused.
+/// Reason why a message was refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Invalid {
     /// The field.
@@ -25,7 +31,7 @@ pub struct Invalid {
     pub index: usize,
     /// The value found.
     pub value: f64,
-    /// What is allowed.
+    /// Allowed values.
     pub allowed: &'static str,
 }
 
@@ -43,9 +49,9 @@ impl core::fmt::Display for Invalid {
 
 impl std::error::Error for Invalid {}
 
-/// A message that can say whether its content makes sense.
+/// A message that can check its own content.
 pub trait Validate {
-    /// The first field that does not.
+    /// Returns the first invalid field as the error.
     fn validate(&self) -> Result<(), Invalid>;
 }
 
@@ -54,6 +60,7 @@ pub(crate) struct Check;
 
 impl Check {
     pub(crate) fn within(field: &'static str, values: &[f64], limit: f64) -> Result<(), Invalid> {
+        // Written as a negated comparison, so that NaN fails it.
         match values.iter().position(|v| !(v.abs() <= limit)) {
             None => Ok(()),
             Some(index) => Err(Invalid {
@@ -66,6 +73,7 @@ impl Check {
     }
 
     pub(crate) fn unit_quaternion(field: &'static str, q: &[f64; 4]) -> Result<(), Invalid> {
+        // Far above rounding in `f64`, far below an angle that matters.
         let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
         if (norm - 1.0).abs() <= 1.0e-6 {
             return Ok(());
@@ -91,6 +99,7 @@ impl Check {
     }
 
     pub(crate) fn code(field: &'static str, code: u32, known: bool) -> Result<(), Invalid> {
+        // Enums travel as numbers: an unknown number would be undefined behaviour as an enum.
         if known {
             return Ok(());
         }
@@ -103,7 +112,7 @@ impl Check {
     }
 }
 
-/// Declares an enum that travels as its `u32` code.
+/// Declares an enum that is sent as its `u32` code.
 macro_rules! code {
     ($(#[$meta:meta])* pub enum $name:ident { $($(#[$vmeta:meta])* $variant:ident = $code:literal,)* }) => {
         $(#[$meta])*
@@ -112,7 +121,7 @@ macro_rules! code {
         pub enum $name { #[default] $($(#[$vmeta])* $variant = $code,)* }
 
         impl $name {
-            /// The value of a code that arrived, if it is known.
+            /// The value of a received code, if it is known.
             pub fn from_code(code: u32) -> Option<Self> {
                 match code { $($code => Some(Self::$variant),)* _ => None }
             }

@@ -1,28 +1,33 @@
-//! What makes a struct a message: no padding, no pointer, a schema hash in its
-//! type name.
+//! Defines messages: no padding, no pointer, a schema hash in the type name.
+//!
+//! What can go wrong: two programs of different builds share memory and agree on the size of a
+//! message but not on its meaning. The transport compares name, size and alignment only, so two
+//! structs with swapped fields connect without an error. The rule: the type name carries a hash
+//! of all field names, types and offsets. A change must not break: `zeroed` and every bit
+//! pattern is valid, so no `bool`, no enum, no reference in a message; codes are validated.
 
 use crate::layout::StructLayout;
 
-/// Plain data that can lie in memory shared between processes.
+/// Plain data that can be in memory shared between processes.
 ///
 /// # Safety
 ///
 /// The type is `repr(C)`, has no padding, no pointer and no value that depends
-/// on the process it lies in, and every bit pattern is a valid value of it.
+/// on the process that reads it, and every bit pattern is a valid value of it.
 /// The `wire!` macro proves the first two at compile time.
 pub unsafe trait Wire: Copy + Send + Sync + 'static {
     /// Hash of the names, offsets and types of all fields, recursively.
     const SCHEMA: u64;
 
-    /// Calls `visit` with name and byte offset of every `f64` in the type, which is
-    /// called `name` and begins at `offset`. For tests that damage messages.
+    /// Calls `visit` with name and byte offset of every `f64` in the type, which is called
+    /// `name` and starts at `offset`. For tests that damage messages.
     fn each_float(_name: &str, _offset: usize, _visit: &mut dyn FnMut(&str, usize)) {}
 
     /// Name of the type of one element, and how many there are: 1 for all but arrays.
     fn element() -> (String, usize);
 
-    /// Appends the layout of the struct, and of every struct in it, unless `into`
-    /// has it. Numbers and text have none.
+    /// Appends the layout of the struct, and of every struct in it, unless `into` has it.
+    /// Numbers and text have none.
     fn describe(_into: &mut Vec<StructLayout>) {}
 
     /// The message of all zeros, which is a valid value of every [`Wire`] type.
@@ -40,6 +45,7 @@ pub unsafe trait Wire: Copy + Send + Sync + 'static {
 
     /// The message those bytes are; `None` when there are more or fewer.
     fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        // Exactly: a longer message of a newer version must not be read as one of this version.
         if bytes.len() != size_of::<Self>() {
             return None;
         }
@@ -49,6 +55,7 @@ pub unsafe trait Wire: Copy + Send + Sync + 'static {
     }
 }
 
+// FNV-1a, as it can be computed in a constant: the hash is known when the program is compiled.
 const FNV_OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
 const FNV_PRIME: u64 = 0x0000_0100_0000_01b3;
 
@@ -75,6 +82,7 @@ pub(crate) const fn hash_u64(mut hash: u64, value: u64) -> u64 {
 }
 
 /// Start value of a schema hash.
+// The name takes part, so that two structs with equal fields are different messages.
 pub(crate) const fn hash_start(name: &str) -> u64 {
     hash_str(FNV_OFFSET, name)
 }
@@ -90,6 +98,7 @@ pub(crate) const fn type_name_bytes<const N: usize>(name: &str, schema: u64) -> 
         out[i] = bytes[i];
         i += 1;
     }
+    // The `#` separates name and hash, also in the message of a version error.
     out[i] = b'#';
     let mut d = 0;
     while d < 16 {
@@ -161,6 +170,7 @@ macro_rules! wire {
         pub struct $name { $($(#[$fmeta])* pub $field: $ty,)* }
 
         const _: () = {
+            // Padding would be uninitialised memory, which may not be read as bytes or sent.
             let fields = 0 $(+ size_of::<$ty>())*;
             assert!(fields == size_of::<$name>(), concat!(stringify!($name), " has padding"));
             assert!(align_of::<$name>() <= 8);
@@ -172,6 +182,8 @@ macro_rules! wire {
             const SCHEMA: u64 = {
                 let mut hash = $crate::wire::hash_start(stringify!($name));
                 $(
+                    // Name, type and offset of each field: a swap or a renamed unit changes the
+                    // hash.
                     hash = $crate::wire::hash_str(hash, stringify!($field));
                     hash = $crate::wire::hash_u64(hash, <$ty as $crate::wire::Wire>::SCHEMA);
                     hash = $crate::wire::hash_u64(hash, core::mem::offset_of!($name, $field) as u64);
@@ -184,6 +196,7 @@ macro_rules! wire {
             }
 
             fn describe(into: &mut Vec<$crate::layout::StructLayout>) {
+                // A struct used by several fields is described once.
                 if into.iter().any(|known| known.name == stringify!($name)) {
                     return;
                 }

@@ -9,12 +9,12 @@ use crate::validate::{
 use crate::wire::wire;
 use crate::{BreakName, MAX_ARMS, MAX_BREAKS, MAX_JOINTS, MAX_OBJECTS};
 
-/// [`WorldState::flags`]: the simulation is paused; the same tick is published
-/// again and again, and no ages count.
+/// [`WorldState::flags`]: the simulation is paused; the same tick is published repeatedly, and
+/// ages do not grow.
 pub const FLAG_PAUSED: u32 = 1;
 /// [`WorldState::flags`]: lockstep; physics waits for every process.
 pub const FLAG_LOCKSTEP: u32 = 2;
-/// [`WorldState::flags`]: the run ends, all processes may leave.
+/// [`WorldState::flags`]: the run ends, all processes may exit.
 pub const FLAG_ENDING: u32 = 4;
 
 /// [`ObjectState::flags`]: present in the simulation.
@@ -29,13 +29,13 @@ pub const OBJECT_ASLEEP: u32 = 8;
 pub const OBJECT_OBSTACLE: u32 = 16;
 
 code! {
-    /// Why simulated time is paused.
+    /// Reason why simulated time is paused.
     pub enum PauseCause {
-        /// It is not.
+        /// It is not paused.
         None = 0,
         /// The scene was set up paused.
         Start = 1,
-        /// A person, or a script, asked for it.
+        /// A person or a script requested it.
         Operator = 2,
         /// The ticks of a step are done.
         Step = 3,
@@ -103,9 +103,8 @@ wire! {
         pub joint_velocities: [f64; MAX_JOINTS],
         /// Drive efforts, N·m or N.
         pub joint_efforts: [f64; MAX_JOINTS],
-        /// What the drives follow in this tick, the accepted command or
-        /// physics' own brake ramp; a new controller starts from it without a
-        /// bump. rad or m.
+        /// Setpoint of the drives in this tick: the accepted command or physics' own brake
+        /// ramp. A new controller starts from it without a bump (ADR 0007). rad or m.
         pub setpoint_positions: [f64; MAX_JOINTS],
         /// rad/s or m/s.
         pub setpoint_velocities: [f64; MAX_JOINTS],
@@ -126,10 +125,11 @@ wire! {
         /// Accepted commands that broke a velocity, acceleration or jerk limit,
         /// and measured positions outside the joint limits, per joint and tick.
         pub limit_violations: u64,
-        /// Times the arm, its base aside, began to touch an obstacle, another arm, or, not
-        /// with its hand, an object that is an obstacle.
+        /// Times the arm, its base aside, started to touch an obstacle, another arm, or, with
+        /// other parts than its hand, an object that is an obstacle.
+        // Starts, not ticks of contact: a long contact is one event.
         pub obstacle_contacts: u64,
-        /// Times two parts of the arm that may not touch began to overlap, by its
+        /// Times two parts of the arm that may not touch started to overlap, by its
         /// self-collision spheres.
         pub self_contacts: u64,
     }
@@ -151,8 +151,8 @@ wire! {
 }
 
 wire! {
-    /// The operator's panel: what people asked for, as levels and counters, so
-    /// that a reader that missed a state misses no request.
+    /// The operator's panel: requests of people as levels and counters, so that a reader that
+    /// missed a state misses no request (ADR 0001).
     pub struct OperatorPanel {
         /// Counts start requests to the task; with `--until-done` the run itself
         /// makes the first.
@@ -177,8 +177,8 @@ wire! {
         pub drop_parts: u32,
         /// Counts requests for a bin.
         pub add_bin: u32,
-        /// Counts resets of the scene: a process that integrates or keeps state starts
-        /// again from what is measured.
+        /// Counts resets of the scene: a process that integrates or keeps state starts again
+        /// from the measured state.
         pub scene_reset: u32,
         /// 1 where the newest target is `target_joints`, 0 where it is `target`.
         pub target_is_joints: u32,
@@ -188,8 +188,7 @@ wire! {
         pub target: Pose,
         /// Joint target, in the order of the controlled joints; rad or m.
         pub target_joints: [f64; MAX_JOINTS],
-        /// Simulated seconds per second that are asked for; 1: real time, 0: as fast
-        /// as it goes.
+        /// Requested simulated seconds per second; 1: real time, 0: as fast as possible.
         pub speed: f64,
         /// Breakpoints: names of nodes, states and guards of the task's graphs.
         pub breaks: [BreakName; MAX_BREAKS],
@@ -216,17 +215,19 @@ wire! {
         pub quarantined: u32,
         /// Ticks physics started late, since the start (real time only).
         pub overruns: u64,
-        /// Tick this start of physics began with: that of the state its predecessor
-        /// kept, or 0 with a fresh scene.
+        /// First tick of this start of physics: that of the state its predecessor saved, or 0
+        /// with a fresh scene.
         pub resumed_tick: u64,
-        /// Tick of the newest state that is kept for a successor of physics, or is
-        /// being written now; a task keeps its checkpoint as of that state.
+        /// Tick of the newest state that is saved for a successor of physics or being written
+        /// now; a task keeps its checkpoint as of that state.
         pub saving_tick: u64,
-        /// Tick of the state that a successor of physics would resume from.
+        /// Tick of the state from which a successor of physics would resume.
         pub saved_tick: u64,
+        // Equal hashes are the proof that two runs are equal; it covers no clock and no process
+        // id.
         /// Hash over bodies, joints and tick: equal for equal runs.
         pub state_hash: u64,
-        /// What people asked for.
+        /// Requests of people.
         pub panel: OperatorPanel,
         /// Inputs of the cell's equipment.
         pub equipment: EquipmentState,
@@ -245,6 +246,7 @@ impl WorldState {
 
     /// The arms of the cell.
     pub fn arms(&self) -> &[ArmState] {
+        // Bounded by the array: the slice must be safe before the message is validated.
         &self.arms[..(self.arm_count as usize).min(MAX_ARMS)]
     }
 
@@ -255,6 +257,7 @@ impl WorldState {
 }
 
 impl Validate for ArmState {
+    // Used joints only: the rest of the arrays is left from other messages.
     fn validate(&self) -> Result<(), Invalid> {
         Check::count("joint_count", self.joint_count, MAX_JOINTS)?;
         let n = self.joint_count as usize;
@@ -269,6 +272,7 @@ impl Validate for ArmState {
             MAX_JOINT_VELOCITY,
         )?;
         Check::within("joint_efforts", &self.joint_efforts[..n], MAX_EFFORT)?;
+        // Setpoints are checked like measurements: a new controller starts from them.
         Check::within(
             "setpoint_positions",
             &self.setpoint_positions[..n],
@@ -285,6 +289,7 @@ impl Validate for ArmState {
             MAX_EFFORT,
         )?;
         self.tcp.check()?;
+        // One limit for all: each is a force, a torque or a width far below it.
         let gripper = &self.gripper;
         let scalars = [
             gripper.width,
@@ -301,6 +306,8 @@ impl Validate for ArmState {
 }
 
 impl Validate for WorldState {
+    // Counts first, as the loops below use them; then only used entries: 160 objects would cost
+    // the 1 kHz readers time.
     fn validate(&self) -> Result<(), Invalid> {
         Check::count("arm_count", self.arm_count, MAX_ARMS)?;
         Check::count("object_count", self.object_count, MAX_OBJECTS)?;
@@ -323,6 +330,7 @@ impl OperatorPanel {
     }
 
     pub(crate) fn check(&self) -> Result<(), Invalid> {
+        // Before the first target the pose is all zeros, which is not a valid one.
         if self.target_seq > 0 {
             self.target.check()?;
         }
@@ -337,6 +345,7 @@ impl OperatorPanel {
             &self.target_joints,
             MAX_JOINT_POSITION,
         )?;
+        // A larger factor is a mistake; 0 means as fast as possible.
         Check::within("panel.speed", &[self.speed], 50.0)?;
         Check::count("panel.break_count", self.break_count, MAX_BREAKS)?;
         for name in self.breaks() {

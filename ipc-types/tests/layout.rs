@@ -65,7 +65,7 @@ fn non_finite_and_absurd_numbers_are_refused_by_name() {
         command.joint_positions[3] = bad;
         let error = command.validate().unwrap_err();
         assert_eq!((error.field, error.index), ("joint_positions", 3));
-        // What lies beyond the count is not part of the message.
+        // Entries beyond the count are not part of the message.
         command.joint_count = 3;
         assert!(command.validate().is_ok());
         command.joint_count = 7;

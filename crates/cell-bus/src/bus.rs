@@ -1,4 +1,11 @@
-//! One process's membership in a run.
+//! The membership of one process in a run.
+//!
+//! Two accidents are possible here. A process that dies while it joins leaves files that the
+//! transport cannot clean up; so a process joins last, after everything else that may fail. And
+//! two programs of different builds can agree on name and size of a message but not on its
+//! fields; so the name of each type carries a hash of its fields, and opening compares it.
+//!
+//! A change must not make a process *create* a service: only the keeper does.
 
 use std::time::Duration;
 
@@ -26,6 +33,7 @@ use crate::subscriber::{Latest, Subscriber};
 /// How long a service that should exist may take to be opened: another process
 /// may be cleaning up after a dead one at this moment.
 const OPEN_LIMIT: Duration = Duration::from_secs(2);
+// Short against the limit, long against an attempt (0.1 ms on tmpfs): 400 attempts at most.
 const RETRY_PAUSE_NS: u64 = 5_000_000;
 
 /// One process's membership in a run. Do all work that may fail before joining:
@@ -39,9 +47,12 @@ pub struct Bus {
 }
 
 impl Bus {
-    /// Joins run `run` at `site` as start number `generation` of the process
-    /// called `name`. Signals stay the caller's business.
+    /// Joins run `run` at `site` as start number `generation` of the process called `name`.
+    /// Signals stay with the caller. Fails when the site is invalid or the node cannot be
+    /// created.
     pub fn join(site: &RunSite, run: u64, generation: u32, name: &str) -> Result<Self, BusError> {
+        // Before the first call into the transport: it logs its missing configuration file as
+        // well.
         // The transport reports expected races as errors on the terminal.
         set_log_level(LogLevel::Fatal);
         let config = site.config()?;
@@ -50,6 +61,8 @@ impl Bus {
             reason,
         };
         let name = NodeName::new(name).map_err(|error| failed(format!("{error:?}")))?;
+        // The process handles signals itself: handlers of the transport would replace them, and
+        // a SIGTERM would then not bring the arm to rest first.
         let node = NodeBuilder::new()
             .name(&name)
             .config(&config)
@@ -68,7 +81,7 @@ impl Bus {
         self.identity.run
     }
 
-    /// Which start of this process.
+    /// Start number of this process within the run, from 1 up.
     pub fn generation(&self) -> u32 {
         self.identity.generation
     }
@@ -77,13 +90,13 @@ impl Bus {
         self.identity
     }
 
-    /// The writing end of a topic, and of its tap if it has one.
+    /// The writer of a topic, and of its tap if it has one (ADR 0012).
     pub fn publisher<T: TopicMessage>(&self, topic: TopicId) -> Result<Publisher<T>, BusError> {
         let tap = topic.tap().map(TopicId::service);
         Publisher::open(self, &topic.service(), tap.as_deref())
     }
 
-    /// A reading end of a topic: the newest message, read in place.
+    /// A reader of a topic: the newest message, read in place.
     pub fn subscriber<T: TopicMessage>(&self, topic: TopicId) -> Result<Subscriber<T>, BusError> {
         self.subscriber_of(&topic.service())
     }
@@ -100,31 +113,31 @@ impl Bus {
         Subscriber::open(self, name)
     }
 
-    /// A reading end that keeps a copy of the newest message.
+    /// A reader that keeps a copy of the newest message.
     pub fn latest<T: TopicMessage>(&self, topic: TopicId) -> Result<Latest<T>, BusError> {
         Ok(Latest::new(self.subscriber(topic)?))
     }
 
-    /// The button of a sleeping process's doorbell.
+    /// The end of a process's doorbell that wakes it.
     pub fn doorbell(&self, process: Process) -> Result<Doorbell, BusError> {
         let name = ipc_types::topic::doorbell(process);
         let service = open(&name, || self.builder(&name)?.event().open().map_err(text))?;
         Doorbell::new(&service, &name)
     }
 
-    /// The bell itself, for the process that sleeps.
+    /// The end of a doorbell that sleeps; one per process.
     pub fn sleeper(&self, process: Process) -> Result<Sleeper, BusError> {
         let name = ipc_types::topic::doorbell(process);
         let service = open(&name, || self.builder(&name)?.event().open().map_err(text))?;
         Sleeper::new(&service, &name)
     }
 
-    /// For people and tools: asks, and waits for the answer.
+    /// The client of people and tools: sends a request and waits for the reply.
     pub fn operator_client(&self) -> Result<OperatorClient, BusError> {
         OperatorClient::new(&self.open_operator()?, self.identity)
     }
 
-    /// For physics: answers.
+    /// The server of operator requests, for physics only (ADR 0001).
     pub fn operator_server(&self) -> Result<OperatorServer, BusError> {
         OperatorServer::new(&self.open_operator()?, self.identity)
     }
@@ -144,6 +157,7 @@ impl Bus {
         name: &str,
     ) -> Result<PortFactory<ipc::Service, T, ()>, BusError> {
         open(name, || {
+            // Other types are final: a retry would delay the same error by 2 s.
             match self.builder(name)?.publish_subscribe::<T>().open() {
                 Ok(service) => Ok(service),
                 Err(OpenError::IncompatibleTypes) => Err(self.version_error::<T>(name)),
@@ -161,6 +175,7 @@ impl Bus {
             .service_builder(&ServiceName::new(name).map_err(text)?))
     }
 
+    // The type of the running cell is looked up so that the message names both versions.
     fn version_error<T: Message>(&self, name: &str) -> Refusal {
         let path = core::any::type_name::<T>();
         let short = path.rsplit("::").next().unwrap_or(path);
@@ -182,7 +197,7 @@ impl Bus {
     }
 }
 
-/// Why an attempt to open failed.
+/// Reason why an attempt to open failed.
 enum Refusal {
     Passing(String),
     Final(BusError),
@@ -194,6 +209,8 @@ fn text(error: impl core::fmt::Debug) -> Refusal {
 
 /// Tries until it works, the error is final, or the time is over.
 fn open<S>(name: &str, mut open: impl FnMut() -> Result<S, Refusal>) -> Result<S, BusError> {
+    // A dead process's files may be under removal at this moment, which fails an attempt
+    // without a fault of this cell; hence the retries.
     let start_ns = monotonic_ns();
     loop {
         let reason = match open() {
@@ -202,6 +219,7 @@ fn open<S>(name: &str, mut open: impl FnMut() -> Result<S, Refusal>) -> Result<S
             Err(Refusal::Passing(reason)) => reason,
         };
         let waited = Duration::from_nanos(monotonic_ns().saturating_sub(start_ns));
+        // The limit is checked after an attempt, so that even a late caller gets one.
         if waited >= OPEN_LIMIT {
             let waited_ms = u64::try_from(waited.as_millis()).unwrap_or(u64::MAX);
             return Err(BusError::Open {

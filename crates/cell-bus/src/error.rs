@@ -1,4 +1,4 @@
-//! What can go wrong on the bus, and what to do about it.
+//! Errors of the bus; each message says what to do.
 
 use std::path::PathBuf;
 
@@ -14,15 +14,15 @@ pub enum BusError {
         what: &'static str,
         /// What was given.
         value: String,
-        /// What is possible and what to do.
+        /// Valid values and the remedy.
         allowed: String,
     },
     /// A file operation failed.
     #[error("{path}: {source}; check that the directory belongs to you and has room", path = path.display())]
     Io {
-        /// Where.
+        /// Path of the file or directory.
         path: PathBuf,
-        /// Why.
+        /// Reason given by the system.
         source: std::io::Error,
     },
     /// Shared memory is too small; a write to it would end the process.

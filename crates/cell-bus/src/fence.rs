@@ -1,4 +1,4 @@
-//! Which of the messages that arrive may be used. Pure.
+//! Decides which of the arriving messages may be used. Pure.
 //!
 //! What can go wrong: a process that was stopped and replaced wakes up and publishes
 //! again, and a bit of a header can be flipped in shared memory.
@@ -67,6 +67,8 @@ impl Writer {
     /// Takes `seq` as the newest number; returns by how many messages fewer or more are
     /// missing. A number that goes back shows that it or the one before was damaged.
     fn advance(&mut self, seq: u64) -> i128 {
+        // Both memories are of the last message only: kept longer, two unrelated damages would
+        // look like one correction.
         let gap = std::mem::take(&mut self.gap);
         let went_back = self.went_back.take();
         if seq > self.seq {
@@ -74,12 +76,14 @@ impl Writer {
             self.seq = seq;
             return self.gap.into();
         }
+        // A number that went back: either it is damaged, or the one before was too large.
         let before_last = self.seq - 1 - gap;
         if seq > before_last || went_back.is_some_and(|before| seq > before) {
             // The message before was damaged: its gap is taken back.
             self.seq = seq;
             return -i128::from(gap);
         }
+        // Counted as one step, so that the next good message does not show a gap.
         self.went_back = Some(seq);
         self.seq = self.seq.saturating_add(1);
         0
@@ -117,12 +121,15 @@ impl Fence {
     /// `valid`, and counts it.
     pub(crate) fn judge(&mut self, port: u128, header: &Header, valid: bool) -> Admission {
         let ours = header.run == self.run && header.schema == self.schema && header.seq > 0;
+        // Checked first: a message of another run or type must not move the fence.
         if !ours {
             self.counts.rejected += 1;
             return Admission::Drop;
         }
         // An invalid message still moves the fence: its writer is the newest.
         let admission = match self.newest {
+            // A known port continues; any other port claims to be a successor and has to prove
+            // it.
             Some(writer) if writer.port == port => self.next(writer, header),
             _ => self.first(port, header),
         };
@@ -143,6 +150,8 @@ impl Fence {
     fn next(&mut self, mut writer: Writer, header: &Header) -> Admission {
         if header.generation == writer.generation {
             writer.confirmed = true;
+        // A port has one generation for life, so a different one after two equal ones is
+        // damage.
         } else if writer.confirmed {
             self.counts.rejected += 1;
             return Admission::Drop;
@@ -154,6 +163,7 @@ impl Fence {
         } else {
             writer.generation = header.generation;
         }
+        // The same number twice: regardless of the cause, a message has one effect only.
         if header.seq == writer.seq {
             self.newest = Some(writer);
             self.counts.fenced += 1;
@@ -161,6 +171,7 @@ impl Fence {
         }
         let missing = writer.advance(header.seq);
         let late = i128::from(self.counts.late) + missing;
+        // Saturates: a damaged number can ask for more to be taken back than was counted.
         self.counts.late = u64::try_from(late.max(0)).unwrap_or(u64::MAX);
         self.newest = Some(writer);
         Admission::Accept
@@ -169,6 +180,8 @@ impl Fence {
     /// A message of a port that is not the newest.
     fn first(&mut self, port: u128, header: &Header) -> Admission {
         let is_replaced = self.replaced.is_some_and(|r| r.port == port);
+        // Here a process that was stopped, replaced and continued is refused: without this rule
+        // a reader alternated between both writers 1,133 times in 0.6 s.
         if is_replaced || header.generation < self.generation() {
             self.counts.fenced += 1;
             return Admission::Drop;

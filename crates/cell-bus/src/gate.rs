@@ -1,4 +1,14 @@
-//! A message caused by tick k is used from tick k + 1 on, by everyone.
+//! A message caused by tick k is used from tick k + 1 on, by every reader.
+//!
+//! What can go wrong: a message is delivered to its readers one after the other, so a fast
+//! writer may answer tick k before a slow reader has looked at its inputs for tick k. Whether
+//! the answer is used one tick earlier would then depend on the scheduler, and two runs of one
+//! seed would differ. The rule: a reader working on tick k uses only messages whose cause is
+//! before k, whether or not later ones have arrived (ADR 0004).
+//!
+//! A change must not break: the choice depends on headers only, never on time or arrival; a
+//! reset of the scene or a new writer leaves nothing of the old one behind; no call after the
+//! first message allocates.
 
 use std::collections::VecDeque;
 
@@ -7,13 +17,13 @@ use ipc_types::header::Message;
 use crate::message::TopicMessage;
 use crate::subscriber::Subscriber;
 
-/// A reader that runs behind its writer by more than this loses the oldest.
+/// A reader that is behind its writer by more than this loses the oldest message.
+// One to use, one kept back, and as many again for a reader that was late by a cycle.
 const WAITING: usize = 4;
 
-/// Keeps messages back until the tick from which they may be used. Who works on
-/// state tick k sees the newest message with `header.tick < k`, whether or not
-/// a newer one has arrived already: so the result does not depend on who was
-/// faster.
+/// Keeps messages back until the tick from which they may be used. A reader working on state
+/// tick k gets the newest message with `header.tick < k`, whether or not a newer one has
+/// arrived already: so the result does not depend on the speed of the processes.
 #[derive(Clone, Debug)]
 pub struct Gate<T: Message> {
     current: Option<Box<T>>,
@@ -35,8 +45,8 @@ impl<T: Message> Gate<T> {
         }
     }
 
-    /// Takes all messages that wait at `subscriber` in, true when there was one:
-    /// the newest may have to be kept back, and the one before it used.
+    /// Takes all messages waiting at `subscriber`; true if there was one. All, as the newest
+    /// may have to be kept back and the one before it used.
     pub fn pull(&mut self, subscriber: &mut Subscriber<T>) -> bool
     where
         T: TopicMessage,
@@ -44,10 +54,10 @@ impl<T: Message> Gate<T> {
         subscriber.take_all(|message| self.offer(message)) > 0
     }
 
-    /// Takes a message in. A new generation of the writer, or a tick before one
-    /// already here (the scene was reset), empties the gate first: what it
-    /// holds belongs to another past.
+    /// Takes one message. A tick before the last one (the scene was reset) empties the gate
+    /// first; a new generation of the writer removes the waiting messages of the old one.
     pub fn offer(&mut self, message: &T) {
+        // Compared with the newest message taken, whether it still waits or is in use already.
         let header = message.header();
         let last = self
             .waiting
@@ -55,6 +65,8 @@ impl<T: Message> Gate<T> {
             .or(self.current.as_deref())
             .map(Message::header);
         if let Some(last) = last {
+            // Ticks went back: the scene was reset, and everything held belongs to the run
+            // before.
             if header.tick < last.tick {
                 self.clear();
             } else if header.generation != last.generation {
@@ -62,6 +74,7 @@ impl<T: Message> Gate<T> {
                 self.waiting.retain(|old| old.header().tick < header.tick);
             }
         }
+        // The writer answered one tick twice (it restarted): the later answer counts.
         if self
             .waiting
             .back()
@@ -69,6 +82,8 @@ impl<T: Message> Gate<T> {
         {
             self.waiting.pop_back();
         }
+        // The capacity is fixed, so the queue never allocates in a cycle; the oldest would be
+        // overtaken by the next anyway.
         if self.waiting.len() == WAITING {
             self.waiting.pop_front();
         }
@@ -86,6 +101,7 @@ impl<T: Message> Gate<T> {
             let Some(message) = self.waiting.pop_front() else {
                 break;
             };
+            // Only the first message allocates; later ones reuse its box.
             match &mut self.current {
                 Some(current) => **current = message,
                 None => self.current = Some(Box::new(message)),
@@ -94,12 +110,12 @@ impl<T: Message> Gate<T> {
         self.current()
     }
 
-    /// What the last [`Self::advance`] gave.
+    /// Result of the last [`Self::advance`].
     pub fn current(&self) -> Option<&T> {
         self.current.as_deref()
     }
 
-    /// Forgets everything.
+    /// Removes all messages, also the one in use.
     pub fn clear(&mut self) {
         self.current = None;
         self.waiting.clear();

@@ -1,6 +1,6 @@
-//! Who a process is.
+//! Identity of a process.
 
-/// Who a process is: stamped on all it sends.
+/// Identity of a process, stamped on all its messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Identity {
     pub(crate) run: u64,

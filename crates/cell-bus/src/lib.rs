@@ -1,11 +1,11 @@
-//! The wires between the processes of a cell: iceoryx2 ports with the cell's
-//! rules built in, and nothing else.
+//! Communication between the processes of a cell: iceoryx2 ports with the cell's rules built
+//! in.
 //!
 //! The launcher's [`Keeper`] creates every service of a run; processes
 //! [`Bus::join`] and open what the table in [`ipc_types::topic`] gives them.
 //! A [`Publisher`] writes a message in place and never blocks. A [`Subscriber`]
-//! takes the newest, drops what an older start of the writer sent or what makes
-//! no sense, counts what it dropped and keeps the last good one. A [`Gate`]
+//! takes the newest, drops messages of an older start of the writer and invalid ones, counts
+//! drops, and keeps the last good one. A [`Gate`]
 //! keeps a message back until the tick from which it may be used.
 //!
 //! A bus and its ports stay on the thread that made them; another thread joins

@@ -31,7 +31,7 @@ pub trait TopicMessage: Message {
     fn subscribe_to(bus: &Bus, name: &str) -> Result<Box<dyn Subscribe<Self>>, BusError>;
 }
 
-/// What a topic is created with.
+/// Limits with which a topic is created.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
@@ -41,6 +41,7 @@ pub struct Limits {
     pub(crate) history: usize,
 }
 
+// One macro for all types: a generic function would be compiled again in every crate using it.
 macro_rules! topic_messages {
     ($($message:ty),* $(,)?) => {$(
         impl TopicMessage for $message {

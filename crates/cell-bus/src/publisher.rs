@@ -1,4 +1,10 @@
-//! The writing end of a topic.
+//! The writer of a topic.
+//!
+//! What can go wrong: a reader is stopped, killed or slow. The rule: a publisher never waits
+//! for
+//! a reader, neither in `send` nor for memory; what a reader misses is the oldest, and it sees
+//! the gap in the sequence numbers. A change must not block here: with the transport's default
+//! strategy one send to a stopped reader took 2.0 s, and one to a killed reader 3.06 s.
 
 use cell_rt::monotonic_ns;
 use iceoryx2::port::LoanError;
@@ -46,9 +52,9 @@ impl<T: TopicMessage> Publisher<T> {
         self.0.publish(&mut |place| *place = *message)
     }
 
-    /// Lets readers that joined since the last message in, also those of the tap, and
-    /// gives them the newest messages. A writer that waits for others or is slow calls this every few
-    /// milliseconds.
+    /// Lets readers that joined since the last message in, also those of the tap, and gives
+    /// them the newest messages. A writer that publishes rarely or waits for others calls this
+    /// every few milliseconds: otherwise a late reader gets nothing until the next message.
     pub fn update_connections(&mut self) {
         self.0.update_connections();
     }
@@ -69,7 +75,7 @@ impl<T: TopicMessage> Publisher<T> {
     }
 }
 
-/// The writing end of a topic, with the type of its port hidden.
+/// The writer of a topic, with the type of its port hidden.
 #[doc(hidden)]
 pub trait Publish<T>: core::fmt::Debug {
     /// `write` is called at most once.
@@ -98,27 +104,34 @@ impl<T: Message> Writer<T> {
             port: open(name)?,
             tap: tap.map(open).transpose()?,
             identity: bus.identity(),
+            // The first message has number 1: 0 is what zeroed memory claims, and the fence
+            // rejects it.
             header: Header::zeroed(),
             errors: 0,
         })
     }
 
     fn try_publish(&mut self, write: &mut dyn FnMut(&mut T)) -> Result<u64, PublishError> {
+        // In place, without a zeroed or copied message in between: a state has 20 kB.
         let mut sample = ipc_types::loan::loan(&self.port).map_err(PublishError::Loan)?;
         let message = sample.payload_mut();
         blank(message.header_mut());
         write(message);
         let header = message.header_mut();
+        // Stamped after `write`, so that no caller can claim another identity or number.
         header.schema = T::SCHEMA;
         header.run = self.identity.run;
         header.generation = self.identity.generation;
         header.seq = self.header.seq + 1;
         header.publish_ns = monotonic_ns();
+        // The header is kept for the caller; after `send` the place belongs to the readers.
         let stamped = *header;
+        // The tap's copy is made before `send`, as the message is gone afterwards.
         let copy = self.tap.as_ref().map(|tap| copied(sample.payload(), tap));
         sample.send().map_err(PublishError::Send)?;
         self.header = stamped;
-        // The recorder's copy goes last, and its loss is no failure of the topic.
+        // The recorder's copy is sent last, and its loss is not a failure of the topic (ADR
+        // 0012).
         match copy {
             Some(Ok(copy)) => self.errors += u64::from(copy.send().is_err()),
             Some(Err(_)) => self.errors += 1,
@@ -179,7 +192,7 @@ fn port<T: Message>(
 }
 
 /// Takes out of a header what its place held before. Inputs beyond the count
-/// belong to no message, and stay: the line they lie on need not travel.
+/// belong to no message, and stay: their cache line need not move to the readers.
 fn blank(header: &mut Header) {
     header.tick = 0;
     header.sim_time_ns = 0;

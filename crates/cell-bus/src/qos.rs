@@ -1,4 +1,8 @@
-//! Settings of the services: made by the keeper, taken over by all others.
+//! Settings of the services: made by the keeper, adopted by all others.
+//!
+//! All memory is reserved when a port is created, for the worst case. So each number here is
+//! shared memory in every run, and `needed_bytes` has to know all of them: a page that is
+//! missing ends a process by SIGBUS at its first write, not at creation.
 
 use ipc_types::tap::PIECE_OBJECTS;
 use ipc_types::topic::{Process, TopicId};
@@ -9,25 +13,35 @@ use ipc_types::{
 
 /// One writer is legal (the fence sees to it); the rest is slack for slots of
 /// writers killed while they started, which are never given back.
+// Exhausted slots stay exhausted while the service exists. With one slot, some 140 kills during
+// start-up took it for good, and every later start failed.
 pub(crate) const MAX_PUBLISHERS: usize = 8;
 /// Processes of a cell, tools that look on, and slack as above.
+// A cell of two arms has six processes; the rest is for tools, tests and dead nodes.
 pub(crate) const MAX_NODES: usize = 32;
 /// A reader keeps the last good message while it looks at the next.
+// One borrowed message would have to be returned first, and a damaged newer one would then
+// leave the reader without any.
 pub(crate) const MAX_BORROWED: usize = 2;
 /// Newest messages a late joiner gets of most topics.
+// Two, as the newest may be of a tick that a gate keeps back: then the one before it counts.
 pub(crate) const HISTORY: usize = 2;
 /// Pieces of the largest state: lockstep waits for a recorder until it has the first
 /// state, which was sent before it joined.
 const STATE_PIECES: usize = MAX_OBJECTS.div_ceil(PIECE_OBJECTS);
 /// Readers of a topic of few messages: the processes of a cell and tools.
+// A joining tool is refused beyond this; the loops of the cell are not affected.
 const MAX_SUBSCRIBERS: usize = 16;
 /// Loans of one publisher at a time.
+// A message and its copy for the tap are loans of two ports; the second is slack.
 const MAX_LOANED: usize = 2;
 
 /// Newest messages of a topic that a late joiner gets: at most as many as a reader can
 /// be behind.
 pub(crate) fn history(topic: TopicId) -> usize {
     match topic {
+        // Fewer than all pieces, and a recorder that joins late waits for a state that is never
+        // complete.
         TopicId::WorldTap => STATE_PIECES,
         _ => HISTORY.min(topic.depth()),
     }
@@ -36,6 +50,8 @@ pub(crate) fn history(topic: TopicId) -> usize {
 /// Readers of a topic. Deep buffers are memory times readers, so they get few.
 pub(crate) fn max_subscribers(topic: TopicId) -> usize {
     match topic {
+        // A tap is deep (one second or more), so each further reader costs as much as the topic
+        // itself.
         // The recorder, and one that was killed.
         _ if topic.is_tap() => 3,
         _ if topic.depth() > HISTORY => 6,
@@ -53,6 +69,7 @@ pub(crate) fn topics(arms: u8) -> Vec<TopicId> {
     let taps: Vec<TopicId> = topics.iter().filter_map(|topic| topic.tap()).collect();
     topics.extend(taps);
     topics.extend([
+        // Order is that of creation only; nothing may depend on it.
         TopicId::Contacts,
         TopicId::WorldTap,
         TopicId::Recorder,
@@ -78,6 +95,8 @@ fn message_size(topic: TopicId) -> usize {
 
 /// Messages a publisher's segment has room for: what all readers can hold and
 /// have waiting, the history and the loans.
+// Must mirror what the transport reserves. Too small, and the check before a start passes for a
+// cell that dies of SIGBUS.
 fn segment_messages(topic: TopicId) -> usize {
     max_subscribers(topic) * (topic.depth() + MAX_BORROWED) + history(topic) + MAX_LOANED
 }
@@ -88,7 +107,10 @@ pub fn needed_bytes(arms: u8) -> u64 {
     // Bookkeeping of services, connections and the operator's service: 4 MiB
     // is twice of what a full cell was seen to take.
     const BOOKKEEPING: u64 = 4 << 20;
+    // Allowance for the header of the transport before each message.
     const PER_MESSAGE: usize = 128;
+    // Twice: a killed writer's segment stays until its node is cleaned, beside that of its
+    // successor.
     let segments = topics(arms)
         .into_iter()
         .map(|topic| 2 * (segment_messages(topic) * (message_size(topic) + PER_MESSAGE)) as u64);

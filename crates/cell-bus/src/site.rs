@@ -1,4 +1,4 @@
-//! Where the files of one run lie.
+//! Paths and names of one run.
 
 use std::path::PathBuf;
 
@@ -8,12 +8,14 @@ use crate::error::BusError;
 
 /// Longest root plus prefix. The transport appends a directory, an id of 39
 /// digits and a suffix to make the name of a socket, which ends at 108 bytes.
+// Checked when a run starts: beyond it the cell starts, and its first doorbell fails.
 const MAX_LENGTH: usize = 61;
-/// Shortest prefix: segments of all runs of the machine lie side by side, and
-/// the wipe must not take another's.
+/// Shortest prefix: segments of all runs of the machine share a directory, and the wipe must
+/// not take those of another.
+// An empty or one-letter prefix would match segments of other programs.
 const MIN_PREFIX: usize = 4;
 
-/// The place of one run: nothing of it lies anywhere else.
+/// The root directory and the prefix of one run; it has no files elsewhere.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunSite {
     /// Directory of the run's service files and sockets; its own, on tmpfs.
@@ -27,6 +29,7 @@ pub struct RunSite {
 impl RunSite {
     /// Checks both names.
     pub fn check(&self) -> Result<(), BusError> {
+        // The transport's paths are ASCII; another name fails later, in the middle of a start.
         let root = self.root.display().to_string();
         if !self.root.is_absolute() || self.root.to_str().is_none() {
             return Err(site(
@@ -44,6 +47,7 @@ impl RunSite {
                     .to_owned(),
             ));
         }
+        // A slash or a dot would lead out of the shared-memory directory.
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         let prefix = self.prefix.as_str();
         if prefix.len() < MIN_PREFIX || !prefix.ends_with('_') || !prefix.chars().all(plain) {
@@ -61,8 +65,11 @@ impl RunSite {
         Ok(())
     }
 
-    /// The transport's settings for this run, whatever files it would read.
+    /// The transport's settings for this run, regardless of its configuration files.
+    // A default configuration is changed in place: `iceoryx2.toml` in the working directory or
+    // the home directory must not move a run.
     pub fn config(&self) -> Result<Config, BusError> {
+        // Invalid names are refused before the transport truncates or escapes them.
         self.check()?;
         let mut config = Config::default();
         let root = self.root.display().to_string();

@@ -1,4 +1,14 @@
-//! The reading end of a topic.
+//! The reader of a topic.
+//!
+//! What can go wrong: a writer dies in the middle of anything, a replaced writer wakes up and
+//! publishes again, a bit flips in shared memory, or a reader is too slow. The rule: a message
+//! is used only after its content was validated and the fence has admitted it, and the last
+//! good message stays readable until a newer good one replaces it. A reader never waits and
+//! never makes a writer wait: it loses the oldest message instead, and counts it.
+//!
+//! A change must not break: validation comes before any use of a field, also of enumerations
+//! and lengths; at most [`crate::qos::MAX_BORROWED`] samples are held at a time, otherwise the
+//! next `receive` fails.
 
 use iceoryx2::port::subscriber::Subscriber as Port;
 use iceoryx2::prelude::{PortFactory as _, ipc};
@@ -24,8 +34,8 @@ impl<T: TopicMessage> Subscriber<T> {
         T::subscribe_to(bus, name).map(Self)
     }
 
-    /// The newest message, if one arrived since the last call. It lies in
-    /// shared memory and stays there until a newer one is taken.
+    /// The newest message, if one arrived since the last call. It is in shared memory and stays
+    /// there until a newer one is taken.
     pub fn take(&mut self) -> Option<&T> {
         self.0.take()
     }
@@ -35,23 +45,23 @@ impl<T: TopicMessage> Subscriber<T> {
         self.0.current()
     }
 
-    /// Hands every message that waits to `each`, oldest first; returns how many
-    /// there were. Gaps are in [`Counts::late`].
+    /// Passes every waiting message to `each`, oldest first; returns their number. Gaps are in
+    /// [`Counts::late`].
     pub fn take_all(&mut self, mut each: impl FnMut(&T)) -> usize {
         self.0.take_all(&mut each)
     }
 
-    /// What was accepted and dropped since the topic was opened.
+    /// Numbers of messages accepted and dropped since the topic was opened.
     pub fn counts(&self) -> Counts {
         self.0.counts()
     }
 
-    /// Generation of the newest writer heard; 0 before the first.
+    /// Generation of the newest writer; 0 before its first message.
     pub fn writer_generation(&self) -> u32 {
         self.0.writer_generation()
     }
 
-    /// The newest reason for a rejection, and forgets it.
+    /// The newest reason for a rejection; the next call returns `None`.
     pub fn take_invalid(&mut self) -> Option<Invalid> {
         self.0.take_invalid()
     }
@@ -63,7 +73,7 @@ impl<T: TopicMessage> Subscriber<T> {
     }
 }
 
-/// The reading end of a topic, with the type of its port hidden.
+/// The reader of a topic, with the type of its port hidden.
 #[doc(hidden)]
 pub trait Subscribe<T>: core::fmt::Debug {
     fn take(&mut self) -> Option<&T>;
@@ -108,9 +118,9 @@ impl<T: Message> Reader<T> {
         })
     }
 
-    /// Whether a message just taken must be the newest: its writer can have no
-    /// second one waiting, and there is no other writer. A look that finds nothing costs
-    /// more than this question.
+    /// Whether a message just taken must be the newest: its writer can have no second one
+    /// waiting, and it is the only writer. A `receive` that finds nothing costs more than this
+    /// check.
     fn is_the_only_one(&self) -> bool {
         self.depth == 1 && self.service.dynamic_config().number_of_publishers() == 1
     }
@@ -118,18 +128,25 @@ impl<T: Message> Reader<T> {
     /// The next message that may be used.
     fn receive(&mut self) -> Option<Sample<ipc::Service, T, ()>> {
         loop {
+            // An error is of the connection to one writer, e.g. one that died while it joined.
+            // The message in use stays valid, so the cycle continues with it.
             let Ok(received) = self.port.receive() else {
                 self.errors += 1;
                 return None;
             };
             let sample = received?;
             let message = sample.payload();
+            // Validated in place, in shared memory: a copy first would cost the cycle a state
+            // of 20 kB.
             let checked = message.validate();
             let port = sample.origin().value();
+            // The port id is the connection's, not the message's, so a flipped bit cannot forge
+            // it.
             let admission = self.fence.judge(port, message.header(), checked.is_ok());
             if admission == Admission::Accept {
                 return Some(sample);
             }
+            // The reason is kept for the log; the drop itself is in the counts.
             self.invalid = checked.err().or(self.invalid);
         }
     }
@@ -138,6 +155,8 @@ impl<T: Message> Reader<T> {
 impl<T: Message> Subscribe<T> for Reader<T> {
     fn take(&mut self) -> Option<&T> {
         let mut fresh = false;
+        // Older messages are judged as well: skipping them would leave gaps in the fence's
+        // counts.
         while let Some(sample) = self.receive() {
             self.current = Some(sample);
             fresh = true;
@@ -145,6 +164,7 @@ impl<T: Message> Subscribe<T> for Reader<T> {
                 break;
             }
         }
+        // Without a new message the caller must not act on the old one as if it were new.
         if fresh { self.current() } else { None }
     }
 
@@ -154,6 +174,8 @@ impl<T: Message> Subscribe<T> for Reader<T> {
 
     fn take_all(&mut self, each: &mut dyn FnMut(&T)) -> usize {
         let mut taken = 0;
+        // The newest stays borrowed as the current message; all before it are returned one by
+        // one.
         while let Some(sample) = self.receive() {
             each(sample.payload());
             taken += 1;
@@ -179,8 +201,8 @@ impl<T: Message> Subscribe<T> for Reader<T> {
     }
 }
 
-/// Keeps its own copy of the newest message: for readers that look at it long,
-/// or after its writer is gone.
+/// Keeps its own copy of the newest message: for readers that use it for long, or after its
+/// writer is gone.
 #[derive(Debug)]
 pub struct Latest<T: TopicMessage> {
     subscriber: Subscriber<T>,
@@ -195,11 +217,12 @@ impl<T: TopicMessage> Latest<T> {
         }
     }
 
-    /// Looks for a newer message; true when there was one.
+    /// Reads a newer message; true if there was one.
     pub fn refresh(&mut self) -> bool {
         let Some(message) = self.subscriber.take() else {
             return false;
         };
+        // The box is reused: only the first message allocates, not the cycle.
         match &mut self.copy {
             Some(copy) => **copy = *message,
             None => self.copy = Some(Box::new(*message)),

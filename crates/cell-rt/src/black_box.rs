@@ -14,7 +14,7 @@ use crate::shared::SharedWords;
 const MAGIC: u64 = u64::from_le_bytes(*b"RCBBOX01");
 /// Words before the first cycle: magic, number of cycles added.
 const HEADER: usize = 2;
-/// Words of a cycle: tick, begin, lateness and duration, two of values, and last its
+/// Words of a cycle: tick, start, lateness and duration, two of values, and last its
 /// number, generation and cause.
 const CYCLE: usize = 6;
 /// Numbers a loop may add to each cycle.
@@ -27,19 +27,19 @@ pub const BYTES: usize = 8 * (HEADER + KEPT * CYCLE);
 /// One cycle of a loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BoxedCycle {
-    /// Which start of the process it is of; the lowest 16 bits.
+    /// Start number of the process; the lowest 16 bits.
     pub generation: u16,
     /// Tick it worked on.
     pub tick: u64,
-    /// When it began, monotonic clock (ns).
+    /// Start of the cycle, monotonic clock (ns).
     pub began_ns: u64,
-    /// How long after its deadline that was (ns).
+    /// Delay of the start after its deadline (ns).
     pub late_ns: u32,
-    /// How long it took (ns).
+    /// Duration (ns).
     pub body_ns: u32,
-    /// Why it was late or took too long, where it did.
+    /// Cause of an overrun, if it was one.
     pub cause: Option<Cause>,
-    /// What the loop added.
+    /// Values added by the loop.
     pub values: [f32; VALUES],
 }
 
@@ -58,6 +58,7 @@ impl BlackBox {
     pub fn open(path: &Path) -> io::Result<Self> {
         let memory = SharedWords::open(path, HEADER + KEPT * CYCLE)?;
         let words = memory.words();
+        // A file of another layout is emptied: its words mean something else.
         if words[0].load(Ordering::Acquire) != MAGIC {
             words[1].store(0, Ordering::Relaxed);
             words[0].store(MAGIC, Ordering::Release);
@@ -85,16 +86,18 @@ impl BlackBox {
         let cause = cycle.cause.map_or(0, |cause| 1 + cause as u32);
         let kind = u32::from(cycle.generation) << 16 | cause;
         slot[5].store(pair(low(self.count), kind), Ordering::Release);
+        // After the cycle: a reader must not look for a cycle that is not complete.
         self.count += 1;
         self.memory.words()[1].store(self.count, Ordering::Release);
     }
 
-    /// What is in the ring at `path`, the oldest first; also while its process runs or
+    /// The content of the ring at `path`, the oldest first; also while its process runs or
     /// after it was killed. A cycle that was being written is left out.
     ///
     /// # Errors
     /// Of the file system, and for a file of another layout.
     pub fn read(path: &Path) -> io::Result<Vec<BoxedCycle>> {
+        // Checked first, as opening would extend a short file with zeros.
         if std::fs::metadata(path)?.len() < BYTES as u64 {
             return Err(io::ErrorKind::InvalidData.into());
         }
@@ -117,6 +120,7 @@ fn read_cycle(memory: &SharedWords, number: u64) -> Option<BoxedCycle> {
     let words = [0, 1, 2, 3, 4].map(|index: usize| slot[index].load(Ordering::Relaxed));
     core::sync::atomic::fence(Ordering::Acquire);
     let (of, kind) = halves(mark);
+    // Another number: the writer has come round, or was killed while it wrote this cycle.
     if of != low(number) || slot[5].load(Ordering::Relaxed) != mark {
         return None;
     }

@@ -2,6 +2,7 @@
 //! few instructions.
 
 /// Steps per factor of two: a value is known to 1/64, which is 1.6 %.
+// Two digits are what a report prints; 64 steps fit 2,368 counters into 9 KiB.
 const STEP_BITS: u32 = 6;
 const STEPS: u64 = 1 << STEP_BITS;
 /// Factors of two above the exact range; the last step ends near 73 minutes.
@@ -38,6 +39,7 @@ fn bucket_of(value: u64) -> usize {
     (bucket as usize).min(BUCKETS - 1)
 }
 
+// The end of a bucket, not its middle: a percentile must not look better than it was.
 fn highest_of(bucket: usize) -> u64 {
     let bucket = bucket as u64;
     if bucket < STEPS {
@@ -61,6 +63,8 @@ impl Histogram {
     #[inline]
     pub fn record(&mut self, duration_ns: u64) {
         let count = &mut self.counts[bucket_of(duration_ns)];
+        // Saturating: a wrong count is better than a cycle that panics after four billion
+        // cycles.
         *count = count.saturating_add(1);
         self.count += 1;
         self.max = self.max.max(duration_ns);
@@ -113,7 +117,7 @@ impl Histogram {
         self.max = 0;
     }
 
-    /// Adds the counts of another one.
+    /// Adds the counts of another histogram.
     pub fn merge(&mut self, other: &Self) {
         for (mine, theirs) in self.counts.iter_mut().zip(other.counts.iter()) {
             *mine = mine.saturating_add(*theirs);

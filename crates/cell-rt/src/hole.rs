@@ -1,5 +1,5 @@
-//! Releases the storage at the start of a file while another process appends to it. The
-//! offsets of the rest do not change, so neither writer nor readers need to be told.
+//! Releases the storage at the start of a file while another process appends to it. The offsets
+//! of the rest do not change, so neither writer nor readers need to know.
 
 use std::fs::File;
 use std::io;
@@ -32,8 +32,9 @@ pub fn first_data(file: &File) -> io::Result<u64> {
     }
     let error = io::Error::last_os_error();
     match error.raw_os_error() {
+        // Only holes: all of it was released.
         Some(libc::ENXIO) => Ok(file.metadata()?.len()),
-        // A file system that has no holes.
+        // A file system without holes.
         Some(libc::EINVAL) => Ok(0),
         _ => Err(error),
     }

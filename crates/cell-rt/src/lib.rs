@@ -1,6 +1,6 @@
-//! What the programs of a cell ask of the operating system, and nothing else:
-//! a clock, a periodic grid, scheduling, limits and locked memory, a mapped slot file,
-//! the ring of the last cycles, signals, parent death and standard output.
+//! The operating-system interface of the programs of a cell: a clock, a periodic grid,
+//! scheduling, limits and locked memory, a mapped slot file, the ring of the last cycles,
+//! signals, parent death and standard output.
 //!
 //! Together with `ipc-types` this is the only crate with `unsafe` code: every
 //! block is a call into the C library or an access to mapped memory, with its

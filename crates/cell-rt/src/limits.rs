@@ -4,6 +4,7 @@ use std::io;
 
 /// A resource the kernel limits per process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+// Raising is best effort: a program must start on a machine with low limits as well.
 pub enum Resource {
     /// Number of open files.
     OpenFiles,

@@ -1,4 +1,4 @@
-//! A lock on a file that ends with its holder, however that ends.
+//! A file lock that ends with its holder, including by `kill -9`.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
@@ -15,6 +15,7 @@ pub struct Lock {
 impl Lock {
     /// Takes the lock at `path`, creating the file (mode 0600) if needed. The
     /// content of the file is left as it is. `Ok(None)`: another process has it.
+    // Not truncated: the holder's name is in the file, and a second start has to report it.
     pub fn try_new(path: &Path) -> io::Result<Option<Self>> {
         let file = OpenOptions::new()
             .read(true)
@@ -23,10 +24,16 @@ impl Lock {
             .truncate(false)
             .mode(0o600)
             .open(path)?;
-        match file.try_lock() {
-            Ok(()) => Ok(Some(Self { file })),
-            Err(TryLockError::WouldBlock) => Ok(None),
-            Err(TryLockError::Error(error)) => Err(error),
+        // SAFETY: the descriptor is open for the whole call.
+        if unsafe { libc::flock(file.as_raw_fd(), libc::LOCK_EX | libc::LOCK_NB) } == 0 {
+            return Ok(Some(Self { file }));
+        }
+        let error = io::Error::last_os_error();
+        // Taken by another process is an expected answer, not an error.
+        if error.kind() == io::ErrorKind::WouldBlock {
+            Ok(None)
+        } else {
+            Err(error)
         }
     }
 

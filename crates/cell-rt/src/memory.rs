@@ -1,4 +1,4 @@
-//! Memory that is there before it is needed.
+//! Memory that is available before it is needed.
 
 use std::io;
 
@@ -14,6 +14,7 @@ const CAP_IPC_LOCK: u32 = 14;
 /// without the right to lock 1 GiB or more (`RLIMIT_MEMLOCK`, `CAP_IPC_LOCK`):
 /// memory beyond the limit could not be allocated any more.
 pub fn lock_all() -> io::Result<()> {
+    // Checked first: with `MCL_FUTURE` the call succeeds, and a later allocation fails.
     if limit(Resource::LockedMemory)? < ENOUGH_TO_LOCK && !has_capability(CAP_IPC_LOCK) {
         let text = "the limit of locked memory is below 1 GiB";
         return Err(io::Error::new(io::ErrorKind::PermissionDenied, text));
@@ -34,6 +35,7 @@ fn has_capability(bit: u32) -> bool {
     held.is_some_and(|held| held >> bit & 1 == 1)
 }
 
+// Far above the depth of a cycle, far below the smallest stack of a thread (2 MiB).
 /// Bytes of stack [`prefault_stack`] touches.
 pub const STACK_PREFAULT: usize = 256 * 1024;
 
@@ -54,8 +56,7 @@ pub fn prefault_stack() {
     core::hint::black_box(&mut block);
 }
 
-/// Gives freed heap memory never back to the kernel, so that later allocations
-/// meet no page fault.
+/// Keeps freed heap memory in the process, so that later allocations cause no page fault.
 pub fn keep_heap() {
     #[cfg(target_env = "gnu")]
     // SAFETY: mallopt takes two integers; -1 switches trimming off, 0 forbids
@@ -66,10 +67,10 @@ pub fn keep_heap() {
     }
 }
 
-/// Gives every page of the writable mappings of files whose path starts with `prefix` to
-/// this process now: later, a write to a page that a full tmpfs cannot supply would end
-/// it by SIGBUS. Bytes that there was no room for, or that an older kernel (before 5.14)
-/// cannot give.
+/// Reserves every page of the writable mappings of files whose path starts with `prefix` for
+/// this process: later, a write to a page that a full tmpfs cannot supply would end it by
+/// SIGBUS. Returns the bytes that there was no room for, or that an older kernel (before 5.14)
+/// cannot reserve.
 pub fn populate(prefix: &str) -> io::Result<u64> {
     let mut missing = 0;
     for line in std::fs::read_to_string("/proc/self/maps")?.lines() {
@@ -90,13 +91,14 @@ pub fn populate(prefix: &str) -> io::Result<u64> {
         // SAFETY: this populates pages and changes none; a range that was unmapped
         // meanwhile is an error.
         if unsafe { libc::madvise(address, to - from, libc::MADV_POPULATE_WRITE) } != 0 {
+            // The others are still tried: each page that is there is one SIGBUS less.
             missing += (to - from) as u64;
         }
     }
     Ok(missing)
 }
 
-/// Free bytes of the file system `path` lies on, for this user.
+/// Free bytes of the file system of `path`, for this user.
 pub fn free_bytes(path: &std::path::Path) -> io::Result<u64> {
     use std::os::unix::ffi::OsStrExt;
     let name = std::ffi::CString::new(path.as_os_str().as_bytes())?;
@@ -106,10 +108,11 @@ pub fn free_bytes(path: &std::path::Path) -> io::Result<u64> {
     if unsafe { libc::statvfs(name.as_ptr(), &raw mut info) } != 0 {
         return Err(io::Error::last_os_error());
     }
+    // `bavail`, not `bfree`: the rest is reserved for root.
     Ok(info.f_bavail.saturating_mul(info.f_frsize))
 }
 
-/// Whether `path` lies on a file system that is kept in memory.
+/// Whether `path` is on a file system that is kept in memory.
 pub fn is_tmpfs(path: &std::path::Path) -> io::Result<bool> {
     use std::os::unix::ffi::OsStrExt;
     let name = std::ffi::CString::new(path.as_os_str().as_bytes())?;

@@ -1,21 +1,23 @@
-//! Real-time scheduling, asked for and reported honestly.
+//! Requests real-time scheduling and reports exactly what was granted.
 
 use std::io;
 
 /// `SCHED_FIFO` priority of physics.
+// Highest: all others wait for the state.
 pub const PHYSICS_PRIORITY: i32 = 80;
 /// `SCHED_FIFO` priority of a controller.
+// Below physics, as a command can only follow a state.
 pub const CONTROLLER_PRIORITY: i32 = 75;
 
-/// `SCHED_FIFO` priority of a task: above all that is not a loop of the cell, so that
-/// a busy machine stops no decision.
+/// `SCHED_FIFO` priority of a task: above everything but the loops of the cell, so that a busy
+/// machine stops no decision.
 pub const TASK_PRIORITY: i32 = 70;
 
-/// `SCHED_FIFO` priority of a launcher while its cell runs: it only looks, and a
-/// process that was killed on a busy machine shall be back soon.
+/// `SCHED_FIFO` priority of a launcher while its cell runs: it only looks, and a process that
+/// was killed on a busy machine has to be back soon.
 pub const LAUNCHER_PRIORITY: i32 = 65;
 
-/// What a process was granted.
+/// Result of a request.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Granted {
     /// `SCHED_FIFO` was granted.
@@ -28,9 +30,8 @@ pub struct Granted {
     pub refused: Vec<String>,
 }
 
-/// Asks for everything a 1 kHz loop wants: `SCHED_FIFO` at `priority`, the core
-/// `core` (`None`: any), locked memory, timer slack of 1 ns. Never fails: what
-/// is refused stands in the result.
+/// Requests everything a 1 kHz loop wants: `SCHED_FIFO` at `priority`, the core `core` (`None`:
+/// any), locked memory, timer slack of 1 ns. Never fails: refusals are in the result.
 pub fn request(priority: i32, core: Option<usize>) -> Granted {
     let mut granted = Granted::default();
     // Without this every sleep of a normal thread ends 50 µs late.
@@ -59,6 +60,7 @@ pub fn request(priority: i32, core: Option<usize>) -> Granted {
             Err(error) => granted.refused.push(format!("core {core}: {error}")),
         }
     }
+    // Also without locked memory: both remove page faults from the cycle.
     crate::memory::keep_heap();
     crate::memory::prefault_stack();
     granted
@@ -70,6 +72,7 @@ pub fn set_fifo(priority: i32) -> io::Result<()> {
     let param = libc::sched_param {
         sched_priority: priority,
     };
+    // Children start in the normal class: a program started from a loop must not block a core.
     let policy = libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK;
     // SAFETY: the pointer is to a live parameter; 0 names the calling thread.
     check(unsafe { libc::sched_setscheduler(0, policy, &raw const param) })

@@ -1,4 +1,4 @@
-//! Other processes: are they alive, what do they use, end them, end with them.
+//! Other processes: whether they are alive, what they use, and how they are ended.
 
 use std::fs;
 use std::io;
@@ -35,9 +35,10 @@ pub fn kill(pid: u32, signal: i32) -> io::Result<()> {
     }
 }
 
-/// Kills a process of ours and all that it started, as a shell script has: what they hold,
-/// as a pipe, is free then.
+/// Kills a process of ours and all its descendants, e.g. those of a shell script, so that
+/// resources they hold (pipes) become free.
 pub fn kill_tree(pid: u32) -> io::Result<()> {
+    // One look at all parents before the first kill: an orphan gets another parent.
     let parents: Vec<(u32, u32)> = fs::read_dir("/proc")?
         .flatten()
         .filter_map(|entry| entry.file_name().to_str()?.parse().ok())
@@ -50,6 +51,7 @@ pub fn kill_tree(pid: u32) -> io::Result<()> {
         tree.extend(children.map(|(child, _)| *child));
         next += 1;
     }
+    // The root first, so that it cannot start more.
     let killed = kill(pid, SIGKILL);
     for child in tree.into_iter().skip(1) {
         // It may have ended with its parent.
@@ -79,8 +81,8 @@ pub fn is_alive(pid: u32) -> bool {
     !matches!(state, Some("Z" | "X"))
 }
 
-/// Start of a process in clock ticks since boot; with the id it names a process
-/// for good, as ids are used again.
+/// Start of a process in clock ticks since boot; with the id it identifies a process, as ids
+/// are reused.
 pub fn start_time(pid: u32) -> Option<u64> {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
     let rest = stat.get(stat.rfind(')')? + 2..)?;
@@ -88,7 +90,7 @@ pub fn start_time(pid: u32) -> Option<u64> {
     rest.split(' ').nth(19)?.parse().ok()
 }
 
-/// What a thread of a process has had of the processor since its start.
+/// Processor time of a thread of a process since its start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Share {
     /// Time on a core (ns).
@@ -98,20 +100,19 @@ pub struct Share {
     pub waited_ns: u64,
     /// Whether it waits now: for a core, or within the kernel for a disk or a page.
     pub waits: bool,
-    /// Whether it sleeps now: until a time, or for what another thread does.
+    /// Whether it sleeps now: until a time, or for another thread.
     pub sleeps: bool,
-    /// Whether it ended. The process is gone when all its threads have, which takes
-    /// them a core.
+    /// Whether it ended. A process is gone only when all its threads are, which needs a core.
     pub ended: bool,
 }
 
 impl Share {
-    /// Of the main thread of the process `pid` now; `None` without such a process.
+    /// Share of the main thread of the process `pid` now; `None` without such a process.
     pub fn of(pid: u32) -> Option<Self> {
         Self::at(&PathBuf::from(format!("/proc/{pid}")))
     }
 
-    /// Of the other threads of the process `pid` now, by id.
+    /// Shares of the other threads of the process `pid` now, by id.
     pub fn of_others(pid: u32) -> Vec<(u32, Self)> {
         let threads = fs::read_dir(format!("/proc/{pid}/task"));
         let share = |thread: fs::DirEntry| {
@@ -137,6 +138,7 @@ impl Share {
         let mut counted = sched.split_whitespace().map_while(|n| n.parse().ok());
         let ran_ns: u64 = counted.next().unwrap_or(0);
         Some(Self {
+            // Kernels without scheduler statistics give 0: ticks of 10 ms are better than none.
             ran_ns: if ran_ns > 0 {
                 ran_ns
             } else {
@@ -149,12 +151,11 @@ impl Share {
         })
     }
 
-    /// How much of the last `elapsed_ns` it could do nothing for lack of a core, a
-    /// disk or a page; `before` is from the beginning of that time.
+    /// Part of the last `elapsed_ns` in which it could not run for lack of a core, a disk or a
+    /// page; `before` is from the start of that time.
     ///
-    /// The kernel counts the wait for a core. Where it does not (a limit of the
-    /// control group, a disk), a process that waits now has waited all the time it
-    /// did not run.
+    /// The kernel counts the wait for a core. Where it does not (a limit of the control group,
+    /// a disk), a process that waits now is taken to have waited all the time it did not run.
     pub fn starved_ns(&self, before: &Self, elapsed_ns: u64) -> u64 {
         let counted = self.waited_ns.saturating_sub(before.waited_ns);
         let ran = self.ran_ns.saturating_sub(before.ran_ns);
@@ -163,12 +164,14 @@ impl Share {
         } else {
             0
         };
+        // Larger of both, as each alone misses one kind of wait; no more than the time that
+        // passed.
         counted.max(seen).min(elapsed_ns)
     }
 }
 
-/// Those of `paths` that no process has open or mapped. Processes of other users are
-/// not seen; they cannot open what is ours alone.
+/// Those of `paths` that no process has open or mapped. Processes of other users are not
+/// visible; they cannot open files of this user.
 pub fn unused(mut paths: Vec<PathBuf>) -> Vec<PathBuf> {
     for process in fs::read_dir("/proc").into_iter().flatten().flatten() {
         if paths.is_empty() {
@@ -192,19 +195,19 @@ fn retain_unused(process: &Path, paths: &mut Vec<PathBuf>) {
             paths.retain(|path| *path != target);
         }
     }
+    // A mapping outlives its descriptor, so the open files alone are not enough.
     let maps = fs::read(process.join("maps")).unwrap_or_default();
     for line in maps.split(|byte| *byte == b'\n') {
         paths.retain(|path| !line.ends_with(path.as_os_str().as_encoded_bytes()));
     }
 }
 
-/// Whether the process `pid` is alive and is the one that began at `started` (see
-/// [`start_time`]).
+/// Whether the process `pid` is alive and is the one started at `started` (see [`start_time`]).
 pub fn is_same(pid: u32, started: u64) -> bool {
     is_alive(pid) && start_time(pid) == Some(started)
 }
 
-/// The name the kernel shows for a process: of its program, or what it gave itself.
+/// The kernel's name of a process: of its program, or set by itself.
 pub fn name(pid: u32) -> Option<String> {
     let text = fs::read_to_string(format!("/proc/{pid}/comm")).ok()?;
     Some(text.trim_end().to_owned())
@@ -212,12 +215,12 @@ pub fn name(pid: u32) -> Option<String> {
 
 /// Gives this process a name of up to 15 bytes; called from its main thread.
 pub fn rename(name: &str) {
-    // What cannot be written leaves the old name.
+    // A failure leaves the old name.
     fs::write("/proc/self/comm", name).ok();
 }
 
-/// Asks the kernel to send `signal` to this process when its parent dies, and
-/// checks that the parent `expected_parent` has not died before the request.
+/// Requests `signal` from the kernel when the parent of this process dies, and checks that
+/// `expected_parent` has not died before the request.
 ///
 /// The kernel ties this to the *thread* that started the process: a parent
 /// must start its children from a thread that lives as long as itself, which
@@ -229,6 +232,7 @@ pub fn die_with_parent(signal: i32, expected_parent: u32) -> io::Result<bool> {
     if unsafe { libc::prctl(libc::PR_SET_PDEATHSIG, signal) } != 0 {
         return Err(io::Error::last_os_error());
     }
+    // Checked after the request: a parent that died before it sends nothing any more.
     Ok(parent_pid() == expected_parent)
 }
 

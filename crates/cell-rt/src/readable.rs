@@ -4,7 +4,7 @@ use std::io;
 use std::os::fd::{AsFd, AsRawFd};
 use std::time::Duration;
 
-/// Whether there is something to read at `source`, or to accept, within `time`.
+/// Whether `source` has something to read, or to accept, within `time`.
 ///
 /// # Errors
 /// Of poll(2); a signal counts as nothing to read.

@@ -1,6 +1,6 @@
 //! One record of any size that survives `kill -9` at any instant.
 //!
-//! A record is written to a file of its own and renamed, so there is always a whole one:
+//! A record is written to a new file and renamed, so there is always a whole one:
 //! the last that was written to its end. The one before stays, too, in case the newest is
 //! damaged by another program. Unlike [`crate::SlotFile`] it makes system calls, and its
 //! size is not fixed.
@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 const MAGIC: [u8; 8] = *b"RCRECD01";
 /// Bytes before the record: magic, length, checksum (64 bits each).
 const HEAD_BYTES: usize = 24;
-/// Not followed: a link here is not ours, and its target is not ours to read or write.
+/// Links are not followed: a link here is not ours, and neither is its target.
 const FLAGS: i32 = libc::O_NOFOLLOW | libc::O_CLOEXEC;
 
 /// The file.
@@ -63,7 +63,11 @@ impl RecordFile {
         head[16..].copy_from_slice(&u64::from(checksum(record)).to_le_bytes());
         file.write_all(&head)?;
         file.write_all(record)?;
+        // No `fsync`: the promise is to survive a killed process, not a power cut, and the
+        // directory is on tmpfs.
         drop(file);
+        // In this order a kill between both renames leaves the older record and the complete
+        // `.next`.
         match std::fs::rename(&self.path, &self.older) {
             // The first.
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
@@ -72,8 +76,8 @@ impl RecordFile {
         std::fs::rename(&self.next, &self.path)
     }
 
-    /// The newest record; `None` where none was written, or its writer was killed a
-    /// moment before it was in place.
+    /// The newest record; `None` if none was written, or its writer was killed a moment before
+    /// it was in place.
     ///
     /// # Errors
     /// [`io::ErrorKind::InvalidData`] for a file that is damaged or of another layout;
@@ -93,6 +97,7 @@ impl RecordFile {
 
 fn read(path: &Path) -> io::Result<Option<Vec<u8>>> {
     let mut options = OpenOptions::new();
+    // A FIFO in its place must not block the start.
     options.read(true).custom_flags(FLAGS | libc::O_NONBLOCK);
     match options.open(path) {
         Ok(file) => whole(file).map(Some),

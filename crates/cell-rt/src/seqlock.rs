@@ -1,5 +1,5 @@
-//! The plainest way to hand a value to another process: a counter that is odd
-//! while the value is written. The measure the topic layer is held against.
+//! The plainest way to pass a value to another process: a counter that is odd while the value
+//! is being written. It is the baseline with which the topic layer is compared.
 
 use std::io;
 use std::path::Path;
@@ -18,7 +18,7 @@ pub struct Seqlock {
 }
 
 impl Seqlock {
-    /// Opens or creates the value of `words` words in a file of its own.
+    /// Opens or creates the value of `words` words in the file `path`.
     pub fn open(path: &Path, words: usize) -> io::Result<Self> {
         Ok(Self {
             memory: SharedWords::open(path, VALUE + words)?,
@@ -31,6 +31,7 @@ impl Seqlock {
     pub fn write(&self, count: u64, mut word_at: impl FnMut(usize) -> u64) {
         let words = self.memory.words();
         words[0].store(2 * count - 1, Ordering::Relaxed);
+        // Odd before any word of the value, so that a reader cannot take a mixture for a value.
         fence(Ordering::Release);
         for (index, word) in words[VALUE..].iter().enumerate() {
             word.store(word_at(index), Ordering::Relaxed);
@@ -49,6 +50,7 @@ impl Seqlock {
         for (to, from) in value.iter_mut().zip(&words[VALUE..VALUE + self.words]) {
             *to = from.load(Ordering::Relaxed);
         }
+        // The second look: an equal counter proves that no writer was active during the copy.
         fence(Ordering::Acquire);
         words[0].load(Ordering::Relaxed) == 2 * count
     }

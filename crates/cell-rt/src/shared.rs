@@ -1,4 +1,4 @@
-//! A file mapped into memory that several processes see, as words.
+//! A file mapped into the memory of several processes, as words.
 
 use std::fs::OpenOptions;
 use std::io;
@@ -8,8 +8,8 @@ use std::path::Path;
 use std::ptr::NonNull;
 use std::sync::atomic::AtomicU64;
 
-/// Shared memory as 64-bit words. Whatever other process writes to it, reading a word is
-/// always defined: all access is atomic.
+/// Shared memory as 64-bit words. Reading a word is always defined, regardless of other
+/// processes that write to it: all access is atomic.
 #[derive(Debug)]
 pub struct SharedWords {
     start: NonNull<AtomicU64>,
@@ -23,13 +23,13 @@ unsafe impl Send for SharedWords {}
 unsafe impl Sync for SharedWords {}
 
 impl SharedWords {
-    /// Maps the file at `path` with room for `words` words, creating it (mode
-    /// 0600, zeros) or extending it as needed; content that is there stays.
-    /// Keep the file on tmpfs, or writes may wait for a disk.
+    /// Maps the file at `path` with room for `words` words, creating it (mode 0600, zeros) or
+    /// extending it as needed; existing content stays. Keep the file on tmpfs, or writes may
+    /// wait for a disk.
     ///
     /// # Errors
-    /// Of the file system, and for anything but a regular file: a symbolic link in its
-    /// place would let whoever made it choose the file that is written to.
+    /// Of the file system, and for anything but a regular file: a symbolic link in its place
+    /// would let its author choose the file that is written to.
     pub fn open(path: &Path, words: usize) -> io::Result<Self> {
         let bytes = words.checked_mul(8).filter(|bytes| *bytes > 0);
         let bytes = bytes.ok_or_else(|| io::Error::from(io::ErrorKind::InvalidInput))?;
@@ -44,9 +44,11 @@ impl SharedWords {
             .open(path)
             .map_err(|error| refusal(path, error))?;
         let meta = file.metadata()?;
+        // Asked of the open file, not of its path, which could change in between.
         if !meta.is_file() {
             return Err(not_a_file("not a regular file"));
         }
+        // Extended before it is mapped: access beyond the end of a file is a SIGBUS.
         if meta.len() < bytes as u64 {
             reserve(&file, bytes)?;
         }
@@ -78,10 +80,10 @@ impl SharedWords {
     }
 }
 
-/// The error of opening `path`, in words where the place is taken by something else.
+/// The error of opening `path`, with a clear text if something else has its place.
 fn refusal(path: &Path, error: io::Error) -> io::Error {
     match error.raw_os_error() {
-        // ELOOP is also what a path through a loop of links above it gives.
+        // ELOOP is also the error for a loop of links further up the path.
         Some(libc::ELOOP) if path.is_symlink() => not_a_file("a symbolic link"),
         Some(libc::EISDIR) => not_a_file("a directory"),
         _ => error,

@@ -1,4 +1,4 @@
-//! A request to end, from a terminal or a supervisor, as a flag.
+//! Requests to end, from a terminal or a supervisor, as a flag.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -12,17 +12,18 @@ extern "C" fn on_signal(_signal: libc::c_int) {
     STOP.store(true, Ordering::Release);
 }
 
-/// Makes SIGTERM, SIGINT, SIGQUIT and SIGHUP (its terminal was closed; not under
-/// `nohup`) set the flag of [`stop_requested`] in place of ending the process, and
-/// SIGUSR1 and SIGUSR2 do nothing. Blocking calls return early (`EINTR`) when one of
-/// the first arrives.
+/// Makes SIGTERM, SIGINT, SIGQUIT and SIGHUP (its terminal was closed; not under `nohup`) set
+/// the flag of [`stop_requested`] instead of ending the process, and SIGUSR1 and SIGUSR2 have
+/// no effect. Blocking calls return early (`EINTR`) when one of the first arrives.
 pub fn install_stop_handler() -> io::Result<()> {
     let stop = on_signal as extern "C" fn(libc::c_int) as libc::sighandler_t;
     for signal in [libc::SIGTERM, libc::SIGINT, libc::SIGQUIT, libc::SIGHUP] {
+        // Under `nohup` SIGHUP is ignored on purpose; a handler would undo that.
         if signal != libc::SIGHUP || !is_ignored(signal)? {
             install(signal, stop)?;
         }
     }
+    // Their default action ends the process without bringing the arm to rest.
     install(libc::SIGUSR1, libc::SIG_IGN)?;
     install(libc::SIGUSR2, libc::SIG_IGN)
 }
@@ -55,18 +56,18 @@ fn is_ignored(signal: libc::c_int) -> io::Result<bool> {
     Ok(action.sa_sigaction == libc::SIG_IGN)
 }
 
-/// Whether this process was asked to end.
+/// Whether this process was requested to end.
 #[inline]
 pub fn stop_requested() -> bool {
     STOP.load(Ordering::Acquire)
 }
 
-/// How often it was asked; a second Ctrl-C means now.
+/// Number of requests; a second Ctrl-C means at once.
 pub fn stop_count() -> u32 {
     COUNT.load(Ordering::Relaxed)
 }
 
-/// Sets the flag from within, so that a process has one way to end.
+/// Sets the flag from within the process, so that there is one way to end.
 pub fn request_stop() {
     STOP.store(true, Ordering::Release);
 }

@@ -1,9 +1,15 @@
 //! Records that survive `kill -9` at any instant.
 //!
-//! Two slots or more in a mapped file, written in turn, each with a checksum over
-//! everything in it. While one is being written the others are whole. A record that is
-//! longer than a slot moves the whole records to a file with longer slots, which
-//! replaces the old one.
+//! A mapped file has two slots or more, written in turn, each with a checksum over its content.
+//! While one is being written the others are whole. A record that is longer than a slot moves
+//! the whole records to a file with longer slots, which replaces the old one.
+//!
+//! What can go wrong: the writer is killed between any two stores; the file is cut off, of
+//! another build, or a link; a length is damaged. The rule: a slot is marked invalid before its
+//! content changes and gets its checksum last, and nothing is used whose checksum is wrong.
+//!
+//! A change must not break: the order of the stores in `write_at`; the header is stored
+//! backwards, its magic last; a writer never touches the newest whole record.
 
 use std::fs::OpenOptions;
 use std::io::{self, Read};
@@ -19,9 +25,10 @@ const MAGIC: u64 = u64::from_le_bytes(*b"RCSLOT02");
 const FILE_HEADER: usize = 3;
 /// Words before a slot's content: seq, length in bytes, checksum.
 const SLOT_HEADER: usize = 3;
-/// Largest record: a broken length must not ask for more memory.
+/// Largest record: a damaged length must not request more memory.
 const MAX_CAPACITY: usize = 64 * 1024 * 1024;
-/// Most slots.
+/// Largest number of slots.
+// A damaged number of slots must not map more than that; the most that is used is 8.
 const MAX_SLOTS: usize = 64;
 
 /// The file of slots. Writing allocates nothing and makes no system call, unless the
@@ -37,9 +44,8 @@ pub struct SlotFile {
 }
 
 impl SlotFile {
-    /// Opens or creates the file at `path` (on tmpfs) for records of `capacity` bytes,
-    /// more if needed. A file of another layout is initialised again: its content is
-    /// not ours to read.
+    /// Opens or creates the file at `path` (on tmpfs) for records of `capacity` bytes, more if
+    /// needed. A file of another layout is initialised: its content belongs to another build.
     pub fn open(path: &Path, capacity: usize) -> io::Result<Self> {
         Self::with_slots(path, capacity, 2)
     }
@@ -56,10 +62,12 @@ impl SlotFile {
         }
         let found = Found::at(path, slots)?;
         let capacity = match found {
+            // Longer slots of a former start are kept, as shortening them would lose its
+            // records.
             Found::Ours(found) => found.max(capacity),
             Found::Nothing | Found::Damaged => capacity,
         };
-        // Slots of another length begin elsewhere.
+        // Slots of another length start at other offsets.
         let is_kept = matches!(found, Found::Ours(found) if found == capacity);
         let mut this = Self {
             path: path.to_owned(),
@@ -69,6 +77,7 @@ impl SlotFile {
             next: 0,
             damaged: matches!(found, Found::Damaged),
         };
+        // Found while the old content is still there: the caller reports lost records.
         if is_kept {
             this.damaged = (0..slots).any(|slot| this.is_damaged_slot(slot));
         } else {
@@ -85,14 +94,15 @@ impl SlotFile {
     fn initialise(&mut self) {
         self.clear();
         let header = [MAGIC, self.capacity as u64, self.slots as u64];
+        // Backwards: the magic is stored last, so a file killed here reads as empty, not as
+        // damaged.
         for (word, value) in self.memory.words().iter().zip(header).rev() {
             word.store(value, Ordering::Release);
         }
     }
 
-    /// Whether the file was damaged, cut off, or of another layout, when it was opened:
-    /// records of it are lost. One that was being written when its writer was killed
-    /// does not count.
+    /// Whether the file was damaged, cut off, or of another layout when it was opened: records
+    /// of it are lost. A record whose writer was killed while writing it does not count.
     pub fn was_damaged(&self) -> bool {
         self.damaged
     }
@@ -116,6 +126,8 @@ impl SlotFile {
     /// slots, or it is longer than 64 MiB. The records before it stay.
     pub fn write(&mut self, seq: u64, record: &[u8]) -> io::Result<()> {
         let slot = self.next;
+        // `next` moves only after success: a failed write must not cost a good record its
+        // place.
         self.write_at(slot, seq, record)?;
         self.next = (slot + 1) % self.slots;
         Ok(())
@@ -134,12 +146,15 @@ impl SlotFile {
         // Not valid while it is being written: no record has a checksum above
         // 32 bits.
         slot[2].store(u64::MAX, Ordering::Relaxed);
+        // The mark must be visible before any new content, or an old checksum could cover a
+        // mixture.
         fence(Ordering::SeqCst);
         slot[0].store(seq, Ordering::Relaxed);
         slot[1].store(record.len() as u64, Ordering::Relaxed);
         for (word, bytes) in slot[SLOT_HEADER..].iter().zip(record.chunks(8)) {
             word.store(word_of(bytes), Ordering::Relaxed);
         }
+        // And all content before its checksum.
         fence(Ordering::SeqCst);
         slot[2].store(u64::from(checksum(seq, record)), Ordering::Release);
         Ok(())
@@ -153,6 +168,8 @@ impl SlotFile {
             let text = format!("a record of {needed} bytes; at most {MAX_CAPACITY} are kept");
             return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
         }
+        // A new file and a rename, not a longer old one: slots of another length overlap the
+        // old.
         let path = grown(&self.path);
         // Left by a process that was killed here.
         std::fs::remove_file(&path).ok();
@@ -163,6 +180,7 @@ impl SlotFile {
             std::fs::rename(&path, &self.path)?;
             Ok(grown)
         });
+        // Without room the short slots stay valid; a leftover would take the room they need.
         let grown = grown.inspect_err(|_| {
             std::fs::remove_file(&path).ok();
         })?;
@@ -173,6 +191,8 @@ impl SlotFile {
     /// The newest whole record with its `seq`.
     pub fn newest(&self) -> Option<(u64, Vec<u8>)> {
         let (slot, seq) = self.newest_slot()?;
+        // The slot may have been overwritten between the two reads; then its number has
+        // changed.
         self.read(slot).filter(|(read_seq, _)| *read_seq == seq)
     }
 
@@ -217,6 +237,7 @@ impl SlotFile {
         let stored = slot[2].load(Ordering::Acquire);
         let seq = slot[0].load(Ordering::Relaxed);
         let length = usize::try_from(slot[1].load(Ordering::Relaxed)).ok()?;
+        // Before memory is reserved: a damaged length may be anything.
         if length > self.capacity {
             return None;
         }

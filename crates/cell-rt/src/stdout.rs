@@ -11,7 +11,7 @@ use std::io::{self, Write};
 use std::os::fd::{AsFd, AsRawFd};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// What became of an output.
+/// State of the output.
 #[derive(Debug)]
 enum Fate {
     Open,
@@ -50,11 +50,12 @@ impl Fate {
 }
 
 /// One line.
+// One lock for the whole line, so that lines of two threads do not mix.
 pub fn line(text: impl Display) {
     fate().write(|| writeln!(io::stdout().lock(), "{text}"));
 }
 
-/// Text as it is. It is written at once, so that a frame in a terminal is complete.
+/// Text as given. It is written at once, so that a frame in a terminal is complete.
 pub fn raw(text: &[u8]) {
     fate().write(|| {
         let mut out = io::stdout().lock();
@@ -63,7 +64,7 @@ pub fn raw(text: &[u8]) {
     });
 }
 
-/// For what writes to a stream. An error is remembered and returned.
+/// For code that writes to a stream. An error is remembered and returned.
 #[derive(Debug, Default)]
 pub struct Writer;
 
@@ -81,8 +82,8 @@ impl Write for Writer {
     }
 }
 
-/// Whether the output still goes somewhere: false after an error, and as soon as the
-/// reader of a pipe has ended, though nothing was written since.
+/// Whether the output has a reader: false after an error, and as soon as the reader of a pipe
+/// has ended, even if nothing was written since.
 pub fn has_reader() -> bool {
     matches!(*fate(), Fate::Open) && is_read(io::stdout())
 }
@@ -95,6 +96,7 @@ fn is_read(output: impl AsFd) -> bool {
     };
     // SAFETY: one entry, which lives for the whole call, as does its descriptor.
     let count = unsafe { libc::poll(&raw mut asked, 1, 0) };
+    // An error of `poll` counts as a reader: the next write reports the truth.
     count <= 0 || asked.revents & (libc::POLLERR | libc::POLLHUP) == 0
 }
 
@@ -105,6 +107,7 @@ fn is_read(output: impl AsFd) -> bool {
 /// The first error of writing, once.
 pub fn finish() -> io::Result<()> {
     let mut fate = fate();
+    // Buffered text may fail only here, e.g. on a full disk.
     fate.write(|| io::stdout().lock().flush());
     fate.take()
 }

@@ -1,4 +1,4 @@
-//! A terminal that is closed asks what ran in it to end.
+//! A closed terminal requests the programs in it to end.
 
 use cell_rt::signal::{install_stop_handler, stop_requested};
 

@@ -19,7 +19,7 @@ fn helper_writes_until_killed() {
     }
 }
 
-/// A record that says in every word which one it is.
+/// A record whose every word has its number.
 fn record(seq: u64) -> Vec<u8> {
     seq.to_le_bytes().repeat(CAPACITY / 8)
 }
@@ -36,7 +36,7 @@ fn there_is_always_a_whole_record_and_never_an_older_one() {
             .stdout(Stdio::null())
             .spawn()
             .unwrap();
-        // Until it writes; then on to another instant of its work each time.
+        // Waits until it writes, and then a different time at each kill.
         while file.newest().is_none_or(|(seq, _)| seq <= last) {
             std::thread::yield_now();
         }

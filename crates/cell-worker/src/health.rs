@@ -12,6 +12,7 @@ use ipc_types::{DECISION_TICKS, Header, Health, Invalid, TICK_NS, Text};
 use crate::Start;
 
 /// Period of the message (ns).
+// Ten messages within the shortest hang limit of the launcher (100 ms).
 const PERIOD_NS: u64 = 10_000_000;
 /// Length of the window the figures are of (ns).
 const WINDOW_NS: u64 = 1_000_000_000;

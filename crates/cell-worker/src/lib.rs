@@ -1,5 +1,4 @@
-//! What every process of a cell has in common: how it starts, how it joins the
-//! run, and how it says how it is doing.
+//! Code that all processes of a cell share: their start, joining the run, and their health.
 #![forbid(unsafe_code)]
 
 mod health;

@@ -11,6 +11,7 @@ pub struct LoopClass {
     lockstep: bool,
 }
 
+// Starts as real time, which is the class that the thread was given at its start.
 impl LoopClass {
     /// Of the calling thread, which has `SCHED_FIFO` at `priority` if `fifo`.
     pub fn new(priority: i32, fifo: bool) -> Self {
@@ -21,8 +22,9 @@ impl LoopClass {
         }
     }
 
-    /// Changes the class where simulated time passes in another way than before.
+    /// Changes the class if simulated time passes in another way than before.
     pub fn follow(&mut self, lockstep: bool) {
+        // No system call in the cycle unless the mode has changed.
         if std::mem::replace(&mut self.lockstep, lockstep) == lockstep || !self.fifo {
             return;
         }
@@ -31,6 +33,7 @@ impl LoopClass {
         } else {
             priority::set_fifo(self.priority)
         };
+        // The old class only costs others their core, so the loop continues.
         if let Err(error) = changed {
             crate::warn(format_args!(
                 "the scheduling class was not changed: {error}"

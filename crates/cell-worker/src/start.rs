@@ -1,4 +1,8 @@
-//! The start of a process: all that can fail comes before the bus is touched.
+//! The start of a process: everything that can fail is done before it joins the bus.
+//!
+//! A process killed or failing while it joins leaves files that only the wipe after the run
+//! removes, so arguments, files and the model are read first. The exit code tells the launcher
+//! whether another start can help: 3 ends the cell, 1 is followed by a restart.
 
 use std::process::ExitCode;
 
@@ -11,12 +15,13 @@ use ipc_types::topic::Process;
 
 use crate::orphan;
 
+// The same for every start, so the launcher must not restart in a loop.
 /// Configuration that cannot be used.
 const EXIT_CONFIGURATION: u8 = 3;
 /// Anything else.
 const EXIT_FAILED: u8 = 1;
 
-/// Why a process cannot start.
+/// Reasons why a process cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum SetupError {
     /// The arguments.
@@ -42,7 +47,7 @@ pub struct Start {
     pub spec: RunSpec,
     /// The cell, set up for the run's seed.
     pub cell: Cell,
-    /// Which start of this process it is.
+    /// Number of this start of the process, from 1 up.
     pub generation: u32,
     /// Which arm, for a controller.
     pub arm: u8,
@@ -54,12 +59,17 @@ impl Start {
     /// Reads arguments, run file and cell, and ties this process to the
     /// launcher: it ends when the launcher ends.
     pub fn from_arguments(words: &[String]) -> Result<Self, SetupError> {
+        // Before any file is created: files of a run are for its user only.
         process::private_umask();
+        // Before the request below: a SIGTERM sent by the kernel must already be caught.
         signal::install_stop_handler()?;
         let parent = process::parent_pid();
+        // A launcher that died before this line would leave a process without a supervisor.
         if !process::die_with_parent(process::SIGTERM, parent)? {
             return Err(SetupError::Orphan);
         }
+        // Only now, as all of these may take long or fail: from here on the process ends with
+        // its launcher.
         let args = WorkerArgs::parse(words.iter().cloned())?;
         let spec = RunSpec::load(&args.spec)?;
         let cell = spec.load_cell()?;
@@ -72,12 +82,14 @@ impl Start {
         })
     }
 
-    /// Asks for real-time scheduling where the run wants it; says in the log
-    /// what was refused. Whether SCHED_FIFO was granted.
+    /// Requests real-time scheduling where the run wants it, and logs what was refused. True if
+    /// SCHED_FIFO was granted.
     pub fn real_time(&self, fifo_priority: i32, core: usize) -> bool {
+        // In lockstep a FIFO thread that waits for others would keep them from its core.
         if !self.spec.real_time || self.spec.speed.is_lockstep() {
             return false;
         }
+        // On a single core pinning gains nothing and keeps the kernel from balancing.
         let core = (priority::core_count() > 1).then_some(core % priority::core_count());
         let granted = priority::request(fifo_priority, core);
         for line in &granted.refused {
@@ -86,8 +98,8 @@ impl Start {
         granted.fifo
     }
 
-    /// Asks for real-time scheduling alone: no core and no memory of its own. Whether
-    /// it was granted; says in the log if not.
+    /// Requests real-time scheduling alone, without a core or locked memory. True if it was
+    /// granted; logs the reason if not.
     pub fn real_time_priority(&self, fifo_priority: i32) -> bool {
         if !self.spec.real_time || self.spec.speed.is_lockstep() {
             return false;
@@ -101,9 +113,10 @@ impl Start {
         granted.is_ok()
     }
 
-    /// Gives this process all the shared memory its ports may use, so that it works on
-    /// while there is no room. After all of them are made.
+    /// Reserves all shared memory that the ports of this process may use, so that it continues
+    /// when /dev/shm is full. To be called after all ports are open.
     pub fn populate(&self) {
+        // All mappings of the run, also those that ports opened on behalf of other processes.
         let prefix = format!("/dev/shm/{}", self.spec.prefix);
         match cell_rt::memory::populate(&prefix) {
             Ok(0) => {}
@@ -125,22 +138,23 @@ impl Start {
     }
 }
 
-/// Why a process that has read its files cannot run.
+/// Errors of a process that has read its files.
 pub trait RunError: std::fmt::Display {
-    /// Whether every other start would end in the same way. The launcher does not
-    /// try again then.
+    /// Whether every other start would end with the same error. The launcher does not restart
+    /// it then.
     fn is_lasting(&self) -> bool;
 }
 
 impl RunError for BusError {
     fn is_lasting(&self) -> bool {
+        // Another build stays another build; every other error of the bus may pass.
         matches!(self, Self::Version { .. })
     }
 }
 
-/// `main` of a process: runs it and turns its error into one line and a code.
-/// What is wrong with arguments or files stays wrong; what fails afterwards may
-/// pass, and the launcher tries again.
+/// `main` of a process: runs it and turns its error into one line and an exit code. Errors in
+/// arguments or files are permanent; later ones may pass, and the launcher restarts the
+/// process.
 pub fn main<E: RunError>(name: &str, run: impl FnOnce(&Start) -> Result<(), E>) -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     main_of(name, &words, run)
@@ -164,6 +178,7 @@ pub fn main_of<E: RunError>(
                 Err(error) if error.is_lasting() => fail(&error, EXIT_CONFIGURATION),
                 Err(error) => fail(&error, EXIT_FAILED),
             };
+            // The launcher died: no process is left that would end one of the cell that hangs.
             if process::parent_pid() != start.launcher {
                 orphan::end_the_others(&start.spec.run_dir);
             }

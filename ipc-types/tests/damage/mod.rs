@@ -1,4 +1,4 @@
-//! What is not a number, or no plausible one, in any field of any message.
+//! Values that are not finite or not plausible, in any field of any message.
 #![allow(
     clippy::cast_possible_truncation,
     clippy::unwrap_used,
@@ -96,7 +96,7 @@ impl Full for WorldPiece {
     }
 }
 
-/// Every number of the message, replaced by each value that is none; how many there are.
+/// Every number of the message, replaced by each invalid value; returns their number.
 fn refuses_all<T: Full>(name: &str) -> usize {
     let good = T::full();
     assert_eq!(good.validate(), Ok(()), "{name}");
@@ -114,7 +114,7 @@ fn refuses_all<T: Full>(name: &str) -> usize {
             bytes[offset..offset + 8].copy_from_slice(&bad.to_ne_bytes());
             let refused = T::from_bytes(&bytes).unwrap().validate();
             let refused = refused.expect_err(&format!("{field} = {bad} was taken"));
-            // A length of a quaternion says what is wrong with one of its parts.
+            // The norm of a quaternion reveals a wrong component.
             let said = refused.value;
             assert!(
                 !said.is_finite() || said.abs() > 1.0e2,
@@ -137,7 +137,7 @@ fn no_field_of_any_message_takes_what_is_no_plausible_number() {
     assert!(refuses_all::<WorldPiece>("piece") > 100);
 }
 
-/// Bytes without meaning: refused or plausible, never a panic.
+/// Random bytes: refused or plausible, never a panic.
 #[test]
 fn random_bytes_are_judged() {
     fn judge<T: Full>(random: &mut impl FnMut() -> u64) -> usize {

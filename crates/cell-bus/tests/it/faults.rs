@@ -1,4 +1,4 @@
-//! Processes that die at the worst moment, and what a run leaves behind.
+//! Processes that die during a start or while they hold messages, and the files they leave.
 
 use crate::common;
 
@@ -91,7 +91,7 @@ fn kills_during_start_up_stop_nobody_from_starting() {
     let run = TestRun::new();
     for attempt in 0..40_u64 {
         let mut child = helper(&run.site, 1);
-        // Spread over the start of the process, whatever the machine's speed.
+        // Spread over the start of the process, at any speed of the machine.
         cell_rt::sleep_until(cell_rt::monotonic_ns() + attempt * 250_000);
         child.kill().unwrap();
         child.wait().unwrap();

@@ -1,4 +1,4 @@
-//! What a reader of a topic gets, and what it is spared.
+//! Messages that a reader of a topic gets or does not get.
 
 use core::mem::offset_of;
 use std::os::unix::fs::FileExt as _;

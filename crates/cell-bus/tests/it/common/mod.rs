@@ -13,7 +13,7 @@ static NEXT: AtomicU32 = AtomicU32::new(0);
 /// Identity of the runs of the tests.
 pub const RUN: u64 = 77;
 
-/// A run and its keeper. The site is wiped when it goes.
+/// A run and its keeper. The site is wiped when it is dropped.
 pub struct TestRun {
     pub site: RunSite,
     pub keeper: Option<Keeper>,
