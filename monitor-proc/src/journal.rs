@@ -10,15 +10,15 @@ use ipc_types::{TICK_NS, TraceLine};
 /// Name of the file in the run's log folder.
 pub const FILE: &str = "trace.log";
 
-/// Appends lines to a file. A disk that is full or slow costs lines, never a
-/// loop: only the monitor waits for it.
+/// Appends lines to a file. A full or slow disk costs lines, but never delays a loop: only the
+/// monitor waits for it.
 pub struct Journal<W> {
     out: W,
     lost: u64,
 }
 
 impl Journal<File> {
-    /// Opens the file in `logs`, or begins it.
+    /// Opens the file in `logs`, or creates it.
     ///
     /// # Errors
     ///
@@ -27,6 +27,7 @@ impl Journal<File> {
         let file = OpenOptions::new()
             .create(true)
             .append(true)
+            // Appended: a restarted monitor continues the log of the run.
             .open(logs.join(FILE))?;
         Ok(Self::new(file))
     }
@@ -50,16 +51,17 @@ impl<W: Write> Journal<W> {
             _ => "  ",
         };
         let written = writeln!(self.out, "{time_s:10.3} s{mark}{}", line.text);
+        // Counted, not returned: the note of the process reports the number.
         self.lost += u64::from(written.is_err());
     }
 
-    /// Writes down what a person asked for at `time_s` (simulated).
+    /// Appends a request of a person at `time_s` (simulated).
     pub fn operator(&mut self, time_s: f64, text: &str) {
         let written = writeln!(self.out, "{time_s:10.3} s* {text}");
         self.lost += u64::from(written.is_err());
     }
 
-    /// Says that lines are missing because they were not read in time.
+    /// Appends that lines are missing because they were not read in time.
     pub fn gap(&mut self, lines: u64) {
         let written = writeln!(
             self.out,
@@ -68,13 +70,14 @@ impl<W: Write> Journal<W> {
         self.lost += u64::from(written.is_err());
     }
 
-    /// Lines the disk did not take.
+    /// Lines that the disk refused.
     pub fn lost(&self) -> u64 {
         self.lost
     }
 }
 
-/// A hand that drags says the same sixty times a second; once is enough.
+/// Filters repeated requests: a drag sends the same sixty times a second, and one line is
+/// enough.
 #[derive(Clone, Debug, Default)]
 pub struct Said {
     last: String,
@@ -82,12 +85,13 @@ pub struct Said {
 }
 
 impl Said {
-    /// What is said again within this time is one and the same (ns).
+    /// Repetitions within this time are one request (ns).
+    // Far above the 17 ms between two requests of a moving hand.
     const PAUSE_NS: u64 = 1_000_000_000;
 
-    /// Whether `text` begins something at `now_ns`.
+    /// Whether `text` starts something new at `now_ns`.
     pub fn is_new(&mut self, text: &str, now_ns: u64) -> bool {
-        // Nothing but a drag and a target continues.
+        // Only a drag and a target are repeated.
         let goes_on = text.starts_with("drag ") || text == "target";
         let new = !goes_on || text != self.last || now_ns >= self.at_ns + Self::PAUSE_NS;
         text.clone_into(&mut self.last);

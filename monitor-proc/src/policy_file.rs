@@ -1,5 +1,9 @@
-//! The file that the policy of a live cell is written in: read for the page, checked,
-//! and replaced (docs/page-protocol.md, `/api/policy`).
+//! The file of the policy of a live cell: read for the page, checked, and replaced
+//! (docs/page-protocol.md, `/api/policy`).
+//!
+//! A page edits a program that moves an arm. So the text is checked by the task program itself,
+//! with the whole cell in a copy, before it replaces the file; the file is always the one the
+//! cell names, below `cells/`; a page gives no path.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -14,10 +18,11 @@ use serde_json::{Value, json};
 
 /// Name of the built-in task program, beside this one.
 const TASK_PROGRAM: &str = "task-proc";
-/// Folders within `cells/` that are looked through.
+/// Levels of folders in `cells/` that are searched.
+// Links could lead in circles otherwise.
 const MAX_DEPTH: usize = 4;
 
-/// How a policy can be written in a file.
+/// Kinds of files a policy can be written in.
 const KINDS: [Kind; 3] = [
     Kind {
         policy: "json",
@@ -44,7 +49,7 @@ const KINDS: [Kind; 3] = [
 
 #[derive(Clone, Copy, Debug)]
 struct Kind {
-    /// Name of the policies that are written so.
+    /// Name of the policies written in this kind of file.
     policy: &'static str,
     /// As the page knows it.
     word: &'static str,
@@ -54,17 +59,17 @@ struct Kind {
     schema: &'static str,
 }
 
-/// Something wrong in a file.
+/// A defect of a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Fault {
-    /// From 1 up; 0 where no place is known.
+    /// From 1 up; 0 if the place is unknown.
     line: u32,
     column: u32,
     message: String,
 }
 
 impl Fault {
-    /// Of no line that is known.
+    /// A defect without a place.
     pub fn without_place(message: String) -> Self {
         Self {
             line: 0,
@@ -80,10 +85,10 @@ pub struct PolicyFiles {
     demo: String,
     /// The folder with `cells/` and `robots/` of the run.
     data: PathBuf,
-    /// Whether it is the user's.
+    /// Whether the folder is the user's.
     writable: bool,
     program: Option<PathBuf>,
-    /// Where a text is put to be checked.
+    /// Folder for a text that is being checked.
     scratch: PathBuf,
 }
 
@@ -96,9 +101,11 @@ struct PolicyFile {
 }
 
 impl PolicyFiles {
-    /// Of the run of `spec`.
+    /// The policies of the run of `spec`.
     pub fn new(spec: &RunSpec) -> Self {
         let data = spec.data_dir.as_ref().unwrap_or(&spec.built_in_dir);
+        // Beside this program, as both are of one build; a path from the environment might not
+        // be.
         let beside = std::env::current_exe().ok();
         let beside = beside.and_then(|own| Some(own.parent()?.join(TASK_PROGRAM)));
         Self {
@@ -106,17 +113,19 @@ impl PolicyFiles {
             data: data.clone(),
             writable: spec.data_dir.is_some(),
             program: spec.task_program.clone().or(beside),
+            // In the run directory, which is private and deleted with the run.
             scratch: spec.run_dir.join("edit"),
         }
     }
 
-    /// What the page shows of the file of `policy`.
+    /// The file of `policy` as shown on the page.
     pub fn read(&self, policy: &str) -> Value {
         let shown = self.find(policy).and_then(|file| {
             let text = read_text(&self.path(&file)).map_err(|error| error.to_string())?;
             Ok((file, text))
         });
         match shown {
+            // Without a file the page shows the reason, not an error.
             Err(why) => json!({ "kind": null, "name": null, "why": why }),
             Ok((file, text)) => json!({
                 "kind": file.kind.word,
@@ -130,30 +139,33 @@ impl PolicyFiles {
         }
     }
 
-    /// Whether a task can be made of `text` in the place of the file of `policy`.
+    /// Checks that a task can be made of `text` in place of the file of `policy`.
     ///
     /// # Errors
-    /// What is wrong in it.
+    /// The defects found.
     pub fn check(&self, policy: &str, text: &str) -> Result<(), Vec<Fault>> {
         let file = self.find(policy).map_err(unplaced)?;
         let out = self.try_out(policy, &file, text).map_err(unplaced)?;
         if out.status.success() {
             return Ok(());
         }
-        // The text lay in a folder that is gone; its reader knows the file's own name.
+        // The text was in a temporary folder; the reader of the message knows the file's own
+        // name.
         let said = String::from_utf8_lossy(&out.stderr);
         let said = said.replace(&format!("{}/", self.scratch.display()), "");
         Err(faults(&said, &format!("cells/{}:", file.name.display())))
     }
 
-    /// Writes `text`, which was checked, into the file of `policy`; what to tell the
+    /// Writes `text`, which was checked, into the file of `policy`; returns a message for the
     /// person.
     ///
     /// # Errors
-    /// Why it was not written.
+    /// The reason why it was not written.
     pub fn write(&self, policy: &str, text: &str) -> Result<String, String> {
         let file = self.find(policy)?;
         let path = self.path(&file);
+        // Replaced by a rename: a task that restarts now reads the old or the new file, never
+        // half.
         replace_file(&path, text.as_bytes(), 0o644)
             .map_err(|error| format!("{}: {error}", path.display()))?;
         Ok(if self.writable {
@@ -163,15 +175,19 @@ impl PolicyFiles {
         })
     }
 
-    /// The cell with `text` in a folder of its own, as the task program sees it.
+    /// Runs the task program on a copy of the cell with `text`.
     fn try_out(&self, policy: &str, file: &PolicyFile, text: &str) -> Result<Output, String> {
         let wrong = |error: std::io::Error| format!("{}: {error}", self.scratch.display());
+        // Left by a monitor that was killed here; a stale file must not take part in the check.
         match fs::remove_dir_all(&self.scratch) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(wrong(error)),
             _ => {}
         }
+        // Copied, not linked: the new text must not reach the running cell before it is
+        // checked.
         let cells = self.scratch.join("cells");
         copy(&self.data.join("cells"), &cells, MAX_DEPTH).map_err(wrong)?;
+        // Robots are only read, and too large to copy for each check.
         symlink(self.data.join("robots"), self.scratch.join("robots")).map_err(wrong)?;
         fs::write(cells.join(&file.name), text).map_err(wrong)?;
         let out = self.run(&[
@@ -184,11 +200,12 @@ impl PolicyFiles {
             "--data".as_ref(),
             self.scratch.as_os_str(),
         ]);
-        // Another check makes it again.
+        // The next check creates it again.
         let _removed = fs::remove_dir_all(&self.scratch).is_ok();
         out
     }
 
+    // Without a schema the editor still works, only without suggestions.
     fn schema(&self, what: &str) -> Value {
         let out = self.run(&["schema".as_ref(), what.as_ref()]).ok();
         let out = out.filter(|out| out.status.success());
@@ -209,8 +226,8 @@ impl PolicyFiles {
         self.data.join("cells").join(&file.name)
     }
 
-    /// The file of `policy`: the one of its kind that the cell file names, or that has
-    /// the name of the demo.
+    /// The file of `policy`: the one of its kind named in the cell file, or the one with the
+    /// name of the demo.
     fn find(&self, policy: &str) -> Result<PolicyFile, String> {
         let kind = KINDS.into_iter().find(|kind| kind.policy == policy);
         let Some(kind) = kind else {
@@ -218,11 +235,14 @@ impl PolicyFiles {
         };
         let cells = self.data.join("cells");
         let own = format!("{}{}", self.demo, kind.ending);
+        // The file that the cell names comes first: it is the one the task reads.
         let named = self.named_in_cell(&cells, kind.ending);
         let places = named
             .into_iter()
             .chain([PathBuf::from(&own), Path::new(&self.demo).join(&own)]);
         let found = places.into_iter().find(|name| {
+            // A cell file is data of the user, but a page must not read outside of `cells/` by
+            // way of it.
             let inside = !name.is_absolute() && !name.components().any(|c| c.as_os_str() == "..");
             inside && cells.join(name).is_file()
         });
@@ -257,8 +277,7 @@ fn strings(value: &toml::Value, take: &mut impl FnMut(&str)) {
     }
 }
 
-/// Copies the regular files of a folder; links and what is too long to be a cell are
-/// left out.
+/// Copies the regular files of a folder; links and files too large for a cell are left out.
 fn copy(from: &Path, to: &Path, depth: usize) -> std::io::Result<()> {
     fs::create_dir_all(to)?;
     for entry in fs::read_dir(from)?.flatten() {
@@ -276,8 +295,8 @@ fn unplaced(message: String) -> Vec<Fault> {
     vec![Fault::without_place(message)]
 }
 
-/// The lines of what a task program says; those about the file begin with `prefix`,
-/// line and column.
+/// The lines of the task program's output; those about the file start with `prefix`, line and
+/// column.
 fn faults(said: &str, prefix: &str) -> Vec<Fault> {
     let fault = |line: &str| {
         let placed = line.strip_prefix(prefix).and_then(|rest| {
@@ -297,6 +316,7 @@ fn faults(said: &str, prefix: &str) -> Vec<Fault> {
         .filter(|line| !line.trim().is_empty())
         .map(fault)
         .collect();
+    // A refusal always has a message: an empty list of faults would look like success.
     if found.is_empty() {
         return unplaced("the task program refused it without a word".to_owned());
     }

@@ -28,9 +28,9 @@ pub enum Channel {
     Scene,
     /// Health of a process, once a second (JSON).
     Health(Process),
-    /// What was not recorded (JSON).
+    /// Messages that were not recorded (JSON).
     Gaps,
-    /// Generation of physics from here on (JSON); begins a chunk.
+    /// Generation of physics from here on (JSON); starts a chunk.
     Epoch,
     /// `foxglove.FrameTransforms` (JSON).
     Transforms,
@@ -38,7 +38,7 @@ pub enum Channel {
     SceneUpdate,
     /// `foxglove.JointStates` of an arm (JSON).
     JointStates(u8),
-    /// How far the joints of an arm are from what their drives follow (JSON).
+    /// Tracking error: difference between joints and setpoints of an arm (JSON).
     Tracking(u8),
     /// `foxglove.Log` (JSON).
     FoxgloveLog,
@@ -59,6 +59,7 @@ impl Channel {
 
     /// All channels of a cell of `arms` arms.
     pub fn all(arms: u8) -> Vec<Self> {
+        // The order gives the numbers in the file; readers go by names, so it may change.
         let mut all = vec![Self::World, Self::Decision, Self::Trace, Self::Log];
         for arm in 0..arms {
             all.extend([
@@ -99,8 +100,10 @@ impl Channel {
         }
     }
 
-    /// The channel called `name`; `None` for one we do not know.
+    /// The channel called `name`; `None` for an unknown one.
     pub fn of_name(name: &str) -> Option<Self> {
+        // All arms a cell can have: the name alone does not tell how many the recorded cell
+        // had.
         let arms = u8::try_from(MAX_ARMS).unwrap_or(u8::MAX);
         Self::all(arms).into_iter().find(|c| c.name() == name)
     }
@@ -128,6 +131,7 @@ impl Channel {
         }
     }
 
+    // A format of its own name: a reader that takes it for plain structs would read garbage.
     pub(crate) fn message_encoding(self) -> &'static str {
         if self.is_wire() {
             "robocell/packed"

@@ -1,4 +1,7 @@
 //! Unpacks one chunk.
+//!
+//! A chunk may be damaged anywhere. The library that reads it (`mcap` 0.26) trusts lengths in
+//! some places, which fuzzing found; `check_records` refuses those before it is called.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -12,10 +15,11 @@ use crate::channel::Channel;
 use crate::entry::Entry;
 use crate::error::RecordError;
 
-/// No chunk of ours comes near this (bytes, packed and unpacked).
+/// Limit of a chunk (bytes, packed and unpacked); ours are far smaller.
+// Memory of a reader: a damaged length is refused instead of reserved.
 pub(crate) const MAX_CHUNK_BYTES: u64 = 32 << 20;
 
-/// Where a chunk is and what is in it.
+/// Place and content of a chunk.
 #[derive(Clone, Debug)]
 pub(crate) struct Chunk {
     /// Of its record.
@@ -26,17 +30,17 @@ pub(crate) struct Chunk {
     pub(crate) start_ns: u64,
     /// Last time in it (ns).
     pub(crate) end_ns: u64,
-    /// Channels that have messages in it; empty where that is not known.
+    /// Channels with messages in it; empty if unknown.
     pub(crate) channels: Vec<u16>,
     /// Generation of physics.
     pub(crate) epoch: u32,
 }
 
-/// Channels by their number in the file; `None` for those we do not know.
+/// Channels by their number in the file; `None` for unknown ones.
 pub(crate) type Names = BTreeMap<u16, Option<Channel>>;
 
-/// The messages of `chunk`, in the order they were recorded; channels met on the
-/// way are added to `names`, and messages of unknown ones left out.
+/// The messages of `chunk`, in the order of recording; channels found on the way are added to
+/// `names`, and messages of unknown ones are left out.
 pub(crate) fn read(
     file: &mut File,
     path: &Path,
@@ -45,6 +49,7 @@ pub(crate) fn read(
 ) -> Result<Vec<Entry>, RecordError> {
     let io = |source| RecordError::io(path, source);
     let refuse = |reason: String| RecordError::format(path, chunk.offset, reason);
+    // Checked here as well: the index may be of a file that has changed since.
     if chunk.length > MAX_CHUNK_BYTES {
         return Err(refuse(format!(
             "a chunk of {} bytes; at most {MAX_CHUNK_BYTES} are read",
@@ -57,8 +62,8 @@ pub(crate) fn read(
     unpack(&packed, names).map_err(|error| refuse(format!("a chunk that cannot be read: {error}")))
 }
 
-/// Refuses a record that is longer than the uncompressed chunk around it: `mcap` 0.26
-/// subtracts without a check there, which ends the process or reads what follows.
+/// Refuses a record that is longer than the uncompressed chunk around it: `mcap` 0.26 subtracts
+/// without a check there, which ends the process or reads beyond the chunk.
 fn check_records(packed: &[u8]) -> Result<(), String> {
     // Opcode, length, first and last time, uncompressed size, checksum.
     const COMPRESSION: usize = 1 + 8 + 8 + 8 + 8 + 4;
@@ -69,7 +74,7 @@ fn check_records(packed: &[u8]) -> Result<(), String> {
         usize::try_from(u64::from_le_bytes(word)).ok()
     };
     if number(COMPRESSION, 4).ok_or_else(early)? != 0 {
-        // The length of what is unpacked is checked there.
+        // The library checks the length of unpacked data itself.
         return Ok(());
     }
     let at = COMPRESSION + 4;
@@ -91,6 +96,7 @@ fn check_records(packed: &[u8]) -> Result<(), String> {
 fn unpack(packed: &[u8], names: &mut Names) -> Result<Vec<Entry>, String> {
     check_records(packed)?;
     let text = |error: mcap::McapError| error.to_string();
+    // A chunk alone, without the magic of a file; checksums before any of its content is used.
     let options = LinearReaderOptions::default()
         .with_skip_start_magic(true)
         .with_skip_end_magic(true)
@@ -100,6 +106,7 @@ fn unpack(packed: &[u8], names: &mut Names) -> Result<Vec<Entry>, String> {
     let (mut rest, mut entries) = (packed, Vec::new());
     while let Some(event) = reader.next_event() {
         match event.map_err(text)? {
+            // The library asks for bytes; at the end of the chunk it gets fewer and reports it.
             LinearReadEvent::ReadRequest(need) => {
                 let (now, later) = rest.split_at(rest.len().min(need));
                 reader.insert(now.len()).copy_from_slice(now);
@@ -118,6 +125,7 @@ fn take(
     names: &mut Names,
     entries: &mut Vec<Entry>,
 ) -> Result<(), String> {
+    // Other kinds of records are of no interest, and skipping them saves their parsing.
     if !matches!(
         opcode,
         mcap::records::op::CHANNEL | mcap::records::op::MESSAGE
@@ -127,6 +135,8 @@ fn take(
     match mcap::read::parse_record(opcode, data).map_err(|error| error.to_string())? {
         Record::Channel(found) => {
             let channel = Channel::of_name(&found.topic);
+            // Another encoding is a recording of another version: reading on would give
+            // garbage.
             if let Some(known) = channel.filter(|c| c.message_encoding() != found.message_encoding)
             {
                 return Err(format!(
@@ -139,13 +149,14 @@ fn take(
             names.insert(found.id, channel);
         }
         Record::Message { header, data } => {
-            // Silence about them would look like a recording without them.
+            // Leaving them out silently would look like a recording without them.
             let Some(channel) = names.get(&header.channel_id) else {
                 return Err(format!(
                     "a message of channel {} that the first chunk does not declare; recordings that other tools wrote again are not read",
                     header.channel_id
                 ));
             };
+            // A channel of a newer version: the rest of the recording is still of use.
             if let Some(channel) = channel {
                 entries.push(Entry::of(*channel, header, &data));
             }
@@ -182,7 +193,7 @@ mod tests {
         assert!(entries.is_empty());
     }
 
-    /// A chunk of `length` bytes that is not compressed and says so of `records`.
+    /// A chunk of `length` bytes, not compressed, that claims so many bytes of records.
     fn chunk(length: usize, records: &[u8]) -> Vec<u8> {
         let mut chunk = vec![mcap::records::op::CHUNK];
         let body = 8 + 8 + 8 + 4 + 4 + 8 + records.len();

@@ -1,4 +1,4 @@
-//! A part of a recording as a file of its own.
+//! Copies a part of a recording to a new file.
 
 use std::path::Path;
 
@@ -7,8 +7,9 @@ use crate::error::RecordError;
 use crate::recording::Recording;
 use crate::writer::{Preamble, RecordingWriter};
 
-/// Who wants to compute the span again begins at a keyframe; there is one a
-/// second (ns).
+/// Time before the span that is copied as well (ns): a replay starts at a keyframe, and there
+/// is one every second.
+// A second, and a tenth for a keyframe that was late.
 const LEAD_NS: u64 = 1_100_000_000;
 
 /// A copied span.
@@ -21,8 +22,8 @@ pub struct Copied {
 }
 
 impl Recording {
-    /// Writes what was recorded from `from_s` to `to_s`, and the second before
-    /// it, where the keyframes are, to a new file.
+    /// Writes the messages from `from_s` to `to_s`, and the second before, which has the
+    /// keyframes, to a new file.
     ///
     /// # Errors
     ///
@@ -36,12 +37,13 @@ impl Recording {
             let bytes = writer.finish()?;
             Ok(Copied { bytes, missing })
         });
+        // Half a copy looks like a recording with less in it.
         finished.inspect_err(|_| {
             let _gone = std::fs::remove_file(out).is_ok();
         })
     }
 
-    /// How many messages of the span the recorder missed.
+    /// Copies the span; returns the number of its messages that the recorder missed.
     fn copy_to(
         &self,
         to: &mut RecordingWriter,
@@ -55,7 +57,7 @@ impl Recording {
         while let Some(entry) = entries.next() {
             let entry = match entry {
                 Ok(entry) => entry,
-                // The ring continues meanwhile: its oldest file may be gone.
+                // Recording continues meanwhile: its oldest file may be gone.
                 Err(RecordError::Io { source, .. })
                     if source.kind() == std::io::ErrorKind::NotFound =>
                 {
@@ -63,6 +65,7 @@ impl Recording {
                 }
                 Err(error) => return Err(error),
             };
+            // The new file has its own preamble and epochs.
             let is_preamble = matches!(
                 entry.channel,
                 Channel::Run | Channel::Scene | Channel::SceneUpdate | Channel::Epoch
@@ -71,6 +74,7 @@ impl Recording {
             if !span.contains(&entry.time_ns) || is_preamble || !self.shows(of, &entry) {
                 continue;
             }
+            // Announced before its first message, so that a chunk has one epoch only.
             if epoch.replace(of) != Some(of) {
                 to.begin_epoch(of, entry.time_ns)?;
             }

@@ -12,11 +12,11 @@ use crate::pack::{MAX_BYTES, pack, unpack};
 /// A message to be recorded.
 #[derive(Clone, Copy, Debug)]
 pub struct Message<'a> {
-    /// Where it belongs.
+    /// Its channel.
     pub channel: Channel,
     /// Simulated time (ns).
     pub time_ns: u64,
-    /// When it was sent, of `CLOCK_MONOTONIC` (ns).
+    /// Publication time, of `CLOCK_MONOTONIC` (ns).
     pub publish_ns: u64,
     /// Its number.
     pub seq: u64,
@@ -25,7 +25,7 @@ pub struct Message<'a> {
 }
 
 impl Message<'_> {
-    /// The message as it lies in a file, in `buffer`.
+    /// The message in the format of a file, in `buffer`.
     pub fn packed<'b>(&self, buffer: &'b mut Vec<u8>) -> Message<'b> {
         buffer.clear();
         if self.channel.is_wire() {
@@ -46,13 +46,13 @@ impl Message<'_> {
 /// A message that was recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// Where it belongs.
+    /// Its channel.
     pub channel: Channel,
     /// Tick that caused it.
     pub tick: u64,
     /// Simulated time (ns).
     pub time_ns: u64,
-    /// When it was sent, of `CLOCK_MONOTONIC` (ns).
+    /// Publication time, of `CLOCK_MONOTONIC` (ns).
     pub publish_ns: u64,
     /// Its number, the low 32 bits of it.
     pub seq: u32,
@@ -92,6 +92,7 @@ impl Cut for ipc_types::ArmStatus {}
 impl Cut for ipc_types::Decision {}
 impl Cut for ipc_types::TraceLine {}
 
+// Cutting at `used` is valid only if nothing follows the variable part.
 const _: () = assert!(
     offset_of!(WorldPiece, objects) + ipc_types::tap::PIECE_OBJECTS * size_of::<PieceObject>()
         == size_of::<WorldPiece>(),
@@ -111,12 +112,11 @@ impl Entry {
         self.time_ns as f64 / 1.0e9
     }
 
-    /// The struct it holds, checked as one that comes over the bus.
+    /// The struct it holds, validated like one from the bus.
     ///
     /// # Errors
     ///
-    /// [`RecordError::Message`] when it is of another size, or has a value that
-    /// makes no sense.
+    /// [`RecordError::Message`] when it is of another size or has an invalid value.
     pub fn read<T: Cut + Validate>(&self) -> Result<T, RecordError> {
         let refuse = |reason: String| RecordError::Message {
             channel: self.channel.name(),
@@ -130,11 +130,13 @@ impl Entry {
                 "{size} bytes; {least} to {most} are a message of this version"
             )));
         }
+        // The missing part is zeros, as `pack` leaves zeros out.
         let mut bytes = vec![0; most];
         for (to, from) in bytes.iter_mut().zip(&self.bytes) {
             *to = *from;
         }
         let message = T::from_bytes(&bytes).ok_or_else(|| refuse("cut".to_owned()))?;
+        // The count in the message must not name entries that were cut off.
         if message.used() > size.max(least) {
             return Err(refuse(format!("cut after {size} bytes")));
         }
@@ -145,8 +147,7 @@ impl Entry {
     }
 
     pub(crate) fn of(channel: Channel, header: mcap::records::MessageHeader, data: &[u8]) -> Self {
-        // What cannot be unpacked is of no struct's size, and refused when it is
-        // read.
+        // Data that cannot be unpacked has no struct's size, and is refused when it is read.
         let bytes = if channel.is_wire() {
             unpack(data).unwrap_or_default()
         } else {
@@ -154,6 +155,8 @@ impl Entry {
         };
         Self {
             channel,
+            // The file has simulated time; ticks follow from it, as every message is of a whole
+            // tick.
             tick: header.log_time / TICK_NS,
             time_ns: header.log_time,
             publish_ns: header.publish_time,
@@ -162,7 +165,7 @@ impl Entry {
         }
     }
 
-    /// As something to be recorded again.
+    /// As a message to be recorded again.
     pub fn message(&self) -> Message<'_> {
         Message {
             channel: self.channel,

@@ -1,6 +1,6 @@
-//! Epochs: a restart of physics sets simulated time back to its snapshot, so a
-//! time alone does not name a moment. The epoch of a state is the generation of
-//! the physics process that published it.
+//! Epochs: a restart of physics sets simulated time back to its snapshot, so a time alone does
+//! not identify a moment. The epoch of a state is the generation of the physics process that
+//! published it.
 
 use std::collections::BTreeMap;
 
@@ -39,6 +39,7 @@ impl From<Span> for EpochSpan {
 pub(crate) fn merged(pieces: impl IntoIterator<Item = Span>) -> Vec<Span> {
     let mut merged: Vec<Span> = Vec::new();
     for piece in pieces {
+        // A list and not a map: a run has a handful of epochs.
         match merged.iter_mut().find(|span| span.epoch == piece.epoch) {
             Some(span) => {
                 span.from_ns = span.from_ns.min(piece.from_ns);
@@ -51,8 +52,8 @@ pub(crate) fn merged(pieces: impl IntoIterator<Item = Span>) -> Vec<Span> {
     merged
 }
 
-/// The history of one epoch: its own time, and of the epochs before it the time up
-/// to where the next one resumed.
+/// The history of one epoch: its own time, and of the epochs before it the time up to the point
+/// where the next one resumed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Line {
     /// Epochs, and the time their part ends before (ns).
@@ -72,14 +73,17 @@ impl Line {
         };
         let (mut before_ns, mut resumed_ns) =
             (BTreeMap::from([(own.epoch, u64::MAX)]), own.from_ns);
+        // From the newest back: each epoch counts only up to the time at which its successor
+        // resumed.
         for span in epochs.iter().take(last).rev() {
+            // An epoch that starts later than it was overtaken has no part in this history.
             if span.from_ns < resumed_ns {
                 before_ns.insert(span.epoch, resumed_ns);
                 resumed_ns = span.from_ns;
             }
         }
-        // What was recorded before the first state names no generation of physics: it is
-        // of the first one.
+        // Messages before the first state name no generation of physics: they are of the first
+        // one.
         if let [unnamed, first, ..] = epochs
             && unnamed.epoch == 0
             && let Some(before) = before_ns.get(&first.epoch).copied()

@@ -1,36 +1,36 @@
-//! What goes wrong with recordings.
+//! Errors of recordings.
 
 use std::path::{Path, PathBuf};
 
 /// A recording that cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The file system said no.
+    /// An error of the file system.
     #[error("{path}: {source}")]
     Io {
         /// The file or directory.
         path: PathBuf,
-        /// Why.
+        /// Reason given by the system.
         source: std::io::Error,
     },
-    /// Bytes that make no sense.
+    /// Bytes that cannot be decoded.
     #[error("{path}, at byte {offset}: {reason}")]
     Format {
         /// The file.
         path: PathBuf,
-        /// Where in it.
+        /// Byte offset in the file.
         offset: u64,
-        /// What is wrong.
+        /// Description of the defect.
         reason: String,
     },
-    /// Nothing recorded there.
+    /// The path has no recording.
     #[error(
         "{path}: {reason}; give a file made by `robocell record`, or the directory of a flight recorder"
     )]
     NoRecording {
         /// The file or directory.
         path: PathBuf,
-        /// What is missing.
+        /// The missing part.
         reason: String,
     },
     /// A message that cannot be read.
@@ -40,22 +40,22 @@ pub enum RecordError {
         channel: String,
         /// Tick that caused it.
         tick: u64,
-        /// What is wrong.
+        /// Description of the defect.
         reason: String,
     },
-    /// No state there.
+    /// No state at or before the requested time.
     #[error(
         "no state of the world is recorded at or before {time_s:.3} s; there is {from_s:.3} s to {to_s:.3} s"
     )]
     NoState {
-        /// The time asked for (s).
+        /// The requested time (s).
         time_s: f64,
-        /// Begin of what is recorded (s).
+        /// Start of the recording (s).
         from_s: f64,
         /// End of it (s).
         to_s: f64,
     },
-    /// The disk did not take it.
+    /// The disk refused to write.
     #[error("the disk does not take it: {0}")]
     Write(String),
 }

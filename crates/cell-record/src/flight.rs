@@ -1,4 +1,14 @@
 //! The flight recorder: a ring of whole files in a directory.
+//!
+//! What can go wrong: the disk is full or gone, the recorder is killed at any instant, or the
+//! directory has files of an earlier run. The rules: the ring consists of closed files and one
+//! open file that is readable up to the last flush; the oldest file is removed before a new one
+//! is started; a message that the disk does not take is lost, counted, and named in the next
+//! file
+//! as a gap. Recording never stops for good and never stops the cell.
+//!
+//! A change must not break: `append_packed` reports every lost message; a file starts with run,
+//! scene and epoch, so that each can be read alone; the limit of bytes holds at every moment.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
@@ -14,21 +24,25 @@ use crate::storage::Storage;
 use crate::writer::{Preamble, RecordingWriter};
 
 /// A segment is closed at this size (bytes), ...
+// Large files compress no better (chunks are the unit), and a small file is all that is lost of
+// the past when the oldest one is removed.
 const SEGMENT_BYTES: u64 = 8 << 20;
-/// ... but there are at least this many in the ring, ...
+/// ... but the ring has at least this many files, ...
+// Removing one of eight keeps seven eighths of the history.
 const LEAST_SEGMENTS: u64 = 8;
 /// ... and at this length (simulated ns).
 const SEGMENT_NS: u64 = 10_000_000_000;
-/// The open segment is readable up to this long ago.
+/// The open file is readable up to this long ago.
+// A kill loses a second at most; flushing more often makes chunks small and compression poor.
 const FLUSH_NS: u64 = 1_000_000_000;
-/// Time between two attempts on a disk that does not take anything.
+/// Interval between attempts on a disk that refuses to write.
 const RETRY_NS: u64 = 1_000_000_000;
 const ENDING: &str = ".mcap";
 
 struct Segment {
     path: PathBuf,
     bytes: u64,
-    /// What is in it; nothing of another run.
+    /// Its spans; none for a file of another run.
     spans: Vec<Span>,
 }
 
@@ -38,9 +52,8 @@ struct Open {
     span: Span,
 }
 
-/// Keeps the newest messages, as many as fit into a number of bytes. A disk that
-/// is full, or a directory that is gone, costs messages, which are counted; it
-/// continues by itself.
+/// Keeps the newest messages, as many as fit into a number of bytes. A full disk or a removed
+/// directory costs messages, which are counted; recording resumes when the disk does.
 pub struct Flight {
     storage: Box<dyn Storage>,
     dir: PathBuf,
@@ -59,8 +72,8 @@ pub struct Flight {
 }
 
 impl Flight {
-    /// The ring of run `run` in `dir`, of at most `limit_bytes`; what earlier
-    /// runs left there goes first. Nothing is written before the first message.
+    /// The ring of run `run` in `dir`, of at most `limit_bytes`; files of earlier runs are
+    /// removed first. Nothing is written before the first message.
     pub fn new(
         mut storage: Box<dyn Storage>,
         dir: &Path,
@@ -68,21 +81,23 @@ impl Flight {
         limit_bytes: u64,
         mut preamble: Preamble,
     ) -> Self {
+        // All files of the ring count against the limit, also those of other runs.
         let mut found: Vec<_> = storage
             .list(dir)
             .into_iter()
             .filter_map(|(path, bytes)| Some((number_and_run(&path)?, path, bytes)))
             .collect();
+        // By number: the number only grows, so the order is that of recording.
         found.sort();
         let number = found.last().map_or(0, |((number, _), _, _)| number + 1);
-        // Segments of an earlier start of the recorder are still looked into.
+        // Files of an earlier start of the recorder are still part of the history.
         let closed = found.into_iter().map(|((_, of), path, bytes)| {
             let index = (of == run).then(|| FileIndex::scan(&path).ok()).flatten();
             let spans = index.map_or_else(Vec::new, |index| epoch::merged(index.spans()));
             Segment { path, bytes, spans }
         });
         let closed: VecDeque<Segment> = closed.collect();
-        // Until the first state says otherwise, physics is the one it was.
+        // Until the first state names another one, the epoch is the last recorded one.
         let spans = closed.iter().flat_map(|segment| &segment.spans);
         let epoch = spans.map(|span| span.epoch).max().unwrap_or(0);
         preamble.set_epoch(epoch);
@@ -104,8 +119,8 @@ impl Flight {
         }
     }
 
-    /// Adds a message at `now_ns` of any clock, whose struct has been through
-    /// [`crate::pack()`]; false when it was lost.
+    /// Adds a message at `now_ns` of any clock, whose struct was packed by [`crate::pack()`];
+    /// false when it was lost.
     pub fn append_packed(&mut self, message: &Message<'_>, now_ns: u64) -> bool {
         let put = self.try_append(message, now_ns);
         if let Err(why) = &put {
@@ -113,6 +128,7 @@ impl Flight {
         }
         let kept = matches!(put, Ok(true));
         if !kept {
+            // Counted by channel with the last number, so that a reader knows where the gap is.
             let lost = self.lost.entry(message.channel).or_insert((0, message.seq));
             *lost = (lost.0 + 1, message.seq);
             self.lost_total += 1;
@@ -120,7 +136,7 @@ impl Flight {
         kept
     }
 
-    /// Writes down what was added; all of it can be read afterwards.
+    /// Writes all added messages to the file, so that they can be read.
     pub fn flush(&mut self, now_ns: u64) {
         let Some(open) = &mut self.open else {
             return;
@@ -131,15 +147,16 @@ impl Flight {
         }
     }
 
-    /// Flushes where it is time for it.
+    /// Flushes if the interval is over.
     pub fn flush_if_due(&mut self, now_ns: u64) {
         if now_ns >= self.flush_ns {
             self.flush(now_ns);
         }
     }
 
-    /// Says that what follows is of `epoch`, a generation of physics.
+    /// Starts `epoch`, a generation of physics: all later messages are of it.
     pub fn begin_epoch(&mut self, epoch: u32) {
+        // A new file: simulated time goes back, and the times within a file must not.
         self.close();
         self.preamble.set_epoch(epoch);
         self.epoch = epoch;
@@ -173,12 +190,12 @@ impl Flight {
         self.closed.iter().map(|segment| segment.bytes).sum::<u64>() + open
     }
 
-    /// Messages the disk did not take.
+    /// Number of messages that the disk refused.
     pub fn lost(&self) -> u64 {
         self.lost_total
     }
 
-    /// What is wrong now.
+    /// The current error of the disk; `None` while it accepts messages.
     pub fn trouble(&self) -> Option<&str> {
         self.trouble.as_deref()
     }
@@ -187,6 +204,8 @@ impl Flight {
     pub fn close(&mut self) {
         if let Some(open) = self.open.take() {
             let bytes = open.writer.bytes();
+            // A file whose end could not be written is still read by a scan, so it stays in the
+            // ring.
             let bytes = open.writer.finish().unwrap_or(bytes);
             self.closed.push_back(Segment {
                 path: open.path,
@@ -198,6 +217,8 @@ impl Flight {
 
     fn try_append(&mut self, message: &Message<'_>, now_ns: u64) -> Result<bool, String> {
         if self.open.is_none() {
+            // The disk refused a moment ago: attempts at 1 kHz would cost more than the
+            // recording.
             if now_ns < self.retry_ns {
                 return Ok(false);
             }
@@ -211,9 +232,11 @@ impl Flight {
         let span = &mut open.span;
         span.from_ns = span.from_ns.min(message.time_ns);
         span.to_ns = span.to_ns.max(message.time_ns);
+        // Never above an eighth of the ring, also where the ring itself is small.
         let limit = SEGMENT_BYTES.min(self.limit_bytes / LEAST_SEGMENTS);
         let long = span.to_ns - span.from_ns >= SEGMENT_NS;
         if long || open.writer.bytes() >= limit {
+            // Closed first: the room is made from closed files only.
             self.close();
             self.make_room();
         }
@@ -221,12 +244,16 @@ impl Flight {
     }
 
     fn begin(&mut self, time_ns: u64, now_ns: u64) -> Result<(), String> {
+        // Before the file is created: on a disk with a quota its first block may be the one too
+        // many.
         self.make_room();
         let path = self.dir.join(name(self.number, self.run));
         self.number += 1;
         let file = self.storage.create(&path).map_err(|e| e.to_string())?;
         let writer = RecordingWriter::new(file, &self.preamble);
         let begun = writer.and_then(|mut writer| {
+            // The preamble first, then the gaps: the reader learns at the start of the file
+            // what is missing.
             writer.begin_at(time_ns)?;
             for (channel, (count, before)) in &self.lost {
                 let gap = gap(*channel, *count, *before, "disk");
@@ -236,10 +263,11 @@ impl Flight {
             Ok(writer)
         });
         let writer = begun.map_err(|error: RecordError| {
-            // An empty file says nothing, and takes room.
+            // An empty file has no content, and needs a directory entry.
             let _gone = self.storage.remove(&path).is_ok();
             error.to_string()
         })?;
+        // Only now: the gaps are in the file, so they must not be reported twice.
         self.lost.clear();
         self.trouble = None;
         self.flush_ns = now_ns + FLUSH_NS;
@@ -258,17 +286,19 @@ impl Flight {
     fn give_up(&mut self, why: &str, now_ns: u64) {
         self.trouble = Some(format!("{}: {why}", self.dir.display()));
         self.retry_ns = now_ns + RETRY_NS;
+        // The file is closed: continuing after a failed write would leave a hole inside a
+        // chunk.
         self.close();
     }
 
-    /// Removes the oldest until there is room for one more segment.
+    /// Removes the oldest files until one more fits.
     fn make_room(&mut self) {
         let next = SEGMENT_BYTES.min(self.limit_bytes / LEAST_SEGMENTS);
         while self.bytes() + next > self.limit_bytes {
             let Some(oldest) = self.closed.pop_front() else {
                 return;
             };
-            // What is gone already takes no room.
+            // A file that is gone already needs no room.
             let _gone = self.storage.remove(&oldest.path).is_ok();
         }
     }
@@ -280,8 +310,8 @@ impl Drop for Flight {
     }
 }
 
-/// A line of the channel `gaps`: `count` messages of `channel` were not
-/// recorded, the last of them right before or at number `before`.
+/// A line of the channel `gaps`: `count` messages of `channel` were not recorded, the last of
+/// them right before or at number `before`.
 pub fn gap(channel: Channel, count: u64, before: u64, why: &str) -> Vec<u8> {
     let channel = channel.name();
     json!({ "channel": channel, "count": count, "before_seq": before, "why": why })
@@ -289,7 +319,7 @@ pub fn gap(channel: Channel, count: u64, before: u64, why: &str) -> Vec<u8> {
         .into_bytes()
 }
 
-/// The message that says it.
+/// The message for a line of `gap`.
 pub fn gap_message(gap: &[u8], time_ns: u64) -> Message<'_> {
     Message {
         channel: Channel::Gaps,
@@ -304,6 +334,7 @@ fn name(number: u64, run: u64) -> String {
     format!("{number:08}-{run:016x}{ENDING}")
 }
 
+// The run is in the name, so that files of another run are known without opening them.
 fn number_and_run(path: &Path) -> Option<(u64, u64)> {
     let name = path.file_name()?.to_str()?.strip_suffix(ENDING)?;
     let (number, run) = name.split_once('-')?;
@@ -319,6 +350,7 @@ pub(crate) fn segments(dir: &Path) -> Result<Vec<PathBuf>, RecordError> {
         .collect();
     found.sort();
     let newest = found.last().map(|((_, run), _)| *run);
+    // One run only: times of two runs in one history would overlap.
     let of_run = found
         .into_iter()
         .filter(|((_, run), _)| Some(*run) == newest);

@@ -15,12 +15,13 @@ pub(crate) const JOINT_STATES: &str = r#"{"title":"foxglove.JointStates","type":
 pub(crate) const TRACKING: &str = r#"{"type":"object","properties":{"timestamp":{"type":"object","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},"joints":{"type":"array","items":{"type":"object","properties":{"name":{"type":"string"},"error":{"type":"number"}}}}}}"#;
 pub(crate) const LOG: &str = r#"{"title":"foxglove.Log","type":"object","properties":{"timestamp":{"type":"object","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},"level":{"type":"integer"},"message":{"type":"string"},"name":{"type":"string"},"file":{"type":"string"},"line":{"type":"integer"}}}"#;
 
-/// The frame everything is seen from.
+/// Frame in which all poses are given.
 pub(crate) const WORLD: &str = "world";
-/// Resting objects are told of at ticks that are multiples of this.
+/// Resting objects are included at ticks that are multiples of this.
+// Once a second: a viewer that opens the file anywhere has every frame within a second.
 const REST_TICKS: u64 = 1000;
 
-/// Names that messages need, out of the page's scene.
+/// Names that messages need, taken from the page's scene.
 #[derive(Clone, Debug, Default)]
 pub struct Names {
     arms: Vec<Arm>,
@@ -39,6 +40,8 @@ struct Arm {
 impl Names {
     /// The names in `scene`.
     pub fn of(scene: &Value) -> Self {
+        // A scene of another version gives fewer names, not an error: the recording must not
+        // end.
         let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
         let name = |value: &Value| value["name"].as_str().unwrap_or_default().to_owned();
         let arm = |arm: &Value| {
@@ -131,15 +134,16 @@ struct JointStates<'a> {
     joints: Vec<JointState<'a>>,
 }
 
-/// Appends TCPs and links of the arms and the objects that move, once a second and where
-/// `all` is true all, to `out`, as JSON. A link of the name `tcp` or `base` takes the place of the frame of
-/// ours.
+/// Appends TCPs and links of the arms and the moving objects to `out`, as JSON; once a second,
+/// and where `all` is true, all objects and links. A link named `tcp` or `base` replaces our
+/// frame of that name.
 pub fn transforms(names: &Names, world: &WorldState, all: bool, out: &mut Vec<u8>) {
     let time_ns = world.header.sim_time_ns;
     let tf = |child, pose| transform(time_ns, (WORLD, child), pose);
     let is_all = all || world.header.tick.is_multiple_of(REST_TICKS);
     let mut transforms = Vec::new();
     for (arm, state) in names.arms.iter().zip(world.arms()) {
+        // Two transforms of one name would make a viewer jump between both.
         if !arm.links.has(&arm.tcp) {
             transforms.push(tf(&arm.tcp, &state.tcp));
         }
@@ -158,8 +162,7 @@ pub fn transforms(names: &Names, world: &WorldState, all: bool, out: &mut Vec<u8
     write(&FrameTransforms { transforms }, out);
 }
 
-/// Appends the joints of arm `arm` to `out`, as JSON; none where there is no such
-/// arm.
+/// Appends the joints of arm `arm` to `out`, as JSON; none for an unknown arm.
 pub fn joint_states(names: &Names, world: &WorldState, arm: usize, out: &mut Vec<u8>) {
     let (named, state) = (names.arms.get(arm), world.arms().get(arm));
     let (named, state) = named.zip(state).map_or_else(
@@ -182,8 +185,8 @@ pub fn joint_states(names: &Names, world: &WorldState, arm: usize, out: &mut Vec
     write(&states, out);
 }
 
-/// Appends how far the joints of arm `arm` are from what their drives follow to `out`, as
-/// JSON; none where there is no such arm.
+/// Appends the differences between the joints of arm `arm` and the setpoints of their drives to
+/// `out`, as JSON; none for an unknown arm.
 pub fn tracking_errors(names: &Names, world: &WorldState, arm: usize, out: &mut Vec<u8>) {
     let (named, state) = (names.arms.get(arm), world.arms().get(arm));
     let joints = named.zip(state).into_iter().flat_map(|(named, state)| {
@@ -202,22 +205,23 @@ pub fn tracking_errors(names: &Names, world: &WorldState, arm: usize, out: &mut 
     write(&errors, out);
 }
 
-/// Six decimals are enough for plots and pictures; every bit is in the channels
-/// of our own.
+/// Six decimals suffice for plots and pictures; every bit is in the channels of our own
+/// structs.
 fn short(value: f64) -> f64 {
     (value * 1.0e6).round() / 1.0e6
 }
 
 fn write(message: &impl Serialize, out: &mut Vec<u8>) {
-    // Neither names nor numbers can fail, and memory takes all.
+    // Neither names nor numbers can fail, and memory accepts all.
     let _written = serde_json::to_writer(out, message).is_ok();
 }
 
-/// A line for people; `None` for one that draws pictures.
+/// A line for people; `None` for a line that draws pictures.
 pub fn log(line: &TraceLine) -> Option<Value> {
     TraceKind::from_code(line.kind).filter(|kind| kind.is_for_people())?;
     Some(json!({
         "timestamp": time(line.header.sim_time_ns),
+        // Level 2 is "info" in Foxglove's schema; the trace has no levels.
         "level": 2,
         "message": line.text.as_str(),
         "name": Process::Task.name(),
@@ -226,7 +230,7 @@ pub fn log(line: &TraceLine) -> Option<Value> {
     }))
 }
 
-/// Health, in our own words.
+/// Health, in a format of this project.
 pub fn health(health: &Health) -> Value {
     json!({
         "pid": health.pid,

@@ -1,25 +1,27 @@
-//! One moment of a recording, put together.
+//! One moment of a recording, combined from its messages.
 
 use ipc_types::{ArmStatus, Decision, MAX_ARMS, Wire, WorldPiece, WorldState};
 
 use crate::channel::Channel;
 use crate::entry::Entry;
 
-/// A state is whole after this many pieces, or never.
+/// Largest number of pieces searched for one state.
+// The objects of a state are complete every ten ticks, in 20 pieces at most; 4,096 pieces
+// without one are a damaged recording.
 const MAX_PIECES: usize = 4096;
 
-/// What was said last at one moment.
+/// The last messages at one moment.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// The world; objects that nothing touched as of at most ten ticks before.
+    /// The world; untouched objects as of at most ten ticks before.
     pub world: Box<WorldState>,
-    /// Of each arm that had said something.
+    /// Status of each arm that had published one.
     pub status: Vec<ArmStatus>,
     /// All zeros where the task had not decided yet.
     pub decision: Box<Decision>,
 }
 
-/// Looks at entries from the newest to the oldest.
+/// Collects entries from the newest to the oldest.
 #[derive(Default)]
 pub(crate) struct Backwards {
     time_ns: u64,
@@ -37,12 +39,13 @@ impl Backwards {
         }
     }
 
-    /// Takes an entry in; those that cannot be read say nothing.
+    /// Adds an entry; entries that cannot be read are ignored.
     pub(crate) fn take(&mut self, entry: &Entry) {
         if entry.time_ns > self.time_ns {
             return;
         }
         match entry.channel {
+            // Back to the first piece that names all objects: older pieces add nothing.
             Channel::World if !self.whole && self.pieces.len() < MAX_PIECES => {
                 if let Ok(piece) = entry.read::<WorldPiece>() {
                     self.whole = piece.all_objects == 1 && piece.piece == 0;
@@ -51,6 +54,7 @@ impl Backwards {
             }
             Channel::Status(arm) => {
                 let slot = self.status.get_mut(usize::from(arm));
+                // The first one found is the newest, so later ones are ignored.
                 if let Some(slot @ None) = slot {
                     *slot = entry.read().ok();
                 }
@@ -62,7 +66,7 @@ impl Backwards {
         }
     }
 
-    /// Whether a message of `channel` may add what is missing.
+    /// Whether a message of `channel` may add a missing part.
     pub(crate) fn lacks(&self, channel: Channel, arms: usize) -> bool {
         match channel {
             Channel::World => !self.whole,
@@ -84,10 +88,11 @@ impl Backwards {
         self.whole && status && self.decision.is_some()
     }
 
-    /// What was found; `None` without a state.
+    /// The moment found; `None` without a state.
     pub(crate) fn frame(self) -> Option<Frame> {
         let mut world = Box::new(WorldState::zeroed());
         self.pieces.last()?;
+        // Oldest first: newer pieces overwrite the objects they name.
         for piece in self.pieces.iter().rev() {
             piece.put(&mut world);
         }

@@ -1,4 +1,11 @@
 //! Finds the chunks of a file, also of one that was not closed.
+//!
+//! Our files are written until a kill or a full disk ends them, so the index at the end of a
+//! file
+//! is not needed: the whole file is scanned by its record headers, and the first incomplete
+//! record
+//! is its end. Any length in it may be damaged; each is checked before memory is reserved or a
+//! position is computed.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -14,29 +21,32 @@ use crate::entry::Entry;
 use crate::epoch::Span;
 use crate::error::RecordError;
 
-/// More chunks than any recording of ours has.
+/// Largest number of chunks of a file.
+// Memory of a reader, which lists all chunks; at one chunk per second that is twelve days.
 const MAX_CHUNKS: usize = 1 << 20;
 /// Longest header (bytes).
+// Ours has the profile and the name of the library, some 40 bytes.
 const MAX_HEADER: u64 = 4096;
 
-/// What is where in a file.
+/// Contents of a file and their offsets.
 #[derive(Clone, Debug)]
 pub(crate) struct FileIndex {
     pub(crate) path: PathBuf,
     pub(crate) chunks: Vec<Chunk>,
     pub(crate) names: Names,
-    /// Why the file ends early; `None` for a file that was closed.
+    /// Reason why the file ends early; `None` for a file that was closed.
     pub(crate) cut: Option<String>,
 }
 
 impl FileIndex {
-    /// Goes through the file at `path`. A file that ends in the middle of
-    /// something ends before that.
+    /// Scans the file at `path`. A file that ends in the middle of a record ends before that
+    /// record.
     pub(crate) fn scan(path: &Path) -> Result<Self, RecordError> {
         let io = |source| RecordError::io(path, source);
         let file = user_file::open_file(path).map_err(io)?;
         let size = file.metadata().map_err(io)?.len();
         let mut scan = Scan {
+            // Small reads: only the heads of records are needed, chunks are skipped.
             file: BufReader::with_capacity(4096, file),
             size,
             at: 0,
@@ -48,20 +58,24 @@ impl FileIndex {
             cut: None,
         };
         scan.begin(path)?;
+        // A cut file is not an error: everything before the cut can be shown.
         index.cut = index.go_through(&mut scan).err();
         let mut file = scan.file.into_inner();
         index.read_epochs(&mut file)?;
         Ok(index)
     }
 
-    /// Reads the chunks that begin an epoch. The first one names the channels.
+    /// Reads the chunks that start an epoch. The first one declares the channels.
     fn read_epochs(&mut self, file: &mut File) -> Result<(), RecordError> {
         let mut epoch = 0;
         for (number, chunk) in self.chunks.iter_mut().enumerate() {
             let begins = |id: &u16| self.names.get(id) == Some(&Some(Channel::Epoch));
+            // The preamble: without it no channel of the file has a name, so an error here is
+            // final.
             if number == 0 {
                 let entries = chunk::read(file, &self.path, chunk, &mut self.names)?;
                 epoch = epoch_of(&entries).unwrap_or(0);
+            // No other chunk is unpacked: that would read the whole file to open it.
             } else if chunk.channels.is_empty() || chunk.channels.iter().any(begins) {
                 // One that cannot be read is reported when its messages are.
                 let entries = chunk::read(file, &self.path, chunk, &mut self.names);
@@ -87,12 +101,14 @@ impl FileIndex {
             let (opcode, length) = scan.record()?;
             match opcode {
                 op::CHUNK => {
+                    // Checked by its length only; its content is checked when it is read.
                     let chunk = scan.chunk(offset, length)?;
                     self.chunks.push(chunk);
                     if self.chunks.len() > MAX_CHUNKS {
                         return Err(format!("more than {MAX_CHUNKS} chunks"));
                     }
                 }
+                // Indices of messages follow their chunk and tell which channels it has.
                 op::MESSAGE_INDEX if length >= 6 => {
                     let id = scan.u16()?;
                     let used = scan.u32()? > 0;
@@ -108,7 +124,7 @@ impl FileIndex {
     }
 }
 
-/// The epoch that `entries` begin.
+/// The epoch that starts in `entries`.
 fn epoch_of(entries: &[Entry]) -> Option<u32> {
     let begins = entries.iter().find(|e| e.channel == Channel::Epoch)?;
     let said: serde_json::Value = serde_json::from_slice(&begins.bytes).ok()?;
@@ -155,10 +171,11 @@ impl Scan {
         Ok(bytes)
     }
 
-    /// Opcode and length of the next record, which is whole.
+    /// Opcode and length of the next record, which is complete.
     fn record(&mut self) -> Result<(u8, u64), String> {
         let [opcode] = self.array::<1>()?;
         let length = self.u64()?;
+        // Here a cut file ends: the record is announced but not complete.
         if length > self.size.saturating_sub(self.at) {
             return Err(self.early());
         }
@@ -167,6 +184,7 @@ impl Scan {
 
     fn chunk(&mut self, offset: u64, length: u64) -> Result<Chunk, String> {
         let (start_ns, end_ns, unpacked) = (self.u64()?, self.u64()?, self.u64()?);
+        // A damaged length must not reserve the memory of the machine.
         if unpacked > MAX_CHUNK_BYTES || length > MAX_CHUNK_BYTES {
             return Err(format!(
                 "the chunk at byte {offset} claims {} bytes; at most {MAX_CHUNK_BYTES} are read",
@@ -184,6 +202,7 @@ impl Scan {
     }
 
     fn skip_to(&mut self, at: u64) -> Result<(), String> {
+        // Relative, so that the buffered reader keeps its buffer over short distances.
         let by = at as i64 - self.at as i64;
         self.file
             .seek_relative(by)

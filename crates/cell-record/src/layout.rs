@@ -1,5 +1,5 @@
-//! What our own structs look like in memory, as JSON, so that a reader of any
-//! language can take them apart.
+//! Memory layout of our own structs as JSON, so that a reader in any language can take them
+//! apart.
 
 use ipc_types::Wire;
 use ipc_types::layout::{FieldLayout, StructLayout, layout_of};

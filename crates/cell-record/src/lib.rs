@@ -1,6 +1,6 @@
-//! Recordings of a cell: MCAP files that other tools open, too, the flight
-//! recorder's ring of them, and reading them again. No bus, no clock: messages
-//! and times are arguments. The format is described in docs/recording.md.
+//! Recordings of a cell: MCAP files that other tools can open, the flight recorder's ring of
+//! them, and reading both. No bus, no clock: messages and times are arguments. The format is
+//! described in docs/recording.md.
 #![forbid(unsafe_code)]
 #![allow(
     clippy::cast_possible_truncation,

@@ -1,4 +1,4 @@
-//! The links of an arm for other tools: their frames at a moment, and what they look like.
+//! Frames and shapes of an arm's links, for other tools.
 
 use cell_model::robots::urdf::{self, UrdfRobot};
 use cell_model::{LinkShape, Shape};
@@ -21,24 +21,24 @@ struct Link {
     motion: Option<Motion>,
 }
 
-/// How a link moves in the frame of its parent.
+/// Motion of a link in the frame of its parent.
 #[derive(Clone, Debug)]
 struct Motion {
     kind: JointKind,
     axis: Unit<Vector3<f64>>,
     source: Source,
-    /// Position for one of the source, and at its zero: of a joint that copies another one.
+    /// Factor and offset of the position: of a joint that copies another one.
     law: (f64, f64),
 }
 
-/// Where the position of a joint is in a state.
+/// Place of a joint's position in a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Source {
     /// A joint that is controlled.
     Joint(usize),
     /// A finger, which moves by half of the hand's width.
     Finger,
-    /// A joint that nothing moves.
+    /// A joint without a drive.
     Rest,
 }
 
@@ -51,8 +51,8 @@ pub(crate) struct Solid {
 }
 
 impl Links {
-    /// The links of an arm of the page's scene; `base` is its pose in frame `world`. None
-    /// where the scene has no URDF.
+    /// The links of an arm of the page's scene; `base` is its pose in frame `world`. Empty if
+    /// the scene has no URDF.
     pub(crate) fn of(arm: &Value, world: &str, base: &Pose) -> Self {
         let Some(urdf) = robot(arm) else {
             return Self::default();
@@ -61,6 +61,7 @@ impl Links {
         let link = |(index, frame): (usize, &rmp::Frame)| {
             let parent = urdf.parents.get(index).copied().flatten();
             let parent = parent.and_then(|parent| frames.get(parent));
+            // The root is fixed to the world: the base of an arm does not move.
             let Some(parent) = parent else {
                 return Link {
                     name: frame_name(arm, &frame.name),
@@ -69,12 +70,14 @@ impl Links {
                     motion: None,
                 };
             };
+            // A frame of the same joint as its parent is fixed to it, e.g. a flange.
             let moves = frame.joint.filter(|joint| parent.joint != Some(*joint));
             let joint = moves.and_then(|joint| urdf.chain.joints().get(joint));
             let from = joint.map_or_else(Isometry3::identity, |joint| joint.origin);
             Link {
                 name: frame_name(arm, &frame.name),
                 parent: frame_name(arm, &parent.name),
+                // The constant part once here, so that a state costs one product per link.
                 origin: parent.pose.inverse() * from * frame.pose,
                 motion: joint.map(|joint| motion(arm, &urdf.chain, joint)),
             }
@@ -96,6 +99,7 @@ impl Links {
         let shown = self.0.iter();
         let shown = shown.filter(move |link| is_all || link.motion.is_some());
         shown.map(move |link| {
+            // Fixed links have no joint: their pose is the origin.
             let motion = link.motion.as_ref();
             let moved = motion.map_or_else(Isometry3::identity, |motion| motion.at(state));
             let pose = pose(&(link.origin * moved));
@@ -108,6 +112,7 @@ impl Motion {
     fn at(&self, state: &ArmState) -> Isometry3<f64> {
         let position = match self.source {
             Source::Joint(joint) => state.joint_positions.get(joint).copied().unwrap_or(0.0),
+            // Each finger moves by half of the distance between both.
             Source::Finger => 0.5 * state.gripper.width,
             Source::Rest => 0.0,
         };
@@ -125,10 +130,11 @@ impl Motion {
     }
 }
 
-/// How `joint` moves: by itself, or as the controlled joint that it copies.
+/// Motion of `joint`: its own, or that of the controlled joint it copies.
 fn motion(arm: &Value, chain: &Chain, joint: &rmp::Joint) -> Motion {
     let followed = joint.mimic.and_then(|mimic| {
         let source = source(arm, &chain.joints().get(mimic.joint)?.name);
+        // A joint that copies a finger has its own place in the state already.
         matches!(source, Source::Joint(_)).then_some((source, (mimic.multiplier, mimic.offset)))
     });
     let (source, law) = followed.unwrap_or_else(|| (source(arm, &joint.name), (1.0, 0.0)));
@@ -140,8 +146,8 @@ fn motion(arm: &Value, chain: &Chain, joint: &rmp::Joint) -> Motion {
     }
 }
 
-/// What the links of an arm are made of: the primitives that take part in contact, or the
-/// collision spheres where there is none.
+/// Solids of an arm's links: the primitives that take part in contact, or the collision spheres
+/// if there are none.
 pub(crate) fn solids(arm: &Value) -> Vec<Solid> {
     let urdf = robot(arm);
     let links = urdf.iter().flat_map(|urdf| &urdf.links);
@@ -156,6 +162,7 @@ pub(crate) fn solids(arm: &Value) -> Vec<Solid> {
             })
     });
     let solids: Vec<Solid> = solids.collect();
+    // Spheres are a rough picture; they are used only where the file has no shapes.
     if !solids.is_empty() {
         return solids;
     }
@@ -173,7 +180,7 @@ pub(crate) fn solids(arm: &Value) -> Vec<Solid> {
     spheres.map(sphere).collect()
 }
 
-/// The robot was loaded from the same text before, so that it can be read.
+/// Parses the robot; the cell was loaded from the same text, so this does not fail.
 fn robot(arm: &Value) -> Option<UrdfRobot> {
     urdf::parse("scene", arm["urdf"].as_str()?).ok()
 }
@@ -188,6 +195,7 @@ fn source(arm: &Value, joint: &str) -> Source {
     let place = joints
         .map(|one| one["name"].as_str())
         .position(|one| one == Some(joint));
+    // Without the count all named joints are taken for controlled ones.
     let controlled = arm["arm_joints"].as_u64().unwrap_or(u64::MAX);
     match place {
         Some(place) if (place as u64) < controlled => Source::Joint(place),
@@ -204,7 +212,7 @@ fn isometry(pose: &Pose) -> Isometry3<f64> {
     )
 }
 
-/// As messages have it.
+/// A pose in the format of messages.
 pub(crate) fn pose(pose: &Isometry3<f64>) -> Pose {
     let (t, q) = (&pose.translation, &pose.rotation);
     Pose {

@@ -1,4 +1,11 @@
 //! Reads a recording: a file, or the directory of a flight recorder.
+//!
+//! A directory may be of a recorder that is running: its oldest file can disappear and its
+//! newest
+//! grow between two calls. A chunk that cannot be read is an error of that chunk; the rest of
+//! the
+//! recording stays readable. After a restart of physics the same time occurs more than once, so
+//! every search is along one history (`Line`).
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -18,9 +25,11 @@ use crate::flight;
 use crate::frame::{Backwards, Frame};
 use crate::index::FileIndex;
 
-/// Unpacked chunks that are kept for the next look.
+/// Unpacked chunks that are kept for the next request.
+// A page that drags its slider back and forth reads the same few chunks again.
 const KEPT: usize = 6;
-/// Chunks that are looked through for a moment: some seconds.
+/// Chunks that are searched for one moment: some seconds.
+// Bounds the time of a request where a recording lacks the state.
 const MAX_BACK: usize = 48;
 
 /// A recording that is open for reading.
@@ -44,7 +53,7 @@ impl Recording {
     /// When there is nothing that can be read, and why.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         let files = if path.is_dir() {
-            // A segment that was begun this moment, or removed, is no trouble.
+            // A file that was started or removed at this moment is not an error.
             let segments = flight::segments(path)?;
             let scanned = segments.iter().filter_map(|s| FileIndex::scan(s).ok());
             scanned.filter(|file| !file.chunks.is_empty()).collect()
@@ -61,9 +70,12 @@ impl Recording {
         };
         let mut places = Vec::new();
         for (number, file) in files.iter().enumerate() {
+            // Files in order, chunks in order: the order of recording, across epochs.
             places.extend((0..file.chunks.len()).map(|chunk| (number, chunk)));
         }
         let cut = files.first().and_then(|file| file.cut.clone());
+        // The reason of the cut is given: "empty" would be wrong for a file cut in its first
+        // chunk.
         let Some(first) = files.first().and_then(|f| Some((f, f.chunks.first()?))) else {
             return Err(nothing(cut.unwrap_or_else(|| "it is empty".to_owned())));
         };
@@ -73,6 +85,7 @@ impl Recording {
             entry.ok_or_else(|| nothing(format!("it has no {:?}", channel.name())))
         };
         let refuse = |error: serde_json::Error| nothing(format!("of another version: {error}"));
+        // Other fields than expected: a version error, not a damaged file.
         let run = serde_json::from_slice(&json(Channel::Run)?.bytes).map_err(refuse)?;
         let scene = serde_json::from_slice(&json(Channel::Scene)?.bytes).map_err(refuse)?;
         let epochs = epoch::merged(files.iter().flat_map(FileIndex::spans));
@@ -98,8 +111,8 @@ impl Recording {
         self.epochs.iter().copied().map(EpochSpan::from).collect()
     }
 
-    /// Shows the history of `epoch` from now on, a generation of physics; that of
-    /// the newest one where that is `None` or not recorded.
+    /// Shows the history of `epoch` from now on, a generation of physics; that of the newest
+    /// one where `epoch` is `None` or not recorded.
     pub fn show_epoch(&mut self, epoch: Option<u32>) {
         self.line = Line::of(&self.epochs, epoch);
     }
@@ -120,27 +133,30 @@ impl Recording {
         &self.scene
     }
 
-    /// Why the recording ends early; `None` where every file was closed.
+    /// Reason why the recording ends early; `None` if every file was closed.
     pub fn cut(&self) -> Option<&str> {
         self.files.iter().rev().find_map(|file| file.cut.as_deref())
     }
 
-    /// What was said last at or before `time_s`.
+    /// The last messages at or before `time_s`, combined to one moment.
     ///
     /// # Errors
     ///
-    /// When there is no whole state, or the chunk cannot be read.
+    /// When no complete state is found, or the chunk cannot be read.
     pub fn at(&mut self, time_s: f64) -> Result<Frame, RecordError> {
         let time_ns = nanoseconds(time_s);
         let arms = usize::from(self.run.arms);
         let (mut look, mut back) = (Backwards::at(time_ns), 0);
-        // A paused cell fills chunks with one state for as long as it is paused.
+        // A paused cell fills chunks with one state as long as it is paused.
         let mut instant = None;
+        // Backwards from the newest chunk: most of the message is found in the last one.
         for place in (0..self.places.len()).rev() {
             let Some(epoch) = self.epoch_of(place, |c| c.start_ns <= time_ns) else {
                 continue;
             };
             let of_instant = self.instant(place);
+            // A chunk of the same instant repeats state and status; reading it again adds
+            // nothing.
             let repeats = of_instant.is_some() && of_instant == instant;
             let adds = |channel| look.lacks(channel, arms) && !(repeats && channel.is_of_state());
             if back > 0 && !self.has(place, adds) {
@@ -155,7 +171,7 @@ impl Recording {
                 .filter(shown)
                 .for_each(|e| look.take(e));
             back += 1;
-            // A task that has not decided yet is not looked for for long.
+            // The search for a task that has not decided yet is given up early.
             if look.is_complete(arms) || back >= MAX_BACK || (look.has_world() && back > 8) {
                 break;
             }
@@ -175,6 +191,7 @@ impl Recording {
     /// When a chunk cannot be read.
     pub fn trace(&mut self, from_s: f64, to_s: f64) -> Result<Vec<TraceLine>, RecordError> {
         let (from, to) = (nanoseconds(from_s), nanoseconds(to_s));
+        // By chunk times: a chunk outside is not unpacked.
         let wanted = |c: &Chunk| c.end_ns > from && c.start_ns <= to;
         let mut lines = Vec::new();
         for place in 0..self.places.len() {
@@ -205,10 +222,12 @@ impl Recording {
                 break;
             }
             let epoch = self.epoch_of(place, |c| c.start_ns <= to);
+            // The indices tell which chunks have log lines; the others are not unpacked.
             let has_log = || self.has(place, |channel| channel == Channel::Log);
             let Some(epoch) = epoch.filter(|_| has_log()) else {
                 continue;
             };
+            // Backwards here and in the chunks, so only as many chunks as needed are read.
             for entry in self.unpacked(place)?.iter().rev() {
                 let wanted = entry.channel == Channel::Log && entry.time_ns <= to;
                 if wanted && lines.len() < count && self.line.has(epoch, entry.time_ns) {
@@ -220,14 +239,14 @@ impl Recording {
         Ok(lines)
     }
 
-    /// All messages, in the order they were recorded. A chunk that cannot be
-    /// read is one error, and those after it follow.
+    /// All messages, in the order they were recorded. A chunk that cannot be read is one error,
+    /// and the following chunks are read.
     pub fn messages(&self) -> Entries<'_> {
         self.messages_from(0)
     }
 
     /// The messages of the history shown from `from_s` to `to_s`, in the order they were
-    /// recorded. A chunk that cannot be read is one error, and those after it follow.
+    /// recorded. A chunk that cannot be read is one error, and the following chunks are read.
     pub fn history(
         &self,
         from_s: f64,
@@ -241,6 +260,8 @@ impl Recording {
                     Ok(entry) => entry,
                     Err(error) => return Some(Err(error)),
                 };
+                // Chunks are chosen by their time, messages by theirs: a chunk may reach over
+                // the span.
                 let wanted = (from..=to).contains(&entry.time_ns);
                 if wanted && self.shows(entries.epoch(), &entry) {
                     return Some(Ok(entry));
@@ -268,6 +289,8 @@ impl Recording {
     /// Epoch of a chunk that is `wanted` and may be part of the history shown.
     fn epoch_of(&self, place: usize, wanted: impl FnOnce(&Chunk) -> bool) -> Option<u32> {
         let (_, chunk) = self.file_and_chunk(place)?;
+        // With the start of the chunk: a history is left at the time at which the next one
+        // resumed.
         let wanted = wanted(chunk) && self.line.has(chunk.epoch, chunk.start_ns);
         wanted.then_some(chunk.epoch)
     }
@@ -289,6 +312,7 @@ impl Recording {
         self.file_and_chunk(place).is_some_and(|(file, chunk)| {
             let channel = |id: &u16| file.names.get(id).copied().flatten();
             let is_wanted = |id: &u16| channel(id).is_some_and(&wanted);
+            // Unknown channels: the chunk has to be read to know.
             chunk.channels.is_empty() || chunk.channels.iter().any(is_wanted)
         })
     }
@@ -301,6 +325,8 @@ impl Recording {
             return Ok(Arc::default());
         };
         let entries = Arc::new(entries(file, chunk)?);
+        // The oldest request first, not the least used: a slider moves on and rarely returns
+        // far.
         if self.kept.len() >= KEPT {
             self.kept.pop_front();
         }
@@ -319,7 +345,7 @@ pub struct Entries<'a> {
 }
 
 impl Entries<'_> {
-    /// Epoch of the message that came last.
+    /// Epoch of the last message returned.
     pub(crate) fn epoch(&self) -> u32 {
         self.epoch
     }
@@ -335,6 +361,7 @@ impl Iterator for Entries<'_> {
             }
             let (file, chunk) = self.recording.file_and_chunk(self.next)?;
             self.next += 1;
+            // Chunks before the span are skipped unread.
             if chunk.end_ns < self.from_ns {
                 continue;
             }
@@ -343,6 +370,7 @@ impl Iterator for Entries<'_> {
                     self.epoch = chunk.epoch;
                     self.waiting = entries.into_iter();
                 }
+                // One error, then the next chunk: damage in the middle must not hide the end.
                 Err(error) => return Some(Err(error)),
             }
         }
@@ -350,13 +378,13 @@ impl Iterator for Entries<'_> {
 }
 
 fn entries(file: &FileIndex, chunk: &Chunk) -> Result<Vec<Entry>, RecordError> {
+    // Opened each time: the recorder may remove the file, and open files are limited.
     let opened = user_file::open_file(&file.path);
     let mut opened = opened.map_err(|e| RecordError::io(&file.path, e))?;
     chunk::read(&mut opened, &file.path, chunk, &mut file.names.clone())
 }
 
-/// Ticks are whole milliseconds: half a one absorbs what the way over seconds
-/// cost.
+/// Ticks are whole milliseconds: the rounding of a time in seconds is far below half of one.
 fn nanoseconds(time_s: f64) -> u64 {
     (time_s * 1.0e9).round().max(0.0) as u64
 }

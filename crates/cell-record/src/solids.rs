@@ -1,4 +1,4 @@
-//! What the objects, fixtures and links of a scene look like, as `foxglove.SceneUpdate`.
+//! Shapes of the objects, fixtures and links of a scene, as `foxglove.SceneUpdate`.
 
 use cell_model::Shape;
 use serde_json::{Value, json};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use crate::foxglove::{WORLD, numbers, time};
 use crate::links;
 
-/// Of all links; red, green and blue from 0 to 1.
+/// Colour of all links; red, green and blue from 0 to 1.
 const LINK_COLOUR: [f64; 3] = [0.85, 0.86, 0.88];
 
 /// Objects and fixtures of the page's scene, and the links of its arms.
@@ -15,6 +15,7 @@ pub(crate) fn scene_update(scene: &Value) -> Value {
     for (list, is_object) in [("objects", true), ("fixtures", false)] {
         for item in scene[list].as_array().into_iter().flatten() {
             let name = item["name"].as_str().unwrap_or_default();
+            // An object moves with its frame; a fixture is placed in the world once.
             let pose = if is_object {
                 &Value::Null
             } else {
@@ -31,8 +32,9 @@ pub(crate) fn scene_update(scene: &Value) -> Value {
     json!({ "deletions": [], "entities": entities })
 }
 
-/// Nothing yet, fixed to a frame.
+/// An entity without shapes, fixed to a frame.
 fn entity(id: &str, frame: &str) -> Value {
+    // A lifetime of 0 means for ever: the update is sent once per file.
     json!({
         "timestamp": time(0), "frame_id": frame,
         "id": id, "lifetime": time(0), "frame_locked": true,
@@ -41,10 +43,11 @@ fn entity(id: &str, frame: &str) -> Value {
     })
 }
 
-/// One for each link that is made of something.
+/// One entity for each link that has shapes.
 fn arm_entities(arm: &Value) -> Vec<Value> {
     let mut entities: Vec<Value> = Vec::new();
     for solid in links::solids(arm) {
+        // A link of several shapes is one entity, so that a viewer lists links and not parts.
         let known = entities.iter().position(|one| one["id"] == *solid.frame);
         let at = known.unwrap_or_else(|| {
             entities.push(entity(&solid.frame, &solid.frame));
@@ -59,6 +62,7 @@ fn arm_entities(arm: &Value) -> Vec<Value> {
     entities
 }
 
+// Foxglove has no capsule.
 /// A capsule is drawn as a cylinder of its whole length.
 fn primitives(entity: &mut Value, shape: &Shape, pose: &Value) {
     let shape = match *shape {
@@ -71,14 +75,13 @@ fn primitives(entity: &mut Value, shape: &Shape, pose: &Value) {
             let length_m = height_m + 2.0 * radius_m;
             json!({ "kind": "capsule", "radius_m": radius_m, "length_m": length_m })
         }
-        // No link is a bin.
+        // Robots have no bins.
         Shape::Bin { .. } => return,
     };
     solid(entity, &shape, pose, &json!(LINK_COLOUR), 0);
 }
 
-/// Adds a shape; parts of parts are not drawn where their poses would have to be
-/// multiplied.
+/// Adds a shape; parts of parts are not drawn, as their poses would have to be multiplied.
 fn solid(entity: &mut Value, shape: &Value, pose: &Value, colour: &Value, depth: u8) {
     if let Some(parts) = shape["parts"].as_array().filter(|_| depth == 0) {
         for part in parts {
@@ -129,6 +132,8 @@ fn rgba(colour: &Value) -> Value {
         Some([part(16), part(8), part(0)])
     });
     let listed = colour.as_array().map(|_| numbers::<3>(colour));
+    // Grey for a colour that is missing or not readable: a wrong colour must not hide an
+    // object.
     let [r, g, b] = from_text.or(listed).unwrap_or([0.6; 3]);
     json!({ "r": r, "g": g, "b": b, "a": 1.0 })
 }

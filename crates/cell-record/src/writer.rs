@@ -14,7 +14,9 @@ use crate::error::RecordError;
 use crate::storage::{Disk, Storage as _};
 use crate::{PROFILE, solids};
 
-/// What every file begins with.
+/// First messages of every file.
+///
+/// Run, scene and epoch: with them a file can be read alone.
 #[derive(Clone, Debug)]
 pub struct Preamble {
     /// Arms of the cell.
@@ -30,6 +32,7 @@ impl Preamble {
     pub fn new(run: &RunSpec, scene: &Value) -> Self {
         Self {
             arms: run.arms,
+            // A run file and a scene are plain data: writing them cannot fail.
             run: serde_json::to_vec(run).unwrap_or_default(),
             scene: scene.to_string().into_bytes(),
             update: solids::scene_update(scene).to_string().into_bytes(),
@@ -37,14 +40,14 @@ impl Preamble {
         }
     }
 
-    /// The same for files that begin in `epoch`, a generation of physics.
+    /// Sets the epoch of files started from now on, a generation of physics.
     pub fn set_epoch(&mut self, epoch: u32) {
         self.epoch = epoch;
     }
 }
 
-/// Writes one MCAP file: lz4 in chunks, an index at the end. What was flushed is
-/// readable even when nothing follows.
+/// Writes one MCAP file: lz4 in chunks, an index at the end. Flushed messages are readable even
+/// if nothing follows.
 pub struct RecordingWriter {
     container: Container,
     ids: BTreeMap<Channel, u16>,
@@ -79,39 +82,42 @@ impl RecordingWriter {
             preamble: Some(preamble.clone()),
             packed: Vec::new(),
         };
+        // All channels at once, before any message: the first chunk declares every name.
         for channel in Channel::all(preamble.arms) {
             recording.declare(channel);
         }
         Ok(recording)
     }
 
-    /// Adds a message.
+    /// Adds a message; its struct is packed here.
     ///
     /// # Errors
     ///
     /// When the disk does not take it: the file ends with what was flushed.
     pub fn add(&mut self, message: &Message<'_>) -> Result<(), RecordError> {
+        // The buffer is taken and put back, so that packing allocates only while it grows.
         let mut buffer = std::mem::take(&mut self.packed);
         let added = self.add_packed(&message.packed(&mut buffer));
         self.packed = buffer;
         added
     }
 
-    /// Adds a message whose struct has been through [`crate::pack()`].
+    /// Adds a message whose struct was packed by [`crate::pack()`].
     ///
     /// # Errors
     ///
     /// As [`Self::add`].
     pub fn add_packed(&mut self, message: &Message<'_>) -> Result<(), RecordError> {
         self.begin_at(message.time_ns)?;
+        // An epoch starts a chunk: readers look for epochs in the first message of chunks.
         if message.channel == Channel::Epoch {
             self.flush()?;
         }
         self.put(message)
     }
 
-    /// Writes what every file begins with, under simulated time `time_ns`, if
-    /// that is not there yet.
+    /// Writes the first messages of the file under simulated time `time_ns`, if that was not
+    /// done.
     ///
     /// # Errors
     ///
@@ -123,12 +129,13 @@ impl RecordingWriter {
         }
     }
 
-    /// Says that what follows is of `epoch`, from simulated time `time_ns` on.
+    /// Starts `epoch` at simulated time `time_ns`: all later messages are of it.
     ///
     /// # Errors
     ///
     /// When the disk does not take it.
     pub fn begin_epoch(&mut self, epoch: u32, time_ns: u64) -> Result<(), RecordError> {
+        // Nothing is written yet: the preamble names the epoch.
         if let Some(preamble) = &mut self.preamble {
             preamble.epoch = epoch;
             return Ok(());
@@ -137,13 +144,13 @@ impl RecordingWriter {
         self.put_epoch(epoch, time_ns)
     }
 
-    /// Ends the chunk: all that was added is readable from now on.
+    /// Ends the chunk: all added messages can be read from now on.
     ///
     /// # Errors
     ///
     /// When the disk does not take it.
     pub fn flush(&mut self) -> Result<(), RecordError> {
-        // The first chunk has to hold what every file begins with.
+        // The first chunk has to hold the first messages of the file.
         if self.preamble.is_some() {
             return Ok(());
         }
@@ -161,12 +168,12 @@ impl RecordingWriter {
     ///
     /// When the disk does not take it.
     pub fn finish(mut self) -> Result<u64, RecordError> {
+        // Also a file without messages gets its preamble, and is a valid recording.
         self.begin_at(0)?;
         self.container.finish().map_err(RecordError::write)
     }
 
-    /// Run, scene and epoch, in a chunk of their own: with them on the disk, the rest
-    /// can be read.
+    /// Run, scene and epoch, in their own chunk: with them on the disk, the rest can be read.
     fn begin(&mut self, preamble: &Preamble, time_ns: u64) -> Result<(), RecordError> {
         for (channel, bytes) in [
             (Channel::Run, &preamble.run),

@@ -1,4 +1,7 @@
-//! The commands of a page (docs/page-protocol.md), checked.
+//! The commands of a page (docs/page-protocol.md), validated.
+//!
+//! A page is a program of anyone who has the token, so nothing in a command is trusted: each
+//! field has a range, names must be of this cell, and file names are never taken from a page.
 
 use cell_model::runs::spec::Speed;
 use ipc_types::operator::OperatorAction;
@@ -8,18 +11,19 @@ use serde_json::{Value, json};
 
 use super::fields::{Fields, MAX_WHOLE};
 
-/// A place that can be asked for (m, in each coordinate).
+/// Largest coordinate of a position in a command (m).
+// Well beyond the reach of any arm.
 const MAX_PLACE_M: f64 = 20.0;
-/// Longest pull (s).
+/// Longest drag (s).
 const MAX_DRAG_S: f64 = 3600.0;
-/// Most ticks of one step.
+/// Largest number of ticks of one step.
 const MAX_STEPS: u64 = 1_000_000;
-/// Most parts of one request.
+/// Largest number of parts of one request.
 const MAX_PARTS: u64 = 1000;
 /// Longest simulated time (s).
 const MAX_TIME_S: f64 = 1.0e9;
 
-/// Names a command can use.
+/// Names that a command can use.
 #[derive(Clone, Debug, Default)]
 pub struct Names {
     /// Objects in the order of the cell file.
@@ -28,7 +32,7 @@ pub struct Names {
     pub arms: u32,
 }
 
-/// Something to be carried out.
+/// An order to be carried out.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Order {
     /// By physics.
@@ -41,10 +45,10 @@ pub enum Order {
     Play(PlayOrder),
 }
 
-/// What the recorder shall do.
+/// Order to the recorder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RecordOrder {
-    /// Keep all from now on, in a file.
+    /// Record everything from now on, in a file.
     Start,
     /// Close that file.
     Stop,
@@ -52,12 +56,12 @@ pub enum RecordOrder {
     Last(f64),
 }
 
-/// What a replay's clock shall do.
+/// Order to the clock of a replay.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlayOrder {
     /// Go to this time (s).
     pub time_s: Option<f64>,
-    /// Of the history of this generation of physics; the newest without one.
+    /// Generation of physics whose history is meant; the newest by default.
     pub epoch: Option<u32>,
     /// Play, or pause.
     pub play: Option<bool>,
@@ -72,18 +76,19 @@ pub struct PlayOrder {
 pub enum Command {
     /// For a [`super::desk::Desk`]; the text is for the journal.
     Order(Order, String),
-    /// Show another time to this client alone; `None`: live.
+    /// Show another time to this client only; `None`: live.
     Seek(PlayOrder),
-    /// Tell everything once more.
+    /// Send the whole state again.
     Again,
 }
 
-/// Number of a command, as far as it can be read, for its answer.
+/// Number of a command for its answer, 0 if it cannot be read.
 pub fn id(command: &Value) -> u64 {
     command
         .get("id")
         .and_then(Value::as_u64)
         .filter(|id| *id <= MAX_WHOLE)
+        // Even an invalid command gets an answer, so its number is read before the rest.
         .unwrap_or(0)
 }
 
@@ -91,12 +96,13 @@ pub fn id(command: &Value) -> u64 {
 ///
 /// # Errors
 ///
-/// Which field is wrong, what it is, and what is allowed.
+/// The field, its value, and the allowed values.
 pub fn parse(command: &Value, names: &Names) -> Result<Command, String> {
     let Some(map) = command.as_object() else {
         return Err("a command must be an object with `id` and `do`".to_owned());
     };
     let fields = Fields(map);
+    // Checked although unused here: an answer without its number is lost for the page.
     fields.whole("id", 0, MAX_WHOLE)?;
     let verb = fields.one_of("do", VERBS)?;
     match verb {
@@ -109,6 +115,7 @@ pub fn parse(command: &Value, names: &Names) -> Result<Command, String> {
     }
 }
 
+// The list is in the message of an unknown verb, so it must be complete.
 const VERBS: &[&str] = &[
     "pause",
     "resume",
@@ -134,6 +141,7 @@ const VERBS: &[&str] = &[
 ];
 
 fn operate(verb: &str, fields: &Fields<'_>, names: &Names) -> Result<Command, String> {
+    // All fields have a valid value from here on; the match below sets those of the action.
     let mut request = OperatorRequest::zeroed();
     request.pose = Pose::IDENTITY;
     let mut said = verb.replace('_', " ");
@@ -171,7 +179,7 @@ fn operate(verb: &str, fields: &Fields<'_>, names: &Names) -> Result<Command, St
     Ok(Command::Order(Order::Operate(Box::new(request)), said))
 }
 
-/// How often, or how many: `least` where nothing is said.
+/// The field `count`; `least` if it is missing.
 fn count(fields: &Fields<'_>, least: u64, most: u64) -> Result<u32, String> {
     let count = if fields.is_missing("count") {
         least
@@ -187,12 +195,15 @@ fn drag(
     fields: &Fields<'_>,
     names: &Names,
 ) -> Result<OperatorAction, String> {
+    // By name: indices of objects change with the cell file, and a page may be older.
     let name = fields.text("object", "the name of an object")?;
     let index = names.objects.iter().position(|known| known == name);
     let index = index.and_then(|index| u32::try_from(index).ok());
     let known = || format!("one of {}", names.objects.join(", "));
     request.object = index.ok_or_else(|| fields.wrong("object", &known()))?;
     request.pose.position = fields.numbers("to", MAX_PLACE_M)?;
+    // Two seconds, as the page repeats a drag while the hand moves, and it must end without
+    // one.
     request.seconds = if fields.is_missing("for_s") {
         2.0
     } else {
@@ -219,6 +230,7 @@ fn target(
     request.pose.position = fields.numbers("position", MAX_PLACE_M)?;
     let turn: [f64; 4] = fields.numbers("orientation_wxyz", 1.001)?;
     let length = turn.iter().map(|x| x * x).sum::<f64>().sqrt();
+    // Rounded numbers of a page are accepted, then normalised: physics requires 1e-6.
     if (length - 1.0).abs() > 1.0e-3 {
         return Err(fields.wrong("orientation_wxyz", "a unit quaternion, w first"));
     }
@@ -246,6 +258,7 @@ fn breakpoint(
 ) -> Result<OperatorAction, String> {
     let allowed = "the name of a node, state or guard, at most 48 bytes";
     let name = fields.text("name", allowed)?;
+    // A name that was cut would match nothing, or the wrong node.
     request.name = BreakName::new(name);
     if name.is_empty() || request.name.as_str() != name {
         return Err(fields.wrong("name", allowed));
@@ -287,10 +300,11 @@ fn gripper(
     Ok(OperatorAction::Gripper)
 }
 
-/// A name that cannot be anything else: the launcher knows which there are.
+/// A plain name; the launcher knows which ones exist.
 fn name(fields: &Fields<'_>, key: &str) -> Result<String, String> {
     let allowed = "a name of letters, digits, '-' and '_'";
     let text = fields.text(key, allowed)?;
+    // No dot, slash or leading dash: the name becomes part of a path and of a command line.
     let fine = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     if (1..=64).contains(&text.len()) && text.chars().all(fine) && !text.starts_with('-') {
         return Ok(text.to_owned());
@@ -336,6 +350,7 @@ fn record(fields: &Fields<'_>) -> Result<Command, String> {
     let order = match what {
         "start" => RecordOrder::Start,
         "stop" => RecordOrder::Stop,
+        // A minute: the past that a person still remembers when pressing the button.
         _ if fields.is_missing("seconds") => RecordOrder::Last(60.0),
         _ => RecordOrder::Last(fields.number("seconds", 0.1, 1.0e6)?),
     };

@@ -1,20 +1,21 @@
-//! Who carries commands out: the bus and the launcher, or a replayed file.
+//! Executors of commands: the bus and the launcher, or a replayed file.
 
 use tokio::sync::oneshot;
 
 use super::command::Order;
 
-/// What became of a command.
+/// Result of a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reply {
     /// Whether it is done or under way.
     pub ok: bool,
     /// Tick at which it took effect.
     pub tick: Option<u64>,
-    /// What to tell the person; empty where nothing has to be said.
+    /// Text for the person; empty if none is needed.
     pub message: String,
 }
 
+// The two most frequent replies, so that `tick` is never set by mistake.
 impl Reply {
     /// Done, with nothing to say.
     pub fn done() -> Self {
@@ -25,7 +26,7 @@ impl Reply {
         }
     }
 
-    /// Not done, and why.
+    /// Not done, with the reason.
     pub fn refused(message: impl Into<String>) -> Self {
         Self {
             ok: false,
@@ -35,16 +36,17 @@ impl Reply {
     }
 }
 
-/// Where the answer goes. One that is dropped means that no process could answer.
+/// Channel for the answer. An answer that is dropped means that no process could reply.
 pub type Answer = oneshot::Sender<Reply>;
 
-/// Takes commands in; never waits.
+/// Accepts commands; never waits.
 pub trait Desk: Send + Sync {
-    /// Has `order` carried out and `answer` sent; `said` is for the journal.
+    /// Has `order` executed and `answer` sent; `said` is the text for the journal.
     fn take(&self, order: Order, said: &str, answer: Answer);
 }
 
 /// Sends an answer whose receiver may be gone.
 pub fn send(answer: Answer, reply: Reply) {
+    // A page that has closed meanwhile is not an error of the command.
     let _heard = answer.send(reply).is_ok();
 }

@@ -1,10 +1,12 @@
-//! Reads the fields of a command; what is wrong is said with the field's name.
+//! Reads the fields of a command; errors name the field.
 
 use serde_json::{Map, Value};
 
-/// Largest whole number a page can say exactly.
+/// Largest whole number that a page can represent exactly.
+// Numbers of JavaScript are `f64`.
 pub(super) const MAX_WHOLE: u64 = (1 << 53) - 1;
 /// Longest text that is repeated in an answer (characters).
+// A page must not receive its own 64 KiB back.
 const SHOWN: usize = 60;
 
 /// The fields of one command.
@@ -34,6 +36,7 @@ impl<'a> Fields<'a> {
     }
 
     pub(super) fn text(&self, key: &str, allowed: &str) -> Result<&'a str, String> {
+        // Longer than any name or speed.
         let text = self.get(key).as_str().filter(|text| text.len() <= 256);
         text.ok_or_else(|| self.wrong(key, allowed))
     }
@@ -68,6 +71,7 @@ impl<'a> Fields<'a> {
         let list = self.get(key).as_array().ok_or_else(wrong)?;
         let values: Option<Vec<f64>> = list.iter().map(Value::as_f64).collect();
         let within = |values: &Vec<f64>| {
+            // A comparison that is false for NaN.
             (1..=most).contains(&values.len()) && values.iter().all(|x| x.abs() <= limit)
         };
         values.filter(within).ok_or_else(wrong)

@@ -1,4 +1,4 @@
-//! What a page may ask for, and who carries it out; no socket, no bus.
+//! Commands of a page and their recipients; no socket, no bus.
 
 pub mod command;
 pub mod desk;

@@ -1,6 +1,7 @@
-//! How much one client may say.
+//! Rate limit of the messages of one client.
 
-/// Messages a second, and how many at once.
+/// Messages a second, and in one burst.
+// Three times what a drag sends at 60 Hz.
 const PER_SECOND: f64 = 200.0;
 
 /// Counts the messages of one client.
@@ -11,7 +12,7 @@ pub struct RateLimit {
 }
 
 impl RateLimit {
-    /// A client that has said nothing yet.
+    /// A client before its first message.
     pub fn new(now_s: f64) -> Self {
         Self {
             left: PER_SECOND,
@@ -21,9 +22,11 @@ impl RateLimit {
 
     /// Counts a message at `now_s`; false when it is one too many.
     pub fn allows(&mut self, now_s: f64) -> bool {
+        // A clock that goes back must not give credit.
         let passed_s = (now_s - self.last_s).max(0.0);
         self.last_s = now_s;
         self.left = (self.left + passed_s * PER_SECOND).min(PER_SECOND) - 1.0;
+        // Counted even when refused: a page that floods stays refused until it pauses.
         self.left >= 0.0
     }
 }

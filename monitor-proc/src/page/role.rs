@@ -1,6 +1,7 @@
-//! What a client may do.
+//! Permissions of a client.
 
-/// What a client may do.
+/// Permissions of a client.
+// Ordered: a comparison with the needed role is the check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
     /// Look.

@@ -1,4 +1,8 @@
 //! The policy of a live cell as a file: shown, checked and replaced.
+//!
+//! Three checks come before a text is looked at: the origin of the request, the operator's
+//! role,
+//! and that no other check is running. A viewer must not make the cell compile anything.
 
 use std::sync::Arc;
 
@@ -19,7 +23,8 @@ use crate::page::desk::Reply;
 use crate::page::role::Role;
 use crate::policy_file::Fault;
 
-/// Longest text (bytes).
+/// Largest text (bytes).
+// A page of text, and as large as a browser edits without delay.
 pub(super) const MAX_TEXT: usize = 1 << 20;
 
 #[derive(Deserialize)]
@@ -28,7 +33,7 @@ pub(super) struct Edit {
     apply: bool,
 }
 
-/// The file of the policy that runs now.
+/// The file of the policy that is running.
 pub(super) async fn read(State(served): State<Arc<Served>>, headers: HeaderMap) -> Response {
     if served.site.gate.role(&headers).is_none() {
         return plain::line(
@@ -41,20 +46,21 @@ pub(super) async fn read(State(served): State<Arc<Served>>, headers: HeaderMap) 
         return answer(&json!({ "kind": null, "name": null, "why": why }));
     };
     let policy = served.site.hub.policy();
+    // Files are read on another thread: a slow disk must not stop the frames of all pages.
     match spawn_blocking(move || files.read(&policy)).await {
         Ok(told) => answer(&told),
         Err(_) => plain::line(StatusCode::INTERNAL_SERVER_ERROR, "the file was not read\n"),
     }
 }
 
-/// Checks a text; with `apply` it takes the place of the file, and the task is
-/// restarted.
+/// Checks a text; with `apply` it replaces the file, and the task is restarted.
 pub(super) async fn write(
     State(served): State<Arc<Served>>,
     headers: HeaderMap,
     edit: Result<axum::Json<Edit>, JsonRejection>,
 ) -> Response {
     let gate = &served.site.gate;
+    // Another site in the same browser has the cookie as well; its origin gives it away.
     if !gate.is_from_us(&headers) {
         let text = "a page of another origin may not do this\n";
         return plain::line(StatusCode::FORBIDDEN, text);
@@ -69,12 +75,14 @@ pub(super) async fn write(
     let Some(files) = served.site.policies.clone() else {
         return plain::line(StatusCode::NOT_FOUND, "a recording has no policy to edit\n");
     };
+    // One at a time: a check starts a program and copies the cell.
     let Ok(_turn) = served.edits.try_acquire() else {
         let text = "another text is being checked; try again\n";
         return plain::line(StatusCode::SERVICE_UNAVAILABLE, text);
     };
     let (policy, apply) = (served.site.hub.policy(), edit.apply);
     let checked = spawn_blocking(move || {
+        // Checked and written in one job, so that no other text is written in between.
         files.check(&policy, &edit.text)?;
         if !apply {
             return Ok("no errors".to_owned());
@@ -93,6 +101,7 @@ pub(super) async fn write(
     }
 }
 
+// Through the desk, like a restart by hand: the journal names it, and the launcher decides.
 async fn restart(served: &Served, message: &str) -> Response {
     let (answered, reply) = oneshot::channel();
     let line = json!({ "ask": "restart", "process": "task", "policy": null });
@@ -104,6 +113,7 @@ async fn restart(served: &Served, message: &str) -> Response {
     if reply.ok {
         return answer(&json!({ "ok": true, "message": message }));
     }
+    // The file is written, so the person is told both.
     let fault = Fault::without_place(format!("{message}, but: {}", reply.message));
     answer(&json!({ "ok": false, "errors": [fault] }))
 }

@@ -1,5 +1,5 @@
-//! The built page: read once, into memory. What is not in the list does not
-//! exist, so no path leads anywhere else.
+//! The built page: read once, into memory. Files that are not in the list do not exist, so a
+//! path of a request cannot lead elsewhere.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -7,10 +7,11 @@ use std::path::Path;
 use axum::body::Bytes;
 use rust_embed::RustEmbed;
 
-/// Most files and bytes that are served: they are kept in memory.
+/// Largest number of files and bytes served: they are kept in memory.
 const MAX_FILES: usize = 4000;
 const MAX_BYTES: u64 = 128 << 20;
-/// Folders within folders.
+/// Levels of folders.
+// A link that leads back must not be followed for ever.
 const MAX_DEPTH: usize = 8;
 
 /// The page of a release.
@@ -33,7 +34,7 @@ pub fn has_page() -> bool {
     Embedded::get("index.html").is_some()
 }
 
-/// Files by the path they are asked for with, `/index.html`.
+/// Files by the path of their request, `/index.html`.
 #[derive(Clone, Debug, Default)]
 pub struct Files {
     by_path: BTreeMap<String, Asset>,
@@ -42,9 +43,8 @@ pub struct Files {
 }
 
 impl Files {
-    /// The built page in `dist`, or the embedded one. Where the launcher says by
-    /// a `hint` why it could not build the page, none: an embedded one may be of
-    /// any age.
+    /// The built page in `dist`, or the embedded one. None if the launcher gives a `hint` why
+    /// it could not build the page: the embedded one may be outdated.
     pub fn page(dist: Option<&Path>, hint: &str) -> Self {
         match dist {
             Some(dist) => Self::folder(dist, ""),
@@ -53,8 +53,8 @@ impl Files {
         }
     }
 
-    /// All files under `folder`, with `prefix` before their paths. Links are
-    /// not followed; what cannot be read is left out.
+    /// All files under `folder`, with `prefix` before their paths. Links are not followed;
+    /// unreadable files are left out.
     pub fn folder(folder: &Path, prefix: &str) -> Self {
         let mut files = Self::default();
         let mut room = MAX_BYTES;
@@ -75,6 +75,7 @@ impl Files {
     fn walk(&mut self, folder: &Path, prefix: &str, depth: usize, room: &mut u64) {
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         for entry in entries {
+            // A name that is not UTF-8 cannot be requested by a browser.
             let (Ok(kind), Ok(name)) = (entry.file_type(), entry.file_name().into_string()) else {
                 continue;
             };
@@ -84,6 +85,7 @@ impl Files {
                 continue;
             }
             let size = entry.metadata().map_or(u64::MAX, |meta| meta.len());
+            // Counted, so that the log tells why a mesh is missing.
             if kind.is_dir() || size > *room || self.by_path.len() >= MAX_FILES {
                 self.left_out += 1;
                 continue;
@@ -104,13 +106,13 @@ impl Files {
         self.by_path.insert(path, Asset { body, mime });
     }
 
-    /// The file asked for by exactly this path; `/` is the page itself.
+    /// The file with exactly this path; `/` is the page itself.
     pub fn get(&self, path: &str) -> Option<&Asset> {
         self.by_path
             .get(if path == "/" { "/index.html" } else { path })
     }
 
-    /// Says how many files of `what` are not served, if any.
+    /// A message with the number of files of `what` that are not served, if any.
     #[must_use]
     pub fn limit(&self, what: &str) -> Option<String> {
         (self.left_out > 0).then(|| {

@@ -1,5 +1,19 @@
-//! Which requests are answered: by the name of the server, the origin of the
-//! request, its token and its cookie.
+//! Decides which requests are answered: by the name of the server, the origin of the request,
+//! its token and its cookie.
+//!
+//! What can go wrong: any page in the user's browser can send requests to this machine, with
+//! the
+//! cookie; another name may resolve to this address (DNS rebinding); another user of the
+//! machine
+//! can connect. The rules: a request must name this server by one of its own names; a request
+//! that
+//! changes something or stays open must come from our own page, or show the token; everything
+//! needs
+//! a role. Secrets are 128 random bits (ADR 0013) and compared in constant time.
+//!
+//! A change must not break: no header is trusted that appears twice; an empty secret matches
+//! nothing; a request without an origin needs the token itself, as a cookie is sent by any
+//! page.
 
 use std::io;
 use std::mem;
@@ -14,14 +28,14 @@ use subtle::ConstantTimeEq;
 
 use crate::page::role::Role;
 
-/// What the token in a link is exchanged for.
+/// Result of exchanging the token of a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exchange {
     /// The cookie of this role.
     Role(Role),
     /// Nothing: the link was used before.
     Used,
-    /// Nothing: it is no token of this run.
+    /// Nothing: it is not a token of this run.
     Wrong,
 }
 
@@ -39,8 +53,8 @@ struct Keys {
     secrets: PageSecrets,
     /// The last operator token that was exchanged.
     used: String,
-    /// Where a new operator token is written after each exchange; without it a
-    /// link can be used again.
+    /// File in which a new operator token is written after each exchange; without it a link can
+    /// be used again.
     file: Option<PathBuf>,
 }
 
@@ -52,8 +66,11 @@ impl Keys {
             return Ok(());
         };
         let next = self.secrets.with_new_operator_token()?;
+        // Kept, to tell a used link from a wrong one: the person gets another advice.
         let used = mem::replace(&mut self.secrets, next);
         self.used = used.operator_token;
+        // Last: if the file cannot be written the old token is gone already, which is the safe
+        // side.
         self.secrets.save(file)
     }
 }
@@ -82,7 +99,7 @@ impl Gate {
         self
     }
 
-    /// The same gate, which also answers to the name `host`.
+    /// The same gate, which also accepts the name `host`.
     pub fn with_host(self, host: Option<String>) -> Self {
         Self { host, ..self }
     }
@@ -91,13 +108,15 @@ impl Gate {
         self.keys.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether the request was sent to this server under one of its own names.
-    /// Another name is another site that resolves to this address.
+    /// Whether the request was sent to this server under one of its own names. Another name is
+    /// another site that resolves to this address.
     pub fn is_for_us(&self, uri: &Uri, headers: &HeaderMap) -> bool {
         let mut hosts = headers.get_all(HOST).iter();
+        // Exactly one: with two, this check and a proxy could choose different ones.
         let (Some(host), None) = (hosts.next(), hosts.next()) else {
             return false;
         };
+        // A request may name the server a second time, in its first line; both must be ours.
         let asked = uri
             .authority()
             .is_none_or(|asked| self.is_our_name(asked.as_str()));
@@ -108,6 +127,7 @@ impl Gate {
         let port = format!(":{}", self.address.port());
         let name = match host.strip_suffix(&port) {
             Some(name) => name,
+            // Browsers leave out the default port.
             None if self.address.port() == 80 => host,
             None => return false,
         };
@@ -117,6 +137,7 @@ impl Gate {
         {
             return true;
         }
+        // IPv6 addresses are in brackets; without them the last colon would be ambiguous.
         let bare = name
             .strip_prefix('[')
             .and_then(|rest| rest.strip_suffix(']'));
@@ -125,18 +146,19 @@ impl Gate {
             None => name.parse().ok().map(IpAddr::V4),
         };
         let listens = self.address.ip();
-        // A browser that names an address was told the address, so where the
-        // server listens at all of them, each is its name.
+        // A browser that names an address got it from its user, so where the server listens at
+        // all addresses, each is its name.
         address.is_some_and(|ip| {
             ip.is_loopback() && is_plain_loopback(ip) || ip == listens || listens.is_unspecified()
         })
     }
 
-    /// Whether a request that changes something, or stays, comes from our own
-    /// page, or from a program that shows its token.
+    /// Whether a request that changes something, or stays open, is sent by our own page or by a
+    /// program that shows its token.
     pub fn is_from_us(&self, headers: &HeaderMap) -> bool {
         let mut origins = headers.get_all(ORIGIN).iter();
         match (origins.next(), origins.next()) {
+            // A program: browsers always send an origin with such requests.
             (None, _) => self.bearer(headers).is_some(),
             (Some(origin), None) => {
                 let host = headers.get(HOST).and_then(|host| host.to_str().ok());
@@ -147,8 +169,9 @@ impl Gate {
         }
     }
 
-    /// What the sender of a request may do.
+    /// Role of the sender of a request.
     pub fn role(&self, headers: &HeaderMap) -> Option<Role> {
+        // The token first: a program with a token is not limited by a viewer's cookie.
         self.bearer(headers).or_else(|| self.cookie_role(headers))
     }
 
@@ -159,10 +182,11 @@ impl Gate {
         Self::role_of(token, &secrets.operator_token, &secrets.viewer_token)
     }
 
-    /// Exchanges the token of a link. A link of an operator works once, a link of
-    /// a viewer is for several viewers.
+    /// Exchanges the token of a link. A link of an operator works once, a link of a viewer is
+    /// for several viewers.
     pub fn exchange(&self, token: &str) -> Exchange {
         let role = self.role_of_token(token);
+        // A second lock: `role_of_token` takes it as well, and it is not reentrant.
         let mut keys = self.keys();
         match role {
             Some(Role::Operator) => {
@@ -187,6 +211,7 @@ impl Gate {
             Role::Operator => &keys.secrets.operator_cookie,
             Role::Viewer => &keys.secrets.viewer_cookie,
         };
+        // Not readable by scripts, and not sent with requests of other sites.
         format!("{}={value}; Path=/; HttpOnly; SameSite=Strict", self.cookie)
     }
 
@@ -214,10 +239,12 @@ impl Gate {
         ours.filter_map(|value| {
             Self::role_of(value, &secrets.operator_cookie, &secrets.viewer_cookie)
         })
+        // A browser may hold cookies of both roles; the higher one counts.
         .max()
     }
 
     fn role_of(given: &str, operator: &str, viewer: &str) -> Option<Role> {
+        // Both are compared in any case, so that the time does not tell the role.
         let (operator, viewer) = (is_same(given, operator), is_same(given, viewer));
         match (operator, viewer) {
             (true, _) => Some(Role::Operator),

@@ -1,4 +1,4 @@
-//! Connections: limited in number, and closed when they are silent.
+//! Connections: limited in number, and closed when silent.
 
 use std::io;
 use std::net::SocketAddr;
@@ -14,7 +14,8 @@ use tokio::time::{Instant, Sleep, sleep_until};
 
 use super::slots::{Idle, Slot, Slots};
 
-/// A pause after an accept that failed, such as for want of file descriptors.
+/// Pause after an accept that failed, e.g. for lack of file descriptors.
+// Without it the loop would spin on the same error.
 const AFTER_FAILURE: Duration = Duration::from_millis(100);
 const BUSY: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\n\
     Content-Type: text/plain\r\nContent-Length: 21\r\n\r\ntoo many connections\n";
@@ -45,7 +46,7 @@ impl Listener for LimitedListener {
                 continue;
             };
             if let Some(slot) = self.slots.take(from.ip()) {
-                // Without it small messages wait for the receipts of the peer.
+                // Without it small messages wait for acknowledgements of the peer.
                 let _small_messages_wait = stream.set_nodelay(true).is_err();
                 return (Connection::new(stream, slot), from);
             }
@@ -58,8 +59,9 @@ impl Listener for LimitedListener {
     }
 }
 
-/// A peer that does not read this is told nothing.
+/// A peer that does not read this gets no message.
 fn say_busy(stream: &TcpStream) {
+    // Not waited for: a peer that reads nothing must not hold up the next accept.
     let _told = stream.try_write(BUSY).is_ok();
 }
 
@@ -82,14 +84,18 @@ impl Connection {
         }
     }
 
-    /// Ready with an error when the connection is to be closed.
+    /// Ready with an error when the connection has to be closed.
     fn poll_closed(&mut self, cx: &mut Context<'_>) -> Poll<io::Error> {
         if Pin::new(&mut self.slot.closed).poll(cx).is_ready() {
+            // Only before the first answer: in the middle of one it would be taken for its
+            // content.
             if !self.has_answered {
                 say_busy(&self.stream);
             }
             return Poll::Ready(io::ErrorKind::ConnectionAborted.into());
         }
+        // The timer is set again when it fires, not with every request: that is one atomic
+        // store.
         loop {
             ready!(self.timer.as_mut().poll(cx));
             match self.slot.idle.end() {
@@ -102,12 +108,14 @@ impl Connection {
         }
     }
 
-    /// Bytes of an answer were taken, or have to wait.
+    /// Restarts the timeout after bytes of an answer were taken; checks it if they have to
+    /// wait.
     fn after_write(
         &mut self,
         written: Poll<io::Result<usize>>,
         cx: &mut Context<'_>,
     ) -> Poll<io::Result<usize>> {
+        // The peer takes nothing: only now the timeout may close the connection.
         if written.is_pending() {
             return self.poll_closed(cx).map(Err);
         }
@@ -123,6 +131,7 @@ impl AsyncRead for Connection {
         cx: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
+        // Data first: a request that is there is served even if its slot is about to go.
         if let Poll::Ready(result) = Pin::new(&mut self.stream).poll_read(cx, buffer) {
             return Poll::Ready(result);
         }

@@ -1,9 +1,9 @@
-//! Pages for people without the page.
+//! Pages in plain HTML, for people who do not get the page itself.
 
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 
-/// There is no built page.
+/// The page is not built.
 pub(super) fn no_page(hint: &str) -> Response {
     let hint = if hint.is_empty() {
         "Install Node 20 or newer (https://nodejs.org, or the package `nodejs` of your \
@@ -20,7 +20,7 @@ pub(super) fn no_page(hint: &str) -> Response {
     page(StatusCode::OK, &text)
 }
 
-/// A request without a token or a cookie.
+/// Page for a request without a token or cookie.
 pub(super) fn no_cookie() -> Response {
     let text = "<h1>This page needs its token</h1>\n\
         <p>Open the link that <code>robocell status</code> prints, with \
@@ -29,14 +29,14 @@ pub(super) fn no_cookie() -> Response {
     page(StatusCode::UNAUTHORIZED, text)
 }
 
-/// A link that was opened before, without the cookie it was exchanged for.
+/// Page for a link that was opened before, without the cookie it was exchanged for.
 pub(super) fn used_token() -> Response {
     let text = "<h1>This link was used already</h1>\n\
         <p>It opens the page in one browser; <code>robocell status</code> prints a new one.</p>";
     page(StatusCode::FORBIDDEN, text)
 }
 
-/// A token of another run, or none at all.
+/// Page for a token of another run, or an invalid one.
 pub(super) fn wrong_token() -> Response {
     let text = "<h1>This is not the token of this run</h1>\n\
         <p>Each run has its own; <code>robocell status</code> prints the link.</p>";
@@ -46,6 +46,7 @@ pub(super) fn wrong_token() -> Response {
 /// One line of text.
 pub(super) fn line(status: StatusCode, text: &'static str) -> Response {
     let mut response = (status, text).into_response();
+    // A refusal must not be shown again from a cache after the person has got the token.
     no_store(&mut response);
     response
 }
@@ -68,7 +69,7 @@ pub(super) fn no_store(response: &mut Response) {
     response.headers_mut().insert(header::CACHE_CONTROL, never);
 }
 
-/// Text as text.
+/// Escapes text for HTML.
 fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for character in text.chars() {

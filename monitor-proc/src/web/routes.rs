@@ -1,5 +1,5 @@
-//! What is answered to which request, and in which order it is checked: the
-//! name of the server, then who asks, then what for.
+//! Routes of the server and the order of their checks: the name of the server, then the role of
+//! the sender, then the request.
 
 use std::sync::Arc;
 
@@ -24,9 +24,9 @@ use super::{edit, plain, socket};
 use crate::scrub::Span;
 
 /// Largest body of a request (bytes).
+// A token or a command; texts of policies have their own limit.
 const MAX_BODY: usize = 4096;
-/// Scripts, styles and connections from here only; pictures may be made by the
-/// page itself.
+/// Scripts, styles and connections of this server only; the page may create pictures itself.
 const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; \
     img-src 'self' data: blob:; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; \
     form-action 'none'; object-src 'none'";
@@ -53,7 +53,7 @@ pub(super) fn router(served: Arc<Served>) -> Router {
         .with_state(served)
 }
 
-/// Host before anything else; the headers of every answer.
+/// The name of the server before anything else; fixed headers in every answer.
 async fn first_check(
     State(served): Ours,
     ConnectInfo(idle): ConnectInfo<Idle>,
@@ -62,6 +62,7 @@ async fn first_check(
 ) -> Response {
     let gate = &served.site.gate;
     let for_us = gate.is_for_us(request.uri(), request.headers());
+    // From here on the connection is not closed in favour of another one.
     if for_us && gate.role(request.headers()).is_some() {
         idle.trust();
     }
@@ -71,8 +72,10 @@ async fn first_check(
         let text = "this is not the name of this server; use 127.0.0.1 or localhost\n";
         plain::line(StatusCode::FORBIDDEN, text)
     };
+    // Counted from the end of the answer, not of the request.
     idle.restart();
     let headers = response.headers_mut();
+    // Also on refusals: they are pages as well and could be framed.
     let fixed = [
         (header::CONTENT_SECURITY_POLICY, POLICY),
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
@@ -103,9 +106,11 @@ async fn file(
     }
     let gate = &served.site.gate;
     let token = entry.ok().and_then(|Query(entry)| entry.token);
+    // Only on the page itself: a token elsewhere would end up in a cache or a log.
     if let (Some(token), "/") = (token, uri.path()) {
         return match gate.exchange(&token) {
             Exchange::Role(role) => enter(&gate.set_cookie(role)),
+            // A browser that has its cookie opened an old link: no reason to refuse it.
             Exchange::Used | Exchange::Wrong if gate.role(&headers).is_some() => to_page(),
             Exchange::Used => plain::used_token(),
             Exchange::Wrong => plain::wrong_token(),
@@ -124,7 +129,7 @@ async fn file(
     found(site.files.get(uri.path()), uri.path())
 }
 
-/// The page without a token in its address.
+/// Redirects to the page without a token in its address.
 fn to_page() -> Response {
     (StatusCode::SEE_OTHER, [(header::LOCATION, "/")]).into_response()
 }
@@ -146,7 +151,7 @@ fn found(asset: Option<&Asset>, path: &str) -> Response {
     let Some(asset) = asset else {
         return plain::line(StatusCode::NOT_FOUND, "there is no such file\n");
     };
-    // Names of built files carry a hash of what is in them.
+    // Names of built files have a hash of their content.
     let caching = if path.starts_with("/assets/") {
         "private, max-age=31536000, immutable"
     } else {
@@ -187,7 +192,7 @@ async fn incident(
     }
 }
 
-/// Frames of a span of what was recorded, one behind the other.
+/// Frames of a span of the recording, one after the other.
 async fn past(
     State(served): Ours,
     method: Method,
@@ -206,13 +211,14 @@ async fn past(
             "from_s, to_s (at most 600 s) and count (2 to 1000) are needed\n",
         );
     };
+    // Refused, not queued: reading for a page that shows another time by then is wasted.
     let Ok(_place) = served.readers.try_acquire() else {
         return plain::line(
             StatusCode::SERVICE_UNAVAILABLE,
             "another page reads; try again\n",
         );
     };
-    // Reading takes a tenth of a second; the other pages do not wait for it.
+    // Reading takes a tenth of a second; other pages do not wait for it.
     let read = tokio::task::spawn_blocking(move || open()?.frames(&span)).await;
     match read {
         Ok(Ok(frames)) => {
@@ -225,7 +231,7 @@ async fn past(
     }
 }
 
-/// Of a request for data that is no GET, or comes without a role.
+/// The refusal of a request for data that is not a GET or has no role.
 fn refusal(served: &Served, method: &Method, headers: &HeaderMap) -> Option<Response> {
     if method != Method::GET {
         return Some(plain::line(StatusCode::METHOD_NOT_ALLOWED, "only GET\n"));
@@ -248,13 +254,14 @@ struct TokenBody {
     token: String,
 }
 
-/// A viewer becomes an operator.
+/// Gives a viewer the role of an operator.
 async fn token(
     State(served): Ours,
     headers: HeaderMap,
     body: Result<axum::Json<TokenBody>, JsonRejection>,
 ) -> Response {
     let gate = &served.site.gate;
+    // Another site could otherwise change the role of this browser.
     if !gate.is_from_us(&headers) {
         return plain::line(
             StatusCode::FORBIDDEN,
@@ -282,6 +289,7 @@ async fn websocket(
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
     let gate = &served.site.gate;
+    // Browsers let any site open a websocket, with the cookie: only the origin tells.
     if !gate.is_from_us(&headers) {
         return plain::line(
             StatusCode::FORBIDDEN,
@@ -297,10 +305,12 @@ async fn websocket(
     let Ok(upgrade) = upgrade else {
         return plain::line(StatusCode::BAD_REQUEST, "this is for websockets\n");
     };
+    // Before the upgrade, so that a page that is one too many gets a readable refusal.
     let Ok(place) = served.sockets.clone().try_acquire_owned() else {
         return plain::line(StatusCode::SERVICE_UNAVAILABLE, "too many pages are open\n");
     };
     socket::limit(upgrade).on_upgrade(move |socket| async move {
+        // A websocket has pings of its own interval.
         idle.switch_off();
         socket::serve(socket, served, role).await;
         drop(place);

@@ -1,4 +1,4 @@
-//! The server itself: its address, its limits, what it serves.
+//! The server itself: its address and its limits.
 
 use std::io;
 use std::net::SocketAddr;
@@ -14,17 +14,20 @@ use super::site::Served;
 pub use super::site::Site;
 use super::slots::Idle;
 
-/// Websockets at a time.
+/// Largest number of websockets.
+// Each gets every frame, 60 a second.
 pub(super) const MAX_SOCKETS: usize = 16;
-/// Pages that read what was recorded at once.
+/// Pages that read the recording at a time.
+// Each unpacks chunks from the same disk.
 const MAX_READERS: usize = 2;
-/// Connections that wait to be accepted.
+/// Connections waiting to be accepted.
 const BACKLOG: u32 = 1024;
-/// A small buffer: what a slow reader has not taken is replaced by the newest,
-/// and not kept for it here.
+/// A small buffer: frames that a slow reader has not taken are replaced by newer ones, not kept
+/// here.
 const SEND_BUFFER: u32 = 128 << 10;
-/// A monitor before this one may not have let go of the port yet.
+/// A former monitor may still hold the port.
 const BIND_PAUSE: Duration = Duration::from_millis(100);
+// Five seconds together: a killed monitor has released the port long before.
 const BIND_TRIES: usize = 50;
 
 /// An open port that is not served yet.
@@ -55,6 +58,7 @@ fn open(address: SocketAddr) -> io::Result<Listening> {
         SocketAddr::V4(_) => TcpSocket::new_v4()?,
         SocketAddr::V6(_) => TcpSocket::new_v6()?,
     };
+    // A port in TIME_WAIT of the former monitor is ours as well.
     socket.set_reuseaddr(true)?;
     // Accepted sockets inherit it.
     socket.set_send_buffer_size(SEND_BUFFER)?;

@@ -1,4 +1,4 @@
-//! What is served, and to how many.
+//! Content of the server and its limits.
 
 use std::sync::Arc;
 
@@ -13,23 +13,23 @@ use crate::page::desk::Desk;
 use crate::policy_file::PolicyFiles;
 use crate::scrub::OpenPast;
 
-/// What is served.
+/// Content of the server.
 pub struct Site {
-    /// Who may come in.
+    /// Decides about requests.
     pub gate: Gate,
     /// The page.
     pub files: Files,
     /// Meshes by `/ROBOT/LINK.glb`.
     pub meshes: Files,
-    /// What to do when there is no page, for people.
+    /// Advice for people when there is no page.
     pub hint: String,
-    /// What feeds the pages.
+    /// Source of frames and news.
     pub hub: Arc<Hub>,
-    /// Who carries out commands.
+    /// Executor of commands.
     pub desk: Arc<dyn Desk>,
     /// Names commands can use.
     pub names: Names,
-    /// What was recorded: of a live cell by its flight recorder, else the file.
+    /// The recording: of a live cell by its flight recorder, else the file.
     pub past: Option<OpenPast>,
     /// The policies of a live cell that are written in files.
     pub policies: Option<PolicyFiles>,
@@ -41,8 +41,8 @@ pub struct Site {
 pub(super) struct Served {
     pub(super) site: Site,
     pub(super) sockets: Arc<Semaphore>,
-    /// Places of those who read what was recorded.
+    /// Slots for pages that read the recording.
     pub(super) readers: Semaphore,
-    /// The place of the one whose text is checked.
+    /// The slot for a text that is being checked.
     pub(super) edits: Semaphore,
 }

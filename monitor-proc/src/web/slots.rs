@@ -1,5 +1,9 @@
-//! Slots for connections: how many there may be, and which connection is closed
-//! in favour of a new one.
+//! Slots for connections: their number, and which connection is closed in favour of a new one.
+//!
+//! What can go wrong: connections that send nothing take all slots, by mistake (a browser opens
+//! some in advance) or on purpose, and a person cannot open the page. The rule: a connection
+//! that has not shown a token gives way, the longest silent one first; a connection that has is
+//! never closed for another one.
 
 use std::net::IpAddr;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -9,17 +13,20 @@ use std::time::Duration;
 use tokio::sync::oneshot;
 use tokio::time::Instant;
 
-/// Connections at a time.
+/// Largest number of connections.
+// 16 pages with a few requests each, and room for strangers; each is an open file.
 const MAX_CONNECTIONS: usize = 96;
-/// Connections of one address that have not shown a token or cookie.
+/// Connections of one address without a token or cookie.
+// A browser opens six per server; a tunnel or a proxy has one address for several people.
 const MAX_STRANGERS_PER_ADDRESS: usize = 32;
-/// A connection without a request or an answer for this long is closed.
+/// Time without a request or an answer after which a connection is closed.
+// Short, as a browser reconnects by itself.
 const IDLE_TIMEOUT: Duration = Duration::from_secs(5);
 /// The connection has no idle timeout.
 const NEVER: u64 = u64::MAX;
 
-/// When a connection is closed for silence, and whether it showed a token or
-/// cookie; shared by the connection and by what answers its requests.
+/// Time at which a connection is closed for silence, and whether it showed a token or cookie;
+/// shared by the connection and the handlers of its requests.
 #[derive(Clone, Debug)]
 pub(super) struct Idle {
     opened: Instant,
@@ -42,6 +49,7 @@ impl Idle {
     pub(super) fn restart(&self) {
         let until = (self.opened.elapsed() + IDLE_TIMEOUT).as_millis();
         let until = u64::try_from(until).unwrap_or(NEVER);
+        // Switched off stays off: a late request of the same connection must not bring it back.
         let later = |now: u64| (now != NEVER).then_some(until);
         let _unless_switched_off = self
             .until_ms
@@ -59,7 +67,7 @@ impl Idle {
         self.trusted.store(true, Ordering::Release);
     }
 
-    /// When the connection is closed.
+    /// Time at which the connection is closed; `None`: never.
     pub(super) fn end(&self) -> Option<Instant> {
         match self.until_ms.load(Ordering::Acquire) {
             NEVER => None,
@@ -86,8 +94,8 @@ struct Table {
 }
 
 impl Table {
-    /// Closes the stranger that has been silent for longest, of `from` where
-    /// that is given. `false` if there is none.
+    /// Closes the stranger that has been silent for the longest time, of `from` if given.
+    /// `false` if there is none.
     fn close_stranger(&mut self, from: Option<IpAddr>) -> bool {
         let strangers = self.taken.iter().enumerate().filter(|(_, taken)| {
             taken.idle.is_stranger() && from.is_none_or(|from| taken.from == from)
@@ -98,6 +106,7 @@ impl Table {
         let Some(index) = oldest else {
             return false;
         };
+        // The connection may have ended meanwhile; its slot is free in either case.
         let _unless_gone = self.taken.swap_remove(index).close.send(());
         true
     }
@@ -113,12 +122,12 @@ impl Table {
 pub(super) struct Slots(Arc<Mutex<Table>>);
 
 impl Slots {
-    /// A slot for a connection from `from`. Where all are taken, the connection
-    /// without token or cookie that has been silent for longest loses its slot:
-    /// silence of strangers must not lock the page. `None` if all others showed
-    /// one.
+    /// A slot for a connection from `from`. If all are taken, the connection without token or
+    /// cookie that has been silent for the longest time loses its slot: silent strangers must
+    /// not lock the page. `None` if all others showed one.
     pub(super) fn take(&self, from: IpAddr) -> Option<Slot> {
         let mut table = self.lock();
+        // Per address first: one machine must not displace the strangers of all others.
         if table.strangers(from) >= MAX_STRANGERS_PER_ADDRESS {
             table.close_stranger(Some(from));
         } else if table.taken.len() >= MAX_CONNECTIONS && !table.close_stranger(None) {
@@ -146,7 +155,7 @@ impl Slots {
     }
 }
 
-/// The slot of one connection, free again when dropped.
+/// The slot of one connection, freed when dropped.
 pub(super) struct Slot {
     number: u64,
     slots: Slots,

@@ -1,4 +1,11 @@
-//! One page: the newest frame and all news to it, commands from it.
+//! The websocket of one page: the newest frame and all news to it, commands from it.
+//!
+//! A page may be slow, gone without a word, or hostile. The rules: every queue to and from a
+//! page
+//! is bounded; a page that does not read gets the newest frame later instead of all frames, and
+//! is
+//! closed when it reads nothing for ten seconds; no page can delay another one or the monitor.
+//! Frames may be skipped, news may not: a page that missed some is sent the whole state.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,31 +29,35 @@ use crate::page::role::Role;
 use crate::scrub::{Glimpse, Scrubber, When};
 
 /// Largest message of a page (bytes).
+// Commands only; the library's default of 64 MiB would be reserved for one page.
 const MAX_MESSAGE: usize = 64 << 10;
-/// Most that waits to be written (bytes); a scene is the largest message.
+/// Largest number of bytes waiting to be written; a scene is the largest message.
 const MAX_WAITING: usize = 1 << 20;
-/// Commands of one page that are being carried out.
+/// Commands of one page that are under way at a time.
+// More are refused: a person waits for the answer to one.
 const MAX_UNDER_WAY: usize = 8;
-/// Answers that wait to be written.
+/// Answers waiting to be written.
+// Beyond it commands wait, which slows down a page that floods.
 const MAX_ANSWERS: usize = 64;
-/// How often a page is asked whether it is there; once without an answer is
-/// forgiven.
+/// Interval at which a page is tested for presence; two missing answers are tolerated.
+// Three unanswered in a row close the page: a browser in the background answers late.
 const PING: Duration = Duration::from_secs(10);
-/// A page that takes nothing for this long is too slow.
+/// A page that reads nothing for this time is closed.
 const SEND_PATIENCE: Duration = Duration::from_secs(10);
-/// Time for the last word.
+/// Time for the closing message.
 const LAST_WORD: Duration = Duration::from_secs(1);
-/// Said when a page that looked at the past looks at what is now.
+/// Sent when a page that showed the past returns to the present.
 const NOW: &str = r#"{"t":"now"}"#;
 
 type Sink = SplitSink<WebSocket, Message>;
 
-/// What the reading half hands to the writing half.
+/// Messages from the reading half to the writing half.
 enum Out {
+    // One writer: two tasks writing to one socket would mix their messages.
     Text(Utf8Bytes),
-    /// Tell the task's story once more.
+    /// Send the task's state again.
     Again,
-    /// Show these moments, or what is now.
+    /// Show these moments, or the present.
     Past(Option<watch::Receiver<Glimpse>>),
 }
 
@@ -56,12 +67,14 @@ pub(super) fn limit(upgrade: WebSocketUpgrade) -> WebSocketUpgrade {
         .max_message_size(MAX_MESSAGE)
         .max_frame_size(MAX_MESSAGE)
         .read_buffer_size(16 << 10)
+        // Written at once: a frame that waits in a buffer is an old frame.
         .write_buffer_size(0)
         .max_write_buffer_size(MAX_WAITING)
 }
 
-/// Serves one page until it goes.
+/// Serves one page until it closes.
 pub(super) async fn serve(socket: WebSocket, served: Arc<Served>, role: Role) {
+    // Before anything is read: the page is a member from here on and misses no news.
     let joined = served.site.hub.join(role);
     let (sink, stream) = socket.split();
     let (out, outgoing) = mpsc::channel(MAX_ANSWERS);
@@ -83,13 +96,14 @@ pub(super) async fn serve(socket: WebSocket, served: Arc<Served>, role: Role) {
         scrubber: None,
         began: Instant::now(),
     };
+    // Either half ends the page: the writer when sending fails, the reader when the page ends.
     let mut writing = std::pin::pin!(writer.run(joined, last));
     tokio::select! {
         () = &mut writing => {}
         why = reader.run(stream, &heard) => {
             let told = last_word.send(why).is_ok();
             if told {
-                // Who does not take it is closed all the same.
+                // A page that does not read it is closed all the same.
                 let _heard = timeout(LAST_WORD, writing).await.is_ok();
             }
         }
@@ -107,21 +121,27 @@ struct Writer {
 
 impl Writer {
     async fn run(mut self, mut joined: Joined, mut last: oneshot::Receiver<Option<&'static str>>) {
+        // The whole state first, then changes to it.
         for text in std::mem::take(&mut joined.state) {
             if !self.text(text).await {
                 return;
             }
         }
         let mut ping = interval(PING);
+        // After a pause of the machine one ping, not a burst that no page can answer.
         ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             let goes_on = tokio::select! {
+                // In this order: an end comes first, answers before news, and frames last, as
+                // only they may be skipped.
                 biased;
                 why = &mut last => return self.close(why.ok().flatten()).await,
                 why = gone(&mut joined.gone) => return self.close(Some(why)).await,
                 Some(out) = self.outgoing.recv() => self.out(out, &mut joined.frames).await,
                 news = joined.news.recv() => match news {
                     Ok(text) => self.text(text).await,
+                    // The page was too slow for the news: it gets the whole state instead of a
+                    // gap.
                     Err(RecvError::Lagged(_)) => self.story().await,
                     Err(RecvError::Closed) => return self.close(Some("end")).await,
                 },
@@ -145,7 +165,7 @@ impl Writer {
             }
             Out::Past(None) => {
                 self.scrubbed = None;
-                // Back from the past, the present is news.
+                // The present counts as new after a return from the past.
                 live.mark_changed();
                 self.text(Utf8Bytes::from_static(NOW)).await && self.story().await
             }
@@ -161,7 +181,7 @@ impl Writer {
         true
     }
 
-    /// What was said is sent before the frame that it belongs to.
+    /// News of a moment are sent before its frame.
     async fn show(&mut self, shown: Glimpse) -> bool {
         let told = shown.told.is_empty() || self.text(shown.told).await;
         told && (shown.frame.is_empty() || self.send(Message::Binary(shown.frame)).await)
@@ -175,11 +195,12 @@ impl Writer {
         self.unheard += 1;
         if self.heard.swap(false, Ordering::AcqRel) {
             self.unheard = 0;
+        // Any message of the page counts as an answer, so a busy page is never closed.
         }
         self.unheard < 3 && self.send(Message::Ping(Bytes::new())).await
     }
 
-    /// Nothing else is sent meanwhile: what waits is the newest when it is done.
+    /// Other messages wait meanwhile; when it is done the newest frame is sent.
     async fn send(&mut self, message: Message) -> bool {
         matches!(
             timeout(SEND_PATIENCE, self.sink.send(message)).await,
@@ -198,7 +219,7 @@ impl Writer {
     }
 }
 
-/// Why all connections end, once they do.
+/// The reason why all connections end, once they do.
 async fn gone(gone: &mut watch::Receiver<Option<&'static str>>) -> &'static str {
     match gone.wait_for(Option::is_some).await {
         Ok(why) => why.unwrap_or("end"),
@@ -206,7 +227,7 @@ async fn gone(gone: &mut watch::Receiver<Option<&'static str>>) -> &'static str 
     }
 }
 
-/// What to show next: of the time the page looks at, once that can be shown.
+/// The next moment to show: of the time the page shows, once one is available.
 async fn newest(
     live: &mut watch::Receiver<Bytes>,
     scrubbed: &mut Option<watch::Receiver<Glimpse>>,
@@ -218,6 +239,7 @@ async fn newest(
     let Some(past) = scrubbed else {
         return now(changed(live).await);
     };
+    // Until the first frame of the past is there the present continues: no black page.
     if !past.borrow().frame.is_empty() {
         return changed(past).await;
     }
@@ -229,7 +251,7 @@ async fn newest(
 
 async fn changed<T: Clone>(shown: &mut watch::Receiver<T>) -> T {
     if shown.changed().await.is_err() {
-        // The thread that fed it is gone; what was shown last stays.
+        // The thread that sent frames has ended; the last frame stays.
         std::future::pending::<()>().await;
     }
     shown.borrow_and_update().clone()
@@ -245,7 +267,7 @@ struct Reader {
 }
 
 impl Reader {
-    /// Reads until the page goes, or has to: then why.
+    /// Reads until the page closes or has to be closed; then returns the reason.
     async fn run(
         mut self,
         mut stream: SplitStream<WebSocket>,
@@ -254,6 +276,7 @@ impl Reader {
         let mut limit = RateLimit::new(0.0);
         while let Some(message) = stream.next().await {
             heard.store(true, Ordering::Release);
+            // Counted before parsing, which is the costly part.
             if !limit.allows(self.began.elapsed().as_secs_f64()) {
                 return Some("flood");
             }
@@ -273,6 +296,7 @@ impl Reader {
             Ok(value) => value,
             Err(error) => return self.refuse(0, &format!("not JSON: {error}")).await,
         };
+        // The number first, so that every refusal can name its command.
         let id = command::id(&value);
         match command::parse(&value, &self.served.site.names) {
             Err(why) => self.refuse(id, &why).await,
@@ -286,6 +310,7 @@ impl Reader {
     }
 
     async fn order(&mut self, id: u64, order: Order, said: &str) {
+        // Checked here for every order, whatever its kind: viewers only look.
         if self.role < Role::Operator {
             let why = "this page may only look; give it the operator's token";
             return self.refuse(id, why).await;
@@ -295,17 +320,19 @@ impl Reader {
         }
     }
 
-    /// Another time: of a live cell for this page alone, of a replay for all.
+    /// Another time: of a live cell for this page only, of a replay for all.
     async fn seek(&mut self, id: u64, order: PlayOrder) {
         let site = &self.served.site;
         let (Some(open), Some(_)) = (site.past.clone(), &site.incidents) else {
             return self.order(id, Order::Play(order), "").await;
         };
+        // Without a time: back to the present.
         let Some(time_s) = order.time_s else {
             self.scrubber = None;
             self.hand_over(Out::Past(None)).await;
             return self.answer(id, &Reply::done()).await;
         };
+        // One thread per page that shows the past, started with its first request.
         if self.scrubber.is_none() {
             match Scrubber::start(open) {
                 Ok(scrubber) => {
@@ -323,7 +350,7 @@ impl Reader {
         }
     }
 
-    /// An answer that is sent when it comes; none when too many are awaited.
+    /// The receiver of an answer, sent when it arrives; none when too many are awaited.
     async fn promise(&self, id: u64) -> Option<Answer> {
         let Ok(place) = self.under_way.clone().try_acquire_owned() else {
             self.refuse(id, "busy with the commands before; try again")
@@ -334,6 +361,7 @@ impl Reader {
         let out = self.out.clone();
         tokio::spawn(async move {
             let reply = reply.await;
+            // The slot is free before the answer is sent: a slow page must not keep it.
             drop(place);
             let no_answer = || Reply::refused("there was no answer; the monitor may be ending");
             let text = acknowledge(id, &reply.unwrap_or_else(|_| no_answer()));
@@ -361,7 +389,7 @@ fn acknowledge(id: u64, reply: &Reply) -> Utf8Bytes {
     Utf8Bytes::from(text.to_string())
 }
 
-/// The library tells its reasons apart in words only.
+/// The library distinguishes its reasons by text only.
 fn is_too_large(error: &axum::Error) -> bool {
     error.to_string().contains("too long") || error.to_string().contains("Space limit")
 }

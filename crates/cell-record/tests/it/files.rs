@@ -1,4 +1,4 @@
-//! Files are read back as they were written, as far as they go.
+//! Files are read back as written, up to a cut.
 
 use crate::support;
 

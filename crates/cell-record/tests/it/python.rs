@@ -1,4 +1,4 @@
-//! A reader that is not ours reads every channel.
+//! A reader of another project reads every channel.
 
 #![allow(
     clippy::unwrap_used,

@@ -37,13 +37,13 @@ fn the_oldest_goes_and_the_rest_is_readable_without_an_end() {
     assert!(bytes_in(dir.path()) <= limit, "{}", bytes_in(dir.path()));
     let (from_s, to_s) = flight.span_s();
     assert!(from_s > 1.0 && to_s == 39.999, "{from_s} {to_s}");
-    // As after kill -9: what was flushed is there.
+    // As after kill -9: flushed messages are there.
     flight.flush(0);
     let mut read = Recording::open(dir.path()).unwrap();
     assert_eq!(read.at(39.999).unwrap().world.header.tick, 39_999);
     assert!((read.span_s().0 - from_s).abs() < 0.5);
     drop(flight);
-    // The next run continues, and is the one that is shown.
+    // The next run continues the numbers, and is the one shown.
     let mut next = Flight::new(Box::new(Disk), dir.path(), 78, limit, support::preamble());
     say(&mut next, 0..500);
     next.close();
@@ -56,7 +56,7 @@ fn the_decision_before_a_long_pause_is_found() {
     let dir = tempfile::tempdir().unwrap();
     let mut flight = ring(Box::new(Disk), dir.path(), 64 << 20);
     say(&mut flight, 0..2_000);
-    // A paused cell publishes its state again and again; the task decides nothing.
+    // A paused cell publishes its state repeatedly; the task decides nothing.
     let mut buffer = Vec::new();
     for second in 3..63_u64 {
         support::tick(1_999, |message| {
@@ -88,10 +88,10 @@ fn time_that_was_set_back_is_an_epoch_of_its_own() {
     let known = [(1, 0.0, 60.399), (2, 60.0, 60.999), (3, 0.0, 7.099)];
     assert_eq!(spans, known);
     flight.close();
-    // A recorder that was started again knows them, too.
+    // A recorder that was restarted knows them as well.
     let mut again = ring(Box::new(Disk), dir.path(), 64 << 20);
     assert_eq!(again.epochs(), epochs);
-    // What it hears before a state is of the newest.
+    // Messages before a state are of the newest epoch.
     say(&mut again, 7100..7101);
     again.close();
     assert_eq!((again.epochs().len(), again.span_s()), (3, (0.0, 7.1)));
@@ -122,7 +122,7 @@ fn time_that_was_set_back_is_an_epoch_of_its_own() {
     assert_eq!((copy.span_s().1, epochs), (60.5, vec![1, 2]));
 }
 
-/// A disk another program fills.
+/// A disk that another program fills up.
 struct Shared {
     full: Arc<AtomicBool>,
 }

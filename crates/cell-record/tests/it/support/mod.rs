@@ -1,4 +1,4 @@
-//! A cell that says something every tick.
+//! A cell that publishes in every tick.
 
 #![allow(dead_code, reason = "each test uses its own part")]
 
@@ -72,12 +72,12 @@ pub(crate) fn state(tick: u64) -> WorldState {
     }
     state.objects[3].flags |= OBJECT_TOUCHED;
     state.objects[3].pose.position[0] = tick as f64 * 1.0e-3;
-    // What rests is told of every tenth tick.
+    // Resting objects are in every tenth tick.
     state.objects[4].pose.position[0] = (tick / 10) as f64 * 1.0e-3;
     state
 }
 
-/// All that is said at `tick`, handed to `say`.
+/// Passes all messages of `tick` to `say`.
 pub(crate) fn tick(tick: u64, mut say: impl FnMut(&Message<'_>)) {
     let mut put = |channel, header: &Header, bytes: &[u8]| {
         say(&Message {
